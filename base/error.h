@@ -1,0 +1,41 @@
+// raygraph::Error: every failure that leaves the module.
+//
+// Four kinds of trouble, four answers:
+//   1. A mistake in the calling code that can be named (unbound name, stale id): Error{Usage}, when declared.
+//   2. The world (no device, missing file, device lost): Error of the fitting kind, with the VkResult if there is one.
+//   3. An expected outcome (size not ready, swapchain out of date): a return value, never an Error.
+//   4. A broken invariant of ours: RG_CHECK_* (base/check.h), which aborts with both values.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+namespace raygraph {
+
+enum class ErrorKind : uint8_t {
+    Usage,        // The caller asked for something that cannot be; the message names object, request and what there was.
+    BadInput,     // A file is malformed, hostile or of an unknown kind.
+    Io,           // A file cannot be opened, read or written.
+    NoDevice,     // No Vulkan device meets the requirements.
+    OutOfMemory,  // Host or device memory.
+    DeviceLost,   // The device stopped; the message names the last pass reached.
+    Vulkan,       // Any other failed Vulkan call; `Result()` has its VkResult.
+};
+
+// The message is one line and complete by itself: "scene.gltf: accessors[3].count: 12 exceeds ...".
+class Error : public std::runtime_error {
+  public:
+    Error(ErrorKind kind, const std::string& message, int32_t vkResult = 0)
+        : std::runtime_error(message), m_kind(kind), m_result(vkResult) {}
+
+    ErrorKind Kind() const noexcept { return m_kind; }
+    // The VkResult behind a Vulkan failure, 0 when there was none.
+    int32_t Result() const noexcept { return m_result; }
+
+  private:
+    ErrorKind m_kind;
+    int32_t m_result;
+};
+
+}  // namespace raygraph

@@ -1,0 +1,17 @@
+# What the project builds on; all of it from the distribution's packages (see `./dev`).
+include(CMakeFindDependencyMacro)
+
+find_package(Threads REQUIRED)
+find_package(glm REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(TinyGLTF REQUIRED)
+find_package(meshoptimizer REQUIRED)
+find_package(PNG REQUIRED)
+find_package(JPEG REQUIRED)
+find_package(OpenEXR REQUIRED)
+find_package(VulkanHeaders REQUIRED CONFIG)
+find_package(spirv_cross_core REQUIRED)
+find_package(glslang REQUIRED)
+find_path(RAYGRAPH_VMA_INCLUDE_DIR vk_mem_alloc.h REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(WEBP REQUIRED IMPORTED_TARGET libwebp)

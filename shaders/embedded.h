@@ -1,0 +1,18 @@
+// The SPIR-V of every shader stage, compiled with the library.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace raygraph {
+
+struct EmbeddedShader {
+    std::string_view name;            // Path relative to shaders/, such as "pathtrace/pathtrace.rgen".
+    std::span<const uint32_t> words;  // A whole SPIR-V module; lives as long as the program.
+};
+
+// All embedded stages, in the order of shaders/CMakeLists.txt. Callable from any thread.
+std::span<const EmbeddedShader> EmbeddedShaders();
+
+}  // namespace raygraph
