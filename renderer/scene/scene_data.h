@@ -1,0 +1,241 @@
+// The scene as plain CPU data: what an importer makes and GpuScene uploads. Value types only; nothing here
+// knows the file it came from. Copying a SceneData copies every vertex and texel: move it.
+//
+// Space and units are glTF's: right-handed, +y up, metres, radians; a camera and a spot light look along
+// their node's -z; colours are linear Rec. 709 unless a texture says sRGB; texture coordinate (0, 0) is the
+// upper left texel corner.
+//
+// Guarantees of a SceneData that LoadGltf returned (GpuScene relies on them and does not check again):
+//   - every index is in range, or kNone / -1 where the field allows it;
+//   - every vertex index of a primitive is smaller than its vertex count, and indices.size() is a multiple of
+//   3;
+//   - every optional vertex stream is empty or exactly as long as `positions`;
+//   - every float is finite, every transform affine, node parents form a forest.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace raygraph::scene {
+
+// "No such thing" in an index field.
+inline constexpr uint32_t kNone = 0xFFFFFFFFu;
+
+// An axis-aligned box. Default-constructed: empty (min above max).
+struct Bounds {
+    glm::vec3 min{std::numeric_limits<float>::infinity()};
+    glm::vec3 max{-std::numeric_limits<float>::infinity()};
+
+    bool IsEmpty() const { return !(min.x <= max.x && min.y <= max.y && min.z <= max.z); }
+    void Extend(const glm::vec3& point);
+    void Extend(const Bounds& other);
+    glm::vec3 Center() const { return 0.5f * (min + max); }
+    // Half the diagonal; 0 for an empty box.
+    float Radius() const { return IsEmpty() ? 0.0f : 0.5f * glm::length(max - min); }
+    // The box around this box's eight corners moved by an affine transform; empty stays empty.
+    Bounds Transformed(const glm::mat4x3& transform) const;
+};
+
+// One draw's worth of triangles with one material. All streams but positions and indices are optional
+// (empty).
+struct Primitive {
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec3>
+        normals;  // Unit length. Never empty after import: flat ones are made, vertices then split.
+    std::vector<glm::vec4>
+        tangents;  // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w.
+    std::vector<glm::vec2> uv0;
+    std::vector<glm::vec2> uv1;
+    std::vector<glm::vec4>
+        colors;  // Linear; multiplies the base colour. Alpha 1 where the file has three channels.
+    std::vector<uint32_t> indices;  // Triangle list, three a triangle, counter-clockwise seen from the front.
+    uint32_t material = 0;          // Into SceneData::materials; always valid.
+    Bounds bounds;                  // Of `positions`, object space.
+
+    size_t TriangleCount() const { return indices.size() / 3; }
+};
+
+struct Mesh {
+    std::string name;
+    std::vector<Primitive> primitives;  // May be empty (a mesh of points and lines only).
+};
+
+// How a material reads one texture. `texture` indexes SceneData::textures, -1 is none: the factor alone
+// counts.
+struct TextureRef {
+    int32_t texture = -1;
+    int32_t texCoord = 0;  // 0 or 1: uv0 or uv1. The primitive may lack that stream: (0, 0) then.
+
+    bool IsPresent() const { return texture >= 0; }
+};
+
+enum class AlphaMode : uint8_t { Opaque, Mask, Blend };
+
+// glTF's metallic-roughness material. Each texture is multiplied with the factor beside it.
+struct Material {
+    std::string name;
+    glm::vec4 baseColorFactor{1.0f};  // Linear rgb, alpha.
+    TextureRef baseColorTexture;      // sRGB rgb, linear alpha.
+    float metallicFactor = 1.0f;
+    float roughnessFactor = 1.0f;         // Perceptual: alpha = roughness^2.
+    TextureRef metallicRoughnessTexture;  // g = roughness, b = metallic.
+    TextureRef normalTexture;     // Tangent space, rgb in [0,1] -> [-1,1], +y up the v axis (green up).
+    float normalScale = 1.0f;     // On the x and y of the unpacked normal.
+    TextureRef occlusionTexture;  // r. Kept for raster views; a path tracer has no use for it.
+    float occlusionStrength = 1.0f;
+    glm::vec3 emissiveFactor{0.0f};  // Radiance, W/(sr m^2) as a number, before `emissiveStrength`.
+    float emissiveStrength = 1.0f;   // KHR_materials_emissive_strength.
+    TextureRef emissiveTexture;      // sRGB.
+    AlphaMode alphaMode = AlphaMode::Opaque;
+    float alphaCutoff = 0.5f;  // Of AlphaMode::Mask: alpha below it is a hole.
+    bool isDoubleSided = false;
+
+    // Emitted radiance before the texture.
+    glm::vec3 EmittedRadiance() const { return emissiveFactor * emissiveStrength; }
+};
+
+enum class WrapMode : uint8_t { Repeat, MirroredRepeat, ClampToEdge };
+enum class FilterMode : uint8_t { Nearest, Linear };
+
+struct Sampler {
+    WrapMode wrapU = WrapMode::Repeat;
+    WrapMode wrapV = WrapMode::Repeat;
+    FilterMode magFilter = FilterMode::Linear;
+    FilterMode minFilter = FilterMode::Linear;
+    FilterMode mipFilter = FilterMode::Linear;  // Between levels; meaningless without `usesMips`.
+    bool usesMips = true;
+
+    bool operator==(const Sampler&) const = default;
+};
+
+enum class ColorSpace : uint8_t {
+    Linear,  // Data: normals, roughness, occlusion.
+    Srgb,    // Colour: decode r, g and b by the sRGB curve when sampled; alpha is linear.
+};
+
+// An image, how to sample it and how to read its values. An image used both as colour and as data gives two
+// textures.
+struct Texture {
+    std::string name;
+    uint32_t image = 0;  // Into SceneData::images.
+    Sampler sampler;
+    ColorSpace colorSpace = ColorSpace::Linear;
+};
+
+enum class PixelFormat : uint8_t {
+    Rgba8,   // 4 bytes a texel, r first.
+    Rgba16,  // 8 bytes a texel, r first, host byte order; unsigned normalized.
+};
+
+// A decoded image: rows from the top, tightly packed, `width * height * BytesPerTexel()` bytes.
+struct ImageData {
+    std::string name;
+    uint32_t width = 0;
+    uint32_t height = 0;
+    PixelFormat format = PixelFormat::Rgba8;
+    std::vector<std::byte> pixels;
+
+    size_t BytesPerTexel() const { return format == PixelFormat::Rgba16 ? 8 : 4; }
+};
+
+// A node of the scene graph. Its index is the file's node index, so that animation and editing can name it.
+struct Node {
+    std::string name;
+    uint32_t parent = kNone;
+    // Local transform: `matrix` if the file gave one, else translation * rotation * scale.
+    glm::vec3 translation{0.0f};
+    glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};  // w, x, y, z; unit length.
+    glm::vec3 scale{1.0f};
+    std::optional<glm::mat4x3> matrix;
+    uint32_t mesh = kNone;
+
+    // Node space to parent space.
+    glm::mat4x3 LocalTransform() const;
+};
+
+// One placed mesh. The transform may mirror (negative determinant): the winding seen in world space is then
+// reversed, but the front stays the front. So take the geometric normal in object space and carry it over by
+// the inverse transpose (which keeps sides), or cross the world-space edges and multiply by -1 if
+// IsMirrored().
+struct Instance {
+    uint32_t mesh = 0;
+    uint32_t node = kNone;  // The node that placed it; kNone for one without a node.
+    glm::mat4x3 objectToWorld{1.0f};
+
+    bool IsMirrored() const { return glm::determinant(glm::mat3(objectToWorld)) < 0.0f; }
+};
+
+enum class Projection : uint8_t { Perspective, Orthographic };
+
+// A camera placed by a node; one per node that refers to a camera.
+struct Camera {
+    std::string name;  // The camera's, else the node's; may be empty.
+    uint32_t node = kNone;
+    Projection projection = Projection::Perspective;
+    float yFov = 0.8f;         // Perspective: full vertical angle, radians.
+    float aspectRatio = 0.0f;  // Perspective: width over height the author had in mind; 0 = not given.
+    float xMag = 1.0f;         // Orthographic: half the width of the view, metres.
+    float yMag = 1.0f;         // Orthographic: half the height of the view, metres.
+    float zNear = 0.0f;        // Metres. Kept for raster views.
+    float zFar = 0.0f;         // Metres; 0 = infinite.
+    glm::mat4x3 cameraToWorld{1.0f};
+};
+
+enum class LightType : uint8_t { Directional, Point, Spot };
+
+// A light of KHR_lights_punctual placed by a node, along the node's -z where it has a direction.
+struct Light {
+    std::string name;  // The light's, else the node's; may be empty.
+    uint32_t node = kNone;
+    LightType type = LightType::Point;
+    glm::vec3 color{1.0f};        // Linear.
+    float intensity = 1.0f;       // Point and spot: cd. Directional: lx. Taken as they stand, see the README.
+    float range = 0.0f;           // Metres; 0 = infinite. A hint for raster views, no part of the physics.
+    float innerConeAngle = 0.0f;  // Spot: radians from the axis, full intensity within.
+    float outerConeAngle = 0.785398163f;  // Spot: radians from the axis, nothing outside.
+    glm::mat4x3 lightToWorld{1.0f};
+};
+
+struct SceneData {
+    std::string name;
+    std::vector<Mesh> meshes;
+    std::vector<Material> materials;  // One more than the file has if a primitive names none: glTF's default.
+    std::vector<Texture> textures;    // Only those that materials use.
+    std::vector<ImageData> images;    // Only those that textures use.
+    std::vector<Node> nodes;          // All of the file's nodes, in the file's order.
+    std::vector<uint32_t> nodeOrder;  // The nodes of the loaded scene, every parent before its children.
+    std::vector<Instance> instances;  // One per node of `nodeOrder` that has a mesh, in that order.
+    std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
+    std::vector<Light> lights;    // Those placed in the loaded scene, in order of the file's light index.
+    Bounds bounds;                // World space, of all instances.
+    std::vector<std::string> warnings;  // One line each: what was skipped or mended while loading.
+};
+
+// Node to world, one per entry of `scene.nodes`; identity for nodes outside `nodeOrder`. Linear time.
+std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene);
+
+// Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved.
+void UpdateWorldTransforms(SceneData& scene);
+
+struct SceneStatistics {
+    uint64_t uniqueTriangles = 0;  // Each mesh that is placed at least once counted once.
+    uint64_t placedTriangles = 0;  // Each instance counted.
+    uint64_t instanceCount = 0;
+    uint64_t meshCount = 0;
+    uint64_t materialCount = 0;
+    uint64_t textureCount = 0;
+    uint64_t lightCount = 0;
+    uint64_t cameraCount = 0;
+    uint64_t geometryBytes = 0;  // Host bytes of all vertex and index streams.
+    uint64_t imageBytes = 0;     // Host bytes of all decoded images.
+};
+SceneStatistics Statistics(const SceneData& scene);
+
+}  // namespace raygraph::scene
