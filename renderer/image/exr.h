@@ -1,0 +1,60 @@
+// Multichannel OpenEXR: how a render is stored with its AOVs, variance and settings, and read back exactly
+// for resuming and merging. Error and threading contract as in renderer/image/image.h.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "renderer/image/image.h"
+
+namespace raygraph::image {
+
+// EXR has no 64-bit integer: such a number (a seed) is stored as its decimal string.
+using ExrAttribute = std::variant<int32_t, float, double, std::string>;
+using ExrAttributes = std::map<std::string, ExrAttribute, std::less<>>;
+
+// One channel, one number a pixel, rows from the top.
+struct ExrChannel {
+    std::string name;  // "R", "albedo.R", "id.instance", ...
+    std::variant<std::vector<float>, std::vector<uint32_t>> samples;
+};
+
+struct ExrImage {
+    uint32_t width = 0, height = 0;
+    std::vector<ExrChannel> channels;  // After reading: sorted by name.
+    ExrAttributes attributes;
+
+    // The samples of the channel of this name; nullptr when there is none or it is of the other type.
+    const std::vector<float>* FloatChannel(std::string_view channelName) const;
+    const std::vector<uint32_t>* UintChannel(std::string_view channelName) const;
+};
+
+// A channel to write, where it lies: sample (x, y) is at first[(y * width + x) * stride]. Owns nothing.
+// So {"albedo.G", std::span<const float>(rgba).subspan(1), 4} is the green of an RGBA buffer.
+struct ExrPlane {
+    std::string name;
+    std::variant<std::span<const float>, std::span<const uint32_t>> samples;
+    uint32_t stride = 1;  // In samples.
+};
+
+// All channels of a single-part file with all int, float, double and string attributes that are not part of
+// the format itself. float32 and uint32 come back bit for bit (NaN included), half is widened to float.
+// Subsampled channels, deep and multi-part files are refused.
+ExrImage ReadExr(const std::filesystem::path& path, const DecodeLimits& limits = kEnvironmentLimits);
+ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_view name,
+                   const DecodeLimits& limits = kEnvironmentLimits);
+
+// Scan lines, ZIP. Error{Usage} for a plane too short for the picture, an empty or repeated channel name, or
+// an attribute whose name the format itself uses ("channels", "dataWindow", ...).
+void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
+              std::span<const ExrPlane> planes, const ExrAttributes& attributes = {});
+void WriteExr(const std::filesystem::path& path, const ExrImage& image);
+
+}  // namespace raygraph::image

@@ -1,0 +1,78 @@
+// Pictures in and out of files: 8-bit textures, environment maps, finished renders. For multichannel OpenEXR
+// see renderer/image/exr.h.
+//
+// Input is hostile: the size that a file claims is checked against the limits before anything of that size is
+// allocated, and every failure is one Error{BadInput} of one line that starts with the file's name (Error{Io}
+// when the file cannot be read, Error{OutOfMemory} when memory runs out). Every function may be called from
+// any thread; nothing here has global state.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raygraph::image {
+
+// Eight bits a channel, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height. The numbers
+// are those of the file: whether they are sRGB or linear is known by the user alone. Alpha is not
+// premultiplied.
+struct Image8 {
+    uint32_t width = 0, height = 0;
+    std::vector<uint8_t> rgba;
+};
+
+// Linear float32, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height.
+struct ImageF {
+    uint32_t width = 0, height = 0;
+    std::vector<float> rgba;
+};
+
+// What a decoder may be made to allocate. A picture beyond any of them is refused by its header.
+struct DecodeLimits {
+    uint32_t maxWidth = 16384, maxHeight = 16384;
+    uint64_t maxPixels = uint64_t{1} << 28;  // width * height
+};
+// An environment has four times the bytes of a texture: 16384 x 8192 is 2 GiB.
+inline constexpr DecodeLimits kEnvironmentLimits{.maxPixels = uint64_t{1} << 27};
+
+enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Hdr, Exr };
+
+// The format by its first bytes; names and extensions are not asked.
+FileFormat SniffFormat(std::span<const std::byte> bytes);
+
+// PNG, JPEG or WebP, as SniffFormat() says. `name` is for error messages. Colour profiles, gamma chunks and
+// EXIF orientation are ignored, as glTF asks. Grey becomes R = G = B, missing alpha 255, 16-bit PNG is
+// rounded to 8, CMYK JPEG is converted by the plain formula (no profile). A truncated or corrupt file is an
+// error even where the decoder could make up the rest; animated WebP is an error.
+Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits = {});
+
+struct Environment {
+    ImageF image;                       // Alpha 1 where the file has none.
+    std::vector<std::string> warnings;  // One line each, starting with the file's name.
+};
+
+// Radiance .hdr (RGBE; flat, old and new run-length coding; `-Y H +X W` only) or OpenEXR (single part, scan
+// lines or tiles, any compression; R G B [A], or Y; half, float or uint), by content. Values stay as in the
+// file, also above 65504. A NaN or an infinity is an error that names the pixel; a negative value becomes 0
+// with a warning. The EXR data window is the picture; the display window is ignored.
+Environment ReadEnvironment(const std::filesystem::path& path,
+                            const DecodeLimits& limits = kEnvironmentLimits);
+Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
+                              const DecodeLimits& limits = kEnvironmentLimits);
+
+// The writers put the whole file in place or leave the old one as it was (base/atomic_file.h). They throw
+// Error{Io} naming the path, and Error{Usage} for a picture whose size and texels do not agree or that the
+// format cannot hold.
+
+// 8-bit RGBA PNG marked sRGB (the texels must be so encoded).
+void WritePng(const std::filesystem::path& path, const Image8& image);
+
+// Radiance RGBE, run-length coded, rounded to the nearest; alpha is dropped. NaN and negative values become
+// 0, values beyond the format its greatest.
+void WriteHdr(const std::filesystem::path& path, const ImageF& image);
+
+}  // namespace raygraph::image
