@@ -13,7 +13,6 @@
 //   - every float is finite, every transform affine, node parents form a forest.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -129,20 +128,13 @@ struct Texture {
     ColorSpace colorSpace = ColorSpace::Linear;
 };
 
-enum class PixelFormat : uint8_t {
-    Rgba8,   // 4 bytes a texel, r first.
-    Rgba16,  // 8 bytes a texel, r first, host byte order; unsigned normalized.
-};
-
-// A decoded image: rows from the top, tightly packed, `width * height * BytesPerTexel()` bytes.
+// A decoded image: 8-bit RGBA, rows from the top, tightly packed: rgba.size() == 4 * width * height. Alpha is
+// not premultiplied. Whether rgb is sRGB or linear is said by the textures that use it.
 struct ImageData {
     std::string name;
     uint32_t width = 0;
     uint32_t height = 0;
-    PixelFormat format = PixelFormat::Rgba8;
-    std::vector<std::byte> pixels;
-
-    size_t BytesPerTexel() const { return format == PixelFormat::Rgba16 ? 8 : 4; }
+    std::vector<uint8_t> rgba;
 };
 
 // A node of the scene graph. Its index is the file's node index, so that animation and editing can name it.
@@ -211,7 +203,7 @@ struct SceneData {
     std::vector<ImageData> images;    // Only those that textures use.
     std::vector<Node> nodes;          // All of the file's nodes, in the file's order.
     std::vector<uint32_t> nodeOrder;  // The nodes of the loaded scene, every parent before its children.
-    std::vector<Instance> instances;  // One per node of `nodeOrder` that has a mesh, in that order.
+    std::vector<Instance> instances;  // One per node of `nodeOrder` that shows a mesh, in that order.
     std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
     std::vector<Light> lights;    // Those placed in the loaded scene, in order of the file's light index.
     Bounds bounds;                // World space, of all instances.
