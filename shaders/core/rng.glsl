@@ -1,0 +1,186 @@
+// Random numbers as functions of (seed, pixel, sample index, dimension) and of nothing else: no state is kept
+// between samples, so a render can stop, resume or be split at any sample index and get the same numbers.
+//
+//     Sampler rng = StartPixelSample(pixel, sampleIndex, seed);
+//     vec2 film = Get2D(rng);       // dimensions 0 and 1
+//     float choice = Get1D(rng);    // dimension 2
+//
+// Values are in [0, 1) with 24 bits: 1.0 never occurs, 0.0 does. Get1D advances `dimension` by 1, Get2D by 2.
+// The numbers drawn depend on the value of `dimension` at the call, so a caller that sets it to a fixed base
+// at each bounce gets the same dimension for the same decision on every path; two draws at the same dimension
+// of one sample return the same numbers. Pixel coordinates are below 65536. All 2^32 sample indices, seeds
+// and dimensions work.
+//
+// Kinds, chosen when the pipeline is created (shared/sampler_kinds.h):
+//
+// Sobol: shuffled, Owen-scrambled, padded (0,2)-sequences. Every draw is a sequence of its own over the
+// sample index, independent of other draws and pixels; each aligned block of 2^k samples of a pixel is a
+// (0,k,2)-net. Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4).
+//
+// Pcg: PCG4D, independent numbers. Jarzynski and Olano 2020, "Hash Functions for GPU Rendering", JCGT 9(3).
+//
+// Tea: the Tiny Encryption Algorithm with 8 rounds, independent numbers. Zafar, Olano and Curtis 2010, "GPU
+// Random Numbers via the Tiny Encryption Algorithm", HPG.
+#ifndef RAYGRAPH_CORE_RNG_GLSL
+#define RAYGRAPH_CORE_RNG_GLSL
+
+#include "core/glue.h"
+#include "shared/sampler_kinds.h"
+
+#ifdef __cplusplus
+namespace raygraph::shading {
+// The kind drawn from on this thread; on the device a specialization constant, so that branches on it fold.
+inline thread_local SamplerKind threadSamplerKind = SamplerKind::Sobol;
+inline constexpr uint kSamplerKindSobol = uint(SamplerKind::Sobol);
+inline constexpr uint kSamplerKindPcg = uint(SamplerKind::Pcg);
+inline constexpr uint kSamplerKindTea = uint(SamplerKind::Tea);
+inline uint ActiveSamplerKind() { return uint(threadSamplerKind); }
+}  // namespace raygraph::shading
+#else
+layout(constant_id = kSamplerKindConstantId) const uint kSamplerKind = kSamplerKindSobol;
+uint ActiveSamplerKind() { return kSamplerKind; }
+#endif
+
+SHADING_BEGIN
+
+struct Sampler {
+    uint pixelSeed;  // One-to-one with the pixel for a given seed, and with the seed for a given pixel.
+    uint index;      // The sample index; for Sobol with its bits reversed, as the scrambling wants it.
+    uint dimension;  // Of the next draw.
+};
+
+// A one-to-one mix of 32 bits: two multiply-xorshift rounds with constants found by search (C. Wellons,
+// "Prospecting for Hash Functions", and its sequels).
+INLINE uint MixBits(uint x) {
+    x ^= x >> 16u;
+    x *= 0x21f0aaadu;
+    x ^= x >> 15u;
+    x *= 0x735a2d97u;
+    x ^= x >> 15u;
+    return x;
+}
+
+// The top 24 bits as a float in [0, 1). Through int: that conversion is one instruction on CPUs.
+INLINE float BitsToUnit(uint bits) { return float(int(bits >> 8u)) * 5.9604644775390625e-8f; }
+
+// Nested uniform (Owen) scrambling of a number whose bits are reversed: each bit is flipped by a hash of the
+// bits below it and the seed. Laine-Karras construction with the constants of N. Vegdahl, "Building a Better
+// LK Hash" (2021, revised).
+INLINE uint OwenScrambleReversed(uint x, uint seed) {
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= (seed >> 16u) | 1u;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return x;
+}
+
+// Dimension 2 of Sobol's sequence at `index`, bits reversed. Its generator matrix is Pascal's triangle modulo
+// 2, which factors into one masked shift-and-xor for each bit of the bit number (Ahmed 2024, "An
+// Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact"); dimension 1 reversed is the
+// index itself.
+INLINE uint SobolSecondReversed(uint index) {
+    index ^= index << 16u;
+    index ^= (index & 0x00ff00ffu) << 8u;
+    index ^= (index & 0x0f0f0f0fu) << 4u;
+    index ^= (index & 0x33333333u) << 2u;
+    index ^= (index & 0x55555555u) << 1u;
+    return index;
+}
+
+// The seed of a draw, from which its three scramblings take theirs.
+INLINE uint SobolDrawSeed(Sampler rng) { return MixBits(rng.pixelSeed ^ (rng.dimension * 0x9e3779b9u)); }
+
+INLINE uint SobolSubSeed(uint drawSeed, uint factor) {
+    uint x = drawSeed * factor;
+    return x ^ (x >> 15u);
+}
+
+// The sample index shuffled by nested scrambling: aligned blocks of 2^k indices go to aligned blocks.
+INLINE uint SobolShuffledIndex(Sampler rng, uint drawSeed) {
+    return bitfieldReverse(OwenScrambleReversed(rng.index, drawSeed));
+}
+
+INLINE float SobolDraw1D(Sampler rng) {
+    uint seed = SobolDrawSeed(rng);
+    uint index = SobolShuffledIndex(rng, seed);
+    return BitsToUnit(bitfieldReverse(OwenScrambleReversed(index, SobolSubSeed(seed, 0x2c1b3c6du))));
+}
+
+INLINE vec2 SobolDraw2D(Sampler rng) {
+    uint seed = SobolDrawSeed(rng);
+    uint index = SobolShuffledIndex(rng, seed);
+    uint first = OwenScrambleReversed(index, SobolSubSeed(seed, 0x2c1b3c6du));
+    uint second = OwenScrambleReversed(SobolSecondReversed(index), SobolSubSeed(seed, 0x297a2d39u));
+    return vec2(BitsToUnit(bitfieldReverse(first)), BitsToUnit(bitfieldReverse(second)));
+}
+
+INLINE uvec4 Pcg4d(uvec4 v) {
+    v = v * 1664525u + 1013904223u;
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    v = v ^ (v >> 16u);
+    v.x += v.y * v.w;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v.w += v.y * v.z;
+    return v;
+}
+
+INLINE vec2 PcgDraw(Sampler rng) {
+    // The fourth word is free: the seed is in pixelSeed.
+    uvec4 bits = Pcg4d(uvec4(rng.pixelSeed, rng.index, rng.dimension, 0u));
+    return vec2(BitsToUnit(bits.x), BitsToUnit(bits.y));
+}
+
+// Encrypts (pixel, sample) with the dimension in the key.
+INLINE vec2 TeaDraw(Sampler rng) {
+    uint v0 = rng.pixelSeed;
+    uint v1 = rng.index;
+    uint key0 = 0xa341316cu ^ rng.dimension;
+    uint sum = 0u;
+    for (uint i = 0u; i < 8u; i++) {
+        sum += 0x9e3779b9u;
+        v0 += ((v1 << 4u) + key0) ^ (v1 + sum) ^ ((v1 >> 5u) + 0xc8013ea4u);
+        v1 += ((v0 << 4u) + 0xad90777du) ^ (v0 + sum) ^ ((v0 >> 5u) + 0x7e95761eu);
+    }
+    return vec2(BitsToUnit(v0), BitsToUnit(v1));
+}
+
+INLINE Sampler StartPixelSample(uvec2 pixel, uint sampleIndex, uint seed) {
+    Sampler rng;
+    rng.pixelSeed = MixBits((pixel.x | (pixel.y << 16u)) ^ MixBits(seed + 0x9e3779b9u));
+    rng.index = ActiveSamplerKind() == kSamplerKindSobol ? bitfieldReverse(sampleIndex) : sampleIndex;
+    rng.dimension = 0u;
+    return rng;
+}
+
+INLINE vec2 Get2D(INOUT(Sampler) rng) {
+    vec2 u = vec2(0.0f, 0.0f);
+    if (ActiveSamplerKind() == kSamplerKindPcg)
+        u = PcgDraw(rng);
+    else if (ActiveSamplerKind() == kSamplerKindTea)
+        u = TeaDraw(rng);
+    else
+        u = SobolDraw2D(rng);
+    rng.dimension += 2u;
+    return u;
+}
+
+INLINE float Get1D(INOUT(Sampler) rng) {
+    float u = 0.0f;
+    if (ActiveSamplerKind() == kSamplerKindPcg)
+        u = PcgDraw(rng).x;
+    else if (ActiveSamplerKind() == kSamplerKindTea)
+        u = TeaDraw(rng).x;
+    else
+        u = SobolDraw1D(rng);
+    rng.dimension += 1u;
+    return u;
+}
+
+SHADING_END
+
+#endif

@@ -1,0 +1,42 @@
+// Every text of the GLSL and C++ subset in one shader: what the CPU tests compile, glslang compiles too.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+
+#include "bxdf/diffuse.glsl"
+#include "core/color.glsl"
+#include "core/equirect.glsl"
+#include "core/frame.glsl"
+#include "core/ray_offset.glsl"
+#include "core/rng.glsl"
+#include "core/tonemap.glsl"
+#include "core/warp.glsl"
+#include "shared/ray_types.h"
+
+layout(local_size_x = 64) in;
+layout(set = 0, binding = 0, scalar) writeonly buffer Output { vec3 texels[]; };
+layout(push_constant, scalar) uniform Constants {
+    uint width;
+    uint seed;
+    float exposureEv;
+    uint op;
+};
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    Sampler rng = StartPixelSample(uvec2(i % width, i / width), 0u, seed);
+    Frame frame = FrameFromZ(SampleUniformSphere(Get2D(rng)));
+
+    DiffuseBxDF lobe;
+    lobe.albedo = vec3(Get1D(rng), 0.5f, 0.5f);
+    vec3 wo = SampleUniformHemisphere(Get2D(rng));
+    BSDFSample s = Sample_f(lobe, wo, Get1D(rng), Get2D(rng));
+    float ratio = s.pdf > 0.0f ? PDF(lobe, wo, s.wi) / s.pdf : 0.0f;
+    vec3 difference = f(lobe, wo, s.wi) - s.f;
+
+    vec3 direction = FromLocal(frame, s.wi);
+    vec2 uv = EquirectFromDirection(direction, 0.5f);
+    vec3 back = ToLocal(frame, DirectionFromEquirect(uv, 0.5f)) + SampleUniformTriangle(uv);
+    vec3 color = ratio * OffsetRayOrigin(back, frame.z) + difference + vec3(float(kRayTypeShadow * kRayTypeCount));
+    texels[i] = Tonemap(SrgbDecode(color) * Luminance(color), exposureEv, op) * EquirectSolidAnglePDF(1.0f, uv.y);
+}
