@@ -1,0 +1,108 @@
+// CommandList: records commands for one submission. Made by Device::BeginCommands, consumed by
+// Device::Submit.
+//
+// The render graph binds the pipeline and the resources of a pass before the pass records, so that a pass
+// body usually is one call: TraceRays, Dispatch or Draw*. Each call names its native twin. Not thread-safe.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "rhi/pipeline.h"
+#include "rhi/resources.h"
+#include "rhi/vulkan.h"
+
+namespace raygraph::rhi {
+
+class AccelerationStructure;
+class TextureTable;
+
+// One resource for one binding of set 0. Exactly one member is set.
+struct BoundResource {
+    uint32_t binding = 0;
+    VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
+    const Buffer* buffer = nullptr;
+    uint64_t offset = 0;
+    uint64_t size = VK_WHOLE_SIZE;
+    const Texture* texture = nullptr;
+    const Sampler* sampler = nullptr;  // for a combined image sampler
+    VkAccelerationStructureKHR accelerationStructure = VK_NULL_HANDLE;
+};
+
+struct ColorTarget {
+    const Texture* texture = nullptr;
+    bool clear = true;
+    float clearValue[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+};
+
+struct DepthTarget {
+    const Texture* texture = nullptr;
+    bool clear = true;
+    float clearValue = 1.0f;
+};
+
+class CommandList {
+  public:
+    CommandList() = default;
+    CommandList(CommandList&& other) noexcept { *this = std::move(other); }
+    CommandList& operator=(CommandList&& other) noexcept;
+    ~CommandList();  // an unsubmitted list is dropped
+
+    VkCommandBuffer Handle() const { return m_commands; }
+    Device& Owner() const { return *m_device; }
+
+    // vkCmdPipelineBarrier2, one call for the batch; nothing when both are empty.
+    void Barriers(std::span<const VkMemoryBarrier2> memory, std::span<const VkImageMemoryBarrier2> images);
+
+    // Pipeline and resources: set 0 by push descriptors (vkCmdPushDescriptorSetKHR), set 1 the texture table.
+    void Bind(const ComputePipeline& pipeline);
+    void Bind(const RayTracingPipeline& pipeline);
+    void Bind(const RasterPipeline& pipeline);
+    void BindResources(std::span<const BoundResource> resources);
+    void BindTextures(const TextureTable& table);
+    // At most DeviceInfo::maxPushConstantBytes, a multiple of 4.
+    void PushConstants(std::span<const std::byte> bytes);
+
+    void Dispatch(uint32_t groupsX, uint32_t groupsY = 1, uint32_t groupsZ = 1);
+    // Dispatch covering `extent` with the bound compute pipeline's own workgroup size.
+    void DispatchOver(Extent2D extent);
+    // One ray-generation invocation a texel. An empty extent records nothing.
+    void TraceRays(Extent2D extent);
+
+    // vkCmdBeginRendering; viewport and scissor are set to the whole extent. No MSAA, no layers.
+    void BeginRendering(Extent2D extent, std::span<const ColorTarget> colors,
+                        const DepthTarget* depth = nullptr);
+    void EndRendering();
+    void Draw(uint32_t vertexCount, uint32_t instanceCount = 1, uint32_t firstVertex = 0,
+              uint32_t firstInstance = 0);
+    void DrawIndexed(const Buffer& indices, uint32_t indexCount, uint32_t instanceCount = 1,
+                     uint32_t firstIndex = 0, int32_t vertexOffset = 0, uint32_t firstInstance = 0);
+
+    // Transfers. Textures are expected in the TRANSFER_SRC/DST_OPTIMAL layout.
+    void CopyBuffer(const Buffer& source, uint64_t sourceOffset, const Buffer& target, uint64_t targetOffset,
+                    uint64_t size);
+    void CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel = 0);
+    void CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset = 0,
+                      uint32_t mipLevel = 0);
+    void CopyTexture(const Texture& source, const Texture& target);
+    // vkCmdBlitImage with linear filter from mip `level - 1` to `level` (SRC and DST layouts respectively).
+    void BlitMip(const Texture& texture, uint32_t level);
+    void Fill(const Buffer& target, uint32_t value, uint64_t offset = 0, uint64_t size = VK_WHOLE_SIZE);
+    // vkCmdClearColorImage, texture in TRANSFER_DST_OPTIMAL.
+    void Clear(const Texture& texture, const float (&rgba)[4]);
+
+    void BeginLabel(const std::string& name);
+    void EndLabel();
+    void WriteTimestamp(VkQueryPool pool, uint32_t query, VkPipelineStageFlags2 stage);
+
+  private:
+    friend class Device;
+    Device* m_device = nullptr;
+    VkCommandBuffer m_commands = VK_NULL_HANDLE;
+    VkCommandPool m_pool = VK_NULL_HANDLE;
+    const Pipeline* m_pipeline = nullptr;
+    const RayTracingPipeline* m_tracing = nullptr;
+    const ComputePipeline* m_compute = nullptr;
+};
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,212 @@
+// Device: one Vulkan device, created by us or adopted from a host engine, with its memory, its queue and its
+// timeline.
+//
+// No globals: any number of devices in one process, each with its own function table. Nothing here exits or
+// prints; what there is to say reaches DeviceDesc::onMessage. Threads: Create*, Retire, CompletedValue and
+// WaitFor may be called from any thread; Submit takes the queue lock (the host's, when adopted). A
+// CommandList belongs to one thread at a time.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/error.h"
+#include "rhi/device_requirements.h"
+#include "rhi/functions.h"
+#include "rhi/resources.h"
+#include "rhi/vulkan.h"
+
+typedef struct VmaAllocator_T* VmaAllocator;
+
+namespace raygraph::rhi {
+
+class CommandList;
+
+enum class MessageSeverity : uint8_t { Info, Warning, Error };
+
+struct Message {
+    MessageSeverity severity = MessageSeverity::Info;
+    bool isValidation = false;  // from the validation layers: a failure in every test
+    std::string id;             // e.g. "VUID-vkCmdTraceRaysKHR-None-02699", empty for our own
+    std::string text;           // one or more lines
+};
+
+// Called from any thread, possibly inside a Vulkan call: must not call back into the Device.
+using MessageCallback = std::function<void(const Message&)>;
+
+struct DeviceDesc {
+    std::string name = "raygraph";
+    std::string
+        select;  // "": the best suitable; "1": by index; otherwise a case-insensitive part of the name
+    bool validation =
+        false;  // core and synchronization validation; Error{NoDevice} if the layers are not installed
+    bool debugNames = true;  // object names and labels, where VK_EXT_debug_utils exists
+    MessageCallback onMessage;
+    uint32_t framesInFlight = 2;
+    bool savePipelineCache = true;         // keep it on disk between runs
+    std::filesystem::path cacheDirectory;  // "": $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph
+    PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
+};
+
+// A host's own objects; all of them outlive the Device. The host enabled what rhi/device_requirements.h asks
+// for.
+struct AdoptedDeviceDesc {
+    std::string name = "host";
+    VkInstance instance = VK_NULL_HANDLE;
+    VkPhysicalDevice physicalDevice = VK_NULL_HANDLE;
+    VkDevice device = VK_NULL_HANDLE;
+    VkQueue queue = VK_NULL_HANDLE;  // graphics, compute and transfer
+    uint32_t queueFamily = 0;
+    PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // the host's loader
+    std::vector<std::string> enabledExtensions;               // device extensions the host enabled
+    bool debugUtilsEnabled = false;                           // instance has VK_EXT_debug_utils
+    const VkAllocationCallbacks* allocationCallbacks = nullptr;
+    std::function<void()> lockQueue;    // called around every queue access when the host shares the queue
+    std::function<void()> unlockQueue;  // both or neither
+    MessageCallback onMessage;
+    uint32_t framesInFlight = 2;
+    bool savePipelineCache = false;
+    std::filesystem::path cacheDirectory;
+};
+
+enum class DeviceType : uint8_t { Cpu, Integrated, Discrete, Virtual, Other };
+const char* Name(DeviceType type);
+
+// What is fixed about a device once it exists.
+struct DeviceInfo {
+    std::string name;    // "llvmpipe (LLVM 15.0.6, 256 bits)"
+    std::string driver;  // "llvmpipe Mesa 25.0.7 ..."
+    DeviceType type = DeviceType::Other;
+    uint32_t apiVersion = 0;
+    uint32_t vendorId = 0;
+    bool isLavapipe = false;
+    // Shader binding table and tracing
+    uint32_t shaderGroupHandleSize = 0;
+    uint32_t shaderGroupHandleAlignment = 0;
+    uint32_t shaderGroupBaseAlignment = 0;
+    uint32_t maxShaderGroupStride = 0;
+    uint32_t maxRayRecursionDepth = 0;
+    // Acceleration structures
+    uint32_t scratchAlignment = 0;
+    uint64_t maxInstanceCount = 0;
+    // Others
+    double timestampPeriodNs = 0.0;   // nanoseconds a tick; 0: no timestamps
+    uint32_t timestampValidBits = 0;  // of the queue family; 0: no timestamps
+    uint32_t maxPushConstantBytes = 0;
+    uint32_t maxPushDescriptors = 0;
+    uint64_t storageAlignment = 0;  // minStorageBufferOffsetAlignment
+    uint64_t uniformAlignment = 0;
+    uint32_t subgroupSize = 0;
+    OptionalFeatures optional;
+};
+
+// A device seen at enumeration, with every reason for which it cannot be used (none: it is suitable).
+struct DeviceReport {
+    uint32_t index = 0;
+    std::string name;
+    std::string driver;
+    DeviceType type = DeviceType::Other;
+    uint32_t apiVersion = 0;
+    std::vector<std::string>
+        refusals;  // "lacks VK_KHR_ray_tracing_pipeline", "maxPushDescriptors is 8, needs 32"
+};
+
+// A semaphore to wait for or to signal with a submission; value is for timeline semaphores, 0 for binary
+// ones.
+struct SemaphoreUse {
+    VkSemaphore semaphore = VK_NULL_HANDLE;
+    uint64_t value = 0;
+    VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+};
+
+struct MemoryStatistics {
+    uint64_t usedBytes = 0;  // bytes of live resources
+    uint64_t peakBytes = 0;  // the largest usedBytes so far
+};
+
+class Device {
+  public:
+    // Throws Error{NoDevice} naming every device found and why it was refused.
+    static std::unique_ptr<Device> Create(const DeviceDesc& desc = {});
+    // Checks the host's device against the requirements; throws Error{NoDevice} naming what is missing.
+    static std::unique_ptr<Device> Adopt(const AdoptedDeviceDesc& desc);
+    // Every Vulkan device of the machine, in the loader's order; empty without a loader. Null:
+    // libvulkan.so.1.
+    static std::vector<DeviceReport> Enumerate(PFN_vkGetInstanceProcAddr loader = nullptr);
+
+    ~Device();  // waits for the device to be idle
+    Device(const Device&) = delete;
+    Device& operator=(const Device&) = delete;
+
+    const DeviceInfo& Info() const;
+    const DeviceFunctions& Vk() const;  // the function table: for rhi/ alone
+    VkDevice Handle() const;
+    VkPhysicalDevice PhysicalDevice() const;
+    VkInstance Instance() const;
+    uint32_t QueueFamily() const;
+    VmaAllocator Allocator() const;
+    VkPipelineCache PipelineCache() const;
+    uint32_t FramesInFlight() const;
+    const VkAllocationCallbacks* AllocationCallbacks() const;
+
+    // Creation. All throw Error{OutOfMemory} or Error{Vulkan} with the object's name, Error{Usage} for a bad
+    // Desc.
+    Buffer CreateBuffer(const BufferDesc& desc);
+    Buffer CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory);
+    Texture CreateTexture(const TextureDesc& desc);
+    Texture CreateTexture(const TextureDesc& desc, const MemoryBlock& memory);
+    // A view on a host's image, which stays the host's.
+    Texture WrapTexture(const TextureDesc& desc, VkImage image);
+    Sampler CreateSampler(const SamplerDesc& desc);
+    MemoryBlock CreateMemoryBlock(const std::string& name, const MemoryRequirements& requirements);
+    MemoryRequirements RequirementsOf(const TextureDesc& desc);
+    MemoryRequirements RequirementsOf(const BufferDesc& desc);
+    MemoryStatistics Memory() const;
+
+    // One timeline: every submission signals the next value.
+    // Begin a command list in the recording state; its pool is recycled once its submission has completed.
+    CommandList BeginCommands(const std::string& name);
+    // Ends and submits; returns the value that the timeline reaches when it has completed. Throws
+    // Error{DeviceLost} (see SetLastPassReport) or Error{Vulkan}.
+    uint64_t Submit(CommandList&& commands, std::span<const SemaphoreUse> waits = {},
+                    std::span<const SemaphoreUse> signals = {});
+    uint64_t CompletedValue() const;
+    uint64_t LastSubmittedValue() const;
+    VkSemaphore Timeline() const;
+    void WaitFor(uint64_t value);
+    void WaitIdle();
+
+    // Runs `destroy` once all work submitted so far, and the command list now being recorded, has completed.
+    void Retire(std::function<void()> destroy);
+    // Frees what the timeline has passed. Submit and WaitFor call it.
+    void CollectGarbage();
+
+    // Gives a Vulkan object its debug name; nothing without VK_EXT_debug_utils.
+    void SetName(VkObjectType type, uint64_t handle, const std::string& name);
+    // Sends a message of our own to the callback.
+    void Say(MessageSeverity severity, const std::string& text) const;
+    // Throws the Error that fits `result` unless it is a success; `what` names object and call.
+    void Check(VkResult result, std::string_view what) const;
+    // Who to ask which pass was reached when the device is lost; its text goes into the Error.
+    void SetLastPassReport(std::function<std::string()> report);
+    // Validation messages seen so far, core and synchronization.
+    uint64_t ValidationMessageCount() const;
+    // Writes the pipeline cache to disk now (also done on destruction). False: no cache file in use, or not
+    // writable.
+    bool SavePipelineCache();
+
+    // Shared by all pipelines: the layout of set 1 (bindless textures), see rhi/texture_table.h.
+    VkDescriptorSetLayout TextureTableLayout();
+
+  private:
+    struct Impl;
+    explicit Device(std::unique_ptr<Impl> impl);
+    std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace raygraph::rhi

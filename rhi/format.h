@@ -1,0 +1,47 @@
+// Texel formats the module uses, and their Vulkan twins.
+#pragma once
+
+#include <cstdint>
+
+#include "rhi/vulkan.h"
+
+namespace raygraph::rhi {
+
+enum class Format : uint8_t {
+    Undefined,
+    R8Unorm,
+    Rg8Unorm,
+    Rgba8Unorm,
+    Rgba8Srgb,
+    Bgra8Unorm,
+    Bgra8Srgb,
+    Rgba16Unorm,
+    R16Float,
+    Rgba16Float,
+    R32Uint,
+    Rg32Uint,
+    Rgba32Uint,
+    R32Float,
+    Rg32Float,
+    Rgba32Float,
+    D32Float,
+};
+
+VkFormat ToVk(Format format);
+// Undefined for a VkFormat that is not in the list.
+Format FormatFromVk(VkFormat format);
+// Bytes of one texel; 0 for Undefined.
+uint32_t TexelBytes(Format format);
+// "rgba32f", "rgba8-srgb", ...: for plan text, labels and errors.
+const char* Name(Format format);
+bool IsDepth(Format format);
+
+struct Extent2D {
+    uint32_t width = 0;
+    uint32_t height = 0;
+
+    bool operator==(const Extent2D&) const = default;
+    bool IsEmpty() const { return width == 0 || height == 0; }
+};
+
+}  // namespace raygraph::rhi

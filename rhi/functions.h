@@ -1,0 +1,221 @@
+// Tables of Vulkan functions: InstanceFunctions for what needs no device, DeviceFunctions one per device,
+// loaded through that device's own vkGetDeviceProcAddr. Members carry the native names, so a call reads
+// `vk.vkCmdDispatch(...)`. To use one more function, add a line to the fitting list; nothing else changes.
+#pragma once
+
+#include <memory>
+
+#include "rhi/vulkan.h"
+
+// clang-format off
+
+// Loaded with a null instance.
+#define RAYGRAPH_GLOBAL_FUNCTIONS(X)                 \
+    X(vkCreateInstance)                              \
+    X(vkEnumerateInstanceExtensionProperties)        \
+    X(vkEnumerateInstanceLayerProperties)            \
+    X(vkEnumerateInstanceVersion)
+
+#define RAYGRAPH_INSTANCE_FUNCTIONS(X)               \
+    X(vkCreateDevice)                                \
+    X(vkDestroyInstance)                             \
+    X(vkEnumerateDeviceExtensionProperties)          \
+    X(vkEnumeratePhysicalDevices)                    \
+    X(vkGetDeviceProcAddr)                           \
+    X(vkGetPhysicalDeviceFeatures2)                  \
+    X(vkGetPhysicalDeviceFormatProperties2)          \
+    X(vkGetPhysicalDeviceImageFormatProperties2)     \
+    X(vkGetPhysicalDeviceMemoryProperties2)          \
+    X(vkGetPhysicalDeviceProperties2)                \
+    X(vkGetPhysicalDeviceQueueFamilyProperties2)
+
+// With VK_EXT_debug_utils only: null without it.
+#define RAYGRAPH_DEBUG_INSTANCE_FUNCTIONS(X)         \
+    X(vkCreateDebugUtilsMessengerEXT)                \
+    X(vkDestroyDebugUtilsMessengerEXT)
+
+#define RAYGRAPH_DEVICE_FUNCTIONS(X)                 \
+    /* Device, queue, synchronization */             \
+    X(vkDestroyDevice)                               \
+    X(vkDeviceWaitIdle)                              \
+    X(vkGetDeviceQueue)                              \
+    X(vkQueueSubmit2)                                \
+    X(vkQueueWaitIdle)                               \
+    X(vkCreateSemaphore)                             \
+    X(vkDestroySemaphore)                            \
+    X(vkGetSemaphoreCounterValue)                    \
+    X(vkSignalSemaphore)                             \
+    X(vkWaitSemaphores)                              \
+    X(vkCreateFence)                                 \
+    X(vkDestroyFence)                                \
+    X(vkResetFences)                                 \
+    X(vkWaitForFences)                               \
+    /* Memory, buffers, images, samplers */          \
+    X(vkAllocateMemory)                              \
+    X(vkFreeMemory)                                  \
+    X(vkMapMemory)                                   \
+    X(vkUnmapMemory)                                 \
+    X(vkFlushMappedMemoryRanges)                     \
+    X(vkInvalidateMappedMemoryRanges)                \
+    X(vkCreateBuffer)                                \
+    X(vkDestroyBuffer)                               \
+    X(vkBindBufferMemory2)                           \
+    X(vkGetBufferDeviceAddress)                      \
+    X(vkGetBufferMemoryRequirements2)                \
+    X(vkGetDeviceBufferMemoryRequirements)           \
+    X(vkCreateImage)                                 \
+    X(vkDestroyImage)                                \
+    X(vkBindImageMemory2)                            \
+    X(vkGetImageMemoryRequirements2)                 \
+    X(vkGetDeviceImageMemoryRequirements)            \
+    X(vkCreateImageView)                             \
+    X(vkDestroyImageView)                            \
+    X(vkCreateSampler)                               \
+    X(vkDestroySampler)                              \
+    /* Shaders, pipelines, descriptors */            \
+    X(vkCreateShaderModule)                          \
+    X(vkDestroyShaderModule)                         \
+    X(vkCreatePipelineLayout)                        \
+    X(vkDestroyPipelineLayout)                       \
+    X(vkCreateComputePipelines)                      \
+    X(vkCreateGraphicsPipelines)                     \
+    X(vkCreateRayTracingPipelinesKHR)                \
+    X(vkDestroyPipeline)                             \
+    X(vkGetRayTracingShaderGroupHandlesKHR)          \
+    X(vkGetRayTracingShaderGroupStackSizeKHR)        \
+    X(vkCreatePipelineCache)                         \
+    X(vkDestroyPipelineCache)                        \
+    X(vkGetPipelineCacheData)                        \
+    X(vkMergePipelineCaches)                         \
+    X(vkCreateDescriptorSetLayout)                   \
+    X(vkDestroyDescriptorSetLayout)                  \
+    X(vkGetDescriptorSetLayoutSupport)               \
+    X(vkCreateDescriptorPool)                        \
+    X(vkDestroyDescriptorPool)                       \
+    X(vkResetDescriptorPool)                         \
+    X(vkAllocateDescriptorSets)                      \
+    X(vkFreeDescriptorSets)                          \
+    X(vkUpdateDescriptorSets)                        \
+    X(vkCreateDescriptorUpdateTemplate)              \
+    X(vkDestroyDescriptorUpdateTemplate)             \
+    X(vkUpdateDescriptorSetWithTemplate)             \
+    /* Acceleration structures, deferred operations */ \
+    X(vkCreateAccelerationStructureKHR)              \
+    X(vkDestroyAccelerationStructureKHR)             \
+    X(vkGetAccelerationStructureBuildSizesKHR)       \
+    X(vkGetAccelerationStructureDeviceAddressKHR)    \
+    X(vkCmdBuildAccelerationStructuresKHR)           \
+    X(vkCmdCopyAccelerationStructureKHR)             \
+    X(vkCmdWriteAccelerationStructuresPropertiesKHR) \
+    X(vkCreateDeferredOperationKHR)                  \
+    X(vkDestroyDeferredOperationKHR)                 \
+    X(vkDeferredOperationJoinKHR)                    \
+    X(vkGetDeferredOperationMaxConcurrencyKHR)       \
+    X(vkGetDeferredOperationResultKHR)               \
+    /* Query pools */                                \
+    X(vkCreateQueryPool)                             \
+    X(vkDestroyQueryPool)                            \
+    X(vkGetQueryPoolResults)                         \
+    X(vkCmdResetQueryPool)                           \
+    X(vkCmdWriteTimestamp2)                          \
+    X(vkCmdBeginQuery)                               \
+    X(vkCmdEndQuery)                                 \
+    X(vkCmdCopyQueryPoolResults)                     \
+    /* Command buffers */                            \
+    X(vkCreateCommandPool)                           \
+    X(vkDestroyCommandPool)                          \
+    X(vkResetCommandPool)                            \
+    X(vkAllocateCommandBuffers)                      \
+    X(vkFreeCommandBuffers)                          \
+    X(vkBeginCommandBuffer)                          \
+    X(vkEndCommandBuffer)                            \
+    X(vkCmdPipelineBarrier2)                         \
+    X(vkCmdBindPipeline)                             \
+    X(vkCmdBindDescriptorSets)                       \
+    X(vkCmdPushDescriptorSetKHR)                     \
+    X(vkCmdPushDescriptorSetWithTemplateKHR)         \
+    X(vkCmdPushConstants)                            \
+    X(vkCmdDispatch)                                 \
+    X(vkCmdDispatchIndirect)                         \
+    X(vkCmdTraceRaysKHR)                             \
+    X(vkCmdSetRayTracingPipelineStackSizeKHR)        \
+    X(vkCmdBeginRendering)                           \
+    X(vkCmdEndRendering)                             \
+    X(vkCmdSetViewport)                              \
+    X(vkCmdSetScissor)                               \
+    X(vkCmdSetCullMode)                              \
+    X(vkCmdSetFrontFace)                             \
+    X(vkCmdSetPrimitiveTopology)                     \
+    X(vkCmdSetDepthTestEnable)                       \
+    X(vkCmdSetDepthWriteEnable)                      \
+    X(vkCmdSetDepthCompareOp)                        \
+    X(vkCmdBindIndexBuffer)                          \
+    X(vkCmdBindVertexBuffers2)                       \
+    X(vkCmdDraw)                                     \
+    X(vkCmdDrawIndexed)                              \
+    X(vkCmdDrawIndirect)                             \
+    X(vkCmdDrawIndexedIndirect)                      \
+    X(vkCmdDrawIndexedIndirectCount)                 \
+    X(vkCmdCopyBuffer2)                              \
+    X(vkCmdCopyImage2)                               \
+    X(vkCmdCopyBufferToImage2)                       \
+    X(vkCmdCopyImageToBuffer2)                       \
+    X(vkCmdBlitImage2)                               \
+    X(vkCmdFillBuffer)                               \
+    X(vkCmdUpdateBuffer)                             \
+    X(vkCmdClearColorImage)                          \
+    X(vkCmdClearDepthStencilImage)
+
+// With VK_EXT_debug_utils only: null without it.
+#define RAYGRAPH_DEBUG_DEVICE_FUNCTIONS(X)           \
+    X(vkSetDebugUtilsObjectNameEXT)                  \
+    X(vkCmdBeginDebugUtilsLabelEXT)                  \
+    X(vkCmdEndDebugUtilsLabelEXT)                    \
+    X(vkCmdInsertDebugUtilsLabelEXT)
+
+// clang-format on
+
+namespace raygraph::rhi {
+
+#define RAYGRAPH_DECLARE_FUNCTION_(name) PFN_##name name = nullptr;
+
+struct GlobalFunctions {
+    RAYGRAPH_GLOBAL_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
+};
+
+struct InstanceFunctions {
+    RAYGRAPH_INSTANCE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
+    RAYGRAPH_DEBUG_INSTANCE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
+};
+
+struct DeviceFunctions {
+    RAYGRAPH_DEVICE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
+    RAYGRAPH_DEBUG_DEVICE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
+};
+
+#undef RAYGRAPH_DECLARE_FUNCTION_
+
+// Each throws Error{NoDevice} naming the first function that the loader or driver lacks.
+GlobalFunctions LoadGlobalFunctions(PFN_vkGetInstanceProcAddr loader);
+InstanceFunctions LoadInstanceFunctions(PFN_vkGetInstanceProcAddr loader, VkInstance instance,
+                                        bool debugUtils);
+DeviceFunctions LoadDeviceFunctions(PFN_vkGetDeviceProcAddr loader, VkDevice device, bool debugUtils);
+
+// The system's Vulkan loader (libvulkan.so.1), opened at first use and closed with its last holder.
+class VulkanLoader {
+  public:
+    // Throws Error{NoDevice} when there is no loader on this machine.
+    static std::shared_ptr<VulkanLoader> Open();
+    ~VulkanLoader();
+    VulkanLoader(const VulkanLoader&) = delete;
+    VulkanLoader& operator=(const VulkanLoader&) = delete;
+
+    PFN_vkGetInstanceProcAddr GetInstanceProcAddr() const { return m_getInstanceProcAddr; }
+
+  private:
+    VulkanLoader() = default;
+    void* m_library = nullptr;
+    PFN_vkGetInstanceProcAddr m_getInstanceProcAddr = nullptr;
+};
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,199 @@
+// Buffers, textures, samplers and memory blocks: move-only owners made by Device::Create*.
+//
+// Lifetime: destroying an owner hands the Vulkan objects to its Device, which frees them once its timeline
+// has passed every submission made before the destruction. An owner must not outlive its Device. A moved-from
+// or default-constructed owner is empty: Handle() is VK_NULL_HANDLE and destroying it does nothing. Threads:
+// creation and destruction may happen on any thread; one object is not to be used by two at once.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "rhi/format.h"
+#include "rhi/vulkan.h"
+
+typedef struct VmaAllocation_T* VmaAllocation;
+
+namespace raygraph::rhi {
+
+class Device;
+
+// Bit set over an enum class with explicit bit values.
+template <typename E>
+requires requires {
+    E::IsBitSet;
+}
+constexpr E operator|(E a, E b) {
+    return static_cast<E>(static_cast<uint32_t>(a) | static_cast<uint32_t>(b));
+}
+template <typename E>
+requires requires {
+    E::IsBitSet;
+}
+constexpr E& operator|=(E& a, E b) {
+    return a = a | b;
+}
+template <typename E>
+requires requires {
+    E::IsBitSet;
+}
+constexpr bool Has(E set, E bits) {
+    return (static_cast<uint32_t>(set) & static_cast<uint32_t>(bits)) == static_cast<uint32_t>(bits);
+}
+
+enum class MemoryKind : uint8_t {
+    Device,    // Fast on the device, not mapped.
+    Upload,    // Mapped, written by the CPU in order, read by the device.
+    Readback,  // Mapped and cached, written by the device, read by the CPU.
+};
+
+enum class BufferUsage : uint32_t {
+    None = 0,
+    Storage = 1u << 0,
+    Uniform = 1u << 1,
+    Index = 1u << 2,
+    Vertex = 1u << 3,
+    Indirect = 1u << 4,
+    CopySource = 1u << 5,
+    CopyDestination = 1u << 6,
+    BuildInput = 1u << 7,             // vertices, indices or instances of an acceleration-structure build
+    AccelerationStructure = 1u << 8,  // storage of an acceleration structure
+    ShaderBindingTable = 1u << 9,
+    IsBitSet = 0,
+};
+
+struct BufferDesc {
+    std::string name = "buffer";
+    uint64_t size = 0;  // bytes; 0 is refused
+    BufferUsage usage = BufferUsage::Storage;
+    MemoryKind memory = MemoryKind::Device;
+};
+
+class Buffer {
+  public:
+    Buffer() = default;
+    Buffer(Buffer&& other) noexcept { *this = std::move(other); }
+    Buffer& operator=(Buffer&& other) noexcept;
+    ~Buffer();
+
+    VkBuffer Handle() const { return m_buffer; }
+    uint64_t Size() const { return m_desc.size; }
+    // Device address; every buffer has one (buffer device address is a requirement).
+    VkDeviceAddress Address() const { return m_address; }
+    // The mapped bytes of an Upload or Readback buffer, coherent; empty for Device memory.
+    std::span<std::byte> Mapped() const;
+    const BufferDesc& Desc() const { return m_desc; }
+    explicit operator bool() const { return m_buffer != VK_NULL_HANDLE; }
+
+  private:
+    friend class Device;
+    Device* m_device = nullptr;
+    BufferDesc m_desc;
+    VkBuffer m_buffer = VK_NULL_HANDLE;
+    VmaAllocation m_allocation = nullptr;  // null: bound to a MemoryBlock, or not ours
+    VkDeviceAddress m_address = 0;
+    std::byte* m_mapped = nullptr;
+};
+
+enum class TextureUsage : uint32_t {
+    None = 0,
+    Sampled = 1u << 0,
+    Storage = 1u << 1,
+    ColorTarget = 1u << 2,
+    DepthTarget = 1u << 3,
+    CopySource = 1u << 4,
+    CopyDestination = 1u << 5,
+    IsBitSet = 0,
+};
+
+struct TextureDesc {
+    std::string name = "texture";
+    Extent2D extent;  // texels; an empty extent is refused
+    Format format = Format::Rgba8Unorm;
+    TextureUsage usage = TextureUsage::Sampled | TextureUsage::CopyDestination;
+    uint32_t mipLevels = 1;
+};
+
+// A 2D image with one view of all its mips. Its layout is not tracked here: that is the render graph's work.
+class Texture {
+  public:
+    Texture() = default;
+    Texture(Texture&& other) noexcept { *this = std::move(other); }
+    Texture& operator=(Texture&& other) noexcept;
+    ~Texture();
+
+    VkImage Image() const { return m_image; }
+    VkImageView View() const { return m_view; }
+    Extent2D Extent() const { return m_desc.extent; }
+    const TextureDesc& Desc() const { return m_desc; }
+    // False for a host's image that was only wrapped: destroying this object then frees the view alone.
+    bool OwnsImage() const { return m_ownsImage; }
+    explicit operator bool() const { return m_image != VK_NULL_HANDLE; }
+
+  private:
+    friend class Device;
+    Device* m_device = nullptr;
+    TextureDesc m_desc;
+    VkImage m_image = VK_NULL_HANDLE;
+    VkImageView m_view = VK_NULL_HANDLE;
+    VmaAllocation m_allocation = nullptr;  // null: bound to a MemoryBlock, or a host's image
+    bool m_ownsImage = true;
+};
+
+enum class Filter : uint8_t { Nearest, Linear };
+enum class AddressMode : uint8_t { Repeat, MirroredRepeat, ClampToEdge };
+
+struct SamplerDesc {
+    std::string name = "sampler";
+    Filter magFilter = Filter::Linear;
+    Filter minFilter = Filter::Linear;
+    Filter mipFilter = Filter::Linear;
+    AddressMode addressU = AddressMode::Repeat;
+    AddressMode addressV = AddressMode::Repeat;
+};
+
+class Sampler {
+  public:
+    Sampler() = default;
+    Sampler(Sampler&& other) noexcept { *this = std::move(other); }
+    Sampler& operator=(Sampler&& other) noexcept;
+    ~Sampler();
+
+    VkSampler Handle() const { return m_sampler; }
+    explicit operator bool() const { return m_sampler != VK_NULL_HANDLE; }
+
+  private:
+    friend class Device;
+    Device* m_device = nullptr;
+    VkSampler m_sampler = VK_NULL_HANDLE;
+};
+
+// What a resource needs from memory, known before it is bound: input of transient aliasing.
+struct MemoryRequirements {
+    uint64_t size = 0;
+    uint64_t alignment = 1;
+    uint32_t memoryTypeBits = 0;
+};
+
+// Device memory that several transient textures and buffers with disjoint lifetimes share, each bound at
+// offset 0.
+class MemoryBlock {
+  public:
+    MemoryBlock() = default;
+    MemoryBlock(MemoryBlock&& other) noexcept { *this = std::move(other); }
+    MemoryBlock& operator=(MemoryBlock&& other) noexcept;
+    ~MemoryBlock();
+
+    const MemoryRequirements& Requirements() const { return m_requirements; }
+    explicit operator bool() const { return m_allocation != nullptr; }
+
+  private:
+    friend class Device;
+    Device* m_device = nullptr;
+    MemoryRequirements m_requirements;
+    VmaAllocation m_allocation = nullptr;
+};
+
+}  // namespace raygraph::rhi
