@@ -1,0 +1,97 @@
+// Acceleration structures: the owner of one, and bottom-level ones (BLAS) as the builder makes them
+// (rhi/blas_builder.h).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rhi/resources.h"
+#include "rhi/vulkan.h"
+
+namespace raygraph::rhi {
+
+// Owns one VkAccelerationStructureKHR and its buffer; an owner as in rhi/resources.h.
+class AccelerationStructure {
+  public:
+    AccelerationStructure() = default;
+    AccelerationStructure(Device& device, const std::string& name, VkAccelerationStructureTypeKHR type,
+                          uint64_t bytes);
+    AccelerationStructure(AccelerationStructure&& other) noexcept { *this = std::move(other); }
+    AccelerationStructure& operator=(AccelerationStructure&& other) noexcept;
+    ~AccelerationStructure();
+
+    VkAccelerationStructureKHR Handle() const { return m_structure; }
+    VkDeviceAddress Address() const { return m_address; }
+    uint64_t Bytes() const { return m_bytes; }
+    explicit operator bool() const { return m_structure != VK_NULL_HANDLE; }
+
+  private:
+    void Release() noexcept;
+    Device* m_device = nullptr;
+    Buffer m_storage;
+    VkAccelerationStructureKHR m_structure = VK_NULL_HANDLE;
+    VkDeviceAddress m_address = 0;
+    uint64_t m_bytes = 0;
+};
+
+enum class BlasKind : uint8_t {
+    Static,     // Fast to trace; compacted; never updated.
+    Deforming,  // Updated in place when its vertices move (Refit); never compacted.
+};
+
+// Triangles with 32-bit indices and float3 positions at the start of each vertex. The buffers carry
+// BufferUsage::BuildInput and stay alive until the build has completed.
+struct TriangleGeometry {
+    VkDeviceAddress vertices = 0;  // of the first vertex, a multiple of 4
+    uint32_t vertexStride = 12;    // bytes, a multiple of 4
+    uint32_t vertexCount = 0;      // every index is below it
+    VkDeviceAddress indices = 0;   // of the first index, a multiple of 4
+    uint32_t triangleCount = 0;
+    bool isOpaque = true;  // opaque geometry never runs an any-hit shader
+};
+
+// Boxes for an intersection shader: tightly packed VkAabbPositionsKHR (float min[3], max[3]).
+struct AabbGeometry {
+    VkDeviceAddress boxes = 0;  // a multiple of 8
+    uint32_t boxCount = 0;
+    bool isOpaque = true;
+};
+
+// Either triangles or AABBs: one BLAS cannot hold both. gl_GeometryIndexEXT counts the elements.
+struct BlasDesc {
+    std::string name = "blas";
+    BlasKind kind = BlasKind::Static;
+    std::vector<TriangleGeometry> triangles;
+    std::vector<AabbGeometry> aabbs;
+};
+
+// One bottom-level structure, made by BlasBuilder::Add. Its address changes when a compacted structure takes
+// its place: Version then counts up, and every TLAS that refers to it has to be rebuilt.
+class Blas {
+  public:
+    const std::string& Name() const { return m_desc.name; }
+    BlasKind Kind() const { return m_desc.kind; }
+    // False until a build has been recorded: Address() is then 0.
+    bool IsBuilt() const { return static_cast<bool>(m_structure); }
+    bool IsCompacted() const { return m_isCompacted; }
+    VkAccelerationStructureKHR Handle() const { return m_structure.Handle(); }
+    VkDeviceAddress Address() const { return m_structure.Address(); }
+    uint64_t Bytes() const { return m_structure.Bytes(); }
+    uint64_t BytesBuilt() const { return m_bytesBuilt; }  // before compaction
+    uint32_t Version() const { return m_version; }
+    const BlasDesc& Desc() const { return m_desc; }
+
+  private:
+    friend class BlasBuilder;
+    BlasDesc m_desc;
+    AccelerationStructure m_structure;
+    VkBuildAccelerationStructureFlagsKHR m_flags = 0;
+    uint64_t m_bytesBuilt = 0;
+    uint64_t m_updateScratch = 0;
+    uint32_t m_version = 0;
+    bool m_isCompacted = false;
+};
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,78 @@
+// A ray-tracing pipeline with its shader groups and its shader binding table (rhi/shader_binding_table.h).
+//
+// Groups are given by ray type and by hit set; no caller ever writes a table index. An instance picks its hit
+// set (TlasInstance::hitSet), a callable is picked in the shader by its place in `callables`.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "rhi/pipeline.h"
+#include "rhi/resources.h"
+#include "rhi/shader_binding_table.h"
+#include "shaders/shared/ray_types.h"
+
+namespace raygraph::rhi {
+
+// A ray-generation, miss or callable shader with the data of its record (`shaderRecordEXT` in the shader).
+struct GeneralShader {
+    ShaderStage stage;
+    std::vector<std::byte> recordData;
+};
+
+// The shaders that a hit runs. All may be empty: such a hit runs nothing and leaves the payload as it is.
+// With an intersection shader the group is for AABBs, without one for triangles.
+struct HitGroup {
+    ShaderStage closestHit;
+    ShaderStage anyHit;
+    ShaderStage intersection;
+    std::vector<std::byte> recordData;
+};
+
+// One hit group a ray type, by RayType.
+struct HitGroupSet {
+    std::array<HitGroup, kRayTypeCount> byRayType;
+
+    HitGroup& operator[](RayType type) { return byRayType[static_cast<size_t>(type)]; }
+    const HitGroup& operator[](RayType type) const { return byRayType[static_cast<size_t>(type)]; }
+};
+
+struct RayTracingPipelineDesc {
+    std::string name = "ray tracing pipeline";
+    GeneralShader rayGen;
+    std::array<GeneralShader, kRayTypeCount>
+        miss;  // by RayType; an empty stage: a miss leaves the payload as it is
+    std::vector<HitGroupSet> hitSets;
+    std::vector<GeneralShader> callables;
+    std::vector<SpecializationValue> specialization;
+    uint32_t maxRecursion = 1;  // 1: only ray generation traces
+};
+
+class RayTracingPipeline : public Pipeline {
+  public:
+    RayTracingPipeline() = default;
+    // Regions for vkCmdTraceRaysKHR.
+    const VkStridedDeviceAddressRegionKHR& RayGenRegion() const { return m_regions[0]; }
+    const VkStridedDeviceAddressRegionKHR& MissRegion() const { return m_regions[1]; }
+    const VkStridedDeviceAddressRegionKHR& HitRegion() const { return m_regions[2]; }
+    const VkStridedDeviceAddressRegionKHR& CallableRegion() const { return m_regions[3]; }
+    const TableLayout& Table() const { return m_tableLayout; }
+    uint32_t HitSetCount() const { return m_tableLayout.hit.recordCount / kRayTypeCount; }
+
+  private:
+    friend RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
+    using Pipeline::Pipeline;
+    void FillTable(const RayTracingPipelineDesc& desc, std::span<const uint32_t> groups);
+
+    Buffer m_table;
+    TableLayout m_tableLayout;
+    std::array<VkStridedDeviceAddressRegionKHR, 4> m_regions{};
+};
+
+// A shader used by several groups is compiled once. Throws Error{Usage} naming the pipeline for a missing
+// ray-generation shader, a shader of the wrong stage, maxRecursion or record data above the device's limits,
+// and as CreateComputePipeline.
+RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
+
+}  // namespace raygraph::rhi

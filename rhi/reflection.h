@@ -1,0 +1,108 @@
+// What a SPIR-V module says about itself: bindings, push constants, specialization constants, workgroup size.
+// Pure functions, no device; callable from any thread.
+//
+// Names are the GLSL names: of the variable for images, samplers and acceleration structures; for a buffer or
+// push-constant block its instance name if it has one, otherwise the block's name.
+//     layout(...) buffer Materials { Material materials[]; };        -> "Materials"
+//     layout(...) buffer Materials { Material data[]; } materials;   -> "materials"
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rhi/format.h"
+#include "rhi/shader_stage.h"
+
+namespace raygraph::rhi {
+
+enum class BindingKind : uint8_t {
+    StorageImage,           // image2D
+    SampledImage,           // sampler2D: image and sampler combined
+    StorageBuffer,          // buffer block
+    UniformBuffer,          // uniform block
+    AccelerationStructure,  // accelerationStructureEXT
+};
+
+VkDescriptorType ToVk(BindingKind kind);
+// "storage image", "sampled image", ...: for errors.
+const char* Name(BindingKind kind);
+
+struct Binding {
+    std::string name;
+    uint32_t set = 0;
+    uint32_t binding = 0;
+    BindingKind kind = BindingKind::StorageBuffer;
+    uint32_t count = 1;                      // array size; 0: a runtime array
+    bool isReadable = true;                  // false: declared writeonly
+    bool isWritable = false;                 // storage images and buffers not declared readonly
+    bool isUsed = false;                     // the entry point uses it: it has to be bound
+    Format imageFormat = Format::Undefined;  // of a storage image; Undefined: the shader states none
+    uint32_t blockBytes = 0;                 // of a buffer block, without a trailing runtime array
+    uint32_t elementBytes = 0;               // stride of the trailing runtime array; 0: there is none
+};
+
+struct PushConstantBlock {
+    std::string name;    // empty: the shader has none
+    uint32_t bytes = 0;  // up to the end of the last member
+};
+
+enum class ConstantType : uint8_t { Bool, Int, Uint, Float };
+
+struct SpecializationConstant {
+    uint32_t id = 0;
+    std::string name;  // empty for an unnamed one, such as local_size_x_id
+    ConstantType type = ConstantType::Uint;
+    uint32_t defaultValue = 0;  // bits; bool as 0 and 1
+};
+
+struct ShaderReflection {
+    StageKind stage = StageKind::Compute;
+    std::string entryPoint;         // "main"
+    std::vector<Binding> bindings;  // by set, then binding
+    PushConstantBlock pushConstants;
+    std::vector<SpecializationConstant> specialization;  // by id
+    // Compute only, with the specialization defaults; 0, 0, 0 for other stages.
+    std::array<uint32_t, 3> workgroupSize{};
+    std::array<int64_t, 3> workgroupSizeIds{-1, -1, -1};  // constant ids of local_size_*_id; -1: fixed
+};
+
+// Throws Error{Usage} starting with `name` for words that are not a module of one known stage, and for a
+// binding of a kind that Raygraph does not bind (separate images and samplers, texel buffers, 64-bit
+// specialization constants).
+ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name = "shader");
+
+// A stage's reflection with the stage's name, for messages.
+struct NamedReflection {
+    std::string name;
+    ShaderReflection reflection;
+};
+
+// A binding as a whole pipeline sees it.
+struct BindingInfo : Binding {
+    VkShaderStageFlags stages = 0;
+    std::string firstShader;  // the shader that declared it first, for messages
+};
+
+// The bindings of all stages of one pipeline, merged: what a pass has to bind.
+struct ShaderInterface {
+    std::vector<BindingInfo> bindings;                   // of set 0, by binding: the pass's own
+    bool usesTextureTable = false;                       // some stage declares set 1: the bindless textures
+    VkShaderStageFlags stages = 0;                       // all stages
+    PushConstantBlock pushConstants;                     // the largest block
+    std::string pushConstantShader;                      // the shader that has it
+    std::vector<SpecializationConstant> specialization;  // of all stages, by id
+
+    const BindingInfo* Find(std::string_view bindingName) const;  // null: no such binding
+};
+
+// Merges stage by stage. A binding is readable, writable or used if it is so in any stage. Throws
+// Error{Usage} naming both shaders if one binding number has two kinds, names or array sizes, or one name two
+// numbers; naming the shader if it uses a set above 1, or set 1 for anything but `sampler2D x[]` at binding
+// 0, or a runtime array in set 0.
+ShaderInterface MergeInterface(std::span<const NamedReflection> stages);
+
+}  // namespace raygraph::rhi

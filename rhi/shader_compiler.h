@@ -1,0 +1,35 @@
+// GLSL to SPIR-V at run time, for shader hot reload and for tests.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rhi/shader_stage.h"
+
+namespace raygraph::rhi {
+
+struct GlslSource {
+    std::string name;  // path relative to includeRoot, "pathtrace/pathtrace.rgen"; appears in errors
+    std::string text;  // the whole GLSL text, starting with #version
+    std::optional<StageKind> stage;  // nothing: by the suffix of the name
+    std::filesystem::path
+        includeRoot;  // #include is searched next to the including file, then here; empty: no includes
+};
+
+// Compiles for Vulkan 1.3 (SPIR-V 1.6). The words are those that `glslangValidator -V --target-env vulkan1.3
+// -I<root>` of the same glslang writes, which is how the build makes the embedded shaders. `includedFiles`,
+// if given, receives every file that was included, also when the compilation fails: with the source itself,
+// what a hot reload has to watch. Throws Error{BadInput} of one line a finding, the first five:
+// "pathtrace/pathtrace.rgen:12: 'x' : undeclared identifier"; Error{Usage} if neither stage nor suffix names
+// a stage. Callable from any thread.
+std::vector<uint32_t> CompileGlsl(const GlslSource& source,
+                                  std::vector<std::filesystem::path>* includedFiles = nullptr);
+
+// The same for a file of `includeRoot`; throws Error{Io} if it cannot be read.
+std::vector<uint32_t> CompileGlslFile(const std::filesystem::path& includeRoot, const std::string& name,
+                                      std::vector<std::filesystem::path>* includedFiles = nullptr);
+
+}  // namespace raygraph::rhi

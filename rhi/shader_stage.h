@@ -1,0 +1,49 @@
+// Shader stages as pipelines take them: a name, SPIR-V words and specialization values.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "rhi/vulkan.h"
+
+namespace raygraph::rhi {
+
+enum class StageKind : uint8_t {
+    RayGen,
+    Miss,
+    ClosestHit,
+    AnyHit,
+    Intersection,
+    Callable,
+    Compute,
+    Vertex,
+    Fragment,
+};
+
+VkShaderStageFlagBits ToVk(StageKind stage);
+// "ray generation", "closest hit", ...: for errors.
+const char* Name(StageKind stage);
+// By the file's suffix: .rgen .rmiss .rchit .rahit .rint .rcall .comp .vert .frag; nothing for any other.
+std::optional<StageKind> StageOfFile(std::string_view fileName);
+
+// One stage of a pipeline. The words are read while the pipeline is created and may be freed afterwards.
+// Empty (no words) means: this stage is not there.
+struct ShaderStage {
+    std::string name;  // "pathtrace/pathtrace.rgen": for errors and labels
+    std::span<const uint32_t> spirv;
+
+    bool IsEmpty() const { return spirv.empty(); }
+};
+
+// A 32-bit specialization constant (int, uint, float bits, or bool as 0 and 1) by its constant_id.
+struct SpecializationValue {
+    uint32_t id = 0;
+    uint32_t value = 0;
+
+    bool operator==(const SpecializationValue&) const = default;
+};
+
+}  // namespace raygraph::rhi

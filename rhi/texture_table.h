@@ -1,0 +1,48 @@
+// TextureTable: the bindless textures, set 1 of every pipeline that declares
+//     layout(set = 1, binding = 0) uniform sampler2D textures[];
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "rhi/resources.h"
+#include "rhi/vulkan.h"
+
+namespace raygraph::rhi {
+
+// The most slots a table can have.
+inline constexpr uint32_t kMaxTextureTableSlots = 65536;
+
+// The layout behind Device::TextureTableLayout(): one array of combined image samplers of variable size,
+// update after bind. The caller destroys it.
+VkDescriptorSetLayout CreateTextureTableLayout(Device& device);
+
+// Slots 0 to capacity - 1. Every slot always holds a texture: a free one holds the default, since a driver
+// may fault on an empty one. Textures are expected in SHADER_READ_ONLY_OPTIMAL; a texture and its sampler
+// outlive their slot, the defaults the table. Add and Remove may be called from any thread and at any time,
+// also while frames that use the table are in flight: a removed slot goes back to the default, and can be
+// handed out again, only when every frame that could read it has completed.
+class TextureTable {
+  public:
+    // Throws Error{Usage} if capacity is 0 or above kMaxTextureTableSlots or the device's limit.
+    TextureTable(Device& device, uint32_t capacity, const Texture& defaultTexture,
+                 const Sampler& defaultSampler);
+    ~TextureTable();
+    TextureTable(const TextureTable&) = delete;
+    TextureTable& operator=(const TextureTable&) = delete;
+
+    // The slot that now holds the texture. Throws Error{Usage} when the table is full.
+    [[nodiscard]] uint32_t Add(const Texture& texture, const Sampler& sampler);
+    // The texture may be destroyed right after. Throws Error{Usage} for a slot that holds none.
+    void Remove(uint32_t slot);
+
+    VkDescriptorSet Set() const;
+    uint32_t Capacity() const;
+    uint32_t Count() const;  // slots that hold a texture that was added
+
+  private:
+    struct State;
+    std::shared_ptr<State> m_state;  // kept by pending removals as well
+};
+
+}  // namespace raygraph::rhi

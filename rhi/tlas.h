@@ -1,0 +1,80 @@
+// Tlas: the top-level acceleration structure over instances of BLASes.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "rhi/acceleration_structure.h"
+#include "rhi/resources.h"
+
+namespace raygraph::rhi {
+
+class CommandList;
+
+struct TlasInstance {
+    // 3 rows of 4, row-major: world = m * (x, y, z, 1).
+    std::array<float, 12> objectToWorld{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    uint32_t customIndex = 0;  // 24 bits: gl_InstanceCustomIndexEXT
+    uint8_t mask = 0xff;       // seen by rays whose cull mask shares a bit; 0: never hit
+    uint32_t hitSet = 0;       // index into RayTracingPipelineDesc::hitSets
+    VkDeviceAddress blas = 0;  // Blas::Address(); 0: the instance is inactive
+    // By default the front face is the one whose vertices turn clockwise seen from the ray's origin (Vulkan's
+    // default).
+    bool isFrontCounterClockwise = false;
+    bool isCullingDisabled = true;  // gl_RayFlagsCull*FacingTrianglesEXT have no effect on it
+};
+
+// Bytes of one instance as the device reads it.
+inline constexpr uint64_t kTlasInstanceBytes = 64;
+
+// Writes instances as the device reads them; `target` has kTlasInstanceBytes for each (Buffer::Mapped() for
+// example). Throws Error{Usage} with the instance's index if customIndex or the hit set's table offset
+// exceeds 24 bits.
+void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte> target);
+
+struct TlasDesc {
+    std::string name = "tlas";
+    uint32_t capacity = 0;          // most instances it can hold; more needs a new Tlas
+    bool allowsUpdate = true;       // Update may be called
+    bool prefersFastBuild = false;  // for scenes rebuilt every frame
+};
+
+// An owner as in rhi/resources.h. Scratch memory is its own. Build and Update order themselves after earlier
+// builds on the device; readers of the structure are ordered by who records the list.
+class Tlas {
+  public:
+    Tlas() = default;
+    Tlas(Device& device, const TlasDesc& desc);
+
+    // Builds from `count` instances at the start of `instances` (BufferUsage::BuildInput), which stays alive
+    // until the build has completed. Zero instances are legal: every ray misses. Throws Error{Usage} if count
+    // exceeds the capacity or the buffer.
+    void Build(CommandList& commands, const Buffer& instances, uint32_t count);
+    // Updates in place: transforms may have changed. Throws Error{Usage} without a Build before, with another
+    // count than the last Build, or without allowsUpdate. An instance must not have become active or
+    // inactive.
+    void Update(CommandList& commands, const Buffer& instances, uint32_t count);
+
+    VkAccelerationStructureKHR Handle() const { return m_structure.Handle(); }
+    VkDeviceAddress Address() const { return m_structure.Address(); }
+    uint64_t Bytes() const { return m_structure.Bytes(); }
+    uint32_t Capacity() const { return m_desc.capacity; }
+    uint32_t InstanceCount() const { return m_count; }  // of the last build
+    const std::string& Name() const { return m_desc.name; }
+    explicit operator bool() const { return static_cast<bool>(m_structure); }
+
+  private:
+    void Record(CommandList& commands, const Buffer& instances, uint32_t count, bool isUpdate);
+    Device* m_device = nullptr;
+    TlasDesc m_desc;
+    AccelerationStructure m_structure;
+    Buffer m_scratch;
+    VkDeviceAddress m_scratchAddress = 0;
+    uint32_t m_count = 0;
+    bool m_isBuilt = false;
+};
+
+}  // namespace raygraph::rhi
