@@ -1,0 +1,69 @@
+// How a pass touches a resource, and what that means to Vulkan. Pure: no device, no vk* call.
+#pragma once
+
+#include <cstdint>
+
+#include "rhi/vulkan.h"
+
+namespace raygraph {
+
+// The kind of a pass supplies the pipeline stages of everything it declares; nobody types a stage.
+enum class PassKind : uint8_t {
+    RayTracing,             // ray-tracing pipeline; TraceRays
+    Compute,                // compute pipeline; Dispatch
+    Raster,                 // graphics pipeline with dynamic rendering; Draw*
+    Transfer,               // copies, fills, clears; no pipeline
+    AccelerationStructure,  // builds, refits, compaction copies; no pipeline
+};
+const char* Name(PassKind kind);
+
+enum class Access : uint8_t {
+    Sampled,         // texture through a sampler
+    StorageRead,     // storage image or storage buffer, read only
+    StorageWrite,    // ... written, contents before the pass not read
+    StorageUpdate,   // ... read and written
+    Uniform,         // uniform buffer
+    TraceStructure,  // acceleration structure, traced against
+    AddressRead,     // buffer reached by address
+    AddressWrite,
+    AddressUpdate,
+    CopyRead,
+    CopyWrite,
+    BuildInput,      // vertices, indices or instances of a build
+    BuildRead,       // structure read by a build (BLASes by a TLAS build) or by a compaction copy
+    BuildWrite,      // structure built
+    BuildUpdate,     // structure refitted in place
+    ColorWrite,      // attachment, cleared or overwritten
+    ColorUpdate,     // attachment, loaded and blended
+    DepthWrite,
+    DepthUpdate,
+    IndexRead,
+    IndirectRead,
+    Present,         // left in the layout the consumer asked for; no stage of ours
+};
+const char* Name(Access access);
+bool Writes(Access access);
+// True when the contents before the pass are needed: StorageUpdate, every read, ... ; false for pure writes.
+bool NeedsContents(Access access);
+
+// What an access is to the barrier planner.
+struct AccessMasks {
+    VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_NONE;
+    VkAccessFlags2 access = VK_ACCESS_2_NONE;
+    VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  // textures only
+};
+AccessMasks MasksFor(PassKind kind, Access access);
+
+// The last known state of a resource: what the next barrier must wait for. Survives frames for persistent and imported
+// resources. Default: never used, contents undefined.
+struct ResourceState {
+    VkPipelineStageFlags2 writeStages = VK_PIPELINE_STAGE_2_NONE;  // the last write, not yet overwritten
+    VkAccessFlags2 writeAccess = VK_ACCESS_2_NONE;
+    VkPipelineStageFlags2 readStages = VK_PIPELINE_STAGE_2_NONE;  // reads since then
+    VkPipelineStageFlags2 visibleStages = VK_PIPELINE_STAGE_2_NONE;  // where the write was made visible already
+    VkAccessFlags2 visibleAccess = VK_ACCESS_2_NONE;
+    VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
+    uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;  // set for imports that come from another family
+};
+
+}  // namespace raygraph

@@ -1,0 +1,126 @@
+// PassBuilder: what a pass declares in its setup function. Everything is checked when the setup returns: names, kinds
+// and writability against the shaders' SPIR-V, ids against the frame. A mistake throws Error{Usage} that names the pass,
+// the resource, what was asked and what the shader has.
+//
+//   TextureId Blur(Renderer& r, TextureId source) {
+//       TextureId blurred = r.CreateTexture("blurred", r.Desc(source));
+//       r.AddPass("Blur", PassKind::Compute,
+//           [&](PassBuilder& pass) {                    // runs now: capture by reference
+//               pass.Compute("post/blur.comp");
+//               pass.Reads("source", source);
+//               blurred = pass.Writes("blurred", blurred);
+//           },
+//           [extent](CommandList& cmd) { cmd.DispatchOver(extent); });   // runs later: capture by value
+//       return blurred;
+//   }
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "renderer/graph/access.h"
+#include "renderer/graph/ids.h"
+#include "rhi/pipeline.h"
+#include "rhi/resources.h"
+#include "shaders/shared/ray_types.h"
+
+namespace raygraph {
+
+class Renderer;
+struct PassDeclaration;
+
+// Names of the shaders of one hit group; "" leaves the stage out.
+struct HitGroupShaders {
+    std::string_view closestHit;
+    std::string_view anyHit;
+    std::string_view intersection;
+};
+
+struct ColorLoad {
+    bool clear = true;  // false: load and blend over what is there
+    float value[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+};
+struct DepthLoad {
+    bool clear = true;
+    float value = 1.0f;
+};
+
+class PassBuilder {
+  public:
+    // --- Shaders, by their name in the ShaderLibrary ("pathtrace/pathtrace.rgen") ---
+    PassBuilder& RayGen(std::string_view shader);
+    PassBuilder& Miss(RayType rayType, std::string_view shader);
+    // `hitSet` tells geometries apart (TlasInstance::hitSet); one group per ray type in each set.
+    PassBuilder& HitGroup(RayType rayType, const HitGroupShaders& shaders, uint32_t hitSet = 0);
+    PassBuilder& Callable(std::string_view shader);
+    PassBuilder& Compute(std::string_view shader);
+    PassBuilder& Vertex(std::string_view shader);
+    PassBuilder& Fragment(std::string_view shader);
+    PassBuilder& RasterState(const rhi::RasterState& state);
+    // Specialization constant by its name in the shaders; a name that no stage has is an error.
+    PassBuilder& Specialize(std::string_view constant, uint32_t value);
+
+    // --- Resources bound by name (set 0) ---
+    void Reads(std::string_view name, TextureId texture);  // storage image
+    void Reads(std::string_view name, TextureId texture, const rhi::SamplerDesc& sampler);
+    void Reads(std::string_view name, BufferId buffer);  // storage or uniform, as the shader declares it
+    void Reads(std::string_view name, TlasId tlas);
+    // Writes: earlier contents are not needed. Updates: they are read too.
+    [[nodiscard]] TextureId Writes(std::string_view name, TextureId texture);
+    [[nodiscard]] BufferId Writes(std::string_view name, BufferId buffer);
+    [[nodiscard]] TextureId Updates(std::string_view name, TextureId texture);
+    [[nodiscard]] BufferId Updates(std::string_view name, BufferId buffer);
+
+    // --- Resources without a binding ---
+    void ReadsByAddress(BufferId buffer);
+    void ReadsByAddress(BlasSetId structures);  // the TLAS that is traced points at them
+    [[nodiscard]] BufferId WritesByAddress(BufferId buffer);
+    void Uses(TextureSetId textures);  // bindless, set 1
+
+    // --- Attachments of a raster pass; depth has no index ---
+    [[nodiscard]] TextureId ColorTarget(uint32_t index, TextureId texture, const ColorLoad& load = {});
+    [[nodiscard]] TextureId DepthTarget(TextureId texture, const DepthLoad& load = {});
+
+    // --- Transfer and acceleration-structure passes ---
+    void CopiesFrom(TextureId texture);
+    void CopiesFrom(BufferId buffer);
+    [[nodiscard]] TextureId CopiesTo(TextureId texture);
+    [[nodiscard]] BufferId CopiesTo(BufferId buffer);
+    void BuildsFrom(BufferId input);
+    void BuildsFrom(BlasSetId structures);
+    [[nodiscard]] TlasId Builds(TlasId tlas);
+    [[nodiscard]] BlasSetId Builds(BlasSetId structures);
+    [[nodiscard]] TlasId Refits(TlasId tlas);
+    [[nodiscard]] BlasSetId Refits(BlasSetId structures);
+
+    // --- Constants, copied now ---
+    // The shaders' push-constant block; sizes must agree.
+    template <typename T>
+    void Constants(const T& constants) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        ConstantBytes(std::as_bytes(std::span(&constants, 1)));
+    }
+    // A uniform block of set 0, from the frame's uniform memory.
+    template <typename T>
+    void Uniform(std::string_view name, const T& data) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        UniformBytes(name, std::as_bytes(std::span(&data, 1)));
+    }
+
+    // The pass has an effect that the graph cannot see: never cull it.
+    void KeepAlive();
+
+  private:
+    friend class Renderer;
+    PassBuilder(Renderer& renderer, PassDeclaration& pass) : m_renderer(renderer), m_pass(pass) {}
+    void ConstantBytes(std::span<const std::byte> bytes);
+    void UniformBytes(std::string_view name, std::span<const std::byte> bytes);
+
+    Renderer& m_renderer;
+    PassDeclaration& m_pass;
+};
+
+}  // namespace raygraph

@@ -1,0 +1,202 @@
+// Renderer: declares, compiles and submits one frame's render graph after the other on one Device.
+//
+//   renderer.BeginFrame();
+//   renderer.Present(Tonemap(renderer, Accumulate(renderer, Trace(renderer, scene, t), a), m));
+//   renderer.Execute();
+//
+// The graph is rebuilt every frame; pipelines, transient memory and persistent resources are kept between frames.
+// Threads: one thread at a time. Several Renderers may share a Device.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/graph/access.h"
+#include "renderer/graph/ids.h"
+#include "renderer/graph/pass_builder.h"
+#include "rhi/command_list.h"
+#include "rhi/device.h"
+#include "rhi/resources.h"
+
+namespace raygraph::rhi {
+class Tlas;
+class TextureTable;
+}  // namespace raygraph::rhi
+
+namespace raygraph {
+
+using rhi::CommandList;
+using rhi::Extent2D;
+using rhi::Format;
+
+struct RendererDesc {
+    // Root of shader sources to reload from; "" uses the SPIR-V built into the library.
+    std::filesystem::path shaderRoot;
+    bool gpuTimes = true;  // two timestamps a pass
+};
+
+// A texture of the graph; usage flags follow from how passes use it.
+struct GraphTextureDesc {
+    Extent2D extent;
+    Format format = Format::Rgba32Float;
+};
+struct GraphBufferDesc {
+    uint64_t size = 0;  // bytes
+    rhi::MemoryKind memory = rhi::MemoryKind::Device;
+};
+
+// When a write to a persistent resource keeps its pass alive.
+enum class Persistence : uint8_t {
+    OnDemand,  // only when something presented this frame needs it: toggling a view away stops its accumulation
+    Always,    // every frame that declares it
+};
+
+// Resources of the pass, resolved: for execute functions that copy or build.
+class PassResources {
+  public:
+    const rhi::Texture& Texture(TextureId id) const;
+    const rhi::Buffer& Buffer(BufferId id) const;
+
+  private:
+    friend class Renderer;
+    explicit PassResources(const Renderer& renderer) : m_renderer(renderer) {}
+    const Renderer& m_renderer;
+};
+
+// A copy of a texture or buffer on its way to the CPU. Valid until the Renderer is destroyed.
+class Readback {
+  public:
+    bool IsReady() const;  // the frame has completed
+    void Wait() const;     // until IsReady()
+    // Tightly packed rows, or the buffer's bytes. Error{Usage} when not ready.
+    std::span<const std::byte> Bytes() const;
+    Extent2D Extent() const;
+    rhi::Format Format() const;
+
+  private:
+    friend class Renderer;
+    struct State;
+    std::shared_ptr<State> m_state;
+};
+
+struct PassTiming {
+    std::string name;
+    double cpuMs = 0.0;  // recording
+    double gpuMs = 0.0;  // between the pass's two timestamps
+};
+
+struct FrameTiming {
+    uint64_t frame = 0;
+    double declareMs = 0.0;  // BeginFrame returned .. Execute called
+    double compileMs = 0.0;
+    double recordMs = 0.0;   // recording and submission
+    std::vector<PassTiming> passes;  // executed ones, in order
+};
+
+class Renderer {
+  public:
+    explicit Renderer(rhi::Device& device, const RendererDesc& desc = {});
+    ~Renderer();  // waits for its frames
+    Renderer(const Renderer&) = delete;
+    Renderer& operator=(const Renderer&) = delete;
+
+    rhi::Device& Device() const;
+
+    // Waits until at most framesInFlight - 1 frames are pending, then starts declaring.
+    void BeginFrame();
+    uint64_t FrameNumber() const;
+
+    // --- Resources ---
+    // Transient: contents live within the frame; memory is shared by resources with disjoint lifetimes.
+    TextureId CreateTexture(std::string_view name, const GraphTextureDesc& desc);
+    BufferId CreateBuffer(std::string_view name, const GraphBufferDesc& desc);
+    // Persistent: found again by name in later frames, with contents and last access. A changed desc makes it anew.
+    TextureId Persist(std::string_view name, const GraphTextureDesc& desc,
+                      Persistence persistence = Persistence::OnDemand);
+    BufferId PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
+                           Persistence persistence = Persistence::OnDemand);
+    // True when a persistent resource was made in this frame: its contents are undefined until written.
+    bool IsFresh(TextureId texture) const;
+    bool IsFresh(BufferId buffer) const;
+    // Forgets a persistent resource.
+    void Forget(std::string_view name);
+    // Imported: owned by the caller, alive until the frame has completed. `state` is read when the frame is compiled
+    // and written back when it is submitted; it must outlive Execute.
+    TextureId Import(std::string_view name, const rhi::Texture& texture, ResourceState& state);
+    BufferId Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state);
+    TlasId Import(std::string_view name, const rhi::Tlas& tlas, ResourceState& state);
+    BlasSetId ImportBlasSet(std::string_view name, ResourceState& state);
+    TextureSetId Import(std::string_view name, const rhi::TextureTable& table);
+
+    const GraphTextureDesc& Desc(TextureId texture) const;
+    const GraphBufferDesc& Desc(BufferId buffer) const;
+
+    // --- Passes ---
+    using SetupFunction = std::function<void(PassBuilder&)>;
+    using ExecuteFunction = std::function<void(CommandList&, const PassResources&)>;
+    // Execute may take (CommandList&) or (CommandList&, const PassResources&).
+    template <typename Setup, typename Execute>
+    PassId AddPass(std::string_view name, PassKind kind, Setup&& setup, Execute&& execute);
+
+    // --- Roots: what the frame is for. Passes that lead to no root are culled. ---
+    // The texture shown; left in the layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL unless exported.
+    void Present(TextureId texture);
+    // Hands an imported texture back in the given layout and queue family.
+    void Export(TextureId texture, VkImageLayout layout, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
+    Readback ReadBack(TextureId texture);
+    Readback ReadBack(BufferId buffer);
+    // The frame's submission waits for, or signals, a semaphore of the host.
+    void WaitSemaphore(const rhi::SemaphoreUse& semaphore);
+    void SignalSemaphore(const rhi::SemaphoreUse& semaphore);
+
+    // Compiles, records and submits; returns the timeline value that completes the frame. On an Error the frame is
+    // dropped and the next BeginFrame starts clean.
+    uint64_t Execute();
+    // Compiles what has been declared so far without recording anything, for DescribePlan before Execute.
+    void Compile();
+
+    // --- What happened ---
+    bool WasExecuted(PassId pass) const;  // in the frame executed last: not culled
+    // The plan of the frame compiled last: order, culled passes, barriers, lifetimes, aliases.
+    std::string DescribePlan() const;
+    std::string DescribePlanDot() const;  // Graphviz
+    // The latest frame whose GPU times have arrived; empty before that.
+    const FrameTiming& Timing() const;
+    // All timings that arrived since the last call, oldest first.
+    std::vector<FrameTiming> TakeTimings();
+    // Milliseconds spent creating pipelines so far, and how many.
+    double PipelineCreationMs() const;
+    uint32_t PipelineCount() const;
+    // Reloads shaders whose source changed under RendererDesc::shaderRoot. A shader that fails to compile leaves its
+    // last good pipeline in use; the messages ("file:line: text") are returned.
+    std::vector<std::string> ReloadShaders();
+
+    // Shaders of passes outside the library: SPIR-V under a name, copied.
+    void AddShader(std::string_view name, std::span<const uint32_t> spirv);
+
+  private:
+    friend class PassBuilder;
+    friend class PassResources;
+    PassId AddPassErased(std::string_view name, PassKind kind, const SetupFunction& setup, ExecuteFunction execute);
+
+    struct Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+template <typename Setup, typename Execute>
+PassId Renderer::AddPass(std::string_view name, PassKind kind, Setup&& setup, Execute&& execute) {
+    if constexpr (std::is_invocable_v<Execute, CommandList&, const PassResources&>)
+        return AddPassErased(name, kind, std::forward<Setup>(setup), std::forward<Execute>(execute));
+    else
+        return AddPassErased(name, kind, std::forward<Setup>(setup),
+                             [run = std::forward<Execute>(execute)](CommandList& commands, const PassResources&) {
+                                 run(commands);
+                             });
+}
+
+}  // namespace raygraph
