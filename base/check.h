@@ -1,5 +1,5 @@
-// Invariants of our own code. A failed check is a bug in Raygraph, never in its input: it prints both values and
-// aborts. Active in debug builds and wherever RAYGRAPH_ASSERTS is defined.
+// Invariants of our own code. A failed check is a bug in Raygraph, never in its input: it prints both values
+// and aborts. Active in debug builds and wherever RAYGRAPH_ASSERTS is defined.
 #pragma once
 
 #include <cstdio>
@@ -23,21 +23,21 @@ template <typename A, typename B>
 }  // namespace raygraph::detail
 
 #ifdef RAYGRAPH_ASSERTS
-#define RG_CHECK_OP_(a, op, b)                                                                             \
-    do {                                                                                                   \
-        const auto& rgCheckA = (a);                                                                        \
-        const auto& rgCheckB = (b);                                                                        \
-        if (!(rgCheckA op rgCheckB))                                                                       \
-            ::raygraph::detail::CheckFailed(#a " " #op " " #b, rgCheckA, rgCheckB, __FILE__, __LINE__);    \
+#define RG_CHECK_OP_(a, op, b)                                                                          \
+    do {                                                                                                \
+        const auto& rgCheckA = (a);                                                                     \
+        const auto& rgCheckB = (b);                                                                     \
+        if (!(rgCheckA op rgCheckB))                                                                    \
+            ::raygraph::detail::CheckFailed(#a " " #op " " #b, rgCheckA, rgCheckB, __FILE__, __LINE__); \
     } while (false)
 #else
 #define RG_CHECK_OP_(a, op, b) ((void)sizeof((a)op(b)))
 #endif
 
-#define RG_CHECK_EQ(a, b) RG_CHECK_OP_(a, ==, b)
-#define RG_CHECK_NE(a, b) RG_CHECK_OP_(a, !=, b)
-#define RG_CHECK_LT(a, b) RG_CHECK_OP_(a, <, b)
-#define RG_CHECK_LE(a, b) RG_CHECK_OP_(a, <=, b)
-#define RG_CHECK_GT(a, b) RG_CHECK_OP_(a, >, b)
-#define RG_CHECK_GE(a, b) RG_CHECK_OP_(a, >=, b)
+#define RG_CHECK_EQ(a, b)   RG_CHECK_OP_(a, ==, b)
+#define RG_CHECK_NE(a, b)   RG_CHECK_OP_(a, !=, b)
+#define RG_CHECK_LT(a, b)   RG_CHECK_OP_(a, <, b)
+#define RG_CHECK_LE(a, b)   RG_CHECK_OP_(a, <=, b)
+#define RG_CHECK_GT(a, b)   RG_CHECK_OP_(a, >, b)
+#define RG_CHECK_GE(a, b)   RG_CHECK_OP_(a, >=, b)
 #define RG_CHECK(condition) RG_CHECK_OP_(static_cast<bool>(condition), ==, true)

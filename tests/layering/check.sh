@@ -1,0 +1,133 @@
+#!/usr/bin/env bash
+# check.sh [ROOT]: the rules that keep the layers apart and the files small, as greps over the source tree.
+# Prints one line for each violation, "path:line: rule: text", and exits with 1 if there is any. A grep that finds
+# nothing is the good case, so failures are not fatal here; check_test.sh shows that each rule can fail.
+set -u
+export LC_ALL=C.UTF-8
+cd -- "${1:-$(dirname -- "${BASH_SOURCE[0]}")/../..}" || exit 2
+
+folders=()
+for folder in base rhi renderer passes shaders editor tests scenes cmake docs .ci; do
+    [[ ! -d $folder ]] || folders+=("$folder")
+done
+mapfile -t files < <(find "${folders[@]}" -type f | sort)
+mapfile -t sources < <(printf '%s\n' "${files[@]}" |
+    grep -E '\.(h|cpp|glsl|rgen|rmiss|rchit|rahit|rint|rcall|comp|vert|frag)$')
+if ((${#sources[@]} == 0)); then
+    echo "check.sh: no sources under $PWD" >&2
+    exit 2
+fi
+
+# The code without comments and strings as "path:line: text"; include lines keep their quotes.
+code=$(awk '
+    FNR == 1 { inComment = 0 }
+    {
+        text = $0
+        if (inComment) {
+            if (!match(text, /\*\//)) next
+            text = substr(text, RSTART + 2)
+            inComment = 0
+        }
+        if (text !~ /^[ \t]*#[ \t]*include/) gsub(/"([^"\\]|\\.)*"/, "\"\"", text)
+        gsub(/\/\*([^*]|\*+[^*\/])*\*+\//, " ", text)
+        sub(/\/\/.*/, "", text)
+        if (match(text, /\/\*/)) {
+            text = substr(text, 1, RSTART - 1)
+            inComment = 1
+        }
+        if (text ~ /[^ \t]/) print FILENAME ":" FNR ": " text
+    }' "${sources[@]}")
+
+# Lines RULE: turns "path:line:text" into a report.
+Report() {
+    local path line text
+    while IFS=: read -r path line text; do
+        printf '%s:%s: %s: %s\n' "$path" "$line" "$1" "${text#"${text%%[![:space:]]*}"}"
+    done
+}
+
+# Find FOLDERS PATTERN: lines of code under these folders that hold the pattern.
+Find() { grep -E "^($1)[^:]*:[0-9]+:.*($2)" <<<"$code"; }
+
+# Word PATTERN: the pattern where a word begins.
+Word() { printf '(^|[^[:alnum:]_])(%s)' "$1"; }
+
+# MayInclude FOLDER PREFIXES: of the project's headers, those that files under FOLDER may include.
+MayInclude() {
+    grep -E "^$1[^:]*:[0-9]+: *# *include *[<\"](base|rhi|renderer|passes|shaders|editor|tests)/" <<<"$code" |
+        grep -vE ": *# *include *\"($2)" | Report "layer: $1 includes only ${2//|/ }"
+}
+
+CheckLayers() {
+    local lower='base/|shaders/shared/'
+    MayInclude shaders/ 'shaders/'
+    MayInclude base/ "$lower"
+    MayInclude rhi/ "$lower|shaders/embedded.h|rhi/"
+    MayInclude renderer/image/ "$lower|renderer/image/"
+    MayInclude renderer/scene/ "$lower|renderer/image/|renderer/scene/"
+    MayInclude renderer/graph/ "$lower|shaders/embedded.h|rhi/|renderer/graph/"
+    MayInclude renderer/ "$lower|shaders/embedded.h|rhi/|renderer/"
+    MayInclude passes/ "$lower|rhi/|renderer/|passes/"
+    MayInclude editor/viewport/ "$lower|rhi/|renderer/|passes/|editor/viewport/"
+    MayInclude editor/app/ "$lower|rhi/|renderer/|passes/|editor/viewport/|editor/app/"
+    MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/viewport/|editor/cli/"
+    Find 'base/|rhi/|renderer/|passes/|editor/' '# *include *"' |
+        grep -vE '"(base|rhi|renderer|passes|shaders|editor)/' |
+        Report 'include-root: our headers are named from the root of the tree'
+}
+
+CheckTokens() {
+    local libraries='base/|rhi/|renderer/|passes/|shaders/|editor/viewport/'
+    local verbs='Cmd|Create|Destroy|Get|Allocate|Free|Queue|Device|Enumerate|Bind|Begin|End|Reset|Wait|Acquire|Build'
+    Find 'base/|renderer/|passes/|shaders/|editor/' "$(Word "vk($verbs)[A-Z]|vk[A-Z][[:alnum:]]* *\\(")" |
+        Report 'vk-call: Vulkan is called in rhi alone'
+    Find 'base/|renderer/image/|renderer/scene/' "$(Word 'Vk[A-Z]|VK_')|include.*vulkan/" |
+        Report 'no-vulkan: base, image and scene know nothing of Vulkan'
+    Find 'passes/|editor/' "$(Word 'Vk[A-Z]|VK_')|include.*vulkan/" |
+        grep -v '^editor/viewport/vulkan_interop\.' |
+        Report 'vk-token: passes and editor reach Vulkan through rhi; hosts through viewport/vulkan_interop.h'
+    Find 'base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/cli/' "$(Word 'glfw|GLFW|imgui|ImGui|IMGUI')" |
+        Report 'window: GLFW and ImGui are used in editor/app alone'
+    Find "$libraries" "$(Word '_exit|_Exit|exit|quick_exit|abort|terminate') *\\(" | grep -v '^base/check\.h:' |
+        Report 'exit: a library never ends the process'
+    Find "$libraries" "$(Word 'cout|cerr|clog|printf|fprintf|vprintf|vfprintf|perror|puts|stdout|stderr')([^[:alnum:]_]|$)" |
+        grep -v '^base/check\.h:' | Report 'output: a library never writes to stdout or stderr'
+}
+
+CheckFiles() {
+    local file first count
+    for file in "${sources[@]}"; do
+        count=$(wc -l <"$file")
+        ((count > 450)) || continue
+        read -r first <"$file"
+        # A table of numbers may be long and says so.
+        [[ $first == '// Data table: '* ]] ||
+            echo "$file:$count:" | Report 'size: more than 450 lines is more than one job'
+    done
+    grep -nHE '^.{111,}$' -- "${sources[@]}" | cut -c -100 | Report 'columns: longer than 110'
+    grep -nHE "$(Word 'TODO|FIXME|XXX')([^[:alnum:]_]|$)" -- "${files[@]}" | grep -v '^tests/layering/' |
+        Report 'unfinished: do it now or leave it out'
+}
+
+# A folder with sources has a README; kinds of shaders and of tests share their parent's.
+CheckReadmes() {
+    local folder readme count
+    printf '%s\n' "${sources[@]%/*}" | sed -E 's#^(shaders|tests)/.*#\1#' | sort -u | while read -r folder; do
+        [[ -f $folder/README.md ]] || echo "$folder/README.md:1:" | Report 'readme: every source folder has one'
+    done
+    for readme in "${files[@]}"; do
+        [[ $readme == */README.md ]] || continue
+        count=$(wc -l <"$readme")
+        ((count <= 60)) || echo "$readme:$count:" | Report 'readme-size: at most 60 lines'
+    done
+}
+
+found=$(
+    CheckLayers
+    CheckTokens
+    CheckFiles
+    CheckReadmes
+)
+[[ -n $found ]] || exit 0
+printf '%s\n' "$found"
+exit 1

@@ -1,0 +1,110 @@
+#!/usr/bin/env bash
+# check_test.sh CHECK: shows that each rule of check.sh can fail. In a clean tree made here CHECK finds nothing; with
+# one violation put in, it names that rule and nothing else. "quiet" cases look like violations and are none.
+set -euo pipefail
+
+check=$(realpath -- "$1")
+tree=$(mktemp -d)
+trap 'rm -rf -- "$tree"' EXIT
+cases=0 failures=0
+
+# A tree with a README everywhere and one legal file in each layer.
+MakeCleanTree() {
+    rm -rf -- "${tree:?}"/*
+    local folder
+    for folder in base rhi renderer renderer/image renderer/scene renderer/graph renderer/gpu_scene passes shaders \
+        editor/viewport editor/app editor/cli tests; do
+        mkdir -p "$tree/$folder"
+        echo "# $folder" >"$tree/$folder/README.md"
+        printf '#pragma once\n#include "base/ok.h"\n' >"$tree/$folder/ok.h"
+    done
+    echo '#pragma once' | tee "$tree/shaders/ok.h" >"$tree/base/ok.h"
+    mkdir -p "$tree/shaders/core" "$tree/tests/unit"
+    echo '#include "core/other.glsl"' >"$tree/shaders/core/a.glsl"
+    echo '#include "unit/fixture.h"' >"$tree/tests/unit/a.cpp"
+}
+
+# Expect RULE|quiet FILE TEXT
+Expect() {
+    local rule=$1 file=$2 text=$3 output status=0
+    cases=$((cases + 1))
+    MakeCleanTree
+    mkdir -p "$(dirname "$tree/$file")"
+    printf '%b\n' "$text" >"$tree/$file"
+    output=$("$check" "$tree") || status=$?
+    if [[ $rule == quiet ]]; then
+        ((status == 0)) && return
+    elif ((status == 1)) && ! grep -qv "^$file:[0-9]*: $rule:" <<<"$output"; then
+        return
+    fi
+    failures=$((failures + 1))
+    printf 'expected %s for %s: %s\n  status %d, output: %s\n' "$rule" "$file" "${text:0:80}" "$status" "$output"
+}
+
+Lines() { printf 'int x;%.0s\\n' $(seq "$1"); }
+
+Expect quiet base/clean.h '#pragma once'
+
+Expect layer shaders/core/b.glsl '#include "rhi/device.h"'
+Expect layer base/b.h '#include "rhi/device.h"'
+Expect layer rhi/b.cpp '#include "renderer/renderer.h"'
+Expect layer rhi/b.cpp '#include <passes/trace.h>'
+Expect layer rhi/b.cpp '#include "shaders/core/rng.glsl"'
+Expect layer renderer/image/b.cpp '#include "renderer/scene/scene_data.h"'
+Expect layer renderer/scene/b.cpp '#include "rhi/device.h"'
+Expect layer renderer/graph/b.cpp '#include "renderer/gpu_scene/gpu_scene.h"'
+Expect layer renderer/gpu_scene/b.cpp '#include "passes/trace.h"'
+Expect layer passes/b.cpp '#include "editor/viewport/viewport.h"'
+Expect layer editor/viewport/b.cpp '#include "editor/app/app.h"'
+Expect layer editor/app/b.cpp '#include "editor/cli/main.h"'
+Expect layer editor/cli/b.cpp '#include "editor/app/app.h"'
+Expect quiet passes/b.cpp '#include "rhi/command_list.h"\n#include "renderer/graph/ids.h"'
+Expect quiet rhi/b.cpp '// #include "passes/trace.h"\n#include "shaders/shared/ray_types.h"'
+Expect include-root rhi/b.cpp '#include "device.h"'
+
+Expect vk-call renderer/graph/b.cpp 'void f() { table.vkCmdDraw(cmd); }'
+Expect vk-call editor/cli/b.cpp 'auto f = vkCreateInstance;'
+Expect vk-call passes/b.cpp 'vkFoo(1);'
+Expect quiet rhi/b.cpp 'void f() { vkCmdDraw(); }'
+Expect quiet renderer/graph/b.cpp 'int vkResult = 0;'
+Expect quiet renderer/graph/b.cpp '// vkCmdDraw\nconst char* kName = "vkCmdDraw";\n/* vkCmdDraw\n   vkCmdDraw */'
+Expect no-vulkan renderer/scene/b.h 'VkFormat format;'
+Expect no-vulkan renderer/image/b.h '#include <vulkan/vulkan_core.h>'
+Expect no-vulkan base/b.h 'int x = VK_SUCCESS;'
+Expect vk-token passes/b.h 'VkFormat format;'
+Expect vk-token editor/viewport/viewport.h 'VkImage image;'
+Expect vk-token editor/cli/b.cpp '#include <vulkan/vulkan.h>'
+Expect quiet editor/viewport/vulkan_interop.h '#include <vulkan/vulkan_core.h>\nVkImage image;'
+Expect quiet renderer/graph/b.h 'VkAccessFlags2 access;'
+Expect window editor/viewport/b.cpp '#include <GLFW/glfw3.h>'
+Expect window editor/cli/b.cpp 'ImGui::Begin("x");'
+Expect quiet editor/app/b.cpp '#include <GLFW/glfw3.h>\nvoid f() { ImGui::End(); }'
+
+Expect exit renderer/scene/b.cpp 'void f() { std::exit(1); }'
+Expect exit rhi/b.cpp 'void f() { abort(); }'
+Expect output passes/b.cpp 'void f() { std::cout << 1; }'
+Expect output renderer/image/b.cpp 'void f() { fprintf(stderr, "x"); }'
+Expect output base/b.h 'inline void f() { printf("x"); }'
+Expect quiet base/check.h 'void f() { fputs("x", stderr); abort(); }'
+Expect quiet editor/cli/b.cpp 'void f() { std::fputs("x", stdout); std::exit(2); }'
+Expect quiet renderer/image/b.cpp 'void f() { snprintf(a, 3, "x"); onexit(); }'
+
+Expect size rhi/b.cpp "$(Lines 451)"
+Expect quiet rhi/b.cpp "$(Lines 440)"
+Expect quiet shaders/core/sobol.h "// Data table: Sobol matrices.\n$(Lines 500)"
+Expect columns shaders/core/b.glsl "// $(printf 'x%.0s' {1..120})"
+Expect quiet shaders/core/b.glsl "// $(printf 'é%.0s' {1..107})"
+Expect unfinished passes/b.cpp '// TODO: more'
+Expect unfinished cmake/b.cmake '# FIXME'
+Expect readme-size rhi/README.md "$(Lines 61)"
+
+cases=$((cases + 1))
+MakeCleanTree
+rm "$tree/passes/README.md"
+if [[ $("$check" "$tree") != 'passes/README.md:1: readme: '* ]]; then
+    failures=$((failures + 1))
+    echo "expected readme for a folder without one"
+fi
+
+echo "$cases cases, $failures failed"
+((failures == 0))
