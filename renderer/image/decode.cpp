@@ -1,0 +1,145 @@
+#include "renderer/image/decode.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <new>
+
+#include "base/error.h"
+#include "base/read_file.h"
+
+namespace raygraph::image {
+namespace {
+
+bool StartsWith(std::span<const std::byte> bytes, std::string_view magic, size_t offset = 0) {
+    if (bytes.size() < offset + magic.size()) return false;
+    return std::equal(magic.begin(), magic.end(), bytes.begin() + static_cast<ptrdiff_t>(offset),
+                      [](char a, std::byte b) { return static_cast<std::byte>(a) == b; });
+}
+
+const char* FormatName(FileFormat format) {
+    switch (format) {
+        case FileFormat::Png:
+            return "a PNG";
+        case FileFormat::Jpeg:
+            return "a JPEG";
+        case FileFormat::Webp:
+            return "a WebP";
+        case FileFormat::Hdr:
+            return "a Radiance HDR";
+        case FileFormat::Exr:
+            return "an OpenEXR";
+        case FileFormat::Unknown:
+            break;
+    }
+    return "of an unknown format";
+}
+
+// Environment light is finite and not negative; anything else would poison every sample that meets it.
+void CheckRadiance(ImageF& image, std::string_view name, std::vector<std::string>& warnings) {
+    const auto pixel = [&](size_t index) {
+        const size_t texel = index / 4;
+        return '(' + std::to_string(texel % image.width) + ", " + std::to_string(texel / image.width) + ')';
+    };
+    uint64_t negativeCount = 0;
+    size_t firstNegative = 0;
+    for (size_t i = 0; i < image.rgba.size(); ++i) {
+        float& value = image.rgba[i];
+        if (!std::isfinite(value)) {
+            Refuse(name, "pixel " + pixel(i) + " is " + (std::isnan(value) ? "NaN" : "infinite"));
+        }
+        if (value < 0.0f) {
+            if (negativeCount++ == 0) firstNegative = i;
+            value = 0.0f;
+        }
+    }
+    if (negativeCount > 0) {
+        warnings.push_back(std::string(name) + ": " + std::to_string(negativeCount) +
+                           " negative values set to 0, the first at pixel " + pixel(firstNegative));
+    }
+}
+
+}  // namespace
+
+void Refuse(std::string_view name, std::string_view what) {
+    std::string message = std::string(name) + ": " + std::string(what);
+    while (!message.empty() && (message.back() == '\n' || message.back() == '.')) message.pop_back();
+    std::replace_if(
+        message.begin(), message.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+    throw Error(ErrorKind::BadInput, message);
+}
+
+void RefuseMemory(std::string_view name, uint64_t width, uint64_t height) {
+    throw Error(ErrorKind::OutOfMemory, std::string(name) + ": no memory for " + std::to_string(width) +
+                                            " x " + std::to_string(height) + " pixels");
+}
+
+void CheckSize(std::string_view name, uint64_t width, uint64_t height, const DecodeLimits& limits) {
+    const std::string size = std::to_string(width) + " x " + std::to_string(height) + " pixels";
+    if (width == 0 || height == 0) Refuse(name, size + ": the picture is empty");
+    if (width > limits.maxWidth || height > limits.maxHeight) {
+        Refuse(name, size + " exceed the limit of " + std::to_string(limits.maxWidth) + " x " +
+                         std::to_string(limits.maxHeight));
+    }
+    if (width * height > limits.maxPixels) {
+        Refuse(name, size + " exceed the limit of " + std::to_string(limits.maxPixels) + " pixels");
+    }
+}
+
+void CheckTexelCount(const std::filesystem::path& path, uint64_t width, uint64_t height,
+                     size_t texelNumbers) {
+    if (width == 0 || height == 0 || texelNumbers != 4 * width * height) {
+        throw Error(ErrorKind::Usage, path.string() + ": cannot write " + std::to_string(width) + " x " +
+                                          std::to_string(height) + " pixels from " +
+                                          std::to_string(texelNumbers) + " numbers");
+    }
+}
+
+FileFormat SniffFormat(std::span<const std::byte> bytes) {
+    if (StartsWith(bytes, "\x89PNG\r\n\x1a\n")) return FileFormat::Png;
+    if (StartsWith(bytes, "\xff\xd8\xff")) return FileFormat::Jpeg;
+    if (StartsWith(bytes, "RIFF") && StartsWith(bytes, "WEBP", 8)) return FileFormat::Webp;
+    if (StartsWith(bytes, "#?")) return FileFormat::Hdr;
+    if (StartsWith(bytes, "\x76\x2f\x31\x01")) return FileFormat::Exr;
+    return FileFormat::Unknown;
+}
+
+Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
+    if (bytes.empty()) Refuse(name, "the file is empty");
+    const FileFormat format = SniffFormat(bytes);
+    switch (format) {
+        case FileFormat::Png:
+            return DecodePng(bytes, name, limits);
+        case FileFormat::Jpeg:
+            return DecodeJpeg(bytes, name, limits);
+        case FileFormat::Webp:
+            return DecodeWebp(bytes, name, limits);
+        case FileFormat::Hdr:
+        case FileFormat::Exr:
+        case FileFormat::Unknown:
+            break;
+    }
+    Refuse(name, std::string("is ") + FormatName(format) + ", not PNG, JPEG or WebP");
+}
+
+Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
+                              const DecodeLimits& limits) {
+    if (bytes.empty()) Refuse(name, "the file is empty");
+    const FileFormat format = SniffFormat(bytes);
+    Environment environment;
+    if (format == FileFormat::Hdr) {
+        environment.image = DecodeHdr(bytes, name, limits, environment.warnings);
+    } else if (format == FileFormat::Exr) {
+        environment.image = DecodeExrColor(bytes, name, limits);
+    } else {
+        Refuse(name, std::string("is ") + FormatName(format) + "; an environment is Radiance HDR or OpenEXR");
+    }
+    CheckRadiance(environment.image, name, environment.warnings);
+    return environment;
+}
+
+Environment ReadEnvironment(const std::filesystem::path& path, const DecodeLimits& limits) {
+    return DecodeEnvironment(ReadFile(path), path.string(), limits);
+}
+
+}  // namespace raygraph::image

@@ -1,0 +1,32 @@
+// Inside renderer/image: what the decoders share. Not for others.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "renderer/image/image.h"
+
+namespace raygraph::image {
+
+// Error{BadInput} "name: what", on one line whatever a library or a file put into the texts.
+[[noreturn]] void Refuse(std::string_view name, std::string_view what);
+
+// Error{OutOfMemory} for a picture that passed the limits but not the machine.
+[[noreturn]] void RefuseMemory(std::string_view name, uint64_t width, uint64_t height);
+
+// Refuses an empty picture and one beyond the limits.
+void CheckSize(std::string_view name, uint64_t width, uint64_t height, const DecodeLimits& limits);
+
+// Of the formats that SniffFormat() names; each checks everything beyond the first bytes itself.
+Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
+Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
+Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
+ImageF DecodeHdr(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits,
+                 std::vector<std::string>& warnings);
+// R G B [A] or Y of an EXR as RGBA, numbers as they stand.
+ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
+
+// Error{Usage} unless the picture is not empty and has its four numbers a texel.
+void CheckTexelCount(const std::filesystem::path& path, uint64_t width, uint64_t height, size_t texelNumbers);
+
+}  // namespace raygraph::image

@@ -1,0 +1,179 @@
+#include "renderer/image/exr_header.h"
+
+#include <OpenEXR/ImfVersion.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "renderer/image/decode.h"
+
+namespace raygraph::image {
+namespace {
+
+// Of the format (openexr.com, "OpenEXR File Layout"), by compression method: none, RLE, ZIPS, ZIP, PIZ,
+// PXR24, B44, B44A, DWAA, DWAB.
+constexpr std::array<uint32_t, 10> kLinesPerChunk = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+// All channels together, padded to whole chunks or tiles: 4 GiB of float32.
+constexpr uint64_t kMaxSampleCount = uint64_t{1} << 30;
+constexpr uint64_t kMaxPaddedPixelCount = uint64_t{1} << 24;
+constexpr int64_t kGreatestCoordinate = int64_t{1} << 29;
+
+struct Window {
+    uint64_t width = 0, height = 0;
+};
+struct Tiles {
+    uint64_t width = 0, height = 0;
+};
+
+class ExrHeaderCheck {
+  public:
+    ExrHeaderCheck(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits)
+        : m_rest(bytes), m_name(name), m_limits(limits) {}
+
+    void Run() {
+        ReadVersion();
+        while (!m_rest.empty() && m_rest.front() != std::byte{0}) ReadAttribute();
+        Take(1, "the header");
+        Conclude();
+    }
+
+  private:
+    [[noreturn]] void Fail(const std::string& what) const { Refuse(m_name, "EXR: " + what); }
+
+    std::span<const std::byte> Take(size_t count, const std::string& what) {
+        if (count > m_rest.size()) Fail(what + " is truncated");
+        const auto taken = m_rest.first(count);
+        m_rest = m_rest.subspan(count);
+        return taken;
+    }
+    static int32_t Int(std::span<const std::byte> bytes, size_t offset) {
+        uint32_t value = 0;
+        for (size_t i = 0; i < 4; ++i) value |= std::to_integer<uint32_t>(bytes[offset + i]) << (8 * i);
+        return static_cast<int32_t>(value);
+    }
+    // A string that ends with a zero.
+    std::string Text(std::span<const std::byte>& bytes, const std::string& what) const {
+        constexpr size_t kMaxLength = 255;  // With the long-names flag; OpenEXR itself holds to 31 without.
+        const auto window = bytes.first(std::min(bytes.size(), kMaxLength + 1));
+        const auto end = std::find(window.begin(), window.end(), std::byte{0});
+        if (end == window.end()) Fail(what + " is too long or truncated");
+        const auto length = static_cast<size_t>(end - window.begin());
+        std::string text(reinterpret_cast<const char*>(bytes.data()), length);
+        bytes = bytes.subspan(length + 1);
+        return text;
+    }
+
+    void ReadVersion() {
+        const auto head = Take(8, "the header");
+        const int32_t version = Int(head, 4);
+        if ((version & 0xff) != Imf::EXR_VERSION || !Imf::supportsFlags(Imf::getFlags(version))) {
+            Fail("version field " + std::to_string(version) + " is not supported");
+        }
+        if (Imf::isMultiPart(version)) Fail("multi-part files are not supported");
+        if (Imf::isNonImage(version)) Fail("deep pictures are not supported");
+        m_isTiled = Imf::isTiled(version);
+    }
+
+    void ReadAttribute() {
+        const std::string attribute = Text(m_rest, "an attribute's name");
+        const std::string type = Text(m_rest, "the type of attribute '" + attribute + "'");
+        const int32_t size = Int(Take(4, "attribute '" + attribute + "'"), 0);
+        if (size < 0) Fail("attribute '" + attribute + "' has negative size");
+        const auto value = Take(static_cast<size_t>(size), "attribute '" + attribute + "'");
+        if (!m_seen.insert(attribute).second) Fail("attribute '" + attribute + "' is there twice");
+        const auto expect = [&](const char* expectedType, size_t expectedSize) {
+            if (type == expectedType && value.size() == expectedSize) return;
+            Fail("attribute '" + attribute + "' is not a " + expectedType);
+        };
+        if (attribute == "channels") {
+            if (type != "chlist") Fail("attribute 'channels' is not a chlist");
+            ReadChannels(value);
+        } else if (attribute == "compression") {
+            expect("compression", 1);
+            const auto method = std::to_integer<size_t>(value[0]);
+            if (method >= kLinesPerChunk.size())
+                Fail("compression " + std::to_string(method) + " is unknown");
+            m_linesPerChunk = kLinesPerChunk[method];
+        } else if (attribute == "dataWindow") {
+            expect("box2i", 16);
+            ReadDataWindow(value);
+        } else if (attribute == "tiles") {
+            expect("tiledesc", 9);
+            m_tiles = Tiles{static_cast<uint32_t>(Int(value, 0)), static_cast<uint32_t>(Int(value, 4))};
+        } else if (attribute == "type" && value.size() >= 4 && std::memcmp(value.data(), "deep", 4) == 0) {
+            Fail("deep pictures are not supported");
+        }
+    }
+
+    void ReadChannels(std::span<const std::byte> list) {
+        constexpr size_t kEntryBytes = 16;  // Type, linearity and padding, two samplings.
+        while (!list.empty() && list.front() != std::byte{0}) {
+            const std::string channel = Text(list, "a channel's name");
+            if (list.size() < kEntryBytes) Fail("channel '" + channel + "' is truncated");
+            if (Int(list, 8) != 1 || Int(list, 12) != 1) {
+                Fail("channel '" + channel + "' is subsampled, which is not supported");
+            }
+            list = list.subspan(kEntryBytes);
+            ++m_channelCount;
+        }
+        if (m_channelCount == 0) Fail("there are no channels");
+    }
+
+    void ReadDataWindow(std::span<const std::byte> box) {
+        const int64_t minX = Int(box, 0), minY = Int(box, 4), maxX = Int(box, 8), maxY = Int(box, 12);
+        const std::string text = '(' + std::to_string(minX) + ", " + std::to_string(minY) + ") to (" +
+                                 std::to_string(maxX) + ", " + std::to_string(maxY) + ')';
+        if (maxX < minX || maxY < minY) Fail("data window " + text + " is empty");
+        if (std::min(minX, minY) < -kGreatestCoordinate || std::max(maxX, maxY) > kGreatestCoordinate) {
+            Fail("data window " + text + " is too far out");
+        }
+        m_window = Window{static_cast<uint64_t>(maxX - minX + 1), static_cast<uint64_t>(maxY - minY + 1)};
+        CheckSize(m_name, m_window->width, m_window->height, m_limits);
+    }
+
+    void Conclude() {
+        if (m_channelCount == 0 || !m_window || !m_linesPerChunk || (m_isTiled && !m_tiles)) {
+            Fail("a required attribute is missing");
+        }
+        if (m_isTiled && (m_tiles->width == 0 || m_tiles->height == 0)) Fail("the tiles are empty");
+        const uint64_t chunkWidth = m_isTiled ? m_tiles->width : m_window->width;
+        const uint64_t chunkHeight = m_isTiled ? m_tiles->height : *m_linesPerChunk;
+        const uint64_t columns = (m_window->width + chunkWidth - 1) / chunkWidth;
+        const uint64_t rows = (m_window->height + chunkHeight - 1) / chunkHeight;
+        // 32-bit factors: the products of two fit.
+        const uint64_t paddedPixels = columns * chunkWidth * rows * chunkHeight;
+        const bool isTooWide = std::max(columns * chunkWidth, rows * chunkHeight) > UINT32_MAX;
+        if (isTooWide || paddedPixels > std::max(m_limits.maxPixels, kMaxPaddedPixelCount)) {
+            Fail("chunks of " + std::to_string(chunkWidth) + " x " + std::to_string(chunkHeight) +
+                 " pixels exceed the limit");
+        }
+        if (m_channelCount > kMaxSampleCount / paddedPixels) {
+            Fail(std::to_string(m_channelCount) + " channels of " + std::to_string(m_window->width) + " x " +
+                 std::to_string(m_window->height) + " pixels exceed the limit");
+        }
+        // The table of offsets that follows has eight bytes a chunk (more with mip levels).
+        if (columns * rows > m_rest.size() / 8) Fail("the file is truncated");
+    }
+
+    std::span<const std::byte> m_rest;
+    std::string_view m_name;
+    DecodeLimits m_limits;
+    bool m_isTiled = false;
+    uint64_t m_channelCount = 0;
+    std::optional<Window> m_window;
+    std::optional<Tiles> m_tiles;
+    std::optional<uint32_t> m_linesPerChunk;
+    std::set<std::string> m_seen;
+};
+
+}  // namespace
+
+void CheckExrHeader(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
+    ExrHeaderCheck(bytes, name, limits).Run();
+}
+
+}  // namespace raygraph::image

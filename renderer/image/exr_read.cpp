@@ -1,0 +1,218 @@
+#include <OpenEXR/Iex.h>
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <utility>
+
+#include "base/error.h"
+#include "base/read_file.h"
+#include "renderer/image/decode.h"
+#include "renderer/image/exr.h"
+#include "renderer/image/exr_format.h"
+#include "renderer/image/exr_header.h"
+
+namespace raygraph::image {
+namespace {
+
+class MemoryStream final : public Imf::IStream {
+  public:
+    MemoryStream(std::span<const std::byte> bytes, const char* name) : IStream(name), m_bytes(bytes) {}
+
+    // The interface's contract: false when this read reached the end of the file.
+    bool read(char out[], int count) override {
+        const auto size = static_cast<uint64_t>(std::max(count, 0));
+        if (size > m_bytes.size() - m_position) throw Iex::InputExc("the file is truncated");
+        std::memcpy(out, m_bytes.data() + m_position, size);
+        m_position += size;
+        return m_position < m_bytes.size();
+    }
+    uint64_t tellg() override { return m_position; }
+    void seekg(uint64_t position) override {
+        if (position > m_bytes.size()) throw Iex::InputExc("an offset points beyond the end");
+        m_position = position;
+    }
+
+  private:
+    std::span<const std::byte> m_bytes;
+    uint64_t m_position = 0;
+};
+
+// An open file whose header has passed CheckExrHeader().
+class ExrReader {
+  public:
+    ExrReader(std::span<const std::byte> bytes, std::string_view name)
+        : m_stream(bytes, std::string(name).c_str()), m_file(m_stream) {}
+
+    const Imf::Header& Header() const { return m_file.header(); }
+    uint32_t Width() const { return Extent(Window().min.x, Window().max.x); }
+    uint32_t Height() const { return Extent(Window().min.y, Window().max.y); }
+    uint64_t PixelCount() const { return uint64_t{Width()} * Height(); }
+
+    // A channel to be read to first[(y * Width() + x) * stride]; numbers are of 4 bytes.
+    void Add(const std::string& channel, Imf::PixelType type, void* first, size_t stride = 1) {
+        const size_t step = stride * 4;
+        m_frame.insert(channel, Imf::Slice::Make(type, first, Window(), step, step * Width()));
+    }
+
+    // Reads the added channels band by band from the top; growTo(pixelCount) comes before each band, so that
+    // memory is touched no further than the file's data goes.
+    template <typename GrowTo>
+    void Read(const GrowTo& growTo) {
+        m_file.setFrameBuffer(m_frame);
+        // A band is whole chunks; tiles, of any height, come all at once.
+        const uint32_t band = Header().hasTileDescription() ? Height() : 256;
+        for (uint32_t y = 0; y < Height(); y += band) {
+            const uint32_t end = std::min(y + band, Height());
+            growTo(size_t{Width()} * end);
+            m_file.readPixels(Window().min.y + static_cast<int>(y),
+                              Window().min.y + static_cast<int>(end) - 1);
+        }
+    }
+
+  private:
+    const Imath::Box2i& Window() const { return m_file.header().dataWindow(); }
+    static uint32_t Extent(int least, int greatest) { return static_cast<uint32_t>(greatest - least + 1); }
+
+    MemoryStream m_stream;
+    Imf::InputFile m_file;
+    Imf::FrameBuffer m_frame;
+};
+
+// Runs `decode(reader)` with the library's exceptions turned into ours.
+template <typename Decode>
+auto WithReader(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits,
+                const Decode& decode) {
+    CheckExrHeader(bytes, name, limits);
+    try {
+        ExrReader reader(bytes, name);
+        return decode(reader);
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::OutOfMemory, std::string(name) + ": no memory for the picture");
+    } catch (const std::exception& error) {
+        Refuse(name, std::string("EXR: ") + error.what());
+    }
+}
+
+std::string ChannelNames(const Imf::ChannelList& channels) {
+    constexpr int kMaxCount = 12;
+    std::string names;
+    int count = 0;
+    for (auto channel = channels.begin(); channel != channels.end(); ++channel, ++count) {
+        if (count == kMaxCount) return names + " ...";
+        if (count > 0) names += ' ';
+        names += channel.name();
+    }
+    return names;
+}
+
+ExrAttributes ReadAttributes(const Imf::Header& header) {
+    ExrAttributes attributes;
+    for (auto it = header.begin(); it != header.end(); ++it) {
+        if (IsFormatAttribute(it.name())) continue;
+        const Imf::Attribute* attribute = &it.attribute();
+        if (const auto* integer = dynamic_cast<const Imf::IntAttribute*>(attribute)) {
+            attributes[it.name()] = int32_t{integer->value()};
+        } else if (const auto* single = dynamic_cast<const Imf::FloatAttribute*>(attribute)) {
+            attributes[it.name()] = single->value();
+        } else if (const auto* wide = dynamic_cast<const Imf::DoubleAttribute*>(attribute)) {
+            attributes[it.name()] = wide->value();
+        } else if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(attribute)) {
+            attributes[it.name()] = text->value();
+        }
+    }
+    return attributes;
+}
+
+}  // namespace
+
+ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
+    return WithReader(bytes, name, limits, [&](ExrReader& reader) {
+        const Imf::ChannelList& channels = reader.Header().channels();
+        const auto has = [&](const char* channel) { return channels.findChannel(channel) != nullptr; };
+        const bool isRgb = has("R") && has("G") && has("B");
+        const bool isGrey = has("Y") && !has("RY") && !has("BY");
+        if (!isRgb && !isGrey) {
+            Refuse(name, "EXR: no R, G, B and no Y among its channels: " + ChannelNames(channels));
+        }
+        ImageF image{reader.Width(), reader.Height(), {}};
+        image.rgba.reserve(4 * reader.PixelCount());
+        float* rgba = image.rgba.data();
+        if (isRgb) {
+            reader.Add("R", Imf::FLOAT, rgba, 4);
+            reader.Add("G", Imf::FLOAT, rgba + 1, 4);
+            reader.Add("B", Imf::FLOAT, rgba + 2, 4);
+        } else {
+            reader.Add("Y", Imf::FLOAT, rgba, 4);
+        }
+        if (has("A")) reader.Add("A", Imf::FLOAT, rgba + 3, 4);
+        reader.Read([&](size_t pixelCount) { image.rgba.resize(4 * pixelCount, 1.0f); });
+        for (size_t i = 0; isGrey && !isRgb && i < image.rgba.size(); i += 4) {
+            image.rgba[i + 1] = image.rgba[i + 2] = image.rgba[i];
+        }
+        return image;
+    });
+}
+
+ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
+    if (SniffFormat(bytes) != FileFormat::Exr) Refuse(name, "is not an OpenEXR file");
+    return WithReader(bytes, name, limits, [&](ExrReader& reader) {
+        ExrImage image{reader.Width(), reader.Height(), {}, ReadAttributes(reader.Header())};
+        const Imf::ChannelList& channels = reader.Header().channels();
+        for (auto channel = channels.begin(); channel != channels.end(); ++channel) {
+            ExrChannel& added = image.channels.emplace_back(ExrChannel{channel.name(), {}});
+            const bool isUint = channel.channel().type == Imf::UINT;
+            if (isUint) added.samples.emplace<std::vector<uint32_t>>();
+            // The vector keeps its place when `added` moves.
+            std::visit(
+                [&](auto& samples) {
+                    samples.reserve(reader.PixelCount());
+                    reader.Add(added.name, isUint ? Imf::UINT : Imf::FLOAT, samples.data());
+                },
+                added.samples);
+        }
+        reader.Read([&](size_t pixelCount) {
+            for (ExrChannel& channel : image.channels) {
+                std::visit([&](auto& samples) { samples.resize(pixelCount); }, channel.samples);
+            }
+        });
+        return image;
+    });
+}
+
+ExrImage ReadExr(const std::filesystem::path& path, const DecodeLimits& limits) {
+    return DecodeExr(ReadFile(path, uint64_t{1} << 34), path.string(), limits);
+}
+
+namespace {
+
+template <typename T>
+const std::vector<T>* FindSamples(const ExrImage& image, std::string_view name) {
+    for (const ExrChannel& channel : image.channels) {
+        if (channel.name == name) return std::get_if<std::vector<T>>(&channel.samples);
+    }
+    return nullptr;
+}
+
+}  // namespace
+
+const std::vector<float>* ExrImage::FloatChannel(std::string_view channelName) const {
+    return FindSamples<float>(*this, channelName);
+}
+
+const std::vector<uint32_t>* ExrImage::UintChannel(std::string_view channelName) const {
+    return FindSamples<uint32_t>(*this, channelName);
+}
+
+}  // namespace raygraph::image

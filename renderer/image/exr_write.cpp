@@ -1,0 +1,143 @@
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfFloatAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+#include <new>
+#include <set>
+#include <type_traits>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "renderer/image/exr.h"
+#include "renderer/image/exr_format.h"
+
+namespace raygraph::image {
+namespace {
+
+constexpr size_t kMaxNameLength = 255;
+
+// OpenEXR's output into an AtomicFile. The library swallows errors of its last write, in a destructor; the
+// AtomicFile remembers them for Commit().
+class AtomicFileStream final : public Imf::OStream {
+  public:
+    AtomicFileStream(AtomicFile& file, const char* name) : OStream(name), m_file(file) {}
+    void write(const char bytes[], int count) override {
+        m_file.Write(std::as_bytes(std::span(bytes, static_cast<size_t>(count))));
+    }
+    uint64_t tellp() override { return m_file.Position(); }
+    void seekp(uint64_t position) override { m_file.Seek(position); }
+
+  private:
+    AtomicFile& m_file;
+};
+
+class ExrWriter {
+  public:
+    ExrWriter(const std::filesystem::path& path, uint32_t width, uint32_t height)
+        : m_path(path), m_width(width), m_height(height), m_header(CheckedHeader()) {
+        m_header.compression() = Imf::ZIP_COMPRESSION;
+    }
+
+    void Add(const ExrPlane& plane) {
+        const std::string channel = "channel '" + plane.name + "'";
+        if (plane.name.empty() || plane.name.size() > kMaxNameLength ||
+            plane.name.find('\0') != std::string::npos) {
+            Fail(channel + ": not a name");
+        }
+        if (m_frame.findSlice(plane.name) != nullptr) Fail(channel + ": there is one of this name already");
+        const uint64_t pixelCount = uint64_t{m_width} * m_height;
+        std::visit(
+            [&](const auto& samples) {
+                const uint64_t needed = (pixelCount - 1) * plane.stride + 1;
+                if (plane.stride == 0 || samples.size() < needed) {
+                    Fail(channel + ": " + std::to_string(samples.size()) + " numbers, " +
+                         std::to_string(needed) + " needed");
+                }
+                constexpr bool kIsUint = std::is_same_v<decltype(samples.front()), const uint32_t&>;
+                const Imf::PixelType type = kIsUint ? Imf::UINT : Imf::FLOAT;
+                const size_t step = size_t{plane.stride} * 4;
+                m_header.channels().insert(plane.name, Imf::Channel(type));
+                m_frame.insert(plane.name, Imf::Slice::Make(type, samples.data(), m_header.dataWindow(), step,
+                                                            step * m_width));
+            },
+            plane.samples);
+    }
+
+    void Add(const std::string& name, const ExrAttribute& attribute) {
+        if (name.empty() || name.size() > kMaxNameLength || name.find('\0') != std::string::npos ||
+            IsFormatAttribute(name)) {
+            Fail("attribute '" + name + "': the name is the format's own or none");
+        }
+        std::visit(
+            [&](const auto& value) {
+                using T = std::decay_t<decltype(value)>;
+                m_header.insert(name, Imf::TypedAttribute<T>(value));
+            },
+            attribute);
+    }
+
+    void Write() {
+        if (m_header.channels().begin() == m_header.channels().end()) Fail("there are no channels");
+        AtomicFile file(m_path);
+        {
+            AtomicFileStream stream(file, m_path.c_str());
+            Imf::OutputFile output(stream, m_header);
+            output.setFrameBuffer(m_frame);
+            output.writePixels(static_cast<int>(m_height));
+        }
+        file.Commit();
+    }
+
+  private:
+    [[noreturn]] void Fail(const std::string& what) const {
+        throw Error(ErrorKind::Usage, m_path.string() + ": " + what);
+    }
+    Imf::Header CheckedHeader() const {
+        constexpr uint32_t kGreatest = 1 << 29;
+        if (m_width == 0 || m_height == 0 || m_width > kGreatest || m_height > kGreatest) {
+            Fail("cannot write " + std::to_string(m_width) + " x " + std::to_string(m_height) + " pixels");
+        }
+        return Imf::Header(static_cast<int>(m_width), static_cast<int>(m_height));
+    }
+
+    const std::filesystem::path& m_path;
+    uint32_t m_width, m_height;
+    Imf::Header m_header;
+    Imf::FrameBuffer m_frame;
+};
+
+}  // namespace
+
+void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
+              std::span<const ExrPlane> planes, const ExrAttributes& attributes) {
+    try {
+        ExrWriter writer(path, width, height);
+        for (const ExrPlane& plane : planes) writer.Add(plane);
+        for (const auto& [name, attribute] : attributes) writer.Add(name, attribute);
+        writer.Write();
+    } catch (const Error&) {
+        throw;
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::OutOfMemory, path.string() + ": no memory to compress the picture");
+    } catch (const std::exception& error) {
+        throw Error(ErrorKind::Io, path.string() + ": cannot write: " + error.what());
+    }
+}
+
+void WriteExr(const std::filesystem::path& path, const ExrImage& image) {
+    std::vector<ExrPlane> planes;
+    for (const ExrChannel& channel : image.channels) {
+        ExrPlane plane{channel.name, {}};
+        std::visit([&](const auto& samples) { plane.samples = std::span(samples); }, channel.samples);
+        planes.push_back(std::move(plane));
+    }
+    WriteExr(path, image.width, image.height, planes, image.attributes);
+}
+
+}  // namespace raygraph::image

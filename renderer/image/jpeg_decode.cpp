@@ -1,0 +1,142 @@
+#include <csetjmp>
+#include <cstdio>
+#include <new>
+
+// jpeglib.h needs stdio first.
+#include <jpeglib.h>
+
+#include <jerror.h>
+
+#include "base/error.h"
+#include "renderer/image/decode.h"
+
+namespace raygraph::image {
+namespace {
+
+// Multiplied by or without black: Adobe writes CMYK inverted.
+void CmykToRgba(uint8_t* texels, uint32_t width, bool isInverted) {
+    for (uint32_t x = 0; x < width; ++x, texels += 4) {
+        for (int c = 0; c < 4; ++c) {
+            if (!isInverted) texels[c] = static_cast<uint8_t>(255 - texels[c]);
+        }
+        const int light = texels[3];
+        for (int c = 0; c < 3; ++c) texels[c] = static_cast<uint8_t>((texels[c] * light + 127) / 255);
+        texels[3] = 255;
+    }
+}
+
+// Owns libjpeg's state. Libjpeg reports failure by longjmp out of OnError, so the functions that call it
+// (ReadHeader, ReadRow, ...) hold nothing with a destructor.
+class JpegReader {
+  public:
+    JpegReader() {
+        m_jpeg.err = jpeg_std_error(&m_errors.base);
+        m_errors.base.error_exit = OnError;
+        m_errors.base.emit_message = OnMessage;
+        m_progress.progress_monitor = OnProgress;
+    }
+    ~JpegReader() { jpeg_destroy_decompress(&m_jpeg); }
+    JpegReader(const JpegReader&) = delete;
+    JpegReader& operator=(const JpegReader&) = delete;
+
+    const char* Message() const { return m_errors.message; }
+    uint32_t Width() const { return m_jpeg.image_width; }
+    uint32_t Height() const { return m_jpeg.image_height; }
+
+    bool ReadHeader(std::span<const std::byte> bytes) {
+        if (setjmp(m_errors.jump) != 0) return false;
+        jpeg_create_decompress(&m_jpeg);
+        m_jpeg.progress = &m_progress;
+        jpeg_mem_src(&m_jpeg, reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+        jpeg_read_header(&m_jpeg, TRUE);
+        return true;
+    }
+    bool Start() {
+        if (setjmp(m_errors.jump) != 0) return false;
+        m_jpeg.out_color_space = IsCmyk() ? JCS_CMYK : JCS_EXT_RGBA;
+        jpeg_start_decompress(&m_jpeg);
+        return true;
+    }
+    // One row of RGBA.
+    bool ReadRow(uint8_t* row) {
+        if (setjmp(m_errors.jump) != 0) return false;
+        jpeg_read_scanlines(&m_jpeg, &row, 1);
+        if (IsCmyk()) CmykToRgba(row, Width(), m_jpeg.saw_Adobe_marker != FALSE);
+        return true;
+    }
+    bool Finish() {
+        if (setjmp(m_errors.jump) != 0) return false;
+        jpeg_finish_decompress(&m_jpeg);
+        return true;
+    }
+
+  private:
+    struct Errors {
+        jpeg_error_mgr base;  // First: libjpeg's pointer to it is a pointer to this.
+        std::jmp_buf jump;
+        char message[JMSG_LENGTH_MAX];
+    };
+    // A progressive file of very many scans takes minutes to decode; cameras and encoders make about ten.
+    static constexpr int kMaxScanCount = 100;
+
+    bool IsCmyk() const { return m_jpeg.jpeg_color_space == JCS_CMYK || m_jpeg.jpeg_color_space == JCS_YCCK; }
+    [[noreturn]] static void Jump(j_common_ptr jpeg) {
+        std::longjmp(reinterpret_cast<Errors*>(jpeg->err)->jump, 1);
+    }
+    [[noreturn]] static void OnError(j_common_ptr jpeg) {
+        jpeg->err->format_message(jpeg, reinterpret_cast<Errors*>(jpeg->err)->message);
+        Jump(jpeg);
+    }
+    // Libjpeg makes up pixels where data is missing; we do not. Its other warnings leave the picture whole.
+    static void OnMessage(j_common_ptr jpeg, int level) {
+        if (level >= 0) return;
+        switch (jpeg->err->msg_code) {
+            case JWRN_JPEG_EOF:
+            case JWRN_HIT_MARKER:
+            case JWRN_HUFF_BAD_CODE:
+            case JWRN_ARITH_BAD_CODE:
+                OnError(jpeg);
+            default:
+                break;
+        }
+    }
+    static void OnProgress(j_common_ptr jpeg) {
+        if (reinterpret_cast<j_decompress_ptr>(jpeg)->input_scan_number <= kMaxScanCount) return;
+        Errors* errors = reinterpret_cast<Errors*>(jpeg->err);
+        std::snprintf(errors->message, sizeof errors->message, "more than %d scans", kMaxScanCount);
+        Jump(jpeg);
+    }
+
+    jpeg_decompress_struct m_jpeg = {};
+    jpeg_progress_mgr m_progress = {};
+    Errors m_errors = {};
+};
+
+}  // namespace
+
+Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
+    JpegReader reader;
+    const auto check = [&](bool isDone) {
+        if (!isDone) Refuse(name, std::string("JPEG: ") + reader.Message());
+    };
+    check(reader.ReadHeader(bytes));
+    const uint32_t width = reader.Width(), height = reader.Height();
+    CheckSize(name, width, height, limits);
+    check(reader.Start());
+    try {
+        Image8 image{width, height, {}};
+        // Memory is touched row by row, so a header that promises more than the file holds costs nothing.
+        const size_t rowBytes = size_t{4} * width;
+        image.rgba.reserve(rowBytes * height);
+        for (size_t y = 0; y < height; ++y) {
+            image.rgba.resize(rowBytes * (y + 1));
+            check(reader.ReadRow(image.rgba.data() + rowBytes * y));
+        }
+        check(reader.Finish());
+        return image;
+    } catch (const std::bad_alloc&) {
+        RefuseMemory(name, width, height);
+    }
+}
+
+}  // namespace raygraph::image

@@ -1,0 +1,117 @@
+// PNG through libpng's row interface: its simplified one would apply gamma chunks, which glTF forbids.
+#include <png.h>
+
+#include <csetjmp>
+#include <cstring>
+#include <new>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "renderer/image/decode.h"
+
+namespace raygraph::image {
+namespace {
+
+// Owns libpng's state. Libpng reports failure by longjmp, so the functions that call it (ReadHeader,
+// ReadRows) hold nothing with a destructor.
+class PngReader {
+  public:
+    explicit PngReader(std::span<const std::byte> bytes) : m_rest(bytes) {
+        m_png = png_create_read_struct(PNG_LIBPNG_VER_STRING, this, OnError, OnWarning);
+        if (m_png != nullptr) m_info = png_create_info_struct(m_png);
+        if (m_info != nullptr) png_set_read_fn(m_png, this, OnRead);
+    }
+    ~PngReader() { png_destroy_read_struct(&m_png, &m_info, nullptr); }
+    PngReader(const PngReader&) = delete;
+    PngReader& operator=(const PngReader&) = delete;
+
+    bool IsReady() const { return m_info != nullptr; }
+    const char* Message() const { return m_message; }
+    uint32_t Width() const { return png_get_image_width(m_png, m_info); }
+    uint32_t Height() const { return png_get_image_height(m_png, m_info); }
+    uint64_t FileRowBytes() const { return png_get_rowbytes(m_png, m_info); }
+
+    // Everything before the pixels. Ancillary chunks but tRNS are skipped unparsed.
+    bool ReadHeader() {
+        if (setjmp(png_jmpbuf(m_png)) != 0) return false;
+        png_set_keep_unknown_chunks(m_png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
+        png_set_user_limits(m_png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);  // CheckSize() words it better.
+        png_read_info(m_png, m_info);
+        return true;
+    }
+
+    // The pixels as 8-bit RGBA into `rows`, and the rest of the file.
+    bool ReadRows(png_bytepp rows) {
+        if (setjmp(png_jmpbuf(m_png)) != 0) return false;
+        png_set_scale_16(m_png);
+        png_set_expand(m_png);
+        png_set_gray_to_rgb(m_png);
+        png_set_add_alpha(m_png, 0xff, PNG_FILLER_AFTER);
+        png_set_interlace_handling(m_png);
+        png_read_update_info(m_png, m_info);
+        if (FileRowBytes() != uint64_t{4} * Width()) png_error(m_png, "unexpected row size");
+        png_read_image(m_png, rows);
+        png_read_end(m_png, nullptr);
+        return true;
+    }
+
+  private:
+    static void OnError(png_structp png, png_const_charp message) {
+        auto* reader = static_cast<PngReader*>(png_get_error_ptr(png));
+        std::strncpy(reader->m_message, message, sizeof reader->m_message - 1);
+        png_longjmp(png, 1);
+    }
+    static void OnWarning(png_structp, png_const_charp) {}
+    static void OnRead(png_structp png, png_bytep out, size_t count) {
+        auto* reader = static_cast<PngReader*>(png_get_io_ptr(png));
+        if (count > reader->m_rest.size()) png_error(png, "the file is truncated");
+        std::memcpy(out, reader->m_rest.data(), count);
+        reader->m_rest = reader->m_rest.subspan(count);
+    }
+
+    std::span<const std::byte> m_rest;
+    png_structp m_png = nullptr;
+    png_infop m_info = nullptr;
+    char m_message[160] = "";
+};
+
+}  // namespace
+
+Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
+    // Deflate stores at most 258 bytes in 2 bits.
+    constexpr uint64_t kGreatestDeflateRatio = 1032;
+    PngReader reader(bytes);
+    if (!reader.IsReady()) throw Error(ErrorKind::OutOfMemory, std::string(name) + ": no memory for libpng");
+    if (!reader.ReadHeader()) Refuse(name, std::string("PNG: ") + reader.Message());
+    const uint32_t width = reader.Width(), height = reader.Height();
+    CheckSize(name, width, height, limits);
+    if (reader.FileRowBytes() * height > bytes.size() * kGreatestDeflateRatio) {
+        Refuse(name, "PNG: " + std::to_string(bytes.size()) + " bytes cannot hold " + std::to_string(width) +
+                         " x " + std::to_string(height) + " pixels");
+    }
+    try {
+        Image8 image{width, height, std::vector<uint8_t>(size_t{4} * width * height)};
+        std::vector<png_bytep> rows(height);
+        for (size_t y = 0; y < height; ++y) rows[y] = image.rgba.data() + y * 4 * width;
+        if (!reader.ReadRows(rows.data())) Refuse(name, std::string("PNG: ") + reader.Message());
+        return image;
+    } catch (const std::bad_alloc&) {
+        RefuseMemory(name, width, height);
+    }
+}
+
+void WritePng(const std::filesystem::path& path, const Image8& image) {
+    CheckTexelCount(path, image.width, image.height, image.rgba.size());
+    AtomicFile file(path);
+    png_image png = {};
+    png.version = PNG_IMAGE_VERSION;
+    png.width = image.width;
+    png.height = image.height;
+    png.format = PNG_FORMAT_RGBA;  // Of 8 bits, which means sRGB here and makes libpng say so in the file.
+    if (png_image_write_to_stdio(&png, file.Stream(), 0, image.rgba.data(), 0, nullptr) == 0) {
+        throw Error(ErrorKind::Io, path.string() + ": cannot write: " + png.message);
+    }
+    file.Commit();
+}
+
+}  // namespace raygraph::image
