@@ -80,11 +80,11 @@ INLINE uint OwenScrambleReversed(uint x, uint seed) {
 // Implementation Algorithm of 2D Sobol Sequence Fast, Elegant, and Compact"); dimension 1 reversed is the
 // index itself.
 INLINE uint SobolSecondReversed(uint index) {
-    index ^= index << 16u;
-    index ^= (index & 0x00ff00ffu) << 8u;
-    index ^= (index & 0x0f0f0f0fu) << 4u;
-    index ^= (index & 0x33333333u) << 2u;
-    index ^= (index & 0x55555555u) << 1u;
+    index ^= index >> 16u;
+    index ^= (index >> 8u) & 0x00ff00ffu;
+    index ^= (index >> 4u) & 0x0f0f0f0fu;
+    index ^= (index >> 2u) & 0x33333333u;
+    index ^= (index >> 1u) & 0x55555555u;
     return index;
 }
 
