@@ -90,7 +90,7 @@ struct BindingInfo : Binding {
 // The bindings of all stages of one pipeline, merged: what a pass has to bind.
 struct ShaderInterface {
     std::vector<BindingInfo> bindings;                   // of set 0, by binding: the pass's own
-    bool usesTextureTable = false;                       // some stage declares set 1: the bindless textures
+    bool usesTextureTable = false;                       // some stage uses set 1: the bindless textures
     VkShaderStageFlags stages = 0;                       // all stages
     PushConstantBlock pushConstants;                     // the largest block
     std::string pushConstantShader;                      // the shader that has it

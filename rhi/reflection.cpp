@@ -1,0 +1,278 @@
+#include "rhi/reflection.h"
+
+#include <algorithm>
+#include <optional>
+#include <spirv_cross.hpp>
+#include <unordered_set>
+
+#include "base/error.h"
+
+namespace raygraph::rhi {
+namespace {
+
+std::optional<StageKind> StageOf(spv::ExecutionModel model) {
+    switch (model) {
+        case spv::ExecutionModelRayGenerationKHR:
+            return StageKind::RayGen;
+        case spv::ExecutionModelMissKHR:
+            return StageKind::Miss;
+        case spv::ExecutionModelClosestHitKHR:
+            return StageKind::ClosestHit;
+        case spv::ExecutionModelAnyHitKHR:
+            return StageKind::AnyHit;
+        case spv::ExecutionModelIntersectionKHR:
+            return StageKind::Intersection;
+        case spv::ExecutionModelCallableKHR:
+            return StageKind::Callable;
+        case spv::ExecutionModelGLCompute:
+            return StageKind::Compute;
+        case spv::ExecutionModelVertex:
+            return StageKind::Vertex;
+        case spv::ExecutionModelFragment:
+            return StageKind::Fragment;
+        default:
+            return std::nullopt;
+    }
+}
+
+std::optional<Format> FormatOf(spv::ImageFormat format) {
+    switch (format) {
+        case spv::ImageFormatUnknown:
+            return Format::Undefined;
+        case spv::ImageFormatR8:
+            return Format::R8Unorm;
+        case spv::ImageFormatRg8:
+            return Format::Rg8Unorm;
+        case spv::ImageFormatRgba8:
+            return Format::Rgba8Unorm;
+        case spv::ImageFormatRgba16:
+            return Format::Rgba16Unorm;
+        case spv::ImageFormatR16f:
+            return Format::R16Float;
+        case spv::ImageFormatRgba16f:
+            return Format::Rgba16Float;
+        case spv::ImageFormatR32ui:
+            return Format::R32Uint;
+        case spv::ImageFormatRg32ui:
+            return Format::Rg32Uint;
+        case spv::ImageFormatRgba32ui:
+            return Format::Rgba32Uint;
+        case spv::ImageFormatR32f:
+            return Format::R32Float;
+        case spv::ImageFormatRg32f:
+            return Format::Rg32Float;
+        case spv::ImageFormatRgba32f:
+            return Format::Rgba32Float;
+        default:
+            return std::nullopt;
+    }
+}
+
+// Reads one module; holds what all steps need.
+class Reflector {
+  public:
+    Reflector(std::span<const uint32_t> spirv, std::string_view name)
+        : m_name(name),
+          m_compiler(spirv.data(), spirv.size()),
+          m_used(m_compiler.get_active_interface_variables()) {}
+
+    ShaderReflection Run() {
+        ReadEntryPoint();
+        const spirv_cross::ShaderResources resources = m_compiler.get_shader_resources();
+        Refuse(resources.separate_images, "a separate image or texel buffer (write sampler2D)");
+        Refuse(resources.separate_samplers, "a separate sampler (write sampler2D)");
+        Refuse(resources.subpass_inputs, "a subpass input");
+        Refuse(resources.atomic_counters, "an atomic counter");
+        for (const auto& resource : resources.storage_images) AddImage(resource, BindingKind::StorageImage);
+        for (const auto& resource : resources.sampled_images) AddImage(resource, BindingKind::SampledImage);
+        for (const auto& resource : resources.storage_buffers)
+            AddBuffer(resource, BindingKind::StorageBuffer);
+        for (const auto& resource : resources.uniform_buffers)
+            AddBuffer(resource, BindingKind::UniformBuffer);
+        for (const auto& resource : resources.acceleration_structures)
+            Add(resource, BindingKind::AccelerationStructure);
+        for (const auto& resource : resources.push_constant_buffers) ReadPushConstants(resource);
+        ReadSpecialization();
+        if (m_result.stage == StageKind::Compute) ReadWorkgroupSize();
+        std::sort(m_result.bindings.begin(), m_result.bindings.end(), [](const Binding& a, const Binding& b) {
+            return a.set != b.set ? a.set < b.set : a.binding < b.binding;
+        });
+        return std::move(m_result);
+    }
+
+  private:
+    using Resource = spirv_cross::Resource;
+
+    [[noreturn]] void Fail(const std::string& what) const {
+        throw Error(ErrorKind::Usage, m_name + ": " + what);
+    }
+
+    void ReadEntryPoint() {
+        const auto entries = m_compiler.get_entry_points_and_stages();
+        if (entries.size() != 1)
+            Fail("has " + std::to_string(entries.size()) + " entry points, one is expected");
+        const std::optional<StageKind> stage = StageOf(entries[0].execution_model);
+        if (!stage) Fail("is of an unknown stage");
+        m_result.stage = *stage;
+        m_result.entryPoint = entries[0].name;
+    }
+
+    void Refuse(const spirv_cross::SmallVector<Resource>& resources, const char* what) const {
+        if (!resources.empty()) Fail("'" + resources[0].name + "' is " + what + ", which cannot be bound");
+    }
+
+    std::string NameOf(const Resource& resource) const {
+        const std::string& instance = m_compiler.get_name(resource.id);
+        return instance.empty() ? m_compiler.get_name(resource.base_type_id) : instance;
+    }
+
+    Binding& Add(const Resource& resource, BindingKind kind) {
+        Binding binding;
+        binding.name = NameOf(resource);
+        binding.set = m_compiler.get_decoration(resource.id, spv::DecorationDescriptorSet);
+        binding.binding = m_compiler.get_decoration(resource.id, spv::DecorationBinding);
+        binding.kind = kind;
+        const spirv_cross::SPIRType& type = m_compiler.get_type(resource.type_id);
+        if (type.array.size() > 1)
+            Fail("'" + binding.name + "' is an array of arrays, which cannot be bound");
+        if (!type.array.empty()) {
+            if (!type.array_size_literal[0])
+                Fail("'" + binding.name + "' has an array size that is not a literal");
+            binding.count = type.array[0];
+        }
+        binding.isUsed = m_used.contains(resource.id);
+        return m_result.bindings.emplace_back(std::move(binding));
+    }
+
+    void AddImage(const Resource& resource, BindingKind kind) {
+        Binding& binding = Add(resource, kind);
+        const auto& image = m_compiler.get_type(resource.base_type_id).image;
+        if (image.dim != spv::Dim2D || image.arrayed || image.ms)
+            Fail("'" + binding.name + "' is not a plain 2D image, which cannot be bound");
+        if (kind == BindingKind::SampledImage) return;
+        binding.isReadable = !m_compiler.has_decoration(resource.id, spv::DecorationNonReadable);
+        binding.isWritable = !m_compiler.has_decoration(resource.id, spv::DecorationNonWritable);
+        const std::optional<Format> format = FormatOf(image.format);
+        if (!format) Fail("'" + binding.name + "' has an image format that Raygraph does not know");
+        binding.imageFormat = *format;
+    }
+
+    void AddBuffer(const Resource& resource, BindingKind kind) {
+        Binding& binding = Add(resource, kind);
+        const spirv_cross::SPIRType& type = m_compiler.get_type(resource.base_type_id);
+        const size_t fixed = m_compiler.get_declared_struct_size_runtime_array(type, 0);
+        const size_t withOne = m_compiler.get_declared_struct_size_runtime_array(type, 1);
+        binding.blockBytes = static_cast<uint32_t>(fixed);
+        binding.elementBytes = static_cast<uint32_t>(withOne - fixed);
+        if (kind == BindingKind::UniformBuffer) return;
+        const spirv_cross::Bitset flags = m_compiler.get_buffer_block_flags(resource.id);
+        binding.isReadable = !flags.get(spv::DecorationNonReadable);
+        binding.isWritable = !flags.get(spv::DecorationNonWritable);
+    }
+
+    void ReadPushConstants(const Resource& resource) {
+        m_result.pushConstants.name = NameOf(resource);
+        const size_t bytes = m_compiler.get_declared_struct_size(m_compiler.get_type(resource.base_type_id));
+        m_result.pushConstants.bytes = static_cast<uint32_t>((bytes + 3) / 4 * 4);
+    }
+
+    void ReadSpecialization() {
+        for (const auto& constant : m_compiler.get_specialization_constants()) {
+            SpecializationConstant out;
+            out.id = constant.constant_id;
+            out.name = m_compiler.get_name(constant.id);
+            const auto& value = m_compiler.get_constant(constant.id);
+            out.defaultValue = value.scalar();
+            switch (m_compiler.get_type(value.constant_type).basetype) {
+                case spirv_cross::SPIRType::Boolean:
+                    out.type = ConstantType::Bool;
+                    break;
+                case spirv_cross::SPIRType::Int:
+                    out.type = ConstantType::Int;
+                    break;
+                case spirv_cross::SPIRType::UInt:
+                    out.type = ConstantType::Uint;
+                    break;
+                case spirv_cross::SPIRType::Float:
+                    out.type = ConstantType::Float;
+                    break;
+                default:
+                    Fail("specialization constant " + std::to_string(out.id) + " '" + out.name +
+                         "' is not of a 32-bit type");
+            }
+            m_result.specialization.push_back(std::move(out));
+        }
+        // The compiler may declare one id twice: for the workgroup size and for gl_WorkGroupSize.
+        auto& all = m_result.specialization;
+        std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.id < b.id; });
+        all.erase(
+            std::unique(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.id == b.id; }),
+            all.end());
+    }
+
+    // SPIR-V 1.6 states the size by constants (LocalSizeId), older modules by literals.
+    void ReadWorkgroupSize() {
+        const auto& entry = m_compiler.get_entry_point(m_result.entryPoint, spv::ExecutionModelGLCompute);
+        const auto& size = entry.workgroup_size;
+        m_result.workgroupSize = {size.x, size.y, size.z};
+        if (!entry.flags.get(spv::ExecutionModeLocalSizeId)) return;
+        const std::array<uint32_t, 3> ids{size.id_x, size.id_y, size.id_z};
+        for (size_t axis = 0; axis < ids.size(); ++axis) {
+            m_result.workgroupSize[axis] = m_compiler.get_constant(ids[axis]).scalar();
+            if (m_compiler.has_decoration(ids[axis], spv::DecorationSpecId))
+                m_result.workgroupSizeIds[axis] = m_compiler.get_decoration(ids[axis], spv::DecorationSpecId);
+        }
+    }
+
+    std::string m_name;
+    spirv_cross::Compiler m_compiler;
+    std::unordered_set<spirv_cross::VariableID> m_used;
+    ShaderReflection m_result;
+};
+
+}  // namespace
+
+VkDescriptorType ToVk(BindingKind kind) {
+    switch (kind) {
+        case BindingKind::StorageImage:
+            return VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+        case BindingKind::SampledImage:
+            return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+        case BindingKind::StorageBuffer:
+            return VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+        case BindingKind::UniformBuffer:
+            return VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+        case BindingKind::AccelerationStructure:
+            return VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
+    }
+    return VK_DESCRIPTOR_TYPE_MAX_ENUM;
+}
+
+const char* Name(BindingKind kind) {
+    switch (kind) {
+        case BindingKind::StorageImage:
+            return "storage image";
+        case BindingKind::SampledImage:
+            return "sampled image";
+        case BindingKind::StorageBuffer:
+            return "storage buffer";
+        case BindingKind::UniformBuffer:
+            return "uniform buffer";
+        case BindingKind::AccelerationStructure:
+            return "acceleration structure";
+    }
+    return "?";
+}
+
+ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name) {
+    constexpr uint32_t kHeaderWords = 5;
+    if (spirv.size() < kHeaderWords || spirv[0] != spv::MagicNumber)
+        throw Error(ErrorKind::Usage, std::string(name) + ": is not a SPIR-V module");
+    try {
+        return Reflector(spirv, name).Run();
+    } catch (const spirv_cross::CompilerError& error) {
+        throw Error(ErrorKind::Usage, std::string(name) + ": malformed SPIR-V: " + error.what());
+    }
+}
+
+}  // namespace raygraph::rhi

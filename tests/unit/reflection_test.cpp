@@ -1,0 +1,237 @@
+#include "rhi/reflection.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "base/error.h"
+#include "rhi/shader_compiler.h"
+
+namespace raygraph::rhi {
+namespace {
+
+ShaderReflection ReflectGlsl(StageKind stage, const std::string& text) {
+    return Reflect(CompileGlsl({.name = "test", .text = text, .stage = stage, .includeRoot = {}}), "test");
+}
+
+const Binding& At(const ShaderReflection& reflection, uint32_t set, uint32_t binding) {
+    for (const Binding& b : reflection.bindings)
+        if (b.set == set && b.binding == binding) return b;
+    ADD_FAILURE() << "no binding " << binding << " in set " << set;
+    static const Binding kNone;
+    return kNone;
+}
+
+std::string RefusalOf(StageKind stage, const std::string& text) {
+    try {
+        ReflectGlsl(stage, text);
+    } catch (const Error& error) {
+        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+        return error.what();
+    }
+    return "accepted";
+}
+
+constexpr const char* kEveryKind = R"(#version 460
+#extension GL_EXT_ray_tracing : require
+#extension GL_EXT_nonuniform_qualifier : require
+#extension GL_EXT_scalar_block_layout : require
+struct Material { vec3 color; uint texture; };
+layout(set = 0, binding = 0) uniform accelerationStructureEXT sceneTlas;
+layout(set = 0, binding = 1, rgba32f) uniform writeonly image2D radiance;
+layout(set = 0, binding = 2, r32ui) uniform uimage2D counts;
+layout(set = 0, binding = 3, scalar) readonly buffer Materials { uint count; Material materials[]; };
+layout(set = 0, binding = 4, scalar) writeonly buffer Hits { uint data[]; } hits;
+layout(set = 0, binding = 5, scalar) buffer Both { uint both[4]; };
+layout(set = 0, binding = 6, scalar) uniform Camera { mat4 view; vec3 eye; } camera;
+layout(set = 0, binding = 7) uniform sampler2D environment;
+layout(set = 0, binding = 8, rgba16f) uniform readonly image2D history;
+layout(set = 0, binding = 9) uniform sampler2D pair[2];
+layout(set = 0, binding = 10, scalar) readonly buffer Unused { float unused[]; };
+layout(set = 1, binding = 0) uniform sampler2D textures[];
+layout(push_constant, scalar) uniform Constants { uint seed; vec3 tint; uint frames; } constants;
+layout(location = 0) rayPayloadEXT vec4 payload;
+void main() {
+    ivec2 p = ivec2(gl_LaunchIDEXT.xy);
+    traceRayEXT(sceneTlas, 0, 0xff, 0, 1, 0, camera.eye, 0.0, vec3(0, 0, 1), 1e9, 0);
+    vec4 c = payload + vec4(materials[constants.seed].color, 1) + texture(environment, vec2(0));
+    c += texture(textures[nonuniformEXT(materials[0].texture)], vec2(0)) + imageLoad(history, p);
+    c += texture(pair[1], vec2(0));
+    imageAtomicAdd(counts, p, 1u);
+    hits.data[count] = constants.seed;
+    both[0] += 1;
+    imageStore(radiance, p, c);
+}
+)";
+
+TEST(Reflection, EveryKindOfBindingIsFoundByItsGlslName) {
+    const ShaderReflection reflection = ReflectGlsl(StageKind::RayGen, kEveryKind);
+    EXPECT_EQ(reflection.stage, StageKind::RayGen);
+    EXPECT_EQ(reflection.entryPoint, "main");
+    ASSERT_EQ(reflection.bindings.size(), 12u);
+    struct Expected {
+        uint32_t set, binding;
+        const char* name;
+        BindingKind kind;
+        uint32_t count;
+    };
+    const Expected expected[] = {
+        {0, 0, "sceneTlas", BindingKind::AccelerationStructure, 1},
+        {0, 1, "radiance", BindingKind::StorageImage, 1},
+        {0, 2, "counts", BindingKind::StorageImage, 1},
+        {0, 3, "Materials", BindingKind::StorageBuffer, 1},
+        {0, 4, "hits", BindingKind::StorageBuffer, 1},
+        {0, 5, "Both", BindingKind::StorageBuffer, 1},
+        {0, 6, "camera", BindingKind::UniformBuffer, 1},
+        {0, 7, "environment", BindingKind::SampledImage, 1},
+        {0, 8, "history", BindingKind::StorageImage, 1},
+        {0, 9, "pair", BindingKind::SampledImage, 2},
+        {0, 10, "Unused", BindingKind::StorageBuffer, 1},
+        {1, 0, "textures", BindingKind::SampledImage, 0},
+    };
+    for (size_t i = 0; i < std::size(expected); ++i) {
+        const Binding& binding = reflection.bindings[i];
+        EXPECT_EQ(binding.set, expected[i].set) << i;
+        EXPECT_EQ(binding.binding, expected[i].binding) << i;
+        EXPECT_EQ(binding.name, expected[i].name) << i;
+        EXPECT_EQ(binding.kind, expected[i].kind) << binding.name;
+        EXPECT_EQ(binding.count, expected[i].count) << binding.name;
+    }
+}
+
+TEST(Reflection, ReadonlyAndWriteonlyAreKept) {
+    const ShaderReflection reflection = ReflectGlsl(StageKind::RayGen, kEveryKind);
+    struct Expected {
+        uint32_t binding;
+        bool isReadable, isWritable;
+    };
+    for (const Expected& e : {Expected{0, true, false}, Expected{1, false, true}, Expected{2, true, true},
+                              Expected{3, true, false}, Expected{4, false, true}, Expected{5, true, true},
+                              Expected{6, true, false}, Expected{7, true, false}, Expected{8, true, false}}) {
+        EXPECT_EQ(At(reflection, 0, e.binding).isReadable, e.isReadable) << At(reflection, 0, e.binding).name;
+        EXPECT_EQ(At(reflection, 0, e.binding).isWritable, e.isWritable) << At(reflection, 0, e.binding).name;
+    }
+}
+
+TEST(Reflection, OnlyWhatTheEntryPointReachesIsUsed) {
+    const ShaderReflection reflection = ReflectGlsl(StageKind::RayGen, kEveryKind);
+    for (const Binding& binding : reflection.bindings)
+        EXPECT_EQ(binding.isUsed, binding.name != "Unused") << binding.name;
+}
+
+TEST(Reflection, ImageFormatsAndBlockSizesAreKnown) {
+    const ShaderReflection reflection = ReflectGlsl(StageKind::RayGen, kEveryKind);
+    EXPECT_EQ(At(reflection, 0, 1).imageFormat, Format::Rgba32Float);
+    EXPECT_EQ(At(reflection, 0, 2).imageFormat, Format::R32Uint);
+    EXPECT_EQ(At(reflection, 0, 8).imageFormat, Format::Rgba16Float);
+    EXPECT_EQ(At(reflection, 0, 3).blockBytes, 4u);
+    EXPECT_EQ(At(reflection, 0, 3).elementBytes, 16u);
+    EXPECT_EQ(At(reflection, 0, 4).blockBytes, 0u);
+    EXPECT_EQ(At(reflection, 0, 4).elementBytes, 4u);
+    EXPECT_EQ(At(reflection, 0, 5).blockBytes, 16u);
+    EXPECT_EQ(At(reflection, 0, 5).elementBytes, 0u);
+    EXPECT_EQ(At(reflection, 0, 6).blockBytes, 76u);
+    EXPECT_EQ(reflection.pushConstants.name, "constants");
+    EXPECT_EQ(reflection.pushConstants.bytes, 20u);
+}
+
+TEST(Reflection, SpecializationConstantsHaveTypeNameAndDefault) {
+    const ShaderReflection reflection = ReflectGlsl(StageKind::Compute, R"(#version 460
+        layout(local_size_x = 8, local_size_y_id = 5) in;
+        layout(constant_id = 3) const bool isFast = true;
+        layout(constant_id = 1) const int offset = -2;
+        layout(constant_id = 2) const uint count = 7;
+        layout(constant_id = 4) const float scale = 0.5;
+        layout(set = 0, binding = 0) buffer Out { float x; };
+        void main() { x = isFast ? scale * float(offset) : float(count); })");
+    ASSERT_EQ(reflection.specialization.size(), 5u);
+    const auto& s = reflection.specialization;
+    EXPECT_EQ(s[0].id, 1u);
+    EXPECT_EQ(s[0].name, "offset");
+    EXPECT_EQ(s[0].type, ConstantType::Int);
+    EXPECT_EQ(static_cast<int32_t>(s[0].defaultValue), -2);
+    EXPECT_EQ(s[1].name, "count");
+    EXPECT_EQ(s[1].type, ConstantType::Uint);
+    EXPECT_EQ(s[1].defaultValue, 7u);
+    EXPECT_EQ(s[2].name, "isFast");
+    EXPECT_EQ(s[2].type, ConstantType::Bool);
+    EXPECT_EQ(s[2].defaultValue, 1u);
+    EXPECT_EQ(s[3].type, ConstantType::Float);
+    EXPECT_EQ(std::bit_cast<float>(s[3].defaultValue), 0.5f);
+    EXPECT_EQ(s[4].id, 5u);
+    EXPECT_EQ(reflection.workgroupSize[0], 8u);
+    EXPECT_EQ(reflection.workgroupSizeIds[0], -1);
+    EXPECT_EQ(reflection.workgroupSizeIds[1], 5);
+    EXPECT_EQ(reflection.workgroupSizeIds[2], -1);
+}
+
+TEST(Reflection, FixedWorkgroupSizeIsKnown) {
+    const ShaderReflection reflection = ReflectGlsl(
+        StageKind::Compute,
+        "#version 460\nlayout(local_size_x = 8, local_size_y = 4, local_size_z = 2) in;\nvoid main() {}");
+    EXPECT_EQ(reflection.workgroupSize, (std::array<uint32_t, 3>{8, 4, 2}));
+    EXPECT_TRUE(reflection.bindings.empty());
+    EXPECT_EQ(reflection.pushConstants.bytes, 0u);
+    EXPECT_TRUE(reflection.pushConstants.name.empty());
+}
+
+TEST(Reflection, EveryStageIsRecognised) {
+    const std::string version = "#version 460\n#extension GL_EXT_ray_tracing : require\n";
+    for (StageKind stage : {StageKind::RayGen, StageKind::Miss, StageKind::ClosestHit, StageKind::AnyHit,
+                            StageKind::Intersection, StageKind::Callable, StageKind::Compute,
+                            StageKind::Vertex, StageKind::Fragment})
+        EXPECT_EQ(ReflectGlsl(stage, version + "void main() {}").stage, stage) << Name(stage);
+}
+
+TEST(Reflection, ShaderRecordIsNotABinding) {
+    const ShaderReflection reflection = ReflectGlsl(StageKind::Miss, R"(#version 460
+        #extension GL_EXT_ray_tracing : require
+        layout(shaderRecordEXT) buffer Record { vec4 color; };
+        layout(location = 0) rayPayloadInEXT vec4 payload;
+        void main() { payload = color; })");
+    EXPECT_TRUE(reflection.bindings.empty());
+}
+
+TEST(Reflection, BindingsThatCannotBeBoundAreRefusedByName) {
+    const std::string head =
+        "#version 460\n#extension GL_EXT_samplerless_texture_functions : require\nlayout(set = 0, binding = "
+        "1) ";
+    auto comp = [&](const std::string& declaration, const std::string& use) {
+        return RefusalOf(
+            StageKind::Compute,
+            head + declaration +
+                ";\nlayout(set = 0, binding = 0) buffer Out { vec4 x; };\nvoid main() { x = " + use + "; }");
+    };
+    EXPECT_EQ(comp("uniform texture2D lone", "vec4(textureSize(lone, 0), 0, 0)").substr(0, 33),
+              "test: 'lone' is a separate image ");
+    EXPECT_NE(comp("uniform sampler2DArray layers", "texture(layers, vec3(0))")
+                  .find("'layers' is not a plain 2D image"),
+              std::string::npos);
+    EXPECT_NE(comp("uniform samplerBuffer texels", "texelFetch(texels, 0)")
+                  .find("'texels' is a separate image or texel buffer"),
+              std::string::npos);
+    EXPECT_NE(comp("uniform sampler2D grid[2][2]", "texture(grid[0][0], vec2(0))")
+                  .find("'grid' is an array of arrays"),
+              std::string::npos);
+    EXPECT_NE(
+        comp("buffer B { float y; };\nlayout(constant_id = 9) const double d = 1.0", "vec4(float(d) + y)")
+            .find("specialization constant 9 'd' is not of a 32-bit type"),
+        std::string::npos);
+}
+
+TEST(Reflection, WordsThatAreNoModuleAreRefused) {
+    const std::vector<uint32_t> nothing;
+    EXPECT_THROW(Reflect(nothing), Error);
+    const std::vector<uint32_t> noise{1, 2, 3, 4, 5, 6};
+    EXPECT_THROW(Reflect(noise), Error);
+    std::vector<uint32_t> cut = CompileGlsl({.name = "test",
+                                             .text = "#version 460\nvoid main() {}",
+                                             .stage = StageKind::Compute,
+                                             .includeRoot = {}});
+    cut.resize(cut.size() / 2);
+    EXPECT_THROW(Reflect(cut, "cut"), Error);
+}
+
+}  // namespace
+}  // namespace raygraph::rhi
