@@ -155,7 +155,8 @@ struct Node {
 // One placed mesh. The transform may mirror (negative determinant): the winding seen in world space is then
 // reversed, but the front stays the front. So take the geometric normal in object space and carry it over by
 // the inverse transpose (which keeps sides), or cross the world-space edges and multiply by -1 if
-// IsMirrored().
+// IsMirrored(). LoadGltf leaves out a node whose mesh is scaled to nothing or flat (no inverse), with a
+// warning.
 struct Instance {
     uint32_t mesh = 0;
     uint32_t node = kNone;  // The node that placed it; kNone for one without a node.

@@ -1,0 +1,45 @@
+// Reading the files of a scene, and nothing else: a scene names its buffers and images by text that may be
+// hostile.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raygraph::scene {
+
+// Reads whole files. Implement it to watch, cache or alter what is read. Calls come from the thread that
+// loads the scene.
+class FileReader {
+  public:
+    virtual ~FileReader() = default;
+    // The bytes of the regular file at `path` (absolute, no symbolic links in it). Throws Error{Io} if it
+    // cannot be read, is no regular file (device, pipe, socket, folder) or has more than `maxBytes`.
+    virtual std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) = 0;
+};
+
+class DiskFileReader final : public FileReader {
+  public:
+    std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) override;
+};
+
+// The folder that a scene file stands in: relative URIs are looked up there and nowhere else.
+class ConfinedFolder {
+  public:
+    // `reader` must outlive this object. Throws Error{Io} if `folder` does not exist.
+    ConfinedFolder(const std::filesystem::path& folder, FileReader& reader);
+
+    // The bytes of the file that `uri` names (percent-encoded, relative). Throws Error{BadInput} when the URI
+    // has a scheme, is absolute, contains a ".." or leads out of the folder through a symbolic link, and when
+    // the file cannot be read. Message: the URI, quoted, and the reason; the caller puts its place before it.
+    std::vector<std::byte> Read(std::string_view uri, uint64_t maxBytes) const;
+
+  private:
+    std::filesystem::path m_folder;  // Canonical.
+    FileReader* m_reader;
+};
+
+}  // namespace raygraph::scene

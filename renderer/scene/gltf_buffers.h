@@ -1,0 +1,35 @@
+// The bytes behind buffer views, opened when first asked for. Internal to renderer/scene.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "renderer/scene/gltf_accessors.h"
+#include "renderer/scene/gltf_container.h"
+#include "renderer/scene/gltf_context.h"
+
+namespace raygraph::scene {
+
+class GltfBuffers {
+  public:
+    // All arguments must outlive this object.
+    GltfBuffers(GltfContext& context, const JsonValue& root, const AccessorTables& tables,
+                const GltfContainer& container);
+
+    // The bytes of a view; they live as long as this object. Fails if its buffer cannot be read or is shorter
+    // than it claims.
+    std::span<const std::byte> View(uint32_t view);
+
+  private:
+    std::span<const std::byte> Buffer(uint32_t buffer);
+
+    GltfContext& m_context;
+    JsonValue m_buffers;
+    const AccessorTables& m_tables;
+    const GltfContainer& m_container;
+    std::vector<std::optional<std::vector<std::byte>>> m_files;  // Those not in the .glb.
+};
+
+}  // namespace raygraph::scene

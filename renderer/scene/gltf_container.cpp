@@ -1,0 +1,120 @@
+#include "renderer/scene/gltf_container.h"
+
+#include <algorithm>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/error.h"
+#include "renderer/scene/text.h"
+
+namespace raygraph::scene {
+namespace {
+
+constexpr uint32_t kGlbMagic = 0x46546C67;     // "glTF"
+constexpr uint32_t kJsonChunk = 0x4E4F534A;    // "JSON"
+constexpr uint32_t kBinaryChunk = 0x004E4942;  // "BIN\0"
+
+[[noreturn]] void Fail(const std::string& label, const std::string& why) {
+    throw Error(ErrorKind::BadInput, label + ": " + why);
+}
+
+// Little endian, wherever we run.
+uint32_t ReadU32(std::span<const std::byte> bytes, size_t at) {
+    uint32_t value = 0;
+    for (size_t i = 0; i < 4; ++i) value |= std::to_integer<uint32_t>(bytes[at + i]) << (8 * i);
+    return value;
+}
+
+std::string_view AsText(std::span<const std::byte> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+GltfContainer OpenGlb(std::span<const std::byte> file, const std::string& label) {
+    if (file.size() < 12)
+        Fail(label, "the .glb header is cut short (" + std::to_string(file.size()) + " bytes)");
+    if (const uint32_t version = ReadU32(file, 4); version != 2)
+        Fail(label, "is a .glb of version " + std::to_string(version) + ", must be 2");
+    const uint32_t length = ReadU32(file, 8);
+    if (length < 12 || length > file.size())
+        Fail(label, "the .glb header claims " + std::to_string(length) + " bytes, the file has " +
+                        std::to_string(file.size()));
+    // Bytes after the stated length are no part of the scene.
+    file = file.first(length);
+
+    GltfContainer container;
+    std::optional<std::string_view> json;
+    size_t at = 12;
+    for (size_t chunk = 0; at < file.size(); ++chunk) {
+        const std::string name = "chunk " + std::to_string(chunk);
+        if (file.size() - at < 8) Fail(label, name + ": its header is cut short");
+        const uint32_t size = ReadU32(file, at);
+        const uint32_t type = ReadU32(file, at + 4);
+        at += 8;
+        if (size > file.size() - at)
+            Fail(label, name + ": claims " + std::to_string(size) + " bytes, " +
+                            std::to_string(file.size() - at) + " are left");
+        const auto content = file.subspan(at, size);
+        if ((type == kJsonChunk) != (chunk == 0))
+            Fail(label, chunk == 0 ? "the first chunk is not JSON" : name + ": is a second JSON chunk");
+        if (type == kJsonChunk) json = AsText(content);
+        if (type == kBinaryChunk) {
+            if (container.hasBinary) Fail(label, name + ": is a second BIN chunk");
+            container.binary = content;
+            container.hasBinary = true;
+        }
+        at += size;
+    }
+    if (!json) Fail(label, "the .glb has no JSON chunk");
+    container.json = *json;
+    return container;
+}
+
+// A scan, not a parse: counts brackets outside strings.
+void CheckDepth(std::string_view text, const std::string& label, uint32_t maxDepth) {
+    uint32_t depth = 0;
+    bool isInString = false;
+    for (size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (isInString) {
+            if (c == '\\') ++i;
+            if (c == '"') isInString = false;
+        } else if (c == '"') {
+            isInString = true;
+        } else if (c == '{' || c == '[') {
+            if (++depth > maxDepth)
+                Fail(label, "JSON is nested deeper than " + std::to_string(maxDepth) + " levels at byte " +
+                                std::to_string(i));
+        } else if ((c == '}' || c == ']') && depth > 0) {
+            --depth;
+        }
+    }
+}
+
+}  // namespace
+
+GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& label) {
+    if (file.empty()) Fail(label, "the file is empty");
+    if (file.size() >= 4 && ReadU32(file, 0) == kGlbMagic) return OpenGlb(file, label);
+    return {.json = AsText(file), .binary = {}, .hasBinary = false};
+}
+
+nlohmann::json ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits) {
+    if (text.size() > limits.maxJsonBytes)
+        Fail(label, "JSON of " + std::to_string(text.size()) + " bytes exceeds the limit of " +
+                        std::to_string(limits.maxJsonBytes));
+    CheckDepth(text, label, limits.maxJsonDepth);
+    try {
+        nlohmann::json json = nlohmann::json::parse(text);
+        if (!json.is_object()) Fail(label, "the JSON text is not an object");
+        return json;
+    } catch (const nlohmann::json::exception& error) {
+        // "[json.exception.parse_error.101] parse error at line 1, column 3: ..." without the code.
+        std::string_view what = error.what();
+        if (const size_t end = what.find("] "); what.starts_with('[') && end != what.npos)
+            what.remove_prefix(end + 2);
+        Fail(label, "not valid JSON: " + Printable(what, 300));
+    }
+}
+
+}  // namespace raygraph::scene

@@ -1,0 +1,31 @@
+// The outer shell of a glTF file: .glb chunks or plain JSON text, and the JSON tree. Internal to
+// renderer/scene.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/scene/load_gltf.h"
+
+namespace raygraph::scene {
+
+// Views into the bytes of the file, which must outlive them.
+struct GltfContainer {
+    std::string_view json;
+    std::span<const std::byte> binary;  // The BIN chunk.
+    bool hasBinary = false;
+};
+
+// Tells .glb from .gltf by the first four bytes, whatever the file's name. Throws Error{BadInput}, "label:
+// ...", on a broken .glb; unknown chunks are skipped, as the format asks.
+GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& label);
+
+// Parses JSON text whose length and depth are checked first, because a parser's tree may be many times its
+// text. Throws Error{BadInput}, "label: ...".
+nlohmann::json ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits);
+
+}  // namespace raygraph::scene

@@ -1,0 +1,49 @@
+// What the parts of one glTF import share. Internal to renderer/scene.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "renderer/scene/json_value.h"
+#include "renderer/scene/load_gltf.h"
+
+namespace raygraph::scene {
+
+// Warnings of one import, one line per topic: the first occurrence, then how many more there were.
+class Warnings {
+  public:
+    // `topic` tells alike warnings; "scene.gltf: materials[2].metallicFactor: is 3, taken as 1 (and 4 more)".
+    void Add(std::string_view topic, std::string text);
+    std::vector<std::string> Take();
+
+  private:
+    struct Entry {
+        std::string topic;
+        std::string text;
+        size_t count = 0;
+    };
+    std::vector<Entry> m_entries;
+};
+
+struct GltfContext {
+    std::string label;  // The file's name, printable: every message starts with it.
+    const LoadOptions& options;
+    const ConfinedFolder& folder;
+    Warnings warnings;
+    uint64_t bytesRead = 0;      // Of all files and data URIs so far.
+    uint64_t geometryBytes = 0;  // Charged so far.
+    uint64_t imageTexels = 0;    // Decoded so far.
+
+    // A warning about a place in the file.
+    void Warn(const JsonValue& where, std::string_view topic, const std::string& what);
+    // Counts memory about to be taken for vertices or indices; fails at `where` beyond the limit.
+    void ChargeGeometry(const JsonValue& where, uint64_t bytes);
+    void Progress(std::string_view stage, float fraction) const;
+
+    // The bytes of a `uri` property: a data URI, or a file in the scene's folder. Fails at `uri`.
+    std::vector<std::byte> ReadUri(const JsonValue& uri);
+};
+
+}  // namespace raygraph::scene

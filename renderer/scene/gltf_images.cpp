@@ -1,0 +1,46 @@
+#include <cstring>
+
+#include "base/error.h"
+#include "renderer/image/image.h"
+#include "renderer/scene/gltf_materials.h"
+#include "renderer/scene/text.h"
+#include "renderer/scene/uri.h"
+
+namespace raygraph::scene {
+
+ImageData DecodeImage(GltfContext& context, const JsonValue& root, size_t viewCount, uint32_t image,
+                      GltfBuffers& buffers) {
+    const JsonValue value = root["images"].At(image).RequireObject();
+    const JsonValue uri = value["uri"];
+    const JsonValue view = value["bufferView"];
+    if (uri.IsPresent() == view.IsPresent()) value.Fail("must have either a uri or a bufferView");
+
+    ImageData data;
+    data.name = value["name"].StringOr("");
+    if (data.name.empty() && uri.IsPresent() && !IsDataUri(uri.String()))
+        data.name = PercentDecode(uri.String());
+    std::vector<std::byte> file;
+    std::span<const std::byte> bytes;
+    if (uri.IsPresent()) {
+        file = context.ReadUri(uri);
+        bytes = file;
+    } else {
+        bytes = buffers.View(view.Index(viewCount, "bufferViews"));
+    }
+
+    const LoadLimits& limits = context.options.limits;
+    const uint64_t texelsLeft = limits.maxAllImageTexels - context.imageTexels;
+    const image::DecodeLimits decodeLimits{.maxWidth = limits.maxImageExtent,
+                                           .maxHeight = limits.maxImageExtent,
+                                           .maxPixels = std::min(limits.maxImageTexels, texelsLeft)};
+    std::string label = context.label + ": " + value.Path();
+    if (!data.name.empty()) label.append(" ").append(Quoted(data.name, 60));
+    image::Image8 decoded = image::DecodeImage8(bytes, label, decodeLimits);
+    data.width = decoded.width;
+    data.height = decoded.height;
+    data.rgba = std::move(decoded.rgba);
+    context.imageTexels += uint64_t{data.width} * data.height;
+    return data;
+}
+
+}  // namespace raygraph::scene

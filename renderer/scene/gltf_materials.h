@@ -1,0 +1,18 @@
+// materials, textures, samplers, images. Internal to renderer/scene.
+#pragma once
+
+#include "renderer/scene/gltf_buffers.h"
+#include "renderer/scene/gltf_context.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+// Fills scene.materials and scene.textures; returns, for each entry scene.images shall have, the file's image
+// index. Texture::image already indexes that list.
+std::vector<uint32_t> ReadMaterials(GltfContext& context, const JsonValue& root, SceneData& scene);
+
+// Decodes one of the file's images.
+ImageData DecodeImage(GltfContext& context, const JsonValue& root, size_t viewCount, uint32_t image,
+                      GltfBuffers& buffers);
+
+}  // namespace raygraph::scene

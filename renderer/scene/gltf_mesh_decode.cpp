@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+#include "renderer/scene/gltf_meshes.h"
+
+namespace raygraph::scene {
+namespace {
+
+class PrimitiveDecoder {
+  public:
+    PrimitiveDecoder(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout)
+        : m_context(context), m_reader(reader), m_layout(layout) {}
+
+    Primitive Decode() {
+        Primitive primitive;
+        primitive.indices = Triangles();
+        const bool makesNormals = !m_layout.Has(Attribute::Normal);
+        // The vertices to read. With flat normals no two triangles share one. An index list that names less
+        // than half of its vertices (many primitives over one big buffer) gets only those it names: reading
+        // stays linear.
+        std::vector<uint32_t> chosen;
+        if (makesNormals) {
+            chosen = primitive.indices;
+            m_context.ChargeGeometry(m_layout.where, chosen.size() * sizeof(uint32_t));
+            std::iota(primitive.indices.begin(), primitive.indices.end(), 0u);
+        } else if (primitive.indices.size() < m_layout.vertexCount / 2) {
+            chosen = CompactVertices(primitive.indices);
+        }
+        const bool readsAll = !makesNormals && chosen.empty();
+        const ElementSelection vertices = readsAll ? ElementSelection{m_layout.vertexCount}
+                                                   : ElementSelection{chosen.size(), chosen.data()};
+
+        primitive.positions = Stream<glm::vec3>(Attribute::Position, vertices);
+        primitive.uv0 = Stream<glm::vec2>(Attribute::TexCoord0, vertices);
+        primitive.uv1 = Stream<glm::vec2>(Attribute::TexCoord1, vertices);
+        primitive.colors = Stream<glm::vec4>(Attribute::Color0, vertices, glm::vec4(1.0f));
+        if (makesNormals) {
+            m_context.ChargeGeometry(m_layout.where, primitive.positions.size() * sizeof(glm::vec3));
+            primitive.normals = FlatNormals(primitive.positions);
+        } else {
+            primitive.normals = Stream<glm::vec3>(Attribute::Normal, vertices);
+            const size_t lost = NormalizeNormals(primitive.normals, primitive.positions, primitive.indices);
+            if (lost > 0) WarnLost("NORMAL", lost, "taken from the triangles around them");
+            primitive.tangents = Stream<glm::vec4>(Attribute::Tangent, vertices);
+            const size_t lostTangents = NormalizeTangents(primitive.tangents, primitive.normals);
+            if (lostTangents > 0) WarnLost("TANGENT", lostTangents, "made perpendicular to the normal");
+        }
+        for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
+        return primitive;
+    }
+
+  private:
+    // The primitive's triangles as indices into the file's vertices, all checked.
+    std::vector<uint32_t> Triangles() {
+        std::vector<uint32_t> indices;
+        if (m_layout.indices == kNone) {
+            m_context.ChargeGeometry(m_layout.where, m_layout.vertexCount * sizeof(uint32_t));
+            indices.resize(m_layout.vertexCount);
+            std::iota(indices.begin(), indices.end(), 0u);
+        } else {
+            const JsonValue where = m_layout.where["indices"];
+            indices = m_reader.ReadIndices(m_layout.indices, where);
+            for (size_t i = 0; i < indices.size(); ++i)
+                if (indices[i] >= m_layout.vertexCount)
+                    where.Fail("accessors[" + std::to_string(m_layout.indices) + "] element " +
+                               std::to_string(i) + " is " + std::to_string(indices[i]) +
+                               ", but POSITION has " + std::to_string(m_layout.vertexCount) + " elements");
+        }
+        const size_t count = indices.size();
+        const bool isList = m_layout.mode == PrimitiveMode::Triangles;
+        if (count < 3 || (isList && count % 3 != 0))
+            m_context.Warn(
+                m_layout.where, "leftover",
+                std::to_string(count) + " vertices make no whole number of triangles, the rest is left out");
+        if (!isList) m_context.ChargeGeometry(m_layout.where, count * 3 * sizeof(uint32_t));
+        return TriangleList(m_layout.mode, std::move(indices));
+    }
+
+    // The distinct vertices of `indices` in ascending order; `indices` become positions in it.
+    std::vector<uint32_t> CompactVertices(std::vector<uint32_t>& indices) {
+        m_context.ChargeGeometry(m_layout.where, indices.size() * sizeof(uint32_t));
+        std::vector<uint32_t> used = indices;
+        std::sort(used.begin(), used.end());
+        used.erase(std::unique(used.begin(), used.end()), used.end());
+        for (uint32_t& index : indices)
+            index = static_cast<uint32_t>(std::lower_bound(used.begin(), used.end(), index) - used.begin());
+        return used;
+    }
+
+    template <typename Vector>
+    std::vector<Vector> Stream(Attribute attribute, const ElementSelection& vertices,
+                               Vector fill = Vector(0.0f)) {
+        if (!m_layout.Has(attribute)) return {};
+        const JsonValue where = m_layout.where["attributes"][AttributeName(attribute)];
+        return m_reader.ReadVectors<Vector>(m_layout.Accessor(attribute), vertices, where, fill);
+    }
+
+    void WarnLost(const char* what, size_t count, const char* remedy) {
+        m_context.Warn(m_layout.where, what,
+                       std::to_string(count) + " " + what + " values have no length, " + remedy);
+    }
+
+    GltfContext& m_context;
+    AccessorReader& m_reader;
+    const PrimitiveLayout& m_layout;
+};
+
+}  // namespace
+
+Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& layout,
+                uint32_t defaultMaterial) {
+    Mesh mesh{.name = layout.name, .primitives = {}};
+    for (const PrimitiveLayout& part : layout.primitives) {
+        Primitive primitive = PrimitiveDecoder(context, reader, part).Decode();
+        if (primitive.indices.empty()) continue;
+        primitive.material = part.material == kNone ? defaultMaterial : part.material;
+        mesh.primitives.push_back(std::move(primitive));
+    }
+    return mesh;
+}
+
+}  // namespace raygraph::scene

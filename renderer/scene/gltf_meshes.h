@@ -1,0 +1,46 @@
+// meshes: checked as a whole, then decoded one by one. Internal to renderer/scene.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "renderer/scene/gltf_accessors.h"
+#include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_reader.h"
+#include "renderer/scene/scene_data.h"
+#include "renderer/scene/triangles.h"
+
+namespace raygraph::scene {
+
+// The attributes that are read; others are ignored.
+enum class Attribute : uint8_t { Position, Normal, Tangent, TexCoord0, TexCoord1, Color0 };
+inline constexpr size_t kAttributeCount = 6;
+const char* AttributeName(Attribute attribute);
+
+// A primitive whose accessors are in range, of fitting types and of one count; nothing is decoded yet.
+struct PrimitiveLayout {
+    JsonValue where;
+    PrimitiveMode mode = PrimitiveMode::Triangles;
+    std::array<uint32_t, kAttributeCount> accessors;  // kNone: absent.
+    uint32_t indices = kNone;
+    uint32_t material = kNone;
+    uint64_t vertexCount = 0;
+
+    uint32_t Accessor(Attribute attribute) const { return accessors[static_cast<size_t>(attribute)]; }
+    bool Has(Attribute attribute) const { return Accessor(attribute) != kNone; }
+};
+
+struct MeshLayout {
+    std::string name;
+    std::vector<PrimitiveLayout> primitives;  // Points, lines and those without positions are left out.
+};
+
+// Reads and checks all of the file's meshes.
+std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const JsonValue& root,
+                                        const AccessorTables& tables, size_t materialCount);
+
+// Decodes a mesh. Primitives without a material get `defaultMaterial`.
+Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& layout,
+                uint32_t defaultMaterial);
+
+}  // namespace raygraph::scene

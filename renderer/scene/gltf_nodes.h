@@ -1,0 +1,22 @@
+// scenes, nodes, cameras, lights: the graph. Internal to renderer/scene.
+#pragma once
+
+#include "renderer/scene/gltf_context.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+// Fills scene.name, nodes, nodeOrder, cameras and lights; transforms of the latter two are still identity.
+// Checks that the nodes form a forest and that every index is in range. Throws Error{Usage} if options.scene
+// does not exist.
+void ReadNodes(GltfContext& context, const JsonValue& root, size_t meshCount, SceneData& scene);
+
+// Places an instance for every node of scene.nodeOrder with a mesh, then world transforms and bounds. Fails
+// if a transform or the bounds are not finite.
+void PlaceInstances(GltfContext& context, const JsonValue& root, SceneData& scene);
+
+// The file's cameras and lights, not yet placed. gltf_cameras_lights.cpp.
+std::vector<Camera> ReadCameras(GltfContext& context, const JsonValue& root);
+std::vector<Light> ReadLights(const JsonValue& root);
+
+}  // namespace raygraph::scene

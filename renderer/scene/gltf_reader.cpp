@@ -1,0 +1,175 @@
+#include "renderer/scene/gltf_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "base/check.h"
+
+namespace raygraph::scene {
+namespace {
+
+// A run of elements in memory. `bytes` may be unaligned.
+struct Elements {
+    const std::byte* bytes = nullptr;
+    size_t stride = 0;
+    size_t componentCount = 0;
+    bool isNormalized = false;
+};
+
+// glTF's section 3.11 for the integer types.
+template <typename T>
+float ToFloat(T value, bool isNormalized) {
+    const float number = static_cast<float>(value);
+    if constexpr (std::is_integral_v<T>) {
+        if (isNormalized) return std::max(number / static_cast<float>(std::numeric_limits<T>::max()), -1.0f);
+    }
+    return number;
+}
+
+template <typename T>
+void CopyElement(const Elements& from, size_t element, float* out) {
+    const std::byte* bytes = from.bytes + element * from.stride;
+    for (size_t c = 0; c < from.componentCount; ++c) {
+        T value;
+        std::memcpy(&value, bytes + c * sizeof(T), sizeof(T));
+        out[c] = ToFloat(value, from.isNormalized);
+    }
+}
+
+template <typename T>
+void CopyAll(const Elements& from, const ElementSelection& selection, size_t components, float* out) {
+    for (size_t i = 0; i < selection.count; ++i) CopyElement<T>(from, selection[i], out + i * components);
+}
+
+// Calls `call` with a value of the component's C++ type.
+template <typename Call>
+void WithType(ComponentType type, const Call& call) {
+    switch (type) {
+        case ComponentType::Int8:
+            return call(int8_t{});
+        case ComponentType::Uint8:
+            return call(uint8_t{});
+        case ComponentType::Int16:
+            return call(int16_t{});
+        case ComponentType::Uint16:
+            return call(uint16_t{});
+        case ComponentType::Uint32:
+            return call(uint32_t{});
+        case ComponentType::Float:
+            return call(float{});
+    }
+}
+
+template <typename T>
+void CopyIntegers(const std::byte* bytes, size_t stride, std::vector<uint32_t>& out) {
+    for (size_t i = 0; i < out.size(); ++i) {
+        T value;
+        std::memcpy(&value, bytes + i * stride, sizeof(T));
+        out[i] = static_cast<uint32_t>(value);
+    }
+}
+
+}  // namespace
+
+AccessorReader::AccessorReader(GltfContext& context, const JsonValue& root, const AccessorTables& tables,
+                               GltfBuffers& buffers)
+    : m_context(context), m_accessors(root["accessors"]), m_tables(tables), m_buffers(buffers) {}
+
+const std::byte* AccessorReader::RunBytes(const ElementRun& run) {
+    return m_buffers.View(run.view).data() + run.byteOffset;
+}
+
+void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, size_t components,
+                          float* out) {
+    const Accessor& info = Info(accessor);
+    RG_CHECK_LE(info.componentCount, components);
+    RG_CHECK(!info.isMatrix);
+    if (info.run.view != kNone) {
+        const Elements elements{RunBytes(info.run), info.run.byteStride, info.componentCount,
+                                info.isNormalized};
+        const bool isPlain = info.componentType == ComponentType::Float &&
+                             info.componentCount == components &&
+                             elements.stride == components * sizeof(float) && !selection.ids;
+        if (isPlain) {
+            std::memcpy(out, elements.bytes, selection.count * elements.stride);
+        } else {
+            WithType(info.componentType,
+                     [&](auto type) { CopyAll<decltype(type)>(elements, selection, components, out); });
+        }
+    } else {
+        for (size_t i = 0; i < selection.count; ++i)
+            std::fill_n(out + i * components, info.componentCount, 0.0f);
+    }
+    if (info.sparse) ApplySparse(accessor, selection, components, out);
+    if (info.componentType != ComponentType::Float) return;
+    for (size_t i = 0; i < selection.count * components; ++i)
+        if (!std::isfinite(out[i]))
+            Place(accessor).Fail("element " + std::to_string(selection[i / components]) + " is not finite");
+}
+
+std::vector<uint32_t> AccessorReader::SparseIndices(uint32_t accessor) {
+    const Accessor& info = Info(accessor);
+    const JsonValue where = Place(accessor)["sparse"]["indices"];
+    m_context.ChargeGeometry(where, info.sparse->count * sizeof(uint32_t));
+    std::vector<uint32_t> ids(info.sparse->count);
+    const std::byte* bytes = RunBytes(info.sparse->indices);
+    WithType(info.sparse->indexType,
+             [&](auto type) { CopyIntegers<decltype(type)>(bytes, info.sparse->indices.byteStride, ids); });
+    for (size_t i = 0; i < ids.size(); ++i) {
+        if (ids[i] >= info.count)
+            where.Fail("element " + std::to_string(i) + " is " + std::to_string(ids[i]) +
+                       ", but the accessor has " + std::to_string(info.count) + " elements");
+        if (i > 0 && ids[i] <= ids[i - 1])
+            where.Fail("element " + std::to_string(i) + " is " + std::to_string(ids[i]) +
+                       ", not greater than the one before it");
+    }
+    return ids;
+}
+
+void AccessorReader::ApplySparse(uint32_t accessor, const ElementSelection& selection, size_t components,
+                                 float* out) {
+    const Accessor& info = Info(accessor);
+    const std::vector<uint32_t> ids = SparseIndices(accessor);
+    const Elements values{RunBytes(info.sparse->values), info.sparse->values.byteStride, info.componentCount,
+                          info.isNormalized};
+    WithType(info.componentType, [&](auto type) {
+        using T = decltype(type);
+        if (!selection.ids) {
+            for (size_t i = 0; i < ids.size(); ++i) CopyElement<T>(values, i, out + ids[i] * components);
+            return;
+        }
+        for (size_t i = 0; i < selection.count; ++i) {
+            const auto found = std::lower_bound(ids.begin(), ids.end(), selection.ids[i]);
+            if (found != ids.end() && *found == selection.ids[i])
+                CopyElement<T>(values, static_cast<size_t>(found - ids.begin()), out + i * components);
+        }
+    });
+}
+
+std::vector<uint32_t> AccessorReader::ReadIndices(uint32_t accessor, const JsonValue& where) {
+    const Accessor& info = Info(accessor);
+    const bool isUnsigned = info.componentType == ComponentType::Uint8 ||
+                            info.componentType == ComponentType::Uint16 ||
+                            info.componentType == ComponentType::Uint32;
+    if (info.componentCount != 1 || !isUnsigned)
+        where.Fail("accessors[" + std::to_string(accessor) + "] must be SCALAR of 5121, 5123 or 5125");
+    m_context.ChargeGeometry(where, info.count * sizeof(uint32_t));
+    std::vector<uint32_t> indices(info.count);
+    const auto copy = [&](const ElementRun& run, std::vector<uint32_t>& out) {
+        const std::byte* bytes = RunBytes(run);
+        WithType(info.componentType,
+                 [&](auto type) { CopyIntegers<decltype(type)>(bytes, run.byteStride, out); });
+    };
+    if (info.run.view != kNone) copy(info.run, indices);
+    if (info.sparse) {
+        const std::vector<uint32_t> ids = SparseIndices(accessor);
+        std::vector<uint32_t> values(ids.size());
+        copy(info.sparse->values, values);
+        for (size_t i = 0; i < ids.size(); ++i) indices[ids[i]] = values[i];
+    }
+    return indices;
+}
+
+}  // namespace raygraph::scene

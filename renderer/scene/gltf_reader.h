@@ -1,0 +1,61 @@
+// Decodes accessors to floats and indices. Internal to renderer/scene.
+#pragma once
+
+#include <array>
+#include <initializer_list>
+#include <span>
+#include <vector>
+
+#include "renderer/scene/gltf_accessors.h"
+#include "renderer/scene/gltf_buffers.h"
+#include "renderer/scene/gltf_context.h"
+
+namespace raygraph::scene {
+
+// Which elements of an accessor to read, in which order: all of them, or those listed (all below the count).
+struct ElementSelection {
+    size_t count = 0;
+    const uint32_t* ids = nullptr;  // nullptr: 0 to count - 1.
+
+    size_t operator[](size_t i) const { return ids ? ids[i] : i; }
+};
+
+class AccessorReader {
+  public:
+    // All arguments must outlive this object.
+    AccessorReader(GltfContext& context, const JsonValue& root, const AccessorTables& tables,
+                   GltfBuffers& buffers);
+
+    const Accessor& Info(uint32_t accessor) const { return m_tables.accessors[accessor]; }
+
+    // The selected elements, `components` floats each, into `out` (selection.count * components floats); an
+    // accessor with fewer components leaves the others of each element as they were. Normalized integers
+    // become [0, 1] or
+    // [-1, 1], others their value. Fails at the accessor if a value is not finite. No matrices.
+    void Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out);
+
+    template <typename Vector>
+    std::vector<Vector> ReadVectors(uint32_t accessor, const ElementSelection& selection,
+                                    const JsonValue& where, Vector fill = Vector(0.0f)) {
+        m_context.ChargeGeometry(where, uint64_t{selection.count} * sizeof(Vector));
+        std::vector<Vector> vectors(selection.count, fill);
+        if (!vectors.empty()) Read(accessor, selection, Vector::length(), &vectors[0].x);
+        return vectors;
+    }
+
+    // All elements of an accessor of unsigned scalars. `where` (the property that names it) is for messages.
+    std::vector<uint32_t> ReadIndices(uint32_t accessor, const JsonValue& where);
+
+  private:
+    JsonValue Place(uint32_t accessor) const { return m_accessors.At(accessor); }
+    const std::byte* RunBytes(const ElementRun& run);
+    std::vector<uint32_t> SparseIndices(uint32_t accessor);
+    void ApplySparse(uint32_t accessor, const ElementSelection& selection, size_t components, float* out);
+
+    GltfContext& m_context;
+    JsonValue m_accessors;
+    const AccessorTables& m_tables;
+    GltfBuffers& m_buffers;
+};
+
+}  // namespace raygraph::scene

@@ -1,0 +1,138 @@
+#include "renderer/scene/load_gltf.h"
+
+#include <algorithm>
+#include <array>
+#include <new>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "base/error.h"
+#include "renderer/scene/gltf_accessors.h"
+#include "renderer/scene/gltf_buffers.h"
+#include "renderer/scene/gltf_container.h"
+#include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_materials.h"
+#include "renderer/scene/gltf_meshes.h"
+#include "renderer/scene/gltf_nodes.h"
+#include "renderer/scene/gltf_reader.h"
+#include "renderer/scene/text.h"
+
+namespace raygraph::scene {
+namespace {
+
+constexpr std::array<std::string_view, 4> kSupportedExtensions{
+    "KHR_mesh_quantization", "KHR_materials_emissive_strength", "KHR_lights_punctual", "EXT_texture_webp"};
+
+bool IsSupported(const std::string& extension) {
+    return std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), extension) !=
+           kSupportedExtensions.end();
+}
+
+void CheckAsset(const JsonValue& root) {
+    const JsonValue asset = root["asset"].RequireObject();
+    const std::string& version = asset["version"].String();
+    if (!version.starts_with("2.")) asset["version"].Fail("is " + asset["version"].Shown() + ", must be 2.x");
+    const JsonValue minVersion = asset["minVersion"];
+    if (minVersion.IsPresent() && minVersion.String() != "2.0")
+        minVersion.Fail("is " + minVersion.Shown() + ", at most 2.0 can be read");
+}
+
+void CheckExtensions(GltfContext& context, const JsonValue& root) {
+    const JsonValue required = root["extensionsRequired"];
+    for (size_t i = 0; i < required.Count(); ++i)
+        if (!IsSupported(required.At(i).String()))
+            required.At(i).Fail("the file requires " + required.At(i).Shown() + ", which is not supported");
+    const JsonValue used = root["extensionsUsed"];
+    for (size_t i = 0; i < used.Count(); ++i)
+        if (const std::string& name = used.At(i).String(); !IsSupported(name))
+            context.Warn(used.At(i), "extension " + name, used.At(i).Shown() + " is not supported, ignored");
+    if (root["animations"].Count() > 0)
+        context.Warn(root["animations"], "animations", "are not read, the scene stands still");
+}
+
+// Where a scene file is and what it is called in messages.
+struct ScenePath {
+    std::filesystem::path file;  // Canonical.
+    std::filesystem::path
+        folder;  // The one named, so that a link to a scene finds what stands beside the link.
+    std::string label;
+};
+
+ScenePath Locate(const std::filesystem::path& path) {
+    std::error_code error;
+    ScenePath located{std::filesystem::canonical(path, error), path.parent_path(),
+                      Printable(path.filename().string())};
+    if (error) throw Error(ErrorKind::Io, Printable(path.string(), 1024) + ": " + error.message());
+    return located;
+}
+
+uint32_t DefaultMaterial(const std::vector<MeshLayout>& layouts, SceneData& scene) {
+    const auto lacksOne = [](const PrimitiveLayout& primitive) { return primitive.material == kNone; };
+    for (const MeshLayout& layout : layouts) {
+        if (!std::any_of(layout.primitives.begin(), layout.primitives.end(), lacksOne)) continue;
+        scene.materials.emplace_back().name = "default";
+        return static_cast<uint32_t>(scene.materials.size() - 1);
+    }
+    return 0;
+}
+
+// Only meshes that are placed; the others keep their index and name.
+void DecodeMeshes(GltfContext& context, AccessorReader& reader, const std::vector<MeshLayout>& layouts,
+                  SceneData& scene) {
+    const uint32_t defaultMaterial = DefaultMaterial(layouts, scene);
+    std::vector<bool> isPlaced(layouts.size(), false);
+    for (const uint32_t node : scene.nodeOrder)
+        if (scene.nodes[node].mesh != kNone) isPlaced[scene.nodes[node].mesh] = true;
+    for (size_t i = 0; i < layouts.size(); ++i) {
+        context.Progress("meshes", 0.1f + 0.4f * static_cast<float>(i) / static_cast<float>(layouts.size()));
+        scene.meshes.push_back(isPlaced[i] ? DecodeMesh(context, reader, layouts[i], defaultMaterial)
+                                           : Mesh{.name = layouts[i].name, .primitives = {}});
+    }
+}
+
+// Everything is checked before the first buffer is opened; meshes before images, which take longest.
+SceneData Import(GltfContext& context, const GltfContainer& container, const JsonValue& root) {
+    CheckAsset(root);
+    CheckExtensions(context, root);
+    const AccessorTables tables = ReadAccessorTables(root);
+    SceneData scene;
+    const std::vector<uint32_t> images = ReadMaterials(context, root, scene);
+    const std::vector<MeshLayout> layouts = ReadMeshLayouts(context, root, tables, scene.materials.size());
+    ReadNodes(context, root, layouts.size(), scene);
+
+    GltfBuffers buffers(context, root, tables, container);
+    AccessorReader reader(context, root, tables, buffers);
+    DecodeMeshes(context, reader, layouts, scene);
+    PlaceInstances(context, root, scene);
+    for (size_t i = 0; i < images.size(); ++i) {
+        context.Progress("images", 0.5f + 0.5f * static_cast<float>(i) / static_cast<float>(images.size()));
+        scene.images.push_back(DecodeImage(context, root, tables.views.size(), images[i], buffers));
+    }
+    context.Progress("done", 1.0f);
+    scene.warnings = context.warnings.Take();
+    return scene;
+}
+
+}  // namespace
+
+SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options) {
+    const ScenePath located = Locate(path);
+    DiskFileReader disk;
+    FileReader& files = options.reader ? *options.reader : disk;
+    const ConfinedFolder folder(located.folder, files);
+    GltfContext context{.label = located.label, .options = options, .folder = folder, .warnings = {}};
+    try {
+        context.Progress("file", 0.0f);
+        const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
+        context.bytesRead = file.size();
+        const GltfContainer container = OpenContainer(file, context.label);
+        const nlohmann::json json = ParseJson(container.json, context.label, options.limits);
+        return Import(context, container, JsonValue(json, context.label));
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::OutOfMemory, context.label + ": the host's memory is spent");
+    } catch (const std::length_error&) {
+        throw Error(ErrorKind::OutOfMemory, context.label + ": asks for more memory than a process can have");
+    }
+}
+
+}  // namespace raygraph::scene

@@ -1,0 +1,54 @@
+// glTF 2.0 files (.gltf with its buffers and images, .glb) to SceneData.
+//
+// Read: the static core, KHR_mesh_quantization, KHR_materials_emissive_strength and KHR_lights_punctual. Not
+// read: animations, skins and morph targets (meshes stand in their base pose; one warning each), other
+// extensions (one warning each; an error if the file requires them), points and lines (one warning).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "renderer/scene/file_access.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+// Bounds on what a file may make the process read and allocate. Beyond any of them: Error{BadInput}.
+struct LoadLimits {
+    uint64_t maxFileBytes = uint64_t{16} << 30;  // The scene file, and each buffer or image.
+    uint64_t maxJsonBytes = uint64_t{256} << 20;
+    uint32_t maxJsonDepth = 64;  // Nested arrays and objects; glTF itself needs about ten.
+    // Decoded vertices and indices: this many bytes, plus 64 for each byte of file read. Stops a small file
+    // that claims a billion vertices or draws one accessor a million times.
+    uint64_t maxGeometryBytes = uint64_t{1} << 30;
+    uint32_t maxImageExtent = 16384;                 // Texels a side.
+    uint64_t maxImageTexels = uint64_t{1} << 28;     // An image.
+    uint64_t maxAllImageTexels = uint64_t{1} << 31;  // All images; four bytes a texel.
+};
+
+struct LoadOptions {
+    // Which of the file's scenes: its name, or its index as decimal digits. Empty: the file's default scene,
+    // else its first; all root nodes if the file has none.
+    std::string scene;
+    LoadLimits limits;
+    // Called on the loading thread: what is being done and the part of the whole already done, 0 to 1.
+    std::function<void(std::string_view stage, float fraction)> progress;
+    FileReader* reader = nullptr;  // nullptr: the disk.
+};
+
+// Loads a scene. Throws raygraph::Error, one line each:
+//   Io           the scene file itself cannot be read;
+//   BadInput     the file is malformed or hostile, requires an unsupported extension, or names a file that is
+//   missing
+//                or outside its folder: "scene.gltf: accessors[3].count: 12 elements exceed bufferViews[1]
+//                (64 bytes)";
+//   Usage        there is no scene `options.scene`;
+//   OutOfMemory  the host's memory is spent.
+// Everything is checked before it is decoded. May be called from several threads at once. Peak host memory:
+// the file, the external files, the JSON tree (about ten times its text) and the returned data.
+SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options = {});
+
+}  // namespace raygraph::scene

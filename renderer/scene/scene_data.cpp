@@ -1,0 +1,111 @@
+#include "renderer/scene/scene_data.h"
+
+#include <algorithm>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "base/check.h"
+
+namespace raygraph::scene {
+namespace {
+
+// a after b, both affine.
+glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b) {
+    const glm::mat3 linear(a);
+    return {linear * b[0], linear * b[1], linear * b[2], linear * b[3] + a[3]};
+}
+
+template <typename T>
+uint64_t Bytes(const std::vector<T>& values) {
+    return values.size() * sizeof(T);
+}
+
+uint64_t StreamBytes(const Primitive& primitive) {
+    return Bytes(primitive.positions) + Bytes(primitive.normals) + Bytes(primitive.tangents) +
+           Bytes(primitive.uv0) + Bytes(primitive.uv1) + Bytes(primitive.colors) + Bytes(primitive.indices);
+}
+
+}  // namespace
+
+void Bounds::Extend(const glm::vec3& point) {
+    min = glm::min(min, point);
+    max = glm::max(max, point);
+}
+
+void Bounds::Extend(const Bounds& other) {
+    min = glm::min(min, other.min);
+    max = glm::max(max, other.max);
+}
+
+Bounds Bounds::Transformed(const glm::mat4x3& transform) const {
+    if (IsEmpty()) return {};
+    Bounds result;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::vec3 point(corner & 1 ? max.x : min.x, corner & 2 ? max.y : min.y,
+                              corner & 4 ? max.z : min.z);
+        result.Extend(transform * glm::vec4(point, 1.0f));
+    }
+    return result;
+}
+
+glm::mat4x3 Node::LocalTransform() const {
+    if (matrix) return *matrix;
+    const glm::mat3 rotated = glm::mat3_cast(rotation);
+    return {rotated[0] * scale.x, rotated[1] * scale.y, rotated[2] * scale.z, translation};
+}
+
+std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene) {
+    std::vector<glm::mat4x3> transforms(scene.nodes.size(), glm::mat4x3(1.0f));
+    for (const uint32_t index : scene.nodeOrder) {
+        const Node& node = scene.nodes[index];
+        const glm::mat4x3 local = node.LocalTransform();
+        transforms[index] = node.parent == kNone ? local : Compose(transforms[node.parent], local);
+    }
+    return transforms;
+}
+
+void UpdateWorldTransforms(SceneData& scene) {
+    const std::vector<glm::mat4x3> transforms = WorldTransforms(scene);
+    std::vector<Bounds> meshBounds(scene.meshes.size());
+    for (size_t i = 0; i < scene.meshes.size(); ++i)
+        for (const Primitive& primitive : scene.meshes[i].primitives) meshBounds[i].Extend(primitive.bounds);
+
+    scene.bounds = {};
+    for (Instance& instance : scene.instances) {
+        RG_CHECK_LT(instance.mesh, scene.meshes.size());
+        if (instance.node != kNone) instance.objectToWorld = transforms[instance.node];
+        scene.bounds.Extend(meshBounds[instance.mesh].Transformed(instance.objectToWorld));
+    }
+    for (Camera& camera : scene.cameras)
+        if (camera.node != kNone) camera.cameraToWorld = transforms[camera.node];
+    for (Light& light : scene.lights)
+        if (light.node != kNone) light.lightToWorld = transforms[light.node];
+}
+
+SceneStatistics Statistics(const SceneData& scene) {
+    std::vector<uint64_t> triangles(scene.meshes.size(), 0);
+    SceneStatistics statistics;
+    for (size_t i = 0; i < scene.meshes.size(); ++i) {
+        for (const Primitive& primitive : scene.meshes[i].primitives) {
+            triangles[i] += primitive.TriangleCount();
+            statistics.geometryBytes += StreamBytes(primitive);
+        }
+    }
+    std::vector<bool> isPlaced(scene.meshes.size(), false);
+    for (const Instance& instance : scene.instances) {
+        statistics.placedTriangles += triangles[instance.mesh];
+        if (!isPlaced[instance.mesh]) {
+            statistics.uniqueTriangles += triangles[instance.mesh];
+            ++statistics.meshCount;
+        }
+        isPlaced[instance.mesh] = true;
+    }
+    for (const ImageData& image : scene.images) statistics.imageBytes += Bytes(image.rgba);
+    statistics.instanceCount = scene.instances.size();
+    statistics.materialCount = scene.materials.size();
+    statistics.textureCount = scene.textures.size();
+    statistics.lightCount = scene.lights.size();
+    statistics.cameraCount = scene.cameras.size();
+    return statistics;
+}
+
+}  // namespace raygraph::scene
