@@ -37,6 +37,7 @@ void main() {
     vec3 direction = FromLocal(frame, s.wi);
     vec2 uv = EquirectFromDirection(direction, 0.5f);
     vec3 back = ToLocal(frame, DirectionFromEquirect(uv, 0.5f)) + SampleUniformTriangle(uv);
-    vec3 color = ratio * OffsetRayOrigin(back, frame.z) + difference + vec3(float(kRayTypeShadow * kRayTypeCount));
-    texels[i] = Tonemap(SrgbDecode(color) * Luminance(color), exposureEv, op) * EquirectSolidAnglePDF(1.0f, uv.y);
+    vec3 color = ratio * OffsetRayOrigin(back, frame.z) + difference;
+    color = SrgbDecode(color) * Luminance(color) * float(kRayTypeShadow * kRayTypeCount);
+    texels[i] = Tonemap(color, exposureEv, op) * EquirectSolidAnglePDF(1.0f, uv.y);
 }

@@ -1,0 +1,37 @@
+#include "core/color.glsl"
+
+#include <gtest/gtest.h>
+
+namespace raygraph::shading {
+namespace {
+
+TEST(Color, SrgbMeetsPublishedPairs) {
+    // Code value / 255 against linear light, IEC 61966-2-1.
+    EXPECT_EQ(SrgbEncode(0.0f), 0.0f);
+    EXPECT_NEAR(SrgbEncode(1.0f), 1.0f, 1e-6f);
+    EXPECT_NEAR(SrgbEncode(0.5f), 0.7353570f, 1e-6f);
+    EXPECT_NEAR(SrgbEncode(0.18f), 0.4613561f, 1e-6f);
+    EXPECT_NEAR(SrgbDecode(0.5f), 0.2140411f, 1e-6f);
+    EXPECT_NEAR(SrgbDecode(1.0f / 255.0f), 3.035270e-4f, 1e-9f);
+    EXPECT_NEAR(SrgbDecode(186.0f / 255.0f), 0.4910209f, 1e-6f);
+}
+
+TEST(Color, SrgbIsMonotonicAndInvertible) {
+    float previous = -1.0f;
+    for (int i = 0; i <= 100'000; ++i) {
+        const float x = static_cast<float>(i) / 100'000.0f;
+        const float encoded = SrgbEncode(x);
+        // The standard's two pieces meet to within 3e-8 in its rounded constants.
+        ASSERT_GT(encoded, previous - 1e-7f) << x;
+        ASSERT_NEAR(SrgbDecode(encoded), x, 2e-6f) << x;
+        previous = encoded;
+    }
+}
+
+TEST(Color, LuminanceOfWhiteIsOne) {
+    EXPECT_NEAR(Luminance(vec3(1.0f)), 1.0f, 1e-6f);
+    EXPECT_EQ(Luminance(vec3(0.0f, 1.0f, 0.0f)), 0.7152f);
+}
+
+}  // namespace
+}  // namespace raygraph::shading

@@ -1,0 +1,205 @@
+// What the default sampler promises beyond uniformity: stratification and faster convergence.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "core/rng.glsl"
+#include "tests/support/chi_square.h"
+
+namespace raygraph::shading {
+namespace {
+
+vec2 Draw2D(uvec2 pixel, uint sampleIndex, uint seed, uint dimension) {
+    Sampler rng = StartPixelSample(pixel, sampleIndex, seed);
+    rng.dimension = dimension;
+    return Get2D(rng);
+}
+
+float Draw1D(uvec2 pixel, uint sampleIndex, uint seed, uint dimension) {
+    Sampler rng = StartPixelSample(pixel, sampleIndex, seed);
+    rng.dimension = dimension;
+    return Get1D(rng);
+}
+
+TEST(Sobol, SecondDimensionFollowsItsDirectionNumbers) {
+    // The definition: v_0 = 2^31, v_k = v_(k-1) xor v_(k-1) / 2; the point of index i is the xor of v_k over
+    // its bits.
+    const auto byDefinition = [](uint index) {
+        uint v = 0x80000000u;
+        uint point = 0u;
+        for (; index != 0u; index >>= 1u, v ^= v >> 1u)
+            if ((index & 1u) != 0u) point ^= v;
+        return point;
+    };
+    for (uint bit = 0; bit < 32; ++bit) {
+        const uint i = 1u << bit;
+        ASSERT_EQ(bitfieldReverse(SobolSecondReversed(i)), byDefinition(i)) << i;
+    }
+    for (uint n = 0; n < 100'000; ++n) {
+        const uint i = n * 2654435761u;
+        ASSERT_EQ(bitfieldReverse(SobolSecondReversed(i)), byDefinition(i)) << i;
+    }
+}
+
+TEST(Sobol, ScramblingIsNested) {
+    // Bit k of the result depends on bits 0..k alone, and flips with bit k: then each level of the tree of
+    // intervals is permuted within its parent, which is what keeps elementary intervals.
+    for (uint n = 0; n < 2000; ++n) {
+        const uint x = MixBits(n);
+        const uint seed = MixBits(n + 77u);
+        const uint y = OwenScrambleReversed(x, seed);
+        for (uint k = 0; k < 32; ++k) {
+            const uint difference = y ^ OwenScrambleReversed(x ^ (1u << k), seed);
+            ASSERT_EQ(difference & ((1u << k) - 1u), 0u) << n << ' ' << k;
+            ASSERT_EQ((difference >> k) & 1u, 1u) << n << ' ' << k;
+        }
+    }
+}
+
+TEST(Sobol, ScramblingFlipsEveryBitHalfTheTime) {
+    // Over seeds: bit k of the result is a fair coin, and so is whether a change of the bit below it changes
+    // it.
+    constexpr uint kSeeds = 1u << 16u;
+    const double bound = 5.0 * std::sqrt(0.25 / kSeeds);
+    for (uint k = 0; k < 32; ++k) {
+        uint ones = 0;
+        uint carried = 0;
+        for (uint n = 0; n < kSeeds; ++n) {
+            const uint seed = MixBits(n * 31u + k);
+            const uint x = MixBits(n ^ 0x5bd1e995u);
+            const uint y = OwenScrambleReversed(x, seed);
+            ones += (y >> k) & 1u;
+            if (k > 0u) carried += ((y ^ OwenScrambleReversed(x ^ (1u << (k - 1u)), seed)) >> k) & 1u;
+        }
+        EXPECT_NEAR(ones / static_cast<double>(kSeeds), 0.5, bound) << k;
+        if (k > 0u) {
+            EXPECT_NEAR(carried / static_cast<double>(kSeeds), 0.5, 0.1) << k;
+        }
+    }
+}
+
+// Every elementary interval [a / 2^p, (a+1) / 2^p) x [b / 2^q, (b+1) / 2^q) with p + q = k holds exactly one
+// of the 2^k points.
+void ExpectNet(const std::vector<vec2>& points, int k) {
+    for (int p = 0; p <= k; ++p) {
+        std::vector<int> hits(points.size(), 0);
+        for (vec2 u : points) {
+            const auto a = static_cast<size_t>(std::ldexp(u.x, p));
+            const auto b = static_cast<size_t>(std::ldexp(u.y, k - p));
+            ++hits[(a << (k - p)) + b];
+        }
+        for (int hit : hits) ASSERT_EQ(hit, 1) << "k = " << k << ", p = " << p;
+    }
+}
+
+TEST(Sobol, AlignedPowersOfTwoAreNetsAfterScrambling) {
+    for (uint seed = 0; seed < 6; ++seed) {
+        const uvec2 pixel(seed * 101u, 65535u - seed);
+        const uint dimension = seed * 3u;
+        for (int k = 0; k <= 12; ++k) {
+            // The first block, a later one, and the very last of all indices.
+            const uint count = 1u << k;
+            for (uint first : {0u, 5u * count, 0u - count}) {
+                std::vector<vec2> points;
+                for (uint i = 0; i < count; ++i) points.push_back(Draw2D(pixel, first + i, seed, dimension));
+                ExpectNet(points, k);
+                if (HasFatalFailure()) return;
+            }
+        }
+    }
+}
+
+TEST(Sobol, OneDimensionalDrawsAreStratified) {
+    for (uint dimension = 0; dimension < 20; ++dimension) {
+        for (int k = 0; k <= 12; ++k) {
+            std::set<int> strata;
+            for (uint i = 0; i < (1u << k); ++i) {
+                const float u = Draw1D(uvec2(5u, dimension), i, 8u, dimension);
+                strata.insert(static_cast<int>(std::ldexp(u, k)));
+            }
+            ASSERT_EQ(strata.size(), size_t{1} << k) << dimension;
+        }
+    }
+}
+
+TEST(Sobol, PaddedDrawsPairAtRandom) {
+    // The points (draw a, draw b) of one pixel's 1024 samples on a 4 x 4 grid. Under ideal nested shuffles
+    // the samples fall into 256 groups of four, each a random permutation of the rows against the columns: a
+    // cell's count is a sum of 256 coins of chance 1/4.
+    constexpr int kGrid = 4;
+    constexpr uint kSamples = 1024;
+    constexpr int kPixels = 400;
+    for (uint other : {1u, 2u, 4u, 17u}) {
+        double variance = 0.0;
+        for (uint pixel = 0; pixel < kPixels; ++pixel) {
+            std::vector<double> counts(kGrid * kGrid, 0.0);
+            for (uint i = 0; i < kSamples; ++i) {
+                const float a = Draw2D(uvec2(pixel, 0u), i, 1u, 0u).x;
+                const float b = Draw2D(uvec2(pixel, 0u), i, 1u, other).x;
+                counts[static_cast<size_t>(a * kGrid) * kGrid + static_cast<size_t>(b * kGrid)] += 1.0;
+            }
+            for (double count : counts) variance += (count - 64.0) * (count - 64.0) / (16.0 * kPixels);
+        }
+        const double expected = 256.0 * 0.25 * 0.75;
+        // 9 independent cells in each of 400 pixels.
+        EXPECT_NEAR(variance, expected, 5.0 * expected * std::sqrt(2.0 / (9.0 * kPixels))) << other;
+    }
+}
+
+// The root of the mean squared error of an integral over many pixels.
+double IntegrationError(SamplerKind kind, uint sampleCount) {
+    threadSamplerKind = kind;
+    const double side = std::sqrt(M_PI) * 0.5 * std::erf(1.0);
+    constexpr uint kPixels = 300;
+    double sum = 0.0;
+    for (uint pixel = 0; pixel < kPixels; ++pixel) {
+        double estimate = 0.0;
+        for (uint i = 0; i < sampleCount; ++i) {
+            const vec2 u = Draw2D(uvec2(pixel, 1u), i, 5u, 2u);
+            estimate += std::exp(-static_cast<double>(u.x) * u.x - static_cast<double>(u.y) * u.y);
+        }
+        const double error = estimate / sampleCount - side * side;
+        sum += error * error;
+    }
+    threadSamplerKind = SamplerKind::Sobol;
+    return std::sqrt(sum / kPixels);
+}
+
+TEST(Sobol, ConvergesFasterThanIndependentSamplesOnSmoothIntegrand) {
+    double previous = 0.0;
+    for (uint n : {64u, 256u, 1024u, 4096u}) {
+        const double sobol = IntegrationError(SamplerKind::Sobol, n);
+        const double independent = IntegrationError(SamplerKind::Pcg, n);
+        RecordProperty("sobol_" + std::to_string(n), std::to_string(sobol));
+        // Theory: sigma / sqrt(n) against about n^-1.5.
+        EXPECT_LT(sobol * 10.0, independent) << n;
+        if (previous > 0.0) {
+            EXPECT_GT(std::log(previous / sobol) / std::log(4.0), 1.3) << n;
+        }
+        previous = sobol;
+    }
+}
+
+TEST(Sobol, EstimatesAreUnbiased) {
+    // The mean of 4-sample estimates of x^2 y over many pixels, against 1/6, in its own deviations.
+    double sum = 0.0;
+    double squares = 0.0;
+    constexpr uint kPixels = 50'000;
+    for (uint pixel = 0; pixel < kPixels; ++pixel) {
+        double estimate = 0.0;
+        for (uint i = 0; i < 4; ++i) {
+            const vec2 u = Draw2D(uvec2(pixel, 9u), i, 1u, 4u);
+            estimate += 0.25 * static_cast<double>(u.x) * u.x * u.y;
+        }
+        sum += estimate;
+        squares += estimate * estimate;
+    }
+    const double mean = sum / kPixels;
+    const double deviation = std::sqrt((squares / kPixels - mean * mean) / kPixels);
+    EXPECT_NEAR(mean, 1.0 / 6.0, 4.0 * deviation);
+}
+
+}  // namespace
+}  // namespace raygraph::shading

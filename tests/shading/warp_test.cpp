@@ -1,0 +1,173 @@
+#include "core/warp.glsl"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "tests/support/chi_square.h"
+
+namespace raygraph::shading {
+namespace {
+
+using test::ChiSquareOfDirections;
+using test::ChiSquareTest;
+using test::DirectionTest;
+
+constexpr int kSampleCount = 1'000'000;
+// Six tests below; together they err with chance 0.01.
+const double kLevel = test::SidakLevel(0.01, 6);
+
+vec2 NextUniform2D(std::mt19937& generator) {
+    const float x = static_cast<float>(generator() >> 8) * 0x1p-24f;
+    const float y = static_cast<float>(generator() >> 8) * 0x1p-24f;
+    return vec2(x, y);
+}
+
+// The corners, edges and centre of the unit square, where divisions and roots go wrong.
+std::vector<vec2> EdgePoints() {
+    const float last = 1.0f - 0x1p-24f;
+    std::vector<vec2> points;
+    for (float x : {0.0f, 0x1p-24f, 0.25f, 0.5f, 0.5f + 0x1p-24f, last})
+        for (float y : {0.0f, 0x1p-24f, 0.25f, 0.5f, 0.5f + 0x1p-24f, last}) points.emplace_back(x, y);
+    return points;
+}
+
+TEST(Warp, DiskIsUniform) {
+    // Cells of equal area in (r^2, phi).
+    constexpr int kRings = 20;
+    constexpr int kSectors = 40;
+    std::vector<double> counts(kRings * kSectors, 0.0);
+    std::mt19937 generator(1);
+    for (int i = 0; i < kSampleCount; ++i) {
+        const vec2 d = SampleUniformDiskConcentric(NextUniform2D(generator));
+        const double r2 = static_cast<double>(d.x) * d.x + static_cast<double>(d.y) * d.y;
+        const double turn =
+            std::atan2(static_cast<double>(d.y), static_cast<double>(d.x)) / (2.0 * M_PI) + 0.5;
+        const int ring = std::min(static_cast<int>(r2 * kRings), kRings - 1);
+        const int sector = std::min(static_cast<int>(turn * kSectors), kSectors - 1);
+        counts[static_cast<size_t>(ring * kSectors + sector)] += 1.0;
+    }
+    const std::vector<double> expected(counts.size(),
+                                       UniformDiskPDF() * M_PI * kSampleCount / (kRings * kSectors));
+    EXPECT_GT(ChiSquareTest(counts, expected).pValue, kLevel);
+}
+
+TEST(Warp, DiskStaysInsideAtEdges) {
+    for (vec2 u : EdgePoints()) {
+        const vec2 d = SampleUniformDiskConcentric(u);
+        EXPECT_LE(d.x * d.x + d.y * d.y, 1.0f + 1e-6f) << u.x << ' ' << u.y;
+    }
+    EXPECT_EQ(SampleUniformDiskConcentric(vec2(0.5f, 0.5f)), vec2(0.0f));
+}
+
+TEST(Warp, DiskMapKeepsNeighboursTogether) {
+    // Continuous over the whole square: stratified points stay stratified.
+    for (int i = 0; i < 512; ++i) {
+        for (int j = 0; j < 511; ++j) {
+            const vec2 u(static_cast<float>(i) / 512.0f, static_cast<float>(j) / 512.0f);
+            const vec2 a = SampleUniformDiskConcentric(u);
+            const vec2 b = SampleUniformDiskConcentric(vec2(u.x, u.y + 1.0f / 512.0f));
+            const vec2 c = SampleUniformDiskConcentric(vec2(u.y, u.x));
+            const vec2 d = SampleUniformDiskConcentric(vec2(u.y + 1.0f / 512.0f, u.x));
+            ASSERT_LT(length(a - b), 3.2f / 512.0f);
+            ASSERT_LT(length(c - d), 3.2f / 512.0f);
+        }
+    }
+}
+
+TEST(Warp, CosineHemisphereFollowsItsPDF) {
+    const auto result = ChiSquareOfDirections(
+        [](float, vec2 u) { return SampleCosineHemisphere(u); },
+        [](vec3 w) { return static_cast<double>(CosineHemispherePDF(w.z)); }, {.seed = 2});
+    EXPECT_GT(result.pValue, kLevel);
+}
+
+TEST(Warp, UniformHemisphereFollowsItsPDF) {
+    const auto result = ChiSquareOfDirections(
+        [](float, vec2 u) { return SampleUniformHemisphere(u); },
+        [](vec3 w) { return w.z > 0.0f ? static_cast<double>(UniformHemispherePDF()) : 0.0; }, {.seed = 3});
+    EXPECT_GT(result.pValue, kLevel);
+}
+
+TEST(Warp, UniformSphereFollowsItsPDF) {
+    const auto result =
+        ChiSquareOfDirections([](float, vec2 u) { return SampleUniformSphere(u); },
+                              [](vec3) { return static_cast<double>(UniformSpherePDF()); }, {.seed = 4});
+    EXPECT_GT(result.pValue, kLevel);
+}
+
+TEST(Warp, DirectionsAreOfUnitLength) {
+    std::mt19937 generator(5);
+    std::vector<vec2> points = EdgePoints();
+    for (int i = 0; i < 100'000; ++i) points.push_back(NextUniform2D(generator));
+    for (vec2 u : points) {
+        ASSERT_NEAR(length(SampleCosineHemisphere(u)), 1.0f, 1e-6f) << u.x << ' ' << u.y;
+        ASSERT_NEAR(length(SampleUniformSphere(u)), 1.0f, 1e-6f) << u.x << ' ' << u.y;
+        ASSERT_NEAR(length(SampleUniformHemisphere(u)), 1.0f, 1e-6f) << u.x << ' ' << u.y;
+        ASSERT_GE(SampleCosineHemisphere(u).z, 0.0f);
+        ASSERT_GE(SampleUniformHemisphere(u).z, 0.0f);
+    }
+}
+
+TEST(Warp, TriangleIsUniform) {
+    // A grid over (b0, b1): whole cells below the diagonal, half cells on it.
+    constexpr int kGrid = 32;
+    std::vector<double> counts(kGrid * kGrid, 0.0);
+    std::vector<double> expected(counts.size(), 0.0);
+    std::mt19937 generator(6);
+    for (int i = 0; i < kSampleCount; ++i) {
+        const vec3 b = SampleUniformTriangle(NextUniform2D(generator));
+        const int x = std::min(static_cast<int>(b.x * kGrid), kGrid - 1);
+        const int y = std::min(static_cast<int>(b.y * kGrid), kGrid - 1);
+        counts[static_cast<size_t>(x * kGrid + y)] += 1.0;
+    }
+    for (int x = 0; x < kGrid; ++x) {
+        for (int y = 0; y < kGrid; ++y) {
+            const double share = x + y < kGrid - 1 ? 1.0 : x + y == kGrid - 1 ? 0.5 : 0.0;
+            expected[static_cast<size_t>(x * kGrid + y)] =
+                share * UniformTrianglePDF() * kSampleCount / (kGrid * kGrid);
+        }
+    }
+    // Rounding may put a point of the hypotenuse one cell over.
+    for (int x = 1; x < kGrid; ++x) {
+        const auto over = static_cast<size_t>(x * kGrid + kGrid - x);
+        ASSERT_LE(counts[over], 2.0);
+        counts[over - 1] += counts[over];
+        counts[over] = 0.0;
+    }
+    EXPECT_GT(ChiSquareTest(counts, expected).pValue, kLevel);
+}
+
+TEST(Warp, TriangleMapsHalvesOfTheTriangleAlike) {
+    // Uniform also within the triangle's own thirds: the mean of each barycentric is 1/3.
+    std::mt19937 generator(7);
+    double sum[3] = {};
+    for (int i = 0; i < kSampleCount; ++i) {
+        const vec3 b = SampleUniformTriangle(NextUniform2D(generator));
+        ASSERT_GE(min(b.x, min(b.y, b.z)), 0.0f);
+        ASSERT_NEAR(b.x + b.y + b.z, 1.0f, 1e-6f);
+        sum[0] += b.x;
+        sum[1] += b.y;
+        sum[2] += b.z;
+    }
+    // The deviation of one barycentric is sqrt(1/18); five of the mean's.
+    for (double s : sum) EXPECT_NEAR(s / kSampleCount, 1.0 / 3.0, 5.0 * std::sqrt(1.0 / 18.0 / kSampleCount));
+}
+
+TEST(Warp, PDFsIntegrateToOne) {
+    const auto whole = [](const std::function<double(glm::vec3)>& pdf) {
+        return test::IntegrateOverSphere(pdf, -1.0, 0.0, 0.0, 2.0 * M_PI) +
+               test::IntegrateOverSphere(pdf, 0.0, 1.0, 0.0, 2.0 * M_PI);
+    };
+    EXPECT_NEAR(whole([](vec3 w) { return static_cast<double>(CosineHemispherePDF(w.z)); }), 1.0, 1e-6);
+    EXPECT_NEAR(whole([](vec3 w) { return w.z > 0.0f ? static_cast<double>(UniformHemispherePDF()) : 0.0; }),
+                1.0, 1e-6);
+    EXPECT_NEAR(whole([](vec3) { return static_cast<double>(UniformSpherePDF()); }), 1.0, 1e-6);
+    EXPECT_NEAR(static_cast<double>(UniformDiskPDF()) * M_PI, 1.0, 1e-6);
+    EXPECT_NEAR(static_cast<double>(UniformTrianglePDF()) * 0.5, 1.0, 1e-6);
+}
+
+}  // namespace
+}  // namespace raygraph::shading
