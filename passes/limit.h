@@ -1,0 +1,18 @@
+// Limit and LimitPath: what tracing costs on this device without a path tracer around it. Measured beside
+// Trace in one run they turn its time into an efficiency that holds from machine to machine.
+#pragma once
+
+#include "passes/trace.h"
+
+namespace raygraph::passes {
+
+enum class LimitKind : uint8_t {
+    CameraRays,  // Trace's camera rays in the same TLAS, one value written
+    Path,        // the same with four cosine bounces, no shading
+};
+
+// Returns r32f without meaning of its own. `rayCounts` as in Trace.
+[[nodiscard]] TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                              LimitKind kind, TextureId* rayCounts = nullptr);
+
+}  // namespace raygraph::passes

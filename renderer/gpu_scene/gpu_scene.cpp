@@ -1,0 +1,246 @@
+#include "renderer/gpu_scene/gpu_scene.h"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+
+#include "renderer/gpu_scene/instance_set.h"
+#include "renderer/gpu_scene/scene_resources.h"
+#include "rhi/blas_builder.h"
+#include "rhi/texture_table.h"
+#include "rhi/upload.h"
+
+namespace raygraph {
+
+namespace {
+
+// A 1x1 texture: what unused texture slots and a missing environment map hold.
+rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const char* name, rhi::Format format,
+                          std::span<const std::byte> texel) {
+    rhi::Texture texture = device.CreateTexture({.name = name, .extent = {1, 1}, .format = format});
+    uploader.UploadTexture(texture, texel);
+    return texture;
+}
+
+ResourceState SampledState() {
+    return {.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+}
+
+void CheckIndex(const char* what, uint32_t index, size_t count) {
+    if (index >= count)
+        throw Error(ErrorKind::Usage, std::string("GpuScene: ") + what + " " + std::to_string(index) +
+                                          " does not exist; the scene has " + std::to_string(count));
+}
+
+}  // namespace
+
+const char* Name(TlasWork work) {
+    switch (work) {
+        case TlasWork::None:
+            return "nothing";
+        case TlasWork::Update:
+            return "update";
+        case TlasWork::Rebuild:
+            return "rebuild";
+    }
+    return "unknown";
+}
+
+struct GpuScene::Impl {
+    Impl(Renderer& r, const GpuSceneDesc& desc)
+        : renderer(r),
+          device(r.Device()),
+          uploader(device),
+          builder(device, {.name = "scene BLASes", .scratchBudget = desc.scratchBudget}) {
+        const uint32_t white = 0xFFFFFFFFu;
+        const glm::vec4 black(0.0f);
+        defaultTexture = SolidTexture(device, uploader, "white", rhi::Format::Rgba8Unorm,
+                                      std::as_bytes(std::span(&white, 1)));
+        blackEnvironment = SolidTexture(device, uploader, "no environment map", rhi::Format::Rgba32Float,
+                                        std::as_bytes(std::span(&black, 1)));
+        defaultSampler = device.CreateSampler({.name = "default sampler"});
+        textureTable.emplace(device, desc.textureCapacity, defaultTexture, defaultSampler);
+        Replace(scene::SceneData{});
+    }
+
+    // Makes the new scene first, so that an Error leaves the old one in place.
+    void Replace(scene::SceneData&& data) {
+        const auto start = std::chrono::steady_clock::now();
+        std::unique_ptr<SceneResources> newResources =
+            UploadScene(device, uploader, builder, *textureTable, data);
+        auto newInstances = std::make_unique<InstanceSet>(device, newResources->meshes, data.instances);
+        uploader.Flush();
+        instances = std::move(newInstances);
+        resources = std::move(newResources);
+        hasUnbuiltBlases = true;
+        materialsAreDirty = false;
+        geometriesState = {};
+        materialsState = {};
+        statistics.uploadMs =
+            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        statistics.instanceCount = instances->Count();
+        statistics.geometryCount = resources->geometryCount;
+        statistics.geometryBytes = resources->geometryBytes;
+        statistics.textureBytes = resources->textureBytes;
+        statistics.trianglesUnique = 0;
+        for (const MeshResources& mesh : resources->meshes) statistics.trianglesUnique += mesh.triangleCount;
+        statistics.trianglesPlaced = 0;
+        for (const scene::Instance& instance : data.instances)
+            statistics.trianglesPlaced += resources->meshes[instance.mesh].triangleCount;
+    }
+
+    void DeclareBlasWork(Renderer& r, SceneIds& ids) {
+        const bool hasCompactions = builder.Poll();
+        // The addresses are known once the passes record: the instances are written after that
+        if (hasUnbuiltBlases || hasCompactions) instances->MarkStructuresChanged();
+        if (hasUnbuiltBlases)
+            r.AddPass(
+                "BuildBlas", PassKind::AccelerationStructure,
+                [&](PassBuilder& pass) { ids.blases = pass.Builds(ids.blases); },
+                [this](CommandList& commands) {
+                    builder.RecordBuilds(commands);
+                    hasUnbuiltBlases = false;
+                });
+        if (hasCompactions)
+            r.AddPass(
+                "CompactBlas", PassKind::AccelerationStructure,
+                [&](PassBuilder& pass) { ids.blases = pass.Builds(ids.blases); },
+                [this](CommandList& commands) { builder.RecordCompaction(commands); });
+    }
+
+    void DeclareMaterialUpload(Renderer& r, SceneIds& ids) {
+        if (!materialsAreDirty) return;
+        r.AddPass(
+            "UploadMaterials", PassKind::Transfer,
+            [&](PassBuilder& pass) { ids.materials = pass.CopiesTo(ids.materials); },
+            [this](CommandList& commands) {
+                const std::span<const std::byte> bytes = std::as_bytes(std::span(resources->materialRecords));
+                rhi::Buffer staging = device.CreateBuffer({.name = "material staging",
+                                                           .size = bytes.size(),
+                                                           .usage = rhi::BufferUsage::CopySource,
+                                                           .memory = rhi::MemoryKind::Upload});
+                std::copy(bytes.begin(), bytes.end(), staging.Mapped().begin());
+                commands.CopyBuffer(staging, 0, resources->materials, 0, bytes.size());
+                materialsAreDirty = false;
+            });
+    }
+
+    void RefreshStatistics() {
+        const rhi::CompactionStatistics blas = builder.Statistics();
+        statistics.blasCount = blas.blasCount;
+        statistics.blasBytesBuilt = blas.bytesBuilt;
+        statistics.blasBytesCompacted = blas.bytesCompacted;
+        statistics.compactionsPending = blas.pending;
+        statistics.isCompactionOff = blas.isOff;
+        statistics.whyCompactionOff = blas.whyOff;
+        statistics.blasBuilds = blas.buildCount;
+        statistics.tlasBytes = instances->TlasBytes();
+    }
+
+    Renderer& renderer;
+    rhi::Device& device;
+    rhi::Uploader uploader;
+    rhi::BlasBuilder builder;
+    rhi::Texture defaultTexture;
+    rhi::Texture blackEnvironment;
+    rhi::Sampler defaultSampler;
+    std::optional<rhi::TextureTable> textureTable;
+    std::unique_ptr<SceneResources> resources;
+    std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
+    bool hasUnbuiltBlases = false;
+    bool materialsAreDirty = false;
+
+    EnvironmentSettings environment;
+    rhi::Texture environmentMap;  // empty: none
+    ResourceState environmentState = SampledState();
+    ResourceState geometriesState;
+    ResourceState materialsState;
+    ResourceState blasState;
+    GpuSceneStatistics statistics;
+};
+
+GpuScene::GpuScene(Renderer& renderer, const GpuSceneDesc& desc)
+    : m_impl(std::make_unique<Impl>(renderer, desc)) {}
+GpuScene::~GpuScene() = default;
+
+void GpuScene::SetScene(scene::SceneData&& scene) {
+    m_impl->Replace(std::move(scene));
+}
+
+void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
+    CheckIndex("instance", instance, m_impl->instances->Count());
+    m_impl->instances->SetTransform(instance, objectToWorld);
+}
+
+glm::mat4x3 GpuScene::Transform(uint32_t instance) const {
+    CheckIndex("instance", instance, m_impl->instances->Count());
+    return m_impl->instances->Transform(instance);
+}
+
+void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
+    CheckIndex("instance", instance, m_impl->instances->Count());
+    m_impl->instances->SetVisible(instance, isVisible);
+}
+
+void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
+    std::vector<gpu::MaterialRecord>& records = m_impl->resources->materialRecords;
+    CheckIndex("material", material, records.size());
+    records[material] = ToRecord(values, records[material]);
+    m_impl->materialsAreDirty = true;
+}
+
+void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
+    m_impl->environment = settings;
+}
+
+void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
+    rhi::Texture map =
+        m_impl->device.CreateTexture({.name = "environment map",
+                                      .extent = {equirectangular.width, equirectangular.height},
+                                      .format = rhi::Format::Rgba32Float});
+    m_impl->uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
+    m_impl->uploader.Flush();
+    m_impl->environmentMap = std::move(map);
+    m_impl->environmentState = SampledState();
+}
+
+void GpuScene::RemoveEnvironmentMap() {
+    m_impl->environmentMap = {};
+    m_impl->environmentState = SampledState();
+}
+
+SceneIds GpuScene::Declare(Renderer& renderer) {
+    Impl& impl = *m_impl;
+    const bool hasMap = static_cast<bool>(impl.environmentMap);
+    SceneIds ids;
+    ids.environment = {.radiance = impl.environment.radiance,
+                       .rotation = impl.environment.rotation,
+                       .hasMap = hasMap ? 1u : 0u};
+    ids.environmentMap = renderer.Import(
+        "environmentMap", hasMap ? impl.environmentMap : impl.blackEnvironment, impl.environmentState);
+    ids.geometries = renderer.Import("geometries", impl.resources->geometries, impl.geometriesState);
+    ids.materials = renderer.Import("materials", impl.resources->materials, impl.materialsState);
+    ids.textures = renderer.Import("textures", *impl.textureTable);
+    ids.blases = renderer.ImportBlasSet("BLASes", impl.blasState);
+    impl.DeclareBlasWork(renderer, ids);
+    impl.DeclareMaterialUpload(renderer, ids);
+    impl.instances->DeclareRefresh(renderer, ids, [&statistics = impl.statistics](TlasWork work) {
+        statistics.lastTlasWork = work;
+        statistics.tlasUpdates += work == TlasWork::Update ? 1 : 0;
+        statistics.tlasRebuilds += work == TlasWork::Rebuild ? 1 : 0;
+    });
+    return ids;
+}
+
+const GpuSceneStatistics& GpuScene::Statistics() const {
+    m_impl->RefreshStatistics();
+    return m_impl->statistics;
+}
+
+bool GpuScene::IsSettled() const {
+    const rhi::CompactionStatistics blas = m_impl->builder.Statistics();
+    return !m_impl->hasUnbuiltBlases && blas.pending == 0 &&
+           m_impl->instances->PendingWork() == TlasWork::None;
+}
+
+}  // namespace raygraph

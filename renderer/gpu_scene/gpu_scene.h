@@ -1,0 +1,108 @@
+// GpuScene: a scene on the device, refreshed every frame by passes it declares itself.
+//
+//   GpuScene scene(renderer);
+//   scene.SetScene(scene::LoadGltf("box.gltf"));       // once: uploads geometry, textures, materials
+//   ...every frame...
+//   scene.SetTransform(3, objectToWorld);              // cheap: notes it
+//   SceneIds ids = scene.Declare(renderer);            // passes: Upload, BuildBlas, CompactBlas, RefreshTlas
+//
+// The TLAS is refreshed every frame: nothing when nothing moved, an update when only transforms moved, a
+// rebuild when the set of instances changed; Statistics() says which. Compaction is polled and never waited
+// for. An empty scene is legal: every ray misses. Threads: that of the Renderer.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "renderer/graph/renderer.h"
+#include "renderer/image/image.h"
+#include "renderer/scene/scene_data.h"
+#include "shaders/shared/scene_records.h"
+
+namespace raygraph {
+
+// The scene of one frame, for passes.
+struct SceneIds {
+    TlasId tlas;               // "sceneTlas"
+    BlasSetId blases;          // what the TLAS points at, with the vertex streams: ReadsByAddress
+    BufferId instances;        // "instances": gpu::InstanceRecord[]
+    BufferId geometries;       // "geometries": gpu::GeometryRecord[]
+    BufferId materials;        // "materials": gpu::MaterialRecord[]
+    TextureSetId textures;     // set 1
+    TextureId environmentMap;  // "environmentMap": equirectangular; a black texel when there is none
+    gpu::EnvironmentRecord environment;
+};
+
+// Light from everywhere else: a constant, times an equirectangular map if there is one.
+struct EnvironmentSettings {
+    glm::vec3 radiance{0.0f};  // constant radiance, or the factor on the map
+    float rotation = 0.0f;     // radians about +y
+};
+
+enum class TlasWork : uint8_t { None, Update, Rebuild };
+const char* Name(TlasWork work);
+
+struct GpuSceneStatistics {
+    uint32_t instanceCount = 0;
+    uint32_t blasCount = 0;
+    uint32_t geometryCount = 0;
+    uint64_t trianglesUnique = 0;
+    uint64_t trianglesPlaced = 0;
+    uint64_t blasBytesBuilt = 0;
+    uint64_t blasBytesCompacted = 0;  // equals blasBytesBuilt where compaction is off
+    uint32_t compactionsPending = 0;
+    bool isCompactionOff = false;
+    std::string whyCompactionOff;
+    uint64_t tlasBytes = 0;
+    uint64_t geometryBytes = 0;
+    uint64_t textureBytes = 0;
+    TlasWork lastTlasWork = TlasWork::None;
+    uint64_t tlasUpdates = 0;
+    uint64_t tlasRebuilds = 0;
+    uint64_t blasBuilds = 0;
+    double uploadMs = 0.0;  // host time of the last SetScene: sorting and staging
+};
+
+struct GpuSceneDesc {
+    uint64_t scratchBudget = 64ull << 20;  // bytes of build scratch at a time
+    uint32_t textureCapacity = 4096;
+};
+
+class GpuScene {
+  public:
+    explicit GpuScene(Renderer& renderer, const GpuSceneDesc& desc = {});
+    ~GpuScene();
+    GpuScene(const GpuScene&) = delete;
+    GpuScene& operator=(const GpuScene&) = delete;
+
+    // Replaces everything but the environment. Consumes the data: host copies are freed as they are uploaded.
+    // On an Error the scene that was there stays.
+    void SetScene(scene::SceneData&& scene);
+
+    // Instance indices are those of SceneData::instances. Error{Usage} out of range.
+    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
+    glm::mat4x3 Transform(uint32_t instance) const;
+    // No ray hits an invisible instance. A change rebuilds the TLAS.
+    void SetVisible(uint32_t instance, bool isVisible);
+    // Factors change; the textures stay those of SetScene.
+    void SetMaterial(uint32_t material, const scene::Material& values);
+
+    void SetEnvironment(const EnvironmentSettings& settings);
+    void SetEnvironmentMap(const image::ImageF& equirectangular);
+    void RemoveEnvironmentMap();
+
+    // Declares this frame's upkeep and returns the ids to trace against. Once a frame, before the passes that
+    // use them.
+    SceneIds Declare(Renderer& renderer);
+
+    const GpuSceneStatistics& Statistics() const;
+    // True when no BLAS build or compaction is outstanding.
+    bool IsSettled() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace raygraph

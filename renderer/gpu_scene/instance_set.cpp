@@ -1,0 +1,187 @@
+#include "renderer/gpu_scene/instance_set.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "renderer/gpu_scene/spatial_order.h"
+
+namespace raygraph {
+
+namespace {
+
+// Calls copy(first, count) for each run of consecutive numbers in sorted `values`.
+template <typename Copy>
+void ForEachRun(std::span<const uint32_t> values, Copy&& copy) {
+    for (size_t begin = 0; begin < values.size();) {
+        size_t end = begin + 1;
+        while (end < values.size() && values[end] == values[end - 1] + 1) end++;
+        copy(begin, end - begin);
+        begin = end;
+    }
+}
+
+}  // namespace
+
+InstanceSet::InstanceSet(rhi::Device& device, std::span<const MeshResources> meshes,
+                         std::span<const scene::Instance> instances)
+    : m_device(device), m_meshes(meshes) {
+    m_instances.reserve(instances.size());
+    for (const scene::Instance& instance : instances)
+        m_instances.push_back({.objectToWorld = instance.objectToWorld, .mesh = instance.mesh});
+    m_slotToInstance.resize(m_instances.size());
+    std::iota(m_slotToInstance.begin(), m_slotToInstance.end(), 0u);
+    m_instanceToSlot = m_slotToInstance;
+
+    const uint64_t capacity = std::max<uint64_t>(1, m_instances.size());
+    m_tlasInstances =
+        device.CreateBuffer({.name = "TLAS instances",
+                             .size = capacity * rhi::kTlasInstanceBytes,
+                             .usage = rhi::BufferUsage::BuildInput | rhi::BufferUsage::CopyDestination});
+    m_records = device.CreateBuffer({.name = "instances",
+                                     .size = capacity * sizeof(gpu::InstanceRecord),
+                                     .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+    m_tlas = rhi::Tlas(device, {.name = "scene TLAS", .capacity = static_cast<uint32_t>(capacity)});
+}
+
+void InstanceSet::SetTransform(uint32_t index, const glm::mat4x3& objectToWorld) {
+    Placed& instance = m_instances[index];
+    if (instance.objectToWorld == objectToWorld) return;
+    instance.objectToWorld = objectToWorld;
+    if (!instance.isMoved) m_moved.push_back(index);
+    instance.isMoved = true;
+}
+
+void InstanceSet::SetVisible(uint32_t index, bool isVisible) {
+    if (m_instances[index].isVisible == isVisible) return;
+    m_instances[index].isVisible = isVisible;
+    m_needsRebuild = true;
+}
+
+TlasWork InstanceSet::PendingWork() const {
+    if (m_needsRebuild) return TlasWork::Rebuild;
+    return m_moved.empty() ? TlasWork::None : TlasWork::Update;
+}
+
+rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t index) const {
+    const Placed& instance = m_instances[index];
+    rhi::TlasInstance result;
+    for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 4; column++)
+            result.objectToWorld[static_cast<size_t>(4 * row + column)] = instance.objectToWorld[column][row];
+    result.customIndex = index;
+    const std::shared_ptr<rhi::Blas>& blas = m_meshes[instance.mesh].blas;
+    result.blas = blas && instance.isVisible ? blas->Address() : 0;
+    return result;
+}
+
+gpu::InstanceRecord InstanceSet::RecordOf(uint32_t index) const {
+    return {.objectToWorld = m_instances[index].objectToWorld,
+            .firstGeometry = m_meshes[m_instances[index].mesh].firstGeometry};
+}
+
+void InstanceSet::OrderSlots() {
+    std::vector<glm::vec3> centers(m_instances.size());
+    for (size_t i = 0; i < m_instances.size(); i++) {
+        const scene::Bounds& bounds = m_meshes[m_instances[i].mesh].bounds;
+        const glm::vec3 center = bounds.IsEmpty() ? glm::vec3(0.0f) : bounds.Center();
+        centers[i] = m_instances[i].objectToWorld * glm::vec4(center, 1.0f);
+    }
+    m_slotToInstance = SpatialOrder(centers);
+    for (uint32_t slot = 0; slot < m_slotToInstance.size(); slot++)
+        m_instanceToSlot[m_slotToInstance[slot]] = slot;
+}
+
+void InstanceSet::RecordFullUpload(CommandList& commands) {
+    const size_t count = m_instances.size();
+    const uint64_t tlasBytes = count * rhi::kTlasInstanceBytes;
+    const uint64_t recordBytes = count * sizeof(gpu::InstanceRecord);
+    // Freed by the device once this frame has completed
+    rhi::Buffer staging = m_device.CreateBuffer({.name = "instance staging",
+                                                 .size = tlasBytes + recordBytes,
+                                                 .usage = rhi::BufferUsage::CopySource,
+                                                 .memory = rhi::MemoryKind::Upload});
+    std::vector<rhi::TlasInstance> instances(count);
+    for (uint32_t slot = 0; slot < count; slot++) instances[slot] = TlasInstanceOf(m_slotToInstance[slot]);
+    rhi::WriteInstances(instances, staging.Mapped().first(tlasBytes));
+    std::vector<gpu::InstanceRecord> records(count);
+    for (uint32_t i = 0; i < count; i++) records[i] = RecordOf(i);
+    std::memcpy(staging.Mapped().data() + tlasBytes, records.data(), recordBytes);
+    commands.CopyBuffer(staging, 0, m_tlasInstances, 0, tlasBytes);
+    commands.CopyBuffer(staging, tlasBytes, m_records, 0, recordBytes);
+}
+
+void InstanceSet::RecordMovedUpload(CommandList& commands) {
+    const size_t count = m_moved.size();
+    const uint64_t tlasBytes = count * rhi::kTlasInstanceBytes;
+    rhi::Buffer staging = m_device.CreateBuffer({.name = "moved instance staging",
+                                                 .size = tlasBytes + count * sizeof(gpu::InstanceRecord),
+                                                 .usage = rhi::BufferUsage::CopySource,
+                                                 .memory = rhi::MemoryKind::Upload});
+    std::vector<uint32_t> slots(count);
+    std::transform(m_moved.begin(), m_moved.end(), slots.begin(),
+                   [&](uint32_t i) { return m_instanceToSlot[i]; });
+    std::sort(slots.begin(), slots.end());
+    std::sort(m_moved.begin(), m_moved.end());
+
+    std::vector<rhi::TlasInstance> instances(count);
+    for (size_t i = 0; i < count; i++) instances[i] = TlasInstanceOf(m_slotToInstance[slots[i]]);
+    rhi::WriteInstances(instances, staging.Mapped().first(tlasBytes));
+    std::vector<gpu::InstanceRecord> records(count);
+    for (size_t i = 0; i < count; i++) records[i] = RecordOf(m_moved[i]);
+    std::memcpy(staging.Mapped().data() + tlasBytes, records.data(), count * sizeof(gpu::InstanceRecord));
+
+    ForEachRun(slots, [&](size_t begin, size_t runLength) {
+        commands.CopyBuffer(staging, begin * rhi::kTlasInstanceBytes, m_tlasInstances,
+                            slots[begin] * rhi::kTlasInstanceBytes, runLength * rhi::kTlasInstanceBytes);
+    });
+    ForEachRun(m_moved, [&](size_t begin, size_t runLength) {
+        commands.CopyBuffer(staging, tlasBytes + begin * sizeof(gpu::InstanceRecord), m_records,
+                            m_moved[begin] * sizeof(gpu::InstanceRecord),
+                            runLength * sizeof(gpu::InstanceRecord));
+    });
+}
+
+void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::function<void(TlasWork)> done) {
+    ids.tlas = renderer.Import("sceneTlas", m_tlas, m_tlasState);
+    ids.instances = renderer.Import("instances", m_records, m_recordsState);
+    const TlasWork work = PendingWork();
+    if (work == TlasWork::None) {
+        done(work);
+        return;
+    }
+
+    BufferId tlasInstances = renderer.Import("TLAS instances", m_tlasInstances, m_tlasInstancesState);
+    if (!m_instances.empty())
+        renderer.AddPass(
+            "UploadInstances", PassKind::Transfer,
+            [&](PassBuilder& pass) {
+                tlasInstances = pass.CopiesTo(tlasInstances);
+                ids.instances = pass.CopiesTo(ids.instances);
+            },
+            [this, work](CommandList& commands) {
+                if (work == TlasWork::Rebuild) OrderSlots();
+                // Beyond a quarter of the scene one large copy beats many small ones
+                const bool isFull = work == TlasWork::Rebuild || m_moved.size() > m_instances.size() / 4;
+                isFull ? RecordFullUpload(commands) : RecordMovedUpload(commands);
+                for (const uint32_t index : m_moved) m_instances[index].isMoved = false;
+                m_moved.clear();
+            });
+    renderer.AddPass(
+        "RefreshTlas", PassKind::AccelerationStructure,
+        [&](PassBuilder& pass) {
+            pass.BuildsFrom(tlasInstances);
+            pass.BuildsFrom(ids.blases);
+            ids.tlas = work == TlasWork::Update ? pass.Refits(ids.tlas) : pass.Builds(ids.tlas);
+        },
+        [this, work, done = std::move(done)](CommandList& commands) {
+            if (work == TlasWork::Update)
+                m_tlas.Update(commands, m_tlasInstances, Count());
+            else
+                m_tlas.Build(commands, m_tlasInstances, Count());
+            m_needsRebuild = false;
+            done(work);
+        });
+}
+
+}  // namespace raygraph

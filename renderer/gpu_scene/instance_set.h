@@ -1,0 +1,68 @@
+// InstanceSet: the placed meshes of the scene, their records on the device and the TLAS over them. It knows
+// what has changed since the TLAS was last built and does the least: nothing, an update, or a rebuild.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/gpu_scene/scene_resources.h"
+#include "rhi/tlas.h"
+
+namespace raygraph {
+
+class InstanceSet {
+  public:
+    // `meshes` outlives the set.
+    InstanceSet(rhi::Device& device, std::span<const MeshResources> meshes,
+                std::span<const scene::Instance> instances);
+
+    uint32_t Count() const { return static_cast<uint32_t>(m_instances.size()); }
+    const glm::mat4x3& Transform(uint32_t index) const { return m_instances[index].objectToWorld; }
+    void SetTransform(uint32_t index, const glm::mat4x3& objectToWorld);
+    void SetVisible(uint32_t index, bool isVisible);
+    // A BLAS was built or has moved: every address has to be written again.
+    void MarkStructuresChanged() { m_needsRebuild = true; }
+
+    // What the next refresh will do.
+    TlasWork PendingWork() const;
+    // Declares the passes that bring the instance records and the TLAS up to date, and sets `tlas` and
+    // `instances`. `done` hears of the work when it is recorded: a culled refresh stays pending.
+    void DeclareRefresh(Renderer& renderer, SceneIds& ids, std::function<void(TlasWork)> done);
+
+    uint64_t TlasBytes() const { return m_tlas.Bytes(); }
+
+  private:
+    struct Placed {
+        glm::mat4x3 objectToWorld;
+        uint32_t mesh = 0;
+        bool isVisible = true;
+        bool isMoved = false;  // listed in m_moved
+    };
+
+    rhi::TlasInstance TlasInstanceOf(uint32_t index) const;
+    gpu::InstanceRecord RecordOf(uint32_t index) const;
+    void OrderSlots();
+    void RecordFullUpload(CommandList& commands);
+    void RecordMovedUpload(CommandList& commands);
+
+    rhi::Device& m_device;
+    std::span<const MeshResources> m_meshes;
+    std::vector<Placed> m_instances;
+    std::vector<uint32_t>
+        m_slotToInstance;  // TLAS order: spatial; the custom index keeps the instance's own number
+    std::vector<uint32_t> m_instanceToSlot;
+    std::vector<uint32_t> m_moved;
+    bool m_needsRebuild = true;
+
+    rhi::Buffer m_tlasInstances;  // what the build reads, in slot order
+    rhi::Buffer m_records;        // gpu::InstanceRecord[], by instance
+    rhi::Tlas m_tlas;
+    ResourceState m_tlasInstancesState;
+    ResourceState m_recordsState;
+    ResourceState m_tlasState;
+};
+
+}  // namespace raygraph

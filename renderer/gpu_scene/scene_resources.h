@@ -1,0 +1,63 @@
+// What SetScene makes on the device: vertex streams, textures, geometry and material tables, one BLAS a mesh.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "renderer/scene/scene_data.h"
+#include "rhi/blas_builder.h"
+#include "rhi/device.h"
+#include "rhi/resources.h"
+#include "rhi/texture_table.h"
+#include "rhi/upload.h"
+#include "shaders/shared/scene_records.h"
+
+namespace raygraph {
+
+// One mesh: its streams in one buffer, its geometries in a run of the geometry table, its BLAS. A mesh
+// without triangles has no buffer and no BLAS.
+struct MeshResources {
+    rhi::Buffer streams;
+    std::shared_ptr<rhi::Blas> blas;
+    uint32_t firstGeometry = 0;
+    uint32_t geometryCount = 0;
+    uint64_t triangleCount = 0;
+    scene::Bounds bounds;  // object space
+};
+
+struct TextureResources {
+    rhi::Texture texture;
+    uint32_t sampler = 0;  // into SceneResources::samplers
+    uint32_t slot = 0;     // of the texture table
+};
+
+// Move-only through unique_ptr; textures give their slots back when it is destroyed.
+struct SceneResources {
+    explicit SceneResources(rhi::TextureTable& table) : textureTable(table) {}
+    ~SceneResources();
+    SceneResources(const SceneResources&) = delete;
+    SceneResources& operator=(const SceneResources&) = delete;
+
+    rhi::TextureTable& textureTable;
+    std::vector<MeshResources> meshes;
+    std::vector<rhi::Sampler> samplers;
+    std::vector<TextureResources> textures;
+    std::vector<gpu::MaterialRecord> materialRecords;
+    rhi::Buffer geometries;  // gpu::GeometryRecord[]
+    rhi::Buffer materials;   // gpu::MaterialRecord[]
+    uint32_t geometryCount = 0;
+    uint64_t geometryBytes = 0;
+    uint64_t textureBytes = 0;
+};
+
+// Uploads everything but the instances, and adds each mesh's BLAS to the builder. Frees the meshes and images
+// of `scene` as it goes: a host copy lives no longer than its upload.
+std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
+                                            rhi::BlasBuilder& builder, rhi::TextureTable& table,
+                                            scene::SceneData& scene);
+
+// `values` with the texture fields of `textures`.
+gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures);
+
+}  // namespace raygraph

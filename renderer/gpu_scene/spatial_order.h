@@ -1,0 +1,19 @@
+// Orders for acceleration-structure builds. Some builders keep the order of their input (lavapipe's does), so
+// that neighbours in space have to be neighbours in the index buffer and in the instance buffer.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+namespace raygraph {
+
+// order[k] is the index of the point that comes k-th along a space-filling curve.
+std::vector<uint32_t> SpatialOrder(std::span<const glm::vec3> points);
+
+// Reorders the triangles of an index list by their centroids, in place. Returns for each triangle of the new
+// order its index in the old one; empty when nothing moved.
+std::vector<uint32_t> SortTriangles(std::span<const glm::vec3> positions, std::vector<uint32_t>& indices);
+
+}  // namespace raygraph

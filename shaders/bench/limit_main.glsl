@@ -1,0 +1,54 @@
+// What a path tracer on this device, in this scene, could at most do: the same camera rays in the same TLAS, and no
+// shading. LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with nothing kept but one number.
+// Includers define LIMIT_BOUNCES, and may define COUNT_RAYS.
+#include "scene/extensions.glsl"
+
+#include "core/frame.glsl"
+#include "core/ray_offset.glsl"
+#include "core/rng.glsl"
+#include "core/warp.glsl"
+#include "scene/bindings.glsl"
+#include "scene/camera.glsl"
+#include "scene/trace_rays.glsl"
+
+layout(set = 0, binding = 6, r32f) writeonly uniform image2D result;
+#ifdef COUNT_RAYS
+layout(set = 0, binding = 7, r32f) writeonly uniform image2D rayCounts;
+#endif
+
+const float kLimitAlbedo = 0.5f;
+
+void main() {
+    uvec2 pixel = gl_LaunchIDEXT.xy;
+    Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
+    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(gl_LaunchSizeEXT.xy);
+    Ray ray = CameraRay(parameters.value.camera, film);
+    Hit hit = Intersect(ray);
+    float value = hit.t;
+    float rayCount = 1.0f;
+#if LIMIT_BOUNCES > 0
+    for (uint bounce = 0u; bounce < LIMIT_BOUNCES && IsHit(hit); bounce++) {
+        InstanceRecord instance = instances.at[hit.instance];
+        GeometryRecord geometry = geometries.at[instance.firstGeometry + hit.geometry];
+        UintStream indices = UintStream(geometry.indices);
+        Vec3Stream positions = Vec3Stream(geometry.positions);
+        uint first = 3u * hit.primitive;
+        mat3 linear = mat3(instance.objectToWorld);
+        vec3 p0 = positions.at[indices.at[first]];
+        vec3 e1 = positions.at[indices.at[first + 1u]] - p0;
+        vec3 e2 = positions.at[indices.at[first + 2u]] - p0;
+        vec3 n = normalize(cross(linear * e1, linear * e2));
+        if (dot(n, ray.direction) > 0.0f) n = -n;
+        vec3 p = p0 + hit.barycentrics.x * e1 + hit.barycentrics.y * e2;
+        ray.origin = OffsetRayOrigin(instance.objectToWorld * vec4(p, 1.0f), n);
+        ray.direction = FromLocal(FrameFromZ(n), SampleCosineHemisphere(Get2D(rng)));
+        hit = Intersect(ray);
+        value = kLimitAlbedo * value + hit.t;
+        rayCount += 1.0f;
+    }
+#endif
+    imageStore(result, ivec2(pixel), vec4(value));
+#ifdef COUNT_RAYS
+    imageStore(rayCounts, ivec2(pixel), vec4(rayCount));
+#endif
+}

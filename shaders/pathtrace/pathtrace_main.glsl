@@ -1,0 +1,28 @@
+// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS.
+#include "scene/extensions.glsl"
+
+#include "scene/camera.glsl"
+#include "scene/environment.glsl"
+#include "scene/surface.glsl"
+#include "scene/trace_rays.glsl"
+
+#include "integrator/path.glsl"
+
+layout(set = 0, binding = 6, rgba32f) writeonly uniform image2D radiance;
+#ifdef COUNT_RAYS
+layout(set = 0, binding = 7, r32f) writeonly uniform image2D rayCounts;
+#endif
+
+void main() {
+    uvec2 pixel = gl_LaunchIDEXT.xy;
+    Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
+    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(gl_LaunchSizeEXT.xy);
+    PathSettings settings;
+    settings.maxDepth = parameters.value.maxDepth;
+    settings.rouletteStart = parameters.value.rouletteStart;
+    PathSample path = SamplePath(CameraRay(parameters.value.camera, film), rng, settings);
+    imageStore(radiance, ivec2(pixel), vec4(path.radiance, path.alpha));
+#ifdef COUNT_RAYS
+    imageStore(rayCounts, ivec2(pixel), vec4(float(path.rayCount)));
+#endif
+}

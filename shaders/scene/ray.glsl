@@ -1,0 +1,37 @@
+// Rays and what they hit. Shared by the device and by the tests' own scenes on the CPU.
+#ifndef RAYGRAPH_SCENE_RAY_GLSL
+#define RAYGRAPH_SCENE_RAY_GLSL
+
+#include "core/glue.h"
+
+SHADING_BEGIN
+
+struct Ray {
+    vec3 origin;
+    vec3 direction;  // unit length
+};
+
+// What closest-hit returns, and nothing more: 24 bytes. Everything else is looked up by SurfaceAt.
+struct Hit {
+    float t;            // distance along the ray; negative: nothing was hit
+    uint instance;      // index of the scene's instance
+    uint geometry;      // index within the instance's mesh
+    uint primitive;     // triangle, in the order of the BLAS
+    vec2 barycentrics;  // weights of the second and the third vertex
+};
+
+INLINE bool IsHit(Hit hit) { return hit.t >= 0.0f; }
+
+// A point on a surface as the integrator sees it. Normals have unit length and are on the side of `wo`, the direction
+// back along the ray.
+struct SurfaceInteraction {
+    vec3 position;
+    vec3 geometricNormal;
+    vec3 shadingNormal;
+    vec3 emission;  // radiance towards wo
+    vec3 albedo;
+};
+
+SHADING_END
+
+#endif

@@ -1,0 +1,19 @@
+// Tracing by ray type: the only place that turns a ray type into numbers of the shader binding table.
+// Group order is that of rhi/shader_binding_table.h.
+#ifndef RAYGRAPH_SCENE_TRACE_RAYS_GLSL
+#define RAYGRAPH_SCENE_TRACE_RAYS_GLSL
+
+#include "scene/bindings.glsl"
+#include "scene/ray.glsl"
+#include "shared/ray_types.h"
+
+layout(location = 0) rayPayloadEXT Hit hitPayload;
+
+// The nearest surface along a ray. Origins are moved off their surface beforehand (core/ray_offset.glsl): no tMin.
+Hit Intersect(Ray ray) {
+    traceRayEXT(sceneTlas, gl_RayFlagsNoneEXT, 0xFFu, kRayTypeRadiance, kRayTypeCount, kRayTypeRadiance, ray.origin,
+                0.0f, ray.direction, 3.0e38f, 0);
+    return hitPayload;
+}
+
+#endif

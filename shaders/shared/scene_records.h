@@ -1,0 +1,98 @@
+// The scene as the shaders see it: one text for C++ and GLSL, scalar layout (no padding beyond what is written).
+//
+//   TLAS instance  --customIndex-->  InstanceRecord  --firstGeometry + geometry index-->  GeometryRecord
+//   GeometryRecord --material-->     MaterialRecord  --texture slots--> texture table (set 1)
+//
+// Vertex streams are reached by device address; 0 means that the primitive lacks the stream.
+#ifndef RAYGRAPH_SHARED_SCENE_RECORDS_H
+#define RAYGRAPH_SHARED_SCENE_RECORDS_H
+
+#ifdef __cplusplus
+
+#include <cstdint>
+#include <glm/glm.hpp>
+
+namespace raygraph::gpu {
+using glm::mat4x3;
+using glm::uvec2;
+using glm::vec2;
+using glm::vec3;
+using glm::vec4;
+using uint = uint32_t;
+#define RAYGRAPH_ADDRESS uint64_t
+
+#else
+
+#define RAYGRAPH_ADDRESS uvec2
+
+#endif
+
+#ifdef __cplusplus
+inline constexpr uint32_t kNoTexture = 0xFFFFFFFFu;
+#else
+const uint kNoTexture = 0xFFFFFFFFu;
+#endif
+
+struct InstanceRecord {
+    mat4x3 objectToWorld;  // columns: x, y, z axes and translation
+    uint firstGeometry;    // index of the mesh's first GeometryRecord
+};
+
+struct GeometryRecord {
+    RAYGRAPH_ADDRESS positions;   // vec3 a vertex
+    RAYGRAPH_ADDRESS indices;     // uint, three a triangle, in the order of the BLAS
+    RAYGRAPH_ADDRESS normals;     // vec3
+    RAYGRAPH_ADDRESS tangents;    // vec4
+    RAYGRAPH_ADDRESS uv0;         // vec2
+    RAYGRAPH_ADDRESS uv1;         // vec2
+    RAYGRAPH_ADDRESS colors;      // vec4, linear
+    RAYGRAPH_ADDRESS primitives;  // uint a triangle: its index in the file; 0: the order is the file's
+    uint material;
+};
+
+// Texture fields are slots of the texture table, or kNoTexture. Bit 31 set: read through uv1 instead of uv0.
+struct MaterialRecord {
+    vec4 baseColor;  // linear; alpha
+    vec3 emission;   // radiance, W/(sr m^2)
+    float metallic;
+    float roughness;
+    float normalScale;
+    float alphaCutoff;
+    uint alphaMode;  // 0 opaque, 1 mask, 2 blend
+    uint doubleSided;
+    uint baseColorTexture;
+    uint metallicRoughnessTexture;
+    uint normalTexture;
+    uint emissiveTexture;
+};
+
+struct CameraRecord {
+    vec3 origin;
+    uint orthographic;  // 1: rays are parallel, origin moves over the film
+    vec3 right;         // half the film's width at distance 1 (perspective), or in metres (orthographic)
+    vec3 up;            // half the film's height, likewise; points to the top row
+    vec3 forward;       // unit length
+};
+
+struct EnvironmentRecord {
+    vec3 radiance;   // W/(sr m^2); scales the map if there is one
+    float rotation;  // radians about +y
+    uint hasMap;
+};
+
+// Everything a camera-ray pass is told; a uniform block.
+struct TraceParameters {
+    CameraRecord camera;
+    EnvironmentRecord environment;
+    uint seed;
+    uint sampleIndex;
+    uint maxDepth;       // bounces; 0xFFFFFFFF: no limit
+    uint rouletteStart;  // first bounce at which Russian roulette may end the path
+};
+
+#ifdef __cplusplus
+#undef RAYGRAPH_ADDRESS
+}  // namespace raygraph::gpu
+#endif
+
+#endif
