@@ -53,10 +53,18 @@ uint64_t ReadPositive(const JsonValue& value) {
     return number;
 }
 
-// Matrix columns start at multiples of four bytes.
-uint64_t ElementBytes(const ElementShape& shape, ComponentType type) {
+// Bytes of an element. Matrix columns start at multiples of four bytes; the padding after the last one need
+// not be there at the end of a buffer.
+struct ElementSize {
+    uint64_t stride = 0;  // Of tightly packed elements.
+    uint64_t used = 0;    // Up to the end of the last component.
+};
+
+ElementSize SizeOf(const ElementShape& shape, ComponentType type) {
     const uint64_t column = shape.rows * ByteSize(type);
-    return shape.columns == 1 ? column : shape.columns * ((column + 3) / 4 * 4);
+    if (shape.columns == 1) return {column, column};
+    const uint64_t padded = (column + 3) / 4 * 4;
+    return {shape.columns * padded, (shape.columns - 1) * padded + column};
 }
 
 // Does `offset + stride * (count - 1) + element <= length` hold? In an order that cannot overflow.
@@ -107,7 +115,7 @@ class AccessorParser {
         accessor.isMatrix = shape.columns > 1;
         accessor.isNormalized = value["normalized"].BoolOr(false);
         accessor.count = ReadPositive(value["count"]);
-        const uint64_t element = ElementBytes(shape, accessor.componentType);
+        const ElementSize element = SizeOf(shape, accessor.componentType);
         if (value["bufferView"].IsPresent())
             accessor.run = ReadRun(value, value["count"], element, accessor.count, true);
         // Vertex indices have 32 bits and the greatest is no index.
@@ -120,28 +128,28 @@ class AccessorParser {
 
   private:
     // The run of `count` elements that `value` (an accessor or a part of a sparse one) covers.
-    ElementRun ReadRun(const JsonValue& value, const JsonValue& countAt, uint64_t element, uint64_t count,
-                       bool mayStride) const {
+    ElementRun ReadRun(const JsonValue& value, const JsonValue& countAt, const ElementSize& element,
+                       uint64_t count, bool mayStride) const {
         ElementRun run;
         run.view = value["bufferView"].Index(m_views.size(), "bufferViews");
         const BufferView& view = m_views[run.view];
         run.byteOffset = value["byteOffset"].UnsignedOr(0);
-        run.byteStride = element;
+        run.byteStride = element.stride;
         if (mayStride && view.byteStride != 0) {
-            if (view.byteStride < element)
+            if (view.byteStride < element.used)
                 value["bufferView"].Fail("bufferViews[" + std::to_string(run.view) + "].byteStride of " +
                                          std::to_string(view.byteStride) + " is less than the element's " +
-                                         std::to_string(element) + " bytes");
+                                         std::to_string(element.used) + " bytes");
             run.byteStride = view.byteStride;
         }
-        if (!Fits(run.byteOffset, run.byteStride, element, count, view.byteLength)) {
+        if (!Fits(run.byteOffset, run.byteStride, element.used, count, view.byteLength)) {
             std::string from = run.byteOffset ? " from byte " + std::to_string(run.byteOffset) : "";
             countAt.Fail(std::to_string(count) + " elements" + from + " exceed " + ViewName(run.view, view));
         }
         return run;
     }
 
-    SparseRun ReadSparse(const JsonValue& value, uint64_t element, uint64_t elementCount) const {
+    SparseRun ReadSparse(const JsonValue& value, const ElementSize& element, uint64_t elementCount) const {
         SparseRun sparse;
         sparse.count = ReadPositive(value["count"]);
         if (sparse.count > elementCount)
@@ -153,7 +161,8 @@ class AccessorParser {
             sparse.indexType != ComponentType::Uint32)
             indices["componentType"].Fail("is " + indices["componentType"].Shown() +
                                           ", must be 5121, 5123 or 5125");
-        sparse.indices = ReadRun(indices, value["count"], ByteSize(sparse.indexType), sparse.count, false);
+        const uint64_t indexBytes = ByteSize(sparse.indexType);
+        sparse.indices = ReadRun(indices, value["count"], {indexBytes, indexBytes}, sparse.count, false);
         sparse.values =
             ReadRun(value["values"].RequireObject(), value["count"], element, sparse.count, false);
         return sparse;

@@ -49,9 +49,10 @@ void GltfContext::Progress(std::string_view stage, float fraction) const {
 
 std::vector<std::byte> GltfContext::ReadUri(const JsonValue& uri) {
     const std::string& text = uri.String();
+    const uint64_t bytesLeft = options.limits.maxFileBytes - bytesRead;
     try {
-        std::vector<std::byte> bytes = IsDataUri(text) ? DecodeDataUri(text, options.limits.maxFileBytes)
-                                                       : folder.Read(text, options.limits.maxFileBytes);
+        std::vector<std::byte> bytes =
+            IsDataUri(text) ? DecodeDataUri(text, bytesLeft) : folder.Read(text, bytesLeft);
         bytesRead += bytes.size();
         return bytes;
     } catch (const Error& error) {

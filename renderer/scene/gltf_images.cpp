@@ -1,6 +1,5 @@
-#include <cstring>
+#include <algorithm>
 
-#include "base/error.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf_materials.h"
 #include "renderer/scene/text.h"
@@ -8,13 +7,9 @@
 
 namespace raygraph::scene {
 
-ImageData DecodeImage(GltfContext& context, const JsonValue& root, size_t viewCount, uint32_t image,
-                      GltfBuffers& buffers) {
-    const JsonValue value = root["images"].At(image).RequireObject();
+ImageData DecodeImage(GltfContext& context, const JsonValue& root, uint32_t image, GltfBuffers& buffers) {
+    const JsonValue value = root["images"].At(image);
     const JsonValue uri = value["uri"];
-    const JsonValue view = value["bufferView"];
-    if (uri.IsPresent() == view.IsPresent()) value.Fail("must have either a uri or a bufferView");
-
     ImageData data;
     data.name = value["name"].StringOr("");
     if (data.name.empty() && uri.IsPresent() && !IsDataUri(uri.String()))
@@ -25,7 +20,7 @@ ImageData DecodeImage(GltfContext& context, const JsonValue& root, size_t viewCo
         file = context.ReadUri(uri);
         bytes = file;
     } else {
-        bytes = buffers.View(view.Index(viewCount, "bufferViews"));
+        bytes = buffers.View(value["bufferView"].Index(root["bufferViews"].Count(), "bufferViews"));
     }
 
     const LoadLimits& limits = context.options.limits;

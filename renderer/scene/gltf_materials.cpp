@@ -81,6 +81,7 @@ class MaterialImporter {
         : m_context(context), m_root(root), m_scene(scene), m_imageSlots(root["images"].Count(), kNone) {}
 
     std::vector<uint32_t> Import() {
+        CheckImages();
         ReadTextures();
         const JsonValue materials = m_root["materials"];
         for (size_t i = 0; i < materials.Count(); ++i)
@@ -89,6 +90,17 @@ class MaterialImporter {
     }
 
   private:
+    void CheckImages() {
+        const JsonValue images = m_root["images"];
+        for (size_t i = 0; i < images.Count(); ++i) {
+            const JsonValue image = images.At(i).RequireObject();
+            if (image["uri"].IsPresent() == image["bufferView"].IsPresent())
+                image.Fail("must have either a uri or a bufferView");
+            image["uri"].StringOr("");
+            image["bufferView"].IndexOr(kNone, m_root["bufferViews"].Count(), "bufferViews");
+        }
+    }
+
     void ReadTextures() {
         std::vector<Sampler> samplers;
         const JsonValue samplerValues = m_root["samplers"];

@@ -11,8 +11,7 @@ namespace raygraph::scene {
 // index. Texture::image already indexes that list.
 std::vector<uint32_t> ReadMaterials(GltfContext& context, const JsonValue& root, SceneData& scene);
 
-// Decodes one of the file's images.
-ImageData DecodeImage(GltfContext& context, const JsonValue& root, size_t viewCount, uint32_t image,
-                      GltfBuffers& buffers);
+// Decodes one of the file's images, whose properties ReadMaterials has checked. gltf_images.cpp.
+ImageData DecodeImage(GltfContext& context, const JsonValue& root, uint32_t image, GltfBuffers& buffers);
 
 }  // namespace raygraph::scene

@@ -35,6 +35,7 @@ class PrimitiveDecoder {
         primitive.uv0 = Stream<glm::vec2>(Attribute::TexCoord0, vertices);
         primitive.uv1 = Stream<glm::vec2>(Attribute::TexCoord1, vertices);
         primitive.colors = Stream<glm::vec4>(Attribute::Color0, vertices, glm::vec4(1.0f));
+        ClampColors(primitive.colors);
         if (makesNormals) {
             m_context.ChargeGeometry(m_layout.where, primitive.positions.size() * sizeof(glm::vec3));
             primitive.normals = FlatNormals(primitive.positions);
@@ -94,6 +95,18 @@ class PrimitiveDecoder {
         if (!m_layout.Has(attribute)) return {};
         const JsonValue where = m_layout.where["attributes"][AttributeName(attribute)];
         return m_reader.ReadVectors<Vector>(m_layout.Accessor(attribute), vertices, where, fill);
+    }
+
+    void ClampColors(std::vector<glm::vec4>& colors) {
+        size_t count = 0;
+        for (glm::vec4& color : colors) {
+            const glm::vec4 clamped = glm::clamp(color, 0.0f, 1.0f);
+            count += clamped != color ? 1 : 0;
+            color = clamped;
+        }
+        if (count > 0)
+            m_context.Warn(m_layout.where, "color",
+                           std::to_string(count) + " COLOR_0 values are outside 0 to 1, put into it");
     }
 
     void WarnLost(const char* what, size_t count, const char* remedy) {

@@ -46,6 +46,13 @@ const char* AllowedTypes(Attribute attribute) {
     return "";
 }
 
+bool IsIndexAccessor(const Accessor& accessor) {
+    const bool isUnsigned = accessor.componentType == ComponentType::Uint8 ||
+                            accessor.componentType == ComponentType::Uint16 ||
+                            accessor.componentType == ComponentType::Uint32;
+    return accessor.componentCount == 1 && isUnsigned && !accessor.isNormalized;
+}
+
 void ReadAttributes(const JsonValue& attributes, const AccessorTables& tables, PrimitiveLayout& layout) {
     layout.accessors.fill(kNone);
     for (size_t i = 0; i < kAttributeCount; ++i) {
@@ -75,6 +82,9 @@ PrimitiveLayout ReadPrimitive(const JsonValue& value, const AccessorTables& tabl
     ReadAttributes(value["attributes"].RequireObject(), tables, layout);
     const JsonValue indices = value["indices"];
     layout.indices = indices.IndexOr(kNone, tables.accessors.size(), "accessors");
+    if (layout.indices != kNone && !IsIndexAccessor(tables.accessors[layout.indices]))
+        indices.Fail("accessors[" + std::to_string(layout.indices) +
+                     "] must be SCALAR of 5121, 5123 or 5125");
     return layout;
 }
 

@@ -242,12 +242,13 @@ void PlaceInstances(GltfContext& context, const JsonValue& root, SceneData& scen
     for (const uint32_t node : scene.nodeOrder) {
         const JsonValue where = nodes.At(node);
         if (!IsFinite(transforms[node])) where.Fail("its world transform is not finite");
-        if (scene.nodes[node].mesh == kNone) continue;
+        const uint32_t mesh = scene.nodes[node].mesh;
+        if (mesh == kNone || scene.meshes[mesh].primitives.empty()) continue;
         if (!CanInvert(transforms[node])) {
             context.Warn(where, "singular", "is scaled to nothing or flat, its mesh is left out");
             continue;
         }
-        scene.instances.push_back({scene.nodes[node].mesh, node, transforms[node]});
+        scene.instances.push_back({mesh, node, transforms[node]});
     }
     UpdateWorldTransforms(scene);
     const bool isFinite =

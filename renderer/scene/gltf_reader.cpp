@@ -150,11 +150,8 @@ void AccessorReader::ApplySparse(uint32_t accessor, const ElementSelection& sele
 
 std::vector<uint32_t> AccessorReader::ReadIndices(uint32_t accessor, const JsonValue& where) {
     const Accessor& info = Info(accessor);
-    const bool isUnsigned = info.componentType == ComponentType::Uint8 ||
-                            info.componentType == ComponentType::Uint16 ||
-                            info.componentType == ComponentType::Uint32;
-    if (info.componentCount != 1 || !isUnsigned)
-        where.Fail("accessors[" + std::to_string(accessor) + "] must be SCALAR of 5121, 5123 or 5125");
+    RG_CHECK_EQ(info.componentCount, 1u);
+    RG_CHECK(info.componentType != ComponentType::Float);
     m_context.ChargeGeometry(where, info.count * sizeof(uint32_t));
     std::vector<uint32_t> indices(info.count);
     const auto copy = [&](const ElementRun& run, std::vector<uint32_t>& out) {

@@ -43,7 +43,8 @@ class AccessorReader {
         return vectors;
     }
 
-    // All elements of an accessor of unsigned scalars. `where` (the property that names it) is for messages.
+    // All elements of an accessor of unsigned scalars, which the caller has made sure it is. `where` (the
+    // property that names it) is for messages.
     std::vector<uint32_t> ReadIndices(uint32_t accessor, const JsonValue& where);
 
   private:

@@ -15,6 +15,7 @@
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/gltf_nodes.h"
 #include "renderer/scene/gltf_reader.h"
+#include "renderer/scene/gltf_references.h"
 #include "renderer/scene/text.h"
 
 namespace raygraph::scene {
@@ -95,6 +96,7 @@ SceneData Import(GltfContext& context, const GltfContainer& container, const Jso
     CheckAsset(root);
     CheckExtensions(context, root);
     const AccessorTables tables = ReadAccessorTables(root);
+    CheckUnreadReferences(root, tables);
     SceneData scene;
     const std::vector<uint32_t> images = ReadMaterials(context, root, scene);
     const std::vector<MeshLayout> layouts = ReadMeshLayouts(context, root, tables, scene.materials.size());
@@ -106,7 +108,7 @@ SceneData Import(GltfContext& context, const GltfContainer& container, const Jso
     PlaceInstances(context, root, scene);
     for (size_t i = 0; i < images.size(); ++i) {
         context.Progress("images", 0.5f + 0.5f * static_cast<float>(i) / static_cast<float>(images.size()));
-        scene.images.push_back(DecodeImage(context, root, tables.views.size(), images[i], buffers));
+        scene.images.push_back(DecodeImage(context, root, images[i], buffers));
     }
     context.Progress("done", 1.0f);
     scene.warnings = context.warnings.Take();

@@ -18,7 +18,7 @@ namespace raygraph::scene {
 
 // Bounds on what a file may make the process read and allocate. Beyond any of them: Error{BadInput}.
 struct LoadLimits {
-    uint64_t maxFileBytes = uint64_t{16} << 30;  // The scene file, and each buffer or image.
+    uint64_t maxFileBytes = uint64_t{16} << 30;  // The scene file, its buffers and images together.
     uint64_t maxJsonBytes = uint64_t{256} << 20;
     uint32_t maxJsonDepth = 64;  // Nested arrays and objects; glTF itself needs about ten.
     // Decoded vertices and indices: this many bytes, plus 64 for each byte of file read. Stops a small file

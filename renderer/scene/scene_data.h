@@ -63,7 +63,8 @@ struct Primitive {
 
 struct Mesh {
     std::string name;
-    std::vector<Primitive> primitives;  // May be empty (a mesh of points and lines only).
+    // Empty for a mesh of points and lines only, and for one that the loaded scene does not place.
+    std::vector<Primitive> primitives;
 };
 
 // How a material reads one texture. `texture` indexes SceneData::textures, -1 is none: the factor alone
@@ -204,7 +205,9 @@ struct SceneData {
     std::vector<ImageData> images;    // Only those that textures use.
     std::vector<Node> nodes;          // All of the file's nodes, in the file's order.
     std::vector<uint32_t> nodeOrder;  // The nodes of the loaded scene, every parent before its children.
-    std::vector<Instance> instances;  // One per node of `nodeOrder` that shows a mesh, in that order.
+    // One per node of `nodeOrder` whose mesh has a primitive, in that order. A node whose mesh is scaled to
+    // nothing or flat (no inverse) is left out when loading, with a warning.
+    std::vector<Instance> instances;
     std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
     std::vector<Light> lights;    // Those placed in the loaded scene, in order of the file's light index.
     Bounds bounds;                // World space, of all instances.
