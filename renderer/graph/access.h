@@ -29,22 +29,26 @@ enum class Access : uint8_t {
     AddressUpdate,
     CopyRead,
     CopyWrite,
-    BuildInput,      // vertices, indices or instances of a build
-    BuildRead,       // structure read by a build (BLASes by a TLAS build) or by a compaction copy
-    BuildWrite,      // structure built
-    BuildUpdate,     // structure refitted in place
-    ColorWrite,      // attachment, cleared or overwritten
-    ColorUpdate,     // attachment, loaded and blended
+    BuildInput,   // vertices, indices or instances of a build
+    BuildRead,    // structure read by a build (BLASes by a TLAS build) or by a compaction copy
+    BuildWrite,   // structure built
+    BuildUpdate,  // structure refitted in place
+    ColorWrite,   // attachment, cleared or overwritten
+    ColorUpdate,  // attachment, loaded and blended
     DepthWrite,
     DepthUpdate,
     IndexRead,
     IndirectRead,
-    Present,         // left in the layout the consumer asked for; no stage of ours
+    HostRead,  // mapped memory read by the CPU once the frame has completed; the graph's own, no pass asks
+               // for it
 };
-const char* Name(Access access);
+const char* Name(Access access);  // "sampled", "storage write", ...
 bool Writes(Access access);
 // True when the contents before the pass are needed: StorageUpdate, every read, ... ; false for pure writes.
 bool NeedsContents(Access access);
+// Whether a pass of this kind may touch a resource that way: a compute pass has no attachments, a transfer no
+// shaders.
+bool IsLegal(PassKind kind, Access access);
 
 // What an access is to the barrier planner.
 struct AccessMasks {
@@ -52,18 +56,24 @@ struct AccessMasks {
     VkAccessFlags2 access = VK_ACCESS_2_NONE;
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  // textures only
 };
+// Only for legal pairs.
 AccessMasks MasksFor(PassKind kind, Access access);
 
-// The last known state of a resource: what the next barrier must wait for. Survives frames for persistent and imported
-// resources. Default: never used, contents undefined.
+// The pipeline stages that the shaders of a pass of this kind run in.
+VkPipelineStageFlags2 ShaderStages(PassKind kind);
+
+// The last known state of a resource: what the next barrier must wait for. Survives frames for persistent and
+// imported resources. Default: never used, contents undefined.
 struct ResourceState {
     VkPipelineStageFlags2 writeStages = VK_PIPELINE_STAGE_2_NONE;  // the last write, not yet overwritten
     VkAccessFlags2 writeAccess = VK_ACCESS_2_NONE;
-    VkPipelineStageFlags2 readStages = VK_PIPELINE_STAGE_2_NONE;  // reads since then
-    VkPipelineStageFlags2 visibleStages = VK_PIPELINE_STAGE_2_NONE;  // where the write was made visible already
+    VkPipelineStageFlags2 readStages = VK_PIPELINE_STAGE_2_NONE;     // reads since then
+    VkPipelineStageFlags2 visibleStages = VK_PIPELINE_STAGE_2_NONE;  // where that write is visible already
     VkAccessFlags2 visibleAccess = VK_ACCESS_2_NONE;
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
     uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;  // set for imports that come from another family
+
+    bool operator==(const ResourceState&) const = default;
 };
 
 }  // namespace raygraph

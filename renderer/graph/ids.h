@@ -1,7 +1,8 @@
 // Typed, versioned ids of the render graph's resources.
 //
-// An id names one version of one resource of one frame. A write returns a new id; the old one still names the contents
-// before the write, and using it after a later write is a Usage error ("stale id"), as is an id of an earlier frame.
+// An id names one version of one resource of one frame. A write returns a new id; the old one still names the
+// contents before the write, and using it after a later write is a Usage error ("stale id"), as is an id of
+// an earlier frame.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +13,9 @@ enum class ResourceKind : uint8_t { Texture, Buffer, Tlas, BlasSet, TextureSet }
 
 template <ResourceKind Kind>
 struct ResourceId {
-    static constexpr uint32_t kInvalid = 0x1FFF;
+    static constexpr uint32_t kInvalid = 0x1fff;
+    static constexpr uint32_t kMaxVersion = 0x7ff;
+    static constexpr uint32_t kFrameMask = 0xff;
 
     uint32_t resource : 13 = kInvalid;  // index into the frame's resources
     uint32_t version : 11 = 0;          // writes so far

@@ -1,6 +1,6 @@
-// PassBuilder: what a pass declares in its setup function. Everything is checked when the setup returns: names, kinds
-// and writability against the shaders' SPIR-V, ids against the frame. A mistake throws Error{Usage} that names the pass,
-// the resource, what was asked and what the shader has.
+// PassBuilder: what a pass declares in its setup function. Everything is checked when the setup returns:
+// names, kinds and writability against the shaders' SPIR-V, ids against the frame. A mistake throws
+// Error{Usage} that names the pass, the resource, what was asked and what the shader has.
 //
 //   TextureId Blur(Renderer& r, TextureId source) {
 //       TextureId blurred = r.CreateTexture("blurred", r.Desc(source));

@@ -4,8 +4,8 @@
 //   renderer.Present(Tonemap(renderer, Accumulate(renderer, Trace(renderer, scene, t), a), m));
 //   renderer.Execute();
 //
-// The graph is rebuilt every frame; pipelines, transient memory and persistent resources are kept between frames.
-// Threads: one thread at a time. Several Renderers may share a Device.
+// The graph is rebuilt every frame; pipelines, transient memory and persistent resources are kept between
+// frames. Threads: one thread at a time. Several Renderers may share a Device.
 #pragma once
 
 #include <filesystem>
@@ -52,7 +52,8 @@ struct GraphBufferDesc {
 
 // When a write to a persistent resource keeps its pass alive.
 enum class Persistence : uint8_t {
-    OnDemand,  // only when something presented this frame needs it: toggling a view away stops its accumulation
+    OnDemand,  // only when something presented this frame needs it: toggling a view away stops its
+               // accumulation
     Always,    // every frame that declares it
 };
 
@@ -94,7 +95,7 @@ struct FrameTiming {
     uint64_t frame = 0;
     double declareMs = 0.0;  // BeginFrame returned .. Execute called
     double compileMs = 0.0;
-    double recordMs = 0.0;   // recording and submission
+    double recordMs = 0.0;           // recording and submission
     std::vector<PassTiming> passes;  // executed ones, in order
 };
 
@@ -115,7 +116,8 @@ class Renderer {
     // Transient: contents live within the frame; memory is shared by resources with disjoint lifetimes.
     TextureId CreateTexture(std::string_view name, const GraphTextureDesc& desc);
     BufferId CreateBuffer(std::string_view name, const GraphBufferDesc& desc);
-    // Persistent: found again by name in later frames, with contents and last access. A changed desc makes it anew.
+    // Persistent: found again by name in later frames, with contents and last access. A changed desc makes it
+    // anew.
     TextureId Persist(std::string_view name, const GraphTextureDesc& desc,
                       Persistence persistence = Persistence::OnDemand);
     BufferId PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
@@ -125,8 +127,8 @@ class Renderer {
     bool IsFresh(BufferId buffer) const;
     // Forgets a persistent resource.
     void Forget(std::string_view name);
-    // Imported: owned by the caller, alive until the frame has completed. `state` is read when the frame is compiled
-    // and written back when it is submitted; it must outlive Execute.
+    // Imported: owned by the caller, alive until the frame has completed. `state` is read when the frame is
+    // compiled and written back when it is submitted; it must outlive Execute.
     TextureId Import(std::string_view name, const rhi::Texture& texture, ResourceState& state);
     BufferId Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state);
     TlasId Import(std::string_view name, const rhi::Tlas& tlas, ResourceState& state);
@@ -154,8 +156,8 @@ class Renderer {
     void WaitSemaphore(const rhi::SemaphoreUse& semaphore);
     void SignalSemaphore(const rhi::SemaphoreUse& semaphore);
 
-    // Compiles, records and submits; returns the timeline value that completes the frame. On an Error the frame is
-    // dropped and the next BeginFrame starts clean.
+    // Compiles, records and submits; returns the timeline value that completes the frame. On an Error the
+    // frame is dropped and the next BeginFrame starts clean.
     uint64_t Execute();
     // Compiles what has been declared so far without recording anything, for DescribePlan before Execute.
     void Compile();
@@ -172,8 +174,8 @@ class Renderer {
     // Milliseconds spent creating pipelines so far, and how many.
     double PipelineCreationMs() const;
     uint32_t PipelineCount() const;
-    // Reloads shaders whose source changed under RendererDesc::shaderRoot. A shader that fails to compile leaves its
-    // last good pipeline in use; the messages ("file:line: text") are returned.
+    // Reloads shaders whose source changed under RendererDesc::shaderRoot. A shader that fails to compile
+    // leaves its last good pipeline in use; the messages ("file:line: text") are returned.
     std::vector<std::string> ReloadShaders();
 
     // Shaders of passes outside the library: SPIR-V under a name, copied.
@@ -182,7 +184,8 @@ class Renderer {
   private:
     friend class PassBuilder;
     friend class PassResources;
-    PassId AddPassErased(std::string_view name, PassKind kind, const SetupFunction& setup, ExecuteFunction execute);
+    PassId AddPassErased(std::string_view name, PassKind kind, const SetupFunction& setup,
+                         ExecuteFunction execute);
 
     struct Impl;
     std::unique_ptr<Impl> m_impl;
@@ -194,9 +197,8 @@ PassId Renderer::AddPass(std::string_view name, PassKind kind, Setup&& setup, Ex
         return AddPassErased(name, kind, std::forward<Setup>(setup), std::forward<Execute>(execute));
     else
         return AddPassErased(name, kind, std::forward<Setup>(setup),
-                             [run = std::forward<Execute>(execute)](CommandList& commands, const PassResources&) {
-                                 run(commands);
-                             });
+                             [run = std::forward<Execute>(execute)](CommandList& commands,
+                                                                    const PassResources&) { run(commands); });
 }
 
 }  // namespace raygraph

@@ -1,0 +1,66 @@
+#include "renderer/graph/barrier_planner.h"
+
+namespace raygraph {
+
+namespace {
+
+bool Contains(VkFlags64 set, VkFlags64 bits) {
+    return (set & bits) == bits;
+}
+
+Dependency PlanRead(ResourceState& state, const AccessMasks& masks) {
+    state.readStages |= masks.stages;
+    const bool isNeverWritten = state.writeStages == VK_PIPELINE_STAGE_2_NONE;
+    const bool isVisible =
+        Contains(state.visibleStages, masks.stages) && Contains(state.visibleAccess, masks.access);
+    if (isNeverWritten || isVisible) return {.oldLayout = state.layout, .newLayout = state.layout};
+    // Visibility is remembered as stages x accesses, so the new barrier covers the whole product. Stages that
+    // had it wait for a write they have already waited for, which costs nothing.
+    state.visibleStages |= masks.stages;
+    state.visibleAccess |= masks.access;
+    return {.srcStages = state.writeStages,
+            .srcAccess = state.writeAccess,
+            .dstStages = state.visibleStages,
+            .dstAccess = state.visibleAccess,
+            .oldLayout = state.layout,
+            .newLayout = state.layout,
+            .isNeeded = true};
+}
+
+}  // namespace
+
+Dependency PlanAccess(ResourceState& state, const AccessRequest& request) {
+    const AccessMasks& masks = request.masks;
+    const bool changesLayout = masks.layout != VK_IMAGE_LAYOUT_UNDEFINED && masks.layout != state.layout;
+    if (!request.writes && !changesLayout) return PlanRead(state, masks);
+
+    // Reads since the last write have waited for it and made it available: waiting for them is enough.
+    const bool isRead = state.readStages != VK_PIPELINE_STAGE_2_NONE;
+    Dependency dependency{.srcStages = isRead ? state.readStages : state.writeStages,
+                          .srcAccess = isRead ? VK_ACCESS_2_NONE : state.writeAccess,
+                          .dstStages = masks.stages,
+                          .dstAccess = masks.access,
+                          .oldLayout = state.layout,
+                          .newLayout = changesLayout ? masks.layout : state.layout};
+    if (changesLayout && !request.needsContents) dependency.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+    dependency.isNeeded = changesLayout || dependency.srcStages != VK_PIPELINE_STAGE_2_NONE;
+
+    state.layout = dependency.newLayout;
+    state.writeStages = masks.stages;
+    if (request.writes) {
+        state.writeAccess = masks.access & kWriteAccesses;
+        state.readStages = VK_PIPELINE_STAGE_2_NONE;
+        state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
+        state.visibleAccess = VK_ACCESS_2_NONE;
+    } else {
+        // A transition for a reader: it is available by itself, visible to that reader, and later accesses
+        // chain to the stages that waited for it.
+        state.writeAccess = VK_ACCESS_2_NONE;
+        state.readStages = masks.stages;
+        state.visibleStages = masks.stages;
+        state.visibleAccess = masks.access;
+    }
+    return dependency;
+}
+
+}  // namespace raygraph

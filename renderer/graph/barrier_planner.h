@@ -1,0 +1,43 @@
+// Barrier planner: from the state of a resource and its next access to the dependency between them. Pure.
+//
+// Rules, for a resource whose last write is W and that has been read by R since:
+//   read after W      waits for W and makes it visible; nothing if W is already visible there (other reads
+//   did it) read after read   nothing, in the same layout write after R     waits for R without memory
+//   access: execution only write after W     waits for W and makes it available other layout      a
+//   transition; it counts as a write that every later access waits for
+// The validation layers do not see image writes of TraceRays, so these rules carry tests of their own.
+#pragma once
+
+#include "renderer/graph/access.h"
+
+namespace raygraph {
+
+// Every access that changes memory.
+inline constexpr VkAccessFlags2 kWriteAccesses =
+    VK_ACCESS_2_SHADER_WRITE_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
+    VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_2_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT |
+    VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_HOST_WRITE_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT |
+    VK_ACCESS_2_ACCELERATION_STRUCTURE_WRITE_BIT_KHR;
+
+struct AccessRequest {
+    AccessMasks masks{};  // layout Undefined: not a texture, or its layout does not matter
+    bool writes = false;
+    bool needsContents = true;  // false: a transition may drop what was there
+};
+
+struct Dependency {
+    VkPipelineStageFlags2 srcStages = VK_PIPELINE_STAGE_2_NONE;
+    VkAccessFlags2 srcAccess = VK_ACCESS_2_NONE;
+    VkPipelineStageFlags2 dstStages = VK_PIPELINE_STAGE_2_NONE;
+    VkAccessFlags2 dstAccess = VK_ACCESS_2_NONE;
+    VkImageLayout oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+    VkImageLayout newLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+    bool isNeeded = false;
+
+    bool operator==(const Dependency&) const = default;
+};
+
+// The dependency that must come before the access; `state` becomes the state after it.
+Dependency PlanAccess(ResourceState& state, const AccessRequest& request);
+
+}  // namespace raygraph

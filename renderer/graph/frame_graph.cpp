@@ -1,0 +1,213 @@
+#include "renderer/graph/frame_graph.h"
+
+#include "base/error.h"
+#include "renderer/graph/text.h"
+
+namespace raygraph {
+
+namespace {
+
+constexpr uint32_t kMaxVersion = TextureId::kMaxVersion;
+
+// "reads", "writes", "updates": what an access does to the contents.
+const char* VerbFor(Access access) {
+    if (!Writes(access)) return "reads";
+    return NeedsContents(access) ? "updates" : "writes";
+}
+
+std::string PassText(const GraphPass& pass) {
+    return "pass " + Quoted(pass.name);
+}
+
+// Builds and transfers order the parts of a resource themselves, so that they may name it more than once.
+bool MayCombine(PassKind kind, ResourceKind resource) {
+    if (kind == PassKind::AccelerationStructure) return true;
+    return kind == PassKind::Transfer && resource == ResourceKind::Buffer;
+}
+
+}  // namespace
+
+const char* Name(Origin origin) {
+    switch (origin) {
+        case Origin::Transient:
+            return "transient";
+        case Origin::Persistent:
+            return "persistent";
+        case Origin::Imported:
+            return "imported";
+    }
+    return "?";
+}
+
+const char* Name(ResourceKind kind) {
+    switch (kind) {
+        case ResourceKind::Texture:
+            return "texture";
+        case ResourceKind::Buffer:
+            return "buffer";
+        case ResourceKind::Tlas:
+            return "TLAS";
+        case ResourceKind::BlasSet:
+            return "BLAS set";
+        case ResourceKind::TextureSet:
+            return "texture set";
+    }
+    return "?";
+}
+
+bool KeepsEarlierContents(ResourceKind kind, Access access) {
+    switch (access) {
+        case Access::BuildWrite:
+            return kind == ResourceKind::BlasSet;
+        case Access::CopyWrite:
+            return kind == ResourceKind::Buffer;
+        case Access::AddressWrite:
+            return true;
+        default:
+            return NeedsContents(access);
+    }
+}
+
+void FrameGraph::Begin(uint64_t frameNumber) {
+    frame = frameNumber;
+    waitStages = VK_PIPELINE_STAGE_2_NONE;
+    resources.clear();
+    passes.clear();
+    uses.clear();
+    roots.clear();
+}
+
+uint32_t FrameGraph::AddResource(GraphResource resource) {
+    if (resources.size() >= TextureId::kInvalid)
+        throw Error(ErrorKind::Usage, Quoted(resource.name) + ": a frame has at most " +
+                                          std::to_string(TextureId::kInvalid) + " resources");
+    resources.push_back(std::move(resource));
+    return static_cast<uint32_t>(resources.size() - 1);
+}
+
+uint32_t FrameGraph::AddPass(std::string_view name, PassKind kind) {
+    passes.push_back(
+        {.name = std::string(name), .kind = kind, .firstUse = static_cast<uint32_t>(uses.size())});
+    return static_cast<uint32_t>(passes.size() - 1);
+}
+
+uint32_t FrameGraph::ResolveAnyVersion(AnyId id, std::string_view what) const {
+    const std::string kind = Name(id.kind);
+    if (!id.isValid)
+        throw Error(ErrorKind::Usage,
+                    std::string(what) + " an empty " + kind + " id, which names no resource");
+    const uint32_t age = static_cast<uint32_t>(frame - id.frame) & TextureId::kFrameMask;
+    if (age != 0)
+        throw Error(ErrorKind::Usage, std::string(what) + " a " + kind + " id of an earlier frame (" +
+                                          std::to_string(age) + " before this one): ids last for one frame");
+    if (id.resource >= resources.size() || resources[id.resource].kind != id.kind)
+        throw Error(ErrorKind::Usage, std::string(what) + " a " + kind +
+                                          " id that this frame did not give out: it is of another Renderer");
+    return id.resource;
+}
+
+uint32_t FrameGraph::Resolve(AnyId id, std::string_view what) const {
+    const uint32_t index = ResolveAnyVersion(id, what);
+    const GraphResource& resource = resources[index];
+    if (id.version == resource.version) return index;
+    const GraphPass* writer = nullptr;
+    for (const GraphPass& pass : passes)
+        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
+            if (uses[u].resource == index && uses[u].versionOut == id.version + 1 && Writes(uses[u].access))
+                writer = &pass;
+    throw Error(ErrorKind::Usage, std::string(what) + " " + Quoted(resource.name) + " as it was before " +
+                                      (writer ? PassText(*writer) : std::string("a pass")) +
+                                      " wrote it: use the id that the write returned");
+}
+
+uint32_t FrameGraph::UseResource(AnyId id, Access access) {
+    GraphPass& pass = passes.back();
+    const auto sentence = [&] { return PassText(pass) + " " + VerbFor(access); };
+    // The text is only built when something is wrong: declaring is on every frame's path.
+    const bool isGood = id.isValid && id.frame == (frame & TextureId::kFrameMask) &&
+                        id.resource < resources.size() && resources[id.resource].kind == id.kind &&
+                        resources[id.resource].version == id.version;
+    const uint32_t index = isGood ? id.resource : Resolve(id, sentence());
+    GraphResource& resource = resources[index];
+    if (!IsLegal(pass.kind, access))
+        throw Error(ErrorKind::Usage, PassText(pass) + " uses " + Quoted(resource.name) + " as " +
+                                          Name(access) + ", which a pass of kind " + Name(pass.kind) +
+                                          " cannot do");
+    if (NeedsContents(access) && resource.version == 0 && !resource.isHostWritten) {
+        if (resource.origin == Origin::Transient)
+            throw Error(ErrorKind::Usage, sentence() + " " + Quoted(resource.name) + ", a transient " +
+                                              Name(resource.kind) +
+                                              " that nothing has written in this frame");
+        if (resource.origin == Origin::Imported && resource.kind == ResourceKind::Texture &&
+            resource.state.layout == VK_IMAGE_LAYOUT_UNDEFINED)
+            throw Error(ErrorKind::Usage,
+                        sentence() + " " + Quoted(resource.name) +
+                            ", imported in the layout Undefined: it has no contents until it is written");
+    }
+    for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
+        if (uses[u].resource == index) CheckWithinPass(pass, resource, uses[u], access);
+
+    const uint32_t versionIn = resource.version;
+    if (Writes(access)) {
+        if (versionIn == kMaxVersion)
+            throw Error(ErrorKind::Usage, PassText(pass) + ": " + Quoted(resource.name) +
+                                              " has been written " + std::to_string(kMaxVersion) +
+                                              " times, the most in one frame");
+        ++resource.version;
+    }
+    uses.push_back(
+        {.resource = index, .versionIn = versionIn, .versionOut = resource.version, .access = access});
+    ++pass.useCount;
+    return index;
+}
+
+void FrameGraph::CheckWithinPass(const GraphPass& pass, const GraphResource& resource,
+                                 const ResourceUse& earlier, Access access) const {
+    const bool isTexture = resource.kind == ResourceKind::Texture;
+    const bool areSameLayout =
+        !isTexture || MasksFor(pass.kind, earlier.access).layout == MasksFor(pass.kind, access).layout;
+    const bool isReadOnly = !Writes(earlier.access) && !Writes(access);
+    if (areSameLayout && (isReadOnly || MayCombine(pass.kind, resource.kind))) return;
+    std::string why;
+    if (isReadOnly)
+        why = "a pass sees a texture in one way only";
+    else if (Writes(earlier.access) && Writes(access))
+        why = "a pass writes a resource once";
+    else
+        why = "a pass that reads what it writes updates it";
+    throw Error(ErrorKind::Usage, PassText(pass) + " uses " + Quoted(resource.name) + " both as " +
+                                      Name(earlier.access) + " and as " + Name(access) + ": " + why);
+}
+
+void FrameGraph::Present(TextureId texture) {
+    const uint32_t index = Resolve(texture, "Present shows");
+    const GraphResource& resource = resources[index];
+    if (resource.origin == Origin::Transient && resource.version == 0)
+        throw Error(ErrorKind::Usage, "Present shows " + Quoted(resource.name) +
+                                          ", a transient texture that nothing has written in this frame");
+    roots.push_back({.kind = RootKind::Presented, .resource = index, .version = resource.version});
+}
+
+void FrameGraph::Export(TextureId texture, VkImageLayout layout, uint32_t toQueueFamily) {
+    const uint32_t index = Resolve(texture, "Export hands back");
+    const GraphResource& resource = resources[index];
+    if (resource.origin != Origin::Imported)
+        throw Error(ErrorKind::Usage, "Export hands back " + Quoted(resource.name) + ", a " +
+                                          Name(resource.origin) +
+                                          " texture: only imported ones have an owner");
+    if (layout == VK_IMAGE_LAYOUT_UNDEFINED || layout == VK_IMAGE_LAYOUT_PREINITIALIZED)
+        throw Error(ErrorKind::Usage,
+                    "Export hands back " + Quoted(resource.name) + " in a layout that drops its contents");
+    roots.push_back({.kind = RootKind::Exported,
+                     .resource = index,
+                     .version = resource.version,
+                     .layout = layout,
+                     .queueFamily = toQueueFamily});
+}
+
+void FrameGraph::ReadOnHost(BufferId buffer) {
+    const uint32_t index = Resolve(buffer, "ReadBack reads");
+    roots.push_back({.kind = RootKind::HostRead, .resource = index, .version = resources[index].version});
+}
+
+}  // namespace raygraph

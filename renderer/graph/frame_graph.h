@@ -1,0 +1,154 @@
+// FrameGraph: one frame as plain data: resources, passes and what each pass uses. Pure: no device, no vk*
+// call.
+//
+// The Renderer fills one from AddPass and hands it to Compile (renderer/graph/compile.h); tests write them by
+// hand. A pass may only use the newest version of a resource, so the order of declaration is an order of
+// execution and the graph has no cycles.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/graph/access.h"
+#include "renderer/graph/ids.h"
+#include "rhi/format.h"
+#include "rhi/resources.h"
+#include "rhi/vulkan.h"
+
+namespace raygraph {
+
+enum class Origin : uint8_t {
+    Transient,   // lives within the frame
+    Persistent,  // the Renderer keeps it between frames
+    Imported,    // someone else's
+};
+const char* Name(Origin origin);
+
+// When a write to a persistent resource keeps its pass alive.
+enum class Persistence : uint8_t {
+    OnDemand,  // when something shown this frame needs what it kept: toggling a view away stops its
+               // accumulation
+    Always,    // in every frame that declares it
+};
+
+struct GraphResource {
+    std::string name;
+    ResourceKind kind = ResourceKind::Texture;
+    Origin origin = Origin::Transient;
+    Persistence persistence = Persistence::OnDemand;
+    bool isHostWritten = false;  // the CPU fills it, so that reading it first is no mistake
+    rhi::Extent2D extent{};      // textures
+    rhi::Format format = rhi::Format::Undefined;
+    uint64_t bytes = 0;                // buffers
+    rhi::MemoryRequirements memory{};  // of a transient; size 0: it shares no memory
+    ResourceState state{};             // before the frame; unused for transients
+    uint32_t version = 0;              // writes declared so far
+};
+
+// One access of one resource by one pass.
+struct ResourceUse {
+    uint32_t resource = 0;
+    uint32_t versionIn = 0;
+    uint32_t versionOut = 0;  // versionIn + 1 for a write
+    Access access = Access::Sampled;
+};
+
+struct GraphPass {
+    std::string name;
+    PassKind kind = PassKind::Compute;
+    bool keepAlive = false;  // it has an effect that the graph does not see
+    uint32_t firstUse = 0;   // its uses are [firstUse, firstUse + useCount) of FrameGraph::uses
+    uint32_t useCount = 0;
+};
+
+enum class RootKind : uint8_t {
+    Presented,  // shown: left for sampling by fragment shaders
+    Exported,   // handed back to its owner
+    HostRead,   // read by the CPU when the frame has completed
+};
+
+// What the frame is for.
+struct Root {
+    RootKind kind = RootKind::Presented;
+    uint32_t resource = 0;
+    uint32_t version = 0;
+    VkImageLayout layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+    uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;  // other than the frame's: ownership is released to it
+};
+
+// Any ResourceId, without its type.
+struct AnyId {
+    ResourceKind kind = ResourceKind::Texture;
+    uint32_t resource = 0;
+    uint32_t version = 0;
+    uint32_t frame = 0;
+    bool isValid = false;
+
+    AnyId() = default;
+    template <ResourceKind Kind>
+    AnyId(ResourceId<Kind> id)  // NOLINT(google-explicit-constructor)
+        : kind(Kind), resource(id.resource), version(id.version), frame(id.frame), isValid(id.IsValid()) {}
+};
+
+struct FrameGraph {
+    uint64_t frame = 0;
+    uint32_t queueFamily = 0;              // of the queue that executes the frame
+    VkPipelineStageFlags2 waitStages = 0;  // of the semaphores that the frame waits for
+    std::vector<GraphResource> resources;
+    std::vector<GraphPass> passes;  // in order of declaration
+    std::vector<ResourceUse> uses;
+    std::vector<Root> roots;
+    std::vector<ResourceState> blockStates;  // what the last frame left in each block of transient memory
+
+    // Empties it for the next frame; keeps queueFamily and blockStates.
+    void Begin(uint64_t frameNumber);
+
+    template <ResourceKind Kind>
+    ResourceId<Kind> Add(GraphResource resource) {
+        resource.kind = Kind;
+        return IdOf<Kind>(AddResource(std::move(resource)));
+    }
+    // The id of the newest version.
+    template <ResourceKind Kind>
+    ResourceId<Kind> IdOf(uint32_t resource) const {
+        using Id = ResourceId<Kind>;
+        return {.resource = resource & Id::kInvalid,
+                .version = resources[resource].version & Id::kMaxVersion,
+                .frame = static_cast<uint32_t>(frame) & Id::kFrameMask};
+    }
+
+    // Starts a pass: the uses that follow are its own.
+    uint32_t AddPass(std::string_view name, PassKind kind);
+    // Declares a use by the last pass, and returns the id of the contents after it. Throws Error{Usage}
+    // naming the pass and the resource for an id that is empty, of another frame, or stale, for an access
+    // that the pass's kind does not have, for contents that were never written, and for uses that one pass
+    // cannot combine.
+    template <ResourceKind Kind>
+    ResourceId<Kind> Use(ResourceId<Kind> id, Access access) {
+        return IdOf<Kind>(UseResource(id, access));
+    }
+
+    // Throw as Use does; `what` says who asks: "Present".
+    void Present(TextureId texture);
+    void Export(TextureId texture, VkImageLayout layout, uint32_t toQueueFamily = VK_QUEUE_FAMILY_IGNORED);
+    void ReadOnHost(BufferId buffer);
+    // The index of a resource of this frame whose newest version the id names.
+    uint32_t Resolve(AnyId id, std::string_view what) const;
+    // The same for any version of it.
+    uint32_t ResolveAnyVersion(AnyId id, std::string_view what) const;
+
+  private:
+    uint32_t AddResource(GraphResource resource);
+    uint32_t UseResource(AnyId id, Access access);
+    void CheckWithinPass(const GraphPass& pass, const GraphResource& resource, const ResourceUse& earlier,
+                         Access access) const;
+};
+
+const char* Name(ResourceKind kind);  // "texture", "buffer", ...
+// Whether a use leaves some of the earlier contents in place. Copies into a buffer, writes by address and
+// builds of some structures of a set count as partial; Writes and CopiesTo of a texture replace all of it.
+bool KeepsEarlierContents(ResourceKind kind, Access access);
+
+}  // namespace raygraph

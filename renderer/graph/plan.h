@@ -1,0 +1,61 @@
+// Plan: what Compile makes of a FrameGraph. Plain data that refers to the graph by index.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/graph/access.h"
+#include "renderer/graph/barrier_planner.h"
+#include "rhi/resources.h"
+
+namespace raygraph {
+
+inline constexpr uint32_t kNone = ~0u;
+
+struct PlannedBarrier {
+    uint32_t resource = 0;
+    Dependency dependency{};
+    // The first use of a transient waits for the last occupant of its memory: a resource of this frame, or,
+    // when followsLastFrame, whatever the frame before left there.
+    uint32_t predecessor = kNone;
+    bool followsLastFrame = false;
+    // Both IGNORED: no transfer of ownership.
+    uint32_t srcQueueFamily = VK_QUEUE_FAMILY_IGNORED;
+    uint32_t dstQueueFamily = VK_QUEUE_FAMILY_IGNORED;
+};
+
+// Barriers of one batch: [first, first + count) of Plan::barriers.
+struct BarrierRange {
+    uint32_t first = 0;
+    uint32_t count = 0;
+};
+
+struct PlannedPass {
+    uint32_t pass = 0;  // index into FrameGraph::passes
+    BarrierRange barriers{};
+};
+
+// Of one resource, in positions among the executed passes.
+struct Lifetime {
+    uint32_t first = kNone;  // kNone: no executed pass uses it
+    uint32_t last = 0;
+    uint32_t block = kNone;  // of transient memory
+
+    bool IsUsed() const { return first != kNone; }
+};
+
+struct Plan {
+    std::vector<PlannedPass> passes;  // in order of execution
+    std::vector<uint32_t> culled;     // indices into FrameGraph::passes
+    std::vector<PlannedBarrier> barriers;
+    BarrierRange acquire;             // before the first pass: ownership from other queue families
+    BarrierRange finish;              // after the last pass: for who reads the roots
+    BarrierRange release;             // after `finish`: ownership to other queue families
+    std::vector<Lifetime> lifetimes;  // by resource
+    std::vector<rhi::MemoryRequirements> blocks;  // of transient memory
+    uint64_t bytesWithoutAliasing = 0;            // of the transients that have a block
+    std::vector<ResourceState> states;            // by resource, after the frame
+    std::vector<ResourceState> blockStates;       // by block, after the frame
+};
+
+}  // namespace raygraph

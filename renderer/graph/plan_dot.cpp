@@ -1,0 +1,77 @@
+#include <algorithm>
+#include <vector>
+
+#include "renderer/graph/plan_text.h"
+
+namespace raygraph {
+
+namespace {
+
+std::string Escaped(const std::string& text) {
+    std::string escaped;
+    for (const char c : text) {
+        if (c == '"' || c == '\\') escaped += '\\';
+        escaped += c;
+    }
+    return escaped;
+}
+
+std::string VersionNode(uint32_t resource, uint32_t version) {
+    return "r" + std::to_string(resource) + "v" + std::to_string(version);
+}
+
+}  // namespace
+
+std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
+    std::string dot = "digraph frame {\n    rankdir=LR;\n    node [fontname=\"sans-serif\"];\n";
+    std::vector<uint8_t> isCulled(graph.passes.size(), 0);
+    for (const uint32_t p : plan.culled) isCulled[p] = 1;
+    std::vector<uint32_t> position(graph.passes.size(), 0);
+    for (uint32_t i = 0; i < plan.passes.size(); ++i) position[plan.passes[i].pass] = i + 1;
+
+    for (uint32_t p = 0; p < graph.passes.size(); ++p) {
+        const GraphPass& pass = graph.passes[p];
+        const std::string number = isCulled[p] ? "culled" : std::to_string(position[p]);
+        dot += "    p" + std::to_string(p) + " [shape=box, style=" + (isCulled[p] ? "dashed" : "solid") +
+               ", label=\"" + number + ' ' + Escaped(pass.name) + "\\n" + Name(pass.kind) + "\"];\n";
+    }
+    // Only versions that a pass touches, or that are shown.
+    std::vector<std::string> nodes;
+    const auto addNode = [&](uint32_t resource, uint32_t version) {
+        const std::string node = VersionNode(resource, version);
+        if (std::find(nodes.begin(), nodes.end(), node) != nodes.end()) return;
+        nodes.push_back(node);
+        const GraphResource& info = graph.resources[resource];
+        dot += "    " + node +
+               " [shape=ellipse, style=" + (info.origin == Origin::Transient ? "solid" : "bold") +
+               ", label=\"" + Escaped(info.name) + " v" + std::to_string(version) + "\"];\n";
+    };
+    for (uint32_t p = 0; p < graph.passes.size(); ++p) {
+        const GraphPass& pass = graph.passes[p];
+        const std::string passNode = "p" + std::to_string(p);
+        const std::string style = isCulled[p] ? " [style=dashed];\n" : ";\n";
+        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
+            const ResourceUse& use = graph.uses[u];
+            if (NeedsContents(use.access)) {
+                addNode(use.resource, use.versionIn);
+                dot += "    " + VersionNode(use.resource, use.versionIn) + " -> " + passNode + style;
+            }
+            if (Writes(use.access)) {
+                addNode(use.resource, use.versionOut);
+                dot += "    " + passNode + " -> " + VersionNode(use.resource, use.versionOut) + style;
+            }
+        }
+    }
+    for (size_t i = 0; i < graph.roots.size(); ++i) {
+        const Root& root = graph.roots[i];
+        const char* label = root.kind == RootKind::Presented  ? "shown"
+                            : root.kind == RootKind::Exported ? "exported"
+                                                              : "read on the host";
+        addNode(root.resource, root.version);
+        dot += "    root" + std::to_string(i) + " [shape=plaintext, label=\"" + label + "\"];\n";
+        dot += "    " + VersionNode(root.resource, root.version) + " -> root" + std::to_string(i) + ";\n";
+    }
+    return dot + "}\n";
+}
+
+}  // namespace raygraph

@@ -1,0 +1,228 @@
+#include "renderer/graph/plan_text.h"
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+#include "renderer/graph/text.h"
+
+namespace raygraph {
+
+namespace {
+
+std::string Padded(std::string text, size_t width) {
+    text.append(text.size() < width ? width - text.size() : 1, ' ');
+    return text;
+}
+
+std::string Counted(size_t count, const char* noun, const char* plural) {
+    return std::to_string(count) + ' ' + (count == 1 ? noun : plural);
+}
+
+// "ComputeShader write"; reads that nothing has to be made available for have no access.
+std::string SideText(VkPipelineStageFlags2 stages, VkAccessFlags2 access, const char* otherwise) {
+    const std::string accessText = access == VK_ACCESS_2_NONE ? otherwise : AccessText(access);
+    return accessText.empty() ? StagesText(stages) : StagesText(stages) + ' ' + accessText;
+}
+
+class PlanWriter {
+  public:
+    PlanWriter(const FrameGraph& graph, const Plan& plan) : m_graph(graph), m_plan(plan) {}
+
+    std::string Write() {
+        WriteSummary();
+        WriteBarriers("before the first pass", m_plan.acquire);
+        for (uint32_t position = 0; position < m_plan.passes.size(); ++position) WritePass(position);
+        WriteFinish();
+        WriteCulled();
+        WriteResources();
+        WriteBlocks();
+        return std::move(m_text);
+    }
+
+  private:
+    void WriteSummary();
+    void WriteBarriers(const char* title, const BarrierRange& range);
+    void WriteBarrier(const PlannedBarrier& barrier);
+    void WritePass(uint32_t position);
+    void WriteFinish();
+    void WriteCulled();
+    std::string WhyCulled(const GraphPass& pass) const;
+    void WriteResources();
+    void WriteBlocks();
+    std::string LifetimeText(const Lifetime& lifetime) const;
+    uint64_t BlockBytes() const;
+
+    const FrameGraph& m_graph;
+    const Plan& m_plan;
+    std::string m_text;
+};
+
+uint64_t PlanWriter::BlockBytes() const {
+    const auto add = [](uint64_t sum, const rhi::MemoryRequirements& block) { return sum + block.size; };
+    return std::accumulate(m_plan.blocks.begin(), m_plan.blocks.end(), uint64_t{0}, add);
+}
+
+void PlanWriter::WriteSummary() {
+    m_text += Counted(m_plan.passes.size(), "pass", "passes");
+    if (!m_plan.culled.empty()) m_text += ", " + std::to_string(m_plan.culled.size()) + " culled";
+    m_text += ", " + Counted(m_plan.barriers.size(), "barrier", "barriers");
+    if (!m_plan.blocks.empty()) {
+        m_text += ", " + BytesText(BlockBytes()) + " of transient memory";
+        const uint64_t saved = m_plan.bytesWithoutAliasing - BlockBytes();
+        if (saved > 0) m_text += " (" + BytesText(saved) + " saved by sharing)";
+    }
+    m_text += '\n';
+}
+
+void PlanWriter::WriteBarriers(const char* title, const BarrierRange& range) {
+    if (range.count == 0) return;
+    m_text += std::string("\n") + title + '\n';
+    for (uint32_t b = 0; b < range.count; ++b) WriteBarrier(m_plan.barriers[range.first + b]);
+}
+
+// "    waits   radiance: RayTracingShader write -> ComputeShader read, General"
+void PlanWriter::WriteBarrier(const PlannedBarrier& barrier) {
+    const GraphResource& resource = m_graph.resources[barrier.resource];
+    const Dependency& dependency = barrier.dependency;
+    m_text += "    waits   " + resource.name + ": ";
+    if (barrier.predecessor != kNone)
+        m_text += "memory of " + m_graph.resources[barrier.predecessor].name + ", ";
+    else if (barrier.followsLastFrame)
+        m_text += "memory of the last frame, ";
+    if (dependency.srcStages == VK_PIPELINE_STAGE_2_NONE)
+        m_text += "first use";
+    else
+        m_text += SideText(dependency.srcStages, dependency.srcAccess & kWriteAccesses, "done");
+    m_text += " -> " + SideText(dependency.dstStages, dependency.dstAccess, "");
+    if (resource.kind == ResourceKind::Texture) {
+        m_text += ", ";
+        if (dependency.oldLayout != dependency.newLayout)
+            m_text += std::string(LayoutText(dependency.oldLayout)) + " -> ";
+        m_text += LayoutText(dependency.newLayout);
+    }
+    if (barrier.srcQueueFamily != barrier.dstQueueFamily)
+        m_text += ", queue family " + std::to_string(barrier.srcQueueFamily) + " -> " +
+                  std::to_string(barrier.dstQueueFamily);
+    m_text += '\n';
+}
+
+void PlanWriter::WritePass(uint32_t position) {
+    const PlannedPass& planned = m_plan.passes[position];
+    const GraphPass& pass = m_graph.passes[planned.pass];
+    m_text += '\n' + std::to_string(position + 1) + ' ' + pass.name + " (" + Name(pass.kind) + ")\n";
+    for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
+        const ResourceUse& use = m_graph.uses[u];
+        const bool isWrite = Writes(use.access);
+        m_text += isWrite ? (NeedsContents(use.access) ? "    updates " : "    writes  ") : "    reads   ";
+        m_text += m_graph.resources[use.resource].name + " v";
+        m_text += std::to_string(use.versionOut) + " (" + Name(use.access) + ")\n";
+    }
+    for (uint32_t b = 0; b < planned.barriers.count; ++b)
+        WriteBarrier(m_plan.barriers[planned.barriers.first + b]);
+}
+
+void PlanWriter::WriteFinish() {
+    if (m_graph.roots.empty()) return;
+    m_text += "\nend\n";
+    for (const Root& root : m_graph.roots) {
+        const char* verb = root.kind == RootKind::Presented  ? "    shows   "
+                           : root.kind == RootKind::Exported ? "    exports "
+                                                             : "    reads   ";
+        m_text += verb + m_graph.resources[root.resource].name + " v" + std::to_string(root.version);
+        if (root.kind == RootKind::HostRead) m_text += " (on the host)";
+        m_text += '\n';
+    }
+    for (uint32_t b = 0; b < m_plan.finish.count; ++b) WriteBarrier(m_plan.barriers[m_plan.finish.first + b]);
+    for (uint32_t b = 0; b < m_plan.release.count; ++b)
+        WriteBarrier(m_plan.barriers[m_plan.release.first + b]);
+}
+
+std::string PlanWriter::WhyCulled(const GraphPass& pass) const {
+    std::string unused;
+    std::string culledReaders;
+    const auto add = [](std::string& list, const std::string& name) {
+        if (list.find(name) == std::string::npos) list += (list.empty() ? "" : ", ") + name;
+    };
+    for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
+        const ResourceUse& use = m_graph.uses[u];
+        if (!Writes(use.access)) continue;
+        bool isUsed = false;
+        for (const uint32_t other : m_plan.culled) {
+            const GraphPass& reader = m_graph.passes[other];
+            if (&reader == &pass) continue;
+            for (uint32_t v = reader.firstUse; v < reader.firstUse + reader.useCount; ++v) {
+                const ResourceUse& read = m_graph.uses[v];
+                if (read.resource != use.resource || read.versionIn != use.versionOut) continue;
+                isUsed = true;
+                add(culledReaders, reader.name);
+            }
+        }
+        if (!isUsed) add(unused, m_graph.resources[use.resource].name);
+    }
+    if (unused.empty() && culledReaders.empty()) return "it writes nothing";
+    std::string why;
+    if (!unused.empty()) why = "nothing needs " + unused;
+    if (!culledReaders.empty())
+        why += (why.empty() ? "" : "; ") + ("only culled " + culledReaders + " needs it");
+    return why;
+}
+
+void PlanWriter::WriteCulled() {
+    if (m_plan.culled.empty()) return;
+    m_text += "\nculled\n";
+    for (const uint32_t p : m_plan.culled) {
+        const GraphPass& pass = m_graph.passes[p];
+        m_text += "    " + pass.name + " (" + Name(pass.kind) + "): " + WhyCulled(pass) + '\n';
+    }
+}
+
+std::string PlanWriter::LifetimeText(const Lifetime& lifetime) const {
+    if (!lifetime.IsUsed()) return "unused";
+    if (lifetime.last == m_plan.passes.size()) return "passes " + std::to_string(lifetime.first + 1) + "-end";
+    if (lifetime.first == lifetime.last) return "pass " + std::to_string(lifetime.first + 1);
+    return "passes " + std::to_string(lifetime.first + 1) + '-' + std::to_string(lifetime.last + 1);
+}
+
+void PlanWriter::WriteResources() {
+    if (m_graph.resources.empty()) return;
+    size_t width = 0;
+    for (const GraphResource& resource : m_graph.resources) width = std::max(width, resource.name.size());
+    m_text += "\nresources\n";
+    for (size_t r = 0; r < m_graph.resources.size(); ++r) {
+        const GraphResource& resource = m_graph.resources[r];
+        std::string what = Name(resource.kind);
+        if (resource.kind == ResourceKind::Texture)
+            what += ' ' + std::to_string(resource.extent.width) + 'x' +
+                    std::to_string(resource.extent.height) + ' ' + rhi::Name(resource.format);
+        else if (resource.kind == ResourceKind::Buffer)
+            what += ' ' + BytesText(resource.bytes);
+        m_text += "    " + Padded(resource.name, width + 2) + Padded(what, 28) +
+                  Padded(Name(resource.origin), 12) + LifetimeText(m_plan.lifetimes[r]) + '\n';
+    }
+}
+
+void PlanWriter::WriteBlocks() {
+    if (m_plan.blocks.empty()) return;
+    m_text += "\nmemory\n";
+    for (uint32_t block = 0; block < m_plan.blocks.size(); ++block) {
+        std::vector<uint32_t> occupants;
+        for (uint32_t r = 0; r < m_plan.lifetimes.size(); ++r)
+            if (m_plan.lifetimes[r].block == block) occupants.push_back(r);
+        std::sort(occupants.begin(), occupants.end(), [&](uint32_t a, uint32_t b) {
+            return m_plan.lifetimes[a].first < m_plan.lifetimes[b].first;
+        });
+        m_text += "    block " + std::to_string(block) + ", " + BytesText(m_plan.blocks[block].size) + ":";
+        for (size_t i = 0; i < occupants.size(); ++i)
+            m_text += (i == 0 ? " " : ", then ") + m_graph.resources[occupants[i]].name;
+        m_text += '\n';
+    }
+}
+
+}  // namespace
+
+std::string DescribePlan(const FrameGraph& graph, const Plan& plan) {
+    return PlanWriter(graph, plan).Write();
+}
+
+}  // namespace raygraph

@@ -1,0 +1,23 @@
+// Small text helpers of the graph's messages and plan text.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "rhi/vulkan.h"
+
+namespace raygraph {
+
+// "radiance" with the quotation marks.
+std::string Quoted(std::string_view name);
+// "512 B", "3.5 KiB", "7.9 MiB", "1.2 GiB".
+std::string BytesText(uint64_t bytes);
+// "RayTracingShader", "ComputeShader|Copy", "nothing".
+std::string StagesText(VkPipelineStageFlags2 stages);
+// "read", "write", "read+write"; "" for none.
+const char* AccessText(VkAccessFlags2 access);
+// "General", "ShaderReadOnly", ...
+const char* LayoutText(VkImageLayout layout);
+
+}  // namespace raygraph
