@@ -1,0 +1,133 @@
+// The path integrator on the CPU: the very text the device runs, over a bridge of one analytic sphere.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "scene/ray.glsl"
+
+namespace raygraph::shading {
+
+namespace {
+
+// One sphere about the origin and a constant environment.
+struct SphereScene {
+    float radius = 1.0f;
+    vec3 albedo{0.0f};
+    vec3 emission{0.0f};
+    vec3 environment{0.0f};
+};
+thread_local SphereScene scene;
+
+Hit Intersect(Ray ray) {
+    Hit hit{};
+    hit.t = -1.0f;
+    const float b = dot(ray.origin, ray.direction);
+    const float c = dot(ray.origin, ray.origin) - scene.radius * scene.radius;
+    const float discriminant = b * b - c;
+    if (discriminant < 0.0f) return hit;
+    const float root = sqrt(discriminant);
+    hit.t = -b - root > 0.0f ? -b - root : -b + root;
+    return hit;
+}
+
+SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
+    const vec3 outward = normalize(ray.origin + hit.t * ray.direction);
+    const vec3 normal = dot(outward, ray.direction) < 0.0f ? outward : -outward;
+    return {.position = scene.radius * outward,
+            .geometricNormal = normal,
+            .shadingNormal = normal,
+            .emission = scene.emission,
+            .albedo = scene.albedo};
+}
+
+vec3 EnvironmentRadiance(vec3) { return scene.environment; }
+
+}  // namespace
+
+}  // namespace raygraph::shading
+
+// The bridge is declared: now the integrator over it.
+#include "integrator/path.glsl"
+
+namespace raygraph::shading {
+
+namespace {
+
+constexpr uint kNoLimit = 0xFFFFFFFFu;
+
+struct Mean {
+    double radiance = 0.0;
+    double standardError = 0.0;
+    double rays = 0.0;
+};
+
+Mean MeanRadiance(Ray ray, PathSettings settings, uint sampleCount) {
+    double sum = 0.0, squares = 0.0, rays = 0.0;
+    for (uint i = 0; i < sampleCount; i++) {
+        Sampler rng = StartPixelSample(uvec2(7u, 11u), i, 42u);
+        const PathSample path = SamplePath(ray, rng, settings);
+        sum += path.radiance.y;
+        squares += double(path.radiance.y) * path.radiance.y;
+        rays += path.rayCount;
+    }
+    const double n = sampleCount;
+    const double mean = sum / n;
+    return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / n), rays / n};
+}
+
+Ray FromCenter() { return {.origin = vec3(0.0f), .direction = normalize(vec3(0.3f, -0.5f, 0.7f))}; }
+
+}  // namespace
+
+TEST(Path, ClosedSphereHasRadianceOneOverOneMinusAlbedo) {
+    for (const float albedo : {0.2f, 0.5f, 0.8f}) {
+        scene = {.albedo = vec3(albedo), .emission = vec3(1.0f)};
+        const Mean mean = MeanRadiance(FromCenter(), {.maxDepth = kNoLimit, .rouletteStart = 3u}, 1u << 18);
+        const double expected = 1.0 / (1.0 - albedo);
+        EXPECT_NEAR(mean.radiance, expected, 4.0 * mean.standardError + 1e-4) << "albedo " << albedo;
+        EXPECT_LT(mean.standardError, 0.005 * expected) << "too noisy to prove anything";
+    }
+}
+
+TEST(Path, SphereInUnitEnvironmentReflectsItsAlbedo) {
+    scene = {.albedo = vec3(0.7f), .environment = vec3(1.0f)};
+    const Ray ray{.origin = vec3(0.2f, 0.1f, 5.0f), .direction = vec3(0.0f, 0.0f, -1.0f)};
+    const Mean mean = MeanRadiance(ray, {.maxDepth = kNoLimit, .rouletteStart = 100u}, 4096);
+    EXPECT_NEAR(mean.radiance, 0.7, 1e-5);
+    EXPECT_EQ(mean.rays, 2.0) << "a convex body sends every path out after one bounce";
+}
+
+TEST(Path, RouletteChangesTheNoiseAndNotTheMean) {
+    scene = {.albedo = vec3(0.5f), .emission = vec3(1.0f)};
+    const Mean early = MeanRadiance(FromCenter(), {.maxDepth = kNoLimit, .rouletteStart = 1u}, 1u << 18);
+    const Mean late = MeanRadiance(FromCenter(), {.maxDepth = kNoLimit, .rouletteStart = 16u}, 1u << 16);
+    EXPECT_NEAR(early.radiance, 2.0, 4.0 * early.standardError);
+    EXPECT_NEAR(late.radiance, 2.0, 4.0 * late.standardError + 1e-3);
+    EXPECT_LT(early.rays, late.rays);
+}
+
+TEST(Path, DepthLimitCutsTheGeometricSeries) {
+    scene = {.albedo = vec3(0.5f), .emission = vec3(1.0f)};
+    for (const uint depth : {0u, 1u, 2u, 5u}) {
+        const Mean mean = MeanRadiance(FromCenter(), {.maxDepth = depth, .rouletteStart = kNoLimit}, 64);
+        EXPECT_NEAR(mean.radiance, (1.0 - std::pow(0.5, depth + 1.0)) / 0.5, 1e-5) << "depth " << depth;
+        EXPECT_EQ(mean.rays, depth + 1.0);
+    }
+}
+
+TEST(Path, BlackSurfaceEndsThePath) {
+    scene = {.emission = vec3(3.0f), .environment = vec3(1.0f)};
+    const Mean mean = MeanRadiance(FromCenter(), {.maxDepth = kNoLimit, .rouletteStart = 3u}, 16);
+    EXPECT_EQ(mean.radiance, 3.0);
+    EXPECT_EQ(mean.rays, 1.0);
+}
+
+TEST(Path, MissSeesTheEnvironmentWithoutAlpha) {
+    scene = {.environment = vec3(2.0f)};
+    const Ray ray{.origin = vec3(0.0f, 0.0f, 5.0f), .direction = vec3(0.0f, 0.0f, 1.0f)};
+    const PathSample path = SamplePath(ray, StartPixelSample(uvec2(0u), 0u, 0u), {kNoLimit, 3u});
+    EXPECT_EQ(path.radiance, vec3(2.0f));
+    EXPECT_EQ(path.alpha, 0.0f);
+}
+
+}  // namespace raygraph::shading
