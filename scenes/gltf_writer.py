@@ -1,0 +1,167 @@
+"""Builds small glTF files: geometry in one embedded buffer, JSON of a fixed layout, always the same bytes."""
+
+import base64
+import json
+import struct
+import zlib
+
+FLOAT = 5126
+UNSIGNED_SHORT = 5123
+UNSIGNED_INT = 5125
+ARRAY_BUFFER = 34962
+ELEMENT_ARRAY_BUFFER = 34963
+
+
+def to_float32(value):
+    return struct.unpack("<f", struct.pack("<f", value))[0]
+
+
+def rounded(values, digits=6):
+    """Numbers as they appear in the JSON: few digits, so that no platform's last bit shows."""
+    result = []
+    for value in values:
+        number = float(f"{value:.{digits}g}")
+        result.append(int(number) if number == int(number) else number)
+    return result
+
+
+class GltfWriter:
+    """Collects meshes, materials, nodes; `text` gives the file."""
+
+    def __init__(self):
+        self.buffer = bytearray()
+        self.extensions = set()
+        self.root = {
+            "asset": {"version": "2.0", "generator": "raygraph scenes/generate.py"},
+            "scene": 0,
+            "scenes": [{"nodes": []}],
+        }
+
+    def add(self, kind, item):
+        items = self.root.setdefault(kind, [])
+        items.append(item)
+        return len(items) - 1
+
+    def accessor(self, values, width, component=FLOAT, target=ARRAY_BUFFER, has_bounds=False):
+        """`values`: rows of `width` numbers, or plain numbers when width is 1."""
+        code = {FLOAT: "f", UNSIGNED_SHORT: "H", UNSIGNED_INT: "I"}[component]
+        rows = [(value,) for value in values] if width == 1 else values
+        while len(self.buffer) % 4:
+            self.buffer.append(0)
+        data = b"".join(struct.pack(f"<{width}{code}", *row) for row in rows)
+        view = self.add("bufferViews", {"buffer": 0, "byteOffset": len(self.buffer),
+                                        "byteLength": len(data), "target": target})
+        self.buffer += data
+        accessor = {"bufferView": view, "componentType": component, "count": len(rows),
+                    "type": {1: "SCALAR", 2: "VEC2", 3: "VEC3"}[width]}
+        if has_bounds:
+            columns = [[to_float32(row[i]) for row in rows] for i in range(width)]
+            accessor["min"] = [min(column) for column in columns]
+            accessor["max"] = [max(column) for column in columns]
+        return self.add("accessors", accessor)
+
+    def primitive(self, positions, triangles, material, normals=None, texcoords=()):
+        """Indexed triangles. `normals` may be the list of positions itself, which is then stored once."""
+        position = self.accessor(positions, 3, has_bounds=True)
+        attributes = {"POSITION": position}
+        if normals is not None:
+            attributes["NORMAL"] = position if normals is positions else self.accessor(normals, 3)
+        for i, uvs in enumerate(texcoords):
+            attributes[f"TEXCOORD_{i}"] = self.accessor(uvs, 2)
+        flat = [index for triangle in triangles for index in triangle]
+        component = UNSIGNED_SHORT if len(positions) < 65535 else UNSIGNED_INT
+        indices = self.accessor(flat, 1, component, ELEMENT_ARRAY_BUFFER)
+        return {"attributes": attributes, "indices": indices, "material": material}
+
+    def quads(self, quads, material):
+        """Planar or nearly planar quads, each as two triangles with their own flat normals. Corners run
+        counter-clockwise seen from the front."""
+        positions, normals, triangles = [], [], []
+        for a, b, c, d in quads:
+            for triangle in ((a, b, c), (a, c, d)):
+                first = len(positions)
+                positions += triangle
+                normals += [normal_of(*triangle)] * 3
+                triangles.append((first, first + 1, first + 2))
+        return self.primitive(positions, triangles, material, normals)
+
+    def material(self, name, color, emission=None, **fields):
+        """As near to Lambert as glTF comes: no metal, roughness 1. `emission` is a radiance, linear RGB."""
+        material = {"name": name, "pbrMetallicRoughness": {
+            "baseColorFactor": rounded(color) + [1], "metallicFactor": 0, "roughnessFactor": 1}}
+        if emission is not None:
+            strength = max(emission)
+            material["emissiveFactor"] = rounded([value / strength for value in emission])
+            if strength != 1:
+                material["extensions"] = {"KHR_materials_emissive_strength":
+                                          {"emissiveStrength": rounded([strength])[0]}}
+                self.extensions.add("KHR_materials_emissive_strength")
+        for key, value in fields.items():
+            target = material["pbrMetallicRoughness"] if key == "baseColorTexture" else material
+            target[key] = value
+        return self.add("materials", material)
+
+    def mesh(self, name, primitives):
+        return self.add("meshes", {"name": name, "primitives": primitives})
+
+    def node(self, is_root=True, **fields):
+        node = self.add("nodes", fields)
+        if is_root:
+            self.root["scenes"][0]["nodes"].append(node)
+        return node
+
+    def camera(self, name, translation, yfov, aspect=None, rotation=None):
+        """Without rotation the camera looks along -z, y up. yfov in radians."""
+        perspective = {"yfov": rounded([yfov], 8)[0], "znear": 0.001}
+        if aspect is not None:
+            perspective["aspectRatio"] = aspect
+        camera = self.add("cameras", {"name": name, "type": "perspective", "perspective": perspective})
+        fields = {"name": name, "camera": camera, "translation": rounded(translation)}
+        if rotation is not None:
+            fields["rotation"] = rounded(rotation, 8)
+        return self.node(**fields)
+
+    def image(self, name, png):
+        uri = "data:image/png;base64," + base64.b64encode(png).decode("ascii")
+        return self.add("images", {"name": name, "uri": uri})
+
+    def text(self):
+        if self.extensions:
+            self.root["extensionsUsed"] = sorted(self.extensions)
+        uri = "data:application/octet-stream;base64," + base64.b64encode(bytes(self.buffer)).decode("ascii")
+        self.root["buffers"] = [{"byteLength": len(self.buffer), "uri": uri}]
+        lines = []
+        for key, value in self.root.items():
+            if isinstance(value, list) and value and isinstance(value[0], dict):
+                items = ",\n  ".join(json.dumps(item, separators=(",", ":")) for item in value)
+                lines.append(f'"{key}":[\n  {items}]')
+            else:
+                lines.append(f'"{key}":{json.dumps(value, separators=(",", ":"))}')
+        return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def normal_of(a, b, c):
+    u = [b[i] - a[i] for i in range(3)]
+    v = [c[i] - a[i] for i in range(3)]
+    n = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+    length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) ** 0.5
+    return tuple(x / length for x in n)
+
+
+def png_rgb(rows):
+    """8-bit RGB rows as a PNG whose data is stored, not compressed: the same bytes with every zlib."""
+    raw = b"".join(b"\0" + bytes(channel for pixel in row for channel in pixel) for row in rows)
+    deflated = b"\x78\x01"
+    for start in range(0, len(raw), 65535):
+        block = raw[start:start + 65535]
+        is_last = start + 65535 >= len(raw)
+        deflated += struct.pack("<BHH", is_last, len(block), len(block) ^ 0xFFFF) + block
+    deflated += struct.pack(">I", zlib.adler32(raw))
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 2, 0, 0, 0)
+    # sRGB chunk: the colours are meant as sRGB, perceptual intent.
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"sRGB", b"\0") + chunk(b"IDAT", deflated)
+            + chunk(b"IEND", b""))
