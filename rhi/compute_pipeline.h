@@ -22,7 +22,7 @@ class ComputePipeline : public Pipeline {
 
   private:
     friend ComputePipeline CreateComputePipeline(Device& device, const ComputePipelineDesc& desc);
-    using Pipeline::Pipeline;
+    ComputePipeline(Device& device, const ComputePipelineDesc& desc);
     std::array<uint32_t, 3> m_workgroupSize{1, 1, 1};
 };
 

@@ -25,11 +25,6 @@ class RayTracingPipeline;  // rhi/ray_tracing_pipeline.h
 
 class Pipeline {
   public:
-    Pipeline() = default;
-    Pipeline(Pipeline&& other) noexcept { *this = std::move(other); }
-    Pipeline& operator=(Pipeline&& other) noexcept;
-    virtual ~Pipeline();
-
     VkPipeline Handle() const { return m_pipeline; }
     VkPipelineLayout Layout() const { return m_layout; }
     const std::string& Name() const { return m_name; }
@@ -48,8 +43,12 @@ class Pipeline {
     double CreationMs() const { return m_creationMs; }
 
   protected:
+    Pipeline() = default;
     // Reflects and merges the stages and makes the layouts; the derived pipeline then makes the VkPipeline.
     Pipeline(Device& device, std::string name, std::span<const ShaderStage> stages);
+    Pipeline(Pipeline&& other) noexcept { *this = std::move(other); }
+    Pipeline& operator=(Pipeline&& other) noexcept;
+    ~Pipeline();
 
     Device* m_device = nullptr;
     std::string m_name;

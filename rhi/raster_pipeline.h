@@ -42,7 +42,7 @@ class RasterPipeline : public Pipeline {
 
   private:
     friend RasterPipeline CreateRasterPipeline(Device& device, const RasterPipelineDesc& desc);
-    using Pipeline::Pipeline;
+    RasterPipeline(Device& device, const RasterPipelineDesc& desc);
 };
 
 // Errors as for CreateComputePipeline. Viewport and scissor are dynamic.

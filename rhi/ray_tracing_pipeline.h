@@ -42,8 +42,8 @@ struct RayTracingPipelineDesc {
     std::string name = "ray tracing pipeline";
     GeneralShader rayGen;
     std::array<GeneralShader, kRayTypeCount>
-        miss;  // by RayType; an empty stage: a miss leaves the payload as it is
-    std::vector<HitGroupSet> hitSets;
+        miss;                          // by RayType; an empty stage: a miss leaves the payload as it is
+    std::vector<HitGroupSet> hitSets;  // by TlasInstance::hitSet; empty: one set that runs nothing
     std::vector<GeneralShader> callables;
     std::vector<SpecializationValue> specialization;
     uint32_t maxRecursion = 1;  // 1: only ray generation traces
@@ -62,8 +62,8 @@ class RayTracingPipeline : public Pipeline {
 
   private:
     friend RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
-    using Pipeline::Pipeline;
-    void FillTable(const RayTracingPipelineDesc& desc, std::span<const uint32_t> groups);
+    RayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
+    void CreateTable(const RayTracingPipelineDesc& desc, uint32_t groupCount);
 
     Buffer m_table;
     TableLayout m_tableLayout;

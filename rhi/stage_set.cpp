@@ -1,0 +1,69 @@
+#include "rhi/stage_set.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "rhi/device.h"
+#include "rhi/reflection.h"
+
+namespace raygraph::rhi {
+
+StageSet::StageSet(Device& device, const std::string& pipeline, const ShaderInterface& interface,
+                   std::span<const SpecializationValue> specialization)
+    : m_device(device), m_pipeline(pipeline) {
+    for (const SpecializationValue& value : specialization) {
+        const auto& known = interface.specialization;
+        if (std::none_of(known.begin(), known.end(), [&](const auto& c) { return c.id == value.id; })) {
+            std::string text = pipeline + ": specialization constant " + std::to_string(value.id);
+            text += " is in none of its shaders, which have";
+            for (const SpecializationConstant& c : known) text += ' ' + std::to_string(c.id);
+            throw Error(ErrorKind::Usage, known.empty() ? text + " none" : text);
+        }
+        m_entries.push_back(
+            {value.id, static_cast<uint32_t>(m_values.size() * sizeof(uint32_t)), sizeof(uint32_t)});
+        m_values.push_back(value.value);
+    }
+    m_specialization = {static_cast<uint32_t>(m_entries.size()), m_entries.data(),
+                        m_values.size() * sizeof(uint32_t), m_values.data()};
+}
+
+StageSet::~StageSet() {
+    for (const VkPipelineShaderStageCreateInfo& info : m_infos)
+        m_device.Vk().vkDestroyShaderModule(m_device.Handle(), info.module, m_device.AllocationCallbacks());
+}
+
+uint32_t StageSet::Add(const ShaderStage& shader, StageKind expected) {
+    const auto known = std::find(m_words.begin(), m_words.end(), shader.spirv.data());
+    const bool isKnown = known != m_words.end();
+    const size_t index = static_cast<size_t>(known - m_words.begin());
+    const StageKind stage = isKnown ? m_kinds[index] : Reflect(shader.spirv, shader.name).stage;
+    if (stage != expected)
+        throw Error(ErrorKind::Usage, m_pipeline + ": " + shader.name + " is a " + Name(stage) +
+                                          " shader, given as " + Name(expected) + " shader");
+    if (isKnown) return static_cast<uint32_t>(index);
+
+    VkShaderModuleCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
+    create.codeSize = shader.spirv.size_bytes();
+    create.pCode = shader.spirv.data();
+    VkPipelineShaderStageCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
+    info.stage = ToVk(stage);
+    info.pName = "main";
+    info.pSpecializationInfo = m_entries.empty() ? nullptr : &m_specialization;
+    m_words.push_back(shader.spirv.data());
+    m_kinds.push_back(stage);
+    m_infos.emplace_back();  // a null module is legal to destroy
+    m_device.Check(m_device.Vk().vkCreateShaderModule(m_device.Handle(), &create,
+                                                      m_device.AllocationCallbacks(), &info.module),
+                   m_pipeline + ": vkCreateShaderModule of " + shader.name);
+    m_device.SetName(VK_OBJECT_TYPE_SHADER_MODULE, reinterpret_cast<uint64_t>(info.module), shader.name);
+    m_infos.back() = info;
+    return static_cast<uint32_t>(index);
+}
+
+uint32_t StageSet::AddIfPresent(const ShaderStage& shader, StageKind expected) {
+    return shader.IsEmpty() ? VK_SHADER_UNUSED_KHR : Add(shader, expected);
+}
+
+}  // namespace raygraph::rhi
