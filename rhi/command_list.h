@@ -14,8 +14,11 @@
 
 namespace raygraph::rhi {
 
-class AccelerationStructure;
 class TextureTable;
+struct DeviceFunctions;
+
+// The most resources of one pass: maxPushDescriptors of the requirements.
+inline constexpr uint32_t kMaxBoundResources = 32;
 
 // One resource for one binding of set 0. Exactly one member is set.
 struct BoundResource {
@@ -54,6 +57,12 @@ class CommandList {
     // vkCmdPipelineBarrier2, one call for the batch; nothing when both are empty.
     void Barriers(std::span<const VkMemoryBarrier2> memory, std::span<const VkImageMemoryBarrier2> images);
 
+    // One memory barrier for everything before and after it; for transfers and tests, not for frames.
+    void FullBarrier();
+    // One image barrier over all mips that orders everything before and after it. From UNDEFINED: contents
+    // are lost.
+    void Transition(const Texture& texture, VkImageLayout from, VkImageLayout to);
+
     // Pipeline and resources: set 0 by push descriptors (vkCmdPushDescriptorSetKHR), set 1 the texture table.
     void Bind(const ComputePipeline& pipeline);
     void Bind(const RayTracingPipeline& pipeline);
@@ -82,6 +91,9 @@ class CommandList {
     void CopyBuffer(const Buffer& source, uint64_t sourceOffset, const Buffer& target, uint64_t targetOffset,
                     uint64_t size);
     void CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel = 0);
+    // Rows [firstRow, firstRow + rowCount) of a mip level, tightly packed at `offset`.
+    void CopyRowsToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel,
+                           uint32_t firstRow, uint32_t rowCount);
     void CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset = 0,
                       uint32_t mipLevel = 0);
     void CopyTexture(const Texture& source, const Texture& target);
@@ -97,12 +109,17 @@ class CommandList {
 
   private:
     friend class Device;
+    const DeviceFunctions& Vk() const;
+    void Bind(const Pipeline& pipeline, VkPipelineBindPoint bindPoint);
+    void RequirePipeline(const char* call) const;
     Device* m_device = nullptr;
     VkCommandBuffer m_commands = VK_NULL_HANDLE;
     VkCommandPool m_pool = VK_NULL_HANDLE;
+    uint64_t m_serial = 0;  // among the lists begun
     const Pipeline* m_pipeline = nullptr;
     const RayTracingPipeline* m_tracing = nullptr;
     const ComputePipeline* m_compute = nullptr;
+    VkPipelineBindPoint m_bindPoint = VK_PIPELINE_BIND_POINT_COMPUTE;
 };
 
 }  // namespace raygraph::rhi

@@ -91,6 +91,7 @@ struct DeviceInfo {
     uint32_t shaderGroupBaseAlignment = 0;
     uint32_t maxShaderGroupStride = 0;
     uint32_t maxRayRecursionDepth = 0;
+    uint64_t maxRayInvocationCount = 0;  // width * height of one TraceRays
     // Acceleration structures
     uint32_t scratchAlignment = 0;
     uint64_t maxInstanceCount = 0;
@@ -101,6 +102,7 @@ struct DeviceInfo {
     uint32_t maxPushDescriptors = 0;
     uint64_t storageAlignment = 0;  // minStorageBufferOffsetAlignment
     uint64_t uniformAlignment = 0;
+    uint64_t maxBufferBytes = 0;
     uint32_t subgroupSize = 0;
     OptionalFeatures optional;
 };
@@ -166,6 +168,8 @@ class Device {
     MemoryBlock CreateMemoryBlock(const std::string& name, const MemoryRequirements& requirements);
     MemoryRequirements RequirementsOf(const TextureDesc& desc);
     MemoryRequirements RequirementsOf(const BufferDesc& desc);
+    // Whether levels of such a texture can be made from each other (CommandList::BlitMip).
+    bool CanGenerateMips(Format format) const;
     MemoryStatistics Memory() const;
 
     // One timeline: every submission signals the next value.
@@ -179,9 +183,12 @@ class Device {
     uint64_t LastSubmittedValue() const;
     VkSemaphore Timeline() const;
     void WaitFor(uint64_t value);
+    // Waits for our own submissions; a host's on the same queue are not looked at.
     void WaitIdle();
 
-    // Runs `destroy` once all work submitted so far, and the command list now being recorded, has completed.
+    // Runs `destroy` once all work submitted so far, and every command list now being recorded, has
+    // completed; a list that is kept open holds back all that is retired meanwhile. At once when there is no
+    // such work.
     void Retire(std::function<void()> destroy);
     // Frees what the timeline has passed. Submit and WaitFor call it.
     void CollectGarbage();
@@ -194,7 +201,8 @@ class Device {
     void Check(VkResult result, std::string_view what) const;
     // Who to ask which pass was reached when the device is lost; its text goes into the Error.
     void SetLastPassReport(std::function<std::string()> report);
-    // Validation messages seen so far, core and synchronization.
+    // Validation messages seen so far, core and synchronization. An adopted device has none: the messages of
+    // a host's instance reach the host's own messenger.
     uint64_t ValidationMessageCount() const;
     // Writes the pipeline cache to disk now (also done on destruction). False: no cache file in use, or not
     // writable.
@@ -204,7 +212,17 @@ class Device {
     VkDescriptorSetLayout TextureTableLayout();
 
   private:
+    friend class Buffer;
+    friend class CommandList;
+    friend class MemoryBlock;
+    friend class Texture;
     struct Impl;
+    void Finish(Buffer& buffer);
+    void Finish(Texture& texture);
+    void Free(VkBuffer buffer, VmaAllocation allocation) noexcept;
+    void Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept;
+    void FreeMemory(VmaAllocation allocation) noexcept;
+    void Recycle(CommandList& commands, uint64_t value) noexcept;
     explicit Device(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;
 };

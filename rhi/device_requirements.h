@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -47,6 +48,7 @@ struct OptionalFeatures {
     bool shaderClock = false;
     bool invocationReorder = false;
     bool opacityMicromap = false;
+    bool wireframe = false;  // fillModeNonSolid
 };
 
 // The chained feature structures that turn the requirements on: pass Root() as VkDeviceCreateInfo::pNext.
@@ -65,11 +67,22 @@ class FeatureChain {
     std::unique_ptr<Impl> m_impl;
 };
 
+// The functions below ask a physical device; `loader` is where `instance` came from. Thread-safe.
+
 // The required features plus the optional ones that `device` has.
 FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader, VkInstance instance);
-// Names of the required extensions plus the optional ones that `device` has, for VkDeviceCreateInfo.
+// Names of the required extensions plus the optional ones that `device` has, for VkDeviceCreateInfo. The
+// strings live as long as the program.
 std::vector<const char*> ExtensionsFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                        VkInstance instance);
+// The first queue family with all of RequirementList::queueFlags; nothing if there is none.
+std::optional<uint32_t> QueueFamilyFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                       VkInstance instance);
+// The optional capabilities of `device`: extension and feature are both there.
+OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                    VkInstance instance);
+// Turns off what needs a device extension that is not in `enabled`.
+OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string> enabled);
 // Every reason for which `device` cannot be used, one line each; empty: it can.
 std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                     VkInstance instance);

@@ -26,6 +26,7 @@ enum class Format : uint8_t {
     Rgba32Float,
     D32Float,
 };
+constexpr uint32_t kFormatCount = static_cast<uint32_t>(Format::D32Float) + 1;
 
 VkFormat ToVk(Format format);
 // Undefined for a VkFormat that is not in the list.
@@ -43,5 +44,10 @@ struct Extent2D {
     bool operator==(const Extent2D&) const = default;
     bool IsEmpty() const { return width == 0 || height == 0; }
 };
+
+// Size of a mip level: halved and rounded down `level` times (level < 32), at least 1.
+Extent2D MipExtent(Extent2D extent, uint32_t level);
+// Levels down to 1x1; 0 for an extent of 0x0.
+uint32_t FullMipCount(Extent2D extent);
 
 }  // namespace raygraph::rhi

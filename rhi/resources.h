@@ -89,6 +89,7 @@ class Buffer {
 
   private:
     friend class Device;
+    void Release() noexcept;
     Device* m_device = nullptr;
     BufferDesc m_desc;
     VkBuffer m_buffer = VK_NULL_HANDLE;
@@ -128,12 +129,14 @@ class Texture {
     VkImageView View() const { return m_view; }
     Extent2D Extent() const { return m_desc.extent; }
     const TextureDesc& Desc() const { return m_desc; }
+    VkImageSubresourceRange AllMips() const;
     // False for a host's image that was only wrapped: destroying this object then frees the view alone.
     bool OwnsImage() const { return m_ownsImage; }
     explicit operator bool() const { return m_image != VK_NULL_HANDLE; }
 
   private:
     friend class Device;
+    void Release() noexcept;
     Device* m_device = nullptr;
     TextureDesc m_desc;
     VkImage m_image = VK_NULL_HANDLE;
@@ -166,6 +169,7 @@ class Sampler {
 
   private:
     friend class Device;
+    void Release() noexcept;
     Device* m_device = nullptr;
     VkSampler m_sampler = VK_NULL_HANDLE;
 };
@@ -186,11 +190,13 @@ class MemoryBlock {
     MemoryBlock& operator=(MemoryBlock&& other) noexcept;
     ~MemoryBlock();
 
+    // As asked for, with the one memory type that was chosen. What is bound must fit into it.
     const MemoryRequirements& Requirements() const { return m_requirements; }
     explicit operator bool() const { return m_allocation != nullptr; }
 
   private:
     friend class Device;
+    void Release() noexcept;
     Device* m_device = nullptr;
     MemoryRequirements m_requirements;
     VmaAllocation m_allocation = nullptr;

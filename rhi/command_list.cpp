@@ -1,0 +1,391 @@
+#include "rhi/command_list.h"
+
+#include <algorithm>
+#include <array>
+
+#include "base/check.h"
+#include "base/error.h"
+#include "rhi/compute_pipeline.h"
+#include "rhi/device.h"
+#include "rhi/raster_pipeline.h"
+#include "rhi/ray_tracing_pipeline.h"
+#include "rhi/texture_table.h"
+
+namespace raygraph::rhi {
+namespace {
+
+constexpr uint32_t kMaxColorTargets = 8;
+
+VkImageSubresourceLayers Layers(const Texture& texture, uint32_t mipLevel) {
+    return {texture.AllMips().aspectMask, mipLevel, 0, 1};
+}
+
+VkOffset3D Corner(Extent2D extent) {
+    return {static_cast<int32_t>(extent.width), static_cast<int32_t>(extent.height), 1};
+}
+
+VkImageLayout LayoutFor(VkDescriptorType type) {
+    return type == VK_DESCRIPTOR_TYPE_STORAGE_IMAGE ? VK_IMAGE_LAYOUT_GENERAL
+                                                    : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+}
+
+std::string TextOf(Extent2D extent) {
+    return std::to_string(extent.width) + "x" + std::to_string(extent.height);
+}
+
+}  // namespace
+
+CommandList& CommandList::operator=(CommandList&& other) noexcept {
+    if (this == &other) return *this;
+    if (m_device) m_device->Recycle(*this, 0);
+    m_device = std::exchange(other.m_device, nullptr);
+    m_commands = std::exchange(other.m_commands, VK_NULL_HANDLE);
+    m_pool = std::exchange(other.m_pool, VK_NULL_HANDLE);
+    m_serial = std::exchange(other.m_serial, 0);
+    m_pipeline = std::exchange(other.m_pipeline, nullptr);
+    m_tracing = std::exchange(other.m_tracing, nullptr);
+    m_compute = std::exchange(other.m_compute, nullptr);
+    m_bindPoint = other.m_bindPoint;
+    return *this;
+}
+
+CommandList::~CommandList() {
+    if (m_device) m_device->Recycle(*this, 0);
+}
+
+const DeviceFunctions& CommandList::Vk() const {
+    return m_device->Vk();
+}
+
+void CommandList::Barriers(std::span<const VkMemoryBarrier2> memory,
+                           std::span<const VkImageMemoryBarrier2> images) {
+    if (memory.empty() && images.empty()) return;
+    VkDependencyInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
+    info.memoryBarrierCount = static_cast<uint32_t>(memory.size());
+    info.pMemoryBarriers = memory.data();
+    info.imageMemoryBarrierCount = static_cast<uint32_t>(images.size());
+    info.pImageMemoryBarriers = images.data();
+    Vk().vkCmdPipelineBarrier2(m_commands, &info);
+}
+
+void CommandList::FullBarrier() {
+    VkMemoryBarrier2 barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;
+    barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    barrier.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
+    barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
+    Barriers({&barrier, 1}, {});
+}
+
+void CommandList::Transition(const Texture& texture, VkImageLayout from, VkImageLayout to) {
+    VkImageMemoryBarrier2 barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+    barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    barrier.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
+    barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
+    barrier.oldLayout = from;
+    barrier.newLayout = to;
+    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = texture.Image();
+    barrier.subresourceRange = texture.AllMips();
+    Barriers({}, {&barrier, 1});
+}
+
+void CommandList::Bind(const Pipeline& pipeline, VkPipelineBindPoint bindPoint) {
+    m_pipeline = &pipeline;
+    m_compute = nullptr;
+    m_tracing = nullptr;
+    m_bindPoint = bindPoint;
+    Vk().vkCmdBindPipeline(m_commands, bindPoint, pipeline.Handle());
+}
+
+void CommandList::Bind(const ComputePipeline& pipeline) {
+    Bind(pipeline, VK_PIPELINE_BIND_POINT_COMPUTE);
+    m_compute = &pipeline;
+}
+
+void CommandList::Bind(const RayTracingPipeline& pipeline) {
+    Bind(pipeline, VK_PIPELINE_BIND_POINT_RAY_TRACING_KHR);
+    m_tracing = &pipeline;
+}
+
+void CommandList::Bind(const RasterPipeline& pipeline) {
+    Bind(pipeline, VK_PIPELINE_BIND_POINT_GRAPHICS);
+}
+
+void CommandList::RequirePipeline(const char* call) const {
+    if (!m_pipeline) throw Error(ErrorKind::Usage, std::string(call) + ": no pipeline is bound");
+}
+
+void CommandList::BindResources(std::span<const BoundResource> resources) {
+    if (resources.empty()) return;
+    RequirePipeline("BindResources");
+    const size_t count = resources.size();
+    if (count > kMaxBoundResources)
+        throw Error(ErrorKind::Usage, "BindResources: pipeline '" + m_pipeline->Name() +
+                                          "': " + std::to_string(count) + " resources, at most " +
+                                          std::to_string(kMaxBoundResources));
+    std::array<VkWriteDescriptorSet, kMaxBoundResources> writes{};
+    std::array<VkDescriptorBufferInfo, kMaxBoundResources> buffers;
+    std::array<VkDescriptorImageInfo, kMaxBoundResources> images;
+    std::array<VkWriteDescriptorSetAccelerationStructureKHR, kMaxBoundResources> structures;
+    for (size_t i = 0; i < count; ++i) {
+        const BoundResource& resource = resources[i];
+        VkWriteDescriptorSet& write = writes[i];
+        write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+        write.dstBinding = resource.binding;
+        write.descriptorCount = 1;
+        write.descriptorType = resource.type;
+        if (resource.buffer) {
+            buffers[i] = {resource.buffer->Handle(), resource.offset, resource.size};
+            write.pBufferInfo = &buffers[i];
+        } else if (resource.texture) {
+            images[i] = {resource.sampler ? resource.sampler->Handle() : VK_NULL_HANDLE,
+                         resource.texture->View(), LayoutFor(resource.type)};
+            write.pImageInfo = &images[i];
+        } else if (resource.accelerationStructure) {
+            structures[i] = {};
+            structures[i].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET_ACCELERATION_STRUCTURE_KHR;
+            structures[i].accelerationStructureCount = 1;
+            structures[i].pAccelerationStructures = &resource.accelerationStructure;
+            write.pNext = &structures[i];
+        } else {
+            throw Error(ErrorKind::Usage, "BindResources: pipeline '" + m_pipeline->Name() + "', binding " +
+                                              std::to_string(resource.binding) + ": nothing is given for it");
+        }
+    }
+    Vk().vkCmdPushDescriptorSetKHR(m_commands, m_bindPoint, m_pipeline->Layout(), 0,
+                                   static_cast<uint32_t>(count), writes.data());
+}
+
+void CommandList::BindTextures(const TextureTable& table) {
+    RequirePipeline("BindTextures");
+    const VkDescriptorSet set = table.Set();
+    Vk().vkCmdBindDescriptorSets(m_commands, m_bindPoint, m_pipeline->Layout(), 1, 1, &set, 0, nullptr);
+}
+
+void CommandList::PushConstants(std::span<const std::byte> bytes) {
+    if (bytes.empty()) return;
+    RequirePipeline("PushConstants");
+    if (bytes.size() > m_pipeline->PushConstantBytes() || bytes.size() % 4 != 0)
+        throw Error(ErrorKind::Usage, "PushConstants: " + std::to_string(bytes.size()) +
+                                          " bytes, pipeline '" + m_pipeline->Name() +
+                                          "' takes a multiple of 4 up to " +
+                                          std::to_string(m_pipeline->PushConstantBytes()));
+    Vk().vkCmdPushConstants(m_commands, m_pipeline->Layout(), m_pipeline->PushConstantStages(), 0,
+                            static_cast<uint32_t>(bytes.size()), bytes.data());
+}
+
+void CommandList::Dispatch(uint32_t groupsX, uint32_t groupsY, uint32_t groupsZ) {
+    if (!m_compute) throw Error(ErrorKind::Usage, "Dispatch: no compute pipeline is bound");
+    if (groupsX == 0 || groupsY == 0 || groupsZ == 0) return;
+    Vk().vkCmdDispatch(m_commands, groupsX, groupsY, groupsZ);
+}
+
+void CommandList::DispatchOver(Extent2D extent) {
+    if (!m_compute) throw Error(ErrorKind::Usage, "DispatchOver: no compute pipeline is bound");
+    const auto [x, y, z] = m_compute->WorkgroupSize();
+    const auto groups = [](uint32_t texels, uint32_t size) {
+        return texels / size + (texels % size != 0 ? 1 : 0);
+    };
+    Dispatch(groups(extent.width, x), groups(extent.height, y), 1);
+}
+
+void CommandList::TraceRays(Extent2D extent) {
+    if (!m_tracing) throw Error(ErrorKind::Usage, "TraceRays: no ray-tracing pipeline is bound");
+    if (extent.IsEmpty()) return;
+    const uint64_t rays = uint64_t{extent.width} * extent.height;
+    if (rays > m_device->Info().maxRayInvocationCount)
+        throw Error(ErrorKind::Usage, "TraceRays: pipeline '" + m_tracing->Name() + "': " + TextOf(extent) +
+                                          " invocations, the device takes " +
+                                          std::to_string(m_device->Info().maxRayInvocationCount));
+    Vk().vkCmdTraceRaysKHR(m_commands, &m_tracing->RayGenRegion(), &m_tracing->MissRegion(),
+                           &m_tracing->HitRegion(), &m_tracing->CallableRegion(), extent.width, extent.height,
+                           1);
+}
+
+void CommandList::BeginRendering(Extent2D extent, std::span<const ColorTarget> colors,
+                                 const DepthTarget* depth) {
+    if (extent.IsEmpty()) throw Error(ErrorKind::Usage, "BeginRendering: the extent is empty");
+    if (colors.size() > kMaxColorTargets)
+        throw Error(ErrorKind::Usage, "BeginRendering: " + std::to_string(colors.size()) +
+                                          " color targets, at most " + std::to_string(kMaxColorTargets));
+    std::array<VkRenderingAttachmentInfo, kMaxColorTargets> attachments{};
+    for (size_t i = 0; i < colors.size(); ++i) {
+        VkRenderingAttachmentInfo& attachment = attachments[i];
+        attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
+        attachment.imageView = colors[i].texture->View();
+        attachment.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
+        attachment.loadOp = colors[i].clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+        attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+        std::copy_n(colors[i].clearValue, 4, attachment.clearValue.color.float32);
+    }
+    VkRenderingAttachmentInfo depthAttachment{};
+    if (depth) {
+        depthAttachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
+        depthAttachment.imageView = depth->texture->View();
+        depthAttachment.imageLayout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
+        depthAttachment.loadOp = depth->clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
+        depthAttachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
+        depthAttachment.clearValue.depthStencil.depth = depth->clearValue;
+    }
+    const VkRect2D area{{0, 0}, {extent.width, extent.height}};
+    VkRenderingInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_RENDERING_INFO;
+    info.renderArea = area;
+    info.layerCount = 1;
+    info.colorAttachmentCount = static_cast<uint32_t>(colors.size());
+    info.pColorAttachments = attachments.data();
+    info.pDepthAttachment = depth ? &depthAttachment : nullptr;
+    Vk().vkCmdBeginRendering(m_commands, &info);
+    const VkViewport viewport{0.0f, 0.0f, static_cast<float>(extent.width), static_cast<float>(extent.height),
+                              0.0f, 1.0f};
+    Vk().vkCmdSetViewport(m_commands, 0, 1, &viewport);
+    Vk().vkCmdSetScissor(m_commands, 0, 1, &area);
+}
+
+void CommandList::EndRendering() {
+    Vk().vkCmdEndRendering(m_commands);
+}
+
+void CommandList::Draw(uint32_t vertexCount, uint32_t instanceCount, uint32_t firstVertex,
+                       uint32_t firstInstance) {
+    RequirePipeline("Draw");
+    Vk().vkCmdDraw(m_commands, vertexCount, instanceCount, firstVertex, firstInstance);
+}
+
+void CommandList::DrawIndexed(const Buffer& indices, uint32_t indexCount, uint32_t instanceCount,
+                              uint32_t firstIndex, int32_t vertexOffset, uint32_t firstInstance) {
+    RequirePipeline("DrawIndexed");
+    Vk().vkCmdBindIndexBuffer(m_commands, indices.Handle(), 0, VK_INDEX_TYPE_UINT32);
+    Vk().vkCmdDrawIndexed(m_commands, indexCount, instanceCount, firstIndex, vertexOffset, firstInstance);
+}
+
+void CommandList::CopyBuffer(const Buffer& source, uint64_t sourceOffset, const Buffer& target,
+                             uint64_t targetOffset, uint64_t size) {
+    if (size == 0) return;
+    const auto fits = [&](const Buffer& buffer, uint64_t offset) {
+        return size <= buffer.Size() && offset <= buffer.Size() - size;
+    };
+    if (!fits(source, sourceOffset) || !fits(target, targetOffset))
+        throw Error(ErrorKind::Usage, "CopyBuffer: " + std::to_string(size) + " bytes from '" +
+                                          source.Desc().name + "' (" + std::to_string(source.Size()) +
+                                          " bytes) at " + std::to_string(sourceOffset) + " to '" +
+                                          target.Desc().name + "' (" + std::to_string(target.Size()) +
+                                          " bytes) at " + std::to_string(targetOffset) + " do not fit");
+    const VkBufferCopy2 region{VK_STRUCTURE_TYPE_BUFFER_COPY_2, nullptr, sourceOffset, targetOffset, size};
+    const VkCopyBufferInfo2 info{
+        VK_STRUCTURE_TYPE_COPY_BUFFER_INFO_2, nullptr, source.Handle(), target.Handle(), 1, &region};
+    Vk().vkCmdCopyBuffer2(m_commands, &info);
+}
+
+void CommandList::CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target,
+                                uint32_t mipLevel) {
+    CopyRowsToTexture(source, offset, target, mipLevel, 0, MipExtent(target.Extent(), mipLevel).height);
+}
+
+void CommandList::CopyRowsToTexture(const Buffer& source, uint64_t offset, const Texture& target,
+                                    uint32_t mipLevel, uint32_t firstRow, uint32_t rowCount) {
+    VkBufferImageCopy2 region{};
+    region.sType = VK_STRUCTURE_TYPE_BUFFER_IMAGE_COPY_2;
+    region.bufferOffset = offset;
+    region.imageSubresource = Layers(target, mipLevel);
+    region.imageOffset = {0, static_cast<int32_t>(firstRow), 0};
+    region.imageExtent = {MipExtent(target.Extent(), mipLevel).width, rowCount, 1};
+    const VkCopyBufferToImageInfo2 info{
+        VK_STRUCTURE_TYPE_COPY_BUFFER_TO_IMAGE_INFO_2, nullptr, source.Handle(), target.Image(),
+        VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,          1,       &region};
+    Vk().vkCmdCopyBufferToImage2(m_commands, &info);
+}
+
+void CommandList::CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset,
+                               uint32_t mipLevel) {
+    const Extent2D extent = MipExtent(source.Extent(), mipLevel);
+    VkBufferImageCopy2 region{};
+    region.sType = VK_STRUCTURE_TYPE_BUFFER_IMAGE_COPY_2;
+    region.bufferOffset = offset;
+    region.imageSubresource = Layers(source, mipLevel);
+    region.imageExtent = {extent.width, extent.height, 1};
+    const VkCopyImageToBufferInfo2 info{VK_STRUCTURE_TYPE_COPY_IMAGE_TO_BUFFER_INFO_2,
+                                        nullptr,
+                                        source.Image(),
+                                        VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                                        target.Handle(),
+                                        1,
+                                        &region};
+    Vk().vkCmdCopyImageToBuffer2(m_commands, &info);
+}
+
+void CommandList::CopyTexture(const Texture& source, const Texture& target) {
+    if (source.Extent() != target.Extent())
+        throw Error(ErrorKind::Usage, "CopyTexture: '" + source.Desc().name + "' is " +
+                                          TextOf(source.Extent()) + ", '" + target.Desc().name + "' is " +
+                                          TextOf(target.Extent()));
+    VkImageCopy2 region{};
+    region.sType = VK_STRUCTURE_TYPE_IMAGE_COPY_2;
+    region.srcSubresource = Layers(source, 0);
+    region.dstSubresource = Layers(target, 0);
+    region.extent = {source.Extent().width, source.Extent().height, 1};
+    const VkCopyImageInfo2 info{VK_STRUCTURE_TYPE_COPY_IMAGE_INFO_2,
+                                nullptr,
+                                source.Image(),
+                                VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                                target.Image(),
+                                VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                                1,
+                                &region};
+    Vk().vkCmdCopyImage2(m_commands, &info);
+}
+
+void CommandList::BlitMip(const Texture& texture, uint32_t level) {
+    VkImageBlit2 region{};
+    region.sType = VK_STRUCTURE_TYPE_IMAGE_BLIT_2;
+    region.srcSubresource = Layers(texture, level - 1);
+    region.srcOffsets[1] = Corner(MipExtent(texture.Extent(), level - 1));
+    region.dstSubresource = Layers(texture, level);
+    region.dstOffsets[1] = Corner(MipExtent(texture.Extent(), level));
+    const VkBlitImageInfo2 info{VK_STRUCTURE_TYPE_BLIT_IMAGE_INFO_2,
+                                nullptr,
+                                texture.Image(),
+                                VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                                texture.Image(),
+                                VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                                1,
+                                &region,
+                                VK_FILTER_LINEAR};
+    Vk().vkCmdBlitImage2(m_commands, &info);
+}
+
+void CommandList::Fill(const Buffer& target, uint32_t value, uint64_t offset, uint64_t size) {
+    Vk().vkCmdFillBuffer(m_commands, target.Handle(), offset, size, value);
+}
+
+void CommandList::Clear(const Texture& texture, const float (&rgba)[4]) {
+    VkClearColorValue value{};
+    std::copy_n(rgba, 4, value.float32);
+    const VkImageSubresourceRange range = texture.AllMips();
+    Vk().vkCmdClearColorImage(m_commands, texture.Image(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &value, 1,
+                              &range);
+}
+
+void CommandList::BeginLabel(const std::string& name) {
+    if (!Vk().vkCmdBeginDebugUtilsLabelEXT) return;
+    VkDebugUtilsLabelEXT label{};
+    label.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT;
+    label.pLabelName = name.c_str();
+    Vk().vkCmdBeginDebugUtilsLabelEXT(m_commands, &label);
+}
+
+void CommandList::EndLabel() {
+    if (Vk().vkCmdEndDebugUtilsLabelEXT) Vk().vkCmdEndDebugUtilsLabelEXT(m_commands);
+}
+
+void CommandList::WriteTimestamp(VkQueryPool pool, uint32_t query, VkPipelineStageFlags2 stage) {
+    Vk().vkCmdWriteTimestamp2(m_commands, stage, pool, query);
+}
+
+}  // namespace raygraph::rhi

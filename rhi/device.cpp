@@ -1,0 +1,214 @@
+#include "rhi/device.h"
+
+#include "base/check.h"
+#include "rhi/device_impl.h"
+#include "rhi/texture_table.h"
+
+namespace raygraph::rhi {
+
+void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder) {
+    const auto check = [&](VkResult result, const char* what) {
+        if (result != VK_SUCCESS)
+            throw Error(ErrorKind::NoDevice, "device '" + name + "': " + what + ": " + ResultName(result),
+                        result);
+    };
+    vk = LoadDeviceFunctions(instanceFunctions.vkGetDeviceProcAddr, device, hasDebugUtils);
+    info = ReadDeviceInfo(instanceFunctions, physicalDevice, queueFamily, optional);
+
+    VmaVulkanFunctions functions{};
+    functions.vkGetInstanceProcAddr = getInstanceProcAddr;
+    functions.vkGetDeviceProcAddr = instanceFunctions.vkGetDeviceProcAddr;
+    VmaAllocatorCreateInfo allocatorInfo{};
+    allocatorInfo.flags = VMA_ALLOCATOR_CREATE_BUFFER_DEVICE_ADDRESS_BIT;
+    allocatorInfo.physicalDevice = physicalDevice;
+    allocatorInfo.device = device;
+    allocatorInfo.instance = instance;
+    allocatorInfo.pAllocationCallbacks = allocation;
+    allocatorInfo.pVulkanFunctions = &functions;
+    allocatorInfo.vulkanApiVersion = VK_API_VERSION_1_3;
+    check(vmaCreateAllocator(&allocatorInfo, &allocator), "vmaCreateAllocator");
+
+    VkSemaphoreTypeCreateInfo type{};
+    type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
+    type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
+    VkSemaphoreCreateInfo semaphoreInfo{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type, 0};
+    check(vk.vkCreateSemaphore(device, &semaphoreInfo, allocation, &timeline), "vkCreateSemaphore");
+
+    PipelineCacheFile::Loaded cached;
+    if (savesPipelineCache) {
+        VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, nullptr, {}};
+        instanceFunctions.vkGetPhysicalDeviceProperties2(physicalDevice, &properties);
+        pipelineCacheFile = PipelineCacheFile(cacheFolder, properties.properties);
+        cached = pipelineCacheFile.Load();
+        if (!cached.problem.empty()) messages.Send({MessageSeverity::Warning, false, "", cached.problem});
+    }
+    VkPipelineCacheCreateInfo cacheInfo{};
+    cacheInfo.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
+    cacheInfo.initialDataSize = cached.bytes.size();
+    cacheInfo.pInitialData = cached.bytes.data();
+    check(vk.vkCreatePipelineCache(device, &cacheInfo, allocation, &pipelineCache), "vkCreatePipelineCache");
+}
+
+void Device::Impl::Drain() noexcept {
+    const uint64_t last = lastSubmitted.load();
+    if (timeline && last > 0) {
+        VkSemaphoreWaitInfo wait{VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &timeline, &last};
+        if (vk.vkWaitSemaphores(device, &wait, UINT64_MAX) == VK_SUCCESS) return;
+        // A lost device: whatever is still running ends in finite time, which the queue knows.
+        LockQueue();
+        vk.vkQueueWaitIdle(queue);
+        UnlockQueue();
+    }
+}
+
+void Device::Impl::Close() noexcept {
+    if (device && vk.vkDestroyDevice) {
+        Drain();
+        retired.CollectAll();
+        for (const CommandSlot& slot : slots) vk.vkDestroyCommandPool(device, slot.pool, allocation);
+        slots.clear();
+        vk.vkDestroyDescriptorSetLayout(device, tableLayout, allocation);
+        vk.vkDestroyPipelineCache(device, pipelineCache, allocation);
+        vk.vkDestroySemaphore(device, timeline, allocation);
+        if (allocator) {
+            if (const uint64_t left = memory.Statistics().usedBytes; left != 0)
+                messages.Send({MessageSeverity::Error, false, "",
+                               "device '" + name + "' is destroyed before " + std::to_string(left) +
+                                   " bytes of its resources"});
+            vmaDestroyAllocator(allocator);
+        }
+    }
+    if (isOwned) {
+        if (device) {
+            const auto destroy = reinterpret_cast<PFN_vkDestroyDevice>(
+                instanceFunctions.vkGetDeviceProcAddr(device, "vkDestroyDevice"));
+            if (destroy) destroy(device, allocation);
+        }
+        if (messenger) instanceFunctions.vkDestroyDebugUtilsMessengerEXT(instance, messenger, allocation);
+        if (instance && instanceFunctions.vkDestroyInstance)
+            instanceFunctions.vkDestroyInstance(instance, allocation);
+    }
+    device = VK_NULL_HANDLE;
+    instance = VK_NULL_HANDLE;
+}
+
+void Device::Impl::LockQueue() {
+    if (lockQueue) lockQueue();
+}
+
+void Device::Impl::UnlockQueue() {
+    if (unlockQueue) unlockQueue();
+}
+
+Device::Device(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
+
+Device::~Device() {
+    if (m_impl->savesPipelineCache) SavePipelineCache();
+    m_impl->Close();
+}
+
+const DeviceInfo& Device::Info() const {
+    return m_impl->info;
+}
+const DeviceFunctions& Device::Vk() const {
+    return m_impl->vk;
+}
+VkDevice Device::Handle() const {
+    return m_impl->device;
+}
+VkPhysicalDevice Device::PhysicalDevice() const {
+    return m_impl->physicalDevice;
+}
+VkInstance Device::Instance() const {
+    return m_impl->instance;
+}
+uint32_t Device::QueueFamily() const {
+    return m_impl->queueFamily;
+}
+VmaAllocator Device::Allocator() const {
+    return m_impl->allocator;
+}
+VkPipelineCache Device::PipelineCache() const {
+    return m_impl->pipelineCache;
+}
+uint32_t Device::FramesInFlight() const {
+    return m_impl->framesInFlight;
+}
+const VkAllocationCallbacks* Device::AllocationCallbacks() const {
+    return m_impl->allocation;
+}
+MemoryStatistics Device::Memory() const {
+    return m_impl->memory.Statistics();
+}
+uint64_t Device::ValidationMessageCount() const {
+    return m_impl->messages.ValidationCount();
+}
+
+void Device::SetName(VkObjectType type, uint64_t handle, const std::string& name) {
+    if (!m_impl->vk.vkSetDebugUtilsObjectNameEXT || handle == 0) return;
+    VkDebugUtilsObjectNameInfoEXT info{};
+    info.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT;
+    info.objectType = type;
+    info.objectHandle = handle;
+    info.pObjectName = name.c_str();
+    m_impl->vk.vkSetDebugUtilsObjectNameEXT(m_impl->device, &info);  // a name that fails is only a name
+}
+
+void Device::Say(MessageSeverity severity, const std::string& text) const {
+    m_impl->messages.Send({severity, false, "", text});
+}
+
+void Device::Check(VkResult result, std::string_view what) const {
+    if (result >= VK_SUCCESS) return;
+    const std::string text = std::string(what) + ": " + ResultName(result);
+    switch (result) {
+        case VK_ERROR_OUT_OF_HOST_MEMORY:
+        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+            throw Error(ErrorKind::OutOfMemory, text, result);
+        case VK_ERROR_DEVICE_LOST: {
+            m_impl->isLost = true;
+            const std::lock_guard lock(m_impl->reportMutex);
+            const std::string report = m_impl->lastPassReport ? m_impl->lastPassReport() : "no pass is known";
+            throw Error(ErrorKind::DeviceLost, text + "; " + report, result);
+        }
+        default:
+            throw Error(ErrorKind::Vulkan, text, result);
+    }
+}
+
+void Device::SetLastPassReport(std::function<std::string()> report) {
+    const std::lock_guard lock(m_impl->reportMutex);
+    m_impl->lastPassReport = std::move(report);
+}
+
+bool Device::SavePipelineCache() {
+    const std::lock_guard lock(m_impl->pipelineCacheMutex);
+    if (!m_impl->savesPipelineCache) return false;
+    const auto read = [&](size_t& size, void* target) {
+        return m_impl->vk.vkGetPipelineCacheData(m_impl->device, m_impl->pipelineCache, &size, target);
+    };
+    size_t size = 0;
+    std::string problem;
+    if (read(size, nullptr) == VK_SUCCESS) {
+        std::vector<std::byte> bytes(size);
+        // VK_INCOMPLETE: a pipeline was added in between; what fits is a cache as well.
+        if (read(size, bytes.data()) >= VK_SUCCESS) {
+            bytes.resize(size);
+            problem = m_impl->pipelineCacheFile.Save(bytes);
+        } else {
+            problem = "the driver does not give it";
+        }
+    } else {
+        problem = "the driver does not give it";
+    }
+    if (!problem.empty()) Say(MessageSeverity::Warning, "pipeline cache is not saved: " + problem);
+    return problem.empty();
+}
+
+VkDescriptorSetLayout Device::TextureTableLayout() {
+    const std::lock_guard lock(m_impl->tableLayoutMutex);
+    if (!m_impl->tableLayout) m_impl->tableLayout = CreateTextureTableLayout(*this);
+    return m_impl->tableLayout;
+}
+
+}  // namespace raygraph::rhi

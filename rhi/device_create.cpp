@@ -1,0 +1,268 @@
+// Device::Create and Device::Enumerate: instance, choice of the physical device, logical device.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cstring>
+
+#include "rhi/device_impl.h"
+
+namespace raygraph::rhi {
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+// Of the loader, and of `layer` if not null.
+std::vector<std::string> InstanceExtensions(const GlobalFunctions& vk, const char* layer) {
+    std::vector<std::string> names;
+    for (const char* source : {static_cast<const char*>(nullptr), layer}) {
+        uint32_t count = 0;
+        vk.vkEnumerateInstanceExtensionProperties(source, &count, nullptr);
+        std::vector<VkExtensionProperties> properties(count);
+        vk.vkEnumerateInstanceExtensionProperties(source, &count, properties.data());
+        for (uint32_t i = 0; i < count; ++i) names.emplace_back(properties[i].extensionName);
+        if (!layer) break;
+    }
+    return names;
+}
+
+bool HasLayer(const GlobalFunctions& vk, const char* layer) {
+    uint32_t count = 0;
+    vk.vkEnumerateInstanceLayerProperties(&count, nullptr);
+    std::vector<VkLayerProperties> layers(count);
+    vk.vkEnumerateInstanceLayerProperties(&count, layers.data());
+    return std::any_of(layers.begin(), layers.end(),
+                       [&](const VkLayerProperties& l) { return std::strcmp(l.layerName, layer) == 0; });
+}
+
+struct InstanceDesc {
+    std::string name;
+    bool validation = false;
+    bool debugUtils = false;  // where there is the extension
+};
+
+struct CreatedInstance {
+    VkInstance handle = VK_NULL_HANDLE;
+    bool hasDebugUtils = false;
+};
+
+// `messenger` may be null; it is chained, so that making the instance is watched as well.
+CreatedInstance CreateInstance(PFN_vkGetInstanceProcAddr loader, const InstanceDesc& desc,
+                               const VkDebugUtilsMessengerCreateInfoEXT* messenger) {
+    const GlobalFunctions vk = LoadGlobalFunctions(loader);
+    uint32_t version = 0;
+    vk.vkEnumerateInstanceVersion(&version);
+    if (version < VK_API_VERSION_1_3)
+        throw Error(ErrorKind::NoDevice, "the Vulkan loader knows Vulkan 1." +
+                                             std::to_string(VK_API_VERSION_MINOR(version)) + ", needs 1.3");
+    if (desc.validation && !HasLayer(vk, kValidationLayer))
+        throw Error(ErrorKind::NoDevice, std::string("validation was asked for, but the layer ") +
+                                             kValidationLayer + " is not installed");
+
+    const std::vector<std::string> available =
+        InstanceExtensions(vk, desc.validation ? kValidationLayer : nullptr);
+    const auto has = [&](const char* name) {
+        return std::find(available.begin(), available.end(), name) != available.end();
+    };
+    CreatedInstance created;
+    created.hasDebugUtils = desc.debugUtils && has(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    std::vector<const char*> extensions;
+    if (created.hasDebugUtils) extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    if (desc.validation) extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+
+    VkApplicationInfo application{};
+    application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+    application.pApplicationName = desc.name.c_str();
+    application.pEngineName = "raygraph";
+    application.apiVersion = VK_API_VERSION_1_3;
+    VkDebugUtilsMessengerCreateInfoEXT watch{};
+    const void* chain = nullptr;
+    if (messenger && created.hasDebugUtils) {
+        watch = *messenger;
+        chain = &watch;
+    }
+    // Core validation is the layer's default. GPU-assisted validation stays off: in 1.3.239 it reports false
+    // errors.
+    const auto synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
+    VkValidationFeaturesEXT features{};
+    features.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
+    features.pNext = chain;
+    features.enabledValidationFeatureCount = 1;
+    features.pEnabledValidationFeatures = &synchronization;
+
+    VkInstanceCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+    info.pNext = desc.validation ? &features : chain;
+    info.pApplicationInfo = &application;
+    info.enabledLayerCount = desc.validation ? 1 : 0;
+    info.ppEnabledLayerNames = &kValidationLayer;
+    info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
+    const VkResult result = vk.vkCreateInstance(&info, nullptr, &created.handle);
+    if (result != VK_SUCCESS) {
+        // A loader without any driver answers so.
+        const char* cause = result == VK_ERROR_INCOMPATIBLE_DRIVER ? " (no Vulkan driver is installed)" : "";
+        throw Error(ErrorKind::NoDevice, "vkCreateInstance: " + ResultName(result) + cause, result);
+    }
+    return created;
+}
+
+std::vector<VkPhysicalDevice> PhysicalDevices(const InstanceFunctions& vk, VkInstance instance) {
+    uint32_t count = 0;
+    vk.vkEnumeratePhysicalDevices(instance, &count, nullptr);
+    std::vector<VkPhysicalDevice> devices(count);
+    vk.vkEnumeratePhysicalDevices(instance, &count, devices.data());
+    devices.resize(count);
+    return devices;
+}
+
+std::string Lower(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+}
+
+// Empty: anything; digits: the index; otherwise a part of the name.
+bool IsSelected(const DeviceReport& report, const std::string& select) {
+    if (select.empty()) return true;
+    uint32_t index = 0;
+    const char* end = select.data() + select.size();
+    const auto [stop, failure] = std::from_chars(select.data(), end, index);
+    if (failure == std::errc{} && stop == end) return report.index == index;
+    return Lower(report.name).find(Lower(select)) != std::string::npos;
+}
+
+int Rank(DeviceType type) {
+    switch (type) {
+        case DeviceType::Discrete:
+            return 0;
+        case DeviceType::Integrated:
+            return 1;
+        case DeviceType::Virtual:
+            return 2;
+        case DeviceType::Cpu:
+            return 3;
+        case DeviceType::Other:
+            break;
+    }
+    return 4;
+}
+
+std::string Describe(const DeviceReport& report, bool isSelected) {
+    std::string text = std::to_string(report.index) + " '" + report.name + "' (" + Name(report.type) + ")";
+    if (!isSelected) return text + " was not asked for";
+    const char* separator = " ";
+    for (const std::string& refusal : report.refusals) {
+        text += separator + refusal;
+        separator = ", ";
+    }
+    return text;
+}
+
+// The index of the device to use. Throws with a reason for each that is not used.
+uint32_t Choose(const std::vector<DeviceReport>& reports, const std::string& select) {
+    const DeviceReport* best = nullptr;
+    for (const DeviceReport& report : reports)
+        if (IsSelected(report, select) && report.refusals.empty() &&
+            (!best || Rank(report.type) < Rank(best->type)))
+            best = &report;
+    if (best) return best->index;
+    std::string text = "no suitable Vulkan device";
+    if (!select.empty()) text += " for '" + select + "'";
+    if (reports.empty()) text += ": the loader finds none";
+    const char* separator = ": ";
+    for (const DeviceReport& report : reports) {
+        text += separator + Describe(report, IsSelected(report, select));
+        separator = "; ";
+    }
+    throw Error(ErrorKind::NoDevice, text);
+}
+
+std::vector<DeviceReport> ReportOnAll(const std::vector<VkPhysicalDevice>& devices,
+                                      PFN_vkGetInstanceProcAddr loader, VkInstance instance) {
+    std::vector<DeviceReport> reports;
+    for (const VkPhysicalDevice device : devices)
+        reports.push_back(ReportOn(static_cast<uint32_t>(reports.size()), device, loader, instance));
+    return reports;
+}
+
+}  // namespace
+
+std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
+    auto impl = std::make_unique<Impl>(desc.onMessage);
+    if (!desc.getInstanceProcAddr) impl->loader = VulkanLoader::Open();
+    impl->getInstanceProcAddr =
+        desc.getInstanceProcAddr ? desc.getInstanceProcAddr : impl->loader->GetInstanceProcAddr();
+    impl->name = desc.name;
+    impl->isOwned = true;
+    impl->framesInFlight = std::max(desc.framesInFlight, 1u);
+    impl->savesPipelineCache = desc.savePipelineCache;
+
+    const VkDebugUtilsMessengerCreateInfoEXT messenger = impl->messages.MessengerInfo();
+    const CreatedInstance created = CreateInstance(
+        impl->getInstanceProcAddr, {desc.name, desc.validation, desc.debugNames || desc.validation},
+        desc.validation ? &messenger : nullptr);
+    impl->instance = created.handle;
+    impl->hasDebugUtils = created.hasDebugUtils;
+    impl->instanceFunctions =
+        LoadInstanceFunctions(impl->getInstanceProcAddr, impl->instance, impl->hasDebugUtils);
+    if (desc.validation && impl->hasDebugUtils) {
+        const VkResult result = impl->instanceFunctions.vkCreateDebugUtilsMessengerEXT(
+            impl->instance, &messenger, nullptr, &impl->messenger);
+        if (result != VK_SUCCESS)
+            throw Error(ErrorKind::NoDevice, "vkCreateDebugUtilsMessengerEXT: " + ResultName(result), result);
+    }
+
+    const std::vector<VkPhysicalDevice> devices = PhysicalDevices(impl->instanceFunctions, impl->instance);
+    const uint32_t choice =
+        Choose(ReportOnAll(devices, impl->getInstanceProcAddr, impl->instance), desc.select);
+    impl->physicalDevice = devices[choice];
+    impl->queueFamily = *QueueFamilyFor(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance);
+
+    const float priority = 1.0f;
+    VkDeviceQueueCreateInfo queue{};
+    queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+    queue.queueFamilyIndex = impl->queueFamily;
+    queue.queueCount = 1;
+    queue.pQueuePriorities = &priority;
+    const FeatureChain features =
+        FeaturesFor(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance);
+    const std::vector<const char*> extensions =
+        ExtensionsFor(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance);
+    VkDeviceCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+    info.pNext = features.Root();
+    info.queueCreateInfoCount = 1;
+    info.pQueueCreateInfos = &queue;
+    info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
+    const VkResult result =
+        impl->instanceFunctions.vkCreateDevice(impl->physicalDevice, &info, nullptr, &impl->device);
+    if (result != VK_SUCCESS)
+        throw Error(ErrorKind::NoDevice, "device '" + desc.name + "': vkCreateDevice: " + ResultName(result),
+                    result);
+
+    impl->Open(OptionalFeaturesOf(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance),
+               PipelineCacheFolder(desc.cacheDirectory));
+    impl->vk.vkGetDeviceQueue(impl->device, impl->queueFamily, 0, &impl->queue);
+    return std::unique_ptr<Device>(new Device(std::move(impl)));
+}
+
+std::vector<DeviceReport> Device::Enumerate(PFN_vkGetInstanceProcAddr loader) {
+    std::shared_ptr<VulkanLoader> library;
+    CreatedInstance instance;
+    try {
+        if (!loader) {
+            library = VulkanLoader::Open();
+            loader = library->GetInstanceProcAddr();
+        }
+        instance = CreateInstance(loader, {"raygraph", false, false}, nullptr);
+    } catch (const Error&) {
+        return {};  // no loader, or no driver at all: no devices
+    }
+    const InstanceFunctions vk = LoadInstanceFunctions(loader, instance.handle, false);
+    const auto destroy = [&](VkInstance_T* handle) { vk.vkDestroyInstance(handle, nullptr); };
+    const std::unique_ptr<VkInstance_T, decltype(destroy)> owner(instance.handle, destroy);
+    return ReportOnAll(PhysicalDevices(vk, instance.handle), loader, instance.handle);
+}
+
+}  // namespace raygraph::rhi

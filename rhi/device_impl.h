@@ -1,0 +1,104 @@
+// Inside of Device: for the sources of Device and CommandList alone.
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <vector>
+
+#include "rhi/device.h"
+#include "rhi/message_sink.h"
+#include "rhi/pipeline_cache_file.h"
+#include "rhi/retire_queue.h"
+#include "rhi/vma.h"
+
+namespace raygraph::rhi {
+
+// Reads what DeviceInfo says; `optional` is taken over.
+DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t queueFamily,
+                          const OptionalFeatures& optional);
+// Name, driver, type and refusals of one enumerated device.
+DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                      VkInstance instance);
+// "VK_ERROR_DEVICE_LOST"
+std::string ResultName(VkResult result);
+
+// A command buffer with the pool it comes from; reused once the timeline has reached `until`.
+struct CommandSlot {
+    VkCommandPool pool = VK_NULL_HANDLE;
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    uint64_t until = 0;
+};
+
+class MemoryCounter {
+  public:
+    void Add(uint64_t bytes) {
+        const uint64_t used = m_used.fetch_add(bytes) + bytes;
+        uint64_t peak = m_peak.load();
+        while (peak < used && !m_peak.compare_exchange_weak(peak, used)) {
+        }
+    }
+    void Remove(uint64_t bytes) { m_used.fetch_sub(bytes); }
+    MemoryStatistics Statistics() const { return {m_used.load(), m_peak.load()}; }
+
+  private:
+    std::atomic<uint64_t> m_used{0}, m_peak{0};
+};
+
+struct Device::Impl {
+    explicit Impl(MessageCallback callback) : messages(std::move(callback)) {}
+    ~Impl() { Close(); }
+
+    // From the handles to a working device: functions, allocator, timeline, pipeline cache. Throws; Close()
+    // then frees what there is.
+    void Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder);
+    // Waits for the device, frees everything, and in the created case the device and the instance. Never
+    // throws.
+    void Close() noexcept;
+    // Everything of ours has left the queue, or the device is lost.
+    void Drain() noexcept;
+    void LockQueue();
+    void UnlockQueue();
+
+    std::shared_ptr<VulkanLoader> loader;  // null: the caller's own
+    PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;
+    std::string name;
+    bool isOwned = false;  // created, not adopted
+    bool hasDebugUtils = false;
+    VkInstance instance = VK_NULL_HANDLE;
+    VkDebugUtilsMessengerEXT messenger = VK_NULL_HANDLE;
+    VkPhysicalDevice physicalDevice = VK_NULL_HANDLE;
+    VkDevice device = VK_NULL_HANDLE;
+    VkQueue queue = VK_NULL_HANDLE;
+    uint32_t queueFamily = 0;
+    uint32_t framesInFlight = 2;
+    const VkAllocationCallbacks* allocation = nullptr;
+    std::function<void()> lockQueue, unlockQueue;  // the host's, or none
+
+    InstanceFunctions instanceFunctions;
+    DeviceFunctions vk;
+    DeviceInfo info;
+    MessageSink messages;
+    VmaAllocator allocator = nullptr;
+    MemoryCounter memory;
+
+    VkSemaphore timeline = VK_NULL_HANDLE;
+    std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
+    std::atomic<uint64_t> lastSubmitted{0};
+    std::atomic<uint64_t> lastCompleted{0};  // as far as we have asked
+    std::atomic<bool> isLost{false};
+    std::mutex slotMutex;
+    std::vector<CommandSlot> slots;  // not being recorded
+    RetireQueue retired;
+
+    mutable std::mutex reportMutex;
+    std::function<std::string()> lastPassReport;
+
+    bool savesPipelineCache = false;
+    std::mutex pipelineCacheMutex;
+    PipelineCacheFile pipelineCacheFile;
+    VkPipelineCache pipelineCache = VK_NULL_HANDLE;
+    std::mutex tableLayoutMutex;
+    VkDescriptorSetLayout tableLayout = VK_NULL_HANDLE;
+};
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,163 @@
+// What there is to read about a physical device, and the names of results and types.
+#include "base/error.h"
+#include "rhi/device.h"
+#include "rhi/device_impl.h"
+
+namespace raygraph::rhi {
+namespace {
+
+DeviceType TypeOf(VkPhysicalDeviceType type) {
+    switch (type) {
+        case VK_PHYSICAL_DEVICE_TYPE_CPU:
+            return DeviceType::Cpu;
+        case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+            return DeviceType::Integrated;
+        case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+            return DeviceType::Discrete;
+        case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+            return DeviceType::Virtual;
+        default:
+            return DeviceType::Other;
+    }
+}
+
+std::string DriverText(const VkPhysicalDeviceDriverProperties& driver) {
+    std::string text = driver.driverName;
+    if (driver.driverInfo[0]) text += std::string(" ") + driver.driverInfo;
+    return text;
+}
+
+}  // namespace
+
+const char* Name(DeviceType type) {
+    switch (type) {
+        case DeviceType::Cpu:
+            return "CPU";
+        case DeviceType::Integrated:
+            return "integrated GPU";
+        case DeviceType::Discrete:
+            return "discrete GPU";
+        case DeviceType::Virtual:
+            return "virtual GPU";
+        case DeviceType::Other:
+            break;
+    }
+    return "other";
+}
+
+DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t queueFamily,
+                          const OptionalFeatures& optional) {
+    VkPhysicalDeviceDriverProperties driver{};
+    driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
+    VkPhysicalDeviceSubgroupProperties subgroup{};
+    subgroup.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES;
+    subgroup.pNext = &driver;
+    VkPhysicalDeviceMaintenance4Properties maintenance4{};
+    maintenance4.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_PROPERTIES;
+    maintenance4.pNext = &subgroup;
+    VkPhysicalDevicePushDescriptorPropertiesKHR push{};
+    push.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PUSH_DESCRIPTOR_PROPERTIES_KHR;
+    push.pNext = &maintenance4;
+    VkPhysicalDeviceAccelerationStructurePropertiesKHR acceleration{};
+    acceleration.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR;
+    acceleration.pNext = &push;
+    VkPhysicalDeviceRayTracingPipelinePropertiesKHR tracing{};
+    tracing.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR;
+    tracing.pNext = &acceleration;
+    VkPhysicalDeviceProperties2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &tracing, {}};
+    vk.vkGetPhysicalDeviceProperties2(device, &core);
+    const VkPhysicalDeviceProperties& properties = core.properties;
+
+    uint32_t familyCount = 0;
+    vk.vkGetPhysicalDeviceQueueFamilyProperties2(device, &familyCount, nullptr);
+    std::vector<VkQueueFamilyProperties2> families(
+        familyCount, {VK_STRUCTURE_TYPE_QUEUE_FAMILY_PROPERTIES_2, nullptr, {}});
+    vk.vkGetPhysicalDeviceQueueFamilyProperties2(device, &familyCount, families.data());
+
+    DeviceInfo info;
+    info.name = properties.deviceName;
+    info.driver = DriverText(driver);
+    info.type = TypeOf(properties.deviceType);
+    info.apiVersion = properties.apiVersion;
+    info.vendorId = properties.vendorID;
+    info.isLavapipe = driver.driverID == VK_DRIVER_ID_MESA_LLVMPIPE;
+    info.shaderGroupHandleSize = tracing.shaderGroupHandleSize;
+    info.shaderGroupHandleAlignment = tracing.shaderGroupHandleAlignment;
+    info.shaderGroupBaseAlignment = tracing.shaderGroupBaseAlignment;
+    info.maxShaderGroupStride = tracing.maxShaderGroupStride;
+    info.maxRayRecursionDepth = tracing.maxRayRecursionDepth;
+    info.maxRayInvocationCount = tracing.maxRayDispatchInvocationCount;
+    info.scratchAlignment = acceleration.minAccelerationStructureScratchOffsetAlignment;
+    info.maxInstanceCount = acceleration.maxInstanceCount;
+    info.timestampValidBits = families.at(queueFamily).queueFamilyProperties.timestampValidBits;
+    info.timestampPeriodNs =
+        info.timestampValidBits == 0 ? 0.0 : static_cast<double>(properties.limits.timestampPeriod);
+    info.maxPushConstantBytes = properties.limits.maxPushConstantsSize;
+    info.maxPushDescriptors = push.maxPushDescriptors;
+    info.storageAlignment = properties.limits.minStorageBufferOffsetAlignment;
+    info.uniformAlignment = properties.limits.minUniformBufferOffsetAlignment;
+    info.maxBufferBytes = maintenance4.maxBufferSize;
+    info.subgroupSize = subgroup.subgroupSize;
+    info.optional = optional;
+    return info;
+}
+
+DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                      VkInstance instance) {
+    const InstanceFunctions vk = LoadInstanceFunctions(loader, instance, false);
+    VkPhysicalDeviceDriverProperties driver{};
+    driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
+    VkPhysicalDeviceProperties2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &driver, {}};
+    vk.vkGetPhysicalDeviceProperties2(device, &core);
+    DeviceReport report;
+    report.index = index;
+    report.name = core.properties.deviceName;
+    report.driver = DriverText(driver);
+    report.type = TypeOf(core.properties.deviceType);
+    report.apiVersion = core.properties.apiVersion;
+    report.refusals = RefusalsOf(device, loader, instance);
+    return report;
+}
+
+std::string ResultName(VkResult result) {
+    switch (result) {
+        case VK_ERROR_OUT_OF_HOST_MEMORY:
+            return "VK_ERROR_OUT_OF_HOST_MEMORY";
+        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+            return "VK_ERROR_OUT_OF_DEVICE_MEMORY";
+        case VK_ERROR_INITIALIZATION_FAILED:
+            return "VK_ERROR_INITIALIZATION_FAILED";
+        case VK_ERROR_DEVICE_LOST:
+            return "VK_ERROR_DEVICE_LOST";
+        case VK_ERROR_MEMORY_MAP_FAILED:
+            return "VK_ERROR_MEMORY_MAP_FAILED";
+        case VK_ERROR_LAYER_NOT_PRESENT:
+            return "VK_ERROR_LAYER_NOT_PRESENT";
+        case VK_ERROR_EXTENSION_NOT_PRESENT:
+            return "VK_ERROR_EXTENSION_NOT_PRESENT";
+        case VK_ERROR_FEATURE_NOT_PRESENT:
+            return "VK_ERROR_FEATURE_NOT_PRESENT";
+        case VK_ERROR_INCOMPATIBLE_DRIVER:
+            return "VK_ERROR_INCOMPATIBLE_DRIVER";
+        case VK_ERROR_TOO_MANY_OBJECTS:
+            return "VK_ERROR_TOO_MANY_OBJECTS";
+        case VK_ERROR_FORMAT_NOT_SUPPORTED:
+            return "VK_ERROR_FORMAT_NOT_SUPPORTED";
+        case VK_ERROR_FRAGMENTED_POOL:
+            return "VK_ERROR_FRAGMENTED_POOL";
+        case VK_ERROR_OUT_OF_POOL_MEMORY:
+            return "VK_ERROR_OUT_OF_POOL_MEMORY";
+        case VK_ERROR_FRAGMENTATION:
+            return "VK_ERROR_FRAGMENTATION";
+        case VK_ERROR_UNKNOWN:
+            return "VK_ERROR_UNKNOWN";
+        case VK_ERROR_INVALID_OPAQUE_CAPTURE_ADDRESS:
+            return "VK_ERROR_INVALID_OPAQUE_CAPTURE_ADDRESS";
+        case VK_ERROR_INVALID_SHADER_NV:
+            return "VK_ERROR_INVALID_SHADER_NV";
+        default:
+            return "VkResult " + std::to_string(static_cast<int>(result));
+    }
+}
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,368 @@
+#include "rhi/device_requirements.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include "rhi/functions.h"
+
+namespace raygraph::rhi {
+namespace {
+
+// Every feature structure the module looks at.
+struct FeatureStructs {
+    VkPhysicalDeviceFeatures2 root{};
+    VkPhysicalDeviceVulkan12Features vulkan12{};
+    VkPhysicalDeviceVulkan13Features vulkan13{};
+    VkPhysicalDeviceAccelerationStructureFeaturesKHR acceleration{};
+    VkPhysicalDeviceRayTracingPipelineFeaturesKHR tracing{};
+    VkPhysicalDeviceRayQueryFeaturesKHR query{};
+    VkPhysicalDeviceShaderClockFeaturesKHR clock{};
+    VkPhysicalDeviceRayTracingInvocationReorderFeaturesNV reorder{};
+    VkPhysicalDeviceOpacityMicromapFeaturesEXT micromap{};
+#ifdef VK_KHR_ray_tracing_position_fetch  // Vulkan headers 1.3.249 or later
+    VkPhysicalDeviceRayTracingPositionFetchFeaturesKHR positionFetch{};
+#endif
+};
+
+struct FeatureEntry {
+    FeatureRequirement requirement;
+    const char* extension;                         // null: part of Vulkan 1.3
+    VkBool32& (*flag)(FeatureStructs&);            // where the feature is
+    bool OptionalFeatures::*capability = nullptr;  // what it turns on, for an optional one
+};
+
+struct LimitEntry {
+    LimitRequirement requirement;
+    uint64_t (*value)(const VkPhysicalDeviceProperties2&, const VkPhysicalDeviceVulkan12Properties&,
+                      const VkPhysicalDevicePushDescriptorPropertiesKHR&,
+                      const VkPhysicalDeviceRayTracingPipelinePropertiesKHR&);
+};
+
+#define RAYGRAPH_FLAG_(member) [](FeatureStructs& f) -> VkBool32& { return f.member; }
+
+constexpr const char* kTracing = VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME;
+constexpr const char* kAcceleration = VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME;
+
+const std::array kFeatures{
+    FeatureEntry{{"rayTracingPipeline", true, "all passes that trace"},
+                 kTracing,
+                 RAYGRAPH_FLAG_(tracing.rayTracingPipeline)},
+    FeatureEntry{{"accelerationStructure", true, "scenes to trace in"},
+                 kAcceleration,
+                 RAYGRAPH_FLAG_(acceleration.accelerationStructure)},
+    FeatureEntry{{"bufferDeviceAddress", true, "geometry reached by address; acceleration structures"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan12.bufferDeviceAddress)},
+    FeatureEntry{{"descriptorIndexing", true, "the bindless texture table"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan12.descriptorIndexing)},
+    FeatureEntry{{"runtimeDescriptorArray", true, "the bindless texture table"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan12.runtimeDescriptorArray)},
+    FeatureEntry{
+        {"shaderSampledImageArrayNonUniformIndexing", true, "neighbouring rays see different textures"},
+        nullptr,
+        RAYGRAPH_FLAG_(vulkan12.shaderSampledImageArrayNonUniformIndexing)},
+    FeatureEntry{{"descriptorBindingPartiallyBound", true, "the bindless texture table"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan12.descriptorBindingPartiallyBound)},
+    FeatureEntry{{"descriptorBindingVariableDescriptorCount", true, "texture tables of different sizes"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan12.descriptorBindingVariableDescriptorCount)},
+    FeatureEntry{
+        {"descriptorBindingSampledImageUpdateAfterBind", true, "textures that arrive while frames run"},
+        nullptr,
+        RAYGRAPH_FLAG_(vulkan12.descriptorBindingSampledImageUpdateAfterBind)},
+    FeatureEntry{{"descriptorBindingUpdateUnusedWhilePending", true, "textures that arrive while frames run"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan12.descriptorBindingUpdateUnusedWhilePending)},
+    FeatureEntry{{"scalarBlockLayout", true, "structures shared by C++ and shaders"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan12.scalarBlockLayout)},
+    FeatureEntry{{"timelineSemaphore", true, "frames in flight, deferred destruction"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan12.timelineSemaphore)},
+    FeatureEntry{{"synchronization2", true, "the barriers of the render graph"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan13.synchronization2)},
+    FeatureEntry{
+        {"dynamicRendering", true, "raster passes"}, nullptr, RAYGRAPH_FLAG_(vulkan13.dynamicRendering)},
+    FeatureEntry{{"maintenance4", true, "memory needs of a resource before it exists"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(vulkan13.maintenance4)},
+    FeatureEntry{{"shaderInt64", true, "device addresses in shaders"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(root.features.shaderInt64)},
+    FeatureEntry{{"shaderStorageImageReadWithoutFormat", true, "passes that work on any texel format"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(root.features.shaderStorageImageReadWithoutFormat)},
+    FeatureEntry{{"shaderStorageImageWriteWithoutFormat", true, "passes that work on any texel format"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(root.features.shaderStorageImageWriteWithoutFormat)},
+    FeatureEntry{{"multiDrawIndirect", true, "a scene drawn by one command"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(root.features.multiDrawIndirect)},
+    FeatureEntry{{"drawIndirectFirstInstance", true, "a scene drawn by one command"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(root.features.drawIndirectFirstInstance)},
+    FeatureEntry{{"fillModeNonSolid", false, "wireframe views"},
+                 nullptr,
+                 RAYGRAPH_FLAG_(root.features.fillModeNonSolid),
+                 &OptionalFeatures::wireframe},
+    FeatureEntry{{"rayQuery", false, "rays from other stages than ray tracing"},
+                 VK_KHR_RAY_QUERY_EXTENSION_NAME,
+                 RAYGRAPH_FLAG_(query.rayQuery),
+                 &OptionalFeatures::rayQuery},
+    FeatureEntry{{"shaderDeviceClock", false, "cost views"},
+                 VK_KHR_SHADER_CLOCK_EXTENSION_NAME,
+                 RAYGRAPH_FLAG_(clock.shaderDeviceClock),
+                 &OptionalFeatures::shaderClock},
+    FeatureEntry{{"rayTracingInvocationReorder", false, "coherent shading"},
+                 VK_NV_RAY_TRACING_INVOCATION_REORDER_EXTENSION_NAME,
+                 RAYGRAPH_FLAG_(reorder.rayTracingInvocationReorder),
+                 &OptionalFeatures::invocationReorder},
+    FeatureEntry{{"micromap", false, "alpha-tested geometry without any-hit shaders"},
+                 VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME,
+                 RAYGRAPH_FLAG_(micromap.micromap),
+                 &OptionalFeatures::opacityMicromap},
+#ifdef VK_KHR_ray_tracing_position_fetch
+    FeatureEntry{{"rayTracingPositionFetch", false, "vertex positions out of the acceleration structure"},
+                 VK_KHR_RAY_TRACING_POSITION_FETCH_EXTENSION_NAME,
+                 RAYGRAPH_FLAG_(positionFetch.rayTracingPositionFetch),
+                 &OptionalFeatures::positionFetch},
+#endif
+};
+
+#undef RAYGRAPH_FLAG_
+
+const std::array kLimits{
+    LimitEntry{{"maxPushDescriptors", 32, "the bindings of a pass"},
+               [](auto&, auto&, auto& push, auto&) { return uint64_t{push.maxPushDescriptors}; }},
+    LimitEntry{{"maxPushConstantsSize", 128, "the constants of a pass, in bytes"},
+               [](auto& core, auto&, auto&, auto&) {
+                   return uint64_t{core.properties.limits.maxPushConstantsSize};
+               }},
+    LimitEntry{{"maxDescriptorSetUpdateAfterBindSampledImages", 65536, "the bindless texture table"},
+               [](auto&, auto& v12, auto&, auto&) {
+                   return uint64_t{v12.maxDescriptorSetUpdateAfterBindSampledImages};
+               }},
+    LimitEntry{{"maxPerStageDescriptorUpdateAfterBindSampledImages", 65536, "the bindless texture table"},
+               [](auto&, auto& v12, auto&, auto&) {
+                   return uint64_t{v12.maxPerStageDescriptorUpdateAfterBindSampledImages};
+               }},
+    LimitEntry{{"maxRayRecursionDepth", 1, "tracing from ray generation"},
+               [](auto&, auto&, auto&, auto& tracing) { return uint64_t{tracing.maxRayRecursionDepth}; }},
+};
+
+// What is asked of one physical device.
+class Probe {
+  public:
+    Probe(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader, VkInstance instance)
+        : m_device(device), m_vk(LoadInstanceFunctions(loader, instance, false)) {
+        uint32_t count = 0;
+        m_vk.vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+        m_extensions.resize(count);
+        m_vk.vkEnumerateDeviceExtensionProperties(device, nullptr, &count, m_extensions.data());
+        m_extensions.resize(count);
+    }
+
+    bool Has(std::string_view extension) const {
+        return std::any_of(m_extensions.begin(), m_extensions.end(),
+                           [&](const VkExtensionProperties& e) { return extension == e.extensionName; });
+    }
+    bool HasExtensionOf(const FeatureEntry& entry) const { return !entry.extension || Has(entry.extension); }
+
+    // Clears `structs` and chains those whose extension the device has.
+    void Chain(FeatureStructs& structs) const {
+        structs = {};
+        structs.root.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+        void** tail = &structs.root.pNext;
+        const auto add = [&](auto& structure, VkStructureType type) {
+            structure.sType = type;
+            *tail = &structure;
+            tail = &structure.pNext;
+        };
+        add(structs.vulkan12, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES);
+        add(structs.vulkan13, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES);
+        const auto addIf = [&](const char* extension, auto& structure, VkStructureType type) {
+            if (Has(extension)) add(structure, type);
+        };
+        addIf(kAcceleration, structs.acceleration,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
+        addIf(kTracing, structs.tracing, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR);
+        addIf(VK_KHR_RAY_QUERY_EXTENSION_NAME, structs.query,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR);
+        addIf(VK_KHR_SHADER_CLOCK_EXTENSION_NAME, structs.clock,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SHADER_CLOCK_FEATURES_KHR);
+        addIf(VK_NV_RAY_TRACING_INVOCATION_REORDER_EXTENSION_NAME, structs.reorder,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_INVOCATION_REORDER_FEATURES_NV);
+        addIf(VK_EXT_OPACITY_MICROMAP_EXTENSION_NAME, structs.micromap,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_OPACITY_MICROMAP_FEATURES_EXT);
+#ifdef VK_KHR_ray_tracing_position_fetch
+        addIf(VK_KHR_RAY_TRACING_POSITION_FETCH_EXTENSION_NAME, structs.positionFetch,
+              VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_POSITION_FETCH_FEATURES_KHR);
+#endif
+    }
+
+    // `structs` chained, with everything the device has.
+    void Query(FeatureStructs& structs) const {
+        Chain(structs);
+        m_vk.vkGetPhysicalDeviceFeatures2(m_device, &structs.root);
+    }
+
+    uint32_t ApiVersion() const {
+        VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, nullptr, {}};
+        m_vk.vkGetPhysicalDeviceProperties2(m_device, &properties);
+        return properties.properties.apiVersion;
+    }
+
+    std::vector<std::string> LimitRefusals() const {
+        VkPhysicalDeviceRayTracingPipelinePropertiesKHR tracing{};
+        tracing.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR;
+        VkPhysicalDevicePushDescriptorPropertiesKHR push{};
+        push.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PUSH_DESCRIPTOR_PROPERTIES_KHR;
+        push.pNext = &tracing;
+        VkPhysicalDeviceVulkan12Properties vulkan12{};
+        vulkan12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES;
+        vulkan12.pNext = &push;
+        VkPhysicalDeviceProperties2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &vulkan12, {}};
+        m_vk.vkGetPhysicalDeviceProperties2(m_device, &core);
+        std::vector<std::string> refusals;
+        for (const LimitEntry& entry : kLimits) {
+            const uint64_t value = entry.value(core, vulkan12, push, tracing);
+            if (value < entry.requirement.minimum)
+                refusals.push_back(std::string(entry.requirement.name) + " is " + std::to_string(value) +
+                                   ", needs " + std::to_string(entry.requirement.minimum));
+        }
+        return refusals;
+    }
+
+    std::optional<uint32_t> QueueFamily() const {
+        uint32_t count = 0;
+        m_vk.vkGetPhysicalDeviceQueueFamilyProperties2(m_device, &count, nullptr);
+        std::vector<VkQueueFamilyProperties2> families(
+            count, {VK_STRUCTURE_TYPE_QUEUE_FAMILY_PROPERTIES_2, nullptr, {}});
+        m_vk.vkGetPhysicalDeviceQueueFamilyProperties2(m_device, &count, families.data());
+        const VkQueueFlags needed = Requirements().queueFlags;
+        for (uint32_t i = 0; i < count; ++i)
+            if ((families[i].queueFamilyProperties.queueFlags & needed) == needed) return i;
+        return std::nullopt;
+    }
+
+  private:
+    VkPhysicalDevice m_device;
+    InstanceFunctions m_vk;
+    std::vector<VkExtensionProperties> m_extensions;
+};
+
+}  // namespace
+
+const RequirementList& Requirements() {
+    static const RequirementList kList = [] {
+        RequirementList list;
+        list.extensions = {
+            {kTracing, true, "all passes that trace"},
+            {kAcceleration, true, "scenes to trace in"},
+            {VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME, true, "needed by VK_KHR_acceleration_structure"},
+            {VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME, true, "the bindings of a pass"},
+        };
+        for (const FeatureEntry& entry : kFeatures) {
+            list.features.push_back(entry.requirement);
+            if (!entry.requirement.isRequired && entry.extension)
+                list.extensions.push_back({entry.extension, false, entry.requirement.why});
+        }
+        for (const LimitEntry& entry : kLimits) list.limits.push_back(entry.requirement);
+        return list;
+    }();
+    return kList;
+}
+
+struct FeatureChain::Impl {
+    FeatureStructs structs;
+};
+
+FeatureChain::FeatureChain() : m_impl(std::make_unique<Impl>()) {
+    m_impl->structs.root.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
+}
+FeatureChain::FeatureChain(FeatureChain&&) noexcept = default;
+FeatureChain& FeatureChain::operator=(FeatureChain&&) noexcept = default;
+FeatureChain::~FeatureChain() = default;
+const VkPhysicalDeviceFeatures2* FeatureChain::Root() const {
+    return &m_impl->structs.root;
+}
+
+FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader, VkInstance instance) {
+    const Probe probe(device, loader, instance);
+    FeatureStructs available;
+    probe.Query(available);
+    FeatureChain chain;
+    FeatureStructs& enabled = chain.m_impl->structs;
+    probe.Chain(enabled);
+    for (const FeatureEntry& entry : kFeatures)
+        if (probe.HasExtensionOf(entry)) entry.flag(enabled) = entry.flag(available);
+    return chain;
+}
+
+std::vector<const char*> ExtensionsFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                       VkInstance instance) {
+    const Probe probe(device, loader, instance);
+    std::vector<const char*> names;
+    for (const ExtensionRequirement& extension : Requirements().extensions)
+        if (extension.isRequired || probe.Has(extension.name)) names.push_back(extension.name);
+    return names;
+}
+
+std::optional<uint32_t> QueueFamilyFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                       VkInstance instance) {
+    return Probe(device, loader, instance).QueueFamily();
+}
+
+OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                    VkInstance instance) {
+    const Probe probe(device, loader, instance);
+    FeatureStructs available;
+    probe.Query(available);
+    OptionalFeatures features;
+    for (const FeatureEntry& entry : kFeatures)
+        if (entry.capability)
+            features.*entry.capability = probe.HasExtensionOf(entry) && entry.flag(available);
+    return features;
+}
+
+OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string> enabled) {
+    for (const FeatureEntry& entry : kFeatures)
+        if (entry.capability && entry.extension &&
+            std::find(enabled.begin(), enabled.end(), entry.extension) == enabled.end())
+            features.*entry.capability = false;
+    return features;
+}
+
+std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                    VkInstance instance) {
+    const Probe probe(device, loader, instance);
+    const uint32_t version = probe.ApiVersion();
+    const auto text = [](uint32_t v) {
+        return std::to_string(VK_API_VERSION_MAJOR(v)) + "." + std::to_string(VK_API_VERSION_MINOR(v));
+    };
+    // Without Vulkan 1.3 the structures below cannot even be asked for.
+    if (version < Requirements().apiVersion)
+        return {"has Vulkan " + text(version) + ", needs " + text(Requirements().apiVersion)};
+
+    std::vector<std::string> refusals;
+    for (const ExtensionRequirement& extension : Requirements().extensions)
+        if (extension.isRequired && !probe.Has(extension.name))
+            refusals.push_back(std::string("lacks ") + extension.name);
+    FeatureStructs available;
+    probe.Query(available);
+    for (const FeatureEntry& entry : kFeatures)
+        if (entry.requirement.isRequired && probe.HasExtensionOf(entry) && !entry.flag(available))
+            refusals.push_back(std::string("lacks the feature ") + entry.requirement.name);
+    // A limit of an extension that is not there would read as 0: the missing extension says it all.
+    if (refusals.empty()) refusals = probe.LimitRefusals();
+    if (!probe.QueueFamily()) refusals.push_back("has no queue family for graphics, compute and transfer");
+    return refusals;
+}
+
+}  // namespace raygraph::rhi

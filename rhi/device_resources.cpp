@@ -1,0 +1,335 @@
+// Device's creation of buffers, textures, samplers and memory blocks.
+#include <algorithm>
+
+#include "rhi/device_impl.h"
+
+namespace raygraph::rhi {
+namespace {
+
+VkBufferUsageFlags ToVk(BufferUsage usage) {
+    VkBufferUsageFlags flags = VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
+    const auto add = [&](BufferUsage bit, VkBufferUsageFlags flag) {
+        if (Has(usage, bit)) flags |= flag;
+    };
+    add(BufferUsage::Storage, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+    add(BufferUsage::Uniform, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
+    add(BufferUsage::Index, VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
+    add(BufferUsage::Vertex, VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+    add(BufferUsage::Indirect, VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT);
+    add(BufferUsage::CopySource, VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
+    add(BufferUsage::CopyDestination, VK_BUFFER_USAGE_TRANSFER_DST_BIT);
+    add(BufferUsage::BuildInput, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR);
+    add(BufferUsage::AccelerationStructure, VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR);
+    add(BufferUsage::ShaderBindingTable, VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR);
+    return flags;
+}
+
+VkImageUsageFlags ToVk(TextureUsage usage) {
+    VkImageUsageFlags flags = 0;
+    const auto add = [&](TextureUsage bit, VkImageUsageFlags flag) {
+        if (Has(usage, bit)) flags |= flag;
+    };
+    add(TextureUsage::Sampled, VK_IMAGE_USAGE_SAMPLED_BIT);
+    add(TextureUsage::Storage, VK_IMAGE_USAGE_STORAGE_BIT);
+    add(TextureUsage::ColorTarget, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT);
+    add(TextureUsage::DepthTarget, VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT);
+    add(TextureUsage::CopySource, VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
+    add(TextureUsage::CopyDestination, VK_IMAGE_USAGE_TRANSFER_DST_BIT);
+    return flags;
+}
+
+VkBufferCreateInfo CreateInfo(const BufferDesc& desc) {
+    VkBufferCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+    info.size = desc.size;
+    info.usage = ToVk(desc.usage);
+    return info;
+}
+
+VkImageCreateInfo CreateInfo(const TextureDesc& desc) {
+    VkImageCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
+    info.imageType = VK_IMAGE_TYPE_2D;
+    info.format = ToVk(desc.format);
+    info.extent = {desc.extent.width, desc.extent.height, 1};
+    info.mipLevels = desc.mipLevels;
+    info.arrayLayers = 1;
+    info.samples = VK_SAMPLE_COUNT_1_BIT;
+    info.tiling = VK_IMAGE_TILING_OPTIMAL;
+    info.usage = ToVk(desc.usage);
+    return info;
+}
+
+VmaAllocationCreateInfo AllocationInfo(MemoryKind kind) {
+    VmaAllocationCreateInfo info{};
+    info.usage = VMA_MEMORY_USAGE_AUTO;
+    if (kind == MemoryKind::Device) {
+        info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
+        return info;
+    }
+    info.flags = VMA_ALLOCATION_CREATE_MAPPED_BIT |
+                 (kind == MemoryKind::Upload ? VMA_ALLOCATION_CREATE_HOST_ACCESS_SEQUENTIAL_WRITE_BIT
+                                             : VMA_ALLOCATION_CREATE_HOST_ACCESS_RANDOM_BIT);
+    info.requiredFlags = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    return info;
+}
+
+MemoryRequirements ToRequirements(const VkMemoryRequirements& r) {
+    return {r.size, r.alignment, r.memoryTypeBits};
+}
+
+std::string Describe(const BufferDesc& desc) {
+    return "buffer '" + desc.name + "' (" + std::to_string(desc.size) + " bytes)";
+}
+
+std::string Describe(const TextureDesc& desc) {
+    return "texture '" + desc.name + "' (" + std::to_string(desc.extent.width) + "x" +
+           std::to_string(desc.extent.height) + " " + Name(desc.format) + ")";
+}
+
+[[noreturn]] void Refuse(const std::string& subject, const std::string& reason) {
+    throw Error(ErrorKind::Usage, subject + ": " + reason);
+}
+
+void CheckDesc(const Device& device, const BufferDesc& desc) {
+    if (desc.size == 0) Refuse(Describe(desc), "its size is zero");
+    if (desc.usage == BufferUsage::None) Refuse(Describe(desc), "it has no usage");
+    if (desc.size > device.Info().maxBufferBytes)
+        throw Error(ErrorKind::OutOfMemory, Describe(desc) + ": the device's largest buffer has " +
+                                                std::to_string(device.Info().maxBufferBytes) + " bytes");
+}
+
+// What needs no device first, then whether the device has such images at all.
+void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const DeviceInfo& info,
+               const TextureDesc& desc) {
+    const std::string subject = Describe(desc);
+    if (desc.extent.IsEmpty()) Refuse(subject, "its extent is empty");
+    if (desc.format == Format::Undefined) Refuse(subject, "it has no format");
+    if (desc.usage == TextureUsage::None) Refuse(subject, "it has no usage");
+    if (desc.mipLevels == 0 || desc.mipLevels > FullMipCount(desc.extent))
+        Refuse(subject, std::to_string(desc.mipLevels) + " mip levels, possible are 1 to " +
+                            std::to_string(FullMipCount(desc.extent)));
+    const VkImageCreateInfo image = CreateInfo(desc);
+    VkPhysicalDeviceImageFormatInfo2 ask{};
+    ask.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_IMAGE_FORMAT_INFO_2;
+    ask.format = image.format;
+    ask.type = image.imageType;
+    ask.tiling = image.tiling;
+    ask.usage = image.usage;
+    VkImageFormatProperties2 answer{VK_STRUCTURE_TYPE_IMAGE_FORMAT_PROPERTIES_2, nullptr, {}};
+    if (vk.vkGetPhysicalDeviceImageFormatProperties2(device, &ask, &answer) != VK_SUCCESS)
+        Refuse(subject, info.name + " has no such format for this usage");
+    const VkExtent3D largest = answer.imageFormatProperties.maxExtent;
+    if (desc.extent.width > largest.width || desc.extent.height > largest.height)
+        Refuse(subject, "the device's largest texture is " + std::to_string(largest.width) + "x" +
+                            std::to_string(largest.height));
+}
+
+void CheckFits(const std::string& subject, const MemoryRequirements& needed,
+               const MemoryRequirements& given) {
+    if (needed.size > given.size)
+        Refuse(subject, "needs " + std::to_string(needed.size) + " bytes, its memory block has " +
+                            std::to_string(given.size));
+    if ((needed.memoryTypeBits & given.memoryTypeBits) != given.memoryTypeBits)
+        Refuse(subject, "its memory block is of a memory type that it cannot use");
+    if (needed.alignment > given.alignment)
+        Refuse(subject, "needs alignment " + std::to_string(needed.alignment) + ", its memory block has " +
+                            std::to_string(given.alignment));
+}
+
+}  // namespace
+
+MemoryRequirements Device::RequirementsOf(const BufferDesc& desc) {
+    CheckDesc(*this, desc);
+    const VkBufferCreateInfo info = CreateInfo(desc);
+    VkDeviceBufferMemoryRequirements ask{VK_STRUCTURE_TYPE_DEVICE_BUFFER_MEMORY_REQUIREMENTS, nullptr, &info};
+    VkMemoryRequirements2 answer{VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2, nullptr, {}};
+    Vk().vkGetDeviceBufferMemoryRequirements(Handle(), &ask, &answer);
+    return ToRequirements(answer.memoryRequirements);
+}
+
+MemoryRequirements Device::RequirementsOf(const TextureDesc& desc) {
+    CheckDesc(m_impl->instanceFunctions, PhysicalDevice(), Info(), desc);
+    const VkImageCreateInfo info = CreateInfo(desc);
+    VkDeviceImageMemoryRequirements ask{};
+    ask.sType = VK_STRUCTURE_TYPE_DEVICE_IMAGE_MEMORY_REQUIREMENTS;
+    ask.pCreateInfo = &info;
+    VkMemoryRequirements2 answer{VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2, nullptr, {}};
+    Vk().vkGetDeviceImageMemoryRequirements(Handle(), &ask, &answer);
+    return ToRequirements(answer.memoryRequirements);
+}
+
+void Device::Finish(Buffer& buffer) {
+    SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), buffer.m_desc.name);
+    VkBufferDeviceAddressInfo address{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, buffer.m_buffer};
+    buffer.m_address = Vk().vkGetBufferDeviceAddress(Handle(), &address);
+}
+
+Buffer Device::CreateBuffer(const BufferDesc& desc) {
+    CheckDesc(*this, desc);
+    const VkBufferCreateInfo info = CreateInfo(desc);
+    const VmaAllocationCreateInfo allocate = AllocationInfo(desc.memory);
+    // Where an address must be aligned, the whole buffer is: for its offset 0 nobody has to think of it.
+    uint64_t alignment = 16;
+    if (Has(desc.usage, BufferUsage::Storage))
+        alignment = std::max<uint64_t>(alignment, Info().scratchAlignment);
+    if (Has(desc.usage, BufferUsage::ShaderBindingTable))
+        alignment = std::max<uint64_t>(alignment, Info().shaderGroupBaseAlignment);
+    Buffer buffer;
+    buffer.m_desc = desc;
+    VmaAllocationInfo allocated{};
+    Check(vmaCreateBufferWithAlignment(Allocator(), &info, &allocate, alignment, &buffer.m_buffer,
+                                       &buffer.m_allocation, &allocated),
+          Describe(desc));
+    buffer.m_device = this;
+    buffer.m_mapped = static_cast<std::byte*>(allocated.pMappedData);
+    m_impl->memory.Add(allocated.size);
+    Finish(buffer);
+    return buffer;
+}
+
+Buffer Device::CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory) {
+    if (desc.memory != MemoryKind::Device)
+        Refuse(Describe(desc), "a buffer in a memory block is Device memory");
+    CheckFits(Describe(desc), RequirementsOf(desc), memory.Requirements());
+    const VkBufferCreateInfo info = CreateInfo(desc);
+    Buffer buffer;
+    buffer.m_desc = desc;
+    Check(vmaCreateAliasingBuffer(Allocator(), memory.m_allocation, &info, &buffer.m_buffer), Describe(desc));
+    buffer.m_device = this;
+    Finish(buffer);
+    return buffer;
+}
+
+void Device::Free(VkBuffer buffer, VmaAllocation allocation) noexcept {
+    Vk().vkDestroyBuffer(Handle(), buffer, AllocationCallbacks());
+    FreeMemory(allocation);
+}
+
+void Device::Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept {
+    Vk().vkDestroyImageView(Handle(), view, AllocationCallbacks());
+    Vk().vkDestroyImage(Handle(), image, AllocationCallbacks());
+    FreeMemory(allocation);
+}
+
+void Device::FreeMemory(VmaAllocation allocation) noexcept {
+    if (!allocation) return;
+    VmaAllocationInfo info{};
+    vmaGetAllocationInfo(Allocator(), allocation, &info);
+    m_impl->memory.Remove(info.size);
+    vmaFreeMemory(Allocator(), allocation);
+}
+
+// Names the image and makes the view. The texture owns its image by now.
+void Device::Finish(Texture& texture) {
+    const TextureDesc& desc = texture.m_desc;
+    if (texture.m_ownsImage)
+        SetName(VK_OBJECT_TYPE_IMAGE, reinterpret_cast<uint64_t>(texture.m_image), desc.name);
+    VkImageViewCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
+    info.image = texture.m_image;
+    info.viewType = VK_IMAGE_VIEW_TYPE_2D;
+    info.format = ToVk(desc.format);
+    info.subresourceRange = texture.AllMips();
+    Check(Vk().vkCreateImageView(Handle(), &info, AllocationCallbacks(), &texture.m_view),
+          Describe(desc) + ": vkCreateImageView");
+    SetName(VK_OBJECT_TYPE_IMAGE_VIEW, reinterpret_cast<uint64_t>(texture.m_view), desc.name);
+}
+
+Texture Device::CreateTexture(const TextureDesc& desc) {
+    CheckDesc(m_impl->instanceFunctions, PhysicalDevice(), Info(), desc);
+    const VkImageCreateInfo info = CreateInfo(desc);
+    const VmaAllocationCreateInfo allocate = AllocationInfo(MemoryKind::Device);
+    Texture texture;
+    texture.m_desc = desc;
+    VmaAllocationInfo allocated{};
+    Check(vmaCreateImage(Allocator(), &info, &allocate, &texture.m_image, &texture.m_allocation, &allocated),
+          Describe(desc));
+    texture.m_device = this;
+    m_impl->memory.Add(allocated.size);
+    Finish(texture);
+    return texture;
+}
+
+Texture Device::CreateTexture(const TextureDesc& desc, const MemoryBlock& memory) {
+    CheckFits(Describe(desc), RequirementsOf(desc), memory.Requirements());
+    const VkImageCreateInfo info = CreateInfo(desc);
+    Texture texture;
+    texture.m_desc = desc;
+    Check(vmaCreateAliasingImage(Allocator(), memory.m_allocation, &info, &texture.m_image), Describe(desc));
+    texture.m_device = this;
+    Finish(texture);
+    return texture;
+}
+
+Texture Device::WrapTexture(const TextureDesc& desc, VkImage image) {
+    if (!image) Refuse(Describe(desc), "the host's image is null");
+    CheckDesc(m_impl->instanceFunctions, PhysicalDevice(), Info(), desc);
+    Texture texture;
+    texture.m_desc = desc;
+    texture.m_image = image;
+    texture.m_ownsImage = false;
+    texture.m_device = this;
+    Finish(texture);
+    return texture;
+}
+
+bool Device::CanGenerateMips(Format format) const {
+    VkFormatProperties2 properties{VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2, nullptr, {}};
+    m_impl->instanceFunctions.vkGetPhysicalDeviceFormatProperties2(PhysicalDevice(), rhi::ToVk(format),
+                                                                   &properties);
+    constexpr VkFormatFeatureFlags kNeeded = VK_FORMAT_FEATURE_BLIT_SRC_BIT | VK_FORMAT_FEATURE_BLIT_DST_BIT |
+                                             VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT;
+    return (properties.formatProperties.optimalTilingFeatures & kNeeded) == kNeeded;
+}
+
+Sampler Device::CreateSampler(const SamplerDesc& desc) {
+    const auto filter = [](Filter f) { return f == Filter::Nearest ? VK_FILTER_NEAREST : VK_FILTER_LINEAR; };
+    const auto address = [](AddressMode mode) {
+        switch (mode) {
+            case AddressMode::Repeat:
+                return VK_SAMPLER_ADDRESS_MODE_REPEAT;
+            case AddressMode::MirroredRepeat:
+                return VK_SAMPLER_ADDRESS_MODE_MIRRORED_REPEAT;
+            case AddressMode::ClampToEdge:
+                break;
+        }
+        return VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+    };
+    VkSamplerCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO;
+    info.magFilter = filter(desc.magFilter);
+    info.minFilter = filter(desc.minFilter);
+    info.mipmapMode =
+        desc.mipFilter == Filter::Nearest ? VK_SAMPLER_MIPMAP_MODE_NEAREST : VK_SAMPLER_MIPMAP_MODE_LINEAR;
+    info.addressModeU = address(desc.addressU);
+    info.addressModeV = address(desc.addressV);
+    info.addressModeW = VK_SAMPLER_ADDRESS_MODE_REPEAT;
+    info.maxLod = VK_LOD_CLAMP_NONE;
+    Sampler sampler;
+    Check(Vk().vkCreateSampler(Handle(), &info, AllocationCallbacks(), &sampler.m_sampler),
+          "sampler '" + desc.name + "': vkCreateSampler");
+    sampler.m_device = this;
+    SetName(VK_OBJECT_TYPE_SAMPLER, reinterpret_cast<uint64_t>(sampler.m_sampler), desc.name);
+    return sampler;
+}
+
+MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequirements& requirements) {
+    const std::string subject =
+        "memory block '" + name + "' (" + std::to_string(requirements.size) + " bytes)";
+    if (requirements.size == 0) Refuse(subject, "its size is zero");
+    const VkMemoryRequirements needed{requirements.size, requirements.alignment, requirements.memoryTypeBits};
+    VmaAllocationCreateInfo allocate{};
+    allocate.preferredFlags = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+    MemoryBlock block;
+    VmaAllocationInfo allocated{};
+    Check(vmaAllocateMemory(Allocator(), &needed, &allocate, &block.m_allocation, &allocated), subject);
+    vmaSetAllocationName(Allocator(), block.m_allocation, name.c_str());
+    block.m_device = this;
+    // From here on the block has one memory type: what is bound to it must be able to use that one.
+    block.m_requirements = {requirements.size, requirements.alignment, 1u << allocated.memoryType};
+    m_impl->memory.Add(allocated.size);
+    return block;
+}
+
+}  // namespace raygraph::rhi

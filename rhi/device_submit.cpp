@@ -1,0 +1,159 @@
+// The timeline: command lists in, timeline values out, and what is destroyed when a value is reached.
+#include <algorithm>
+#include <array>
+
+#include "rhi/command_list.h"
+#include "rhi/device_impl.h"
+
+namespace raygraph::rhi {
+namespace {
+
+VkSemaphoreSubmitInfo SubmitInfo(const SemaphoreUse& use) {
+    VkSemaphoreSubmitInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO;
+    info.semaphore = use.semaphore;
+    info.value = use.value;
+    info.stageMask = use.stages;
+    return info;
+}
+
+}  // namespace
+
+CommandList Device::BeginCommands(const std::string& name) {
+    const DeviceFunctions& vk = m_impl->vk;
+    CommandSlot slot;
+    {
+        const std::lock_guard lock(m_impl->slotMutex);
+        auto& slots = m_impl->slots;
+        const uint64_t completed = slots.empty() ? 0 : CompletedValue();
+        const auto free = std::find_if(slots.begin(), slots.end(),
+                                       [&](const CommandSlot& s) { return s.until <= completed; });
+        if (free != slots.end()) {
+            slot = *free;
+            slots.erase(free);
+        }
+    }
+    if (slot.pool) {
+        Check(vk.vkResetCommandPool(Handle(), slot.pool, 0),
+              "command list '" + name + "': vkResetCommandPool");
+    } else {
+        VkCommandPoolCreateInfo poolInfo{};
+        poolInfo.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+        poolInfo.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
+        poolInfo.queueFamilyIndex = QueueFamily();
+        Check(vk.vkCreateCommandPool(Handle(), &poolInfo, AllocationCallbacks(), &slot.pool),
+              "command list '" + name + "': vkCreateCommandPool");
+        VkCommandBufferAllocateInfo allocate{};
+        allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+        allocate.commandPool = slot.pool;
+        allocate.commandBufferCount = 1;
+        const VkResult result = vk.vkAllocateCommandBuffers(Handle(), &allocate, &slot.commands);
+        if (result != VK_SUCCESS) vk.vkDestroyCommandPool(Handle(), slot.pool, AllocationCallbacks());
+        Check(result, "command list '" + name + "': vkAllocateCommandBuffers");
+    }
+    CommandList list;
+    list.m_device = this;
+    list.m_commands = slot.commands;
+    list.m_pool = slot.pool;
+    list.m_serial = m_impl->retired.OpenList();
+    SetName(VK_OBJECT_TYPE_COMMAND_BUFFER, reinterpret_cast<uint64_t>(slot.commands), name);
+    VkCommandBufferBeginInfo begin{};
+    begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+    begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    Check(vk.vkBeginCommandBuffer(slot.commands, &begin),
+          "command list '" + name + "': vkBeginCommandBuffer");
+    return list;
+}
+
+// Takes the Vulkan objects out of the list, for reuse once the timeline has reached `value` (0: now).
+void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
+    {
+        const std::lock_guard lock(m_impl->slotMutex);
+        m_impl->slots.push_back({commands.m_pool, commands.m_commands, value});
+    }
+    m_impl->retired.CloseList(commands.m_serial, value);
+    commands.m_device = nullptr;
+    commands.m_commands = VK_NULL_HANDLE;
+    commands.m_pool = VK_NULL_HANDLE;
+}
+
+uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> waits,
+                        std::span<const SemaphoreUse> signals) {
+    if (commands.m_device != this)
+        throw Error(ErrorKind::Usage, "Submit: the command list is empty or of another device");
+    CommandList list = std::move(commands);  // dropped if anything below throws
+    Check(m_impl->vk.vkEndCommandBuffer(list.Handle()), "vkEndCommandBuffer");
+
+    std::vector<VkSemaphoreSubmitInfo> waitInfos, signalInfos;
+    for (const SemaphoreUse& use : waits) waitInfos.push_back(SubmitInfo(use));
+    for (const SemaphoreUse& use : signals) signalInfos.push_back(SubmitInfo(use));
+    signalInfos.push_back(SubmitInfo({m_impl->timeline, 0}));
+    VkCommandBufferSubmitInfo buffer{};
+    buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
+    buffer.commandBuffer = list.Handle();
+    VkSubmitInfo2 info{};
+    info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
+    info.waitSemaphoreInfoCount = static_cast<uint32_t>(waitInfos.size());
+    info.pWaitSemaphoreInfos = waitInfos.data();
+    info.commandBufferInfoCount = 1;
+    info.pCommandBufferInfos = &buffer;
+    info.signalSemaphoreInfoCount = static_cast<uint32_t>(signalInfos.size());
+    info.pSignalSemaphoreInfos = signalInfos.data();
+
+    uint64_t value = 0;
+    {
+        const std::lock_guard lock(m_impl->submitMutex);
+        value = m_impl->lastSubmitted.load() + 1;
+        signalInfos.back().value = value;
+        m_impl->LockQueue();
+        const VkResult result = m_impl->vk.vkQueueSubmit2(m_impl->queue, 1, &info, VK_NULL_HANDLE);
+        m_impl->UnlockQueue();
+        Check(result, "vkQueueSubmit2");
+        m_impl->lastSubmitted = value;
+    }
+    Recycle(list, value);
+    CollectGarbage();
+    return value;
+}
+
+uint64_t Device::CompletedValue() const {
+    uint64_t value = 0;
+    Check(m_impl->vk.vkGetSemaphoreCounterValue(Handle(), m_impl->timeline, &value),
+          "vkGetSemaphoreCounterValue");
+    uint64_t known = m_impl->lastCompleted.load();
+    while (known < value && !m_impl->lastCompleted.compare_exchange_weak(known, value)) {
+    }
+    return value;
+}
+
+uint64_t Device::LastSubmittedValue() const {
+    return m_impl->lastSubmitted.load();
+}
+
+VkSemaphore Device::Timeline() const {
+    return m_impl->timeline;
+}
+
+void Device::WaitFor(uint64_t value) {
+    if (value > LastSubmittedValue())
+        throw Error(ErrorKind::Usage, "WaitFor(" + std::to_string(value) + "): the last submission is " +
+                                          std::to_string(LastSubmittedValue()));
+    const VkSemaphoreWaitInfo wait{
+        VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &m_impl->timeline, &value};
+    Check(m_impl->vk.vkWaitSemaphores(Handle(), &wait, UINT64_MAX), "vkWaitSemaphores");
+    CollectGarbage();
+}
+
+void Device::WaitIdle() {
+    WaitFor(LastSubmittedValue());
+}
+
+void Device::Retire(std::function<void()> destroy) {
+    m_impl->retired.Retire(std::move(destroy), m_impl->lastCompleted.load());
+}
+
+void Device::CollectGarbage() {
+    m_impl->retired.Collect(CompletedValue());
+}
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,77 @@
+#include "rhi/functions.h"
+
+#include <dlfcn.h>
+
+#include <string>
+
+#include "base/error.h"
+
+namespace raygraph::rhi {
+namespace {
+
+template <typename Function, typename Load>
+void LoadOne(Function& function, const char* name, const char* owner, Load&& load) {
+    function = reinterpret_cast<Function>(load(name));
+    if (!function) throw Error(ErrorKind::NoDevice, std::string(owner) + " has no function " + name);
+}
+
+}  // namespace
+
+#define RAYGRAPH_LOAD_(name)          LoadOne(table.name, #name, kOwner, load);
+#define RAYGRAPH_LOAD_OPTIONAL_(name) table.name = reinterpret_cast<PFN_##name>(load(#name));
+
+GlobalFunctions LoadGlobalFunctions(PFN_vkGetInstanceProcAddr loader) {
+    constexpr const char* kOwner = "the Vulkan loader";
+    const auto load = [&](const char* name) { return loader(VK_NULL_HANDLE, name); };
+    GlobalFunctions table;
+    RAYGRAPH_GLOBAL_FUNCTIONS(RAYGRAPH_LOAD_)
+    return table;
+}
+
+InstanceFunctions LoadInstanceFunctions(PFN_vkGetInstanceProcAddr loader, VkInstance instance,
+                                        bool debugUtils) {
+    constexpr const char* kOwner = "the Vulkan instance";
+    const auto load = [&](const char* name) { return loader(instance, name); };
+    InstanceFunctions table;
+    RAYGRAPH_INSTANCE_FUNCTIONS(RAYGRAPH_LOAD_)
+    if (debugUtils) {
+        RAYGRAPH_DEBUG_INSTANCE_FUNCTIONS(RAYGRAPH_LOAD_OPTIONAL_)
+    }
+    return table;
+}
+
+DeviceFunctions LoadDeviceFunctions(PFN_vkGetDeviceProcAddr loader, VkDevice device, bool debugUtils) {
+    constexpr const char* kOwner = "the Vulkan device";
+    const auto load = [&](const char* name) { return loader(device, name); };
+    DeviceFunctions table;
+    RAYGRAPH_DEVICE_FUNCTIONS(RAYGRAPH_LOAD_)
+    if (debugUtils) {
+        RAYGRAPH_DEBUG_DEVICE_FUNCTIONS(RAYGRAPH_LOAD_OPTIONAL_)
+    }
+    return table;
+}
+
+#undef RAYGRAPH_LOAD_
+#undef RAYGRAPH_LOAD_OPTIONAL_
+
+std::shared_ptr<VulkanLoader> VulkanLoader::Open() {
+    // dlopen counts its users by itself: every holder has a reference of its own.
+    constexpr const char* kLibrary = "libvulkan.so.1";
+    std::shared_ptr<VulkanLoader> loader(new VulkanLoader);
+    loader->m_library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
+    if (!loader->m_library) {
+        const char* reason = dlerror();
+        throw Error(ErrorKind::NoDevice, std::string("no Vulkan loader: ") + (reason ? reason : kLibrary));
+    }
+    loader->m_getInstanceProcAddr =
+        reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(loader->m_library, "vkGetInstanceProcAddr"));
+    if (!loader->m_getInstanceProcAddr)
+        throw Error(ErrorKind::NoDevice, std::string(kLibrary) + " has no function vkGetInstanceProcAddr");
+    return loader;
+}
+
+VulkanLoader::~VulkanLoader() {
+    if (m_library) dlclose(m_library);
+}
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,126 @@
+#include "rhi/pipeline_cache_file.h"
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <system_error>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "base/read_file.h"
+
+namespace raygraph::rhi {
+namespace {
+
+// What precedes the driver's bytes in the file, in the machine's byte order.
+struct FileHeader {
+    std::array<char, 8> magic{'R', 'G', 'P', 'I', 'P', 'E', '0', '1'};
+    uint64_t size = 0;
+    uint64_t checksum = 0;
+};
+
+// Caches have no business being larger; NVIDIA's own limit for its disk cache is of this order.
+constexpr uint64_t kMaxFileBytes = uint64_t{1} << 30;
+
+// FNV-1a, 64 bits.
+uint64_t Checksum(std::span<const std::byte> bytes) {
+    uint64_t hash = 0xcbf29ce484222325ull;
+    for (const std::byte b : bytes) hash = (hash ^ static_cast<uint64_t>(b)) * 0x100000001b3ull;
+    return hash;
+}
+
+std::string Hex(std::span<const uint8_t> bytes) {
+    constexpr char kDigits[] = "0123456789abcdef";
+    std::string text;
+    for (const uint8_t b : bytes) text += {kDigits[b >> 4], kDigits[b & 15]};
+    return text;
+}
+
+std::string Hex(uint32_t value) {
+    const std::array<uint8_t, 4> bytes{static_cast<uint8_t>(value >> 24), static_cast<uint8_t>(value >> 16),
+                                       static_cast<uint8_t>(value >> 8), static_cast<uint8_t>(value)};
+    return Hex(std::span<const uint8_t>(bytes));
+}
+
+}  // namespace
+
+std::filesystem::path PipelineCacheFolder(const std::filesystem::path& configured) {
+    if (!configured.empty()) return configured;
+    // The XDG specification: a relative path in the variable counts as unset.
+    const char* cache = std::getenv("XDG_CACHE_HOME");
+    if (cache && std::filesystem::path(cache).is_absolute()) return std::filesystem::path(cache) / "raygraph";
+    const char* home = std::getenv("HOME");
+    if (home && *home) return std::filesystem::path(home) / ".cache" / "raygraph";
+    return {};
+}
+
+PipelineCacheFile::PipelineCacheFile(const std::filesystem::path& folder,
+                                     const VkPhysicalDeviceProperties& device) {
+    m_expected.headerSize = sizeof(VkPipelineCacheHeaderVersionOne);
+    m_expected.headerVersion = VK_PIPELINE_CACHE_HEADER_VERSION_ONE;
+    m_expected.vendorID = device.vendorID;
+    m_expected.deviceID = device.deviceID;
+    std::memcpy(m_expected.pipelineCacheUUID, device.pipelineCacheUUID, VK_UUID_SIZE);
+    if (!folder.empty())
+        m_path = folder / ("pipelines-" + Hex(device.vendorID) + "-" + Hex(device.deviceID) + "-" +
+                           Hex(std::span<const uint8_t>(device.pipelineCacheUUID)) + ".bin");
+}
+
+std::string PipelineCacheFile::Refusal(std::span<const std::byte> file) const {
+    FileHeader header;
+    const FileHeader ours;
+    if (file.size() < sizeof(header)) return "it is shorter than its header";
+    std::memcpy(&header, file.data(), sizeof(header));
+    if (header.magic != ours.magic) return "it is no pipeline cache of this version";
+    const std::span<const std::byte> bytes = file.subspan(sizeof(header));
+    if (bytes.size() != header.size)
+        return "it has " + std::to_string(bytes.size()) + " bytes instead of " + std::to_string(header.size);
+    if (Checksum(bytes) != header.checksum) return "its checksum is wrong";
+    if (bytes.size() < sizeof(m_expected) || std::memcmp(bytes.data(), &m_expected, sizeof(m_expected)) != 0)
+        return "it is of another device or driver";
+    return {};
+}
+
+PipelineCacheFile::Loaded PipelineCacheFile::Load() {
+    Loaded loaded;
+    std::error_code failure;
+    if (m_path.empty() || !std::filesystem::exists(m_path, failure)) return loaded;
+    try {
+        std::vector<std::byte> file = ReadFile(m_path, kMaxFileBytes);
+        loaded.problem = Refusal(file);
+        if (loaded.problem.empty()) {
+            loaded.bytes.assign(file.begin() + sizeof(FileHeader), file.end());
+            m_savedChecksum = Checksum(loaded.bytes);
+            m_savedSize = loaded.bytes.size();
+        } else {
+            loaded.problem = "pipeline cache " + m_path.string() + " is ignored: " + loaded.problem;
+        }
+    } catch (const Error& error) {
+        loaded.problem = std::string("pipeline cache is ignored: ") + error.what();
+    }
+    return loaded;
+}
+
+std::string PipelineCacheFile::Save(std::span<const std::byte> bytes) {
+    if (m_path.empty()) return "there is no folder for the pipeline cache";
+    FileHeader header;
+    header.size = bytes.size();
+    header.checksum = Checksum(bytes);
+    if (header.size == m_savedSize && header.checksum == m_savedChecksum) return {};
+    std::error_code failure;
+    std::filesystem::create_directories(m_path.parent_path(), failure);
+    if (failure) return m_path.parent_path().string() + ": " + failure.message();
+    try {
+        AtomicFile file(m_path);
+        file.Write(std::as_bytes(std::span(&header, 1)));
+        file.Write(bytes);
+        file.Commit();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    m_savedSize = header.size;
+    m_savedChecksum = header.checksum;
+    return {};
+}
+
+}  // namespace raygraph::rhi

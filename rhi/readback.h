@@ -1,0 +1,51 @@
+// Readback: bytes on their way from the device to the CPU, and the blocking short forms for tests and
+// programs.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "rhi/command_list.h"
+#include "rhi/resources.h"
+
+namespace raygraph::rhi {
+
+// Copies go into the caller's list, so that they run right after what made the data; the caller submits it
+// and says as which value. One thread at a time.
+class Readback {
+  public:
+    Readback() = default;
+
+    // Records a copy of `size` bytes of a buffer with BufferUsage::CopySource. VK_WHOLE_SIZE: up to its end.
+    static Readback Record(CommandList& commands, const Buffer& source, uint64_t offset = 0,
+                           uint64_t size = VK_WHOLE_SIZE);
+    // Records a copy of a mip level of a texture with TextureUsage::CopySource, rows from the top, tightly
+    // packed. The texture is in `layout` before and after.
+    static Readback Record(CommandList& commands, const Texture& source, VkImageLayout layout,
+                           uint32_t mipLevel = 0);
+
+    // The value that Device::Submit returned for the list.
+    void SetSubmitted(uint64_t value) { m_value = value; }
+    uint64_t Value() const { return m_value; }
+
+    // False before the submission has completed; never waits.
+    bool IsReady() const;
+    // The bytes; valid while this object lives. Throws Error{Usage} when they are not ready.
+    std::span<const std::byte> Bytes() const;
+    // Waits until they are there. Throws Error{Usage} if the list was not submitted.
+    std::span<const std::byte> Wait();
+
+  private:
+    Device* m_device = nullptr;
+    Buffer m_staging;
+    uint64_t m_value = 0;
+};
+
+// Submit and wait: for tests and for programs that have nothing else to do. Errors as above.
+std::vector<std::byte> ReadBuffer(Device& device, const Buffer& source, uint64_t offset = 0,
+                                  uint64_t size = VK_WHOLE_SIZE);
+std::vector<std::byte> ReadTexture(Device& device, const Texture& source, VkImageLayout layout,
+                                   uint32_t mipLevel = 0);
+
+}  // namespace raygraph::rhi

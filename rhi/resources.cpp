@@ -1,0 +1,104 @@
+#include "rhi/resources.h"
+
+#include "rhi/device.h"
+
+namespace raygraph::rhi {
+
+void Buffer::Release() noexcept {
+    if (!m_buffer) return;
+    Device* device = m_device;
+    device->Retire(
+        [device, buffer = m_buffer, allocation = m_allocation] { device->Free(buffer, allocation); });
+}
+
+Buffer& Buffer::operator=(Buffer&& other) noexcept {
+    if (this == &other) return *this;
+    Release();
+    m_device = std::exchange(other.m_device, nullptr);
+    m_desc = std::exchange(other.m_desc, {});
+    m_buffer = std::exchange(other.m_buffer, VK_NULL_HANDLE);
+    m_allocation = std::exchange(other.m_allocation, nullptr);
+    m_address = std::exchange(other.m_address, 0);
+    m_mapped = std::exchange(other.m_mapped, nullptr);
+    return *this;
+}
+
+Buffer::~Buffer() {
+    Release();
+}
+
+std::span<std::byte> Buffer::Mapped() const {
+    if (!m_mapped) return {};
+    return {m_mapped, static_cast<size_t>(m_desc.size)};
+}
+
+VkImageSubresourceRange Texture::AllMips() const {
+    const VkImageAspectFlags aspect =
+        IsDepth(m_desc.format) ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
+    return {aspect, 0, m_desc.mipLevels, 0, 1};
+}
+
+void Texture::Release() noexcept {
+    if (!m_image) return;
+    Device* device = m_device;
+    const VkImage image = m_ownsImage ? m_image : VK_NULL_HANDLE;
+    device->Retire(
+        [device, image, view = m_view, allocation = m_allocation] { device->Free(image, view, allocation); });
+}
+
+Texture& Texture::operator=(Texture&& other) noexcept {
+    if (this == &other) return *this;
+    Release();
+    m_device = std::exchange(other.m_device, nullptr);
+    m_desc = std::exchange(other.m_desc, {});
+    m_image = std::exchange(other.m_image, VK_NULL_HANDLE);
+    m_view = std::exchange(other.m_view, VK_NULL_HANDLE);
+    m_allocation = std::exchange(other.m_allocation, nullptr);
+    m_ownsImage = std::exchange(other.m_ownsImage, true);
+    return *this;
+}
+
+Texture::~Texture() {
+    Release();
+}
+
+void Sampler::Release() noexcept {
+    if (!m_sampler) return;
+    Device* device = m_device;
+    device->Retire([device, sampler = m_sampler] {
+        device->Vk().vkDestroySampler(device->Handle(), sampler, device->AllocationCallbacks());
+    });
+}
+
+Sampler& Sampler::operator=(Sampler&& other) noexcept {
+    if (this == &other) return *this;
+    Release();
+    m_device = std::exchange(other.m_device, nullptr);
+    m_sampler = std::exchange(other.m_sampler, VK_NULL_HANDLE);
+    return *this;
+}
+
+Sampler::~Sampler() {
+    Release();
+}
+
+void MemoryBlock::Release() noexcept {
+    if (!m_allocation) return;
+    Device* device = m_device;
+    device->Retire([device, allocation = m_allocation] { device->Free(VK_NULL_HANDLE, allocation); });
+}
+
+MemoryBlock& MemoryBlock::operator=(MemoryBlock&& other) noexcept {
+    if (this == &other) return *this;
+    Release();
+    m_device = std::exchange(other.m_device, nullptr);
+    m_requirements = std::exchange(other.m_requirements, {});
+    m_allocation = std::exchange(other.m_allocation, nullptr);
+    return *this;
+}
+
+MemoryBlock::~MemoryBlock() {
+    Release();
+}
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,64 @@
+// TimestampPool: GPU times of a frame, read without waiting.
+//
+// Each frame takes one of a few ranges of queries; a range is read when the timeline has passed its frame and
+// used again after that. A frame whose range comes up again unread (nobody polled) is lost, and counted. One
+// thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rhi/command_list.h"
+#include "rhi/vulkan.h"
+
+namespace raygraph::rhi {
+
+struct TimestampFrame {
+    uint64_t submitted = 0;           // the timeline value of the frame
+    std::vector<double> nanoseconds;  // since the frame's first timestamp, in the order of Write
+};
+
+class TimestampPool {
+  public:
+    // Throws Error{Usage} if the device has no timestamps (DeviceInfo::timestampValidBits is 0) or
+    // maxPerFrame is 0.
+    TimestampPool(Device& device, const std::string& name, uint32_t maxPerFrame);
+    ~TimestampPool();
+    TimestampPool(const TimestampPool&) = delete;
+    TimestampPool& operator=(const TimestampPool&) = delete;
+
+    // Starts a frame's timestamps; outside of rendering.
+    void BeginFrame(CommandList& commands);
+    // A timestamp once all commands before have passed `stage`. Returns its index in
+    // TimestampFrame::nanoseconds; nothing is written, and nothing returned, above maxPerFrame or outside of
+    // a frame.
+    std::optional<uint32_t> Write(CommandList& commands,
+                                  VkPipelineStageFlags2 stage = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+    // The frame was submitted as this timeline value. A frame that was not submitted is given up by the next
+    // BeginFrame.
+    void EndFrame(uint64_t submitted);
+
+    // The oldest completed frame not yet returned; never waits.
+    std::optional<TimestampFrame> Poll();
+    uint64_t LostFrameCount() const { return m_lostCount; }
+
+  private:
+    enum class State : uint8_t { Free, Recording, Submitted };
+    struct Range {
+        State state = State::Free;
+        uint32_t count = 0;
+        uint64_t submitted = 0;
+    };
+    uint32_t FirstQuery(size_t range) const { return static_cast<uint32_t>(range) * m_maxPerFrame; }
+
+    Device& m_device;
+    uint32_t m_maxPerFrame;
+    std::vector<Range> m_ranges;
+    size_t m_current = 0;  // the range of the present frame, or of the last one
+    VkQueryPool m_pool = VK_NULL_HANDLE;
+    uint64_t m_lostCount = 0;
+};
+
+}  // namespace raygraph::rhi

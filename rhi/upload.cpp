@@ -1,0 +1,236 @@
+#include "rhi/upload.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/check.h"
+#include "base/error.h"
+#include "rhi/device.h"
+
+namespace raygraph::rhi {
+namespace {
+
+constexpr uint64_t kMinChunkBytes = uint64_t{64} << 10;
+// A multiple of every texel size and of 4, as copies into textures need it.
+constexpr uint64_t kStagingAlignment = 16;
+
+VkImageMemoryBarrier2 MipBarrier(const Texture& texture, uint32_t level, uint32_t levelCount,
+                                 VkImageLayout from, VkImageLayout to) {
+    VkImageMemoryBarrier2 barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+    barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
+    barrier.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
+    barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
+    barrier.oldLayout = from;
+    barrier.newLayout = to;
+    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = texture.Image();
+    barrier.subresourceRange = texture.AllMips();
+    barrier.subresourceRange.baseMipLevel = level;
+    barrier.subresourceRange.levelCount = levelCount;
+    return barrier;
+}
+
+[[noreturn]] void Refuse(const std::string& subject, const std::string& reason) {
+    throw Error(ErrorKind::Usage, "upload to " + subject + ": " + reason);
+}
+
+uint64_t LevelBytes(const Texture& texture, uint32_t level) {
+    const Extent2D extent = MipExtent(texture.Extent(), level);
+    return uint64_t{extent.width} * extent.height * TexelBytes(texture.Desc().format);
+}
+
+}  // namespace
+
+Uploader::Uploader(Device& device, const UploaderDesc& desc)
+    : m_device(device),
+      m_desc(desc),
+      m_chunkBytes(desc.chunkCount == 0
+                       ? 0
+                       : desc.stagingBytes / desc.chunkCount / kStagingAlignment * kStagingAlignment) {
+    if (desc.chunkCount < 2 || m_chunkBytes < kMinChunkBytes)
+        throw Error(ErrorKind::Usage, "uploader '" + desc.name + "': " + std::to_string(desc.stagingBytes) +
+                                          " bytes in " + std::to_string(desc.chunkCount) +
+                                          " chunks; needed are at least 2 of at least " +
+                                          std::to_string(kMinChunkBytes) + " bytes");
+}
+
+Uploader::~Uploader() = default;
+
+CommandList& Uploader::List() {
+    if (!m_isRecording) {
+        m_list = m_device.BeginCommands(m_desc.name);
+        m_isRecording = true;
+        m_list.FullBarrier();  // after all earlier uses of the targets
+        m_written.clear();
+    }
+    return m_list;
+}
+
+uint64_t Uploader::Flush() {
+    if (!m_isRecording) return m_lastValue;
+    m_list.FullBarrier();  // before all later uses
+    m_isRecording = false;
+    m_lastValue = m_device.Submit(std::move(m_list));
+    if (!m_chunks.empty() && m_chunks[m_current].used > 0) {
+        m_chunks[m_current].until = m_lastValue;
+        NextChunk();
+    }
+    return m_lastValue;
+}
+
+// Moves on to a chunk that is free: the next one in the ring, or a new one while the bound allows it.
+void Uploader::NextChunk() {
+    const uint64_t completed = m_device.CompletedValue();
+    const size_t next = m_chunks.empty() ? 0 : (m_current + 1) % m_chunks.size();
+    const bool isNextFree = !m_chunks.empty() && m_chunks[next].until <= completed;
+    if (!isNextFree && m_chunks.size() < m_desc.chunkCount) {
+        Chunk chunk;
+        chunk.buffer =
+            m_device.CreateBuffer({.name = m_desc.name + " staging " + std::to_string(m_chunks.size()),
+                                   .size = m_chunkBytes,
+                                   .usage = BufferUsage::CopySource,
+                                   .memory = MemoryKind::Upload});
+        // After the current one, so that the ring stays in the order of use.
+        m_current = m_chunks.empty() ? 0 : m_current + 1;
+        m_chunks.insert(m_chunks.begin() + static_cast<std::ptrdiff_t>(m_current), std::move(chunk));
+        return;
+    }
+    m_current = next;
+    m_chunks[m_current].used = 0;
+}
+
+Uploader::Staged Uploader::Stage(uint64_t wanted, uint64_t least) {
+    RG_CHECK_LE(least, m_chunkBytes);
+    if (m_chunks.empty()) NextChunk();
+    if (m_chunkBytes - m_chunks[m_current].used < least) {
+        Flush();
+        // Not moved on: the list that used this chunk was lost to an earlier error.
+        if (m_chunks[m_current].used > 0) NextChunk();
+    }
+    Chunk& chunk = m_chunks[m_current];
+    if (chunk.until > 0) {
+        // Flush may have come round to a chunk that the device is still reading.
+        if (chunk.until > m_device.CompletedValue()) {
+            ++m_waitCount;
+            m_device.WaitFor(chunk.until);
+        }
+        chunk.until = 0;
+    }
+    const uint64_t offset = chunk.used;
+    const uint64_t size = std::min(wanted, m_chunkBytes - offset) / least * least;
+    chunk.used = std::min(m_chunkBytes,
+                          (offset + size + kStagingAlignment - 1) / kStagingAlignment * kStagingAlignment);
+    return {&chunk.buffer, offset, chunk.buffer.Mapped().subspan(offset, size)};
+}
+
+// A second write of bytes that this list writes already waits for the first.
+void Uploader::SeparateOverlap(VkBuffer buffer, uint64_t begin, uint64_t end) {
+    const auto after = m_written.lower_bound({buffer, end});
+    if (after != m_written.begin()) {
+        const auto& [key, previousEnd] = *std::prev(after);
+        if (key.first == buffer && previousEnd > begin) {
+            List().FullBarrier();
+            m_written.clear();
+        }
+    }
+    m_written[{buffer, begin}] = end;
+}
+
+void Uploader::UploadBuffer(const Buffer& target, uint64_t offset, std::span<const std::byte> bytes) {
+    const std::string subject = "buffer '" + target.Desc().name + "'";
+    if (!Has(target.Desc().usage, BufferUsage::CopyDestination))
+        Refuse(subject, "it has no usage CopyDestination");
+    if (bytes.size() > target.Size() || offset > target.Size() - bytes.size())
+        Refuse(subject, std::to_string(bytes.size()) + " bytes at " + std::to_string(offset) + ", it has " +
+                            std::to_string(target.Size()));
+    while (!bytes.empty()) {
+        const Staged staged = Stage(bytes.size(), 1);
+        std::memcpy(staged.bytes.data(), bytes.data(), staged.bytes.size());
+        CommandList& list = List();
+        SeparateOverlap(target.Handle(), offset, offset + staged.bytes.size());
+        list.CopyBuffer(*staged.buffer, staged.offset, target, offset, staged.bytes.size());
+        offset += staged.bytes.size();
+        bytes = bytes.subspan(staged.bytes.size());
+    }
+}
+
+void Uploader::CheckTexture(const Texture& target, std::span<const std::span<const std::byte>> levels) const {
+    const TextureDesc& desc = target.Desc();
+    const std::string subject = "texture '" + desc.name + "' (" + Name(desc.format) + ")";
+    if (!Has(desc.usage, TextureUsage::CopyDestination)) Refuse(subject, "it has no usage CopyDestination");
+    if (levels.empty() || levels.size() > desc.mipLevels)
+        Refuse(subject,
+               std::to_string(levels.size()) + " mip levels given, it has " + std::to_string(desc.mipLevels));
+    for (uint32_t level = 0; level < levels.size(); ++level)
+        if (levels[level].size() != LevelBytes(target, level))
+            Refuse(subject, "mip level " + std::to_string(level) + " has " +
+                                std::to_string(LevelBytes(target, level)) + " bytes, given are " +
+                                std::to_string(levels[level].size()));
+    if (uint64_t{target.Extent().width} * TexelBytes(desc.format) > m_chunkBytes)
+        Refuse(subject, "a row is larger than a staging chunk (" + std::to_string(m_chunkBytes) + " bytes)");
+    if (levels.size() == desc.mipLevels) return;
+    if (!Has(desc.usage, TextureUsage::CopySource))
+        Refuse(subject, "its other mip levels cannot be made, it has no usage CopySource");
+    if (!m_device.CanGenerateMips(desc.format))
+        Refuse(subject, "its other mip levels cannot be made, the format cannot be filtered on this device");
+}
+
+void Uploader::UploadTexture(const Texture& target, std::span<const std::span<const std::byte>> levels) {
+    CheckTexture(target, levels);
+    const TextureDesc& desc = target.Desc();
+    const VkImageMemoryBarrier2 toTransfer = MipBarrier(target, 0, desc.mipLevels, VK_IMAGE_LAYOUT_UNDEFINED,
+                                                        VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    List().Barriers({}, {&toTransfer, 1});
+    for (uint32_t level = 0; level < levels.size(); ++level) {
+        const Extent2D extent = MipExtent(target.Extent(), level);
+        const uint64_t rowBytes = uint64_t{extent.width} * TexelBytes(desc.format);
+        std::span<const std::byte> bytes = levels[level];
+        for (uint32_t row = 0; row < extent.height;) {
+            const Staged staged = Stage(bytes.size(), rowBytes);
+            const auto rowCount = static_cast<uint32_t>(staged.bytes.size() / rowBytes);
+            std::memcpy(staged.bytes.data(), bytes.data(), staged.bytes.size());
+            List().CopyRowsToTexture(*staged.buffer, staged.offset, target, level, row, rowCount);
+            bytes = bytes.subspan(staged.bytes.size());
+            row += rowCount;
+        }
+    }
+    if (levels.size() < desc.mipLevels) {
+        GenerateMips(target, static_cast<uint32_t>(levels.size()));
+        return;
+    }
+    const VkImageMemoryBarrier2 toShader =
+        MipBarrier(target, 0, desc.mipLevels, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                   VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+    List().Barriers({}, {&toShader, 1});
+}
+
+// All levels are in TRANSFER_DST_OPTIMAL, those below `firstLevel` have their texels.
+void Uploader::GenerateMips(const Texture& target, uint32_t firstLevel) {
+    CommandList& list = List();
+    const uint32_t levelCount = target.Desc().mipLevels;
+    for (uint32_t level = firstLevel; level < levelCount; ++level) {
+        const VkImageMemoryBarrier2 toSource = MipBarrier(
+            target, level - 1, 1, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+        list.Barriers({}, {&toSource, 1});
+        list.BlitMip(target, level);
+    }
+    std::vector<VkImageMemoryBarrier2> toShader;
+    const auto add = [&](uint32_t first, uint32_t end, VkImageLayout from) {
+        if (first < end)
+            toShader.push_back(
+                MipBarrier(target, first, end - first, from, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
+    };
+    add(0, firstLevel - 1, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    add(firstLevel - 1, levelCount - 1, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+    add(levelCount - 1, levelCount, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    list.Barriers({}, toShader);
+}
+
+uint64_t Uploader::StagingBytes() const {
+    return m_chunks.size() * m_chunkBytes;
+}
+
+}  // namespace raygraph::rhi
