@@ -1,0 +1,211 @@
+#include "base/atomic_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <csignal>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include "base/error.h"
+#include "base/read_file.h"
+#include "renderer/image/exr.h"
+#include "renderer/image/image.h"
+#include "tests/image/image_files.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+void Put(const fs::path& path, std::string_view text) {
+    std::ofstream(path) << text;
+}
+
+std::string Text(const fs::path& path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+size_t FileCount(const fs::path& folder) {
+    return static_cast<size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+// The message of the Error{Io} that `write` must end with.
+template <typename Write>
+std::string IoError(const Write& write) {
+    try {
+        write();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.Kind(), ErrorKind::Io) << error.what();
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+        return error.what();
+    }
+    ADD_FAILURE() << "no error";
+    return "";
+}
+
+// While it lives no file of this process grows beyond `bytes`: writing fails as on a full disk.
+class FileSizeLimit {
+  public:
+    explicit FileSizeLimit(rlim_t bytes) {
+        getrlimit(RLIMIT_FSIZE, &m_old);
+        m_oldHandler = std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit limit{bytes, m_old.rlim_max};
+        setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FileSizeLimit() {
+        setrlimit(RLIMIT_FSIZE, &m_old);
+        std::signal(SIGXFSZ, m_oldHandler);
+    }
+
+  private:
+    rlimit m_old = {};
+    void (*m_oldHandler)(int) = nullptr;
+};
+
+TEST(AtomicFile, Commit_ReplacesTheTargetAndLeavesNothingElse) {
+    const TemporaryFolder folder;
+    Put(folder / "out.txt", "old");
+    AtomicFile file(folder / "out.txt");
+    file.Write(ToBytes("new text"));
+    EXPECT_EQ(Text(folder / "out.txt"), "old");
+    file.Commit();
+    EXPECT_EQ(Text(folder / "out.txt"), "new text");
+    EXPECT_EQ(FileCount(folder.Path()), 1u);
+}
+
+TEST(AtomicFile, WithoutCommitTheTargetIsUntouched) {
+    const TemporaryFolder folder;
+    Put(folder / "out.txt", "old");
+    {
+        AtomicFile file(folder / "out.txt");
+        file.Write(ToBytes("new text"));
+    }
+    EXPECT_EQ(Text(folder / "out.txt"), "old");
+    EXPECT_EQ(FileCount(folder.Path()), 1u);
+}
+
+TEST(AtomicFile, Seek_OverwritesEarlierBytes) {
+    const TemporaryFolder folder;
+    AtomicFile file(folder / "out.txt");
+    file.Write(ToBytes("....text"));
+    file.Seek(0);
+    file.Write(ToBytes("1234"));
+    EXPECT_EQ(file.Position(), 4u);
+    file.Commit();
+    EXPECT_EQ(Text(folder / "out.txt"), "1234text");
+}
+
+TEST(AtomicFile, TwoWritersOfOneTargetDoNotMix) {
+    const TemporaryFolder folder;
+    const auto write = [&](char letter) {
+        for (int i = 0; i < 50; ++i) {
+            AtomicFile file(folder / "out.txt");
+            file.Write(ToBytes(std::string(1000, letter)));
+            file.Commit();
+        }
+    };
+    std::thread other(write, 'b');
+    write('a');
+    other.join();
+    const std::string text = Text(folder / "out.txt");
+    EXPECT_EQ(text, std::string(1000, text.at(0)));
+    EXPECT_EQ(FileCount(folder.Path()), 1u);
+}
+
+TEST(AtomicFile, ModeOfTheTargetIsKept) {
+    const TemporaryFolder folder;
+    Put(folder / "out.txt", "old");
+    ASSERT_EQ(chmod((folder / "out.txt").c_str(), 0640), 0);
+    AtomicFile file(folder / "out.txt");
+    file.Commit();
+    struct stat status = {};
+    ASSERT_EQ(stat((folder / "out.txt").c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 07777, 0640u);
+}
+
+TEST(AtomicFile, SymbolicLinkIsFollowedAndStaysALink) {
+    const TemporaryFolder folder;
+    fs::create_directory(folder / "real");
+    Put(folder / "real/file.txt", "old");
+    fs::create_symlink("real/file.txt", folder / "link.txt");
+    AtomicFile file(folder / "link.txt");
+    file.Write(ToBytes("new"));
+    file.Commit();
+    EXPECT_TRUE(fs::is_symlink(folder / "link.txt"));
+    EXPECT_EQ(Text(folder / "real/file.txt"), "new");
+}
+
+TEST(AtomicFile, BareFileNameIsWrittenToTheCurrentFolder) {
+    const TemporaryFolder folder;
+    const fs::path before = fs::current_path();
+    fs::current_path(folder.Path());
+    AtomicFile file("bare.txt");
+    file.Write(ToBytes("here"));
+    file.Commit();
+    fs::current_path(before);
+    EXPECT_EQ(Text(folder / "bare.txt"), "here");
+}
+
+TEST(AtomicFile, MissingFolderIsNamedWithTheReason) {
+    const TemporaryFolder folder;
+    const fs::path path = folder / "missing/out.txt";
+    const std::string message = IoError([&] { AtomicFile file(path); });
+    EXPECT_EQ(message, path.string() + ": cannot create a file in its folder: No such file or directory");
+}
+
+TEST(AtomicFile, FoldersAndDevicesAreRefused) {
+    const TemporaryFolder folder;
+    EXPECT_NE(IoError([&] { AtomicFile file(folder.Path()); }).find("not a regular file"), std::string::npos);
+    EXPECT_NE(IoError([] { AtomicFile file("/dev/null"); }).find("not a regular file"), std::string::npos);
+    EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+// Every writer, on a disk that fills up: early, in the middle, and at the last byte.
+TEST(Writers, AFailingWriteLeavesTheOldFileAndNoOther) {
+    const TemporaryFolder folder;
+    const image::Image8 image8 = Pattern(300, 200);
+    image::ImageF imageF{300, 200, std::vector<float>(size_t{4} * 300 * 200)};
+    for (size_t i = 0; i < imageF.rgba.size(); ++i)
+        imageF.rgba[i] = static_cast<float>(i * 2654435761u % 1000003);
+    const image::ExrPlane plane{"R", std::span<const float>(imageF.rgba), 4};
+    const std::function<void(const fs::path&)> writers[] = {
+        [&](const fs::path& path) { image::WritePng(path, image8); },
+        [&](const fs::path& path) { image::WriteHdr(path, imageF); },
+        [&](const fs::path& path) { image::WriteExr(path, 300, 200, std::span(&plane, 1)); },
+    };
+    const fs::path path = folder / "picture";
+    for (const auto& write : writers) {
+        fs::remove(path);
+        write(path);
+        const auto size = fs::file_size(path);
+        ASSERT_GT(size, 15000u);
+        Put(path, "old");
+        for (const auto limit : {rlim_t{0}, rlim_t{10000}, static_cast<rlim_t>(size - 1)}) {
+            const FileSizeLimit full(limit);
+            EXPECT_TRUE(IoError([&] { write(path); }).starts_with(path.string() + ": cannot write"));
+            EXPECT_EQ(Text(path), "old");
+            EXPECT_EQ(FileCount(folder.Path()), 1u);
+        }
+    }
+}
+
+TEST(ReadFile, FailuresAreNamedWithTheReason) {
+    const TemporaryFolder folder;
+    Put(folder / "ten", "0123456789");
+    EXPECT_EQ(ReadFile(folder / "ten", 10), ToBytes("0123456789"));
+    const std::string path = (folder / "ten").string();
+    EXPECT_EQ(Refusal(path, [&] { ReadFile(path, 9); }), path + ": 10 bytes exceed the limit of 9");
+    const std::string missing = (folder / "none").string();
+    EXPECT_EQ(IoError([&] { ReadFile(missing); }), missing + ": cannot open: No such file or directory");
+    EXPECT_NE(IoError([&] { ReadFile(folder.Path()); }).find("not a regular file"), std::string::npos);
+    ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+    EXPECT_NE(IoError([&] { ReadFile(folder / "pipe"); }).find("not a regular file"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace raygraph::test

@@ -1,0 +1,260 @@
+// Files that lie: about their size, their length, their contents.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <random>
+
+#include "base/error.h"
+#include "renderer/image/exr.h"
+#include "tests/image/image_files.h"
+
+namespace raygraph::test {
+namespace {
+
+using image::DecodeLimits;
+
+struct Sample {
+    std::string name;
+    Bytes bytes;
+};
+
+// A small valid file of every kind that is read.
+std::vector<Sample> Samples() {
+    const image::Image8 pattern = Pattern(12, 9);
+    std::vector<uint8_t> rgb;
+    for (size_t i = 0; i < pattern.rgba.size(); ++i) {
+        if (i % 4 != 3) rgb.push_back(pattern.rgba[i]);
+    }
+    std::vector<std::vector<float>> planes(3);
+    for (size_t i = 0; i < 12 * 9; ++i) {
+        for (auto& plane : planes) plane.push_back(static_cast<float>(i * 31 % 17));
+    }
+    const std::vector<uint8_t> flat(pattern.rgba);
+    std::vector<uint8_t> newRle;
+    for (int y = 0; y < 9; ++y) {
+        newRle.insert(newRle.end(), {2, 2, 0, 12});
+        for (int c = 0; c < 4; ++c) newRle.insert(newRle.end(), {128 + 8, 100, 4, 1, 2, 3, 4});
+    }
+    std::vector<Sample> samples = {
+        {"rgba.png", MakePng({.width = 12, .height = 9}, pattern.rgba)},
+        {"interlaced.png", MakePng({.width = 12, .height = 9, .isInterlaced = true}, pattern.rgba)},
+        {"palette.png",
+         MakePng({.width = 2, .colorType = 3, .palette = {1, 2, 3, 4, 5, 6}, .transparency = {9}},
+                 std::vector<uint8_t>{0, 1})},
+        {"baseline.jpg", MakeJpeg(JpegKind::Rgb, 12, 9, rgb)},
+        {"progressive.jpg", MakeJpeg(JpegKind::ProgressiveRgb, 12, 9, rgb)},
+        {"cmyk.jpg", MakeJpeg(JpegKind::AdobeCmyk, 12, 9, pattern.rgba)},
+        {"lossless.webp", MakeLosslessWebp(pattern)},
+        {"lossy.webp", MakeLossyWebp(pattern, 80.0f)},
+        {"flat.hdr", MakeHdr(12, 9, flat)},
+        {"rle.hdr", MakeHdr(12, 9, newRle)},
+    };
+    for (int method = 0; method < Imf::NUM_COMPRESSION_METHODS; ++method) {
+        const ExrDesc desc{.width = 12,
+                           .height = 9,
+                           .type = Imf::HALF,
+                           .compression = static_cast<Imf::Compression>(method)};
+        samples.push_back({"lines" + std::to_string(method) + ".exr", MakeExr(desc, planes)});
+    }
+    samples.push_back({"tiles.exr", MakeExr({.width = 12, .height = 9, .tileSize = 8}, planes)});
+    return samples;
+}
+
+// Whatever reads such a file; the EXR readers both.
+void Decode(const Bytes& bytes, const std::string& name, const DecodeLimits& limits) {
+    if (name.ends_with(".exr")) image::DecodeExr(bytes, name, limits);
+    if (name.ends_with(".exr") || name.ends_with(".hdr")) {
+        image::DecodeEnvironment(bytes, name, limits);
+    } else {
+        image::DecodeImage8(bytes, name, limits);
+    }
+}
+
+constexpr DecodeLimits kSmall{.maxWidth = 64, .maxHeight = 64, .maxPixels = 4096};
+
+TEST(Hostile, EveryTruncationIsRefused) {
+    for (const Sample& sample : Samples()) {
+        Decode(sample.bytes, sample.name, kSmall);
+        for (size_t length = 0; length < sample.bytes.size(); ++length) {
+            const Bytes prefix(sample.bytes.begin(), sample.bytes.begin() + static_cast<ptrdiff_t>(length));
+            SCOPED_TRACE(sample.name + ", " + std::to_string(length) + " of " +
+                         std::to_string(sample.bytes.size()));
+            Refusal(sample.name, [&] { Decode(prefix, sample.name, kSmall); });
+            if (testing::Test::HasFailure()) return;
+        }
+    }
+}
+
+// A changed file is read or refused, with the same kind of error as any other; under the sanitizers this also
+// shows that nothing out of bounds is touched.
+TEST(Hostile, ChangedBytesNeverDoMoreThanAnError) {
+    std::mt19937 random(1);
+    for (const Sample& sample : Samples()) {
+        size_t refusedCount = 0;
+        for (int round = 0; round < 1500; ++round) {
+            Bytes bytes = sample.bytes;
+            const uint32_t changeCount = 1 + random() % 4;
+            for (uint32_t i = 0; i < changeCount; ++i) {
+                const size_t at = random() % bytes.size();
+                const uint32_t kind = random() % 4;
+                bytes[at] = kind == 0   ? std::byte{0xff}
+                            : kind == 1 ? std::byte{0}
+                            : kind == 2 ? bytes[at] ^ static_cast<std::byte>(1u << random() % 8)
+                                        : static_cast<std::byte>(random());
+            }
+            try {
+                Decode(bytes, sample.name, kSmall);
+            } catch (const Error& error) {
+                ++refusedCount;
+                ASSERT_EQ(error.Kind(), ErrorKind::BadInput) << error.what();
+                ASSERT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+            }
+        }
+        EXPECT_GT(refusedCount, 20u) << sample.name;
+    }
+}
+
+uint32_t Crc(std::span<const std::byte> bytes) {
+    uint32_t crc = ~0u;
+    for (const std::byte byte : bytes) {
+        crc ^= std::to_integer<uint32_t>(byte);
+        for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ (0xedb88320u & (0u - (crc & 1u)));
+    }
+    return ~crc;
+}
+
+void PutBig(Bytes& bytes, size_t at, uint32_t value, size_t count = 4) {
+    for (size_t i = 0; i < count; ++i) bytes[at + i] = static_cast<std::byte>(value >> (8 * (count - 1 - i)));
+}
+
+void PutLittle(Bytes& bytes, size_t at, uint32_t value) {
+    for (size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::byte>(value >> (8 * i));
+}
+
+// A valid small file that claims another size.
+Bytes PngClaiming(uint32_t width, uint32_t height) {
+    Bytes bytes = MakePng({.width = 12, .height = 9}, Pattern(12, 9).rgba);
+    PutBig(bytes, 16, width);
+    PutBig(bytes, 20, height);
+    PutBig(bytes, 29, Crc(std::span(bytes).subspan(12, 17)));
+    return bytes;
+}
+
+Bytes JpegClaiming(uint32_t width, uint32_t height) {
+    Bytes bytes = MakeJpeg(JpegKind::ProgressiveRgb, 12, 9, std::vector<uint8_t>(12 * 9 * 3));
+    const size_t frame = Find(bytes, "\xff\xc2");
+    PutBig(bytes, frame + 5, height, 2);
+    PutBig(bytes, frame + 7, width, 2);
+    return bytes;
+}
+
+Bytes ExrClaiming(ExrDesc desc, uint32_t width, uint32_t height, std::optional<uint32_t> tileSize = {}) {
+    desc.width = 12;
+    desc.height = 9;
+    Bytes bytes = MakeExr(desc, std::vector<std::vector<float>>(3, std::vector<float>(12 * 9, 1.0f)));
+    const size_t window = Find(bytes, std::string_view("dataWindow\0box2i\0", 17)) + 17 + 4;
+    PutLittle(bytes, window + 8, static_cast<uint32_t>(desc.minX) + width - 1);
+    PutLittle(bytes, window + 12, static_cast<uint32_t>(desc.minY) + height - 1);
+    if (tileSize) {
+        const size_t tiles = Find(bytes, std::string_view("tiles\0tiledesc\0", 15)) + 15 + 4;
+        PutLittle(bytes, tiles, *tileSize);
+        PutLittle(bytes, tiles + 4, *tileSize);
+    }
+    return bytes;
+}
+
+// Greatest resident size of this process so far, in bytes.
+uint64_t PeakBytes() {
+    rusage usage = {};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+TEST(Hostile, HugeSizesAreRefusedByTheHeaderAlone) {
+    const std::vector<uint8_t> texels(400, 9);
+    const ExrDesc tiled{.tileSize = 8};
+    const Sample bombs[] = {
+        {"a.png", PngClaiming(60000, 60000)},
+        {"b.png", PngClaiming(16384, 16384)},  // Within the limits, but not in so few bytes.
+        {"c.png", PngClaiming(0x7fffffff, 0x7fffffff)},
+        {"a.jpg", JpegClaiming(65500, 65500)},
+        {"b.jpg", JpegClaiming(16384, 16384)},
+        {"a.hdr", MakeHdr(60000, 60000, texels)},
+        {"b.hdr", MakeHdr(16384, 8192, texels)},
+        {"c.hdr", MakeHdr(4294967295u, 4294967295u, texels)},
+        {"a.exr", ExrClaiming({}, 60000, 60000)},
+        {"b.exr", ExrClaiming({}, 16384, 8192)},
+        {"c.exr", ExrClaiming({}, 1u << 31, 1u << 31)},
+        {"d.exr", ExrClaiming({.compression = Imf::DWAB_COMPRESSION}, 16384, 256)},
+        {"e.exr", ExrClaiming(tiled, 16384, 8192)},
+        {"f.exr", ExrClaiming(tiled, 12, 9, 0x7fffffff)},
+        {"g.exr", ExrClaiming(tiled, 12, 9, 0xffffffff)},
+        {"h.exr", ExrClaiming(tiled, 12, 9, 0)},
+        {"i.exr", ExrClaiming(tiled, 16384, 16384, 16384)},
+    };
+    const uint64_t before = PeakBytes();
+    for (const Sample& bomb : bombs) {
+        const auto start = std::chrono::steady_clock::now();
+        Refusal(bomb.name, [&] { Decode(bomb.bytes, bomb.name, image::kEnvironmentLimits); });
+        const auto time = std::chrono::steady_clock::now() - start;
+        EXPECT_LT(std::chrono::duration<double>(time).count(), 2.0) << bomb.name;
+    }
+    EXPECT_LT(PeakBytes() - before, uint64_t{100} << 20);
+}
+
+TEST(Hostile, LimitsAreNamedInTheRefusal) {
+    const DecodeLimits limits{.maxWidth = 11, .maxHeight = 100, .maxPixels = 1000};
+    const auto refusal = [&](const Bytes& bytes) {
+        return Refusal("x", [&] { image::DecodeImage8(bytes, "x", limits); });
+    };
+    const std::string tooWide = "x: 12 x 9 pixels exceed the limit of 11 x 100";
+    EXPECT_EQ(refusal(MakePng({.width = 12, .height = 9}, Pattern(12, 9).rgba)), tooWide);
+    EXPECT_EQ(refusal(MakeJpeg(JpegKind::Rgb, 12, 9, std::vector<uint8_t>(12 * 9 * 3))), tooWide);
+    EXPECT_EQ(refusal(MakeLosslessWebp(Pattern(12, 9))), tooWide);
+    EXPECT_EQ(refusal(MakePng({.width = 11, .height = 99}, Pattern(11, 99).rgba)),
+              "x: 11 x 99 pixels exceed the limit of 1000 pixels");
+    EXPECT_EQ(
+        image::DecodeImage8(MakePng({.width = 10, .height = 100}, Pattern(10, 100).rgba), "x", limits).height,
+        100u);
+}
+
+TEST(Hostile, ExrHeaderIsCheckedBeforeTheLibrarySeesIt) {
+    const Bytes good = ExrClaiming({}, 12, 9);
+    const auto refusal = [](const Bytes& bytes) {
+        return Refusal("x", [&] { image::DecodeExr(bytes, "x"); });
+    };
+    Bytes bytes = good;
+    bytes[4] = std::byte{3};
+    EXPECT_NE(refusal(bytes).find("version"), std::string::npos);
+    bytes = good;
+    bytes[5] = std::byte{8};
+    EXPECT_EQ(refusal(bytes), "x: EXR: deep pictures are not supported");
+    bytes = good;
+    PutLittle(bytes, Find(good, std::string_view("chlist\0", 7)) + 7, 0x7fffffff);
+    EXPECT_EQ(refusal(bytes), "x: EXR: attribute 'channels' is truncated");
+    bytes = good;
+    bytes[Find(good, "dataWindow")] = std::byte{'D'};
+    EXPECT_EQ(refusal(bytes), "x: EXR: a required attribute is missing");
+    bytes = good;
+    const size_t window = Find(good, std::string_view("dataWindow\0box2i\0", 17)) + 17 + 4;
+    PutLittle(bytes, window, 100);
+    EXPECT_EQ(refusal(bytes), "x: EXR: data window (100, 0) to (11, 8) is empty");
+    PutLittle(bytes, window, 0x80000000);
+    EXPECT_EQ(refusal(bytes), "x: EXR: data window (-2147483648, 0) to (11, 8) is too far out");
+}
+
+TEST(Hostile, ExrOfTooManyChannelsIsRefused) {
+    // 4096 x 4096 x 100 channels: the size is fine, the sum is not.
+    ExrDesc desc{.width = 1, .height = 1, .channels = {}};
+    for (int i = 0; i < 100; ++i) desc.channels.push_back('c' + std::to_string(i));
+    Bytes bytes = MakeExr(desc, std::vector<std::vector<float>>(100, std::vector<float>(1)));
+    const size_t window = Find(bytes, std::string_view("dataWindow\0box2i\0", 17)) + 17 + 4;
+    PutLittle(bytes, window + 8, 4095);
+    PutLittle(bytes, window + 12, 4095);
+    EXPECT_EQ(Refusal("x", [&] { image::DecodeExr(bytes, "x"); }),
+              "x: EXR: 100 channels of 4096 x 4096 pixels exceed the limit");
+}
+
+}  // namespace
+}  // namespace raygraph::test

@@ -1,0 +1,219 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+
+#include "base/error.h"
+#include "base/read_file.h"
+#include "tests/image/image_files.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::test {
+namespace {
+
+using image::DecodeImage8;
+using image::Image8;
+
+// The greatest difference of any channel of two pictures of one size.
+int GreatestDifference(const Image8& a, const Image8& b) {
+    EXPECT_EQ(a.width, b.width);
+    EXPECT_EQ(a.height, b.height);
+    EXPECT_EQ(a.rgba.size(), b.rgba.size());
+    int greatest = 0;
+    for (size_t i = 0; i < std::min(a.rgba.size(), b.rgba.size()); ++i) {
+        greatest = std::max(greatest, std::abs(int{a.rgba[i]} - int{b.rgba[i]}));
+    }
+    return greatest;
+}
+
+// A picture that JPEG keeps well, of `channels` bytes a texel.
+std::vector<uint8_t> SmoothTexels(uint32_t width, uint32_t height, uint32_t channels) {
+    std::vector<uint8_t> texels;
+    for (uint32_t y = 0; y < height; ++y) {
+        for (uint32_t x = 0; x < width; ++x) {
+            for (uint32_t c = 0; c < channels; ++c) {
+                texels.push_back(static_cast<uint8_t>(40 + 3 * x * (c + 1) + 2 * y * (4 - c)));
+            }
+        }
+    }
+    return texels;
+}
+
+TEST(WritePng, ComesBackExactly) {
+    const TemporaryFolder folder;
+    for (const auto& [width, height] : {std::pair{1u, 1u}, {3u, 5u}, {64u, 33u}}) {
+        Image8 image = Pattern(width, height);
+        image.rgba[3] = 0;  // Colour under full transparency counts too.
+        WritePng(folder / "image.png", image);
+        const Image8 back = DecodeImage8(ReadFile(folder / "image.png"), "image.png");
+        EXPECT_EQ(back.width, width);
+        EXPECT_EQ(back.height, height);
+        EXPECT_EQ(back.rgba, image.rgba);
+    }
+}
+
+TEST(WritePng, FileIsMarkedSrgb) {
+    const TemporaryFolder folder;
+    WritePng(folder / "image.png", Pattern(4, 4));
+    Find(ReadFile(folder / "image.png"), "sRGB");
+}
+
+TEST(WritePng, SizeMustMatchTheTexels) {
+    const TemporaryFolder folder;
+    for (const Image8& wrong : {Image8{}, Image8{2, 2, std::vector<uint8_t>(15)}, Image8{0, 2, {}}}) {
+        EXPECT_THROW(WritePng(folder / "image.png", wrong), Error);
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "image.png"));
+}
+
+TEST(DecodePng, GreyIsWidenedToRgbWithFullAlpha) {
+    const uint8_t rows[] = {0, 127, 255};
+    const Image8 image = DecodeImage8(MakePng({.width = 3, .colorType = 0}, rows), "grey.png");
+    EXPECT_EQ(image.rgba, (std::vector<uint8_t>{0, 0, 0, 255, 127, 127, 127, 255, 255, 255, 255, 255}));
+}
+
+TEST(DecodePng, OneBitGreyReachesBlackAndWhite) {
+    const uint8_t rows[] = {0b10100000};
+    const Image8 image = DecodeImage8(MakePng({.width = 3, .colorType = 0, .bitDepth = 1}, rows), "bits.png");
+    EXPECT_EQ(image.rgba, (std::vector<uint8_t>{255, 255, 255, 255, 0, 0, 0, 255, 255, 255, 255, 255}));
+}
+
+TEST(DecodePng, GreyWithAlphaKeepsAlpha) {
+    const uint8_t rows[] = {10, 200, 30, 0};
+    const Image8 image = DecodeImage8(MakePng({.width = 2, .colorType = 4}, rows), "greyAlpha.png");
+    EXPECT_EQ(image.rgba, (std::vector<uint8_t>{10, 10, 10, 200, 30, 30, 30, 0}));
+}
+
+TEST(DecodePng, PaletteWithTransparencyIsExpanded) {
+    const PngDesc desc{
+        .width = 3, .colorType = 3, .palette = {255, 0, 0, 0, 255, 0, 1, 2, 3}, .transparency = {7, 255}};
+    const uint8_t rows[] = {1, 0, 2};
+    const Image8 image = DecodeImage8(MakePng(desc, rows), "palette.png");
+    EXPECT_EQ(image.rgba, (std::vector<uint8_t>{0, 255, 0, 255, 255, 0, 0, 7, 1, 2, 3, 255}));
+}
+
+TEST(DecodePng, TransparentColourBecomesAlpha) {
+    const PngDesc desc{.width = 2, .colorType = 2, .transparentColour = {1, 2, 3}};
+    const uint8_t rows[] = {1, 2, 3, 1, 2, 4};
+    const Image8 image = DecodeImage8(MakePng(desc, rows), "key.png");
+    EXPECT_EQ(image.rgba, (std::vector<uint8_t>{1, 2, 3, 0, 1, 2, 4, 255}));
+}
+
+TEST(DecodePng, SixteenBitsAreRoundedToNearest) {
+    std::vector<uint8_t> rows;
+    std::vector<uint8_t> expected;
+    for (uint32_t value = 0; value < 65536; value += 17) {
+        rows.push_back(static_cast<uint8_t>(value >> 8));
+        rows.push_back(static_cast<uint8_t>(value));
+        const auto rounded = static_cast<uint8_t>(std::lround(value / 257.0));
+        expected.insert(expected.end(), {rounded, rounded, rounded, 255});
+    }
+    const auto width = static_cast<uint32_t>(rows.size() / 2);
+    const Image8 image =
+        DecodeImage8(MakePng({.width = width, .colorType = 0, .bitDepth = 16}, rows), "deep.png");
+    EXPECT_EQ(image.rgba, expected);
+}
+
+TEST(DecodePng, InterlacedEqualsPlain) {
+    const Image8 pattern = Pattern(19, 13);
+    const PngDesc desc{.width = 19, .height = 13, .isInterlaced = true};
+    EXPECT_EQ(DecodeImage8(MakePng(desc, pattern.rgba), "interlaced.png").rgba, pattern.rgba);
+}
+
+TEST(DecodePng, GammaChunkIsIgnored) {
+    const Image8 pattern = Pattern(8, 8);
+    const PngDesc desc{.width = 8, .height = 8, .gamma = 1.0};
+    EXPECT_EQ(DecodeImage8(MakePng(desc, pattern.rgba), "gamma.png").rgba, pattern.rgba);
+}
+
+TEST(DecodeJpeg, RgbIsCloseToTheSource) {
+    const auto texels = SmoothTexels(17, 11, 3);
+    const Image8 image = DecodeImage8(MakeJpeg(JpegKind::Rgb, 17, 11, texels), "rgb.jpg");
+    Image8 expected{17, 11, {}};
+    for (size_t i = 0; i < texels.size(); i += 3) {
+        expected.rgba.insert(expected.rgba.end(), {texels[i], texels[i + 1], texels[i + 2], 255});
+    }
+    EXPECT_LE(GreatestDifference(image, expected), 3);
+}
+
+TEST(DecodeJpeg, ProgressiveEqualsBaseline) {
+    const auto texels = SmoothTexels(33, 20, 3);
+    const Image8 baseline = DecodeImage8(MakeJpeg(JpegKind::Rgb, 33, 20, texels), "rgb.jpg");
+    const Image8 progressive =
+        DecodeImage8(MakeJpeg(JpegKind::ProgressiveRgb, 33, 20, texels), "progressive.jpg");
+    EXPECT_EQ(progressive.rgba, baseline.rgba);
+}
+
+TEST(DecodeJpeg, GreyIsWidened) {
+    const auto texels = SmoothTexels(9, 9, 1);
+    const Image8 image = DecodeImage8(MakeJpeg(JpegKind::Grey, 9, 9, texels), "grey.jpg");
+    Image8 expected{9, 9, {}};
+    for (const uint8_t value : texels) expected.rgba.insert(expected.rgba.end(), {value, value, value, 255});
+    EXPECT_LE(GreatestDifference(image, expected), 2);
+}
+
+TEST(DecodeJpeg, CmykIsConvertedInBothPolarities) {
+    // Ink amounts: cyan 100, magenta 20, yellow 0, black 40 of 255.
+    const double ink[] = {100, 20, 0, 40};
+    std::vector<uint8_t> plain, adobe;
+    for (int i = 0; i < 64; ++i) {
+        for (const double amount : ink) {
+            plain.push_back(static_cast<uint8_t>(amount));
+            adobe.push_back(static_cast<uint8_t>(255 - amount));
+        }
+    }
+    Image8 expected{8, 8, {}};
+    for (int i = 0; i < 64; ++i) {
+        for (int c = 0; c < 3; ++c) {
+            expected.rgba.push_back(static_cast<uint8_t>(std::lround((255 - ink[c]) * (255 - ink[3]) / 255)));
+        }
+        expected.rgba.push_back(255);
+    }
+    const Image8 fromPlain = DecodeImage8(MakeJpeg(JpegKind::PlainCmyk, 8, 8, plain), "plain.jpg");
+    const Image8 fromAdobe = DecodeImage8(MakeJpeg(JpegKind::AdobeCmyk, 8, 8, adobe), "adobe.jpg");
+    EXPECT_LE(GreatestDifference(fromPlain, expected), 2);
+    EXPECT_LE(GreatestDifference(fromAdobe, expected), 2);
+}
+
+TEST(DecodeWebp, LosslessComesBackExactly) {
+    const Image8 pattern = Pattern(23, 9);
+    EXPECT_EQ(DecodeImage8(MakeLosslessWebp(pattern), "lossless.webp").rgba, pattern.rgba);
+}
+
+TEST(DecodeWebp, LossyIsClose) {
+    Image8 grey{32, 32, {}};
+    for (int i = 0; i < 32 * 32; ++i) {
+        const auto value = static_cast<uint8_t>(60 + i / 8);
+        grey.rgba.insert(grey.rgba.end(), {value, value, value, static_cast<uint8_t>(255 - i / 16)});
+    }
+    EXPECT_LE(GreatestDifference(DecodeImage8(MakeLossyWebp(grey, 95.0f), "lossy.webp"), grey), 6);
+}
+
+TEST(DecodeWebp, AnimationIsRefused) {
+    // An extended header of a 1 x 1 animation.
+    const char header[] = "RIFF\x16\0\0\0WEBPVP8X\x0a\0\0\0\x02\0\0\0\0\0\0\0\0\0";
+    const Bytes bytes = ToBytes({header, sizeof header - 1});
+    EXPECT_EQ(Refusal("a.webp", [&] { DecodeImage8(bytes, "a.webp"); }),
+              "a.webp: WebP: animations are not supported");
+}
+
+TEST(DecodeImage8, OtherFilesAreRefusedByTheirContent) {
+    const auto refusal = [](const Bytes& bytes) { return Refusal("x", [&] { DecodeImage8(bytes, "x"); }); };
+    EXPECT_EQ(refusal({}), "x: the file is empty");
+    EXPECT_EQ(refusal(ToBytes("GIF89a.....")), "x: is of an unknown format, not PNG, JPEG or WebP");
+    EXPECT_EQ(refusal(ToBytes("#?RADIANCE\n")), "x: is a Radiance HDR, not PNG, JPEG or WebP");
+    EXPECT_EQ(refusal(ToBytes("\x76\x2f\x31\x01")), "x: is an OpenEXR, not PNG, JPEG or WebP");
+}
+
+TEST(DecodeImage8, NameWithControlCharactersStaysOnOneLine) {
+    try {
+        DecodeImage8({}, "two\nlines");
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_STREQ(error.what(), "two lines: the file is empty");
+    }
+}
+
+}  // namespace
+}  // namespace raygraph::test

@@ -1,0 +1,173 @@
+#include "tests/image/image_files.h"
+
+#include <gtest/gtest.h>
+#include <png.h>
+#include <webp/encode.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+// jpeglib.h needs stdio first.
+#include <jpeglib.h>
+
+#include "base/error.h"
+
+namespace raygraph::test {
+
+Bytes ToBytes(std::string_view text) {
+    const auto bytes = std::as_bytes(std::span(text));
+    return Bytes(bytes.begin(), bytes.end());
+}
+
+image::Image8 Pattern(uint32_t width, uint32_t height) {
+    image::Image8 image{width, height, {}};
+    for (uint32_t y = 0; y < height; ++y) {
+        for (uint32_t x = 0; x < width; ++x) {
+            const uint32_t i = y * width + x;
+            image.rgba.push_back(static_cast<uint8_t>(i * 37 + 5));
+            image.rgba.push_back(static_cast<uint8_t>(i * 91 + y));
+            image.rgba.push_back(static_cast<uint8_t>(i * 53 ^ (x << 3)));
+            image.rgba.push_back(static_cast<uint8_t>(1 + i % 255));
+        }
+    }
+    return image;
+}
+
+Bytes MakePng(const PngDesc& desc, std::span<const uint8_t> rows) {
+    Bytes out;
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(png);
+    const auto append = [](png_structp writer, png_bytep data, size_t count) {
+        const auto bytes = std::as_bytes(std::span(data, count));
+        auto* target = static_cast<Bytes*>(png_get_io_ptr(writer));
+        target->insert(target->end(), bytes.begin(), bytes.end());
+    };
+    png_set_write_fn(png, &out, append, [](png_structp) {});
+    png_set_IHDR(png, info, desc.width, desc.height, desc.bitDepth, desc.colorType,
+                 desc.isInterlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
+    std::vector<png_color> palette;
+    for (size_t i = 0; i + 2 < desc.palette.size(); i += 3) {
+        palette.push_back({desc.palette[i], desc.palette[i + 1], desc.palette[i + 2]});
+    }
+    if (!palette.empty()) png_set_PLTE(png, info, palette.data(), static_cast<int>(palette.size()));
+    if (!desc.transparency.empty()) {
+        png_set_tRNS(png, info, desc.transparency.data(), static_cast<int>(desc.transparency.size()),
+                     nullptr);
+    }
+    if (!desc.transparentColour.empty()) {
+        png_color_16 colour = {};
+        colour.gray = colour.red = desc.transparentColour.front();
+        if (desc.transparentColour.size() == 3) {
+            colour.green = desc.transparentColour[1];
+            colour.blue = desc.transparentColour[2];
+        }
+        png_set_tRNS(png, info, nullptr, 0, &colour);
+    }
+    if (desc.gamma) png_set_gAMA(png, info, *desc.gamma);
+    png_write_info(png, info);
+    const size_t rowBytes = png_get_rowbytes(png, info);
+    EXPECT_EQ(rows.size(), rowBytes * desc.height);
+    std::vector<uint8_t> copy(rows.begin(), rows.end());
+    std::vector<png_bytep> pointers;
+    for (size_t y = 0; y < desc.height; ++y) pointers.push_back(copy.data() + y * rowBytes);
+    png_write_image(png, pointers.data());
+    png_write_end(png, info);
+    png_destroy_write_struct(&png, &info);
+    return out;
+}
+
+Bytes MakeJpeg(JpegKind kind, uint32_t width, uint32_t height, std::span<const uint8_t> texels) {
+    const bool isCmyk = kind == JpegKind::PlainCmyk || kind == JpegKind::AdobeCmyk;
+    jpeg_compress_struct jpeg = {};
+    jpeg_error_mgr errors = {};
+    jpeg.err = jpeg_std_error(&errors);
+    jpeg_create_compress(&jpeg);
+    unsigned char* buffer = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&jpeg, &buffer, &size);
+    jpeg.image_width = width;
+    jpeg.image_height = height;
+    jpeg.input_components = isCmyk ? 4 : kind == JpegKind::Grey ? 1 : 3;
+    jpeg.in_color_space = isCmyk ? JCS_CMYK : kind == JpegKind::Grey ? JCS_GRAYSCALE : JCS_RGB;
+    jpeg_set_defaults(&jpeg);
+    jpeg_set_quality(&jpeg, 100, TRUE);
+    for (int c = 0; c < jpeg.num_components; ++c) {
+        jpeg.comp_info[c].h_samp_factor = jpeg.comp_info[c].v_samp_factor = 1;
+    }
+    if (kind == JpegKind::ProgressiveRgb) jpeg_simple_progression(&jpeg);
+    if (kind == JpegKind::PlainCmyk) jpeg.write_Adobe_marker = FALSE;
+    jpeg_start_compress(&jpeg, TRUE);
+    const size_t rowBytes = size_t{width} * static_cast<size_t>(jpeg.input_components);
+    EXPECT_EQ(texels.size(), rowBytes * height);
+    for (size_t y = 0; y < height; ++y) {
+        std::vector<uint8_t> row(texels.begin() + static_cast<ptrdiff_t>(y * rowBytes),
+                                 texels.begin() + static_cast<ptrdiff_t>((y + 1) * rowBytes));
+        JSAMPROW pointer = row.data();
+        jpeg_write_scanlines(&jpeg, &pointer, 1);
+    }
+    jpeg_finish_compress(&jpeg);
+    jpeg_destroy_compress(&jpeg);
+    const auto bytes = std::as_bytes(std::span(buffer, size));
+    Bytes out(bytes.begin(), bytes.end());
+    std::free(buffer);
+    return out;
+}
+
+namespace {
+
+Bytes TakeWebp(uint8_t* data, size_t size) {
+    EXPECT_GT(size, 0u);
+    const auto bytes = std::as_bytes(std::span(data, size));
+    Bytes out(bytes.begin(), bytes.end());
+    WebPFree(data);
+    return out;
+}
+
+}  // namespace
+
+Bytes MakeLosslessWebp(const image::Image8& image) {
+    uint8_t* data = nullptr;
+    const auto width = static_cast<int>(image.width), height = static_cast<int>(image.height);
+    const size_t size = WebPEncodeLosslessRGBA(image.rgba.data(), width, height, 4 * width, &data);
+    return TakeWebp(data, size);
+}
+
+Bytes MakeLossyWebp(const image::Image8& image, float quality) {
+    uint8_t* data = nullptr;
+    const auto width = static_cast<int>(image.width), height = static_cast<int>(image.height);
+    const size_t size = WebPEncodeRGBA(image.rgba.data(), width, height, 4 * width, quality, &data);
+    return TakeWebp(data, size);
+}
+
+Bytes MakeHdr(uint32_t width, uint32_t height, std::span<const uint8_t> body, std::string_view headerLines) {
+    Bytes out = ToBytes("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n" + std::string(headerLines) + "\n-Y " +
+                        std::to_string(height) + " +X " + std::to_string(width) + "\n");
+    const auto bytes = std::as_bytes(body);
+    out.insert(out.end(), bytes.begin(), bytes.end());
+    return out;
+}
+
+size_t Find(const Bytes& bytes, std::string_view text) {
+    const Bytes wanted = ToBytes(text);
+    const auto found = std::search(bytes.begin(), bytes.end(), wanted.begin(), wanted.end());
+    EXPECT_NE(found, bytes.end()) << text;
+    return static_cast<size_t>(found - bytes.begin());
+}
+
+std::string Refusal(std::string_view name, const std::function<void()>& decode) {
+    try {
+        decode();
+    } catch (const Error& error) {
+        const std::string message = error.what();
+        EXPECT_EQ(error.Kind(), ErrorKind::BadInput) << message;
+        EXPECT_TRUE(message.starts_with(std::string(name) + ": ")) << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+        return message;
+    }
+    ADD_FAILURE() << name << " was not refused";
+    return "";
+}
+
+}  // namespace raygraph::test

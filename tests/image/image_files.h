@@ -1,0 +1,72 @@
+// Small picture files made in memory by the reference libraries, to be read back by renderer/image.
+#pragma once
+
+#include <OpenEXR/ImfCompression.h>
+#include <OpenEXR/ImfPixelType.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/image/image.h"
+
+namespace raygraph::test {
+
+using Bytes = std::vector<std::byte>;
+
+Bytes ToBytes(std::string_view text);
+
+// A picture in which every texel and channel differs from its neighbours; alpha from 1 to 255.
+image::Image8 Pattern(uint32_t width, uint32_t height);
+
+struct PngDesc {
+    uint32_t width = 1, height = 1;
+    int colorType = 6, bitDepth = 8;  // libpng's: 0 grey, 2 RGB, 3 palette, 4 grey + alpha, 6 RGBA.
+    bool isInterlaced = false;
+    std::vector<uint8_t> palette = {};             // RGB triples.
+    std::vector<uint8_t> transparency = {};        // Alpha of the palette's entries.
+    std::vector<uint16_t> transparentColour = {};  // Grey, or R, G, B, of texels to be transparent.
+    std::optional<double> gamma = {};
+};
+// `rows` as PNG packs them, without filter bytes.
+Bytes MakePng(const PngDesc& desc, std::span<const uint8_t> rows);
+
+enum class JpegKind { Grey, Rgb, ProgressiveRgb, PlainCmyk, AdobeCmyk };
+// `texels` of 1, 3 or 4 bytes; quality 100, no chroma subsampling.
+Bytes MakeJpeg(JpegKind kind, uint32_t width, uint32_t height, std::span<const uint8_t> texels);
+
+Bytes MakeLosslessWebp(const image::Image8& image);
+Bytes MakeLossyWebp(const image::Image8& image, float quality);
+
+// A flat picture in Radiance's clothes: header, then `body`.
+Bytes MakeHdr(uint32_t width, uint32_t height, std::span<const uint8_t> body,
+              std::string_view headerLines = "");
+
+struct ExrDesc {
+    int minX = 0, minY = 0;
+    uint32_t width = 1, height = 1;
+    std::vector<std::string> channels = {"R", "G", "B"};
+    Imf::PixelType type = Imf::FLOAT;
+    Imf::Compression compression = Imf::ZIP_COMPRESSION;
+    uint32_t tileSize = 0;  // 0: scan lines.
+    int sampling = 1;       // Of the last channel.
+};
+// Channel c has the values planes[c], rows from the top (every sampling-th of the last one's if subsampled).
+Bytes MakeExr(const ExrDesc& desc, std::span<const std::vector<float>> planes);
+
+// Two parts of one channel each.
+Bytes MakeMultiPartExr();
+
+// The offset of `text` in `bytes`; fails the test if it is not there.
+size_t Find(const Bytes& bytes, std::string_view text);
+
+// Runs a decoder that must refuse: the message of its Error, which must be BadInput, one line, and start with
+// `name`.
+std::string Refusal(std::string_view name, const std::function<void()>& decode);
+
+}  // namespace raygraph::test
