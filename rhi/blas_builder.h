@@ -66,14 +66,14 @@ class BlasBuilder {
     // everything recorded after this call; the old one is retired.
     void RecordCompaction(CommandList& commands);
 
-    // Updates a Deforming BLAS in place from `desc`, whose addresses may differ and whose counts, strides and
-    // flags must not.
+    // Updates Deforming BLASes in place. Addresses and strides of `desc` may differ from the build's; index
+    // values must be the same, and no primitive may become inactive (NaN) or active again.
     struct RefitRequest {
         Blas* blas = nullptr;
         BlasDesc desc;
     };
-    // Throws Error{Usage} naming the BLAS before anything is recorded: for Static kind, a BLAS not yet built,
-    // and changed geometry counts, triangle, vertex or box counts, opacity or kind.
+    // Throws Error{Usage} naming the BLAS, before anything is recorded: for Static kind, before its build,
+    // for the same BLAS twice, and for changed geometry, triangle, vertex or box counts or opacity.
     void RecordRefits(CommandList& commands, std::span<const RefitRequest> requests);
 
     CompactionStatistics Statistics() const;

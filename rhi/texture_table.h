@@ -10,7 +10,7 @@
 
 namespace raygraph::rhi {
 
-// The most slots a table can have.
+// The most slots a table can have; every device with descriptor indexing takes more.
 inline constexpr uint32_t kMaxTextureTableSlots = 65536;
 
 // The layout behind Device::TextureTableLayout(): one array of combined image samplers of variable size,
@@ -24,7 +24,7 @@ VkDescriptorSetLayout CreateTextureTableLayout(Device& device);
 // handed out again, only when every frame that could read it has completed.
 class TextureTable {
   public:
-    // Throws Error{Usage} if capacity is 0 or above kMaxTextureTableSlots or the device's limit.
+    // Throws Error{Usage} if capacity is 0 or above kMaxTextureTableSlots.
     TextureTable(Device& device, uint32_t capacity, const Texture& defaultTexture,
                  const Sampler& defaultSampler);
     ~TextureTable();

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "rhi/acceleration_structure.h"
+#include "rhi/build_scratch.h"
 #include "rhi/resources.h"
 
 namespace raygraph::rhi {
@@ -71,8 +72,7 @@ class Tlas {
     Device* m_device = nullptr;
     TlasDesc m_desc;
     AccelerationStructure m_structure;
-    Buffer m_scratch;
-    VkDeviceAddress m_scratchAddress = 0;
+    BuildScratch m_scratch;
     uint32_t m_count = 0;
     bool m_isBuilt = false;
 };

@@ -1,0 +1,209 @@
+#include "rhi/blas_builder.h"
+
+#include <algorithm>
+
+#include "base/check.h"
+#include "base/error.h"
+#include "rhi/blas_geometry.h"
+#include "rhi/build_scratch.h"
+#include "rhi/command_list.h"
+#include "rhi/compaction.h"
+#include "rhi/device.h"
+
+namespace raygraph::rhi {
+namespace {
+
+// One build or update about to be recorded.
+struct BuildStep {
+    std::unique_ptr<BlasGeometry> geometry;
+    uint64_t scratchShare = 0;
+};
+
+// First and past-the-end step of each batch: as many steps as fit the budget, at least one.
+struct BatchPlan {
+    std::vector<std::pair<size_t, size_t>> batches;
+    uint64_t scratchBytes = 0;  // of the largest batch
+};
+
+BatchPlan PlanBatches(std::span<const BuildStep> steps, uint64_t budget) {
+    BatchPlan plan;
+    for (size_t first = 0; first < steps.size();) {
+        size_t end = first;
+        uint64_t bytes = 0;
+        while (end < steps.size() && (end == first || bytes + steps[end].scratchShare <= budget))
+            bytes += steps[end++].scratchShare;
+        plan.batches.emplace_back(first, end);
+        plan.scratchBytes = std::max(plan.scratchBytes, bytes);
+        first = end;
+    }
+    return plan;
+}
+
+}  // namespace
+
+struct BlasBuilder::Impl {
+    Impl(Device& owner, const BlasBuilderDesc& builderDesc)
+        : device(owner), desc(builderDesc), compaction(owner, builderDesc) {}
+
+    VkBuildAccelerationStructureFlagsKHR FlagsFor(BlasKind kind) const {
+        if (kind == BlasKind::Deforming)
+            return VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
+                   VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+        VkBuildAccelerationStructureFlagsKHR flags =
+            VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
+        if (!compaction.IsOff()) flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+        return flags;
+    }
+
+    void RecordBatches(CommandList& commands, std::span<BuildStep> steps, const BatchPlan& plan,
+                       const BuildScratch& scratch);
+
+    Device& device;
+    BlasBuilderDesc desc;
+    Compaction compaction;
+    std::vector<std::weak_ptr<Blas>> added;  // waiting for their build
+    std::vector<std::weak_ptr<Blas>> built;
+    BuildScratch refitScratch;  // grows; deformation comes every frame
+    uint32_t buildCount = 0;
+    uint32_t batchCount = 0;
+    uint32_t refitCount = 0;
+};
+
+void BlasBuilder::Impl::RecordBatches(CommandList& commands, std::span<BuildStep> steps,
+                                      const BatchPlan& plan, const BuildScratch& scratch) {
+    for (const auto& [first, end] : plan.batches) {
+        BarrierBetweenBuilds(commands);  // the scratch is shared with the batch before
+        std::vector<VkAccelerationStructureBuildGeometryInfoKHR> infos;
+        std::vector<const VkAccelerationStructureBuildRangeInfoKHR*> ranges;
+        VkDeviceAddress next = scratch.Address();
+        for (BuildStep& step : steps.subspan(first, end - first)) {
+            RG_CHECK_EQ(next % device.Info().scratchAlignment, 0u);
+            step.geometry->Info().scratchData.deviceAddress = next;
+            next += step.scratchShare;
+            infos.push_back(step.geometry->Info());
+            ranges.push_back(step.geometry->Ranges());
+        }
+        RG_CHECK_LE(next, scratch.Address() + scratch.Bytes());
+        device.Vk().vkCmdBuildAccelerationStructuresKHR(
+            commands.Handle(), static_cast<uint32_t>(infos.size()), infos.data(), ranges.data());
+    }
+}
+
+BlasBuilder::BlasBuilder(Device& device, const BlasBuilderDesc& desc)
+    : m_impl(std::make_unique<Impl>(device, desc)) {}
+
+BlasBuilder::~BlasBuilder() = default;
+
+std::shared_ptr<Blas> BlasBuilder::Add(const BlasDesc& desc) {
+    CheckBuildable(desc);
+    auto blas = std::make_shared<Blas>();
+    blas->m_desc = desc;
+    m_impl->added.push_back(blas);
+    return blas;
+}
+
+void BlasBuilder::RecordBuilds(CommandList& commands) {
+    Impl& impl = *m_impl;
+    std::vector<std::shared_ptr<Blas>> blases;
+    std::vector<BuildStep> steps;
+    for (const std::weak_ptr<Blas>& added : impl.added) {
+        std::shared_ptr<Blas> blas = added.lock();
+        if (!blas) continue;
+        blas->m_flags = impl.FlagsFor(blas->Kind());
+        BuildStep step{std::make_unique<BlasGeometry>(blas->m_desc, blas->m_flags), 0};
+        const VkAccelerationStructureBuildSizesInfoKHR sizes = step.geometry->Sizes(impl.device);
+        step.scratchShare = ScratchShare(impl.device, sizes.buildScratchSize);
+        blas->m_structure =
+            AccelerationStructure(impl.device, blas->Name(), VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                  sizes.accelerationStructureSize);
+        blas->m_bytesBuilt = sizes.accelerationStructureSize;
+        blas->m_updateScratch = sizes.updateScratchSize;
+        ++blas->m_version;
+        step.geometry->Info().dstAccelerationStructure = blas->Handle();
+        steps.push_back(std::move(step));
+        blases.push_back(std::move(blas));
+    }
+    impl.added.clear();
+    if (steps.empty()) return;
+
+    const BatchPlan plan = PlanBatches(steps, impl.desc.scratchBudget);
+    const BuildScratch scratch(impl.device, impl.desc.name, plan.scratchBytes);
+    impl.RecordBatches(commands, steps, plan, scratch);
+    impl.buildCount += static_cast<uint32_t>(steps.size());
+    impl.batchCount += static_cast<uint32_t>(plan.batches.size());
+    impl.built.insert(impl.built.end(), blases.begin(), blases.end());
+
+    std::erase_if(blases, [](const auto& blas) { return blas->Kind() != BlasKind::Static; });
+    impl.compaction.RecordQueries(commands, blases);
+}
+
+bool BlasBuilder::Poll() {
+    return m_impl->compaction.Poll();
+}
+
+void BlasBuilder::RecordCompaction(CommandList& commands) {
+    for (Compaction::Ready& ready : m_impl->compaction.TakeReady()) {
+        AccelerationStructure compacted(m_impl->device, ready.blas->Name(),
+                                        VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, ready.bytes);
+        VkCopyAccelerationStructureInfoKHR copy{};
+        copy.sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR;
+        copy.src = ready.blas->Handle();
+        copy.dst = compacted.Handle();
+        copy.mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
+        m_impl->device.Vk().vkCmdCopyAccelerationStructureKHR(commands.Handle(), &copy);
+        ready.blas->m_structure = std::move(compacted);
+        ready.blas->m_isCompacted = true;
+        ++ready.blas->m_version;
+    }
+}
+
+void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitRequest> requests) {
+    Impl& impl = *m_impl;
+    for (size_t i = 0; i < requests.size(); ++i) {
+        const Blas* blas = requests[i].blas;
+        if (!blas || !blas->IsBuilt())
+            throw Error(ErrorKind::Usage, "BLAS '" + requests[i].desc.name + "': update before its build");
+        CheckUpdatable(blas->Desc(), requests[i].desc);
+        for (size_t k = 0; k < i; ++k)
+            if (requests[k].blas == blas)
+                throw Error(ErrorKind::Usage, "BLAS '" + blas->Name() + "': updated twice in one call");
+    }
+    if (requests.empty()) return;
+
+    std::vector<BuildStep> steps;
+    for (const RefitRequest& request : requests) {
+        BuildStep step{std::make_unique<BlasGeometry>(request.desc, request.blas->m_flags),
+                       ScratchShare(impl.device, request.blas->m_updateScratch)};
+        auto& info = step.geometry->Info();
+        info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+        info.srcAccelerationStructure = request.blas->Handle();
+        info.dstAccelerationStructure = request.blas->Handle();
+        steps.push_back(std::move(step));
+    }
+    const BatchPlan plan = PlanBatches(steps, impl.desc.scratchBudget);
+    if (impl.refitScratch.Bytes() < plan.scratchBytes)
+        impl.refitScratch = BuildScratch(impl.device, impl.desc.name + " refit", plan.scratchBytes);
+    impl.RecordBatches(commands, steps, plan, impl.refitScratch);
+    impl.refitCount += static_cast<uint32_t>(steps.size());
+}
+
+CompactionStatistics BlasBuilder::Statistics() const {
+    Impl& impl = *m_impl;
+    std::erase_if(impl.built, [](const auto& blas) { return blas.expired(); });
+    CompactionStatistics statistics;
+    for (const std::weak_ptr<Blas>& built : impl.built) {
+        const std::shared_ptr<Blas> blas = built.lock();
+        ++statistics.blasCount;
+        statistics.bytesBuilt += blas->BytesBuilt();
+        statistics.bytesCompacted += blas->Bytes();
+    }
+    statistics.pending = impl.compaction.PendingCount();
+    statistics.buildCount = impl.buildCount;
+    statistics.batchCount = impl.batchCount;
+    statistics.refitCount = impl.refitCount;
+    statistics.isOff = impl.compaction.IsOff();
+    statistics.whyOff = impl.compaction.WhyOff();
+    return statistics;
+}
+
+}  // namespace raygraph::rhi

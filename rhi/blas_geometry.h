@@ -1,0 +1,36 @@
+// The native form of a BlasDesc, and what may be built and updated. For rhi/ alone.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rhi/acceleration_structure.h"
+
+namespace raygraph::rhi {
+
+class Device;
+
+// Throws Error{Usage} naming the BLAS for what BlasBuilder::Add refuses.
+void CheckBuildable(const BlasDesc& desc);
+// Throws Error{Usage} naming the BLAS unless `next` is a legal update of `built`.
+void CheckUpdatable(const BlasDesc& built, const BlasDesc& next);
+
+// Geometries and ranges of one build; the Vulkan structures point into this object.
+class BlasGeometry {
+  public:
+    BlasGeometry(const BlasDesc& desc, VkBuildAccelerationStructureFlagsKHR flags);
+    BlasGeometry(const BlasGeometry&) = delete;
+    BlasGeometry& operator=(const BlasGeometry&) = delete;
+
+    VkAccelerationStructureBuildSizesInfoKHR Sizes(Device& device) const;
+    // To be completed by the caller: mode, source, destination and scratch.
+    VkAccelerationStructureBuildGeometryInfoKHR& Info() { return m_info; }
+    const VkAccelerationStructureBuildRangeInfoKHR* Ranges() const { return m_ranges.data(); }
+
+  private:
+    std::vector<VkAccelerationStructureGeometryKHR> m_geometries;
+    std::vector<VkAccelerationStructureBuildRangeInfoKHR> m_ranges;
+    VkAccelerationStructureBuildGeometryInfoKHR m_info{};
+};
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,62 @@
+// Compaction: asks for the compacted sizes of built BLASes and finds out, without waiting, when they have
+// arrived. For rhi/ alone.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rhi/blas_builder.h"
+#include "rhi/vulkan.h"
+
+namespace raygraph::rhi {
+
+class Compaction {
+  public:
+    struct Ready {
+        std::shared_ptr<Blas> blas;
+        uint64_t bytes = 0;
+    };
+
+    Compaction(Device& device, const BlasBuilderDesc& desc);
+    ~Compaction();
+    Compaction(const Compaction&) = delete;
+    Compaction& operator=(const Compaction&) = delete;
+
+    // Nothing when compaction is off.
+    void RecordQueries(CommandList& commands, std::span<const std::shared_ptr<Blas>> blases);
+    // True: TakeReady has something.
+    bool Poll();
+    // BLASes whose size has arrived; those dropped meanwhile are left out.
+    std::vector<Ready> TakeReady();
+
+    bool IsOff() const { return !m_whyOff.empty(); }
+    const std::string& WhyOff() const { return m_whyOff; }
+    uint32_t PendingCount() const;
+
+  private:
+    struct Entry {
+        std::weak_ptr<Blas> blas;
+        uint64_t bytes = 0;
+    };
+    struct Batch {
+        VkQueryPool pool = VK_NULL_HANDLE;
+        std::vector<Entry> entries;
+        // Set by the device's retire queue once the list that asks has completed (or was dropped).
+        std::shared_ptr<std::atomic<bool>> isCompleted;
+    };
+    bool ReadSizes(Batch& batch);
+    void Judge(const Batch& batch);
+    void Release(Batch& batch);
+
+    Device& m_device;
+    bool m_compactsWithoutGain = false;
+    bool m_isJudged = false;
+    std::string m_whyOff;
+    std::vector<Batch> m_waiting;
+    std::vector<Entry> m_ready;
+};
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,170 @@
+#include "rhi/texture_table.h"
+
+#include <mutex>
+#include <vector>
+
+#include "base/error.h"
+#include "rhi/device.h"
+
+namespace raygraph::rhi {
+
+VkDescriptorSetLayout CreateTextureTableLayout(Device& device) {
+    VkDescriptorSetLayoutBinding binding{};
+    binding.binding = 0;
+    binding.descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+    binding.descriptorCount = kMaxTextureTableSlots;
+    binding.stageFlags = VK_SHADER_STAGE_ALL;
+    const VkDescriptorBindingFlags flags =
+        VK_DESCRIPTOR_BINDING_UPDATE_AFTER_BIND_BIT | VK_DESCRIPTOR_BINDING_UPDATE_UNUSED_WHILE_PENDING_BIT |
+        VK_DESCRIPTOR_BINDING_PARTIALLY_BOUND_BIT | VK_DESCRIPTOR_BINDING_VARIABLE_DESCRIPTOR_COUNT_BIT;
+    VkDescriptorSetLayoutBindingFlagsCreateInfo bindingFlags{};
+    bindingFlags.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_BINDING_FLAGS_CREATE_INFO;
+    bindingFlags.bindingCount = 1;
+    bindingFlags.pBindingFlags = &flags;
+    VkDescriptorSetLayoutCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
+    create.pNext = &bindingFlags;
+    create.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_UPDATE_AFTER_BIND_POOL_BIT;
+    create.bindingCount = 1;
+    create.pBindings = &binding;
+    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
+    device.Check(device.Vk().vkCreateDescriptorSetLayout(device.Handle(), &create,
+                                                         device.AllocationCallbacks(), &layout),
+                 "texture table: vkCreateDescriptorSetLayout");
+    device.SetName(VK_OBJECT_TYPE_DESCRIPTOR_SET_LAYOUT, reinterpret_cast<uint64_t>(layout), "texture table");
+    return layout;
+}
+
+struct TextureTable::State {
+    explicit State(Device& owner) : device(owner) {}
+    void CreateSet(uint32_t capacity);
+    void Write(uint32_t slot, const VkDescriptorImageInfo& image);
+
+    Device& device;
+    VkDescriptorPool pool = VK_NULL_HANDLE;
+    VkDescriptorSet set = VK_NULL_HANDLE;
+    VkDescriptorImageInfo defaultImage{};
+    std::mutex mutex;  // of everything below and of writes to the set
+    std::vector<bool> isTaken;
+    std::vector<uint32_t> free;  // the back is handed out next
+    uint32_t count = 0;
+    bool isClosed = false;  // the table is gone: pending removals leave the set alone
+};
+
+void TextureTable::State::CreateSet(uint32_t capacity) {
+    const DeviceFunctions& vk = device.Vk();
+    const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, capacity};
+    VkDescriptorPoolCreateInfo create{};
+    create.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+    create.flags = VK_DESCRIPTOR_POOL_CREATE_UPDATE_AFTER_BIND_BIT;
+    create.maxSets = 1;
+    create.poolSizeCount = 1;
+    create.pPoolSizes = &size;
+    device.Check(vk.vkCreateDescriptorPool(device.Handle(), &create, device.AllocationCallbacks(), &pool),
+                 "texture table: vkCreateDescriptorPool");
+
+    VkDescriptorSetVariableDescriptorCountAllocateInfo variable{};
+    variable.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_VARIABLE_DESCRIPTOR_COUNT_ALLOCATE_INFO;
+    variable.descriptorSetCount = 1;
+    variable.pDescriptorCounts = &capacity;
+    const VkDescriptorSetLayout layout = device.TextureTableLayout();
+    VkDescriptorSetAllocateInfo allocate{};
+    allocate.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+    allocate.pNext = &variable;
+    allocate.descriptorPool = pool;
+    allocate.descriptorSetCount = 1;
+    allocate.pSetLayouts = &layout;
+    device.Check(vk.vkAllocateDescriptorSets(device.Handle(), &allocate, &set),
+                 "texture table: vkAllocateDescriptorSets");
+    device.SetName(VK_OBJECT_TYPE_DESCRIPTOR_SET, reinterpret_cast<uint64_t>(set), "texture table");
+}
+
+void TextureTable::State::Write(uint32_t slot, const VkDescriptorImageInfo& image) {
+    VkWriteDescriptorSet write{};
+    write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    write.dstSet = set;
+    write.dstArrayElement = slot;
+    write.descriptorCount = 1;
+    write.descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+    write.pImageInfo = &image;
+    device.Vk().vkUpdateDescriptorSets(device.Handle(), 1, &write, 0, nullptr);
+}
+
+TextureTable::TextureTable(Device& device, uint32_t capacity, const Texture& defaultTexture,
+                           const Sampler& defaultSampler)
+    : m_state(std::make_shared<State>(device)) {
+    if (capacity == 0 || capacity > kMaxTextureTableSlots)
+        throw Error(ErrorKind::Usage, "texture table: capacity is " + std::to_string(capacity) + ", 1 to " +
+                                          std::to_string(kMaxTextureTableSlots) + " are possible");
+    if (!defaultTexture || !defaultSampler)
+        throw Error(ErrorKind::Usage, "texture table: has no default texture");
+    State& state = *m_state;
+    state.defaultImage = {defaultSampler.Handle(), defaultTexture.View(),
+                          VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+    state.isTaken.assign(capacity, false);
+    for (uint32_t slot = capacity; slot-- > 0;) state.free.push_back(slot);
+    try {
+        state.CreateSet(capacity);
+    } catch (...) {
+        device.Vk().vkDestroyDescriptorPool(device.Handle(), state.pool, device.AllocationCallbacks());
+        throw;
+    }
+    for (uint32_t slot = 0; slot < capacity; ++slot) state.Write(slot, state.defaultImage);
+}
+
+TextureTable::~TextureTable() {
+    {
+        const std::lock_guard lock(m_state->mutex);
+        m_state->isClosed = true;
+    }
+    m_state->device.Retire([&device = m_state->device, pool = m_state->pool] {
+        device.Vk().vkDestroyDescriptorPool(device.Handle(), pool, device.AllocationCallbacks());
+    });
+}
+
+uint32_t TextureTable::Add(const Texture& texture, const Sampler& sampler) {
+    if (!texture || !sampler) throw Error(ErrorKind::Usage, "texture table: texture or sampler is empty");
+    State& state = *m_state;
+    const std::lock_guard lock(state.mutex);
+    if (state.free.empty())
+        throw Error(ErrorKind::Usage, "texture table: all " + std::to_string(state.isTaken.size()) +
+                                          " slots are taken, no room for '" + texture.Desc().name + "'");
+    const uint32_t slot = state.free.back();
+    state.free.pop_back();
+    state.isTaken[slot] = true;
+    ++state.count;
+    state.Write(slot, {sampler.Handle(), texture.View(), VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL});
+    return slot;
+}
+
+void TextureTable::Remove(uint32_t slot) {
+    {
+        const std::lock_guard lock(m_state->mutex);
+        if (slot >= m_state->isTaken.size() || !m_state->isTaken[slot])
+            throw Error(ErrorKind::Usage,
+                        "texture table: slot " + std::to_string(slot) + " holds no texture");
+        m_state->isTaken[slot] = false;
+        --m_state->count;
+    }
+    m_state->device.Retire([state = m_state, slot] {
+        const std::lock_guard lock(state->mutex);
+        if (state->isClosed) return;
+        state->Write(slot, state->defaultImage);
+        state->free.push_back(slot);
+    });
+}
+
+VkDescriptorSet TextureTable::Set() const {
+    return m_state->set;
+}
+
+uint32_t TextureTable::Capacity() const {
+    return static_cast<uint32_t>(m_state->isTaken.size());
+}
+
+uint32_t TextureTable::Count() const {
+    const std::lock_guard lock(m_state->mutex);
+    return m_state->count;
+}
+
+}  // namespace raygraph::rhi

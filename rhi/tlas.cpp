@@ -1,0 +1,131 @@
+#include "rhi/tlas.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/check.h"
+#include "base/error.h"
+#include "rhi/build_scratch.h"
+#include "rhi/command_list.h"
+#include "rhi/device.h"
+#include "shaders/shared/ray_types.h"
+
+namespace raygraph::rhi {
+namespace {
+
+static_assert(sizeof(VkAccelerationStructureInstanceKHR) == kTlasInstanceBytes);
+constexpr uint32_t kMost24Bits = (1u << 24) - 1;
+constexpr uint64_t kInstanceAlignment = 16;
+
+VkAccelerationStructureGeometryKHR InstanceGeometry(VkDeviceAddress instances) {
+    VkAccelerationStructureGeometryKHR geometry{};
+    geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
+    geometry.geometryType = VK_GEOMETRY_TYPE_INSTANCES_KHR;
+    geometry.geometry.instances.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_INSTANCES_DATA_KHR;
+    geometry.geometry.instances.data.deviceAddress = instances;
+    return geometry;
+}
+
+// `geometry` must outlive the result.
+VkAccelerationStructureBuildGeometryInfoKHR BuildInfo(const TlasDesc& desc,
+                                                      const VkAccelerationStructureGeometryKHR& geometry) {
+    VkAccelerationStructureBuildGeometryInfoKHR info{};
+    info.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR;
+    info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
+    info.flags = desc.prefersFastBuild ? VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR
+                                       : VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
+    if (desc.allowsUpdate) info.flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+    info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
+    info.geometryCount = 1;
+    info.pGeometries = &geometry;
+    return info;
+}
+
+}  // namespace
+
+void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte> target) {
+    if (target.size() < instances.size() * kTlasInstanceBytes)
+        throw Error(ErrorKind::Usage, std::to_string(instances.size()) + " TLAS instances do not fit " +
+                                          std::to_string(target.size()) + " bytes");
+    for (size_t i = 0; i < instances.size(); ++i) {
+        const TlasInstance& source = instances[i];
+        const uint64_t tableOffset = uint64_t{source.hitSet} * kRayTypeCount;
+        if (source.customIndex > kMost24Bits || tableOffset > kMost24Bits)
+            throw Error(ErrorKind::Usage, "TLAS instance " + std::to_string(i) + ": customIndex " +
+                                              std::to_string(source.customIndex) + " or hit set " +
+                                              std::to_string(source.hitSet) + " exceeds 24 bits");
+        VkAccelerationStructureInstanceKHR native{};
+        static_assert(sizeof(native.transform) == sizeof(source.objectToWorld));
+        std::memcpy(&native.transform, source.objectToWorld.data(), sizeof(native.transform));
+        native.instanceCustomIndex = source.customIndex & kMost24Bits;
+        native.mask = source.mask;
+        native.instanceShaderBindingTableRecordOffset = static_cast<uint32_t>(tableOffset) & kMost24Bits;
+        VkGeometryInstanceFlagsKHR flags = 0;
+        if (source.isFrontCounterClockwise)
+            flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FRONT_COUNTERCLOCKWISE_BIT_KHR;
+        if (source.isCullingDisabled) flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
+        native.flags = flags & 0xffu;
+        native.accelerationStructureReference = source.blas;
+        std::memcpy(target.data() + i * kTlasInstanceBytes, &native, sizeof(native));
+    }
+}
+
+Tlas::Tlas(Device& device, const TlasDesc& desc) : m_device(&device), m_desc(desc) {
+    if (desc.capacity > device.Info().maxInstanceCount)
+        throw Error(ErrorKind::Usage, "TLAS '" + desc.name + "': capacity " + std::to_string(desc.capacity) +
+                                          " exceeds maxInstanceCount " +
+                                          std::to_string(device.Info().maxInstanceCount));
+    const VkAccelerationStructureGeometryKHR geometry = InstanceGeometry(0);
+    const VkAccelerationStructureBuildGeometryInfoKHR info = BuildInfo(desc, geometry);
+    VkAccelerationStructureBuildSizesInfoKHR sizes{};
+    sizes.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_SIZES_INFO_KHR;
+    device.Vk().vkGetAccelerationStructureBuildSizesKHR(
+        device.Handle(), VK_ACCELERATION_STRUCTURE_BUILD_TYPE_DEVICE_KHR, &info, &desc.capacity, &sizes);
+    m_structure = AccelerationStructure(device, desc.name, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
+                                        sizes.accelerationStructureSize);
+    m_scratch = BuildScratch(device, desc.name, std::max(sizes.buildScratchSize, sizes.updateScratchSize));
+}
+
+void Tlas::Build(CommandList& commands, const Buffer& instances, uint32_t count) {
+    Record(commands, instances, count, false);
+}
+
+void Tlas::Update(CommandList& commands, const Buffer& instances, uint32_t count) {
+    const std::string name = "TLAS '" + m_desc.name + "': ";
+    if (!m_desc.allowsUpdate)
+        throw Error(ErrorKind::Usage, name + "update, but it was made without allowsUpdate");
+    if (!m_isBuilt) throw Error(ErrorKind::Usage, name + "update before its first build");
+    if (count != m_count)
+        throw Error(ErrorKind::Usage, name + "update with " + std::to_string(count) +
+                                          " instances, built with " + std::to_string(m_count));
+    Record(commands, instances, count, true);
+}
+
+void Tlas::Record(CommandList& commands, const Buffer& instances, uint32_t count, bool isUpdate) {
+    const std::string name = "TLAS '" + m_desc.name + "': ";
+    if (count > m_desc.capacity)
+        throw Error(ErrorKind::Usage, name + std::to_string(count) + " instances exceed its capacity of " +
+                                          std::to_string(m_desc.capacity));
+    if (count * kTlasInstanceBytes > instances.Size())
+        throw Error(ErrorKind::Usage, name + std::to_string(count) + " instances exceed buffer '" +
+                                          instances.Desc().name + "' of " + std::to_string(instances.Size()) +
+                                          " bytes");
+    RG_CHECK_EQ(instances.Address() % kInstanceAlignment, 0u);
+
+    const VkAccelerationStructureGeometryKHR geometry = InstanceGeometry(instances.Address());
+    VkAccelerationStructureBuildGeometryInfoKHR info = BuildInfo(m_desc, geometry);
+    if (isUpdate) {
+        info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
+        info.srcAccelerationStructure = m_structure.Handle();
+    }
+    info.dstAccelerationStructure = m_structure.Handle();
+    info.scratchData.deviceAddress = m_scratch.Address();
+    const VkAccelerationStructureBuildRangeInfoKHR range{count, 0, 0, 0};
+    const VkAccelerationStructureBuildRangeInfoKHR* ranges = &range;
+    BarrierBetweenBuilds(commands);  // BLASes, and the builds that used the same scratch
+    m_device->Vk().vkCmdBuildAccelerationStructuresKHR(commands.Handle(), 1, &info, &ranges);
+    m_count = count;
+    m_isBuilt = true;
+}
+
+}  // namespace raygraph::rhi
