@@ -66,9 +66,15 @@ struct GpuScene::Impl {
     // Makes the new scene first, so that an Error leaves the old one in place.
     void Replace(scene::SceneData&& data) {
         const auto start = std::chrono::steady_clock::now();
-        std::unique_ptr<SceneResources> newResources =
-            UploadScene(device, uploader, builder, *textureTable, data);
-        auto newInstances = std::make_unique<InstanceSet>(device, newResources->meshes, data.instances);
+        std::unique_ptr<SceneResources> newResources;
+        std::unique_ptr<InstanceSet> newInstances;
+        try {
+            newResources = UploadScene(device, uploader, builder, *textureTable, data);
+            newInstances = std::make_unique<InstanceSet>(device, newResources->meshes, data.instances);
+        } catch (...) {
+            uploader.Flush();  // its lists refer to what has just been given up
+            throw;
+        }
         uploader.Flush();
         instances = std::move(newInstances);
         resources = std::move(newResources);

@@ -42,7 +42,8 @@ MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::Blas
     MeshResources result;
     result.firstGeometry = static_cast<uint32_t>(records.size());
     StreamPacker packer;
-    rhi::BlasDesc blas{.name = mesh.name.empty() ? "mesh" : mesh.name};
+    rhi::BlasDesc blas;
+    blas.name = mesh.name.empty() ? "mesh" : mesh.name;
     for (scene::Primitive& primitive : mesh.primitives) {
         if (primitive.indices.empty()) continue;
         const std::vector<uint32_t> originalOrder = SortTriangles(primitive.positions, primitive.indices);
@@ -195,15 +196,15 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
             resources->geometryBytes += resources->meshes.back().streams.Size();
     }
     UploadTextures(device, uploader, scene, *resources);
-    for (const scene::Material& material : scene.materials)
-        resources->materialRecords.push_back(ToRecord(
-            material, {
-                          .baseColorTexture = TextureField(material.baseColorTexture, resources->textures),
-                          .metallicRoughnessTexture =
-                              TextureField(material.metallicRoughnessTexture, resources->textures),
-                          .normalTexture = TextureField(material.normalTexture, resources->textures),
-                          .emissiveTexture = TextureField(material.emissiveTexture, resources->textures),
-                      }));
+    for (const scene::Material& material : scene.materials) {
+        gpu::MaterialRecord textures{};
+        textures.baseColorTexture = TextureField(material.baseColorTexture, resources->textures);
+        textures.metallicRoughnessTexture =
+            TextureField(material.metallicRoughnessTexture, resources->textures);
+        textures.normalTexture = TextureField(material.normalTexture, resources->textures);
+        textures.emissiveTexture = TextureField(material.emissiveTexture, resources->textures);
+        resources->materialRecords.push_back(ToRecord(material, textures));
+    }
     resources->geometryCount = static_cast<uint32_t>(records.size());
     resources->geometries = UploadTable<gpu::GeometryRecord>(device, uploader, "geometries", records);
     resources->materials =

@@ -1,0 +1,148 @@
+// GpuScene: the TLAS is refreshed every frame with the least work, and the rays see it.
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+namespace {
+
+class GpuSceneTest : public VulkanTest {
+  protected:
+    // Which instance each of 3 pixels in a row sees, looking down on x = -1, 0, 1.
+    std::array<uint32_t, 3> Seen() {
+        scene::CameraView view = scene::CameraView::LookAt({0, 0, 5}, {0, 0, 0}, {0, 1, 0});
+        view.projection = scene::Projection::Orthographic;
+        view.height = 1.0f;
+        view.aspect = 3.0f;
+        passes::TraceSettings settings;
+        settings.extent = {3, 1};
+        settings.camera = ToRecord(view);
+        const SceneRender::Hits hits = render.PrimaryHits(settings);
+        return {hits.ids[0].x, hits.ids[1].x, hits.ids[2].x};
+    }
+    static constexpr uint32_t kMiss = 0xFFFFFFFFu;
+
+    SceneRender render{Device()};
+};
+
+}  // namespace
+
+TEST_F(GpuSceneTest, SetTransform_MovesTheHitByATlasUpdate) {
+    render.scene.SetScene(SceneOf({BoxMesh(0.3f), BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))},
+                                  {Translation({-1, 0, 0}), Translation({1, 0, 0})}));
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, kMiss, 1}));
+    EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Rebuild);
+
+    render.scene.SetTransform(1, Translation({0, 0, 0}));
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, 1, kMiss}));
+    EXPECT_EQ(render.scene.Statistics().tlasUpdates + render.scene.Statistics().tlasRebuilds, 2u);
+    if (render.scene.IsSettled()) EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Update);
+    EXPECT_EQ(render.scene.Transform(1), Translation({0, 0, 0}));
+}
+
+TEST_F(GpuSceneTest, TlasIsLeftAloneWhenNothingMoved) {
+    render.scene.SetScene(SceneOf({BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))}));
+    for (int frame = 0; frame < 8; frame++) Seen();  // past build and compaction
+    ASSERT_TRUE(render.scene.IsSettled());
+    const GpuSceneStatistics before = render.scene.Statistics();
+    Seen();
+    EXPECT_EQ(render.scene.Statistics().tlasRebuilds, before.tlasRebuilds);
+    EXPECT_EQ(render.scene.Statistics().tlasUpdates, before.tlasUpdates);
+    EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::None);
+    EXPECT_EQ(render.renderer.DescribePlan().find("RefreshTlas"), std::string::npos);
+    render.scene.SetTransform(0, render.scene.Transform(0));
+    Seen();
+    EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::None) << "the same transform moves nothing";
+}
+
+TEST_F(GpuSceneTest, SetVisible_HidesAndShows) {
+    render.scene.SetScene(SceneOf({BoxMesh(0.3f), BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))},
+                                  {Translation({-1, 0, 0}), Translation({1, 0, 0})}));
+    render.scene.SetVisible(0, false);
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, kMiss, 1}));
+    render.scene.SetVisible(0, true);
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, kMiss, 1}));
+}
+
+TEST_F(GpuSceneTest, ManyMovedInstancesAreAllSeenWhereTheyAre) {
+    // 999 boxes far away, in a scrambled order; then three come into view, and later almost all of them move
+    constexpr uint32_t kCount = 999;
+    scene::SceneData scene = SceneOf({BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))});
+    scene.instances.clear();
+    for (uint32_t i = 0; i < kCount; i++)
+        scene.instances.push_back(
+            {.mesh = 0, .objectToWorld = Translation({float(i * 37 % kCount), 100.0f + float(i % 7), 0})});
+    render.scene.SetScene(std::move(scene));
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, kMiss, kMiss}));
+    render.scene.SetTransform(700, Translation({-1, 0, 0}));
+    render.scene.SetTransform(3, Translation({0, 0, 0}));
+    render.scene.SetTransform(998, Translation({1, 0, 0}));
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{700, 3, 998}));
+    for (uint32_t i = 0; i < kCount; i++) render.scene.SetTransform(i, Translation({50.0f + float(i), 0, 0}));
+    render.scene.SetTransform(42, Translation({0, 0, 0}));
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, 42, kMiss}));
+}
+
+TEST_F(GpuSceneTest, InstancesShareTheirMeshsBlas) {
+    scene::SceneData scene = SceneOf({BoxMesh(0.3f), QuadMesh(0.2f)}, {Lambert(glm::vec3(0.5f))});
+    for (int i = 0; i < 10; i++)
+        scene.instances.push_back({.mesh = 0, .objectToWorld = Translation({0, float(i), 0})});
+    render.scene.SetScene(std::move(scene));
+    Seen();
+    const GpuSceneStatistics& statistics = render.scene.Statistics();
+    EXPECT_EQ(statistics.instanceCount, 12u);
+    EXPECT_EQ(statistics.blasCount, 2u);
+    EXPECT_EQ(statistics.blasBuilds, 2u);
+    EXPECT_EQ(statistics.trianglesUnique, 14u);
+    EXPECT_EQ(statistics.trianglesPlaced, 11u * 12u + 2u);
+    EXPECT_GT(statistics.blasBytesBuilt, 0u);
+}
+
+TEST_F(GpuSceneTest, Compaction_IsPolledAndKeepsEveryHit) {
+    render.scene.SetScene(SceneOf({SphereMesh(0.4f, 24), SphereMesh(0.4f, 24)}, {Lambert(glm::vec3(0.5f))},
+                                  {Translation({-1, 0, 0}), Translation({1, 0, 0})}));
+    const auto before = Seen();
+    for (int frame = 0; frame < 8; frame++) EXPECT_EQ(Seen(), before);
+    const GpuSceneStatistics& statistics = render.scene.Statistics();
+    EXPECT_EQ(statistics.compactionsPending, 0u);
+    if (statistics.isCompactionOff)
+        EXPECT_FALSE(statistics.whyCompactionOff.empty());
+    else
+        EXPECT_LT(statistics.blasBytesCompacted, statistics.blasBytesBuilt);
+}
+
+TEST_F(GpuSceneTest, SetScene_ReplacesTheSceneInFlight) {
+    for (int i = 0; i < 6; i++) {
+        const float x = float(i % 3 - 1);
+        render.scene.SetScene(SceneOf({BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))}, {Translation({x, 0, 0})}));
+        std::array<uint32_t, 3> expected{kMiss, kMiss, kMiss};
+        expected[size_t(i % 3)] = 0;
+        EXPECT_EQ(Seen(), expected);
+    }
+    render.scene.SetScene(scene::SceneData{});
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, kMiss, kMiss}));
+    EXPECT_EQ(render.scene.Statistics().blasCount, 0u) << "old BLASes are dropped";
+}
+
+TEST_F(GpuSceneTest, SetMaterial_ChangesTheNextFrame) {
+    render.scene.SetScene(SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.0f), glm::vec3(1.0f))}));
+    const passes::TraceSettings settings = LookAt({0, 0, 2}, {0, 0, 0}, 0.3f, 2);
+    EXPECT_EQ(glm::vec3(render.TraceOnce(settings).At(0, 0)), glm::vec3(1.0f));
+    render.scene.SetMaterial(0, Lambert(glm::vec3(0.0f), glm::vec3(4.0f)));
+    EXPECT_EQ(glm::vec3(render.TraceOnce(settings).At(0, 0)), glm::vec3(4.0f));
+}
+
+TEST_F(GpuSceneTest, IndicesOutOfRangeAreUsageErrorsThatNameTheCount) {
+    render.scene.SetScene(SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))}));
+    try {
+        render.scene.SetTransform(1, glm::mat4x3(1.0f));
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+        EXPECT_STREQ(error.what(), "GpuScene: instance 1 does not exist; the scene has 1");
+    }
+    EXPECT_THROW(render.scene.SetMaterial(7, {}), Error);
+    EXPECT_THROW(render.scene.SetVisible(7, true), Error);
+}
+
+}  // namespace raygraph::testing

@@ -1,0 +1,177 @@
+#include "tests/support/scene_render.h"
+
+#include <cmath>
+#include <cstring>
+#include <glm/gtc/constants.hpp>
+
+namespace raygraph::testing {
+
+glm::dvec3 Texels::Mean() const {
+    glm::dvec3 sum(0.0);
+    for (const glm::vec4& value : values) sum += glm::dvec3(value);
+    return sum / double(values.size());
+}
+
+glm::dvec3 RenderedImage::StandardErrorOfMean() const {
+    const double pixels = double(variance.values.size());
+    return glm::sqrt(variance.Mean() / (pixels * sampleCount));
+}
+
+Texels ToTexels(const Readback& readback) {
+    readback.Wait();
+    Texels texels{.extent = readback.Extent()};
+    texels.values.resize(readback.Bytes().size() / sizeof(glm::vec4));
+    std::memcpy(texels.values.data(), readback.Bytes().data(), readback.Bytes().size());
+    return texels;
+}
+
+RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampleCount) {
+    passes::Accumulation accumulation("test");
+    RenderedImage image;
+    for (uint32_t i = 0; i < sampleCount; i++) {
+        renderer.BeginFrame();
+        const SceneIds ids = scene.Declare(renderer);
+        const passes::AccumulatedIds accumulated =
+            passes::Accumulate(renderer, passes::Trace(renderer, ids, settings), accumulation, true);
+        const bool isLast = i + 1 == sampleCount;
+        Readback mean, variance;
+        if (isLast) {
+            mean = renderer.ReadBack(accumulated.mean);
+            variance = renderer.ReadBack(accumulated.variance);
+        } else {
+            renderer.Present(accumulated.mean);
+        }
+        renderer.Execute();
+        settings.sampleIndex++;
+        if (isLast) image = {ToTexels(mean), ToTexels(variance), accumulation.SampleCount()};
+    }
+    return image;
+}
+
+Texels SceneRender::TraceOnce(const passes::TraceSettings& settings) {
+    renderer.BeginFrame();
+    const SceneIds ids = scene.Declare(renderer);
+    const Readback radiance = renderer.ReadBack(passes::Trace(renderer, ids, settings));
+    renderer.Execute();
+    return ToTexels(radiance);
+}
+
+SceneRender::Hits SceneRender::PrimaryHits(const passes::TraceSettings& settings) {
+    renderer.BeginFrame();
+    const SceneIds ids = scene.Declare(renderer);
+    const passes::PrimaryHitIds hits =
+        passes::PrimaryHits(renderer, ids, settings, passes::FilmPosition::Center);
+    const Readback albedo = renderer.ReadBack(hits.albedo);
+    const Readback normal = renderer.ReadBack(hits.normal);
+    const Readback position = renderer.ReadBack(hits.position);
+    const Readback idTexels = renderer.ReadBack(hits.ids);
+    renderer.Execute();
+    Hits result{ToTexels(albedo), ToTexels(normal), ToTexels(position), {}};
+    idTexels.Wait();
+    result.ids.resize(idTexels.Bytes().size() / sizeof(glm::uvec4));
+    std::memcpy(result.ids.data(), idTexels.Bytes().data(), idTexels.Bytes().size());
+    return result;
+}
+
+namespace {
+
+scene::Mesh MeshOf(scene::Primitive primitive, uint32_t material) {
+    primitive.material = material;
+    for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
+    scene::Mesh mesh;
+    mesh.primitives.push_back(std::move(primitive));
+    return mesh;
+}
+
+// Appends a quad centre + {-u-v, u-v, u+v, -u+v} with normal cross(u, v).
+void AppendQuad(scene::Primitive& primitive, const glm::vec3& center, const glm::vec3& u,
+                const glm::vec3& v) {
+    const auto first = static_cast<uint32_t>(primitive.positions.size());
+    const glm::vec3 normal = glm::normalize(glm::cross(u, v));
+    for (const glm::vec2 corner : {glm::vec2(-1, -1), glm::vec2(1, -1), glm::vec2(1, 1), glm::vec2(-1, 1)}) {
+        primitive.positions.push_back(center + corner.x * u + corner.y * v);
+        primitive.normals.push_back(normal);
+    }
+    for (const uint32_t index : {0u, 1u, 2u, 0u, 2u, 3u}) primitive.indices.push_back(first + index);
+}
+
+}  // namespace
+
+scene::Mesh QuadMesh(float halfSize, uint32_t material) {
+    scene::Primitive primitive;
+    AppendQuad(primitive, glm::vec3(0.0f), {halfSize, 0, 0}, {0, halfSize, 0});
+    return MeshOf(std::move(primitive), material);
+}
+
+scene::Mesh BoxMesh(float halfSize, uint32_t material) {
+    scene::Primitive primitive;
+    for (int axis = 0; axis < 3; axis++)
+        for (const float side : {-1.0f, 1.0f}) {
+            glm::vec3 n(0.0f), u(0.0f), v(0.0f);
+            n[axis] = side * halfSize;
+            u[(axis + 1) % 3] = halfSize;
+            v[(axis + 2) % 3] = side * halfSize;
+            AppendQuad(primitive, n, u, v);
+        }
+    return MeshOf(std::move(primitive), material);
+}
+
+scene::Mesh SphereMesh(float radius, uint32_t rings, uint32_t material) {
+    scene::Primitive primitive;
+    const uint32_t segments = 2 * rings;
+    for (uint32_t ring = 0; ring <= rings; ring++)
+        for (uint32_t segment = 0; segment <= segments; segment++) {
+            const float theta = glm::pi<float>() * float(ring) / float(rings);
+            const float phi = glm::two_pi<float>() * float(segment) / float(segments);
+            const glm::vec3 n(std::sin(theta) * std::cos(phi), std::cos(theta),
+                              -std::sin(theta) * std::sin(phi));
+            primitive.normals.push_back(n);
+            primitive.positions.push_back(radius * n);
+        }
+    for (uint32_t ring = 0; ring < rings; ring++)
+        for (uint32_t segment = 0; segment < segments; segment++) {
+            const uint32_t a = ring * (segments + 1) + segment;
+            const uint32_t b = a + segments + 1;
+            if (ring > 0) primitive.indices.insert(primitive.indices.end(), {a, b, a + 1});
+            if (ring + 1 < rings) primitive.indices.insert(primitive.indices.end(), {a + 1, b, b + 1});
+        }
+    return MeshOf(std::move(primitive), material);
+}
+
+scene::Material Lambert(const glm::vec3& albedo, const glm::vec3& emission) {
+    scene::Material material;
+    material.baseColorFactor = glm::vec4(albedo, 1.0f);
+    material.emissiveFactor = emission;
+    return material;
+}
+
+glm::mat4x3 Translation(const glm::vec3& offset) {
+    glm::mat4x3 result(1.0f);
+    result[3] = offset;
+    return result;
+}
+
+scene::SceneData SceneOf(std::vector<scene::Mesh> meshes, std::vector<scene::Material> materials,
+                         std::vector<glm::mat4x3> transforms) {
+    scene::SceneData scene;
+    transforms.resize(meshes.size(), glm::mat4x3(1.0f));
+    for (uint32_t i = 0; i < meshes.size(); i++) {
+        scene.instances.push_back({.mesh = i, .objectToWorld = transforms[i]});
+        for (const scene::Primitive& primitive : meshes[i].primitives)
+            scene.bounds.Extend(primitive.bounds.Transformed(transforms[i]));
+    }
+    scene.meshes = std::move(meshes);
+    scene.materials = std::move(materials);
+    return scene;
+}
+
+passes::TraceSettings LookAt(const glm::vec3& eye, const glm::vec3& target, float yFov, uint32_t size) {
+    scene::CameraView view = scene::CameraView::LookAt(eye, target, glm::vec3(0, 1, 0));
+    view.yFov = yFov;
+    passes::TraceSettings settings;
+    settings.extent = {size, size};
+    settings.camera = ToRecord(view);
+    return settings;
+}
+
+}  // namespace raygraph::testing

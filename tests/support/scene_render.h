@@ -1,0 +1,69 @@
+// Renders small scenes through the real passes, for tests that look at the numbers.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "passes/accumulate.h"
+#include "passes/trace.h"
+#include "renderer/gpu_scene/camera_record.h"
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/graph/renderer.h"
+#include "renderer/scene/camera_view.h"
+
+namespace raygraph::testing {
+
+// rgba float texels, rows from the top.
+struct Texels {
+    Extent2D extent;
+    std::vector<glm::vec4> values;
+
+    const glm::vec4& At(uint32_t x, uint32_t y) const { return values[size_t{y} * extent.width + x]; }
+    glm::dvec3 Mean() const;
+};
+
+struct RenderedImage {
+    Texels mean;
+    Texels variance;  // of one sample
+    uint32_t sampleCount = 0;
+
+    // Standard error of the mean over all pixels, per channel.
+    glm::dvec3 StandardErrorOfMean() const;
+};
+
+// A device-side scene with its renderer; the settings are those of Trace.
+class SceneRender {
+  public:
+    explicit SceneRender(rhi::Device& device) : renderer(device), scene(renderer) {}
+
+    // Renders samples settings.sampleIndex ... + sampleCount - 1.
+    RenderedImage Render(passes::TraceSettings settings, uint32_t sampleCount);
+    // One sample's radiance, straight from Trace.
+    Texels TraceOnce(const passes::TraceSettings& settings);
+    // The textures of PrimaryHits through pixel centres.
+    struct Hits {
+        Texels albedo, normal, position;
+        std::vector<glm::uvec4> ids;
+    };
+    Hits PrimaryHits(const passes::TraceSettings& settings);
+
+    Renderer renderer;
+    GpuScene scene;
+};
+
+Texels ToTexels(const Readback& readback);
+
+// Meshes for scenes made in a test. Counter-clockwise seen from outside or from +z.
+scene::Mesh QuadMesh(float halfSize, uint32_t material = 0);                  // in the xy plane, facing +z
+scene::Mesh BoxMesh(float halfSize, uint32_t material = 0);                   // axis-aligned cube
+scene::Mesh SphereMesh(float radius, uint32_t rings, uint32_t material = 0);  // smooth normals
+scene::Material Lambert(const glm::vec3& albedo, const glm::vec3& emission = glm::vec3(0.0f));
+glm::mat4x3 Translation(const glm::vec3& offset);
+// One instance of each mesh, untransformed, unless transforms are given.
+scene::SceneData SceneOf(std::vector<scene::Mesh> meshes, std::vector<scene::Material> materials,
+                         std::vector<glm::mat4x3> transforms = {});
+
+// A perspective camera's settings over a square picture.
+passes::TraceSettings LookAt(const glm::vec3& eye, const glm::vec3& target, float yFov, uint32_t size);
+
+}  // namespace raygraph::testing
