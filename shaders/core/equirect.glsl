@@ -18,16 +18,15 @@ INLINE vec2 EquirectFromDirection(vec3 d, float rotation) {
 }
 
 INLINE vec3 DirectionFromEquirect(vec2 uv, float rotation) {
-    float phi = kTwoPi * (uv.x - 0.5f) - rotation;
-    float theta = kPi * uv.y;
-    float sinTheta = sin(theta);
-    return vec3(sinTheta * cos(phi), cos(theta), sinTheta * sin(phi));
+    vec2 azimuth = CosSinTurn(fract(uv.x - 0.5f - rotation * kInv2Pi));
+    vec2 polar = CosSinTurn(0.5f * uv.y);
+    return vec3(polar.y * azimuth.x, polar.x, polar.y * azimuth.y);
 }
 
 // A density over uv (integral 1 over the unit square) as one over solid angle; 0 at the poles, where none
 // exists.
 INLINE float EquirectSolidAnglePDF(float uvPDF, float v) {
-    float sinTheta = sin(kPi * v);
+    float sinTheta = CosSinTurn(0.5f * v).y;
     return sinTheta > 0.0f ? uvPDF * kInv2Pi * kInvPi / sinTheta : 0.0f;
 }
 

@@ -21,6 +21,27 @@ INLINE float SafeSqrt(float x) { return sqrt(max(x, 0.0f)); }
 
 INLINE float MaxComponent(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
+// (cos x, sin x) for |x| <= pi / 4, to one unit in the last place: S. Moshier's polynomials (Cephes, sinf and
+// cosf). Shading uses these where it can, since GLSL's own may be off by 2^-11, and by different amounts on
+// each device.
+INLINE vec2 CosSinOctant(float x) {
+    float x2 = x * x;
+    float c = ((2.443315711809948e-5f * x2 - 1.388731625493765e-3f) * x2 + 4.166664568298827e-2f) * x2;
+    float s = ((-1.9515295891e-4f * x2 + 8.3321608736e-3f) * x2 - 1.6666654611e-1f) * x2;
+    return vec2(1.0f + (c - 0.5f) * x2, x + s * x);
+}
+
+// (cos, sin) of so many whole turns, 0 <= turn <= 1.
+INLINE vec2 CosSinTurn(float turn) {
+    float quarter = floor(4.0f * turn + 0.5f);
+    vec2 cs = CosSinOctant(kTwoPi * (turn - 0.25f * quarter));
+    uint quadrant = uint(int(quarter)) & 3u;
+    bool isSwapped = (quadrant & 1u) != 0u;
+    float c = isSwapped ? cs.y : cs.x;
+    float s = isSwapped ? cs.x : cs.y;
+    return vec2(quadrant == 1u || quadrant == 2u ? -c : c, quadrant >= 2u ? -s : s);
+}
+
 SHADING_END
 
 #endif

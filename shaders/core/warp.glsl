@@ -15,9 +15,9 @@ INLINE vec2 SampleUniformDiskConcentric(vec2 u) {
     bool isXMajor = abs(a) > abs(b);
     float radius = isXMajor ? a : b;
     if (radius == 0.0f) return vec2(0.0f, 0.0f);
-    float offAxis = kPiOver4 * (isXMajor ? b : a) / radius;
-    float theta = isXMajor ? offAxis : kPiOver2 - offAxis;
-    return vec2(radius * cos(theta), radius * sin(theta));
+    // The angle from the nearer axis, at most pi / 4.
+    vec2 cs = CosSinOctant(kPiOver4 * ((isXMajor ? b : a) / radius));
+    return vec2(radius * (isXMajor ? cs.x : cs.y), radius * (isXMajor ? cs.y : cs.x));
 }
 
 INLINE float UniformDiskPDF() { return kInvPi; }
@@ -36,8 +36,8 @@ INLINE vec3 SampleUniformSphere(vec2 u) {
     float z = 1.0f - 2.0f * u.x;
     // 1 - z^2 without the cancellation at the poles.
     float r = 2.0f * SafeSqrt(u.x * (1.0f - u.x));
-    float phi = kTwoPi * u.y;
-    return vec3(r * cos(phi), r * sin(phi), z);
+    vec2 cs = CosSinTurn(u.y);
+    return vec3(r * cs.x, r * cs.y, z);
 }
 
 INLINE float UniformSpherePDF() { return kInv4Pi; }
@@ -46,8 +46,8 @@ INLINE float UniformSpherePDF() { return kInv4Pi; }
 INLINE vec3 SampleUniformHemisphere(vec2 u) {
     float z = u.x;
     float r = SafeSqrt(1.0f - z * z);
-    float phi = kTwoPi * u.y;
-    return vec3(r * cos(phi), r * sin(phi), z);
+    vec2 cs = CosSinTurn(u.y);
+    return vec3(r * cs.x, r * cs.y, z);
 }
 
 INLINE float UniformHemispherePDF() { return kInv2Pi; }

@@ -40,7 +40,9 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
             .albedo = scene.albedo};
 }
 
-vec3 EnvironmentRadiance(vec3) { return scene.environment; }
+vec3 EnvironmentRadiance(vec3) {
+    return scene.environment;
+}
 
 }  // namespace
 
@@ -75,7 +77,9 @@ Mean MeanRadiance(Ray ray, PathSettings settings, uint sampleCount) {
     return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / n), rays / n};
 }
 
-Ray FromCenter() { return {.origin = vec3(0.0f), .direction = normalize(vec3(0.3f, -0.5f, 0.7f))}; }
+Ray FromCenter() {
+    return {.origin = vec3(0.0f), .direction = normalize(vec3(0.3f, -0.5f, 0.7f))};
+}
 
 }  // namespace
 

@@ -34,6 +34,29 @@ std::vector<vec2> EdgePoints() {
     return points;
 }
 
+TEST(Math, CosSinOctantIsExactToRounding) {
+    for (int i = -100'000; i <= 100'000; ++i) {
+        const float x = kPiOver4 * static_cast<float>(i) / 100'000.0f;
+        const vec2 cs = CosSinOctant(x);
+        ASSERT_NEAR(static_cast<double>(cs.x), std::cos(static_cast<double>(x)), 1.2e-7) << x;
+        ASSERT_NEAR(static_cast<double>(cs.y), std::sin(static_cast<double>(x)), 1.2e-7 * std::abs(x)) << x;
+    }
+}
+
+TEST(Math, CosSinTurnIsExactOnQuartersAndNearElsewhere) {
+    EXPECT_EQ(CosSinTurn(0.0f), vec2(1.0f, 0.0f));
+    EXPECT_EQ(CosSinTurn(0.25f), vec2(0.0f, 1.0f));
+    EXPECT_EQ(CosSinTurn(0.5f), vec2(-1.0f, 0.0f));
+    EXPECT_EQ(CosSinTurn(0.75f), vec2(0.0f, -1.0f));
+    EXPECT_EQ(CosSinTurn(1.0f), vec2(1.0f, 0.0f));
+    for (int i = 0; i <= 1'000'000; ++i) {
+        const float turn = static_cast<float>(i) / 1'000'000.0f;
+        const vec2 cs = CosSinTurn(turn);
+        ASSERT_NEAR(static_cast<double>(cs.x), std::cos(2.0 * M_PI * turn), 2.5e-7) << turn;
+        ASSERT_NEAR(static_cast<double>(cs.y), std::sin(2.0 * M_PI * turn), 2.5e-7) << turn;
+    }
+}
+
 TEST(Warp, DiskIsUniform) {
     // Cells of equal area in (r^2, phi).
     constexpr int kRings = 20;
