@@ -40,6 +40,13 @@ function(raygraph_library name)
     set_property(GLOBAL APPEND PROPERTY RAYGRAPH_LIBRARIES ${target})
 endfunction()
 
+# raygraph_private_library(TARGET SOURCES...): a library for this tree's own programs and tests, not installed.
+function(raygraph_private_library target)
+    add_library(${target} STATIC ${ARGN})
+    target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
+    _raygraph_flags(${target})
+endfunction()
+
 function(raygraph_executable target)
     add_executable(${target} ${ARGN})
     _raygraph_flags(${target})
