@@ -1,0 +1,87 @@
+#include "tests/support/vulkan_test.h"
+
+#include <exception>
+
+namespace raygraph::testing {
+namespace {
+
+struct SharedDevice {
+    MessageLog log;
+    std::unique_ptr<rhi::Device> device;
+};
+
+SharedDevice& Shared() {
+    static SharedDevice shared;
+    return shared;
+}
+
+// Destroys the shared device before main returns, while loader, layers and driver are still in order.
+class DeviceEnvironment : public ::testing::Environment {
+  public:
+    void TearDown() override {
+        if (!Shared().device) return;
+        const size_t before = Shared().log.Count();
+        Shared().device.reset();
+        EXPECT_EQ(Shared().log.Count(), before) << "messages while the device was destroyed:\n"
+                                                << Shared().log.Text(before);
+    }
+};
+
+const ::testing::Environment* const kEnvironment = ::testing::AddGlobalTestEnvironment(new DeviceEnvironment);
+
+}  // namespace
+
+rhi::MessageCallback MessageLog::Callback() {
+    return [this](const rhi::Message& message) {
+        const std::lock_guard lock(m_mutex);
+        m_messages.push_back(message);
+    };
+}
+
+size_t MessageLog::Count() const {
+    const std::lock_guard lock(m_mutex);
+    return m_messages.size();
+}
+
+std::string MessageLog::Text(size_t first, bool validationOnly) const {
+    const std::lock_guard lock(m_mutex);
+    std::string text;
+    for (size_t i = first; i < m_messages.size(); ++i)
+        if (m_messages[i].isValidation || !validationOnly)
+            text += (m_messages[i].id.empty() ? "" : m_messages[i].id + ": ") + m_messages[i].text + "\n";
+    return text;
+}
+
+std::vector<rhi::Message> MessageLog::All() const {
+    const std::lock_guard lock(m_mutex);
+    return m_messages;
+}
+
+rhi::Device& VulkanTest::Device() {
+    SharedDevice& shared = Shared();
+    if (!shared.device)
+        shared.device = rhi::Device::Create({.name = "test",
+                                             .validation = true,
+                                             .onMessage = shared.log.Callback(),
+                                             .savePipelineCache = false});
+    return *shared.device;
+}
+
+MessageLog& VulkanTest::Log() {
+    return Shared().log;
+}
+
+VulkanTest::VulkanTest()
+    : m_validationCount(Device().ValidationMessageCount()), m_messageCount(Log().Count()) {}
+
+VulkanTest::~VulkanTest() {
+    try {
+        Device().WaitIdle();
+    } catch (const std::exception& error) {
+        ADD_FAILURE() << "the device at the end of the test: " << error.what();
+    }
+    EXPECT_EQ(Device().ValidationMessageCount(), m_validationCount) << "validation messages:\n"
+                                                                    << Log().Text(m_messageCount, true);
+}
+
+}  // namespace raygraph::testing
