@@ -1,0 +1,176 @@
+#include "tests/scene/gltf_document.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <fstream>
+
+#include "renderer/image/image.h"
+
+namespace raygraph::test {
+namespace {
+
+void AppendU32(Bytes& bytes, uint32_t value) {
+    for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFFu));
+}
+
+void AppendChunk(Bytes& bytes, std::string_view type, std::span<const std::byte> content, std::byte padding) {
+    const size_t padded = (content.size() + 3) / 4 * 4;
+    AppendU32(bytes, static_cast<uint32_t>(padded));
+    for (const char c : type) bytes.push_back(static_cast<std::byte>(c));
+    bytes.insert(bytes.end(), content.begin(), content.end());
+    bytes.insert(bytes.end(), padded - content.size(), padding);
+}
+
+}  // namespace
+
+Bytes ToBytes(std::string_view text) {
+    Bytes bytes(text.size());
+    if (!text.empty()) std::memcpy(bytes.data(), text.data(), text.size());
+    return bytes;
+}
+
+std::string DataUri(std::span<const std::byte> bytes) {
+    constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string uri = "data:application/octet-stream;base64,";
+    for (size_t i = 0; i < bytes.size(); i += 3) {
+        uint32_t bits = 0;
+        for (size_t k = 0; k < 3; ++k)
+            bits = bits << 8 | (i + k < bytes.size() ? std::to_integer<uint32_t>(bytes[i + k]) : 0u);
+        for (size_t k = 0; k < 4; ++k)
+            uri += i + k > bytes.size() ? '=' : kAlphabet[bits >> (6 * (3 - k)) & 63u];
+    }
+    return uri;
+}
+
+GltfDocument::GltfDocument() {
+    json["asset"]["version"] = "2.0";
+    json["scene"] = 0;
+    json["scenes"] = Json::array({Json::object()});
+}
+
+size_t GltfDocument::Add(const char* array, const Json& value) {
+    json[array].push_back(value);
+    return json[array].size() - 1;
+}
+
+size_t GltfDocument::AddBufferView(const Bytes& bytes) {
+    const size_t buffer = Add("buffers", {{"byteLength", bytes.size()}, {"uri", DataUri(bytes)}});
+    return Add("bufferViews", {{"buffer", buffer}, {"byteLength", bytes.size()}});
+}
+
+size_t GltfDocument::AddAccessorOver(size_t view, int componentType, size_t count, size_t components,
+                                     bool isNormalized) {
+    constexpr std::array<const char*, 5> kTypes{"", "SCALAR", "VEC2", "VEC3", "VEC4"};
+    Json accessor{{"bufferView", view},
+                  {"componentType", componentType},
+                  {"count", count},
+                  {"type", kTypes.at(components)}};
+    if (isNormalized) accessor["normalized"] = true;
+    return Add("accessors", accessor);
+}
+
+size_t GltfDocument::AddMesh(const Json& primitive) {
+    return Add("meshes", {{"primitives", Json::array({primitive})}});
+}
+
+size_t GltfDocument::AddMaterial(const Json& material) {
+    return Add("materials", material);
+}
+
+size_t GltfDocument::AddNode(const Json& node) {
+    const size_t index = Add("nodes", node);
+    json["scenes"][0]["nodes"].push_back(index);
+    return index;
+}
+
+Json& GltfDocument::AddTriangle() {
+    const size_t positions = AddAccessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0}, 3);
+    const size_t normals = AddAccessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+    const size_t mesh = AddMesh({{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}}});
+    AddNode({{"mesh", mesh}});
+    return json["meshes"][mesh]["primitives"][0];
+}
+
+SceneFolder::SceneFolder() : m_path(std::filesystem::canonical(m_folder.Path())) {}
+
+std::filesystem::path SceneFolder::Write(std::string_view name, std::span<const std::byte> bytes) const {
+    const std::filesystem::path path = m_path / name;
+    std::filesystem::create_directories(path.parent_path());
+    std::ofstream file(path, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    if (!file) throw std::runtime_error("cannot write " + path.string());
+    return path;
+}
+
+std::filesystem::path SceneFolder::Write(std::string_view name, std::string_view text) const {
+    return Write(name, ToBytes(text));
+}
+
+scene::SceneData SceneFolder::Load(std::span<const std::byte> file, scene::LoadOptions options) {
+    options.reader = this;
+    return scene::LoadGltf(Write("scene.gltf", file), options);
+}
+
+scene::SceneData SceneFolder::Load(const GltfDocument& document, scene::LoadOptions options) {
+    return Load(ToBytes(document.Text()), std::move(options));
+}
+
+std::string SceneFolder::LoadError(std::span<const std::byte> file, scene::LoadOptions options) {
+    try {
+        Load(file, std::move(options));
+        return "loaded";
+    } catch (const Error& error) {
+        if (error.Kind() != ErrorKind::BadInput) return std::string("not BadInput: ") + error.what();
+        return error.what();
+    }
+}
+
+std::string SceneFolder::LoadError(const GltfDocument& document, scene::LoadOptions options) {
+    return LoadError(ToBytes(document.Text()), std::move(options));
+}
+
+std::vector<std::byte> SceneFolder::Read(const std::filesystem::path& path, uint64_t maxBytes) {
+    reads.push_back(path);
+    const auto found = replacements.find(path);
+    return found == replacements.end() ? m_disk.Read(path, maxBytes) : found->second;
+}
+
+scene::SceneData Load(const GltfDocument& document, const scene::LoadOptions& options) {
+    return SceneFolder().Load(document, options);
+}
+
+std::string LoadError(const GltfDocument& document, const scene::LoadOptions& options) {
+    return SceneFolder().LoadError(document, options);
+}
+
+const scene::Primitive& OnlyPrimitive(const scene::SceneData& scene) {
+    static const scene::Primitive kNothing;
+    EXPECT_EQ(scene.instances.size(), 1u);
+    if (scene.instances.size() != 1) return kNothing;
+    const scene::Mesh& mesh = scene.meshes[scene.instances[0].mesh];
+    EXPECT_EQ(mesh.primitives.size(), 1u);
+    return mesh.primitives.size() == 1 ? mesh.primitives[0] : kNothing;
+}
+
+Bytes MakeGlb(std::string_view json, const Bytes* binary) {
+    Bytes chunks;
+    AppendChunk(chunks, "JSON", ToBytes(json), std::byte{' '});
+    if (binary) AppendChunk(chunks, std::string_view("BIN\0", 4), *binary, std::byte{0});
+    Bytes file = ToBytes("glTF");
+    AppendU32(file, 2);
+    AppendU32(file, static_cast<uint32_t>(12 + chunks.size()));
+    file.insert(file.end(), chunks.begin(), chunks.end());
+    return file;
+}
+
+Bytes MakePng(uint32_t width, uint32_t height, std::array<uint8_t, 4> color) {
+    image::Image8 image{.width = width, .height = height, .rgba = {}};
+    for (uint32_t i = 0; i < width * height; ++i)
+        image.rgba.insert(image.rgba.end(), color.begin(), color.end());
+    const TemporaryFolder folder;
+    image::WritePng(folder / "image.png", image);
+    return scene::DiskFileReader().Read(std::filesystem::canonical(folder / "image.png"), 1u << 30);
+}
+
+}  // namespace raygraph::test

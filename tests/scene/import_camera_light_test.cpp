@@ -1,0 +1,139 @@
+#include <gtest/gtest.h>
+
+#include <glm/gtc/constants.hpp>
+
+#include "tests/scene/gltf_document.h"
+
+namespace raygraph::test {
+namespace {
+
+using glm::vec3;
+
+// A document with one camera on one node.
+GltfDocument WithCamera(const Json& camera) {
+    GltfDocument document;
+    document.Add("cameras", camera);
+    document.AddNode({{"camera", 0}, {"name", "stand"}, {"translation", {1, 2, 3}}});
+    return document;
+}
+
+GltfDocument WithLight(const Json& light) {
+    GltfDocument document;
+    document.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = Json::array({light});
+    document.AddNode({{"name", "pole"},
+                      {"translation", {1, 2, 3}},
+                      {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    return document;
+}
+
+TEST(Cameras, PerspectiveIsRead) {
+    const scene::SceneData scene = Load(
+        WithCamera({{"name", "eye"},
+                    {"type", "perspective"},
+                    {"perspective", {{"yfov", 0.5}, {"znear", 0.25}, {"zfar", 100}, {"aspectRatio", 1.5}}}}));
+    ASSERT_EQ(scene.cameras.size(), 1u);
+    const scene::Camera& camera = scene.cameras[0];
+    EXPECT_EQ(camera.name, "eye");
+    EXPECT_EQ(camera.node, 0u);
+    EXPECT_EQ(camera.projection, scene::Projection::Perspective);
+    EXPECT_EQ(camera.yFov, 0.5f);
+    EXPECT_EQ(camera.zNear, 0.25f);
+    EXPECT_EQ(camera.zFar, 100.0f);
+    EXPECT_EQ(camera.aspectRatio, 1.5f);
+    EXPECT_EQ(camera.cameraToWorld[3], vec3(1, 2, 3));
+}
+
+TEST(Cameras, OptionalPropertiesMayBeMissing) {
+    const scene::SceneData scene =
+        Load(WithCamera({{"type", "perspective"}, {"perspective", {{"yfov", 0.5}, {"znear", 0.25}}}}));
+    EXPECT_EQ(scene.cameras[0].name, "stand") << "the node's name where the camera has none";
+    EXPECT_EQ(scene.cameras[0].zFar, 0.0f);
+    EXPECT_EQ(scene.cameras[0].aspectRatio, 0.0f);
+}
+
+TEST(Cameras, OrthographicIsRead) {
+    const scene::SceneData scene = Load(WithCamera(
+        {{"type", "orthographic"}, {"orthographic", {{"xmag", 2}, {"ymag", 3}, {"znear", 0}, {"zfar", 9}}}}));
+    EXPECT_EQ(scene.cameras[0].projection, scene::Projection::Orthographic);
+    EXPECT_EQ(scene.cameras[0].xMag, 2.0f);
+    EXPECT_EQ(scene.cameras[0].yMag, 3.0f);
+    EXPECT_EQ(scene.cameras[0].zFar, 9.0f);
+}
+
+TEST(Cameras, AreListedByIndexOncePerPlace) {
+    GltfDocument document =
+        WithCamera({{"name", "a"}, {"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
+    document.Add("cameras",
+                 {{"name", "b"}, {"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
+    document.json["nodes"][0]["camera"] = 1;
+    document.AddNode({{"camera", 0}});
+    document.AddNode({{"camera", 1}});
+    const scene::SceneData scene = Load(document);
+    ASSERT_EQ(scene.cameras.size(), 3u);
+    EXPECT_EQ(scene.cameras[0].name, "a");
+    EXPECT_EQ(scene.cameras[0].node, 1u);
+    EXPECT_EQ(scene.cameras[1].node, 0u);
+    EXPECT_EQ(scene.cameras[2].node, 2u);
+}
+
+TEST(Cameras, MalformedOnesAreRefused) {
+    const auto perspective = [](const Json& value) {
+        return LoadError(WithCamera({{"type", "perspective"}, {"perspective", value}}));
+    };
+    const std::string start = "scene.gltf: cameras[0].perspective";
+    EXPECT_EQ(perspective({{"znear", 1}}), start + ".yfov: is absent, must be a number");
+    EXPECT_EQ(perspective({{"yfov", 0}, {"znear", 1}}), start + ".yfov: is 0, must be above 0");
+    EXPECT_EQ(perspective({{"yfov", 4}, {"znear", 1}}), start + ".yfov: is 4, must be below pi");
+    EXPECT_EQ(perspective({{"yfov", 1}, {"znear", 0}}), start + ".znear: is 0, must be above 0");
+    EXPECT_EQ(perspective({{"yfov", 1}, {"znear", 2}, {"zfar", 1}}),
+              "scene.gltf: cameras[0]: zfar (1.000000) must be greater than znear (2.000000)");
+    EXPECT_EQ(perspective({{"yfov", 1}, {"znear", 1}, {"aspectRatio", -1}}),
+              start + ".aspectRatio: is -1, must be above 0");
+    EXPECT_EQ(perspective(nullptr), start + ": is null, must be an object");
+    EXPECT_EQ(LoadError(WithCamera({{"type", "fisheye"}})),
+              "scene.gltf: cameras[0].type: is \"fisheye\", must be perspective or orthographic");
+    EXPECT_EQ(
+        LoadError(WithCamera({{"type", "orthographic"},
+                              {"orthographic", {{"xmag", 0}, {"ymag", 1}, {"znear", 0}, {"zfar", 1}}}})),
+        "scene.gltf: cameras[0].orthographic.xmag: is 0, must not be");
+}
+
+TEST(Lights, PointLightIsRead) {
+    const scene::SceneData scene =
+        Load(WithLight({{"type", "point"}, {"color", {1, 0.5, 0.25}}, {"intensity", 40}, {"range", 7}}));
+    ASSERT_EQ(scene.lights.size(), 1u);
+    const scene::Light& light = scene.lights[0];
+    EXPECT_EQ(light.type, scene::LightType::Point);
+    EXPECT_EQ(light.name, "pole");
+    EXPECT_EQ(light.color, vec3(1, 0.5f, 0.25f));
+    EXPECT_EQ(light.intensity, 40.0f);
+    EXPECT_EQ(light.range, 7.0f);
+    EXPECT_EQ(light.lightToWorld[3], vec3(1, 2, 3));
+    EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(Lights, DefaultsAreTheExtensions) {
+    const scene::Light light = Load(WithLight({{"type", "spot"}, {"spot", Json::object()}})).lights.at(0);
+    EXPECT_EQ(light.type, scene::LightType::Spot);
+    EXPECT_EQ(light.color, vec3(1));
+    EXPECT_EQ(light.intensity, 1.0f);
+    EXPECT_EQ(light.range, 0.0f);
+    EXPECT_EQ(light.innerConeAngle, 0.0f);
+    EXPECT_EQ(light.outerConeAngle, glm::quarter_pi<float>());
+}
+
+TEST(Lights, MalformedOnesAreRefused) {
+    const std::string start = "scene.gltf: extensions.KHR_lights_punctual.lights[0]";
+    EXPECT_EQ(LoadError(WithLight({{"type", "area"}})),
+              start + ".type: is \"area\", must be directional, point or spot");
+    EXPECT_EQ(LoadError(WithLight({{"type", "point"}, {"intensity", -1}})),
+              start + ".intensity: is -1, must not be negative");
+    EXPECT_EQ(LoadError(WithLight({{"type", "spot"}})), start + ".spot: is absent, must be an object");
+    EXPECT_EQ(
+        LoadError(WithLight({{"type", "spot"}, {"spot", {{"innerConeAngle", 1}, {"outerConeAngle", 0.5}}}})),
+        start + ".spot: innerConeAngle must be below outerConeAngle, and that at most pi/2");
+}
+
+}  // namespace
+}  // namespace raygraph::test

@@ -1,0 +1,192 @@
+// Valid files with a few bytes changed: each loads or ends with one line, and nothing is read outside the
+// folder. Worth most under AddressSanitizer and UndefinedBehaviorSanitizer.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <random>
+
+#include "tests/scene/gltf_document.h"
+
+namespace raygraph::test {
+namespace {
+
+using Random = std::mt19937;
+
+uint32_t Below(Random& random, size_t bound) {
+    return static_cast<uint32_t>(random() % bound);
+}
+
+// A file that uses a bit of everything.
+GltfDocument RichDocument() {
+    GltfDocument document;
+    Json& primitive = document.AddTriangle();
+    primitive["attributes"]["TEXCOORD_0"] =
+        document.AddAccessor<uint16_t>({0, 0, 65535, 0, 0, 65535}, 2, true);
+    primitive["attributes"]["COLOR_0"] =
+        document.AddAccessor<uint8_t>({9, 8, 7, 255, 0, 1, 2, 255, 3, 4, 5, 255}, 4, true);
+    primitive["attributes"]["TANGENT"] =
+        document.AddAccessor<float>({1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, -1}, 4);
+    primitive["indices"] = document.AddAccessor<uint16_t>({0, 1, 2}, 1);
+    primitive["mode"] = 5;
+    primitive["material"] = document.AddMaterial(
+        {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"metallicFactor", 0.5}}},
+         {"normalTexture", {{"index", 0}, {"scale", 2}}},
+         {"alphaMode", "MASK"}});
+    document.Add("images", {{"uri", DataUri(MakePng(3, 3, {1, 2, 3, 4}))}});
+    document.Add("samplers", {{"minFilter", 9987}, {"wrapS", 33071}});
+    document.Add("textures", {{"source", 0}, {"sampler", 0}});
+    const size_t indexView = document.AddBufferView(BytesOf<uint8_t>({0, 2}));
+    const size_t valueView = document.AddBufferView(BytesOf<float>({1, 2, 3, 4, 5, 6}));
+    document.json["accessors"][0]["sparse"] = {
+        {"count", 2},
+        {"indices", {{"bufferView", indexView}, {"componentType", kUint8}}},
+        {"values", {{"bufferView", valueView}}}};
+    document.Add("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 0.1}}}});
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "spot"}, {"spot", Json::object()}}};
+    document.AddNode({{"camera", 0}, {"children", {2, 3}}, {"rotation", {0, 0, 0, 1}}});
+    document.Add("nodes", {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
+    document.Add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}, {"scale", {1, 2, -3}}});
+    return document;
+}
+
+// All values of the tree that are no containers, and the containers themselves.
+void Collect(Json& value, std::vector<Json*>& out) {
+    out.push_back(&value);
+    if (value.is_structured())
+        for (Json& child : value) Collect(child, out);
+}
+
+Json HostileValue(Random& random) {
+    switch (Below(random, 14)) {
+        case 0:
+            return nullptr;
+        case 1:
+            return -1;
+        case 2:
+            return 0;
+        case 3:
+            return 1;
+        case 4:
+            return 4294967295u;
+        case 5:
+            return 18446744073709551615u;
+        case 6:
+            return 9223372036854775807;
+        case 7:
+            return 1e308;
+        case 8:
+            return 0.5;
+        case 9:
+            return "..";
+        case 10:
+            return Json::array();
+        case 11:
+            return Json::object();
+        case 12:
+            return true;
+        default:
+            return Below(random, 12);
+    }
+}
+
+class Mutations : public ::testing::Test {
+  protected:
+    void LoadMutant(const Bytes& file) {
+        scene::LoadOptions options;
+        // Small, so that a mutant that claims much costs little time.
+        options.limits.maxGeometryBytes = 1 << 20;
+        options.limits.maxAllImageTexels = 1 << 20;
+        options.limits.maxImageTexels = 1 << 20;
+        options.reader = &m_folder;
+        m_folder.replacements[m_path] = file;
+        try {
+            const scene::SceneData scene = scene::LoadGltf(m_path, options);
+            for (const scene::Instance& instance : scene.instances) {
+                for (const scene::Primitive& primitive : scene.meshes.at(instance.mesh).primitives) {
+                    ASSERT_EQ(primitive.indices.size() % 3, 0u);
+                    ASSERT_LT(primitive.material, scene.materials.size());
+                    ASSERT_EQ(primitive.normals.size(), primitive.positions.size());
+                    for (const uint32_t index : primitive.indices)
+                        ASSERT_LT(index, primitive.positions.size());
+                }
+            }
+            ++m_loadedCount;
+        } catch (const Error& error) {
+            ASSERT_TRUE(error.Kind() == ErrorKind::BadInput) << error.what();
+            const std::string message = error.what();
+            ASSERT_EQ(message.find("scene.gltf: "), 0u) << message;
+            ASSERT_EQ(message.find_first_of("\n\r\x1b"), std::string::npos) << message;
+            ++m_refusedCount;
+        }
+        for (const std::filesystem::path& read : m_folder.reads)
+            ASSERT_EQ(read.parent_path(), m_folder.Path());
+        m_folder.reads.clear();
+    }
+
+    // Both outcomes must come about, else the mutations test nothing.
+    void ExpectBothOutcomes() {
+        EXPECT_GT(m_loadedCount, 0u);
+        EXPECT_GT(m_refusedCount, 0u);
+    }
+
+    SceneFolder m_folder;
+    const std::filesystem::path m_path = m_folder.Write("scene.gltf", "");
+    size_t m_loadedCount = 0;
+    size_t m_refusedCount = 0;
+};
+
+constexpr int kRounds = 3000;
+
+TEST_F(Mutations, ChangedBytesOfAGlbNeverCrash) {
+    GltfDocument document = RichDocument();
+    const Bytes binary = BytesOf<float>({0, 0, 0, 1, 0, 0, 0, 1, 0});
+    document.json["buffers"][0].erase("uri");
+    const Bytes original = MakeGlb(document.Text(), &binary);
+    LoadMutant(original);
+    ASSERT_EQ(m_loadedCount, 1u);
+    Random random(1);
+    for (int round = 0; round < kRounds; ++round) {
+        Bytes mutant = original;
+        for (uint32_t i = 0; i < 1 + Below(random, 4); ++i)
+            mutant[Below(random, mutant.size())] = static_cast<std::byte>(random());
+        if (Below(random, 8) == 0) mutant.resize(Below(random, mutant.size()));
+        ASSERT_NO_FATAL_FAILURE(LoadMutant(mutant)) << "round " << round;
+    }
+    ExpectBothOutcomes();
+}
+
+TEST_F(Mutations, ChangedValuesOfTheJsonNeverCrash) {
+    const GltfDocument original = RichDocument();
+    Random random(2);
+    for (int round = 0; round < kRounds; ++round) {
+        Json mutant = original.json;
+        for (uint32_t i = 0; i < 1 + Below(random, 2); ++i) {
+            std::vector<Json*> values;
+            Collect(mutant, values);
+            *values[1 + Below(random, values.size() - 1)] = HostileValue(random);
+        }
+        ASSERT_NO_FATAL_FAILURE(LoadMutant(ToBytes(mutant.dump())))
+            << "round " << round << ": " << mutant.dump();
+    }
+    ExpectBothOutcomes();
+}
+
+TEST_F(Mutations, ExchangedDigitsOfTheTextNeverCrash) {
+    const std::string original = RichDocument().Text();
+    Random random(3);
+    for (int round = 0; round < kRounds; ++round) {
+        std::string mutant = original;
+        for (int i = 0; i < 3;) {
+            char& c = mutant[Below(random, mutant.size())];
+            if (c < '0' || c > '9') continue;
+            c = "0123456789.-e"[Below(random, 13)];
+            ++i;
+        }
+        ASSERT_NO_FATAL_FAILURE(LoadMutant(ToBytes(mutant))) << "round " << round << ": " << mutant;
+    }
+    ExpectBothOutcomes();
+}
+
+}  // namespace
+}  // namespace raygraph::test

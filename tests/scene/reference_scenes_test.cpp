@@ -1,0 +1,254 @@
+// Whole files: our own in scenes/, and where RAYGRAPH_ASSETS names their folder, published ones and malformed
+// ones.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include "tests/scene/gltf_document.h"
+
+namespace raygraph::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<fs::path> Assets() {
+    const char* assets = std::getenv("RAYGRAPH_ASSETS");
+    if (!assets || !*assets) return std::nullopt;
+    return fs::path(assets);
+}
+
+#define SKIP_WITHOUT_ASSETS() \
+    if (!Assets()) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set"
+
+std::vector<fs::path> SceneFiles(const fs::path& folder) {
+    std::vector<fs::path> files;
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
+        if (entry.path().extension() == ".gltf" || entry.path().extension() == ".glb")
+            files.push_back(entry.path());
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+scene::SceneStatistics OwnStatistics(const char* name) {
+    return scene::Statistics(scene::LoadGltf(fs::path(RAYGRAPH_SOURCE_DIR) / "scenes" / name));
+}
+
+TEST(OwnScenes, LoadWithoutWarnings) {
+    size_t count = 0;
+    for (const fs::path& file : SceneFiles(fs::path(RAYGRAPH_SOURCE_DIR) / "scenes")) {
+        const scene::SceneData scene = scene::LoadGltf(file);
+        EXPECT_TRUE(scene.warnings.empty()) << file << ": " << scene.warnings[0];
+        EXPECT_FALSE(scene.instances.empty()) << file;
+        ++count;
+    }
+    EXPECT_GE(count, 6u);
+}
+
+TEST(OwnScenes, InstancedFieldSharesOneMesh) {
+    const scene::SceneStatistics statistics = OwnStatistics("instanced_field.gltf");
+    EXPECT_GE(statistics.instanceCount, 10000u);
+    EXPECT_GE(statistics.placedTriangles, 10000u * 12);
+    EXPECT_LT(statistics.uniqueTriangles, 100u);
+}
+
+// "| known.glb | ... | 12 / 1500 | ..." rows of the manifest: file name to triangle counts.
+struct ManifestRow {
+    std::string file;
+    uint64_t uniqueTriangles = 0;
+    uint64_t placedTriangles = 0;
+};
+
+std::vector<ManifestRow> ReadManifest(const fs::path& path) {
+    std::vector<ManifestRow> rows;
+    std::ifstream file(path);
+    for (std::string line; std::getline(file, line);) {
+        std::vector<std::string> cells;
+        std::stringstream stream(line);
+        for (std::string cell; std::getline(stream, cell, '|');) cells.push_back(cell);
+        ManifestRow row;
+        char slash = 0;
+        if (cells.size() < 6) continue;
+        std::stringstream counts(cells[5]);
+        if (!(counts >> row.uniqueTriangles >> slash >> row.placedTriangles) || slash != '/') continue;
+        std::stringstream(cells[1]) >> row.file;
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+// Those that need what is not read. Each must say so.
+const std::map<std::string, std::string> kRefused{
+    {"BoxMeshopt.glb", "EXT_meshopt_compression"},
+    {"Box_draco.glb", "KHR_draco_mesh_compression"},
+    {"SheenCloth.glb", "KHR_texture_transform"},
+    {"UnlitTest.glb", "KHR_materials_unlit"},
+};
+
+TEST(ReferenceScenes, HaveTheTriangleCountsOfTheirManifest) {
+    SKIP_WITHOUT_ASSETS();
+    const fs::path scenes = *Assets() / "scenes";
+    size_t count = 0;
+    for (const ManifestRow& row : ReadManifest(scenes / "MANIFEST.md")) {
+        const bool isFolder = row.file.ends_with('/');
+        const fs::path path = fs::exists(scenes / "known" / row.file) ? scenes / "known" / row.file
+                                                                      : scenes / "large" / row.file;
+        ASSERT_TRUE(fs::exists(path)) << row.file;
+        ++count;
+        if (isFolder) continue;
+        if (const auto refused = kRefused.find(row.file); refused != kRefused.end()) {
+            try {
+                scene::LoadGltf(path);
+                ADD_FAILURE() << row.file << " loaded";
+            } catch (const Error& error) {
+                EXPECT_EQ(error.Kind(), ErrorKind::BadInput);
+                EXPECT_NE(std::string(error.what()).find(refused->second), std::string::npos) << error.what();
+            }
+            continue;
+        }
+        const scene::SceneStatistics statistics = scene::Statistics(scene::LoadGltf(path));
+        EXPECT_EQ(statistics.uniqueTriangles, row.uniqueTriangles) << row.file;
+        // EXT_mesh_gpu_instancing is optional there and not read: one box in place of 125.
+        const uint64_t placed = row.file == "SimpleInstancing.glb" ? 12 : row.placedTriangles;
+        EXPECT_EQ(statistics.placedTriangles, placed) << row.file;
+    }
+    EXPECT_GE(count, 30u) << "the manifest was not understood";
+}
+
+TEST(ReferenceScenes, PrimitiveModesDrawTwoTrianglesOrNone) {
+    SKIP_WITHOUT_ASSETS();
+    for (int i = 0; i < 16; ++i) {
+        const std::string name =
+            std::string("Mesh_PrimitiveMode_") + (i < 10 ? "0" : "") + std::to_string(i) + ".gltf";
+        const scene::SceneData scene = scene::LoadGltf(*Assets() / "scenes/known/Mesh_PrimitiveMode" / name);
+        // The generator's table: 0 to 3 and 7 to 10 are points, lines, loops and strips of lines.
+        const bool isSolid = (i >= 4 && i <= 6) || i >= 11;
+        EXPECT_EQ(scene::Statistics(scene).placedTriangles, isSolid ? 2u : 0u) << name;
+        EXPECT_EQ(scene.warnings.size(), isSolid ? 0u : 1u) << name;
+        for (const scene::Instance& instance : scene.instances)
+            for (const scene::Primitive& primitive : scene.meshes[instance.mesh].primitives)
+                for (const glm::vec3& normal : primitive.normals)
+                    EXPECT_NEAR(normal.z, 1.0f, 1e-6f)
+                        << name << ": the quad faces +z, so every winding is right";
+    }
+}
+
+// A reader that refuses nothing but writes down what is read.
+class Recorder final : public scene::FileReader {
+  public:
+    std::vector<std::byte> Read(const fs::path& path, uint64_t maxBytes) override {
+        reads.push_back(path);
+        if (path == replacedPath) return replacement;
+        return m_disk.Read(path, maxBytes);
+    }
+    std::vector<fs::path> reads;
+    fs::path replacedPath;
+    Bytes replacement;
+
+  private:
+    scene::DiskFileReader m_disk;
+};
+
+// Loads; checks that it ends well or with one line, and that every read was below the file's folder.
+bool LoadsOrIsRefused(const fs::path& file, Recorder& reader) {
+    bool isLoaded = false;
+    scene::LoadOptions options;
+    options.reader = &reader;
+    try {
+        scene::LoadGltf(file, options);
+        isLoaded = true;
+    } catch (const Error& error) {
+        const std::string message = error.what();
+        EXPECT_TRUE(error.Kind() == ErrorKind::BadInput || error.Kind() == ErrorKind::Io) << message;
+        EXPECT_EQ(message.find(file.filename().string() + ": "), 0u) << message;
+        EXPECT_EQ(message.find_first_of("\n\r\x1b"), std::string::npos) << message;
+        EXPECT_LT(message.size(), 500u) << message;
+    }
+    const std::string folder = fs::canonical(file.parent_path()).string() + "/";
+    for (const fs::path& path : reader.reads)
+        EXPECT_TRUE(path.string().starts_with(folder)) << file << " read " << path;
+    return isLoaded;
+}
+
+TEST(MalformedScenes, LoadOrEndWithOneLine) {
+    SKIP_WITHOUT_ASSETS();
+    size_t loadedCount = 0, refusedCount = 0;
+    for (const fs::path& file : SceneFiles(*Assets() / "scenes/bad")) {
+        Recorder reader;
+        ++(LoadsOrIsRefused(file, reader) ? loadedCount : refusedCount);
+    }
+    EXPECT_GT(loadedCount, 100u);
+    EXPECT_GT(refusedCount, 50u);
+}
+
+// Most of those files place nothing, so nothing of them would be decoded: here everything is placed and used.
+TEST(MalformedScenes, LoadOrEndWithOneLineWithEverythingPlaced) {
+    SKIP_WITHOUT_ASSETS();
+    size_t changedCount = 0, refusedCount = 0;
+    for (const fs::path& file : SceneFiles(*Assets() / "scenes/bad")) {
+        std::ifstream stream(file);
+        Json json = Json::parse(stream, nullptr, false);
+        if (!json.is_object()) continue;
+        const auto count = [&](const char* key) { return json[key].is_array() ? json[key].size() : 0; };
+        const size_t meshCount = count("meshes"), imageCount = count("images"),
+                     bufferCount = count("buffers");
+        if (meshCount + imageCount + bufferCount == 0 || json["nodes"].is_array()) continue;
+        for (const char* key :
+             {"meshes", "images", "buffers", "bufferViews", "accessors", "materials", "textures"})
+            if (json[key].is_null()) json.erase(key);
+        json["nodes"] = Json::array();
+        json.erase("scene");
+        json.erase("scenes");
+        for (size_t i = 0; i < meshCount; ++i) json["nodes"].push_back({{"mesh", i}});
+        for (size_t i = 0; i < imageCount; ++i) {
+            json["textures"].push_back({{"source", i}});
+            json["materials"].push_back({{"emissiveTexture", {{"index", json["textures"].size() - 1}}}});
+        }
+        for (size_t i = 0; i < bufferCount; ++i) {
+            // One byte of the buffer as an index of nothing: it must be opened to be checked.
+            json["bufferViews"].push_back({{"buffer", i}, {"byteLength", 1}});
+            json["accessors"].push_back({{"bufferView", json["bufferViews"].size() - 1},
+                                         {"componentType", kUint8},
+                                         {"count", 1},
+                                         {"type", "SCALAR"}});
+            json["accessors"].push_back({{"componentType", kFloat}, {"count", 256}, {"type", "VEC3"}});
+            json["meshes"].push_back({{"primitives",
+                                       {{{"attributes", {{"POSITION", json["accessors"].size() - 1}}},
+                                         {"indices", json["accessors"].size() - 2}}}}});
+            json["nodes"].push_back({{"mesh", json["meshes"].size() - 1}});
+        }
+        Recorder reader;
+        reader.replacedPath = fs::canonical(file);
+        reader.replacement = ToBytes(json.dump());
+        refusedCount += LoadsOrIsRefused(file, reader) ? 0 : 1;
+        ++changedCount;
+    }
+    EXPECT_GT(changedCount, 80u);
+    EXPECT_GT(refusedCount, 40u);
+}
+
+// What the corpus calls an error of the data that is shown must be refused or mended, not passed on.
+TEST(MalformedScenes, IndexBeyondTheVerticesIsNamed) {
+    SKIP_WITHOUT_ASSETS();
+    const fs::path file = *Assets() / "scenes/bad/gltf-validator/base/data/mesh_data/index_buffer_oob.gltf";
+    std::ifstream stream(file);
+    Json json = Json::parse(stream);
+    json["nodes"] = {{{"mesh", 0}}};
+    Recorder reader;
+    reader.replacedPath = fs::canonical(file);
+    reader.replacement = ToBytes(json.dump());
+    scene::LoadOptions options;
+    options.reader = &reader;
+    try {
+        scene::LoadGltf(file, options);
+        FAIL() << "loaded";
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("but POSITION has"), std::string::npos) << error.what();
+    }
+}
+
+}  // namespace
+}  // namespace raygraph::test
