@@ -58,6 +58,7 @@ MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::Blas
             .colors = packer.Append(primitive.colors),
             .primitives = packer.Append(originalOrder),
             .material = primitive.material,
+            .padding = 0,
         });
         blas.triangles.push_back({
             .vertexCount = static_cast<uint32_t>(primitive.positions.size()),

@@ -1,4 +1,5 @@
-// The scene as the shaders see it: one text for C++ and GLSL, scalar layout (no padding beyond what is written).
+// The scene as the shaders see it: one text for C++ and GLSL, scalar layout (no padding beyond what is
+// written).
 //
 //   TLAS instance  --customIndex-->  InstanceRecord  --firstGeometry + geometry index-->  GeometryRecord
 //   GeometryRecord --material-->     MaterialRecord  --texture slots--> texture table (set 1)
@@ -48,6 +49,7 @@ struct GeometryRecord {
     RAYGRAPH_ADDRESS colors;      // vec4, linear
     RAYGRAPH_ADDRESS primitives;  // uint a triangle: its index in the file; 0: the order is the file's
     uint material;
+    uint padding;  // C++ aligns an address to 8 bytes, GLSL to 4
 };
 
 // Texture fields are slots of the texture table, or kNoTexture. Bit 31 set: read through uv1 instead of uv0.
@@ -92,6 +94,11 @@ struct TraceParameters {
 
 #ifdef __cplusplus
 #undef RAYGRAPH_ADDRESS
+
+static_assert(sizeof(InstanceRecord) == 13 * 4);
+static_assert(sizeof(GeometryRecord) == 18 * 4);
+static_assert(sizeof(MaterialRecord) == 17 * 4);
+static_assert(sizeof(TraceParameters) == 22 * 4);
 }  // namespace raygraph::gpu
 #endif
 
