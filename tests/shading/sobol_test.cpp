@@ -124,6 +124,29 @@ TEST(Sobol, OneDimensionalDrawsAreStratified) {
     }
 }
 
+TEST(Sobol, CoordinatesAreScrambledIndependently) {
+    // How many of the 16 points of a net, one in each row and column of a 16 x 16 grid, lie on the diagonal:
+    // one in the mean. Were both coordinates scrambled alike, the count would be the number of solutions of a
+    // linear system of rank 2: none in three nets of four, four in the fourth.
+    constexpr int kNets = 4000;
+    double sum = 0.0;
+    double squares = 0.0;
+    for (uint net = 0; net < kNets; ++net) {
+        int count = 0;
+        for (uint i = 0; i < 16; ++i) {
+            const vec2 u = Draw2D(uvec2(net, 2u), i, 1u, 0u);
+            if (static_cast<int>(u.x * 16.0f) == static_cast<int>(u.y * 16.0f)) ++count;
+        }
+        sum += count;
+        squares += count * count;
+    }
+    const double mean = sum / kNets;
+    const double variance = squares / kNets - mean * mean;
+    EXPECT_NEAR(mean, 1.0, 0.1);
+    EXPECT_LT(variance, 1.5);
+    RecordProperty("variance", std::to_string(variance));
+}
+
 TEST(Sobol, PaddedDrawsPairAtRandom) {
     // The points (draw a, draw b) of one pixel's 1024 samples on a 4 x 4 grid. Under ideal nested shuffles
     // the samples fall into 256 groups of four, each a random permutation of the rows against the columns: a
