@@ -8,6 +8,7 @@ set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 function(_raygraph_flags target)
     target_compile_options(${target} PRIVATE
         -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Woverloaded-virtual -Werror
+        -Wno-missing-field-initializers  # a Desc names the fields that differ from their defaults
         # No fused multiply-add on the CPU: shading text compiled twice must round alike on every host.
         -ffp-contract=off)
     if(RAYGRAPH_ASSERTS)
