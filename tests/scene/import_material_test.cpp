@@ -22,9 +22,13 @@ size_t AddTexture(GltfDocument& document, uint32_t width) {
 
 TEST(Materials, FactorsAreRead) {
     const Json json = R"({
-        "name": "paint", "emissiveFactor": [0.1, 0.2, 3], "alphaMode": "MASK", "alphaCutoff": 0.25, "doubleSided": true,
-        "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.75},
-        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 10}}
+        "name": "paint",
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.75
+        },
+        "emissiveFactor": [0.1, 0.2, 3],
+        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 10}},
+        "alphaMode": "MASK", "alphaCutoff": 0.25, "doubleSided": true
     })"_json;
     const scene::Material material = Load(WithMaterial(json)).materials.at(0);
     EXPECT_EQ(material.name, "paint");
