@@ -211,7 +211,7 @@ AccessMasks MasksFor(PassKind kind, Access access) {
         // A depth test reads what the pass itself wrote, so both pairs of masks are the same.
         case Access::DepthWrite:
         case Access::DepthUpdate:
-            return {kDepthStages, kDepthRead | kDepthWrite, VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL};
+            return {kDepthStages, kDepthRead | kDepthWrite, VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL};
         case Access::IndexRead:
             return {VK_PIPELINE_STAGE_2_INDEX_INPUT_BIT, VK_ACCESS_2_INDEX_READ_BIT};
         case Access::IndirectRead:

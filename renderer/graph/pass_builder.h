@@ -23,20 +23,37 @@
 
 #include "renderer/graph/access.h"
 #include "renderer/graph/ids.h"
-#include "rhi/pipeline.h"
+#include "rhi/raster_pipeline.h"
 #include "rhi/resources.h"
 #include "shaders/shared/ray_types.h"
 
 namespace raygraph {
 
 class Renderer;
+class ShaderLibrary;
+struct FrameGraph;
 struct PassDeclaration;
+struct Shader;
+enum class BindVerb : uint8_t;
 
 // Names of the shaders of one hit group; "" leaves the stage out.
 struct HitGroupShaders {
     std::string_view closestHit;
     std::string_view anyHit;
     std::string_view intersection;
+};
+
+// How a raster pass draws; the formats come from its targets.
+struct RasterState {
+    rhi::Topology topology = rhi::Topology::TriangleList;
+    rhi::CullMode cull = rhi::CullMode::None;
+    bool isFrontClockwise = false;
+    rhi::DepthCompare depthCompare = rhi::DepthCompare::LessOrEqual;
+    bool writesDepth = true;
+    rhi::BlendMode blend = rhi::BlendMode::Off;
+    bool isWireframe = false;
+
+    bool operator==(const RasterState&) const = default;
 };
 
 struct ColorLoad {
@@ -59,7 +76,7 @@ class PassBuilder {
     PassBuilder& Compute(std::string_view shader);
     PassBuilder& Vertex(std::string_view shader);
     PassBuilder& Fragment(std::string_view shader);
-    PassBuilder& RasterState(const rhi::RasterState& state);
+    PassBuilder& Raster(const RasterState& state);
     // Specialization constant by its name in the shaders; a name that no stage has is an error.
     PassBuilder& Specialize(std::string_view constant, uint32_t value);
 
@@ -78,7 +95,9 @@ class PassBuilder {
     void ReadsByAddress(BufferId buffer);
     void ReadsByAddress(BlasSetId structures);  // the TLAS that is traced points at them
     [[nodiscard]] BufferId WritesByAddress(BufferId buffer);
-    void Uses(TextureSetId textures);  // bindless, set 1
+    void Uses(TextureSetId textures);      // bindless, set 1
+    void ReadsArguments(BufferId buffer);  // of an indirect dispatch, trace or draw
+    void ReadsIndices(BufferId buffer);    // of DrawIndexed
 
     // --- Attachments of a raster pass; depth has no index ---
     [[nodiscard]] TextureId ColorTarget(uint32_t index, TextureId texture, const ColorLoad& load = {});
@@ -101,13 +120,13 @@ class PassBuilder {
     template <typename T>
     void Constants(const T& constants) {
         static_assert(std::is_trivially_copyable_v<T>);
-        ConstantBytes(std::as_bytes(std::span(&constants, 1)));
+        ConstantBytes(std::as_bytes(std::span(&constants, 1)), alignof(T));
     }
     // A uniform block of set 0, from the frame's uniform memory.
     template <typename T>
     void Uniform(std::string_view name, const T& data) {
         static_assert(std::is_trivially_copyable_v<T>);
-        UniformBytes(name, std::as_bytes(std::span(&data, 1)));
+        UniformBytes(name, std::as_bytes(std::span(&data, 1)), alignof(T));
     }
 
     // The pass has an effect that the graph cannot see: never cull it.
@@ -115,11 +134,18 @@ class PassBuilder {
 
   private:
     friend class Renderer;
-    PassBuilder(Renderer& renderer, PassDeclaration& pass) : m_renderer(renderer), m_pass(pass) {}
-    void ConstantBytes(std::span<const std::byte> bytes);
-    void UniformBytes(std::string_view name, std::span<const std::byte> bytes);
+    PassBuilder(Renderer& renderer, FrameGraph& graph, ShaderLibrary& shaders, PassDeclaration& pass)
+        : m_renderer(renderer), m_graph(graph), m_shaders(shaders), m_pass(pass) {}
+    const Shader* FindShader(std::string_view name);
+    void ConstantBytes(std::span<const std::byte> bytes, size_t alignment);
+    void UniformBytes(std::string_view name, std::span<const std::byte> bytes, size_t alignment);
+    template <ResourceKind Kind>
+    ResourceId<Kind> Bind(std::string_view name, ResourceId<Kind> id, BindVerb verb, Access access,
+                          const rhi::Sampler* sampler = nullptr);
 
     Renderer& m_renderer;
+    FrameGraph& m_graph;
+    ShaderLibrary& m_shaders;
     PassDeclaration& m_pass;
 };
 

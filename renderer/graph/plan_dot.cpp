@@ -16,8 +16,12 @@ std::string Escaped(const std::string& text) {
     return escaped;
 }
 
+std::string Node(const char* prefix, uint32_t index) {
+    return prefix + std::to_string(index);
+}
+
 std::string VersionNode(uint32_t resource, uint32_t version) {
-    return "r" + std::to_string(resource) + "v" + std::to_string(version);
+    return Node("r", resource) + Node("v", version);
 }
 
 }  // namespace
@@ -32,7 +36,7 @@ std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
     for (uint32_t p = 0; p < graph.passes.size(); ++p) {
         const GraphPass& pass = graph.passes[p];
         const std::string number = isCulled[p] ? "culled" : std::to_string(position[p]);
-        dot += "    p" + std::to_string(p) + " [shape=box, style=" + (isCulled[p] ? "dashed" : "solid") +
+        dot += "    " + Node("p", p) + " [shape=box, style=" + (isCulled[p] ? "dashed" : "solid") +
                ", label=\"" + number + ' ' + Escaped(pass.name) + "\\n" + Name(pass.kind) + "\"];\n";
     }
     // Only versions that a pass touches, or that are shown.
@@ -48,7 +52,7 @@ std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
     };
     for (uint32_t p = 0; p < graph.passes.size(); ++p) {
         const GraphPass& pass = graph.passes[p];
-        const std::string passNode = "p" + std::to_string(p);
+        const std::string passNode = Node("p", p);
         const std::string style = isCulled[p] ? " [style=dashed];\n" : ";\n";
         for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
             const ResourceUse& use = graph.uses[u];

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "renderer/graph/access.h"
+#include "renderer/graph/frame_graph.h"
 #include "renderer/graph/ids.h"
 #include "renderer/graph/pass_builder.h"
 #include "rhi/command_list.h"
@@ -37,27 +38,26 @@ using rhi::Format;
 struct RendererDesc {
     // Root of shader sources to reload from; "" uses the SPIR-V built into the library.
     std::filesystem::path shaderRoot;
-    bool gpuTimes = true;  // two timestamps a pass
+    bool gpuTimes = true;   // a timestamp between passes
+    bool passMarks = true;  // note on the device which pass was reached, for the report of a lost device
 };
 
 // A texture of the graph; usage flags follow from how passes use it.
 struct GraphTextureDesc {
     Extent2D extent;
     Format format = Format::Rgba32Float;
+
+    bool operator==(const GraphTextureDesc&) const = default;
 };
 struct GraphBufferDesc {
     uint64_t size = 0;  // bytes
     rhi::MemoryKind memory = rhi::MemoryKind::Device;
+
+    bool operator==(const GraphBufferDesc&) const = default;
 };
 
-// When a write to a persistent resource keeps its pass alive.
-enum class Persistence : uint8_t {
-    OnDemand,  // only when something presented this frame needs it: toggling a view away stops its
-               // accumulation
-    Always,    // every frame that declares it
-};
-
-// Resources of the pass, resolved: for execute functions that copy or build.
+// Resources of the pass, resolved: for execute functions that copy or build. Error{Usage} for an id that the
+// pass did not declare.
 class PassResources {
   public:
     const rhi::Texture& Texture(TextureId id) const;
@@ -65,8 +65,9 @@ class PassResources {
 
   private:
     friend class Renderer;
-    explicit PassResources(const Renderer& renderer) : m_renderer(renderer) {}
+    PassResources(const Renderer& renderer, uint32_t pass) : m_renderer(renderer), m_pass(pass) {}
     const Renderer& m_renderer;
+    uint32_t m_pass;
 };
 
 // A copy of a texture or buffer on its way to the CPU. Valid until the Renderer is destroyed.
@@ -95,7 +96,8 @@ struct FrameTiming {
     uint64_t frame = 0;
     double declareMs = 0.0;  // BeginFrame returned .. Execute called
     double compileMs = 0.0;
-    double recordMs = 0.0;           // recording and submission
+    double recordMs = 0.0;  // finding the resources and recording the commands
+    double submitMs = 0.0;
     std::vector<PassTiming> passes;  // executed ones, in order
 };
 
@@ -122,28 +124,31 @@ class Renderer {
                       Persistence persistence = Persistence::OnDemand);
     BufferId PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
                            Persistence persistence = Persistence::OnDemand);
-    // True when a persistent resource was made in this frame: its contents are undefined until written.
+    // True for a persistent resource without contents: neither a submitted frame nor, before this id, a pass
+    // of this one has written it.
     bool IsFresh(TextureId texture) const;
     bool IsFresh(BufferId buffer) const;
     // Forgets a persistent resource.
     void Forget(std::string_view name);
     // Imported: owned by the caller, alive until the frame has completed. `state` is read when the frame is
-    // compiled and written back when it is submitted; it must outlive Execute.
+    // compiled and written back when it is submitted; it must outlive Execute. What is imported twice in a
+    // frame is one resource: the id of its newest version comes back. An image that another queue family
+    // released (state.queueFamily) was released with oldLayout = newLayout = state.layout.
     TextureId Import(std::string_view name, const rhi::Texture& texture, ResourceState& state);
     BufferId Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state);
     TlasId Import(std::string_view name, const rhi::Tlas& tlas, ResourceState& state);
     BlasSetId ImportBlasSet(std::string_view name, ResourceState& state);
     TextureSetId Import(std::string_view name, const rhi::TextureTable& table);
 
-    const GraphTextureDesc& Desc(TextureId texture) const;
-    const GraphBufferDesc& Desc(BufferId buffer) const;
+    GraphTextureDesc Desc(TextureId texture) const;
+    GraphBufferDesc Desc(BufferId buffer) const;
 
     // --- Passes ---
     using SetupFunction = std::function<void(PassBuilder&)>;
     using ExecuteFunction = std::function<void(CommandList&, const PassResources&)>;
     // Execute may take (CommandList&) or (CommandList&, const PassResources&).
-    template <typename Setup, typename Execute>
-    PassId AddPass(std::string_view name, PassKind kind, Setup&& setup, Execute&& execute);
+    template <typename Setup, typename ExecuteBody>
+    PassId AddPass(std::string_view name, PassKind kind, Setup&& setup, ExecuteBody&& execute);
 
     // --- Roots: what the frame is for. Passes that lead to no root are culled. ---
     // The texture shown; left in the layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL unless exported.
@@ -191,14 +196,15 @@ class Renderer {
     std::unique_ptr<Impl> m_impl;
 };
 
-template <typename Setup, typename Execute>
-PassId Renderer::AddPass(std::string_view name, PassKind kind, Setup&& setup, Execute&& execute) {
-    if constexpr (std::is_invocable_v<Execute, CommandList&, const PassResources&>)
-        return AddPassErased(name, kind, std::forward<Setup>(setup), std::forward<Execute>(execute));
+template <typename Setup, typename ExecuteBody>
+PassId Renderer::AddPass(std::string_view name, PassKind kind, Setup&& setup, ExecuteBody&& execute) {
+    // The setup runs before this returns: a reference to it will do.
+    if constexpr (std::is_invocable_v<ExecuteBody&, CommandList&, const PassResources&>)
+        return AddPassErased(name, kind, std::ref(setup), std::forward<ExecuteBody>(execute));
     else
-        return AddPassErased(name, kind, std::forward<Setup>(setup),
-                             [run = std::forward<Execute>(execute)](CommandList& commands,
-                                                                    const PassResources&) { run(commands); });
+        return AddPassErased(name, kind, std::ref(setup),
+                             [run = std::forward<ExecuteBody>(execute)](
+                                 CommandList& commands, const PassResources&) mutable { run(commands); });
 }
 
 }  // namespace raygraph

@@ -80,10 +80,8 @@ const char* LayoutText(VkImageLayout layout) {
             return "General";
         case VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL:
             return "ColorTarget";
-        case VK_IMAGE_LAYOUT_DEPTH_ATTACHMENT_OPTIMAL:
-            return "DepthTarget";
         case VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL:
-            return "DepthStencilTarget";
+            return "DepthTarget";
         case VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL:
             return "ShaderReadOnly";
         case VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL:

@@ -1,0 +1,213 @@
+#include "renderer/graph/pass_builder.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "renderer/graph/renderer_impl.h"
+#include "renderer/graph/text.h"
+
+namespace raygraph {
+
+namespace {
+
+std::string PassText(const FrameGraph& graph) {
+    return "pass " + Quoted(graph.passes.back().name);
+}
+
+}  // namespace
+
+// Null for "": the stage is left out.
+const Shader* PassBuilder::FindShader(std::string_view name) {
+    if (name.empty()) return nullptr;
+    try {
+        return &m_shaders.Find(name);
+    } catch (const Error& error) {
+        throw Error(error.Kind(), PassText(m_graph) + ": " + error.what());
+    }
+}
+
+PassBuilder& PassBuilder::RayGen(std::string_view shader) {
+    m_pass.request.rayGen = FindShader(shader);
+    return *this;
+}
+
+PassBuilder& PassBuilder::Miss(RayType rayType, std::string_view shader) {
+    m_pass.request.miss[static_cast<size_t>(rayType)] = FindShader(shader);
+    return *this;
+}
+
+PassBuilder& PassBuilder::HitGroup(RayType rayType, const HitGroupShaders& shaders, uint32_t hitSet) {
+    constexpr uint32_t kMaxHitSets = 1024;
+    if (hitSet >= kMaxHitSets)
+        throw Error(ErrorKind::Usage, PassText(m_graph) + ": hit set " + std::to_string(hitSet) +
+                                          " is beyond the last one possible, " +
+                                          std::to_string(kMaxHitSets - 1));
+    auto& sets = m_pass.request.hitSets;
+    if (sets.size() <= hitSet) sets.resize(hitSet + 1);
+    sets[hitSet][static_cast<size_t>(rayType)] = {.closestHit = FindShader(shaders.closestHit),
+                                                  .anyHit = FindShader(shaders.anyHit),
+                                                  .intersection = FindShader(shaders.intersection)};
+    return *this;
+}
+
+PassBuilder& PassBuilder::Callable(std::string_view shader) {
+    m_pass.request.callables.push_back(FindShader(shader));
+    return *this;
+}
+
+PassBuilder& PassBuilder::Compute(std::string_view shader) {
+    m_pass.request.compute = FindShader(shader);
+    return *this;
+}
+
+PassBuilder& PassBuilder::Vertex(std::string_view shader) {
+    m_pass.request.vertex = FindShader(shader);
+    return *this;
+}
+
+PassBuilder& PassBuilder::Fragment(std::string_view shader) {
+    m_pass.request.fragment = FindShader(shader);
+    return *this;
+}
+
+PassBuilder& PassBuilder::Raster(const RasterState& state) {
+    m_pass.request.raster = state;
+    return *this;
+}
+
+PassBuilder& PassBuilder::Specialize(std::string_view constant, uint32_t value) {
+    m_pass.request.specialization.push_back({.name = std::string(constant), .value = value});
+    return *this;
+}
+
+template <ResourceKind Kind>
+ResourceId<Kind> PassBuilder::Bind(std::string_view name, ResourceId<Kind> id, BindVerb verb, Access access,
+                                   const rhi::Sampler* sampler) {
+    const ResourceId<Kind> after = m_graph.Use(id, access);
+    DeclaredBinding& bound = m_pass.bindings.emplace_back();
+    bound.name = name;
+    bound.verb = verb;
+    bound.kind = Kind;
+    bound.resource = after.resource;
+    bound.use = static_cast<uint32_t>(m_graph.uses.size() - 1);
+    bound.sampler = sampler;
+    return after;
+}
+
+void PassBuilder::Reads(std::string_view name, TextureId texture) {
+    Bind(name, texture, BindVerb::Reads, Access::StorageRead);
+}
+void PassBuilder::Reads(std::string_view name, TextureId texture, const rhi::SamplerDesc& sampler) {
+    Bind(name, texture, BindVerb::Reads, Access::Sampled, m_renderer.m_impl->FindSampler(sampler));
+}
+void PassBuilder::Reads(std::string_view name, BufferId buffer) {
+    Bind(name, buffer, BindVerb::Reads, Access::StorageRead);
+}
+void PassBuilder::Reads(std::string_view name, TlasId tlas) {
+    Bind(name, tlas, BindVerb::Reads, Access::TraceStructure);
+}
+TextureId PassBuilder::Writes(std::string_view name, TextureId texture) {
+    return Bind(name, texture, BindVerb::Writes, Access::StorageWrite);
+}
+BufferId PassBuilder::Writes(std::string_view name, BufferId buffer) {
+    return Bind(name, buffer, BindVerb::Writes, Access::StorageWrite);
+}
+TextureId PassBuilder::Updates(std::string_view name, TextureId texture) {
+    return Bind(name, texture, BindVerb::Updates, Access::StorageUpdate);
+}
+BufferId PassBuilder::Updates(std::string_view name, BufferId buffer) {
+    return Bind(name, buffer, BindVerb::Updates, Access::StorageUpdate);
+}
+
+void PassBuilder::ReadsByAddress(BufferId buffer) {
+    m_graph.Use(buffer, Access::AddressRead);
+}
+void PassBuilder::ReadsByAddress(BlasSetId structures) {
+    m_graph.Use(structures, Access::TraceStructure);
+}
+BufferId PassBuilder::WritesByAddress(BufferId buffer) {
+    return m_graph.Use(buffer, Access::AddressWrite);
+}
+void PassBuilder::ReadsArguments(BufferId buffer) {
+    m_graph.Use(buffer, Access::IndirectRead);
+}
+void PassBuilder::ReadsIndices(BufferId buffer) {
+    m_graph.Use(buffer, Access::IndexRead);
+}
+
+void PassBuilder::Uses(TextureSetId textures) {
+    m_pass.textureSet = m_graph.Use(textures, Access::Sampled).resource;
+}
+
+TextureId PassBuilder::ColorTarget(uint32_t index, TextureId texture, const ColorLoad& load) {
+    const TextureId after = m_graph.Use(texture, load.clear ? Access::ColorWrite : Access::ColorUpdate);
+    m_pass.colors.push_back({.index = index, .resource = after.resource, .load = load});
+    return after;
+}
+
+TextureId PassBuilder::DepthTarget(TextureId texture, const DepthLoad& load) {
+    if (m_pass.depth != kNone) throw Error(ErrorKind::Usage, PassText(m_graph) + " has two depth targets");
+    const TextureId after = m_graph.Use(texture, load.clear ? Access::DepthWrite : Access::DepthUpdate);
+    m_pass.depth = after.resource;
+    m_pass.depthLoad = load;
+    return after;
+}
+
+void PassBuilder::CopiesFrom(TextureId texture) {
+    m_graph.Use(texture, Access::CopyRead);
+}
+void PassBuilder::CopiesFrom(BufferId buffer) {
+    m_graph.Use(buffer, Access::CopyRead);
+}
+TextureId PassBuilder::CopiesTo(TextureId texture) {
+    return m_graph.Use(texture, Access::CopyWrite);
+}
+BufferId PassBuilder::CopiesTo(BufferId buffer) {
+    return m_graph.Use(buffer, Access::CopyWrite);
+}
+void PassBuilder::BuildsFrom(BufferId input) {
+    m_graph.Use(input, Access::BuildInput);
+}
+void PassBuilder::BuildsFrom(BlasSetId structures) {
+    m_graph.Use(structures, Access::BuildRead);
+}
+TlasId PassBuilder::Builds(TlasId tlas) {
+    return m_graph.Use(tlas, Access::BuildWrite);
+}
+BlasSetId PassBuilder::Builds(BlasSetId structures) {
+    return m_graph.Use(structures, Access::BuildWrite);
+}
+TlasId PassBuilder::Refits(TlasId tlas) {
+    return m_graph.Use(tlas, Access::BuildUpdate);
+}
+BlasSetId PassBuilder::Refits(BlasSetId structures) {
+    return m_graph.Use(structures, Access::BuildUpdate);
+}
+
+void PassBuilder::KeepAlive() {
+    m_graph.passes.back().keepAlive = true;
+}
+
+void PassBuilder::ConstantBytes(std::span<const std::byte> bytes, size_t alignment) {
+    if (m_pass.hasConstants) throw Error(ErrorKind::Usage, PassText(m_graph) + " gives its constants twice");
+    m_pass.hasConstants = true;
+    m_pass.constantAlignment = std::max<size_t>(alignment, 4);
+    m_pass.constants.assign(bytes.begin(), bytes.end());
+}
+
+void PassBuilder::UniformBytes(std::string_view name, std::span<const std::byte> bytes, size_t alignment) {
+    std::vector<std::byte>& all = m_renderer.m_impl->uniformBytes;
+    const uint64_t offsetAlignment =
+        std::max<uint64_t>(m_renderer.m_impl->device.Info().uniformAlignment, 16);
+    const uint64_t offset = (all.size() + offsetAlignment - 1) / offsetAlignment * offsetAlignment;
+    all.resize(offset + bytes.size());
+    std::copy(bytes.begin(), bytes.end(), all.begin() + static_cast<ptrdiff_t>(offset));
+    DeclaredBinding& bound = m_pass.bindings.emplace_back();
+    bound.name = name;
+    bound.verb = BindVerb::Uniform;
+    bound.uniformOffset = offset;
+    bound.uniformBytes = bytes.size();
+    bound.uniformAlignment = alignment;
+}
+
+}  // namespace raygraph

@@ -1,0 +1,269 @@
+#include "renderer/graph/pass_declaration.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "renderer/graph/text.h"
+
+namespace raygraph {
+
+namespace {
+
+[[noreturn]] void Fail(const GraphPass& pass, const std::string& text) {
+    throw Error(ErrorKind::Usage, "pass " + Quoted(pass.name) + ' ' + text);
+}
+
+const char* Verb(BindVerb verb) {
+    switch (verb) {
+        case BindVerb::Reads:
+            return "reads";
+        case BindVerb::Writes:
+            return "writes";
+        case BindVerb::Updates:
+            return "updates";
+        case BindVerb::Uniform:
+            return "gives uniform data for";
+    }
+    return "?";
+}
+
+// "storage image, write"
+std::string KindText(const rhi::BindingInfo& info) {
+    std::string text = rhi::Name(info.kind);
+    if (info.kind == rhi::BindingKind::StorageImage || info.kind == rhi::BindingKind::StorageBuffer)
+        text += !info.isWritable ? ", read" : info.isReadable ? ", read+write" : ", write";
+    return text;
+}
+
+// "pathtrace/pathtrace.rgen has sceneTlas (acceleration structure), radiance (storage image, write)"
+std::string BindingsText(const rhi::ShaderInterface& interface) {
+    if (interface.bindings.empty()) return "its shaders bind nothing by name";
+    std::string text;
+    std::string shader;
+    for (const rhi::BindingInfo& info : interface.bindings) {
+        const bool isSame = info.firstShader == shader;
+        text += text.empty() ? "" : isSame ? ", " : "; ";
+        if (!isSame) text += info.firstShader + " has ";
+        text += info.name + " (" + KindText(info) + ')';
+        shader = info.firstShader;
+    }
+    return text;
+}
+
+std::string AskedKind(const DeclaredBinding& bound) {
+    switch (bound.kind) {
+        case ResourceKind::Texture:
+            return bound.sampler ? "a sampled texture" : "a storage image";
+        case ResourceKind::Tlas:
+            return "an acceleration structure";
+        default:
+            return bound.verb == BindVerb::Uniform ? "uniform data" : "a buffer";
+    }
+}
+
+bool FitsKind(const DeclaredBinding& bound, rhi::BindingKind kind) {
+    switch (kind) {
+        case rhi::BindingKind::StorageImage:
+            return bound.kind == ResourceKind::Texture && !bound.sampler;
+        case rhi::BindingKind::SampledImage:
+            return bound.kind == ResourceKind::Texture && bound.sampler;
+        case rhi::BindingKind::AccelerationStructure:
+            return bound.kind == ResourceKind::Tlas;
+        case rhi::BindingKind::StorageBuffer:
+            return bound.kind == ResourceKind::Buffer && bound.verb != BindVerb::Uniform;
+        case rhi::BindingKind::UniformBuffer:
+            return bound.kind == ResourceKind::Buffer;
+    }
+    return false;
+}
+
+// A C++ struct may end in padding that the shader's block does not have.
+bool SizesAgree(uint64_t given, uint64_t block, size_t alignment) {
+    return given == block || (given > block && given - block < alignment);
+}
+
+void CheckWritability(const GraphPass& pass, const DeclaredBinding& bound, const rhi::BindingInfo& info) {
+    const std::string what =
+        std::string(Verb(bound.verb)) + ' ' + Quoted(bound.name) + ", which " + info.firstShader;
+    if (bound.verb != BindVerb::Reads && !info.isWritable)
+        Fail(pass, what + " declares readonly (" + KindText(info) + ')');
+    if (bound.verb != BindVerb::Writes && !info.isReadable)
+        Fail(pass, what + " declares writeonly (" + KindText(info) + ')');
+    if (bound.verb == BindVerb::Reads && info.isWritable)
+        Fail(pass, what + " may write (" + KindText(info) +
+                       "): declare it readonly there, or write or update it here");
+}
+
+void CheckContents(const FrameGraph& graph, const GraphPass& pass, const DeclaredBinding& bound,
+                   const rhi::BindingInfo& info) {
+    if (bound.verb == BindVerb::Uniform) {
+        if (!SizesAgree(bound.uniformBytes, info.blockBytes, std::max<size_t>(bound.uniformAlignment, 16)))
+            Fail(pass, "gives " + std::to_string(bound.uniformBytes) + " bytes for " + Quoted(bound.name) +
+                           ", which has " + std::to_string(info.blockBytes) + " in " + info.firstShader);
+        return;
+    }
+    const GraphResource& resource = graph.resources[bound.resource];
+    if (bound.kind == ResourceKind::Buffer && resource.bytes < info.blockBytes)
+        Fail(pass, "binds " + Quoted(bound.name) + " to " + Quoted(resource.name) + " of " +
+                       BytesText(resource.bytes) + "; " + info.firstShader + " needs at least " +
+                       BytesText(info.blockBytes));
+    if (info.kind == rhi::BindingKind::StorageImage && info.imageFormat != rhi::Format::Undefined &&
+        info.imageFormat != resource.format)
+        Fail(pass, "binds " + Quoted(bound.name) + " to " + Quoted(resource.name) + " of format " +
+                       rhi::Name(resource.format) + "; " + info.firstShader + " declares " +
+                       rhi::Name(info.imageFormat));
+}
+
+void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& bound,
+                    const rhi::ShaderInterface& interface) {
+    const rhi::BindingInfo* info = interface.Find(bound.name);
+    if (!info) Fail(pass, "binds " + Quoted(bound.name) + ": no such binding; " + BindingsText(interface));
+    if (!FitsKind(bound, info->kind))
+        Fail(pass, "binds " + Quoted(bound.name) + " as " + AskedKind(bound) + "; in " + info->firstShader +
+                       " it is a " + rhi::Name(info->kind));
+    if (info->count != 1)
+        Fail(pass, "binds " + Quoted(bound.name) + ", an array of " + std::to_string(info->count) + " in " +
+                       info->firstShader + ": arrays of resources are not bound by name");
+    if (info->kind == rhi::BindingKind::UniformBuffer) {
+        if (bound.verb == BindVerb::Writes || bound.verb == BindVerb::Updates)
+            Fail(pass, std::string(Verb(bound.verb)) + ' ' + Quoted(bound.name) + ", a uniform buffer in " +
+                           info->firstShader);
+        if (bound.use != kNone) graph.uses[bound.use].access = Access::Uniform;
+    } else if (info->kind == rhi::BindingKind::StorageBuffer ||
+               info->kind == rhi::BindingKind::StorageImage) {
+        CheckWritability(pass, bound, *info);
+    }
+    CheckContents(graph, pass, bound, *info);
+    bound.binding = info->binding;
+    bound.type = rhi::ToVk(info->kind);
+}
+
+void CheckConstants(const GraphPass& pass, const PassDeclaration& declared,
+                    const rhi::ShaderInterface& interface) {
+    const uint32_t block = interface.pushConstants.bytes;
+    if (!declared.hasConstants) {
+        if (block != 0)
+            Fail(pass, "gives no constants; " + interface.pushConstantShader + " has " +
+                           std::to_string(block) + " bytes of push constants");
+        return;
+    }
+    if (block == 0)
+        Fail(pass, "gives " + std::to_string(declared.constants.size()) +
+                       " bytes of constants; its shaders have no push constants");
+    if (!SizesAgree(declared.constants.size(), block, declared.constantAlignment))
+        Fail(pass, "gives " + std::to_string(declared.constants.size()) + " bytes of constants; " +
+                       interface.pushConstantShader + " has " + std::to_string(block) +
+                       " bytes of push constants");
+}
+
+// Every binding that a shader uses has to be there: a driver may do anything with one that is not.
+void CheckComplete(const GraphPass& pass, const PassDeclaration& declared,
+                   const rhi::ShaderInterface& interface) {
+    std::string missing;
+    for (const rhi::BindingInfo& info : interface.bindings) {
+        if (!info.isUsed) continue;
+        const auto isBound = [&](const DeclaredBinding& bound) { return bound.binding == info.binding; };
+        if (std::ranges::none_of(declared.bindings, isBound))
+            missing += (missing.empty() ? "" : ", ") + info.name + " (" + KindText(info) + ", in " +
+                       info.firstShader + ')';
+    }
+    if (!missing.empty()) Fail(pass, "does not bind what its shaders use: " + missing);
+    if (interface.usesTextureTable && declared.textureSet == kNone)
+        Fail(pass, "uses no texture set, but its shaders read the bindless textures of set 1");
+}
+
+}  // namespace
+
+void PassDeclaration::Clear(PassKind kind) {
+    request.Clear(kind);
+    bindings.clear();
+    textureSet = kNone;
+    colors.clear();
+    depth = kNone;
+    depthLoad = {};
+    hasConstants = false;
+    constantAlignment = 1;
+    constants.clear();
+    program = nullptr;
+    execute = nullptr;
+}
+
+void CheckShaders(const GraphPass& pass, const ProgramRequest& request) {
+    const std::string kind = std::string("is of kind ") + Name(pass.kind);
+    const bool isTracing = pass.kind == PassKind::RayTracing;
+    const bool isCompute = pass.kind == PassKind::Compute;
+    const bool isRaster = pass.kind == PassKind::Raster;
+    if (isTracing && !request.rayGen) Fail(pass, kind + " and names no ray-generation shader (RayGen)");
+    if (isCompute && !request.compute) Fail(pass, kind + " and names no compute shader (Compute)");
+    if (isRaster && !request.vertex) Fail(pass, kind + " and names no vertex shader (Vertex)");
+    std::vector<const Shader*> shaders;
+    request.ListShaders(shaders);
+    for (const Shader* shader : shaders) {
+        const rhi::StageKind stage = shader->reflection.stage;
+        const bool isRasterStage = stage == rhi::StageKind::Vertex || stage == rhi::StageKind::Fragment;
+        const bool isComputeStage = stage == rhi::StageKind::Compute;
+        const bool fits = isRaster    ? isRasterStage
+                          : isCompute ? isComputeStage
+                          : isTracing ? !isRasterStage && !isComputeStage
+                                      : false;
+        if (!fits)
+            Fail(pass, kind + " and cannot run " + shader->name + ", a " + rhi::Name(stage) + " shader");
+    }
+}
+
+void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::ShaderInterface* interface) {
+    const GraphPass& pass = graph.passes.back();
+    if (!interface) {
+        const std::string kind = std::string("is of kind ") + Name(pass.kind) + " and has no shaders";
+        if (!declared.bindings.empty())
+            Fail(pass, kind + ": it cannot bind " + Quoted(declared.bindings[0].name));
+        if (declared.hasConstants) Fail(pass, kind + ": it cannot take constants");
+        return;
+    }
+    for (size_t i = 0; i < declared.bindings.size(); ++i) {
+        DeclaredBinding& bound = declared.bindings[i];
+        for (size_t earlier = 0; earlier < i; ++earlier)
+            if (declared.bindings[earlier].name == bound.name)
+                Fail(pass, "binds " + Quoted(bound.name) + " twice");
+        ResolveBinding(graph, pass, bound, *interface);
+    }
+    CheckComplete(pass, declared, *interface);
+    CheckConstants(pass, declared, *interface);
+}
+
+void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared) {
+    const GraphPass& pass = graph.passes.back();
+    if (pass.kind != PassKind::Raster) return;
+    if (declared.colors.empty() && declared.depth == kNone)
+        Fail(pass, "is of kind raster and has neither a color nor a depth target");
+    std::ranges::sort(declared.colors, {}, &DeclaredColor::index);
+    const GraphResource* first = nullptr;
+    const auto checkExtent = [&](const GraphResource& target) {
+        if (!first) first = &target;
+        if (first->extent != target.extent)
+            Fail(pass, "draws to " + Quoted(first->name) + " of " + std::to_string(first->extent.width) +
+                           'x' + std::to_string(first->extent.height) + " and to " + Quoted(target.name) +
+                           " of " + std::to_string(target.extent.width) + 'x' +
+                           std::to_string(target.extent.height));
+    };
+    for (size_t i = 0; i < declared.colors.size(); ++i) {
+        if (declared.colors[i].index != i)
+            Fail(pass, "has no color target " + std::to_string(i) + ", but one at " +
+                           std::to_string(declared.colors[i].index));
+        const GraphResource& target = graph.resources[declared.colors[i].resource];
+        if (rhi::IsDepth(target.format))
+            Fail(pass, "has " + Quoted(target.name) + " of format " + rhi::Name(target.format) +
+                           " as color target");
+        checkExtent(target);
+        declared.request.colorFormats.push_back(target.format);
+    }
+    if (declared.depth == kNone) return;
+    const GraphResource& target = graph.resources[declared.depth];
+    if (!rhi::IsDepth(target.format))
+        Fail(pass,
+             "has " + Quoted(target.name) + " of format " + rhi::Name(target.format) + " as depth target");
+    checkExtent(target);
+    declared.request.depthFormat = target.format;
+}
+
+}  // namespace raygraph

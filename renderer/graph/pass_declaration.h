@@ -1,0 +1,70 @@
+// PassDeclaration: what one setup function declared, filled by PassBuilder. One object serves the same place
+// in frame after frame, so that its memory is taken once.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "renderer/graph/frame_graph.h"
+#include "renderer/graph/pass_builder.h"
+#include "renderer/graph/plan.h"
+#include "renderer/graph/program.h"
+#include "rhi/command_list.h"
+
+namespace raygraph {
+
+class PassResources;
+
+enum class BindVerb : uint8_t { Reads, Writes, Updates, Uniform };
+
+// One resource, or block of uniform data, under a name of set 0.
+struct DeclaredBinding {
+    std::string name;
+    BindVerb verb = BindVerb::Reads;
+    ResourceKind kind = ResourceKind::Buffer;
+    uint32_t resource = kNone;              // index into FrameGraph::resources; kNone: uniform data
+    uint32_t use = kNone;                   // index into FrameGraph::uses
+    const rhi::Sampler* sampler = nullptr;  // a texture read through a sampler
+    uint64_t uniformOffset = 0;             // in the frame's uniform memory
+    uint64_t uniformBytes = 0;
+    size_t uniformAlignment = 1;
+    // Found in the shaders by ResolveBindings.
+    uint32_t binding = 0;
+    VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
+};
+
+struct DeclaredColor {
+    uint32_t index = 0;
+    uint32_t resource = 0;
+    ColorLoad load;
+};
+
+struct PassDeclaration {
+    ProgramRequest request;
+    std::vector<DeclaredBinding> bindings;
+    uint32_t textureSet = kNone;        // index into FrameGraph::resources
+    std::vector<DeclaredColor> colors;  // sorted by index when resolved
+    uint32_t depth = kNone;             // index into FrameGraph::resources
+    DepthLoad depthLoad;
+    bool hasConstants = false;
+    size_t constantAlignment = 1;
+    std::vector<std::byte> constants;
+    Program* program = nullptr;  // null: no shaders
+    std::function<void(rhi::CommandList&, const PassResources&)> execute;
+
+    void Clear(PassKind kind);
+};
+
+// Checks the last pass of `graph` as it was declared against the shaders' interface (null: it has no shaders)
+// and fills in what was found there: binding numbers, and whether a buffer is read as storage or uniform.
+// Throws Error{Usage} naming the pass, what it asked for and what the shaders have.
+void ResolveBindings(FrameGraph& graph, PassDeclaration& pass, const rhi::ShaderInterface* interface);
+// Checks that the shaders are those of the pass's kind, before they are looked at.
+void CheckShaders(const GraphPass& pass, const ProgramRequest& request);
+// Sorts the targets of the last pass and checks that they fit together; their formats go into the request.
+void ResolveTargets(const FrameGraph& graph, PassDeclaration& pass);
+
+}  // namespace raygraph

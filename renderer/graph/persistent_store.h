@@ -1,0 +1,51 @@
+// PersistentStore: the resources that a Renderer keeps between frames, by name.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "renderer/graph/renderer.h"
+
+namespace raygraph {
+
+// One persistent resource. The Vulkan object is made when an executed pass first uses it, so that a view that
+// is toggled away takes no memory.
+struct Persistent {
+    std::string name;
+    ResourceKind kind = ResourceKind::Texture;
+    GraphTextureDesc textureDesc;
+    GraphBufferDesc bufferDesc;
+    rhi::Texture texture;
+    rhi::Buffer buffer;
+    ResourceState state;         // after the last submitted frame
+    bool isWritten = false;      // by a submitted frame
+    uint64_t lastFrame = ~0ull;  // that declared it
+    uint32_t resource = 0;       // its index in that frame
+
+    bool IsMade() const { return texture || buffer; }
+    bool Is(const GraphTextureDesc& desc) const {
+        return kind == ResourceKind::Texture && textureDesc == desc;
+    }
+    bool Is(const GraphBufferDesc& desc) const { return kind == ResourceKind::Buffer && bufferDesc == desc; }
+};
+
+class PersistentStore {
+  public:
+    // The entry of that name, made anew if its kind or description differ.
+    Persistent& Find(std::string_view name, const GraphTextureDesc& desc);
+    Persistent& Find(std::string_view name, const GraphBufferDesc& desc);
+    // The entry of that name if that frame has declared it; null otherwise.
+    Persistent* Declared(std::string_view name, uint64_t frame);
+    // Makes the Vulkan object if there is none.
+    void Ensure(rhi::Device& device, Persistent& persistent);
+    void Forget(std::string_view name);
+
+  private:
+    Persistent& FindKind(std::string_view name, ResourceKind kind);
+    std::map<std::string, Persistent, std::less<>> m_entries;
+};
+
+}  // namespace raygraph

@@ -1,0 +1,246 @@
+#include "renderer/graph/program.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "base/error.h"
+#include "renderer/graph/text.h"
+
+namespace raygraph {
+
+namespace {
+
+rhi::ShaderStage StageOf(const Shader* shader) {
+    if (!shader) return {};
+    return {.name = shader->name, .spirv = shader->words};
+}
+
+template <typename T>
+void Append(std::string& key, const T& value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    key.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+void Append(std::string& key, const Shader* shader) {
+    Append(key, shader ? shader->index : kRayTypeCount + 0xffff0000u);
+}
+
+std::string ConstantNames(const rhi::ShaderInterface& interface) {
+    std::string names;
+    for (const rhi::SpecializationConstant& constant : interface.specialization)
+        if (!constant.name.empty()) names += (names.empty() ? "" : ", ") + constant.name;
+    return names.empty() ? "no specialization constants" : names;
+}
+
+}  // namespace
+
+void ProgramRequest::Clear(PassKind newKind) {
+    kind = newKind;
+    rayGen = compute = vertex = fragment = nullptr;
+    miss = {};
+    hitSets.clear();
+    callables.clear();
+    specialization.clear();
+    raster = {};
+    colorFormats.clear();
+    depthFormat = rhi::Format::Undefined;
+}
+
+bool ProgramRequest::HasShaders() const {
+    return rayGen || compute || vertex || fragment || !hitSets.empty() || !callables.empty() ||
+           std::any_of(miss.begin(), miss.end(), [](const Shader* shader) { return shader != nullptr; });
+}
+
+void ProgramRequest::ListShaders(std::vector<const Shader*>& shaders) const {
+    const auto add = [&](const Shader* shader) {
+        if (shader) shaders.push_back(shader);
+    };
+    add(rayGen);
+    add(compute);
+    add(vertex);
+    add(fragment);
+    for (const Shader* shader : miss) add(shader);
+    for (const auto& set : hitSets) {
+        for (const HitShaders& hit : set) {
+            add(hit.closestHit);
+            add(hit.anyHit);
+            add(hit.intersection);
+        }
+    }
+    for (const Shader* shader : callables) add(shader);
+}
+
+void ProgramCache::MakeKey(const ProgramRequest& request) {
+    m_key.clear();
+    Append(m_key, request.kind);
+    Append(m_key, request.rayGen);
+    for (const Shader* shader : request.miss) Append(m_key, shader);
+    Append(m_key, static_cast<uint32_t>(request.hitSets.size()));
+    for (const auto& set : request.hitSets) {
+        for (const HitShaders& hit : set) {
+            Append(m_key, hit.closestHit);
+            Append(m_key, hit.anyHit);
+            Append(m_key, hit.intersection);
+        }
+    }
+    Append(m_key, static_cast<uint32_t>(request.callables.size()));
+    for (const Shader* shader : request.callables) Append(m_key, shader);
+    Append(m_key, request.compute);
+    Append(m_key, request.vertex);
+    Append(m_key, request.fragment);
+    for (const SpecializationRequest& constant : request.specialization) {
+        m_key += constant.name;
+        m_key += '\0';
+        Append(m_key, constant.value);
+    }
+    if (request.kind != PassKind::Raster) return;
+    const RasterState& raster = request.raster;
+    Append(m_key, raster.topology);
+    Append(m_key, raster.cull);
+    Append(m_key, raster.isFrontClockwise);
+    Append(m_key, raster.depthCompare);
+    Append(m_key, raster.writesDepth);
+    Append(m_key, raster.blend);
+    Append(m_key, raster.isWireframe);
+    Append(m_key, request.depthFormat);
+    for (const rhi::Format format : request.colorFormats) Append(m_key, format);
+}
+
+Program* ProgramCache::Find(const ProgramRequest& request) {
+    MakeKey(request);
+    const auto known = m_programs.find(m_key);
+    return known == m_programs.end() ? nullptr : known->second.get();
+}
+
+Program& ProgramCache::Add(const ProgramRequest& request, std::string_view pass) {
+    MakeKey(request);
+    auto program = std::make_unique<Program>();
+    program->m_request = request;
+    Reflect(*program, pass);
+    return *m_programs.emplace(m_key, std::move(program)).first->second;
+}
+
+void ProgramCache::Reflect(Program& program, std::string_view pass) const {
+    std::vector<const Shader*> all;
+    program.m_request.ListShaders(all);
+    std::vector<const Shader*> shaders;
+    std::vector<rhi::NamedReflection> reflections;
+    for (const Shader* shader : all) {
+        if (std::ranges::find(shaders, shader) != shaders.end()) continue;
+        shaders.push_back(shader);
+        reflections.push_back({shader->name, shader->reflection});
+    }
+    rhi::ShaderInterface interface;
+    try {
+        interface = rhi::MergeInterface(reflections);
+    } catch (const Error& error) {
+        throw Error(error.Kind(), std::string(pass) + ": " + error.what());
+    }
+    std::vector<rhi::SpecializationValue> values;
+    for (const SpecializationRequest& request : program.m_request.specialization) {
+        bool isKnown = false;
+        for (const rhi::SpecializationConstant& constant : interface.specialization) {
+            if (constant.name != request.name) continue;
+            values.push_back({.id = constant.id, .value = request.value});
+            isKnown = true;
+        }
+        if (!isKnown)
+            throw Error(ErrorKind::Usage, std::string(pass) + " specializes " + Quoted(request.name) +
+                                              ": no such constant; " + shaders.front()->name + " has " +
+                                              ConstantNames(interface));
+    }
+    program.m_name = shaders.front()->name;
+    program.m_shaders = std::move(shaders);
+    program.m_interface = std::move(interface);
+    program.m_specialization = std::move(values);
+}
+
+void ProgramCache::EnsurePipeline(Program& program) {
+    if (!program.m_hasPipeline) MakePipeline(program);
+}
+
+void ProgramCache::MakePipeline(Program& program) {
+    const ProgramRequest& request = program.m_request;
+    const rhi::Pipeline* made = nullptr;
+    switch (request.kind) {
+        case PassKind::Compute: {
+            program.m_compute =
+                rhi::CreateComputePipeline(m_device, {.name = program.m_name,
+                                                      .shader = StageOf(request.compute),
+                                                      .specialization = program.m_specialization});
+            made = &program.m_compute;
+            break;
+        }
+        case PassKind::Raster: {
+            const RasterState& raster = request.raster;
+            program.m_raster =
+                rhi::CreateRasterPipeline(m_device, {.name = program.m_name,
+                                                     .vertex = StageOf(request.vertex),
+                                                     .fragment = StageOf(request.fragment),
+                                                     .specialization = program.m_specialization,
+                                                     .colorFormats = request.colorFormats,
+                                                     .depthFormat = request.depthFormat,
+                                                     .topology = raster.topology,
+                                                     .cull = raster.cull,
+                                                     .isFrontClockwise = raster.isFrontClockwise,
+                                                     .depthCompare = raster.depthCompare,
+                                                     .writesDepth = raster.writesDepth,
+                                                     .blend = raster.blend,
+                                                     .isWireframe = raster.isWireframe});
+            made = &program.m_raster;
+            break;
+        }
+        case PassKind::RayTracing: {
+            rhi::RayTracingPipelineDesc desc;
+            desc.name = program.m_name;
+            desc.rayGen.stage = StageOf(request.rayGen);
+            for (size_t ray = 0; ray < kRayTypeCount; ++ray)
+                desc.miss[ray].stage = StageOf(request.miss[ray]);
+            for (const auto& set : request.hitSets) {
+                rhi::HitGroupSet& group = desc.hitSets.emplace_back();
+                for (size_t ray = 0; ray < kRayTypeCount; ++ray)
+                    group.byRayType[ray] = {.closestHit = StageOf(set[ray].closestHit),
+                                            .anyHit = StageOf(set[ray].anyHit),
+                                            .intersection = StageOf(set[ray].intersection),
+                                            .recordData = {}};
+            }
+            for (const Shader* callable : request.callables)
+                desc.callables.push_back({.stage = StageOf(callable), .recordData = {}});
+            desc.specialization = program.m_specialization;
+            program.m_rayTracing = rhi::CreateRayTracingPipeline(m_device, desc);
+            made = &program.m_rayTracing;
+            break;
+        }
+        case PassKind::Transfer:
+        case PassKind::AccelerationStructure:
+            return;
+    }
+    m_creationMs += made->CreationMs();
+    m_pipelineCount += program.m_hasPipeline ? 0 : 1;
+    program.m_hasPipeline = true;
+}
+
+std::vector<std::string> ProgramCache::Rebuild(std::span<const Shader* const> changed) {
+    std::vector<std::string> messages;
+    for (auto& [key, program] : m_programs) {
+        const auto isChanged = [&](const Shader* shader) {
+            return std::ranges::find(changed, shader) != changed.end();
+        };
+        if (std::ranges::none_of(program->m_shaders, isChanged)) continue;
+        Program next;
+        next.m_request = program->m_request;
+        try {
+            Reflect(next, program->m_name);
+            if (program->m_hasPipeline) {
+                next.m_hasPipeline = true;
+                MakePipeline(next);
+            }
+            *program = std::move(next);
+        } catch (const Error& error) {
+            messages.emplace_back(error.what());
+        }
+    }
+    return messages;
+}
+
+}  // namespace raygraph

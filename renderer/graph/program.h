@@ -1,0 +1,111 @@
+// Program: the shaders of a pass with what they ask to be bound, and the pipeline made from them when it is
+// first needed.
+//
+// ProgramCache finds a pass's program again in every frame by its shaders, specialization and raster state.
+// Interfaces come from reflection, so that a pass that is culled never makes a pipeline.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "renderer/graph/access.h"
+#include "renderer/graph/pass_builder.h"
+#include "renderer/graph/shader_library.h"
+#include "rhi/compute_pipeline.h"
+#include "rhi/raster_pipeline.h"
+#include "rhi/ray_tracing_pipeline.h"
+#include "rhi/reflection.h"
+
+namespace raygraph {
+
+// Null: the stage is not there.
+struct HitShaders {
+    const Shader* closestHit = nullptr;
+    const Shader* anyHit = nullptr;
+    const Shader* intersection = nullptr;
+};
+
+struct SpecializationRequest {
+    std::string name;
+    uint32_t value = 0;
+};
+
+// What a pass asks for. The vectors keep their memory from frame to frame.
+struct ProgramRequest {
+    PassKind kind = PassKind::Compute;
+    const Shader* rayGen = nullptr;
+    std::array<const Shader*, kRayTypeCount> miss{};
+    std::vector<std::array<HitShaders, kRayTypeCount>> hitSets;
+    std::vector<const Shader*> callables;
+    const Shader* compute = nullptr;
+    const Shader* vertex = nullptr;
+    const Shader* fragment = nullptr;
+    std::vector<SpecializationRequest> specialization;
+    RasterState raster;
+    std::vector<rhi::Format> colorFormats;
+    rhi::Format depthFormat = rhi::Format::Undefined;
+
+    void Clear(PassKind newKind);
+    bool HasShaders() const;
+    // Every shader there is, ray generation, compute or vertex first; one may come more than once.
+    void ListShaders(std::vector<const Shader*>& shaders) const;
+};
+
+class Program {
+  public:
+    const std::string& Name() const { return m_name; }  // of its first shader
+    const rhi::ShaderInterface& Interface() const { return m_interface; }
+    PassKind Kind() const { return m_request.kind; }
+    const rhi::ComputePipeline& Compute() const { return m_compute; }
+    const rhi::RasterPipeline& Raster() const { return m_raster; }
+    const rhi::RayTracingPipeline& RayTracing() const { return m_rayTracing; }
+
+  private:
+    friend class ProgramCache;
+    ProgramRequest m_request;
+    std::string m_name;
+    std::vector<const Shader*> m_shaders;  // without repetition
+    rhi::ShaderInterface m_interface;
+    std::vector<rhi::SpecializationValue> m_specialization;
+    bool m_hasPipeline = false;
+    rhi::ComputePipeline m_compute;
+    rhi::RasterPipeline m_raster;
+    rhi::RayTracingPipeline m_rayTracing;
+};
+
+class ProgramCache {
+  public:
+    explicit ProgramCache(rhi::Device& device) : m_device(device) {}
+
+    Program* Find(const ProgramRequest& request);  // null: not asked for before
+    // Throws Error{Usage} starting with `pass` (as in: pass "Trace") for shaders that do not fit together or
+    // a specialization constant that none of them has.
+    Program& Add(const ProgramRequest& request, std::string_view pass);
+    // Makes the pipeline if there is none yet. Errors as those of rhi::Create*Pipeline.
+    void EnsurePipeline(Program& program);
+    // Makes anew what uses a changed shader. What fails keeps its interface and pipeline; the messages say
+    // why.
+    std::vector<std::string> Rebuild(std::span<const Shader* const> changed);
+
+    double CreationMs() const { return m_creationMs; }
+    uint32_t PipelineCount() const { return m_pipelineCount; }
+
+  private:
+    void MakeKey(const ProgramRequest& request);
+    void Reflect(Program& program, std::string_view pass) const;
+    void MakePipeline(Program& program);
+
+    rhi::Device& m_device;
+    std::unordered_map<std::string, std::unique_ptr<Program>> m_programs;
+    std::string m_key;  // of the request at hand; kept for its memory
+    double m_creationMs = 0.0;
+    uint32_t m_pipelineCount = 0;
+};
+
+}  // namespace raygraph

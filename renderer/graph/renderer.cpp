@@ -1,0 +1,133 @@
+#include "renderer/graph/renderer.h"
+
+#include "base/error.h"
+#include "renderer/graph/plan_text.h"
+#include "renderer/graph/renderer_impl.h"
+
+namespace raygraph {
+
+Renderer::Impl::Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc& desc)
+    : renderer(owner),
+      device(rhiDevice),
+      shaders(desc.shaderRoot),
+      programs(rhiDevice),
+      transients(rhiDevice),
+      timer(rhiDevice, desc.gpuTimes),
+      submitted(rhiDevice.FramesInFlight(), 0),
+      uniformBuffers(rhiDevice.FramesInFlight()) {
+    graph.queueFamily = device.QueueFamily();
+    if (!desc.passMarks) return;
+    marks = std::make_shared<PassMarks>(device);
+    // The report outlives this Renderer, and a later Renderer of the device may replace it.
+    device.SetLastPassReport([weak = std::weak_ptr<PassMarks>(marks)]() -> std::string {
+        const std::shared_ptr<PassMarks> known = weak.lock();
+        return known ? "the last pass reached was " + known->Report() : "no pass is known";
+    });
+}
+
+Renderer::Renderer(rhi::Device& device, const RendererDesc& desc)
+    : m_impl(std::make_unique<Impl>(*this, device, desc)) {}
+
+Renderer::~Renderer() {
+    m_impl->DropFrame();
+    try {
+        m_impl->device.WaitFor(m_impl->lastSubmitted);
+    } catch (const Error&) {
+        // A lost device has nothing left to wait for.
+    }
+    for (const std::shared_ptr<Readback::State>& readback : m_impl->readbacks) {
+        readback->buffer = {};
+        readback->device = nullptr;
+    }
+}
+
+rhi::Device& Renderer::Device() const {
+    return m_impl->device;
+}
+
+uint64_t Renderer::FrameNumber() const {
+    return m_impl->frameNumber;
+}
+
+void Renderer::BeginFrame() {
+    Impl& impl = *m_impl;
+    if (impl.isOpen) impl.DropFrame();
+    if (impl.isCompiled) {
+        std::swap(impl.graph, impl.lastGraph);
+        std::swap(impl.plan, impl.lastPlan);
+        impl.graph.queueFamily = impl.lastGraph.queueFamily;
+        impl.graph.blockStates = impl.lastGraph.blockStates;
+        impl.hasLastPlan = true;
+        impl.isCompiled = false;
+    }
+    const uint64_t next = impl.frameNumber + 1;
+    impl.device.WaitFor(impl.submitted[next % impl.submitted.size()]);
+    impl.timer.Poll();
+
+    impl.frameNumber = next;
+    impl.graph.Begin(next);
+    impl.resources.clear();
+    impl.uniformBytes.clear();
+    impl.waits.clear();
+    impl.signals.clear();
+    impl.whyBroken.clear();
+    impl.compileMs = 0.0;
+    impl.isOpen = true;
+    impl.sinceBegin = {};
+}
+
+void Renderer::Impl::DropFrame() {
+    isOpen = false;
+    // Declarations hold what the execute functions captured.
+    for (PassDeclaration& pass : passes) pass.execute = nullptr;
+    for (const std::shared_ptr<Readback::State>& readback : readbacks)
+        if (readback->stage == Readback::State::Stage::Declared)
+            readback->stage = Readback::State::Stage::Dropped;
+}
+
+bool Renderer::WasExecuted(PassId pass) const {
+    return pass.index < m_impl->wasExecuted.size() && m_impl->wasExecuted[pass.index] != 0;
+}
+
+std::string Renderer::DescribePlan() const {
+    if (m_impl->isCompiled) return raygraph::DescribePlan(m_impl->graph, m_impl->plan);
+    if (m_impl->hasLastPlan) return raygraph::DescribePlan(m_impl->lastGraph, m_impl->lastPlan);
+    throw Error(ErrorKind::Usage, "DescribePlan: no frame has been compiled yet");
+}
+
+std::string Renderer::DescribePlanDot() const {
+    if (m_impl->isCompiled) return raygraph::DescribePlanDot(m_impl->graph, m_impl->plan);
+    if (m_impl->hasLastPlan) return raygraph::DescribePlanDot(m_impl->lastGraph, m_impl->lastPlan);
+    throw Error(ErrorKind::Usage, "DescribePlanDot: no frame has been compiled yet");
+}
+
+const FrameTiming& Renderer::Timing() const {
+    m_impl->timer.Poll();
+    return m_impl->timer.Latest();
+}
+
+std::vector<FrameTiming> Renderer::TakeTimings() {
+    m_impl->timer.Poll();
+    return m_impl->timer.TakeAll();
+}
+
+double Renderer::PipelineCreationMs() const {
+    return m_impl->programs.CreationMs();
+}
+
+uint32_t Renderer::PipelineCount() const {
+    return m_impl->programs.PipelineCount();
+}
+
+std::vector<std::string> Renderer::ReloadShaders() {
+    ShaderLibrary::ReloadResult reloaded = m_impl->shaders.Reload();
+    std::vector<std::string> messages = m_impl->programs.Rebuild(reloaded.changed);
+    messages.insert(messages.begin(), reloaded.messages.begin(), reloaded.messages.end());
+    return messages;
+}
+
+void Renderer::AddShader(std::string_view name, std::span<const uint32_t> spirv) {
+    m_impl->shaders.Add(name, spirv);
+}
+
+}  // namespace raygraph

@@ -1,0 +1,330 @@
+// Declaring a frame: resources, passes, roots.
+#include "base/error.h"
+#include "renderer/graph/renderer_impl.h"
+#include "renderer/graph/text.h"
+
+namespace raygraph {
+
+namespace {
+
+rhi::TextureUsage TextureUsageFor(Access access) {
+    switch (access) {
+        case Access::Sampled:
+            return rhi::TextureUsage::Sampled;
+        case Access::StorageRead:
+        case Access::StorageWrite:
+        case Access::StorageUpdate:
+            return rhi::TextureUsage::Storage;
+        case Access::CopyRead:
+            return rhi::TextureUsage::CopySource;
+        case Access::CopyWrite:
+            return rhi::TextureUsage::CopyDestination;
+        case Access::ColorWrite:
+        case Access::ColorUpdate:
+            return rhi::TextureUsage::ColorTarget;
+        case Access::DepthWrite:
+        case Access::DepthUpdate:
+            return rhi::TextureUsage::DepthTarget;
+        default:
+            return rhi::TextureUsage::None;
+    }
+}
+
+rhi::BufferUsage BufferUsageFor(Access access) {
+    switch (access) {
+        case Access::StorageRead:
+        case Access::StorageWrite:
+        case Access::StorageUpdate:
+        case Access::AddressRead:
+        case Access::AddressWrite:
+        case Access::AddressUpdate:
+            return rhi::BufferUsage::Storage;
+        case Access::Uniform:
+            return rhi::BufferUsage::Uniform;
+        case Access::CopyRead:
+            return rhi::BufferUsage::CopySource;
+        case Access::CopyWrite:
+            return rhi::BufferUsage::CopyDestination;
+        case Access::BuildInput:
+            return rhi::BufferUsage::BuildInput;
+        case Access::IndexRead:
+            return rhi::BufferUsage::Index;
+        case Access::IndirectRead:
+            return rhi::BufferUsage::Indirect;
+        default:
+            return rhi::BufferUsage::None;
+    }
+}
+
+bool IsSameSampler(const rhi::SamplerDesc& a, const rhi::SamplerDesc& b) {
+    return a.magFilter == b.magFilter && a.minFilter == b.minFilter && a.mipFilter == b.mipFilter &&
+           a.addressU == b.addressU && a.addressV == b.addressV;
+}
+
+GraphResource TextureInfo(std::string_view name, Origin origin, const GraphTextureDesc& desc) {
+    return {.name = std::string(name), .origin = origin, .extent = desc.extent, .format = desc.format};
+}
+
+GraphResource BufferInfo(std::string_view name, Origin origin, uint64_t bytes) {
+    return {.name = std::string(name), .origin = origin, .bytes = bytes};
+}
+
+GraphResource ImportInfo(std::string_view name) {
+    return {.name = std::string(name), .origin = Origin::Imported};
+}
+
+void CheckTexture(std::string_view name, const GraphTextureDesc& desc) {
+    if (desc.extent.IsEmpty())
+        throw Error(ErrorKind::Usage, "texture " + Quoted(name) + ": its extent " +
+                                          std::to_string(desc.extent.width) + 'x' +
+                                          std::to_string(desc.extent.height) + " is empty");
+    if (desc.format == rhi::Format::Undefined)
+        throw Error(ErrorKind::Usage, "texture " + Quoted(name) + ": it has no format");
+}
+
+void CheckBuffer(std::string_view name, const GraphBufferDesc& desc, bool mayUpload) {
+    if (desc.size == 0) throw Error(ErrorKind::Usage, "buffer " + Quoted(name) + ": its size is zero");
+    if (desc.memory == rhi::MemoryKind::Readback)
+        throw Error(ErrorKind::Usage, "buffer " + Quoted(name) + ": Readback memory is what ReadBack uses");
+    if (desc.memory == rhi::MemoryKind::Upload && !mayUpload)
+        throw Error(ErrorKind::Usage, "buffer " + Quoted(name) +
+                                          ": a persistent buffer in Upload memory would be written while "
+                                          "frames in flight read it");
+}
+
+}  // namespace
+
+void Renderer::Impl::RequireOpen(std::string_view what) const {
+    if (!isOpen) throw Error(ErrorKind::Usage, std::string(what) + ": no frame has been begun (BeginFrame)");
+    if (!whyBroken.empty())
+        throw Error(ErrorKind::Usage, std::string(what) + ": the frame is given up, since " + whyBroken);
+}
+
+template <ResourceKind Kind>
+ResourceId<Kind> Renderer::Impl::AddResource(GraphResource resource, const FrameResource& behind) {
+    const ResourceId<Kind> id = graph.Add<Kind>(std::move(resource));
+    resources.push_back(behind);
+    isCompiled = false;
+    return id;
+}
+
+TextureId Renderer::CreateTexture(std::string_view name, const GraphTextureDesc& desc) {
+    m_impl->RequireOpen("CreateTexture");
+    CheckTexture(name, desc);
+    return m_impl->AddResource<ResourceKind::Texture>(TextureInfo(name, Origin::Transient, desc), {});
+}
+
+BufferId Renderer::CreateBuffer(std::string_view name, const GraphBufferDesc& desc) {
+    m_impl->RequireOpen("CreateBuffer");
+    CheckBuffer(name, desc, true);
+    GraphResource resource = BufferInfo(name, Origin::Transient, desc.size);
+    resource.isHostWritten = desc.memory == rhi::MemoryKind::Upload;
+    return m_impl->AddResource<ResourceKind::Buffer>(std::move(resource), {.memory = desc.memory});
+}
+
+template <ResourceKind Kind, typename ResourceDesc>
+ResourceId<Kind> Renderer::Impl::PersistResource(std::string_view name, const ResourceDesc& desc,
+                                                 Persistence persistence, GraphResource resource) {
+    RequireOpen("Persist");
+    if (Persistent* known = persistents.Declared(name, frameNumber)) {
+        if (!known->Is(desc))
+            throw Error(ErrorKind::Usage, "Persist " + Quoted(name) +
+                                              ": it was declared in this frame with another description");
+        return graph.IdOf<Kind>(known->resource);
+    }
+    Persistent& persistent = persistents.Find(name, desc);
+    resource.persistence = persistence;
+    resource.state = persistent.state;
+    const ResourceId<Kind> id = AddResource<Kind>(std::move(resource), {.persistent = &persistent});
+    persistent.lastFrame = frameNumber;
+    persistent.resource = id.resource;
+    return id;
+}
+
+TextureId Renderer::Persist(std::string_view name, const GraphTextureDesc& desc, Persistence persistence) {
+    CheckTexture(name, desc);
+    return m_impl->PersistResource<ResourceKind::Texture>(name, desc, persistence,
+                                                          TextureInfo(name, Origin::Persistent, desc));
+}
+
+BufferId Renderer::PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
+                                 Persistence persistence) {
+    CheckBuffer(name, desc, false);
+    return m_impl->PersistResource<ResourceKind::Buffer>(name, desc, persistence,
+                                                         BufferInfo(name, Origin::Persistent, desc.size));
+}
+
+bool Renderer::Impl::HasNoContents(AnyId id) const {
+    const Persistent* persistent = resources[graph.ResolveAnyVersion(id, "IsFresh asks about")].persistent;
+    return persistent && !persistent->isWritten && id.version == 0;
+}
+
+bool Renderer::IsFresh(TextureId texture) const {
+    return m_impl->HasNoContents(texture);
+}
+
+bool Renderer::IsFresh(BufferId buffer) const {
+    return m_impl->HasNoContents(buffer);
+}
+
+void Renderer::Forget(std::string_view name) {
+    if (m_impl->isOpen && m_impl->persistents.Declared(name, m_impl->frameNumber))
+        throw Error(ErrorKind::Usage, "Forget " + Quoted(name) + ": the frame at hand uses it");
+    m_impl->persistents.Forget(name);
+}
+
+template <ResourceKind Kind, typename Object>
+ResourceId<Kind> Renderer::Impl::ImportObject(std::string_view name, const Object& object,
+                                              const Object* FrameResource::*member, GraphResource resource,
+                                              ResourceState* state) {
+    RequireOpen("Import");
+    for (uint32_t r = 0; r < resources.size(); ++r) {
+        if (resources[r].*member != &object) continue;
+        if (resources[r].state != state)
+            throw Error(ErrorKind::Usage, "Import " + Quoted(name) + ": it is in this frame already, as " +
+                                              Quoted(graph.resources[r].name) + " with another state");
+        return graph.IdOf<Kind>(r);
+    }
+    if (state) resource.state = *state;
+    FrameResource behind{.state = state};
+    behind.*member = &object;
+    return AddResource<Kind>(std::move(resource), behind);
+}
+
+TextureId Renderer::Import(std::string_view name, const rhi::Texture& texture, ResourceState& state) {
+    if (!texture) throw Error(ErrorKind::Usage, "Import " + Quoted(name) + ": the texture is empty");
+    return m_impl->ImportObject<ResourceKind::Texture>(
+        name, texture, &FrameResource::texture,
+        TextureInfo(name, Origin::Imported, {texture.Extent(), texture.Desc().format}), &state);
+}
+
+BufferId Renderer::Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state) {
+    if (!buffer) throw Error(ErrorKind::Usage, "Import " + Quoted(name) + ": the buffer is empty");
+    return m_impl->ImportObject<ResourceKind::Buffer>(
+        name, buffer, &FrameResource::buffer, BufferInfo(name, Origin::Imported, buffer.Size()), &state);
+}
+
+TlasId Renderer::Import(std::string_view name, const rhi::Tlas& tlas, ResourceState& state) {
+    return m_impl->ImportObject<ResourceKind::Tlas>(name, tlas, &FrameResource::tlas, ImportInfo(name),
+                                                    &state);
+}
+
+BlasSetId Renderer::ImportBlasSet(std::string_view name, ResourceState& state) {
+    // The set has no object: its state tells sets apart.
+    return m_impl->ImportObject<ResourceKind::BlasSet>(name, state, &FrameResource::blasState,
+                                                       ImportInfo(name), &state);
+}
+
+TextureSetId Renderer::Import(std::string_view name, const rhi::TextureTable& table) {
+    return m_impl->ImportObject<ResourceKind::TextureSet>(name, table, &FrameResource::textures,
+                                                          ImportInfo(name), nullptr);
+}
+
+GraphTextureDesc Renderer::Desc(TextureId texture) const {
+    const GraphResource& resource =
+        m_impl->graph.resources[m_impl->graph.ResolveAnyVersion(texture, "Desc asks about")];
+    return {.extent = resource.extent, .format = resource.format};
+}
+
+GraphBufferDesc Renderer::Desc(BufferId buffer) const {
+    const uint32_t index = m_impl->graph.ResolveAnyVersion(buffer, "Desc asks about");
+    return {.size = m_impl->graph.resources[index].bytes, .memory = m_impl->resources[index].memory};
+}
+
+const rhi::Sampler* Renderer::Impl::FindSampler(const rhi::SamplerDesc& desc) {
+    for (const auto& [known, sampler] : samplers)
+        if (IsSameSampler(known, desc)) return sampler.get();
+    samplers.emplace_back(desc, std::make_unique<rhi::Sampler>(device.CreateSampler(desc)));
+    return samplers.back().second.get();
+}
+
+PassId Renderer::AddPassErased(std::string_view name, PassKind kind, const SetupFunction& setup,
+                               ExecuteFunction execute) {
+    Impl& impl = *m_impl;
+    impl.RequireOpen("AddPass " + Quoted(name));
+    PassDeclaration& pass = impl.StartPass(name, kind);
+    try {
+        PassBuilder builder(*this, impl.graph, impl.shaders, pass);
+        setup(builder);
+        impl.FinishPass(pass);
+    } catch (...) {
+        // Half a pass cannot be taken back: its writes have made ids stale.
+        impl.whyBroken = "pass " + Quoted(name) + " was not declared";
+        throw;
+    }
+    pass.execute = std::move(execute);
+    return {static_cast<uint32_t>(impl.graph.passes.size() - 1)};
+}
+
+PassDeclaration& Renderer::Impl::StartPass(std::string_view name, PassKind kind) {
+    isCompiled = false;
+    const uint32_t index = graph.AddPass(name, kind);
+    if (passes.size() <= index) passes.emplace_back();
+    passes[index].Clear(kind);
+    return passes[index];
+}
+
+void Renderer::Impl::FinishPass(PassDeclaration& pass) {
+    const GraphPass& info = graph.passes.back();
+    ResolveTargets(graph, pass);
+    const bool needsShaders =
+        info.kind == PassKind::RayTracing || info.kind == PassKind::Compute || info.kind == PassKind::Raster;
+    if (needsShaders || pass.request.HasShaders()) {
+        pass.program = programs.Find(pass.request);
+        if (!pass.program) {
+            CheckShaders(info, pass.request);
+            pass.program = &programs.Add(pass.request, "pass " + Quoted(info.name));
+        }
+    }
+    ResolveBindings(graph, pass, pass.program ? &pass.program->Interface() : nullptr);
+    NoteUsages(info);
+}
+
+// Adds up what resources are made for; what exists already has to have been made for it.
+void Renderer::Impl::NoteUsages(const GraphPass& pass) {
+    for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
+        const ResourceUse& use = graph.uses[u];
+        FrameResource& behind = resources[use.resource];
+        const GraphResource& resource = graph.resources[use.resource];
+        bool isMadeForIt = true;
+        if (resource.kind == ResourceKind::Texture) {
+            const rhi::TextureUsage needed = TextureUsageFor(use.access);
+            behind.textureUsage |= needed;
+            isMadeForIt = !behind.texture || rhi::Has(behind.texture->Desc().usage, needed);
+        } else if (resource.kind == ResourceKind::Buffer) {
+            const rhi::BufferUsage needed = BufferUsageFor(use.access);
+            behind.bufferUsage |= needed;
+            isMadeForIt = !behind.buffer || rhi::Has(behind.buffer->Desc().usage, needed);
+        }
+        if (!isMadeForIt)
+            throw Error(ErrorKind::Usage, "pass " + Quoted(pass.name) + " uses " + Quoted(resource.name) +
+                                              " as " + Name(use.access) +
+                                              ", but it was made without that usage");
+    }
+}
+
+void Renderer::Present(TextureId texture) {
+    m_impl->RequireOpen("Present");
+    m_impl->graph.Present(texture);
+    m_impl->isCompiled = false;
+}
+
+void Renderer::Export(TextureId texture, VkImageLayout layout, uint32_t queueFamily) {
+    m_impl->RequireOpen("Export");
+    m_impl->graph.Export(texture, layout, queueFamily);
+    m_impl->isCompiled = false;
+}
+
+void Renderer::WaitSemaphore(const rhi::SemaphoreUse& semaphore) {
+    m_impl->RequireOpen("WaitSemaphore");
+    m_impl->waits.push_back(semaphore);
+    m_impl->graph.waitStages |= semaphore.stages;
+    m_impl->isCompiled = false;
+}
+
+void Renderer::SignalSemaphore(const rhi::SemaphoreUse& semaphore) {
+    m_impl->RequireOpen("SignalSemaphore");
+    m_impl->signals.push_back(semaphore);
+}
+
+}  // namespace raygraph

@@ -1,0 +1,291 @@
+// Executing a frame: compile, find memory, record, submit.
+#include <algorithm>
+#include <cstring>
+
+#include "base/check.h"
+#include "base/error.h"
+#include "renderer/graph/renderer_impl.h"
+#include "renderer/graph/text.h"
+#include "rhi/texture_table.h"
+#include "rhi/tlas.h"
+
+namespace raygraph {
+
+namespace {
+
+rhi::TextureDesc TextureDescOf(const GraphResource& resource, const FrameResource& behind) {
+    // A texture that only culled passes declare still asks for its requirements; any usage serves.
+    const rhi::TextureUsage usage =
+        behind.textureUsage == rhi::TextureUsage::None ? rhi::TextureUsage::Sampled : behind.textureUsage;
+    return {.name = resource.name, .extent = resource.extent, .format = resource.format, .usage = usage};
+}
+
+rhi::BufferDesc BufferDescOf(const GraphResource& resource, const FrameResource& behind) {
+    const rhi::BufferUsage usage =
+        behind.bufferUsage == rhi::BufferUsage::None ? rhi::BufferUsage::Storage : behind.bufferUsage;
+    return {.name = resource.name, .size = resource.bytes, .usage = usage, .memory = behind.memory};
+}
+
+}  // namespace
+
+void Renderer::Impl::CompileFrame() {
+    if (isCompiled) return;
+    const Stopwatch stopwatch;
+    for (size_t r = 0; r < resources.size(); ++r) {
+        GraphResource& resource = graph.resources[r];
+        const FrameResource& behind = resources[r];
+        if (behind.state) resource.state = *behind.state;
+        if (resource.origin != Origin::Transient || behind.memory != rhi::MemoryKind::Device) continue;
+        if (resource.kind == ResourceKind::Texture)
+            resource.memory = transients.RequirementsOf(TextureDescOf(resource, behind));
+        else if (resource.kind == ResourceKind::Buffer)
+            resource.memory = transients.RequirementsOf(BufferDescOf(resource, behind));
+    }
+    plan = raygraph::Compile(graph);
+    isCompiled = true;
+    compileMs += stopwatch.Milliseconds();
+}
+
+void Renderer::Compile() {
+    m_impl->RequireOpen("Compile");
+    m_impl->CompileFrame();
+}
+
+// Finds or makes what the executed passes use: memory, persistent resources, pipelines.
+void Renderer::Impl::Prepare() {
+    transients.Reserve(plan.blocks, frameNumber);
+    for (uint32_t r = 0; r < resources.size(); ++r) {
+        const Lifetime& lifetime = plan.lifetimes[r];
+        if (!lifetime.IsUsed()) continue;
+        const GraphResource& resource = graph.resources[r];
+        FrameResource& behind = resources[r];
+        if (behind.persistent) {
+            persistents.Ensure(device, *behind.persistent);
+            (resource.kind == ResourceKind::Texture ? void(behind.texture = &behind.persistent->texture)
+                                                    : void(behind.buffer = &behind.persistent->buffer));
+        } else if (resource.origin == Origin::Transient && resource.kind == ResourceKind::Texture) {
+            behind.texture = &transients.Place(TextureDescOf(resource, behind), lifetime.block, frameNumber);
+        } else if (resource.origin == Origin::Transient) {
+            const rhi::BufferDesc desc = BufferDescOf(resource, behind);
+            behind.buffer = lifetime.block == kNone ? &transients.TakeUpload(desc, frameNumber)
+                                                    : &transients.Place(desc, lifetime.block, frameNumber);
+        }
+    }
+    for (const PlannedPass& planned : plan.passes)
+        if (Program* program = passes[planned.pass].program) programs.EnsurePipeline(*program);
+    UploadUniforms();
+}
+
+void Renderer::Impl::UploadUniforms() {
+    if (uniformBytes.empty()) return;
+    rhi::Buffer& buffer = uniformBuffers[frameNumber % uniformBuffers.size()];
+    if (!buffer || buffer.Size() < uniformBytes.size()) {
+        constexpr uint64_t kLeast = 16384;
+        const uint64_t size = std::max<uint64_t>(kLeast, uniformBytes.size() * 2);
+        buffer = device.CreateBuffer({.name = "uniform memory",
+                                      .size = size,
+                                      .usage = rhi::BufferUsage::Uniform,
+                                      .memory = rhi::MemoryKind::Upload});
+    }
+    std::memcpy(buffer.Mapped().data(), uniformBytes.data(), uniformBytes.size());
+}
+
+void Renderer::Impl::Record(rhi::CommandList& commands, FrameTiming& timing) {
+    if (marks) marks->BeginFrame(frameNumber);
+    timer.BeginFrame(commands);
+    RecordBarriers(commands, plan.acquire, false);
+    for (const PlannedPass& planned : plan.passes) {
+        const Stopwatch stopwatch;
+        RecordPass(commands, planned);
+        timer.Stamp(commands);
+        timing.passes.push_back(
+            {.name = graph.passes[planned.pass].name, .cpuMs = stopwatch.Milliseconds(), .gpuMs = 0.0});
+    }
+    RecordBarriers(commands, plan.finish, false);
+    RecordBarriers(commands, plan.release, false);
+}
+
+void Renderer::Impl::RecordPass(rhi::CommandList& commands, const PlannedPass& planned) {
+    const PassDeclaration& pass = passes[planned.pass];
+    const GraphPass& info = graph.passes[planned.pass];
+    commands.BeginLabel(info.name);
+    RecordBarriers(commands, planned.barriers, marks != nullptr);
+    if (marks) marks->Mark(commands, info.name);
+    if (pass.program) BindPass(commands, pass);
+    if (info.kind == PassKind::Raster) BeginTargets(commands, pass);
+    pass.execute(commands, PassResources(renderer, planned.pass));
+    if (info.kind == PassKind::Raster) commands.EndRendering();
+    commands.EndLabel();
+}
+
+// Buffers and structures by one merged memory barrier, textures each by its own. With `holdsTransfers`
+// transfers wait as well: the pass's mark is one.
+void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRange& range,
+                                    bool holdsTransfers) {
+    if (range.count == 0) return;
+    imageBarriers.clear();
+    VkMemoryBarrier2 memory{};
+    memory.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;
+    bool hasMemory = false;
+    for (uint32_t b = range.first; b < range.first + range.count; ++b) {
+        const PlannedBarrier& barrier = plan.barriers[b];
+        const Dependency& dependency = barrier.dependency;
+        const VkPipelineStageFlags2 dstStages =
+            dependency.dstStages | (holdsTransfers ? VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT : 0);
+        const bool isTexture = graph.resources[barrier.resource].kind == ResourceKind::Texture;
+        // What another resource wrote to the same memory is no access through this image.
+        const bool isHandOver = barrier.predecessor != kNone || barrier.followsLastFrame;
+        if (!isTexture || (isHandOver && dependency.srcAccess != VK_ACCESS_2_NONE)) {
+            memory.srcStageMask |= dependency.srcStages;
+            memory.srcAccessMask |= dependency.srcAccess;
+            memory.dstStageMask |= dstStages;
+            memory.dstAccessMask |= dependency.dstAccess;
+            hasMemory = true;
+        }
+        if (!isTexture) continue;
+        const rhi::Texture& texture = *resources[barrier.resource].texture;
+        VkImageMemoryBarrier2& image = imageBarriers.emplace_back();
+        image = {};
+        image.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+        image.srcStageMask = dependency.srcStages;
+        image.srcAccessMask = dependency.srcAccess;
+        image.dstStageMask = dstStages;
+        image.dstAccessMask = dependency.dstAccess;
+        image.oldLayout = dependency.oldLayout;
+        image.newLayout = dependency.newLayout;
+        image.srcQueueFamilyIndex = barrier.srcQueueFamily;
+        image.dstQueueFamilyIndex = barrier.dstQueueFamily;
+        image.image = texture.Image();
+        image.subresourceRange = texture.AllMips();
+    }
+    commands.Barriers(std::span(&memory, hasMemory ? 1 : 0), imageBarriers);
+}
+
+void Renderer::Impl::BindPass(rhi::CommandList& commands, const PassDeclaration& pass) {
+    switch (pass.program->Kind()) {
+        case PassKind::Compute:
+            commands.Bind(pass.program->Compute());
+            break;
+        case PassKind::Raster:
+            commands.Bind(pass.program->Raster());
+            break;
+        default:
+            commands.Bind(pass.program->RayTracing());
+            break;
+    }
+    bound.clear();
+    for (const DeclaredBinding& binding : pass.bindings) {
+        rhi::BoundResource& target = bound.emplace_back();
+        target.binding = binding.binding;
+        target.type = binding.type;
+        if (binding.resource == kNone) {
+            target.buffer = &uniformBuffers[frameNumber % uniformBuffers.size()];
+            target.offset = binding.uniformOffset;
+            target.size = binding.uniformBytes;
+            continue;
+        }
+        const FrameResource& behind = resources[binding.resource];
+        target.buffer = behind.buffer;
+        target.texture = behind.texture;
+        target.sampler = binding.sampler;
+        // Asked for only now: a pass before this one may have built it anew.
+        if (behind.tlas) target.accelerationStructure = behind.tlas->Handle();
+    }
+    commands.BindResources(bound);
+    const rhi::ShaderInterface& interface = pass.program->Interface();
+    if (interface.usesTextureTable) commands.BindTextures(*resources[pass.textureSet].textures);
+    if (pass.hasConstants)
+        commands.PushConstants(std::span(pass.constants).first(interface.pushConstants.bytes));
+}
+
+void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const PassDeclaration& pass) {
+    colorTargets.clear();
+    for (const DeclaredColor& color : pass.colors) {
+        rhi::ColorTarget& target = colorTargets.emplace_back();
+        target.texture = resources[color.resource].texture;
+        target.clear = color.load.clear;
+        std::copy_n(color.load.value, 4, target.clearValue);
+    }
+    rhi::DepthTarget depth;
+    if (pass.depth != kNone)
+        depth = {.texture = resources[pass.depth].texture,
+                 .clear = pass.depthLoad.clear,
+                 .clearValue = pass.depthLoad.value};
+    const rhi::Texture& first = pass.colors.empty() ? *depth.texture : *colorTargets.front().texture;
+    commands.BeginRendering(first.Extent(), colorTargets, pass.depth != kNone ? &depth : nullptr);
+}
+
+// The frame is on its way: what it leaves behind is where the next one starts.
+void Renderer::Impl::Commit(uint64_t value) {
+    submitted[frameNumber % submitted.size()] = value;
+    lastSubmitted = value;
+    graph.blockStates = plan.blockStates;
+    for (size_t r = 0; r < resources.size(); ++r) {
+        if (resources[r].state) *resources[r].state = plan.states[r];
+        if (resources[r].persistent) resources[r].persistent->state = plan.states[r];
+    }
+    wasExecuted.assign(graph.passes.size(), 0);
+    for (const PlannedPass& planned : plan.passes) {
+        wasExecuted[planned.pass] = 1;
+        const GraphPass& pass = graph.passes[planned.pass];
+        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
+            if (Persistent* persistent = resources[graph.uses[u].resource].persistent)
+                persistent->isWritten = persistent->isWritten || Writes(graph.uses[u].access);
+    }
+    for (const std::shared_ptr<Readback::State>& readback : readbacks) {
+        if (readback->stage != Readback::State::Stage::Declared) continue;
+        readback->stage = Readback::State::Stage::Submitted;
+        readback->submitted = value;
+    }
+}
+
+uint64_t Renderer::Execute() {
+    Impl& impl = *m_impl;
+    FrameTiming timing;
+    timing.frame = impl.frameNumber;
+    timing.declareMs = impl.sinceBegin.Milliseconds();
+    uint64_t value = 0;
+    try {
+        impl.RequireOpen("Execute");
+        impl.CompileFrame();
+        const Stopwatch recording;
+        impl.Prepare();
+        rhi::CommandList commands = impl.device.BeginCommands("frame");
+        impl.Record(commands, timing);
+        timing.recordMs = recording.Milliseconds();
+        const Stopwatch submission;
+        value = impl.device.Submit(std::move(commands), impl.waits, impl.signals);
+        timing.submitMs = submission.Milliseconds();
+        impl.Commit(value);
+    } catch (...) {
+        impl.DropFrame();
+        throw;
+    }
+    timing.compileMs = impl.compileMs;
+    impl.timer.EndFrame(value, std::move(timing));
+    impl.DropFrame();
+    impl.transients.Trim(impl.frameNumber);
+    return value;
+}
+
+const rhi::Texture& PassResources::Texture(TextureId id) const {
+    return *m_renderer.m_impl->resources[m_renderer.m_impl->DeclaredBy(m_pass, id)].texture;
+}
+
+const rhi::Buffer& PassResources::Buffer(BufferId id) const {
+    return *m_renderer.m_impl->resources[m_renderer.m_impl->DeclaredBy(m_pass, id)].buffer;
+}
+
+uint32_t Renderer::Impl::DeclaredBy(uint32_t pass, AnyId id) const {
+    const GraphPass& info = graph.passes[pass];
+    const std::string asks = "pass " + Quoted(info.name) + " asks for";
+    const uint32_t resource = graph.ResolveAnyVersion(id, asks);
+    const auto begin = graph.uses.begin() + info.firstUse;
+    const auto isIt = [&](const ResourceUse& use) { return use.resource == resource; };
+    if (std::none_of(begin, begin + info.useCount, isIt))
+        throw Error(ErrorKind::Usage, asks + " " + Quoted(graph.resources[resource].name) +
+                                          ", which it did not declare in its setup");
+    return resource;
+}
+
+}  // namespace raygraph

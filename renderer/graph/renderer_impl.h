@@ -1,0 +1,140 @@
+// What Renderer keeps behind its public face. For the sources of renderer/graph alone.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "renderer/graph/compile.h"
+#include "renderer/graph/frame_timer.h"
+#include "renderer/graph/pass_declaration.h"
+#include "renderer/graph/pass_marks.h"
+#include "renderer/graph/persistent_store.h"
+#include "renderer/graph/program.h"
+#include "renderer/graph/renderer.h"
+#include "renderer/graph/shader_library.h"
+#include "renderer/graph/transient_pool.h"
+
+namespace raygraph {
+
+// A readback: a mapped buffer and the frame that fills it.
+struct Readback::State {
+    enum class Stage : uint8_t { Declared, Submitted, Dropped };
+    rhi::Device* device = nullptr;  // null once the Renderer is gone
+    rhi::Buffer buffer;
+    uint64_t bytes = 0;
+    Extent2D extent;
+    rhi::Format format = rhi::Format::Undefined;
+    Stage stage = Stage::Declared;
+    uint64_t submitted = 0;
+    uint64_t frame = 0;  // that uses it
+};
+
+// What stands behind a resource of the frame, in parallel to FrameGraph::resources.
+struct FrameResource {
+    rhi::TextureUsage textureUsage = rhi::TextureUsage::None;  // of all uses so far
+    rhi::BufferUsage bufferUsage = rhi::BufferUsage::None;
+    rhi::MemoryKind memory = rhi::MemoryKind::Device;
+    const rhi::Texture* texture = nullptr;  // null for transients and persistents before Prepare
+    const rhi::Buffer* buffer = nullptr;
+    const rhi::Tlas* tlas = nullptr;
+    const rhi::TextureTable* textures = nullptr;
+    const ResourceState* blasState = nullptr;  // tells one BLAS set from another
+    ResourceState* state = nullptr;            // of an import
+    Persistent* persistent = nullptr;
+};
+
+class Stopwatch {
+  public:
+    double Milliseconds() const {
+        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - m_start).count();
+    }
+
+  private:
+    std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
+};
+
+struct Renderer::Impl {
+    Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc& desc);
+
+    // --- Declaring (renderer_declare.cpp) ---
+    void RequireOpen(std::string_view what) const;  // Error{Usage} outside of a frame, or in one that failed
+    template <ResourceKind Kind>
+    ResourceId<Kind> AddResource(GraphResource resource, const FrameResource& behind);
+    template <ResourceKind Kind, typename Object>
+    ResourceId<Kind> ImportObject(std::string_view name, const Object& object,
+                                  const Object* FrameResource::*member, GraphResource resource,
+                                  ResourceState* state);
+    template <ResourceKind Kind, typename ResourceDesc>
+    ResourceId<Kind> PersistResource(std::string_view name, const ResourceDesc& desc, Persistence persistence,
+                                     GraphResource resource);
+    bool HasNoContents(AnyId id) const;
+    const rhi::Sampler* FindSampler(const rhi::SamplerDesc& desc);
+    PassDeclaration& StartPass(std::string_view name, PassKind kind);
+    void FinishPass(PassDeclaration& pass);
+    void NoteUsages(const GraphPass& pass);
+    BufferId AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name);
+    std::shared_ptr<Readback::State> TakeReadback(uint64_t bytes);
+
+    // --- Executing (renderer_execute.cpp) ---
+    void CompileFrame();
+    void Prepare();
+    void UploadUniforms();
+    void Record(rhi::CommandList& commands, FrameTiming& timing);
+    void RecordPass(rhi::CommandList& commands, const PlannedPass& planned);
+    void RecordBarriers(rhi::CommandList& commands, const BarrierRange& range, bool holdsTransfers);
+    void BindPass(rhi::CommandList& commands, const PassDeclaration& pass);
+    void BeginTargets(rhi::CommandList& commands, const PassDeclaration& pass);
+    void Commit(uint64_t value);
+    // The resource behind an id that the pass declared; Error{Usage} otherwise.
+    uint32_t DeclaredBy(uint32_t pass, AnyId id) const;
+    void DropFrame();
+
+    Renderer& renderer;
+    rhi::Device& device;
+    ShaderLibrary shaders;
+    ProgramCache programs;
+    TransientPool transients;
+    PersistentStore persistents;
+    std::vector<std::pair<rhi::SamplerDesc, std::unique_ptr<rhi::Sampler>>> samplers;
+    FrameTimer timer;
+    std::shared_ptr<PassMarks> marks;  // null: off. The device's report holds it weakly.
+    std::vector<std::shared_ptr<Readback::State>> readbacks;
+
+    // The frame at hand.
+    uint64_t frameNumber = 0;
+    bool isOpen = false;      // between BeginFrame and Execute
+    std::string whyBroken;    // why the open frame cannot be executed; empty: it can
+    bool isCompiled = false;  // `plan` is that of `graph`
+    FrameGraph graph;
+    Plan plan;
+    std::vector<FrameResource> resources;  // by FrameGraph::resources
+    std::vector<PassDeclaration> passes;   // by FrameGraph::passes; longer than that: kept for their memory
+    std::vector<std::byte> uniformBytes;   // all uniform data of the frame
+    std::vector<rhi::SemaphoreUse> waits;
+    std::vector<rhi::SemaphoreUse> signals;
+    Stopwatch sinceBegin;
+    double compileMs = 0.0;
+
+    // The frame compiled last, once the next one has begun.
+    FrameGraph lastGraph;
+    Plan lastPlan;
+    bool hasLastPlan = false;
+
+    // By frame in flight.
+    std::vector<uint64_t> submitted;
+    std::vector<rhi::Buffer> uniformBuffers;
+    uint64_t lastSubmitted = 0;
+    std::vector<uint8_t> wasExecuted;  // by pass, of the frame executed last
+
+    // Kept for their memory.
+    std::vector<VkMemoryBarrier2> memoryBarriers;
+    std::vector<VkImageMemoryBarrier2> imageBarriers;
+    std::vector<rhi::BoundResource> bound;
+    std::vector<rhi::ColorTarget> colorTargets;
+};
+
+}  // namespace raygraph

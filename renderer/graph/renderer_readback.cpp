@@ -1,0 +1,130 @@
+// Readbacks: a transfer pass of the frame copies into mapped memory, which the host reads once the frame is
+// done.
+#include "base/error.h"
+#include "renderer/graph/renderer_impl.h"
+#include "renderer/graph/text.h"
+
+namespace raygraph {
+
+namespace {
+
+// A program may never look again.
+constexpr uint64_t kKeepFrames = 16;
+
+}  // namespace
+
+bool Readback::IsReady() const {
+    if (!m_state || !m_state->device || m_state->stage != State::Stage::Submitted) return false;
+    return m_state->device->CompletedValue() >= m_state->submitted;
+}
+
+void Readback::Wait() const {
+    if (!m_state) throw Error(ErrorKind::Usage, "Readback: it is empty");
+    if (!m_state->device) throw Error(ErrorKind::Usage, "Readback: its Renderer has been destroyed");
+    if (m_state->stage == State::Stage::Declared)
+        throw Error(ErrorKind::Usage, "Readback: its frame has not been executed");
+    if (m_state->stage == State::Stage::Dropped)
+        throw Error(ErrorKind::Usage, "Readback: its frame was dropped and never ran");
+    m_state->device->WaitFor(m_state->submitted);
+}
+
+std::span<const std::byte> Readback::Bytes() const {
+    if (!IsReady()) throw Error(ErrorKind::Usage, "Readback: its bytes are not there yet (Wait)");
+    return m_state->buffer.Mapped().first(static_cast<size_t>(m_state->bytes));
+}
+
+Extent2D Readback::Extent() const {
+    return m_state ? m_state->extent : Extent2D{};
+}
+
+rhi::Format Readback::Format() const {
+    return m_state ? m_state->format : rhi::Format::Undefined;
+}
+
+// One that nobody holds any more, or a new one.
+std::shared_ptr<Readback::State> Renderer::Impl::TakeReadback(uint64_t bytes) {
+    using Stage = Readback::State::Stage;
+    const uint64_t completed = device.CompletedValue();
+    std::shared_ptr<Readback::State> free;
+    std::erase_if(readbacks, [&](const std::shared_ptr<Readback::State>& readback) {
+        const bool isIdle = readback.use_count() == 1 &&
+                            (readback->stage == Stage::Dropped ||
+                             (readback->stage == Stage::Submitted && readback->submitted <= completed));
+        if (!isIdle) return false;
+        if (!free && readback->buffer.Size() == bytes) {
+            free = readback;
+            return false;
+        }
+        return readback->frame + kKeepFrames < frameNumber;
+    });
+    if (!free) {
+        free = std::make_shared<Readback::State>();
+        free->device = &device;
+        free->buffer = device.CreateBuffer({.name = "readback",
+                                            .size = bytes,
+                                            .usage = rhi::BufferUsage::CopyDestination,
+                                            .memory = rhi::MemoryKind::Readback});
+        readbacks.push_back(free);
+    }
+    free->bytes = bytes;
+    free->stage = Stage::Declared;
+    free->frame = frameNumber;
+    return free;
+}
+
+BufferId Renderer::Impl::AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name) {
+    return AddResource<ResourceKind::Buffer>(
+        {.name = "readback of " + std::string(name), .origin = Origin::Imported, .bytes = state->bytes},
+        {.buffer = &state->buffer});
+}
+
+Readback Renderer::ReadBack(TextureId texture) {
+    Impl& impl = *m_impl;
+    impl.RequireOpen("ReadBack");
+    const uint32_t index = impl.graph.Resolve(texture, "ReadBack reads");
+    const std::string name = impl.graph.resources[index].name;
+    const GraphTextureDesc desc = Desc(texture);
+    const uint64_t bytes = uint64_t{desc.extent.width} * desc.extent.height * rhi::TexelBytes(desc.format);
+    Readback readback;
+    readback.m_state = impl.TakeReadback(bytes);
+    readback.m_state->extent = desc.extent;
+    readback.m_state->format = desc.format;
+    BufferId target = impl.AddReadback(readback.m_state, name);
+    AddPass(
+        "Read back " + name, PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            pass.CopiesFrom(texture);
+            target = pass.CopiesTo(target);
+        },
+        [texture, target](CommandList& commands, const PassResources& resources) {
+            commands.CopyToBuffer(resources.Texture(texture), resources.Buffer(target));
+        });
+    impl.graph.ReadOnHost(target);
+    return readback;
+}
+
+Readback Renderer::ReadBack(BufferId buffer) {
+    Impl& impl = *m_impl;
+    impl.RequireOpen("ReadBack");
+    const uint32_t index = impl.graph.Resolve(buffer, "ReadBack reads");
+    const std::string name = impl.graph.resources[index].name;
+    Readback readback;
+    readback.m_state = impl.TakeReadback(impl.graph.resources[index].bytes);
+    readback.m_state->extent = {};
+    readback.m_state->format = rhi::Format::Undefined;
+    BufferId target = impl.AddReadback(readback.m_state, name);
+    AddPass(
+        "Read back " + name, PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            pass.CopiesFrom(buffer);
+            target = pass.CopiesTo(target);
+        },
+        [buffer, target, bytes = readback.m_state->bytes](CommandList& commands,
+                                                          const PassResources& resources) {
+            commands.CopyBuffer(resources.Buffer(buffer), 0, resources.Buffer(target), 0, bytes);
+        });
+    impl.graph.ReadOnHost(target);
+    return readback;
+}
+
+}  // namespace raygraph

@@ -1,0 +1,148 @@
+#include "renderer/graph/shader_library.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "base/error.h"
+#include "renderer/graph/text.h"
+#include "rhi/shader_compiler.h"
+#include "shaders/embedded.h"
+
+namespace raygraph {
+
+namespace {
+
+// FNV-1a over the texts; a file that cannot be read counts as empty.
+uint64_t HashOf(std::span<const std::filesystem::path> files) {
+    uint64_t hash = 0xcbf29ce484222325ull;
+    const auto add = [&](unsigned char byte) { hash = (hash ^ byte) * 0x100000001b3ull; };
+    for (const std::filesystem::path& file : files) {
+        std::ifstream stream(file, std::ios::binary);
+        for (std::istreambuf_iterator<char> c(stream), end; c != end; ++c)
+            add(static_cast<unsigned char>(*c));
+        add(0);
+    }
+    return hash;
+}
+
+void AppendLines(const std::string& text, std::vector<std::string>& lines) {
+    for (size_t begin = 0; begin < text.size();) {
+        const size_t end = std::min(text.find('\n', begin), text.size());
+        if (end > begin) lines.push_back(text.substr(begin, end - begin));
+        begin = end + 1;
+    }
+}
+
+std::string FileName(std::string_view path) {
+    return std::filesystem::path(path).filename().string();
+}
+
+}  // namespace
+
+ShaderLibrary::ShaderLibrary(std::filesystem::path root) : m_root(std::move(root)) {}
+ShaderLibrary::~ShaderLibrary() = default;
+
+Shader& ShaderLibrary::Insert(Shader shader) {
+    shader.index = static_cast<uint32_t>(m_shaders.size());
+    auto owned = std::make_unique<Shader>(std::move(shader));
+    if (!owned->ownWords.empty()) owned->words = owned->ownWords;
+    Shader& inserted = *owned;
+    m_shaders.emplace(inserted.name, std::move(owned));
+    return inserted;
+}
+
+void ShaderLibrary::Add(std::string_view name, std::span<const uint32_t> spirv) {
+    Shader shader{.name = std::string(name), .reflection = rhi::Reflect(spirv, name)};
+    shader.ownWords.assign(spirv.begin(), spirv.end());
+    const auto known = m_shaders.find(name);
+    if (known == m_shaders.end()) {
+        Insert(std::move(shader));
+        return;
+    }
+    Shader& old = *known->second;
+    shader.index = old.index;
+    shader.generation = old.generation + 1;
+    old = std::move(shader);
+    old.words = old.ownWords;
+}
+
+const Shader& ShaderLibrary::Find(std::string_view name) {
+    if (const auto known = m_shaders.find(name); known != m_shaders.end()) return *known->second;
+    if (!m_root.empty())
+        if (const Shader* loaded = LoadFromRoot(std::string(name))) return *loaded;
+    for (const EmbeddedShader& embedded : EmbeddedShaders())
+        if (embedded.name == name)
+            return Insert({.name = std::string(name),
+                           .words = embedded.words,
+                           .reflection = rhi::Reflect(embedded.words, name)});
+    throw Error(ErrorKind::Usage, "no shader " + Quoted(name) + SimilarNames(name));
+}
+
+Shader* ShaderLibrary::LoadFromRoot(const std::string& name) {
+    const std::filesystem::path file = m_root / name;
+    std::error_code failure;
+    if (!std::filesystem::is_regular_file(file, failure)) return nullptr;
+    Shader shader{.name = name};
+    std::vector<std::filesystem::path> includes;
+    shader.ownWords = rhi::CompileGlslFile(m_root, name, &includes);
+    shader.reflection = rhi::Reflect(shader.ownWords, name);
+    shader.sources.push_back(file);
+    shader.sources.insert(shader.sources.end(), includes.begin(), includes.end());
+    shader.sourceHash = HashOf(shader.sources);
+    return &Insert(std::move(shader));
+}
+
+ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
+    ReloadResult result;
+    for (auto& [name, shader] : m_shaders) {
+        if (shader->sources.empty()) continue;
+        const uint64_t hash = HashOf(shader->sources);
+        // A broken one is tried again whatever its texts: a file it lacked may be there now.
+        if (hash == shader->sourceHash && !shader->isBroken) continue;
+        std::vector<std::filesystem::path> includes;
+        try {
+            std::vector<uint32_t> words = rhi::CompileGlslFile(m_root, name, &includes);
+            rhi::ShaderReflection reflection = rhi::Reflect(words, name);
+            const bool isSame = std::ranges::equal(words, shader->words);
+            shader->isBroken = false;
+            if (!isSame) {
+                shader->ownWords = std::move(words);
+                shader->words = shader->ownWords;
+                shader->reflection = std::move(reflection);
+                ++shader->generation;
+                result.changed.push_back(shader.get());
+            }
+        } catch (const Error& error) {
+            shader->isBroken = true;
+            AppendLines(error.what(), result.messages);
+        }
+        includes.insert(includes.begin(), shader->sources.front());
+        // The hash from before the compilation, so that a text saved in between counts as changed the next
+        // time.
+        shader->sourceHash = includes == shader->sources ? hash : HashOf(includes);
+        shader->sources = std::move(includes);
+    }
+    return result;
+}
+
+// "; there are ..." with the shaders of the same file name or stage, to spot a slip.
+std::string ShaderLibrary::SimilarNames(std::string_view name) const {
+    const std::string extension = std::filesystem::path(name).extension().string();
+    std::vector<std::string> sameFile;
+    std::vector<std::string> sameStage;
+    const auto look = [&](std::string_view known) {
+        if (FileName(known) == FileName(name)) sameFile.emplace_back(known);
+        if (std::filesystem::path(known).extension() == extension) sameStage.emplace_back(known);
+    };
+    for (const EmbeddedShader& embedded : EmbeddedShaders()) look(embedded.name);
+    for (const auto& [known, shader] : m_shaders) look(known);
+    std::vector<std::string>& names = sameFile.empty() ? sameStage : sameFile;
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    std::string text = names.empty() ? "; there is none of its stage" : "; there is ";
+    for (size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : ", ") + names[i];
+    return text;
+}
+
+}  // namespace raygraph

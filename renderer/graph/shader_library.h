@@ -1,0 +1,63 @@
+// ShaderLibrary: shaders by name, from the SPIR-V built into the library, from source files, or handed in.
+//
+// With a source root, a stage found there is compiled from its text when it is first asked for, and again by
+// Reload when its text or that of anything it includes has changed. A stage that no longer compiles keeps its
+// last good words. Threads: one at a time.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rhi/reflection.h"
+
+namespace raygraph {
+
+// One stage. Lives as long as its library, at one address.
+struct Shader {
+    std::string name;
+    std::span<const uint32_t> words{};
+    rhi::ShaderReflection reflection{};
+    uint32_t generation = 0;  // counts the times that the words changed
+    uint32_t index = 0;       // in its library
+
+    // Where it comes from: nothing of this for SPIR-V that was built in or handed in.
+    std::vector<uint32_t> ownWords{};
+    std::vector<std::filesystem::path> sources{};  // the file and all it includes
+    uint64_t sourceHash = 0;                       // of their texts
+    bool isBroken = false;                         // the text as it is now does not compile
+};
+
+class ShaderLibrary {
+  public:
+    // `root`: folder of sources that names are relative to; empty: none.
+    explicit ShaderLibrary(std::filesystem::path root);
+    ~ShaderLibrary();
+
+    // Takes a copy. A name that exists gets the new words.
+    void Add(std::string_view name, std::span<const uint32_t> spirv);
+    // Throws Error{Usage} naming the shaders of a similar name if there is none; as rhi::CompileGlsl for a
+    // source that does not compile and has never done so.
+    const Shader& Find(std::string_view name);
+
+    struct ReloadResult {
+        std::vector<const Shader*> changed;
+        std::vector<std::string> messages;  // "file:line: text"
+    };
+    ReloadResult Reload();
+
+  private:
+    Shader* LoadFromRoot(const std::string& name);
+    Shader& Insert(Shader shader);
+    std::string SimilarNames(std::string_view name) const;
+
+    std::filesystem::path m_root;
+    std::map<std::string, std::unique_ptr<Shader>, std::less<>> m_shaders;
+};
+
+}  // namespace raygraph

@@ -1,0 +1,120 @@
+#include "renderer/graph/transient_pool.h"
+
+#include <algorithm>
+
+namespace raygraph {
+
+namespace {
+
+// A resize drag asks for a new size in every frame: forget the old ones now and then.
+constexpr size_t kMaxKnown = 128;
+
+bool IsSame(const rhi::TextureDesc& a, const rhi::TextureDesc& b) {
+    return a.extent == b.extent && a.format == b.format && a.usage == b.usage && a.mipLevels == b.mipLevels;
+}
+bool IsSame(const rhi::BufferDesc& a, const rhi::BufferDesc& b) {
+    return a.size == b.size && a.usage == b.usage && a.memory == b.memory;
+}
+
+bool Fits(const rhi::MemoryRequirements& needed, const rhi::MemoryRequirements& given) {
+    return needed.size <= given.size && needed.alignment <= given.alignment &&
+           (needed.memoryTypeBits & given.memoryTypeBits) == given.memoryTypeBits;
+}
+
+template <typename Known, typename Desc, typename Ask>
+rhi::MemoryRequirements FindRequirements(std::vector<Known>& known, const Desc& desc, Ask&& ask) {
+    for (const Known& entry : known)
+        if (IsSame(entry.desc, desc)) return entry.requirements;
+    if (known.size() >= kMaxKnown) known.clear();
+    return known.emplace_back(Known{desc, ask()}).requirements;
+}
+
+template <typename Entries, typename Desc, typename Make>
+auto& FindPlaced(Entries& entries, const Desc& desc, uint64_t frame, Make&& make) {
+    using Entry = typename Entries::value_type::element_type;
+    for (auto& entry : entries) {
+        const Desc& known = entry->object.Desc();
+        if (entry->lastFrame == frame || !IsSame(known, desc) || known.name != desc.name) continue;
+        entry->lastFrame = frame;
+        return entry->object;
+    }
+    entries.push_back(std::make_unique<Entry>(Entry{make(), frame}));
+    return entries.back()->object;
+}
+
+template <typename Entries>
+void DropUnused(Entries& entries, uint64_t frame) {
+    std::erase_if(entries,
+                  [&](const auto& entry) { return entry->lastFrame + TransientPool::kKeepFrames < frame; });
+}
+
+}  // namespace
+
+rhi::MemoryRequirements TransientPool::RequirementsOf(const rhi::TextureDesc& desc) {
+    return FindRequirements(m_knownTextures, desc, [&] { return m_device.RequirementsOf(desc); });
+}
+
+rhi::MemoryRequirements TransientPool::RequirementsOf(const rhi::BufferDesc& desc) {
+    return FindRequirements(m_knownBuffers, desc, [&] {
+        rhi::MemoryRequirements requirements = m_device.RequirementsOf(desc);
+        // As Device::CreateBuffer gives it: the start of a buffer serves as scratch memory of a build.
+        requirements.alignment = std::max<uint64_t>(requirements.alignment, m_device.Info().scratchAlignment);
+        return requirements;
+    });
+}
+
+void TransientPool::Reserve(std::span<const rhi::MemoryRequirements> blocks, uint64_t frame) {
+    if (m_blocks.size() < blocks.size()) m_blocks.resize(blocks.size());
+    for (size_t b = 0; b < blocks.size(); ++b) {
+        Block& block = m_blocks[b];
+        const bool isRoomy = block.memory && blocks[b].size < block.memory.Requirements().size / 4;
+        if (!isRoomy) block.lastFitting = frame;
+        const bool isTooLarge = block.lastFitting + kKeepFrames < frame;
+        if (!block.memory || isTooLarge || !Fits(blocks[b], block.memory.Requirements())) {
+            block.textures.clear();
+            block.buffers.clear();
+            block.memory = {};
+            block.memory = m_device.CreateMemoryBlock("transient block " + std::to_string(b), blocks[b]);
+            block.lastFitting = frame;
+        }
+        block.lastFrame = frame;
+    }
+}
+
+const rhi::Texture& TransientPool::Place(const rhi::TextureDesc& desc, uint32_t block, uint64_t frame) {
+    return FindPlaced(m_blocks[block].textures, desc, frame,
+                      [&] { return m_device.CreateTexture(desc, m_blocks[block].memory); });
+}
+
+const rhi::Buffer& TransientPool::Place(const rhi::BufferDesc& desc, uint32_t block, uint64_t frame) {
+    return FindPlaced(m_blocks[block].buffers, desc, frame,
+                      [&] { return m_device.CreateBuffer(desc, m_blocks[block].memory); });
+}
+
+const rhi::Buffer& TransientPool::TakeUpload(const rhi::BufferDesc& desc, uint64_t frame) {
+    const uint64_t framesInFlight = m_device.FramesInFlight();
+    for (auto& entry : m_uploads) {
+        const rhi::BufferDesc& known = entry->object.Desc();
+        const bool isFree = entry->lastFrame + framesInFlight <= frame;
+        if (!isFree || !IsSame(known, desc) || known.name != desc.name) continue;
+        entry->lastFrame = frame;
+        return entry->object;
+    }
+    m_uploads.push_back(
+        std::make_unique<Placed<rhi::Buffer>>(Placed<rhi::Buffer>{m_device.CreateBuffer(desc), frame}));
+    return m_uploads.back()->object;
+}
+
+void TransientPool::Trim(uint64_t frame) {
+    for (Block& block : m_blocks) {
+        DropUnused(block.textures, frame);
+        DropUnused(block.buffers, frame);
+        if (block.lastFrame + kKeepFrames >= frame) continue;
+        block.textures.clear();
+        block.buffers.clear();
+        block.memory = {};
+    }
+    DropUnused(m_uploads, frame);
+}
+
+}  // namespace raygraph

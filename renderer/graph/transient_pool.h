@@ -1,0 +1,69 @@
+// TransientPool: the Vulkan objects behind transients, kept between frames.
+//
+// Block b of a plan is block b of the pool; textures and buffers placed in it are found again by name,
+// description and usage. What no frame has used for kKeepFrames frames is freed, as is a block that has been
+// far too large for as long. Destroyed objects live on in their Device until the frames that use them have
+// completed.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rhi/device.h"
+#include "rhi/resources.h"
+
+namespace raygraph {
+
+class TransientPool {
+  public:
+    static constexpr uint64_t kKeepFrames = 16;
+
+    explicit TransientPool(rhi::Device& device) : m_device(device) {}
+
+    // Cached: the driver is asked once for each combination of everything but the name.
+    rhi::MemoryRequirements RequirementsOf(const rhi::TextureDesc& desc);
+    rhi::MemoryRequirements RequirementsOf(const rhi::BufferDesc& desc);
+
+    // Makes block b large enough for blocks[b], for every b. What lay in a block that is replaced is gone.
+    void Reserve(std::span<const rhi::MemoryRequirements> blocks, uint64_t frame);
+    // The object at the start of a block. The address is good until the next Reserve.
+    const rhi::Texture& Place(const rhi::TextureDesc& desc, uint32_t block, uint64_t frame);
+    const rhi::Buffer& Place(const rhi::BufferDesc& desc, uint32_t block, uint64_t frame);
+    // A buffer of its own that no other frame in flight uses, for memory that the CPU writes.
+    const rhi::Buffer& TakeUpload(const rhi::BufferDesc& desc, uint64_t frame);
+    // Frees what has not been used for long.
+    void Trim(uint64_t frame);
+
+  private:
+    template <typename T>
+    struct Placed {
+        T object;
+        uint64_t lastFrame = 0;
+    };
+    struct Block {
+        rhi::MemoryBlock memory;
+        uint64_t lastFrame = 0;    // that used it
+        uint64_t lastFitting = 0;  // that used more than a quarter of it
+        std::vector<std::unique_ptr<Placed<rhi::Texture>>> textures;
+        std::vector<std::unique_ptr<Placed<rhi::Buffer>>> buffers;
+    };
+    struct KnownTexture {
+        rhi::TextureDesc desc;
+        rhi::MemoryRequirements requirements;
+    };
+    struct KnownBuffer {
+        rhi::BufferDesc desc;
+        rhi::MemoryRequirements requirements;
+    };
+
+    rhi::Device& m_device;
+    std::vector<Block> m_blocks;
+    std::vector<std::unique_ptr<Placed<rhi::Buffer>>> m_uploads;
+    std::vector<KnownTexture> m_knownTextures;
+    std::vector<KnownBuffer> m_knownBuffers;
+};
+
+}  // namespace raygraph
