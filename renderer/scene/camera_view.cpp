@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <glm/gtc/constants.hpp>
 #include <optional>
 #include <vector>
@@ -135,20 +134,6 @@ CameraView ChooseView(const SceneData& scene, std::string_view choice, float asp
     if (isIndex && index < scene.cameras.size()) return ViewOf(scene.cameras[index], aspect);
     if (!isIndex && IsViewText(choice)) return ViewFromText(choice, aspect);
     FailChoice(scene, choice);
-}
-
-std::string ViewText(const CameraView& view) {
-    if (view.projection != Projection::Perspective)
-        throw Error(ErrorKind::Usage, "camera: an orthographic view has no text of eye, target, up and fov");
-    const glm::vec3 target = view.eye + view.forward;
-    char text[320];
-    std::snprintf(text, sizeof(text), "%.9g,%.9g,%.9g %.9g,%.9g,%.9g %.9g,%.9g,%.9g %.9g",
-                  static_cast<double>(view.eye.x), static_cast<double>(view.eye.y),
-                  static_cast<double>(view.eye.z), static_cast<double>(target.x),
-                  static_cast<double>(target.y), static_cast<double>(target.z),
-                  static_cast<double>(view.up.x), static_cast<double>(view.up.y),
-                  static_cast<double>(view.up.z), static_cast<double>(glm::degrees(view.yFov)));
-    return text;
 }
 
 }  // namespace raygraph::scene

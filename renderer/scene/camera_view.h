@@ -50,8 +50,4 @@ bool IsViewText(std::string_view text);
 // listing the cameras.
 CameraView ChooseView(const SceneData& scene, std::string_view choice, float aspect);
 
-// Like ViewFromText, from the text a picture was made with: pass to `--camera` to get the view again.
-// Orthographic views have no such text: Error{Usage}.
-std::string ViewText(const CameraView& view);
-
 }  // namespace raygraph::scene

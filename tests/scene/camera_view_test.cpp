@@ -102,15 +102,6 @@ TEST(CameraView, BadTextIsRefusedWithTheReason) {
     EXPECT_EQ(error("1 2 3 0 0 0 180"), "camera \"1 2 3 0 0 0 180\": fov must be between 0 and 180 degrees");
 }
 
-TEST(CameraView, TextOfAViewGivesTheViewAgain) {
-    const CameraView view = CameraView::LookAt({1.1f, -2.7f, 3.3f}, {0.2f, 0.4f, -7}, {0.1f, 1, 0.2f});
-    const CameraView again = scene::ViewFromText(scene::ViewText(view), view.aspect);
-    ExpectNear(again.eye, view.eye);
-    ExpectNear(again.forward, view.forward);
-    ExpectNear(again.up, view.up);
-    EXPECT_NEAR(again.yFov, view.yFov, 1e-6f);
-}
-
 TEST(CameraView, FramedBoundsAreSeenWhole) {
     scene::Bounds bounds;
     bounds.Extend(vec3(-3, 1, 2));
