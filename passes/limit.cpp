@@ -18,7 +18,8 @@ TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
             else
                 pass.RayGen(rayCounts ? "bench/limit_counted.rgen" : "bench/limit.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            BindScene(pass, scene, ParametersFor(scene, settings));
+            BindTracing(pass, scene, ParametersFor(scene, settings));
+            if (isPath) BindGeometry(pass, scene);
             result = pass.Writes("result", result);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
         },

@@ -13,18 +13,26 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
     };
 }
 
-void BindScene(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters) {
+void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters) {
     pass.Miss(RayType::Radiance, "scene/miss.rmiss");
-    pass.HitGroup(RayType::Radiance, {.closestHit = "scene/hit.rchit"});
+    pass.HitGroup(RayType::Radiance, {.closestHit = "scene/hit.rchit", .anyHit = {}, .intersection = {}});
     pass.Reads("sceneTlas", scene.tlas);
     pass.ReadsByAddress(scene.blases);
+    pass.Uniform("parameters", parameters);
+}
+
+void BindGeometry(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("instances", scene.instances);
     pass.Reads("geometries", scene.geometries);
+}
+
+void BindMaterials(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("materials", scene.materials);
-    pass.ReadsByAddress(scene.vertexData);
     pass.Uses(scene.textures);
+}
+
+void BindEnvironment(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("environmentMap", scene.environmentMap, {.addressV = rhi::AddressMode::ClampToEdge});
-    pass.Uniform("parameters", parameters);
 }
 
 }  // namespace raygraph::passes

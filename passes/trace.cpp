@@ -13,7 +13,10 @@ TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
         [&](PassBuilder& pass) {
             pass.RayGen(rayCounts ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            BindScene(pass, scene, ParametersFor(scene, settings));
+            BindTracing(pass, scene, ParametersFor(scene, settings));
+            BindGeometry(pass, scene);
+            BindMaterials(pass, scene);
+            BindEnvironment(pass, scene);
             radiance = pass.Writes("radiance", radiance);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
         },
@@ -34,7 +37,9 @@ PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene, const Trace
         [&](PassBuilder& pass) {
             pass.RayGen("pathtrace/primary_hits.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            BindScene(pass, scene, ParametersFor(scene, settings));
+            BindTracing(pass, scene, ParametersFor(scene, settings));
+            BindGeometry(pass, scene);
+            BindMaterials(pass, scene);
             pass.Constants<uint32_t>(film == FilmPosition::Jittered ? 1u : 0u);
             hits.albedo = pass.Writes("albedo", hits.albedo);
             hits.normal = pass.Writes("normal", hits.normal);

@@ -36,7 +36,9 @@ TEST_F(GpuSceneTest, SetTransform_MovesTheHitByATlasUpdate) {
     render.scene.SetTransform(1, Translation({0, 0, 0}));
     EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, 1, kMiss}));
     EXPECT_EQ(render.scene.Statistics().tlasUpdates + render.scene.Statistics().tlasRebuilds, 2u);
-    if (render.scene.IsSettled()) EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Update);
+    if (render.scene.IsSettled()) {
+        EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Update);
+    }
     EXPECT_EQ(render.scene.Transform(1), Translation({0, 0, 0}));
 }
 

@@ -19,7 +19,7 @@ glm::dvec3 RenderedImage::StandardErrorOfMean() const {
 
 Texels ToTexels(const Readback& readback) {
     readback.Wait();
-    Texels texels{.extent = readback.Extent()};
+    Texels texels{.extent = readback.Extent(), .values = {}};
     texels.values.resize(readback.Bytes().size() / sizeof(glm::vec4));
     std::memcpy(texels.values.data(), readback.Bytes().data(), readback.Bytes().size());
     return texels;
