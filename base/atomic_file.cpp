@@ -14,6 +14,8 @@
 namespace raygraph {
 namespace {
 
+constexpr int kMaxLinkCount = 40;  // As Linux has it.
+
 // Unique among the threads of this process by the counter and among processes by the id; O_EXCL settles the
 // rest.
 std::filesystem::path UniqueName(const std::filesystem::path& folder) {
@@ -26,13 +28,13 @@ std::filesystem::path UniqueName(const std::filesystem::path& folder) {
 }  // namespace
 
 AtomicFile::AtomicFile(const std::filesystem::path& target) : m_target(target) {
+    // Link by link, so that a link to a file that does not exist yet is followed too.
     std::error_code error;
-    if (std::filesystem::is_symlink(target, error)) {
-        m_target = std::filesystem::weakly_canonical(target, error);
-        if (error) {
-            m_target = target;
-            Fail("cannot follow the link", error.value());
-        }
+    for (int linkCount = 0; std::filesystem::is_symlink(m_target, error); ++linkCount) {
+        if (linkCount == kMaxLinkCount) Fail("cannot follow the link", ELOOP);
+        const std::filesystem::path next = std::filesystem::read_symlink(m_target, error);
+        if (error) Fail("cannot follow the link", error.value());
+        m_target = m_target.parent_path() / next;
     }
     mode_t existingMode = 0;
     struct stat existing = {};

@@ -1,9 +1,7 @@
 #include "renderer/image/decode.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <new>
 
 #include "base/error.h"
 #include "base/read_file.h"

@@ -1,5 +1,6 @@
 #include <webp/decode.h>
 
+#include <memory>
 #include <new>
 
 #include "base/error.h"
@@ -10,8 +11,6 @@ namespace {
 
 const char* Reason(VP8StatusCode status) {
     switch (status) {
-        case VP8_STATUS_OUT_OF_MEMORY:
-            return "out of memory";
         case VP8_STATUS_UNSUPPORTED_FEATURE:
             return "unsupported feature";
         case VP8_STATUS_NOT_ENOUGH_DATA:
@@ -39,12 +38,22 @@ Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const
     const auto width = static_cast<uint32_t>(config.input.width);
     const auto height = static_cast<uint32_t>(config.input.height);
     CheckSize(name, width, height, limits);
+    // Into the library's memory, which is touched no further than the data goes; a vector would be filled
+    // first.
+    config.output.colorspace = MODE_RGBA;
+    const std::unique_ptr<WebPDecBuffer, decltype(&WebPFreeDecBuffer)> output(&config.output,
+                                                                              WebPFreeDecBuffer);
+    const VP8StatusCode status = WebPDecode(data, bytes.size(), &config);
+    if (status == VP8_STATUS_OUT_OF_MEMORY) RefuseMemory(name, width, height);
+    check(status);
     try {
-        Image8 image{width, height, std::vector<uint8_t>(size_t{4} * width * height)};
-        config.output.colorspace = MODE_RGBA;
-        config.output.is_external_memory = 1;
-        config.output.u.RGBA = {image.rgba.data(), static_cast<int>(4 * width), image.rgba.size()};
-        check(WebPDecode(data, bytes.size(), &config));
+        const WebPRGBABuffer& texels = config.output.u.RGBA;
+        Image8 image{width, height, {}};
+        image.rgba.reserve(size_t{4} * width * height);
+        for (uint32_t y = 0; y < height; ++y) {
+            const uint8_t* row = texels.rgba + static_cast<ptrdiff_t>(y) * texels.stride;
+            image.rgba.insert(image.rgba.end(), row, row + size_t{4} * width);
+        }
         return image;
     } catch (const std::bad_alloc&) {
         RefuseMemory(name, width, height);

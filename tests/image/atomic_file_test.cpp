@@ -140,6 +140,22 @@ TEST(AtomicFile, SymbolicLinkIsFollowedAndStaysALink) {
     EXPECT_EQ(Text(folder / "real/file.txt"), "new");
 }
 
+TEST(AtomicFile, LinkToNothingYetIsFollowedAndALoopIsRefused) {
+    const TemporaryFolder folder;
+    fs::create_directory(folder / "real");
+    fs::create_symlink("second.txt", folder / "first.txt");
+    fs::create_symlink(folder / "real/file.txt", folder / "second.txt");
+    AtomicFile file(folder / "first.txt");
+    file.Write(ToBytes("new"));
+    file.Commit();
+    EXPECT_TRUE(fs::is_symlink(folder / "first.txt"));
+    EXPECT_EQ(Text(folder / "real/file.txt"), "new");
+
+    fs::create_symlink("loop.txt", folder / "loop.txt");
+    EXPECT_NE(IoError([&] { AtomicFile loop(folder / "loop.txt"); }).find("cannot follow the link"),
+              std::string::npos);
+}
+
 TEST(AtomicFile, BareFileNameIsWrittenToTheCurrentFolder) {
     const TemporaryFolder folder;
     const fs::path before = fs::current_path();

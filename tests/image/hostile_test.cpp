@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include <chrono>
+#include <ctime>
 #include <random>
 
 #include "base/error.h"
@@ -92,7 +92,7 @@ TEST(Hostile, ChangedBytesNeverDoMoreThanAnError) {
     std::mt19937 random(1);
     for (const Sample& sample : Samples()) {
         size_t refusedCount = 0;
-        for (int round = 0; round < 1500; ++round) {
+        for (int round = 0; round < 500; ++round) {
             Bytes bytes = sample.bytes;
             const uint32_t changeCount = 1 + random() % 4;
             for (uint32_t i = 0; i < changeCount; ++i) {
@@ -149,6 +149,13 @@ Bytes JpegClaiming(uint32_t width, uint32_t height) {
     return bytes;
 }
 
+// Lossless: two fields of 14 bits, each one less than the size, after the signature 0x2f.
+Bytes WebpClaiming(uint32_t width, uint32_t height) {
+    Bytes bytes = MakeLosslessWebp(Pattern(12, 9));
+    PutLittle(bytes, Find(bytes, "VP8L") + 9, (width - 1) | (height - 1) << 14 | 1u << 28);
+    return bytes;
+}
+
 Bytes ExrClaiming(ExrDesc desc, uint32_t width, uint32_t height, std::optional<uint32_t> tileSize = {}) {
     desc.width = 12;
     desc.height = 9;
@@ -180,6 +187,7 @@ TEST(Hostile, HugeSizesAreRefusedByTheHeaderAlone) {
         {"c.png", PngClaiming(0x7fffffff, 0x7fffffff)},
         {"a.jpg", JpegClaiming(65500, 65500)},
         {"b.jpg", JpegClaiming(16384, 16384)},
+        {"a.webp", WebpClaiming(16384, 16384)},
         {"a.hdr", MakeHdr(60000, 60000, texels)},
         {"b.hdr", MakeHdr(16384, 8192, texels)},
         {"c.hdr", MakeHdr(4294967295u, 4294967295u, texels)},
@@ -195,10 +203,9 @@ TEST(Hostile, HugeSizesAreRefusedByTheHeaderAlone) {
     };
     const uint64_t before = PeakBytes();
     for (const Sample& bomb : bombs) {
-        const auto start = std::chrono::steady_clock::now();
+        const std::clock_t start = std::clock();
         Refusal(bomb.name, [&] { Decode(bomb.bytes, bomb.name, image::kEnvironmentLimits); });
-        const auto time = std::chrono::steady_clock::now() - start;
-        EXPECT_LT(std::chrono::duration<double>(time).count(), 2.0) << bomb.name;
+        EXPECT_LT(std::clock() - start, 2 * CLOCKS_PER_SEC) << bomb.name;
     }
     EXPECT_LT(PeakBytes() - before, uint64_t{100} << 20);
 }
