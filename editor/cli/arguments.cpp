@@ -1,0 +1,282 @@
+#include "editor/cli/arguments.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "base/error.h"
+#include "editor/cli/version.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+const std::vector<std::string_view> kAovNames{"albedo",   "normal",  "depth",    "instance",
+                                              "material", "samples", "variance", "all"};
+const std::vector<std::string_view> kTonemapNames{"linear", "srgb", "reinhard",
+                                                  "aces",   "agx",  "neutral"};  // as TonemapOperator
+
+// An option with one operand, given at most once. `take` may throw Error: the option's name is put before it.
+CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* operand, const char* help,
+                       std::function<void(const std::string&)> take) {
+    const std::string label = name.substr(name.rfind(',') + 1);
+    return app
+        .add_option_function<std::string>(
+            name,
+            [label, take = std::move(take)](const std::string& text) {
+                try {
+                    take(text);
+                } catch (const Error& error) {
+                    throw Error(error.Kind(), label + ": " + error.what());
+                }
+            },
+            help)
+        ->type_name(operand);
+}
+
+void AddPath(CLI::App& app, const std::string& name, const char* operand, const char* help,
+             std::filesystem::path& path) {
+    AddOption(app, name, operand, help, [name, &path](const std::string& text) {
+        if (text.empty()) throw Error(ErrorKind::Usage, "an empty path");
+        path = text;
+    });
+}
+
+CLI::Option* AddScene(CLI::App& app, std::filesystem::path& path) {
+    return app
+        .add_option_function<std::string>(
+            "FILE", [&path](const std::string& text) { path = text; }, "glTF scene, .gltf or .glb")
+        ->type_name("");
+}
+
+// The picture settings of these names; all of the table for none.
+void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::string_view>& names = {}) {
+    for (const PictureSetting& setting : PictureSettingTable()) {
+        if (!names.empty() && std::ranges::find(names, setting.name) == names.end()) continue;
+        AddOption(app, std::string("--") + setting.name, setting.operand, setting.help,
+                  [&setting, &given](const std::string& text) {
+                      PictureSettings scratch;
+                      setting.set(scratch, text);
+                      given[setting.name] = setting.text(scratch);
+                  });
+    }
+}
+
+void AddDevice(CLI::App& app, std::string& device) {
+    AddOption(app, "--device", "DEVICE", "Device by index or by a part of its name (the best suitable)",
+              [&device](const std::string& text) { device = text; });
+}
+
+void AddQuiet(CLI::App& app, bool& isQuiet) {
+    app.add_flag("--quiet", isQuiet, "No progress and no warnings");
+}
+
+void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
+    AddPath(app, "--env", "FILE", "Equirectangular environment map, .hdr or .exr", environment);
+}
+
+CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
+    CLI::App* render = app.add_subcommand("render", "Path-trace a glTF scene to pictures");
+    AddScene(*render, arguments.scene)->required();
+    render
+        ->add_option_function<std::vector<std::string>>(
+            "-o,--output",
+            [&arguments](const std::vector<std::string>& paths) {
+                for (const std::string& path : paths) {
+                    try {
+                        arguments.outputs.push_back(ParseOutput(path));
+                    } catch (const Error& error) {
+                        throw Error(error.Kind(), std::string("-o: ") + error.what());
+                    }
+                }
+            },
+            "Picture to write: .png (tone-mapped), .exr (linear, with AOVs, can be resumed) or .hdr; may be "
+            "given several times. Default: render.png, or the file that is resumed")
+        ->type_name("OUT")
+        ->allow_extra_args(false);
+    AddOption(*render, "--spp", "N", "Samples a pixel (64); with --resume the total to reach",
+              [&](const std::string& text) { arguments.samples = ParseCount(text, 1); });
+    AddOption(*render, "--time", "SECONDS", "Render for so long instead of a number of samples",
+              [&](const std::string& text) { arguments.seconds = ParseNumber(text, 0.0, 1e9); })
+        ->excludes("--spp");
+    AddOption(*render, "--sample-offset", "N",
+              "Index of the first sample (0): renders of disjoint ranges can be merged",
+              [&](const std::string& text) { arguments.sampleOffset = ParseCount(text); });
+    AddSettings(*render, arguments.given);
+    AddEnvironment(*render, arguments.environment);
+    AddOption(*render, "--exposure", "EV", "Stops of exposure of a .png (0)", [&](const std::string& text) {
+        arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
+    });
+    AddOption(*render, "--tonemap", "OP",
+              "Tone curve of a .png: linear, srgb, reinhard, aces, agx or neutral (default)",
+              [&](const std::string& text) {
+                  arguments.tonemap = static_cast<TonemapOperator>(ParseChoice(text, kTonemapNames));
+              });
+    AddOption(*render, "--aov", "LIST",
+              "Further channels of an .exr: albedo, normal, depth, instance, material, or all; samples and "
+              "variance are always there",
+              [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    AddPath(*render, "--resume", "FILE.exr",
+            "Go on with a render that was written before; its settings are kept", arguments.resume);
+    AddDevice(*render, arguments.device);
+    render->add_flag("--validate", arguments.isValidating,
+                     "Turn on the Vulkan validation layers and fail on any message");
+    AddPath(*render, "--report", "FILE.json", "Write what was rendered, how long it took and what it used",
+            arguments.report);
+    AddQuiet(*render, arguments.isQuiet);
+    return render;
+}
+
+CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
+    CLI::App* bench = app.add_subcommand("bench", "Time the passes against the barest ray tracing");
+    AddScene(*bench, arguments.scene)->required();
+    AddSettings(
+        *bench, arguments.given,
+        {"size", "camera", "scene", "sampler", "max-depth", "rr-start", "background", "env-rotation"});
+    AddEnvironment(*bench, arguments.environment);
+    AddOption(*bench, "--frames", "N", "Timed frames of each kind in a round (8)",
+              [&](const std::string& text) { arguments.frames = ParseCount(text, 1, 100000); });
+    AddOption(*bench, "--rounds", "N", "Rounds; times are medians over all of them (5)",
+              [&](const std::string& text) { arguments.rounds = ParseCount(text, 1, 1000); });
+    AddPath(*bench, "--json", "FILE", "Write the result line to a file as well", arguments.json);
+    AddDevice(*bench, arguments.device);
+    AddQuiet(*bench, arguments.isQuiet);
+    return bench;
+}
+
+CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
+    CLI::App* info = app.add_subcommand("info", "Show what is in a scene, or the devices of this machine");
+    AddScene(*info, arguments.scene);
+    AddOption(*info, "--scene", "SCENE", "Which scene of the glTF file, by name or index",
+              [&](const std::string& text) { arguments.sceneChoice = text; });
+    info->add_flag("--devices", arguments.isListingDevices,
+                   "List every Vulkan device, and why the unsuitable ones are not used");
+    AddQuiet(*info, arguments.isQuiet);
+    return info;
+}
+
+CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
+    CLI::App* graph = app.add_subcommand("graph", "Show the plan of a frame: passes, barriers, memory");
+    AddScene(*graph, arguments.scene)->required();
+    AddSettings(*graph, arguments.given, {"size", "camera", "scene"});
+    graph->add_flag("--dot", arguments.isDot, "As Graphviz");
+    graph->add_flag("--first", arguments.isFirstFrame,
+                    "The first frame, which uploads and builds the scene, instead of a later one");
+    AddDevice(*graph, arguments.device);
+    AddQuiet(*graph, arguments.isQuiet);
+    return graph;
+}
+
+CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
+    CLI::App* merge = app.add_subcommand("merge", "Merge renders of disjoint sample ranges into one");
+    merge
+        ->add_option_function<std::vector<std::string>>(
+            "FILES",
+            [&](const std::vector<std::string>& paths) {
+                arguments.inputs.assign(paths.begin(), paths.end());
+            },
+            "Renders: two or more .exr files of `raygraph render`")
+        ->type_name("")
+        ->required();
+    AddPath(*merge, "-o,--output", "OUT.exr", "The merged render (required)", arguments.output);
+    AddQuiet(*merge, arguments.isQuiet);
+    return merge;
+}
+
+[[noreturn]] void Refuse(const std::string& message) {
+    throw Error(ErrorKind::Usage, message);
+}
+
+void CheckRender(const RenderArguments& arguments) {
+    if (arguments.given.contains("background") && !arguments.environment.empty())
+        Refuse("--background and --env exclude each other");
+    if (arguments.given.contains("env-rotation") && arguments.environment.empty() && arguments.resume.empty())
+        Refuse("--env-rotation turns a map: it needs --env");
+}
+
+void CheckMerge(const MergeArguments& arguments) {
+    if (arguments.inputs.size() < 2) Refuse("merge needs two or more renders");
+    if (arguments.output.empty()) Refuse("merge needs -o OUT.exr");
+    if (ParseOutput(arguments.output).kind != OutputKind::Exr)
+        Refuse("-o: \"" + arguments.output.string() + "\" does not end in .exr");
+}
+
+void CheckInfo(const InfoArguments& arguments) {
+    if (arguments.isListingDevices != arguments.scene.empty())
+        Refuse("info needs either a scene file or --devices");
+}
+
+std::string OneLine(std::string text) {
+    std::ranges::replace(text, '\n', ' ');
+    while (!text.empty() && text.back() == ' ') text.pop_back();
+    return text;
+}
+
+}  // namespace
+
+AovSet ParseAovs(std::string_view text) {
+    AovSet set;
+    for (const std::string_view part : ParseList(text)) {
+        const std::string_view name = kAovNames[ParseChoice(part, kAovNames)];
+        const bool isAll = name == "all";
+        set.albedo |= isAll || name == "albedo";
+        set.normal |= isAll || name == "normal";
+        set.depth |= isAll || name == "depth";
+        set.instance |= isAll || name == "instance";
+        set.material |= isAll || name == "material";
+    }
+    return set;
+}
+
+std::string TonemapName(TonemapOperator tonemap) {
+    return std::string(kTonemapNames[static_cast<size_t>(tonemap)]);
+}
+
+Arguments ParseArguments(int argc, const char* const* argv) {
+    CLI::App app("Raygraph: path-traces glTF scenes on Vulkan devices.", "raygraph");
+    app.require_subcommand(1);
+    app.get_formatter()->column_width(28);
+    app.set_version_flag("--version", std::string("raygraph ") + kVersion);
+    app.footer(
+        "raygraph COMMAND --help shows a command's options.\n"
+        "Exit status: 0 done, 1 failure, 2 usage, 3 no suitable device, 4 bad input, 5 device lost or out "
+        "of memory.");
+
+    RenderArguments renderArguments;
+    BenchArguments benchArguments;
+    InfoArguments infoArguments;
+    GraphArguments graphArguments;
+    MergeArguments mergeArguments;
+    const CLI::App* render = AddRender(app, renderArguments);
+    const CLI::App* bench = AddBench(app, benchArguments);
+    const CLI::App* info = AddInfo(app, infoArguments);
+    const CLI::App* graph = AddGraph(app, graphArguments);
+    AddMerge(app, mergeArguments);
+
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp&) {
+        return ShowText{app.help()};
+    } catch (const CLI::CallForVersion&) {
+        return ShowText{app.version() + "\n"};
+    } catch (const CLI::ParseError& error) {
+        Refuse(OneLine(error.what()) + " (see raygraph --help)");
+    }
+    if (*render) {
+        CheckRender(renderArguments);
+        return renderArguments;
+    }
+    if (*bench) {
+        if (benchArguments.given.contains("background") && !benchArguments.environment.empty())
+            Refuse("--background and --env exclude each other");
+        return benchArguments;
+    }
+    if (*info) {
+        CheckInfo(infoArguments);
+        return infoArguments;
+    }
+    if (*graph) return graphArguments;
+    CheckMerge(mergeArguments);
+    return mergeArguments;
+}
+
+}  // namespace raygraph::cli

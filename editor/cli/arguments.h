@@ -1,0 +1,98 @@
+// The command line, parsed and checked as far as it can be without opening a file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "editor/cli/outputs.h"
+#include "editor/cli/picture_settings.h"
+#include "shaders/shared/tonemap_operators.h"
+
+namespace raygraph::cli {
+
+// Pictures beside the radiance that an .exr may hold. `samples` and `variance` are always in it.
+struct AovSet {
+    bool albedo = false;
+    bool normal = false;
+    bool depth = false;
+    bool instance = false;
+    bool material = false;
+
+    bool operator==(const AovSet&) const = default;
+    bool NeedsAverage() const { return albedo || normal; }
+    bool NeedsCenterRay() const { return depth || instance || material; }
+};
+
+// "albedo,normal,depth,instance,material,samples,variance" in any order, or "all".
+AovSet ParseAovs(std::string_view text);
+
+// The text of --tonemap.
+std::string TonemapName(TonemapOperator tonemap);
+
+struct RenderArguments {
+    std::filesystem::path scene;
+    std::vector<OutputFile> outputs;    // empty: see RenderCommand
+    SettingTexts given;                 // picture settings, as given
+    std::filesystem::path environment;  // "": none
+    std::optional<uint32_t> samples;    // of the picture in all; for a resumed one too
+    std::optional<double> seconds;
+    std::optional<uint32_t> sampleOffset;
+    float exposureEv = 0.0f;
+    TonemapOperator tonemap = TonemapOperator::Neutral;
+    std::optional<AovSet> aovs;
+    std::string device;
+    bool isValidating = false;
+    std::filesystem::path report;  // "": none
+    std::filesystem::path resume;  // "": from the start
+    bool isQuiet = false;
+};
+
+struct BenchArguments {
+    std::filesystem::path scene;
+    SettingTexts given;
+    std::filesystem::path environment;
+    uint32_t frames = 8;  // timed ones of each kind in a round
+    uint32_t rounds = 5;
+    std::string device;
+    std::filesystem::path json;  // "": stdout alone
+    bool isQuiet = false;
+};
+
+struct InfoArguments {
+    std::filesystem::path scene;  // "": devices
+    std::string sceneChoice;
+    bool isListingDevices = false;
+    bool isQuiet = false;
+};
+
+struct GraphArguments {
+    std::filesystem::path scene;
+    SettingTexts given;
+    bool isDot = false;
+    bool isFirstFrame = false;
+    std::string device;
+    bool isQuiet = false;
+};
+
+struct MergeArguments {
+    std::vector<std::filesystem::path> inputs;
+    std::filesystem::path output;
+    bool isQuiet = false;
+};
+
+// --help and --version: a text for stdout, and nothing else to do.
+struct ShowText {
+    std::string text;
+};
+
+using Arguments =
+    std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments, MergeArguments, ShowText>;
+
+// Error{Usage}, one line naming the option, for everything that is not a command line of this program.
+Arguments ParseArguments(int argc, const char* const* argv);
+
+}  // namespace raygraph::cli

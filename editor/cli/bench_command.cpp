@@ -1,0 +1,84 @@
+// raygraph bench
+#include <nlohmann/json.hpp>
+
+#include "editor/cli/bench_run.h"
+#include "editor/cli/commands.h"
+#include "editor/cli/console.h"
+#include "editor/cli/device_setup.h"
+#include "editor/cli/report.h"
+#include "editor/cli/version.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+constexpr uint32_t kDefaultDepth = 16;
+
+using Json = nlohmann::ordered_json;
+
+Json ResultJson(const BenchResult& result, const PictureSettings& settings, const SceneInput& input,
+                const rhi::DeviceInfo& device) {
+    Json passes;
+    for (const PassTime& pass : result.passes) passes[pass.name] = pass.gpuMsMedian;
+    const auto tracing = [](const TracingSpeed& speed) {
+        return Json{{"gpu_ms_median", speed.gpuMsMedian},
+                    {"rays_per_sample", speed.raysPerSample},
+                    {"mrays_per_s", speed.raysPerSecond * 1e-6}};
+    };
+    return {{"schema", 1},
+            {"version", kVersion},
+            {"scene", input.file},
+            {"device", device.name},
+            {"driver", device.driver},
+            {"settings", Texts(settings)},
+            {"frames", result.frames},
+            {"gpu_ms_median", passes},
+            {"trace", tracing(result.trace)},
+            {"limit", tracing(result.limit)},
+            {"limit_path", tracing(result.limitPath)},
+            {"trace_efficiency", result.traceEfficiency},
+            {"ms_per_sample", result.secondsPerFrame * 1e3},
+            {"msamples_per_s", result.samplesPerSecond * 1e-6},
+            {"msamples_per_cpu_s", result.samplesPerCpuSecond * 1e-6}};
+}
+
+void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
+    std::fprintf(stderr, "%s, medians over %u frames\n", device.name.c_str(), result.frames);
+    for (const PassTime& pass : result.passes)
+        std::fprintf(stderr, "  %-16s %9.3f ms\n", pass.name.c_str(), pass.gpuMsMedian);
+    const auto tracing = [](const char* name, const TracingSpeed& speed) {
+        std::fprintf(stderr, "  %-16s %9.2f Mrays/s  (%.2f rays a sample)\n", name,
+                     speed.raysPerSecond * 1e-6, speed.raysPerSample);
+    };
+    tracing("Trace", result.trace);
+    tracing("limit", result.limit);
+    tracing("limit_path", result.limitPath);
+    std::fprintf(stderr, "  %-16s %9.3f\n", "efficiency", result.traceEfficiency);
+    std::fprintf(stderr, "  %-16s %9.3f Msamples/s, %.3f a CPU second\n", "throughput",
+                 result.samplesPerSecond * 1e-6, result.samplesPerCpuSecond * 1e-6);
+}
+
+}  // namespace
+
+void BenchCommand(const BenchArguments& arguments) {
+    if (!arguments.json.empty()) CheckWritable(std::vector{arguments.json}, std::vector{arguments.scene});
+    PictureSettings settings = SettingsFrom(arguments.given);
+    if (!arguments.given.contains("max-depth")) settings.maxDepth = kDefaultDepth;
+
+    Progress progress(stderr, arguments.isQuiet);
+    SceneInput input = LoadInput(arguments.scene, settings.scene, arguments.environment);
+    if (!arguments.isQuiet) WarnAll(progress, input.warnings);
+    DeviceMessages messages;
+    const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, messages);
+    DeviceScene scene(*device, input, settings);
+    const BenchResult result = RunBench(scene, {arguments.frames, arguments.rounds}, progress);
+    progress.Clear();
+
+    const std::string line = ResultJson(result, settings, input, device->Info())
+                                 .dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (!arguments.json.empty()) WriteTextFile(arguments.json, line + "\n");
+    if (!arguments.isQuiet) PrintForPeople(result, device->Info());
+    PrintLine(line);
+}
+
+}  // namespace raygraph::cli

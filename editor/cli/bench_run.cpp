@@ -1,0 +1,150 @@
+#include "editor/cli/bench_run.h"
+
+#include <cstring>
+#include <functional>
+#include <numeric>
+
+#include "editor/cli/process_usage.h"
+#include "editor/cli/stopwatch.h"
+#include "passes/accumulate.h"
+#include "passes/limit.h"
+#include "passes/tonemap.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+constexpr uint32_t kWarmUpFrames = 3;
+
+// Declares the passes of one frame and presents their result.
+using DeclareFrame = std::function<void(const SceneIds& ids, const passes::TraceSettings& settings)>;
+
+// Mean of a readback of floats.
+double MeanOf(const Readback& readback) {
+    readback.Wait();
+    const std::span<const std::byte> bytes = readback.Bytes();
+    std::vector<float> values(bytes.size() / sizeof(float));
+    std::memcpy(values.data(), bytes.data(), bytes.size());
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+class Bench {
+  public:
+    explicit Bench(DeviceScene& scene) : m_scene(scene), m_renderer(scene.GraphRenderer()) {}
+
+    // `count` frames of this kind; returns with the device idle.
+    void RunFrames(const DeclareFrame& declare, uint32_t count) {
+        uint64_t last = 0;
+        for (uint32_t i = 0; i < count; i++) {
+            m_renderer.BeginFrame();
+            const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+            declare(ids, m_scene.SettingsFor(m_sampleIndex++));
+            last = m_renderer.Execute();
+        }
+        m_renderer.Device().WaitFor(last);
+    }
+
+    // Until shaders are compiled, the scene is built, and caches are warm; times are thrown away.
+    void WarmUp(const DeclareFrame& declare) {
+        RunFrames(declare, kWarmUpFrames);
+        for (uint32_t i = 0; i < kMostFramesToSettle && !m_scene.Scene().IsSettled(); i++)
+            RunFrames(declare, 1);
+        std::ignore = m_renderer.TakeTimings();
+    }
+
+    // The frames must have the pass `countRays` that sets its texture of ray counts.
+    double RaysPerSample(
+        const std::function<void(const SceneIds&, const passes::TraceSettings&, TextureId&)>& countRays) {
+        m_renderer.BeginFrame();
+        const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+        TextureId counts;
+        countRays(ids, m_scene.SettingsFor(m_sampleIndex++), counts);
+        const Readback readback = m_renderer.ReadBack(counts);
+        m_renderer.Execute();
+        const double mean = MeanOf(readback);
+        std::ignore = m_renderer.TakeTimings();
+        return mean;
+    }
+
+    Renderer& GraphRenderer() { return m_renderer; }
+
+  private:
+    static constexpr uint32_t kMostFramesToSettle = 64;
+
+    DeviceScene& m_scene;
+    Renderer& m_renderer;
+    uint32_t m_sampleIndex = 0;
+};
+
+TracingSpeed SpeedOf(double gpuMs, double raysPerSample, double pixels) {
+    return {gpuMs, raysPerSample, gpuMs > 0.0 ? raysPerSample * pixels / (gpuMs * 1e-3) : 0.0};
+}
+
+}  // namespace
+
+BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progress) {
+    Bench bench(scene);
+    Renderer& renderer = bench.GraphRenderer();
+    passes::Accumulation accumulation("radiance");
+    const DeclareFrame picture = [&](const SceneIds& ids, const passes::TraceSettings& settings) {
+        const TextureId sample = passes::Trace(renderer, ids, settings);
+        const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, accumulation);
+        renderer.Present(passes::Tonemap(renderer, sums.mean));
+    };
+    const auto limitOf = [&](passes::LimitKind kind) -> DeclareFrame {
+        return [&renderer, kind](const SceneIds& ids, const passes::TraceSettings& settings) {
+            renderer.Present(passes::Limit(renderer, ids, settings, kind));
+        };
+    };
+    const DeclareFrame limit = limitOf(passes::LimitKind::CameraRays);
+    const DeclareFrame limitPath = limitOf(passes::LimitKind::Path);
+
+    progress.Show("  warming up");
+    for (const DeclareFrame* kind : {&picture, &limit, &limitPath}) bench.WarmUp(*kind);
+
+    PassTimes times, limitTimes;
+    double seconds = 0.0, cpuSeconds = 0.0;
+    for (uint32_t round = 0; round < plan.rounds; round++) {
+        progress.Show("  round " + std::to_string(round + 1) + "/" + std::to_string(plan.rounds));
+        const Stopwatch watch;
+        const double cpuBefore = ProcessCpuSeconds();
+        bench.RunFrames(picture, plan.frames);
+        seconds += watch.Seconds();
+        cpuSeconds += ProcessCpuSeconds() - cpuBefore;
+        times.Add(renderer.TakeTimings());
+        bench.RunFrames(limit, plan.frames);
+        bench.RunFrames(limitPath, plan.frames);
+        limitTimes.Add(renderer.TakeTimings());
+    }
+    if (times.MedianMs("Trace") <= 0.0)
+        throw Error(ErrorKind::Vulkan, "bench: the device " + renderer.Device().Info().name +
+                                           " gives no GPU times (it has no timestamps)");
+
+    progress.Show("  counting rays");
+    const double traceRays = bench.RaysPerSample([&](auto& ids, auto& settings, TextureId& counts) {
+        std::ignore = passes::Trace(renderer, ids, settings, &counts);
+    });
+    const auto limitRays = [&](passes::LimitKind kind) {
+        return bench.RaysPerSample([&](auto& ids, auto& settings, TextureId& counts) {
+            std::ignore = passes::Limit(renderer, ids, settings, kind, &counts);
+        });
+    };
+    const passes::TraceSettings settings = scene.SettingsFor(0);
+    const double pixels = static_cast<double>(settings.extent.width) * settings.extent.height;
+    BenchResult result;
+    result.frames = plan.frames * plan.rounds;
+    result.passes = times.Summary();
+    for (const PassTime& pass : limitTimes.Summary())
+        if (pass.name.starts_with("Limit")) result.passes.push_back(pass);
+    result.trace = SpeedOf(times.MedianMs("Trace"), traceRays, pixels);
+    result.limit = SpeedOf(limitTimes.MedianMs("Limit"), limitRays(passes::LimitKind::CameraRays), pixels);
+    result.limitPath = SpeedOf(limitTimes.MedianMs("LimitPath"), limitRays(passes::LimitKind::Path), pixels);
+    if (result.limitPath.raysPerSecond > 0.0)
+        result.traceEfficiency = result.trace.raysPerSecond / result.limitPath.raysPerSecond;
+    result.secondsPerFrame = seconds / result.frames;
+    result.samplesPerSecond = pixels * result.frames / seconds;
+    result.samplesPerCpuSecond = cpuSeconds > 0.0 ? pixels * result.frames / cpuSeconds : 0.0;
+    return result;
+}
+
+}  // namespace raygraph::cli

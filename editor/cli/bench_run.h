@@ -1,0 +1,41 @@
+// Times the passes of a path-traced frame against what tracing costs on this device by itself.
+#pragma once
+
+#include <vector>
+
+#include "editor/cli/device_scene.h"
+#include "editor/cli/pass_times.h"
+#include "editor/cli/progress.h"
+
+namespace raygraph::cli {
+
+struct BenchPlan {
+    uint32_t frames = 8;  // timed ones of each kind in a round
+    uint32_t rounds = 5;
+};
+
+struct TracingSpeed {
+    double gpuMsMedian = 0.0;    // of its pass
+    double raysPerSample = 0.0;  // mean over pixels of one sample
+    double raysPerSecond = 0.0;
+};
+
+struct BenchResult {
+    uint32_t frames = 0;  // behind each median
+    std::vector<PassTime> passes;
+    TracingSpeed trace;
+    TracingSpeed limit;            // camera rays alone
+    TracingSpeed limitPath;        // four cosine bounces more, no shading
+    double traceEfficiency = 0.0;  // rays per second of trace over those of limitPath
+    double secondsPerFrame = 0.0;  // of whole path-traced frames, wall clock, mean
+    double samplesPerSecond = 0.0;
+    // Over the processor time of the whole process: what a CPU driver achieves per core.
+    double samplesPerCpuSecond = 0.0;
+};
+
+// Rounds of frames of each kind in turn, so that what else the machine does meets all kinds alike; the first
+// frames of each kind warm up and are not counted. GPU times need a device with timestamps: Error{Vulkan}
+// without them.
+BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progress);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,15 @@
+// What the program can be told to do. Each throws Error, or returns having done it.
+#pragma once
+
+#include "editor/cli/arguments.h"
+
+namespace raygraph::cli {
+
+// Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png.
+void RenderCommand(RenderArguments arguments);
+void BenchCommand(const BenchArguments& arguments);
+void InfoCommand(const InfoArguments& arguments);
+void GraphCommand(const GraphArguments& arguments);
+void MergeCommand(const MergeArguments& arguments);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,29 @@
+// A scene on a device, with the renderer and the settings to trace it.
+#pragma once
+
+#include "editor/cli/picture_settings.h"
+#include "editor/cli/scene_input.h"
+#include "passes/trace.h"
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/graph/renderer.h"
+
+namespace raygraph::cli {
+
+class DeviceScene {
+  public:
+    // Takes the scene and the environment out of `input` as it uploads them. `device` outlives the object.
+    // Error{Usage} for a camera that is not in the scene.
+    DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings);
+
+    Renderer& GraphRenderer() { return m_renderer; }
+    GpuScene& Scene() { return m_scene; }
+    // Of the sample with this index.
+    passes::TraceSettings SettingsFor(uint32_t sampleIndex) const;
+
+  private:
+    Renderer m_renderer;
+    GpuScene m_scene;
+    passes::TraceSettings m_settings;
+};
+
+}  // namespace raygraph::cli

@@ -1,0 +1,31 @@
+// What the program's exit status says.
+#pragma once
+
+#include "base/error.h"
+
+namespace raygraph::cli {
+
+enum class ExitCode : int {
+    Done = 0,
+    Failure = 1,        // an output that cannot be written, a failed Vulkan call, a validation message
+    Usage = 2,          // the command line asks for something that cannot be
+    NoDevice = 3,       // no device meets the requirements
+    BadInput = 4,       // a scene, picture or render that cannot be read, is malformed or does not fit
+    DeviceFailure = 5,  // device lost, or memory spent
+};
+
+ExitCode ExitCodeFor(ErrorKind kind);
+
+// Runs `read`, which reads a file that the user named: one that cannot be read is bad input, not a failed
+// output, so Error{Io} becomes Error{BadInput}.
+template <typename Read>
+auto AsInput(Read&& read) {
+    try {
+        return read();
+    } catch (const Error& error) {
+        if (error.Kind() != ErrorKind::Io) throw;
+        throw Error(ErrorKind::BadInput, error.what());
+    }
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,55 @@
+// raygraph graph
+#include <string>
+
+#include "editor/cli/commands.h"
+#include "editor/cli/console.h"
+#include "editor/cli/device_scene.h"
+#include "editor/cli/device_setup.h"
+#include "passes/accumulate.h"
+#include "passes/tonemap.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+// Compaction is polled from frame to frame; a scene that still has not settled is shown as it is.
+constexpr uint32_t kMostFramesToSettle = 64;
+
+// The frame that `render` makes of its last sample: the picture, its variance and its display.
+void DeclareFrame(DeviceScene& scene, passes::Accumulation& accumulation, uint32_t sampleIndex) {
+    Renderer& renderer = scene.GraphRenderer();
+    renderer.BeginFrame();
+    const SceneIds ids = scene.Scene().Declare(renderer);
+    const TextureId sample = passes::Trace(renderer, ids, scene.SettingsFor(sampleIndex));
+    const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, accumulation, true);
+    renderer.Present(passes::Tonemap(renderer, sums.mean));
+}
+
+}  // namespace
+
+void GraphCommand(const GraphArguments& arguments) {
+    Progress progress(stderr, arguments.isQuiet);
+    const PictureSettings settings = SettingsFrom(arguments.given);
+    SceneInput input = LoadInput(arguments.scene, settings.scene, {});
+    if (!arguments.isQuiet) WarnAll(progress, input.warnings);
+
+    DeviceMessages messages;
+    const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, messages);
+    DeviceScene scene(*device, input, settings);
+    Renderer& renderer = scene.GraphRenderer();
+    passes::Accumulation accumulation("radiance");
+    uint32_t frame = 0;
+    if (!arguments.isFirstFrame) {
+        do {
+            DeclareFrame(scene, accumulation, frame++);
+            device->WaitFor(renderer.Execute());
+        } while (!scene.Scene().IsSettled() && frame < kMostFramesToSettle);
+    }
+    DeclareFrame(scene, accumulation, frame);
+    renderer.Compile();
+    const std::string plan = arguments.isDot ? renderer.DescribePlanDot() : renderer.DescribePlan();
+    std::fputs(plan.c_str(), stdout);
+    if (!plan.ends_with('\n')) std::fputc('\n', stdout);
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,22 @@
+// raygraph info
+#include "editor/cli/commands.h"
+#include "editor/cli/console.h"
+#include "editor/cli/device_list.h"
+#include "editor/cli/scene_input.h"
+#include "editor/cli/scene_text.h"
+#include "rhi/device.h"
+
+namespace raygraph::cli {
+
+void InfoCommand(const InfoArguments& arguments) {
+    if (arguments.isListingDevices) {
+        std::fputs(DescribeDevices(rhi::Device::Enumerate()).c_str(), stdout);
+        return;
+    }
+    Progress progress(stderr, arguments.isQuiet);
+    const SceneInput input = LoadInput(arguments.scene, arguments.sceneChoice, {});
+    if (!arguments.isQuiet) WarnAll(progress, input.warnings);
+    std::fputs(DescribeScene(input.file, input.data).c_str(), stdout);
+}
+
+}  // namespace raygraph::cli

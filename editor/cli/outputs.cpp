@@ -1,0 +1,56 @@
+#include "editor/cli/outputs.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+// One text for all names of a file, whether it exists or not.
+std::filesystem::path Canonical(const std::filesystem::path& path) {
+    std::error_code error;
+    std::filesystem::path canonical = std::filesystem::weakly_canonical(path, error);
+    return error ? path.lexically_normal() : canonical;
+}
+
+void CheckFolder(const std::filesystem::path& path) {
+    const std::filesystem::path folder = path.parent_path();
+    std::error_code error;
+    if (!folder.empty() && !std::filesystem::is_directory(folder, error))
+        throw Error(ErrorKind::Io, path.string() + ": there is no folder " + folder.string());
+}
+
+}  // namespace
+
+OutputFile ParseOutput(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (extension == ".png") return {path, OutputKind::Png};
+    if (extension == ".exr") return {path, OutputKind::Exr};
+    if (extension == ".hdr") return {path, OutputKind::Hdr};
+    throw Error(ErrorKind::Usage, "\"" + path.string() + "\" does not end in .png, .exr or .hdr");
+}
+
+void CheckWritable(std::span<const std::filesystem::path> paths,
+                   std::span<const std::filesystem::path> inputs) {
+    std::vector<std::filesystem::path> seen;
+    for (const std::filesystem::path& path : paths) {
+        const std::filesystem::path canonical = Canonical(path);
+        if (std::ranges::find(seen, canonical) != seen.end())
+            throw Error(ErrorKind::Usage, path.string() + " is to be written twice");
+        seen.push_back(canonical);
+        for (const std::filesystem::path& input : inputs)
+            if (Canonical(input) == canonical)
+                throw Error(ErrorKind::Usage, path.string() + " is to be read and to be written");
+        CheckFolder(path);
+        AtomicFile probe(path);  // dropped without Commit
+    }
+}
+
+}  // namespace raygraph::cli

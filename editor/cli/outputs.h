@@ -1,0 +1,31 @@
+// The files that a command was asked to write: known and found writable before the work starts.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace raygraph::cli {
+
+enum class OutputKind : uint8_t {
+    Png,  // 8-bit, tone-mapped
+    Exr,  // linear float32 with channels and settings
+    Hdr,  // linear RGBE
+};
+
+struct OutputFile {
+    std::filesystem::path path;
+    OutputKind kind = OutputKind::Png;
+};
+
+// By the extension, case aside. Error{Usage} for another one.
+OutputFile ParseOutput(const std::filesystem::path& path);
+
+// Throws unless every path can be written: Error{Io} naming a folder that is missing or closed to us,
+// Error{Usage} when a path is named twice or is one of the files that are read (`inputs`; one that does not
+// exist is no conflict). Leaves no trace.
+void CheckWritable(std::span<const std::filesystem::path> paths,
+                   std::span<const std::filesystem::path> inputs);
+
+}  // namespace raygraph::cli

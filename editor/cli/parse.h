@@ -1,0 +1,46 @@
+// Text of the command line to values, strictly: the whole text must be the value, in range. Every failure is
+// Error{Usage} that quotes the text and says what it should be; the caller puts the option's name before it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raygraph::cli {
+
+struct ImageSize {
+    uint32_t width = 0;
+    uint32_t height = 0;
+
+    bool operator==(const ImageSize&) const = default;
+    uint64_t PixelCount() const { return uint64_t{width} * height; }
+};
+
+// Pictures up to this many pixels a side.
+inline constexpr uint32_t kMaxImageSide = 16384;
+
+// Decimal digits alone: no sign, no space, no "0x".
+uint32_t ParseCount(std::string_view text, uint32_t minimum = 0,
+                    uint32_t maximum = std::numeric_limits<uint32_t>::max());
+// A finite decimal number, "-1.5" or "2e3".
+double ParseNumber(std::string_view text, double minimum = std::numeric_limits<double>::lowest(),
+                   double maximum = std::numeric_limits<double>::max());
+// "640x360".
+ImageSize ParseSize(std::string_view text);
+// "R,G,B" of finite numbers that are not negative.
+std::array<float, 3> ParseRadiance(std::string_view text);
+// The parts between commas; an empty part is an error.
+std::vector<std::string_view> ParseList(std::string_view text);
+
+// Index of `text` among `names`; the error lists them.
+size_t ParseChoice(std::string_view text, const std::vector<std::string_view>& names);
+
+// The shortest text that reads back as the same number.
+std::string ToText(float value);
+std::string ToText(const ImageSize& size);
+std::string ToText(const std::array<float, 3>& radiance);
+
+}  // namespace raygraph::cli

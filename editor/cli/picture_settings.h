@@ -1,0 +1,61 @@
+// The settings that change a render's picture, each as one entry of a table. The table is what the command
+// line offers, what a render's file records and what a resumed or merged render is compared by: a setting
+// that is added to it is added to all three.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "editor/cli/parse.h"
+#include "shaders/shared/sampler_kinds.h"
+
+namespace raygraph::cli {
+
+// What the picture's RGB shows.
+enum class View : uint8_t { PathTraced, Albedo, Normals, Depth, Instance, Material };
+const char* Name(View view);
+
+struct PictureSettings {
+    ImageSize size{640, 360};
+    View view = View::PathTraced;
+    std::string camera;  // as given: name, index or "eye target up fov"; "": the file's first, else framing
+    std::string scene;   // glTF scene by name or index; "": the file's default
+    uint32_t seed = 0;
+    SamplerKind sampler = SamplerKind::Sobol;
+    std::optional<uint32_t> maxDepth;  // bounces; none: no limit
+    uint32_t rouletteStart = 3;
+    float environmentRotation = 0.0f;  // degrees about +y
+    std::array<float, 3> background{0.0f, 0.0f, 0.0f};
+};
+
+struct PictureSetting {
+    const char* name;     // option without dashes
+    const char* operand;  // "WxH"
+    const char* help;
+    void (*set)(PictureSettings& settings, std::string_view text);  // Error{Usage} quoting the text
+    std::string (*text)(const PictureSettings& settings);           // what `set` reads back to the same value
+};
+
+std::span<const PictureSetting> PictureSettingTable();
+
+// Settings as the texts of their options, by name.
+using SettingTexts = std::map<std::string, std::string, std::less<>>;
+
+// Every setting of the table.
+SettingTexts Texts(const PictureSettings& settings);
+
+// Defaults, overridden by the texts. Error{Usage} "--seed: ..." for a text that is no value of its setting; a
+// name that is not in the table is left alone.
+PictureSettings SettingsFrom(const SettingTexts& texts);
+
+// The first setting of the table whose texts differ: "seed: 1 against 2"; empty when all agree. A setting
+// that one side lacks has its default there.
+std::string FirstDifference(const SettingTexts& a, const SettingTexts& b);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,54 @@
+// The one line on a terminal that says how a render is getting on.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace raygraph::cli {
+
+struct ProgressState {
+    uint32_t samplesDone = 0;               // in the picture
+    std::optional<uint32_t> samplesWanted;  // none: until the time is up
+    double samplesPerSecond = 0.0;          // of all pixels; 0: not known yet
+    std::optional<double> relativeError;    // as in image_statistics.h
+    std::optional<double> secondsLeft;
+};
+
+// "  128/256 samples  1.23 Msamples/s  error 1.8 %  12 s left"
+std::string FormatProgress(const ProgressState& state);
+// "  loading meshes  40 %"
+std::string FormatLoading(std::string_view stage, float fraction);
+// "1.23 Msamples/s"
+std::string FormatRate(double samplesPerSecond);
+// "850 ms", "12.3 s", "4 min 5 s", "2 h 3 min"
+std::string FormatDuration(double seconds);
+
+// Redraws one line of a terminal; silent when it is off. No escape sequences: the line is overwritten by
+// blanks, so any terminal and NO_COLOR are served.
+class Progress {
+  public:
+    // `stream` outlives the object. On only if `stream` is a terminal and `isQuiet` is false.
+    Progress(std::FILE* stream, bool isQuiet);
+    ~Progress() { Clear(); }
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+
+    bool IsOn() const { return m_isOn; }
+    // True when a redraw is due: five times a second at most.
+    bool IsDue() const;
+    void Show(std::string_view line);
+    // Leaves the line empty for other text.
+    void Clear();
+
+  private:
+    std::FILE* m_stream;
+    bool m_isOn;
+    size_t m_shownWidth = 0;
+    std::chrono::steady_clock::time_point m_nextDraw;
+};
+
+}  // namespace raygraph::cli

@@ -1,0 +1,283 @@
+// raygraph render: from the command line to the files.
+#include <algorithm>
+#include <limits>
+
+#include "editor/cli/commands.h"
+#include "editor/cli/console.h"
+#include "editor/cli/device_setup.h"
+#include "editor/cli/interrupt.h"
+#include "editor/cli/render_report.h"
+#include "editor/cli/render_session.h"
+#include "editor/cli/resume.h"
+#include "editor/cli/stopwatch.h"
+#include "editor/cli/version.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+constexpr uint32_t kDefaultSamples = 64;
+
+// What is to be rendered, after the command line and a resumed file have been brought together.
+struct Job {
+    PictureSettings settings;
+    AovSet aovs;
+    uint32_t firstSample = 0;
+    uint32_t samplesBefore = 0;             // of a resumed render
+    std::optional<uint32_t> samplesWanted;  // in all; none: until the time is up
+    std::optional<ResumedRender> resumed;
+};
+
+bool WritesKind(const RenderArguments& arguments, OutputKind kind) {
+    return std::ranges::any_of(arguments.outputs, [&](const OutputFile& o) { return o.kind == kind; });
+}
+
+void SetDefaultOutput(RenderArguments& arguments) {
+    if (!arguments.outputs.empty()) return;
+    arguments.outputs.push_back(ParseOutput(arguments.resume.empty() ? "render.png" : arguments.resume));
+}
+
+// Before anything else: an hour of rendering must not end in a file that cannot be written.
+void CheckFiles(const RenderArguments& arguments) {
+    std::vector<std::filesystem::path> written, read{arguments.scene};
+    for (const OutputFile& output : arguments.outputs) written.push_back(output.path);
+    if (!arguments.report.empty()) written.push_back(arguments.report);
+    if (!arguments.environment.empty()) read.push_back(arguments.environment);
+    CheckWritable(written, read);
+}
+
+// A view without light has no use for some options and outputs: they are refused, not ignored.
+void CheckView(const RenderArguments& arguments, const PictureSettings& settings) {
+    if (settings.view == View::PathTraced) return;
+    const auto refuse = [&](const std::string& what) {
+        throw Error(ErrorKind::Usage, "--view " + std::string(Name(settings.view)) + ": " + what);
+    };
+    const bool isAverage = settings.view == View::Albedo || settings.view == View::Normals;
+    if (!isAverage && (arguments.seconds || arguments.samples.value_or(1) > 1))
+        refuse("it is not averaged over samples; leave out --spp and --time");
+    if (WritesKind(arguments, OutputKind::Hdr)) refuse("an .hdr holds radiance; write an .exr");
+    if (arguments.exposureEv != 0.0f) refuse("there is no light that --exposure could scale");
+    if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
+}
+
+Job PlanJob(const RenderArguments& arguments) {
+    Job job;
+    if (!arguments.resume.empty()) {
+        job.resumed = ReadResumedRender(arguments.resume);
+        const RenderFile& render = job.resumed->render;
+        job.settings = SettingsOf(*job.resumed, arguments);
+        job.aovs = AovsOf(render);
+        job.firstSample = render.samples.front().first;
+        job.samplesBefore = render.samples.front().count;
+    } else {
+        job.settings = SettingsFrom(arguments.given);
+        job.aovs = arguments.aovs.value_or(AovSet{});
+        job.firstSample = arguments.sampleOffset.value_or(0);
+    }
+    CheckView(arguments, job.settings);
+    if (job.aovs != AovSet{} && !WritesKind(arguments, OutputKind::Exr))
+        throw Error(ErrorKind::Usage,
+                    "--aov: its channels are written to an .exr, and there is no -o OUT.exr");
+    const View view = job.settings.view;
+    const bool isSingle = view == View::Depth || view == View::Instance || view == View::Material;
+    if (!arguments.seconds) job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(kDefaultSamples);
+    const uint64_t last = uint64_t{job.firstSample} + job.samplesWanted.value_or(1) - 1;
+    if (last > std::numeric_limits<uint32_t>::max())
+        throw Error(ErrorKind::Usage, "--sample-offset " + std::to_string(job.firstSample) + ": sample " +
+                                          std::to_string(last) + " is beyond the last, 4294967295");
+    return job;
+}
+
+// The render as it will be written, but for the pictures.
+RenderFile DescribeRender(const Job& job, const SceneInput& input, const rhi::DeviceInfo& device) {
+    RenderFile render;
+    render.size = job.settings.size;
+    render.settings = Texts(job.settings);
+    render.sceneFile = input.file;
+    render.sceneHash = input.hash;
+    render.environmentFile = input.environmentFile;
+    render.environmentHash = input.environmentHash;
+    render.version = kVersion;
+    render.device = device.name;
+    render.driver = device.driver;
+    return render;
+}
+
+void RequireSameInputs(const ResumedRender& resumed, const RenderFile& render) {
+    const std::string mismatch = FirstMismatch(resumed.render, render);
+    if (!mismatch.empty())
+        throw Error(ErrorKind::BadInput, resumed.path.string() + " cannot be resumed: " + mismatch);
+}
+
+void WarnOfDarkness(Progress& progress, const RenderArguments& arguments, const Job& job,
+                    const SceneInput& input) {
+    if (arguments.isQuiet || job.settings.view != View::PathTraced) return;
+    const size_t lights = input.data.lights.size();
+    if (lights > 0)
+        Warn(progress, input.file + ": " + std::to_string(lights) +
+                           (lights == 1 ? " punctual light is" : " punctual lights are") + " not rendered");
+    const bool hasBackground = job.settings.background != std::array<float, 3>{};
+    if (!hasBackground && input.environmentFile.empty() && !HasEmission(input.data))
+        Warn(progress, input.file +
+                           ": nothing emits light, the picture will be black; give --env FILE or "
+                           "--background R,G,B");
+}
+
+// How the samples went.
+struct Rendered {
+    double seconds = 0.0;             // all samples of this run
+    double firstSampleSeconds = 0.0;  // of these, until the first was done
+    bool wasStopped = false;
+};
+
+ProgressState StateOf(RenderSession& session, const Job& job, const Rendered& soFar, double seconds,
+                      const std::optional<double>& timeLimit) {
+    ProgressState state;
+    state.samplesDone = session.SamplesDone();
+    state.samplesWanted = job.samplesWanted;
+    const double timed = seconds - soFar.firstSampleSeconds;
+    const double fresh = static_cast<double>(state.samplesDone) - job.samplesBefore - 1.0;
+    if (fresh > 0.0 && timed > 0.0) {
+        const double rate = fresh / timed;
+        state.samplesPerSecond = rate * static_cast<double>(job.settings.size.PixelCount());
+        if (job.samplesWanted) state.secondsLeft = (*job.samplesWanted - state.samplesDone) / rate;
+    }
+    if (timeLimit) state.secondsLeft = std::max(0.0, *timeLimit - seconds);
+    state.relativeError = session.RelativeError();
+    return state;
+}
+
+Rendered RenderSamples(RenderSession& session, const Job& job, const std::optional<double>& timeLimit,
+                       Progress& progress) {
+    const InterruptWatch interrupt;
+    const Stopwatch watch;
+    Rendered rendered;
+    progress.Show("  building acceleration structures, compiling shaders");
+    for (bool isLast = false; !isLast;) {
+        const uint32_t samples = session.SamplesSubmitted() + 1;  // with this one
+        const bool isStopped = interrupt.IsRequested();
+        const bool isComplete = job.samplesWanted && samples >= *job.samplesWanted;
+        const bool isLate = timeLimit && watch.Seconds() >= *timeLimit;
+        isLast = isComplete || isStopped || isLate || job.firstSample + samples == 0;  // no index left
+        session.RenderSample(isLast, progress.IsOn() && (samples & (samples - 1)) == 0);
+        if (samples == job.samplesBefore + 1) {
+            session.WaitForSamples();
+            rendered.firstSampleSeconds = watch.Seconds();
+        }
+        rendered.wasStopped = isStopped && !isComplete;
+        if (progress.IsDue())
+            progress.Show(FormatProgress(StateOf(session, job, rendered, watch.Seconds(), timeLimit)));
+    }
+    session.WaitForSamples();
+    rendered.seconds = watch.Seconds();
+    progress.Clear();
+    return rendered;
+}
+
+void DropUnasked(RenderFile& render, const AovSet& aovs) {
+    if (!aovs.albedo) render.albedo.clear();
+    if (!aovs.normal) render.normal.clear();
+    if (!aovs.depth) render.depth.clear();
+    if (!aovs.instance) render.instance.clear();
+    if (!aovs.material) render.material.clear();
+}
+
+void WriteOutputs(const RenderArguments& arguments, RenderSession& session, RenderFile& render,
+                  const AovSet& aovs) {
+    const image::Image8 display =
+        WritesKind(arguments, OutputKind::Png) ? session.TakeDisplay(render) : image::Image8{};
+    DropUnasked(render, aovs);
+    for (const OutputFile& output : arguments.outputs) {
+        switch (output.kind) {
+            case OutputKind::Png:
+                image::WritePng(output.path, display);
+                break;
+            case OutputKind::Exr:
+                WriteRenderFile(output.path, render);
+                break;
+            case OutputKind::Hdr:
+                image::WriteHdr(output.path, {render.size.width, render.size.height, render.radiance});
+                break;
+        }
+    }
+}
+
+void PrintSummary(const RenderArguments& arguments, const RenderFile& render, const Job& job,
+                  const Rendered& rendered, double samplesPerSecond) {
+    for (const OutputFile& output : arguments.outputs) PrintLine(output.path.string());
+    if (!arguments.report.empty()) PrintLine(arguments.report.string());
+    const uint64_t samples = SampleCount(render.samples);
+    std::string line = std::to_string(samples) + (samples == 1 ? " sample" : " samples") + " a pixel";
+    if (job.samplesBefore > 0) line += ", " + std::to_string(samples - job.samplesBefore) + " of them new";
+    line += ", " + ToText(render.size) + ", in " + FormatDuration(rendered.seconds);
+    if (samplesPerSecond > 0.0) line += ", " + FormatRate(samplesPerSecond);
+    PrintLine(line + ", on " + render.device);
+}
+
+}  // namespace
+
+void RenderCommand(RenderArguments arguments) {
+    SetDefaultOutput(arguments);
+    CheckFiles(arguments);
+    Job job = PlanJob(arguments);
+
+    Progress progress(stderr, arguments.isQuiet);
+    SceneInput input = LoadInput(arguments.scene, job.settings.scene, arguments.environment,
+                                 [&](std::string_view stage, float fraction) {
+                                     if (progress.IsDue()) progress.Show(FormatLoading(stage, fraction));
+                                 });
+    if (!arguments.isQuiet) WarnAll(progress, input.warnings);
+    WarnOfDarkness(progress, arguments, job, input);
+    DeviceMessages messages;
+    const std::unique_ptr<rhi::Device> device =
+        OpenDevice({arguments.device, arguments.isValidating}, messages);
+    RenderFile render = DescribeRender(job, input, device->Info());
+    if (job.resumed) RequireSameInputs(*job.resumed, render);
+
+    DeviceScene scene(*device, input, job.settings);
+    RenderSession session(
+        scene, {.view = job.settings.view,
+                .aovs = job.aovs,
+                .withVariance =
+                    WritesKind(arguments, OutputKind::Exr) || !arguments.report.empty() || progress.IsOn(),
+                .firstSample = job.firstSample,
+                .tonemap = {.exposureEv = arguments.exposureEv, .tonemapOperator = arguments.tonemap},
+                .continues = job.resumed ? &job.resumed->render : nullptr});
+    job.resumed.reset();
+    const Rendered rendered = RenderSamples(session, job, arguments.seconds, progress);
+    session.TakePicture(render);
+
+    const ImageStatistics statistics =
+        Measure(render.radiance, render.variance, static_cast<uint32_t>(SampleCount(render.samples)));
+    const uint32_t fresh = session.SamplesSubmitted() - job.samplesBefore;
+    const double timedSeconds = rendered.seconds - rendered.firstSampleSeconds;
+    const double samplesPerSecond =
+        fresh > 1 ? (fresh - 1) * static_cast<double>(render.size.PixelCount()) / timedSeconds : 0.0;
+    std::optional<Report> report;
+    if (!arguments.report.empty()) {
+        report = DescribeRun({.device = *device, .scene = scene, .session = session, .input = input});
+        report->settings = SettingsForReport(arguments, render, job.samplesWanted);
+        report->samples = SampleCount(render.samples);
+        report->wasStopped = rendered.wasStopped;
+        report->timingsMs.firstSample = 1e3 * rendered.firstSampleSeconds;
+        report->timingsMs.render = 1e3 * rendered.seconds;
+        report->throughput.samplesPerSecond = samplesPerSecond;
+        report->image = statistics;
+    }
+    if (!arguments.isQuiet) WarnAll(progress, messages.TakeWarnings());
+    messages.RequireValid();  // before anything is written: an invalid run leaves the old files
+
+    WriteOutputs(arguments, session, render, job.aovs);
+    if (report) WriteTextFile(arguments.report, ToJson(*report));
+    if (rendered.wasStopped) {
+        std::string text = "stopped after " + std::to_string(session.SamplesSubmitted());
+        if (job.samplesWanted) text += " of " + std::to_string(*job.samplesWanted);
+        std::fprintf(stderr, "raygraph: %s samples; what there is was written\n", text.c_str());
+    }
+    if (arguments.isQuiet) return;
+    if (statistics.nonFinitePixels > 0)
+        Warn(progress, std::to_string(statistics.nonFinitePixels) + " pixels are not finite");
+    PrintSummary(arguments, render, job, rendered, samplesPerSecond);
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,56 @@
+// What the .exr of a render holds, in memory and as a file: the linear picture, the variance and AOVs that
+// were accumulated beside it, and everything needed to go on with it or to merge it with another.
+//
+// Channels: R G B A; samples; variance.R/G/B; and as asked for albedo.R/G/B, N.X/Y/Z (world space, mean over
+// the samples, so shorter than 1 at edges), Z (along the camera's forward; infinite where nothing is hit),
+// id.instance and id.material (uint; 0xFFFFFFFF where nothing is hit). Z and the ids are those of the ray
+// through the pixel's centre. Attributes: see kAttribute* in the source.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "editor/cli/parse.h"
+#include "editor/cli/picture_settings.h"
+#include "editor/cli/sample_ranges.h"
+#include "renderer/image/exr.h"
+
+namespace raygraph::cli {
+
+// RGBA, rows from the top, 4 * width * height floats; empty when it was not rendered.
+using Texels = std::vector<float>;
+
+struct RenderFile {
+    ImageSize size;
+    Texels radiance;  // mean of the samples; alpha: part of the pixel that is covered
+    Texels variance;  // unbiased variance of one sample, w without meaning
+    Texels albedo;    // w: covered part of the pixel; not stored
+    Texels normal;    // w without meaning
+    std::vector<float> depth;
+    std::vector<uint32_t> instance;
+    std::vector<uint32_t> material;
+
+    SampleRanges samples;
+    SettingTexts settings;
+    std::string sceneFile;        // file name without folders
+    std::string sceneHash;        // of the scene's content; "" if unknown
+    std::string environmentFile;  // "": no map
+    std::string environmentHash;
+    std::string version;  // of the program
+    std::string device;
+    std::string driver;
+};
+
+void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render);
+
+// Error{BadInput} naming the path: for a file that cannot be read, is no EXR, or is no render of this program
+// that can be continued (a channel or an attribute is missing or malformed).
+RenderFile ReadRenderFile(const std::filesystem::path& path);
+
+// "scene: cornell.gltf against box.gltf": the first thing for which samples of `a` and `b` do not belong in
+// one picture, apart from which samples they are; empty when they do belong together.
+std::string FirstMismatch(const RenderFile& a, const RenderFile& b);
+
+}  // namespace raygraph::cli

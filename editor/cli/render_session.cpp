@@ -1,0 +1,171 @@
+#include "editor/cli/render_session.h"
+
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "editor/cli/diagnostic_view.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+template <typename T>
+std::vector<T> ValuesOf(const Readback& readback) {
+    readback.Wait();
+    const std::span<const std::byte> bytes = readback.Bytes();
+    std::vector<T> values(bytes.size() / sizeof(T));
+    std::memcpy(values.data(), bytes.data(), bytes.size());
+    return values;
+}
+
+// One channel of four.
+template <typename T>
+std::vector<T> ChannelOf(const std::vector<T>& texels, size_t channel) {
+    std::vector<T> values(texels.size() / 4);
+    for (size_t i = 0; i < values.size(); i++) values[i] = texels[4 * i + channel];
+    return values;
+}
+
+}  // namespace
+
+RenderSession::RenderSession(DeviceScene& scene, const RenderPlan& plan)
+    : m_scene(scene),
+      m_renderer(scene.GraphRenderer()),
+      m_plan(plan),
+      // Normals take their coverage from the albedo
+      m_isKeepingAlbedo(plan.aovs.albedo || plan.view == View::Albedo || plan.view == View::Normals),
+      m_isKeepingNormal(plan.aovs.normal || plan.view == View::Normals),
+      m_isKeepingCenter(plan.aovs.NeedsCenterRay() || plan.view == View::Depth ||
+                        plan.view == View::Instance || plan.view == View::Material) {
+    if (plan.continues != nullptr) RestoreFrom(*plan.continues);
+    m_plan.continues = nullptr;
+}
+
+void RenderSession::RestoreFrom(const RenderFile& render) {
+    const Extent2D extent{render.size.width, render.size.height};
+    const uint32_t count = render.samples.front().count;
+    m_renderer.BeginFrame();
+    passes::Restore(m_renderer, m_radiance.accumulation, extent, count, render.radiance, render.variance);
+    if (m_isKeepingAlbedo)
+        passes::Restore(m_renderer, m_albedo.accumulation, extent, count, render.albedo, {});
+    if (m_isKeepingNormal)
+        passes::Restore(m_renderer, m_normal.accumulation, extent, count, render.normal, {});
+    m_renderer.Execute();
+    m_submitted = count;
+}
+
+void RenderSession::Keep(TextureId sample, Accumulated& into, bool isLast) {
+    const passes::AccumulatedIds ids = passes::Accumulate(m_renderer, sample, into.accumulation);
+    m_renderer.Present(ids.mean);
+    if (isLast) into.mean = m_renderer.ReadBack(ids.mean);
+}
+
+void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
+                                    bool isMeasuring) {
+    const TextureId sample = passes::Trace(m_renderer, ids, settings);
+    const passes::AccumulatedIds sums =
+        passes::Accumulate(m_renderer, sample, m_radiance.accumulation, m_plan.withVariance);
+    m_renderer.Present(sums.mean);
+    if (isLast) {
+        m_radiance.mean = m_renderer.ReadBack(sums.mean);
+        if (m_plan.withVariance) m_variance = m_renderer.ReadBack(sums.variance);
+        m_display = m_renderer.ReadBack(passes::Tonemap(m_renderer, sums.mean, m_plan.tonemap));
+    } else if (isMeasuring && m_plan.withVariance && !m_measurement) {
+        m_measurement =
+            Measurement{m_submitted + 1, m_renderer.ReadBack(sums.mean), m_renderer.ReadBack(sums.variance)};
+    }
+}
+
+void RenderSession::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
+    const passes::PrimaryHitIds hits =
+        passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
+    if (m_isKeepingAlbedo) Keep(hits.albedo, m_albedo, isLast);
+    if (m_isKeepingNormal) Keep(hits.normal, m_normal, isLast);
+}
+
+void RenderSession::DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings) {
+    const passes::PrimaryHitIds hits =
+        passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Center);
+    m_position = m_renderer.ReadBack(hits.position);
+    m_ids = m_renderer.ReadBack(hits.ids);
+}
+
+void RenderSession::RenderSample(bool isLast, bool isMeasuring) {
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample + m_submitted);
+    if (ShowsLight()) DeclareRadiance(ids, settings, isLast, isMeasuring);
+    if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings, isLast);
+    if (m_isKeepingCenter && isLast) DeclareCenterRay(ids, settings);
+    m_pending.push_back(m_renderer.Execute());
+    m_submitted++;
+    m_times.Add(m_renderer.TakeTimings());
+}
+
+uint32_t RenderSession::SamplesDone() {
+    const uint64_t completed = m_renderer.Device().CompletedValue();
+    while (!m_pending.empty() && m_pending.front() <= completed) m_pending.pop_front();
+    return m_submitted - static_cast<uint32_t>(m_pending.size());
+}
+
+void RenderSession::WaitForSamples() {
+    if (!m_pending.empty()) m_renderer.Device().WaitFor(m_pending.back());
+}
+
+std::optional<double> RenderSession::RelativeError() {
+    if (m_measurement && m_measurement->mean.IsReady() && m_measurement->variance.IsReady()) {
+        const uint32_t count = m_measurement->sampleCount;
+        const std::optional<double> error =
+            Measure(ValuesOf<float>(m_measurement->mean), ValuesOf<float>(m_measurement->variance), count)
+                .relativeError;
+        if (error) m_errorOfOneSample = *error * std::sqrt(static_cast<double>(count));
+        m_measurement.reset();
+    }
+    const uint32_t done = SamplesDone();
+    if (!m_errorOfOneSample || done == 0) return std::nullopt;
+    return *m_errorOfOneSample / std::sqrt(static_cast<double>(done));
+}
+
+void RenderSession::TakePicture(RenderFile& render) {
+    if (ShowsLight()) render.radiance = ValuesOf<float>(m_radiance.mean);
+    if (ShowsLight() && m_plan.withVariance) render.variance = ValuesOf<float>(m_variance);
+    if (m_isKeepingAlbedo) render.albedo = ValuesOf<float>(m_albedo.mean);
+    if (m_isKeepingNormal) render.normal = ValuesOf<float>(m_normal.mean);
+    if (m_isKeepingCenter) {
+        const std::vector<uint32_t> hits = ValuesOf<uint32_t>(m_ids);
+        if (m_plan.aovs.depth || m_plan.view == View::Depth)
+            render.depth = ChannelOf(ValuesOf<float>(m_position), 3);
+        if (m_plan.aovs.instance || m_plan.view == View::Instance) render.instance = ChannelOf(hits, 0);
+        if (m_plan.aovs.material || m_plan.view == View::Material) render.material = ChannelOf(hits, 1);
+    }
+    if (!ShowsLight()) render.radiance = ViewTexels(m_plan.view, render);
+    render.samples = {{m_plan.firstSample, m_submitted}};
+}
+
+image::Image8 RenderSession::TakeDisplay(const RenderFile& render) {
+    if (!ShowsLight()) return ShowView(m_plan.view, render);
+    image::Image8 picture{render.size.width, render.size.height, ValuesOf<uint8_t>(m_display)};
+    for (size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = 255;
+    return picture;
+}
+
+double RenderSession::MeasureRaysPerSample() {
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+    TextureId counts;
+    std::ignore =
+        passes::Trace(m_renderer, ids, m_scene.SettingsFor(m_plan.firstSample + m_submitted - 1), &counts);
+    const Readback readback = m_renderer.ReadBack(counts);
+    m_renderer.Execute();
+    const std::vector<float> rays = ValuesOf<float>(readback);
+    return std::accumulate(rays.begin(), rays.end(), 0.0) / static_cast<double>(rays.size());
+}
+
+const PassTimes& RenderSession::Times() {
+    WaitForSamples();
+    m_times.Add(m_renderer.TakeTimings());
+    return m_times;
+}
+
+}  // namespace raygraph::cli

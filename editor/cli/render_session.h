@@ -1,0 +1,89 @@
+// Renders samples of one picture, one a frame, and hands out what was accumulated.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "editor/cli/arguments.h"
+#include "editor/cli/device_scene.h"
+#include "editor/cli/image_statistics.h"
+#include "editor/cli/pass_times.h"
+#include "editor/cli/render_file.h"
+#include "passes/accumulate.h"
+#include "passes/tonemap.h"
+
+namespace raygraph::cli {
+
+struct RenderPlan {
+    View view = View::PathTraced;
+    AovSet aovs;                            // what to keep beside the picture
+    bool withVariance = false;              // of the radiance
+    uint32_t firstSample = 0;               // index
+    passes::TonemapSettings tonemap;        // of the display picture
+    const RenderFile* continues = nullptr;  // its samples come first; not kept
+};
+
+class RenderSession {
+  public:
+    // `scene` outlives the session.
+    RenderSession(DeviceScene& scene, const RenderPlan& plan);
+
+    // Submits one sample; waits while as many frames are in flight as the device allows. The last sample's
+    // frame reads everything back. `isMeasuring`: its error is estimated when it has arrived.
+    void RenderSample(bool isLast, bool isMeasuring);
+    // Samples in the picture that the device has finished, those that were continued included.
+    uint32_t SamplesDone();
+    uint32_t SamplesSubmitted() const { return m_submitted; }
+    // Of the newest measured sample that has arrived, scaled to the samples done since; none before.
+    std::optional<double> RelativeError();
+    // Waits until the device has done what was submitted.
+    void WaitForSamples();
+
+    // After the last sample: fills the picture and its channels and samples, and waits for them. The rest of
+    // the render is left as it is.
+    void TakePicture(RenderFile& render);
+    // The tone-mapped picture, opaque; of a view without light what ShowView makes of `render`.
+    image::Image8 TakeDisplay(const RenderFile& render);
+
+    // Rays that a path of the last sample takes, on average over the pixels. Renders that sample once more.
+    double MeasureRaysPerSample();
+    // GPU times of all frames of samples.
+    const PassTimes& Times();
+    bool ShowsLight() const { return m_plan.view == View::PathTraced; }
+
+  private:
+    // An accumulated picture; `mean` is set by the last sample.
+    struct Accumulated {
+        explicit Accumulated(const char* name) : accumulation(name) {}
+        passes::Accumulation accumulation;
+        Readback mean;
+    };
+    struct Measurement {
+        uint32_t sampleCount = 0;
+        Readback mean, variance;
+    };
+
+    void RestoreFrom(const RenderFile& render);
+    void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
+                         bool isMeasuring);
+    void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
+    void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
+    void Keep(TextureId sample, Accumulated& into, bool isLast);
+
+    DeviceScene& m_scene;
+    Renderer& m_renderer;
+    RenderPlan m_plan;
+    bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter;
+    uint32_t m_submitted = 0;        // samples in the picture, continued ones included
+    std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
+
+    Accumulated m_radiance{"radiance"}, m_albedo{"albedo"}, m_normal{"normal"};
+    Readback m_variance, m_display, m_position, m_ids;
+    std::optional<Measurement> m_measurement;
+    std::optional<double> m_errorOfOneSample;
+    PassTimes m_times;
+};
+
+}  // namespace raygraph::cli

@@ -1,0 +1,91 @@
+#include "editor/cli/report.h"
+
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "base/atomic_file.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <typename T>
+Json OrNull(const std::optional<T>& value) {
+    return value ? Json(*value) : Json();
+}
+
+Json PassesJson(const std::vector<PassTime>& passes) {
+    Json list = Json::array();
+    for (const PassTime& pass : passes)
+        list.push_back({{"name", pass.name},
+                        {"gpu_ms_median", pass.gpuMsMedian},
+                        {"gpu_ms_total", pass.gpuMsTotal},
+                        {"count", pass.count}});
+    return list;
+}
+
+Json AccelerationJson(const Report& report) {
+    Json json{{"blas_count", report.acceleration.blasCount},
+              {"bytes_built", report.acceleration.bytesBuilt},
+              {"bytes_compacted", report.acceleration.bytesCompacted},
+              {"tlas_bytes", report.acceleration.tlasBytes}};
+    if (!report.acceleration.whyCompactionOff.empty())
+        json["why_compaction_off"] = report.acceleration.whyCompactionOff;
+    return json;
+}
+
+Json ThroughputJson(const Report& report) {
+    const double samples = report.throughput.samplesPerSecond;
+    std::optional<double> raysPerSecond;
+    if (report.throughput.raysPerSample) raysPerSecond = samples * *report.throughput.raysPerSample * 1e-6;
+    return {{"msamples_per_s", samples * 1e-6},
+            {"mrays_per_s", OrNull(raysPerSecond)},
+            {"rays_per_sample", OrNull(report.throughput.raysPerSample)}};
+}
+
+}  // namespace
+
+std::string ToJson(const Report& report) {
+    const auto& times = report.timingsMs;
+    Json json;
+    json["schema"] = 1;
+    json["scene"] = {{"file", report.scene.file},
+                     {"triangles_unique", report.scene.trianglesUnique},
+                     {"triangles_placed", report.scene.trianglesPlaced},
+                     {"instances", report.scene.instances},
+                     {"materials", report.scene.materials},
+                     {"textures", report.scene.textures},
+                     {"lights", report.scene.lights}};
+    json["device"] = {
+        {"name", report.device.name}, {"driver", report.device.driver}, {"type", report.device.type}};
+    json["settings"] = report.settings;
+    json["samples"] = report.samples;
+    json["stopped"] = report.wasStopped;
+    json["timings_ms"] = {{"load", times.load},
+                          {"upload", times.upload},
+                          {"blas_build", times.blasBuild},
+                          {"compaction", times.compaction},
+                          {"pipelines", times.pipelines},
+                          {"first_sample", times.firstSample},
+                          {"render", times.render}};
+    json["passes"] = PassesJson(report.passes);
+    json["acceleration"] = AccelerationJson(report);
+    json["memory"] = {{"device_peak_bytes", report.memory.devicePeakBytes},
+                      {"host_peak_bytes", report.memory.hostPeakBytes}};
+    json["throughput"] = ThroughputJson(report);
+    json["image"] = {{"mean", report.image.mean},
+                     {"nonfinite_pixels", report.image.nonFinitePixels},
+                     {"relative_error", OrNull(report.image.relativeError)}};
+    // Names may come from files and drivers: bytes that are no UTF-8 are replaced
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void WriteTextFile(const std::filesystem::path& path, std::string_view text) {
+    AtomicFile file(path);
+    file.Write(std::as_bytes(std::span(text)));
+    file.Commit();
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,55 @@
+// The --report of a render, schema 1. Times are milliseconds, sizes bytes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "editor/cli/image_statistics.h"
+#include "editor/cli/pass_times.h"
+#include "editor/cli/picture_settings.h"
+
+namespace raygraph::cli {
+
+struct Report {
+    struct {
+        std::string file;
+        uint64_t trianglesUnique = 0, trianglesPlaced = 0, instances = 0, materials = 0, textures = 0,
+                 lights = 0;
+    } scene;
+    struct {
+        std::string name, driver, type;
+    } device;
+    SettingTexts settings;  // picture settings and what else was asked for
+    uint64_t samples = 0;   // in the picture
+    bool wasStopped = false;
+    struct {
+        double load = 0.0, upload = 0.0, blasBuild = 0.0, compaction = 0.0, pipelines = 0.0;
+        double firstSample = 0.0;  // until it was done, pipelines and uploads included
+        double render = 0.0;       // all samples of this run
+    } timingsMs;
+    std::vector<PassTime> passes;
+    struct {
+        uint64_t blasCount = 0, bytesBuilt = 0, bytesCompacted = 0, tlasBytes = 0;
+        std::string whyCompactionOff;  // "": it was on
+    } acceleration;
+    struct {
+        uint64_t devicePeakBytes = 0, hostPeakBytes = 0;
+    } memory;
+    struct {
+        double samplesPerSecond = 0.0;  // over the samples after the first
+        std::optional<double> raysPerSample;
+    } throughput;
+    ImageStatistics image;
+};
+
+// Pretty-printed, with a newline at the end. Numbers that are not known are null.
+std::string ToJson(const Report& report);
+
+// All of the text or nothing; Error{Io}.
+void WriteTextFile(const std::filesystem::path& path, std::string_view text);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,74 @@
+#include "editor/cli/resume.h"
+
+#include "base/error.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+std::string ListOf(const AovSet& aovs) {
+    std::string list;
+    const auto add = [&](bool isIn, const char* name) {
+        if (!isIn) return;
+        if (!list.empty()) list += ',';
+        list += name;
+    };
+    add(aovs.albedo, "albedo");
+    add(aovs.normal, "normal");
+    add(aovs.depth, "depth");
+    add(aovs.instance, "instance");
+    add(aovs.material, "material");
+    return list.empty() ? "none" : list;
+}
+
+}  // namespace
+
+ResumedRender ReadResumedRender(const std::filesystem::path& path) {
+    ResumedRender resumed{path, ReadRenderFile(path)};
+    const RenderFile& render = resumed.render;
+    const auto refuse = [&](const std::string& why) {
+        throw Error(ErrorKind::BadInput, path.string() + " cannot be resumed: " + why);
+    };
+    const View view = SettingsFrom(render.settings).view;
+    if (view != View::PathTraced) refuse(std::string("it shows the view ") + Name(view));
+    if (render.samples.size() != 1)
+        refuse("it was merged from separate sample ranges, " + ToText(render.samples));
+    if (render.variance.empty()) refuse("it has no channel variance.R");
+    return resumed;
+}
+
+AovSet AovsOf(const RenderFile& render) {
+    return {.albedo = !render.albedo.empty(),
+            .normal = !render.normal.empty(),
+            .depth = !render.depth.empty(),
+            .instance = !render.instance.empty(),
+            .material = !render.material.empty()};
+}
+
+PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& arguments) {
+    const RenderFile& render = resumed.render;
+    const auto refuse = [&](const std::string& option, const std::string& given, const std::string& has) {
+        throw Error(ErrorKind::Usage,
+                    "--" + option + " " + given + ": " + resumed.path.string() + " was rendered with " + has);
+    };
+    const SettingTexts inFile = Texts(SettingsFrom(render.settings));
+    for (const auto& [name, text] : arguments.given)
+        if (const std::string& has = inFile.at(name); has != text)
+            refuse(name, text, has.empty() ? "the default" : has);
+
+    const SampleRange range = render.samples.front();
+    if (arguments.sampleOffset && *arguments.sampleOffset != range.first)
+        refuse("sample-offset", std::to_string(*arguments.sampleOffset), std::to_string(range.first));
+    if (const AovSet has = AovsOf(render); arguments.aovs && *arguments.aovs != has)
+        refuse("aov", ListOf(*arguments.aovs), ListOf(has));
+    if (arguments.samples && *arguments.samples <= range.count)
+        throw Error(ErrorKind::Usage, "--spp " + std::to_string(*arguments.samples) + ": " +
+                                          resumed.path.string() + " already holds " +
+                                          std::to_string(range.count) + " samples; give the total to reach");
+    if (!arguments.samples && !arguments.seconds)
+        throw Error(ErrorKind::Usage, "--resume needs --spp (the total to reach; " + resumed.path.string() +
+                                          " holds " + std::to_string(range.count) + ") or --time");
+    return SettingsFrom(inFile);
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,35 @@
+// Which samples a render holds: disjoint, sorted ranges of sample indices. Samples are functions of their
+// index, so a sample must not be counted twice.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace raygraph::cli {
+
+struct SampleRange {
+    uint32_t first = 0;
+    uint32_t count = 0;
+
+    bool operator==(const SampleRange&) const = default;
+    uint64_t End() const { return uint64_t{first} + count; }  // one past the last
+};
+
+using SampleRanges = std::vector<SampleRange>;
+
+// Samples of all ranges.
+uint64_t SampleCount(const SampleRanges& ranges);
+
+// "0-63", "0-63 128-191": first and last sample of each range.
+std::string ToText(const SampleRanges& ranges);
+// Reads ToText. Error{BadInput} when it is malformed, or the ranges are empty, unsorted or overlap.
+SampleRanges ParseSampleRanges(std::string_view text);
+
+// True if both hold one sample.
+bool Overlap(const SampleRanges& a, const SampleRanges& b);
+// Both, neighbours joined. They must not overlap.
+SampleRanges Union(const SampleRanges& a, const SampleRanges& b);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,46 @@
+#include "editor/cli/scene_input.h"
+
+#include <algorithm>
+
+#include "editor/cli/content_hash.h"
+#include "editor/cli/exit_code.h"
+#include "editor/cli/stopwatch.h"
+#include "renderer/scene/load_gltf.h"
+
+namespace raygraph::cli {
+
+SceneInput LoadInput(const std::filesystem::path& path, const std::string& choice,
+                     const std::filesystem::path& environment, LoadProgress progress) {
+    SceneInput input;
+    const Stopwatch watch;
+    if (!environment.empty()) {
+        image::Environment map = AsInput([&] { return image::ReadEnvironment(environment); });
+        input.environment = std::move(map.image);
+        input.warnings = std::move(map.warnings);
+        input.environmentFile = environment.filename().string();
+    }
+    scene::LoadOptions options;
+    options.scene = choice;
+    options.progress = std::move(progress);
+    input.data = AsInput([&] { return scene::LoadGltf(path, options); });
+    input.loadMs = watch.Milliseconds();
+
+    input.file = path.filename().string();
+    input.warnings.insert(input.warnings.end(), input.data.warnings.begin(), input.data.warnings.end());
+    input.statistics = scene::Statistics(input.data);
+    input.hash = HashOf(input.data);
+    if (!input.environmentFile.empty()) input.environmentHash = HashOf(input.environment);
+    return input;
+}
+
+bool HasEmission(const scene::SceneData& data) {
+    std::vector<bool> isEmitting(data.materials.size());
+    for (size_t i = 0; i < data.materials.size(); i++)
+        isEmitting[i] = data.materials[i].EmittedRadiance() != glm::vec3(0.0f);
+    return std::ranges::any_of(data.instances, [&](const scene::Instance& instance) {
+        return std::ranges::any_of(data.meshes[instance.mesh].primitives,
+                                   [&](const scene::Primitive& p) { return isEmitting[p.material]; });
+    });
+}
+
+}  // namespace raygraph::cli

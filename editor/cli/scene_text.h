@@ -1,0 +1,20 @@
+// What is in a scene, as text for people.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::cli {
+
+// Counts, size, cameras, lights and materials; several lines. Of long lists the beginning is shown.
+std::string DescribeScene(std::string_view file, const scene::SceneData& scene);
+
+// "1,234,567"
+std::string GroupDigits(uint64_t number);
+// "12.3 MiB"
+std::string FormatBytes(uint64_t bytes);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,210 @@
+#include "editor/cli/arguments.h"
+
+#include "tests/cli/cli_test.h"
+
+namespace raygraph::cli {
+namespace {
+
+Arguments Parse(std::vector<const char*> words) {
+    words.insert(words.begin(), "raygraph");
+    return ParseArguments(static_cast<int>(words.size()), words.data());
+}
+
+RenderArguments ParseRender(std::vector<const char*> words) {
+    words.insert(words.begin(), "render");
+    return std::get<RenderArguments>(Parse(words));
+}
+
+template <typename... Texts>
+void ExpectUsage(const std::vector<const char*>& words, const Texts&... texts) {
+    test::ExpectError(
+        ErrorKind::Usage, [&] { Parse(words); }, texts...);
+}
+
+TEST(Arguments, RenderTakesEveryOption) {
+    const RenderArguments a = ParseRender({"box.gltf",
+                                           "-o",
+                                           "a.png",
+                                           "-o",
+                                           "b.EXR",
+                                           "--output",
+                                           "c.hdr",
+                                           "--size",
+                                           "64x32",
+                                           "--spp",
+                                           "8",
+                                           "--seed",
+                                           "7",
+                                           "--sample-offset",
+                                           "16",
+                                           "--max-depth",
+                                           "5",
+                                           "--rr-start",
+                                           "2",
+                                           "--camera",
+                                           "0 1 5 0 0 0 0 1 0 40",
+                                           "--env",
+                                           "sky.hdr",
+                                           "--env-rotation",
+                                           "-90",
+                                           "--exposure",
+                                           "-1.5",
+                                           "--tonemap",
+                                           "agx",
+                                           "--view",
+                                           "albedo",
+                                           "--aov",
+                                           "albedo,depth",
+                                           "--sampler",
+                                           "pcg",
+                                           "--scene",
+                                           "1",
+                                           "--brdf",
+                                           "lambert",
+                                           "--device",
+                                           "llvm",
+                                           "--validate",
+                                           "--report",
+                                           "r.json",
+                                           "--quiet"});
+    EXPECT_EQ(a.scene, "box.gltf");
+    ASSERT_EQ(a.outputs.size(), 3u);
+    EXPECT_EQ(a.outputs[0].path, "a.png");
+    EXPECT_EQ(a.outputs[1].kind, OutputKind::Exr);
+    EXPECT_EQ(a.outputs[2].kind, OutputKind::Hdr);
+    EXPECT_EQ(a.samples, 8u);
+    EXPECT_EQ(a.sampleOffset, 16u);
+    EXPECT_EQ(a.environment, "sky.hdr");
+    EXPECT_EQ(a.exposureEv, -1.5f);
+    EXPECT_EQ(a.tonemap, TonemapOperator::AgX);
+    ASSERT_TRUE(a.aovs);
+    EXPECT_TRUE(a.aovs->albedo && a.aovs->depth);
+    EXPECT_FALSE(a.aovs->normal || a.aovs->instance || a.aovs->material);
+    EXPECT_EQ(a.device, "llvm");
+    EXPECT_TRUE(a.isValidating && a.isQuiet);
+    EXPECT_EQ(a.report, "r.json");
+
+    const PictureSettings settings = SettingsFrom(a.given);
+    EXPECT_EQ(settings.size, (ImageSize{64, 32}));
+    EXPECT_EQ(settings.seed, 7u);
+    EXPECT_EQ(settings.maxDepth, 5u);
+    EXPECT_EQ(settings.rouletteStart, 2u);
+    EXPECT_EQ(settings.camera, "0 1 5 0 0 0 0 1 0 40");
+    EXPECT_EQ(settings.environmentRotation, -90.0f);
+    EXPECT_EQ(settings.view, View::Albedo);
+    EXPECT_EQ(settings.sampler, SamplerKind::Pcg);
+    EXPECT_EQ(settings.scene, "1");
+}
+
+TEST(Arguments, WhatIsNotGivenStaysOpen) {
+    const RenderArguments a = ParseRender({"box.gltf"});
+    EXPECT_TRUE(a.outputs.empty() && a.given.empty() && a.environment.empty() && a.resume.empty());
+    EXPECT_FALSE(a.samples || a.seconds || a.sampleOffset || a.aovs);
+    EXPECT_EQ(a.tonemap, TonemapOperator::Neutral);
+}
+
+TEST(Arguments, EveryTonemapAndSamplerNameIsTheOperatorOfThatName) {
+    const std::pair<const char*, TonemapOperator> kOperators[] = {
+        {"linear", TonemapOperator::Linear},     {"srgb", TonemapOperator::Srgb},
+        {"reinhard", TonemapOperator::Reinhard}, {"aces", TonemapOperator::Aces},
+        {"agx", TonemapOperator::AgX},           {"neutral", TonemapOperator::Neutral}};
+    for (const auto& [name, value] : kOperators)
+        EXPECT_EQ(ParseRender({"a.gltf", "--tonemap", name}).tonemap, value) << name;
+    const std::pair<const char*, SamplerKind> kSamplers[] = {
+        {"sobol", SamplerKind::Sobol}, {"pcg", SamplerKind::Pcg}, {"tea", SamplerKind::Tea}};
+    for (const auto& [name, value] : kSamplers)
+        EXPECT_EQ(SettingsFrom(ParseRender({"a.gltf", "--sampler", name}).given).sampler, value) << name;
+}
+
+TEST(Arguments, AnOutputDoesNotSwallowTheScene) {
+    EXPECT_EQ(ParseRender({"-o", "a.png", "box.gltf"}).scene, "box.gltf");
+}
+
+TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
+    ExpectUsage({}, "subcommand");
+    ExpectUsage({"paint"}, "paint");
+    ExpectUsage({"render"}, "FILE");
+    ExpectUsage({"render", "a.gltf", "b.gltf"}, "b.gltf");
+    ExpectUsage({"render", "a.gltf", "--bogus"}, "--bogus");
+    ExpectUsage({"render", "a.gltf", "--nee", "off"}, "--nee");
+    ExpectUsage({"render", "a.gltf", "--size"}, "--size");
+    ExpectUsage({"render", "a.gltf", "--size", "64"}, "--size", "\"64\"");
+    ExpectUsage({"render", "a.gltf", "--size", "64x64", "--size", "32x32"}, "--size");
+    ExpectUsage({"render", "a.gltf", "--spp", "0"}, "--spp");
+    ExpectUsage({"render", "a.gltf", "--spp", "-4"}, "--spp");
+    ExpectUsage({"render", "a.gltf", "--spp", "4", "--time", "1"}, "--spp", "--time");
+    ExpectUsage({"render", "a.gltf", "--time", "-1"}, "--time");
+    ExpectUsage({"render", "a.gltf", "-o", "a.jpg"}, "-o", "a.jpg", ".png, .exr or .hdr");
+    ExpectUsage({"render", "a.gltf", "-o", "a"}, "-o", ".png, .exr or .hdr");
+    ExpectUsage({"render", "a.gltf", "--tonemap", "filmic"}, "--tonemap", "neutral");
+    ExpectUsage({"render", "a.gltf", "--view", "raster"}, "--view", "path-traced");
+    ExpectUsage({"render", "a.gltf", "--brdf", "gltf"}, "--brdf", "lambert");
+    ExpectUsage({"render", "a.gltf", "--aov", "albedo,,N"}, "--aov");
+    ExpectUsage({"render", "a.gltf", "--aov", "uv"}, "--aov", "albedo");
+    ExpectUsage({"render", "a.gltf", "--background", "1,1"}, "--background");
+    ExpectUsage({"render", "a.gltf", "--background", "1,1,1", "--env", "a.hdr"}, "--background", "--env");
+    ExpectUsage({"render", "a.gltf", "--env-rotation", "90"}, "--env-rotation", "--env");
+    ExpectUsage({"render", "a.gltf", "--camera", "0 1 5 0 0"}, "--camera", "0 1 5 0 0");
+    ExpectUsage({"render", "a.gltf", "--camera", "0 1 5 0 1 5 0 1 0 40"}, "--camera", "differ");
+    ExpectUsage({"render", "a.gltf", "--max-depth", "-1"}, "--max-depth");
+    ExpectUsage({"bench", "a.gltf", "--spp", "4"}, "--spp");
+    ExpectUsage({"info"}, "--devices");
+    ExpectUsage({"info", "a.gltf", "--devices"}, "--devices");
+    ExpectUsage({"merge", "a.exr", "-o", "c.exr"}, "two or more");
+    ExpectUsage({"merge", "a.exr", "b.exr"}, "-o");
+    ExpectUsage({"merge", "a.exr", "b.exr", "-o", "c.png"}, "c.png");
+}
+
+TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
+    const std::string help = std::get<ShowText>(Parse({"render", "--help"})).text;
+    for (const PictureSetting& setting : PictureSettingTable())
+        EXPECT_NE(help.find(std::string("--") + setting.name + " " + setting.operand), std::string::npos)
+            << setting.name;
+    EXPECT_NE(help.find("--resume FILE.exr"), std::string::npos) << help;
+    const std::string overview = std::get<ShowText>(Parse({"--help"})).text;
+    for (const char* text : {"render", "bench", "info", "graph", "merge", "Exit status"})
+        EXPECT_NE(overview.find(text), std::string::npos) << text;
+    EXPECT_EQ(std::get<ShowText>(Parse({"--version"})).text,
+              std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
+}
+
+TEST(Arguments, MergeTakesAnyNumberOfRenders) {
+    const auto a = std::get<MergeArguments>(Parse({"merge", "a.exr", "b.exr", "c.exr", "-o", "d.exr"}));
+    EXPECT_EQ(a.inputs.size(), 3u);
+    EXPECT_EQ(a.output, "d.exr");
+}
+
+TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
+    PictureSettings settings;
+    settings.size = {77, 5};
+    settings.view = View::Depth;
+    settings.camera = "Camera.001";
+    settings.scene = "Second";
+    settings.seed = 4294967295u;
+    settings.sampler = SamplerKind::Tea;
+    settings.maxDepth = 0;
+    settings.rouletteStart = 11;
+    settings.environmentRotation = 0.1f;
+    settings.background = {0.1f, 0.2f, 0.3f};
+    const SettingTexts texts = Texts(settings);
+    EXPECT_EQ(Texts(SettingsFrom(texts)), texts);
+    EXPECT_EQ(FirstDifference(texts, texts), "");
+    for (const PictureSetting& setting : PictureSettingTable()) {
+        SettingTexts other = texts;
+        other.erase(setting.name);                          // its default
+        if (Texts(SettingsFrom(other)) == texts) continue;  // brdf has no other value
+        EXPECT_EQ(FirstDifference(texts, other).find(setting.name), 0u) << setting.name;
+    }
+}
+
+TEST(PictureSettings, AWrongTextNamesItsOption) {
+    test::ExpectError(
+        ErrorKind::Usage,
+        [] {
+            SettingsFrom({{"seed", "x"}});
+        },
+        "--seed", "\"x\"");
+}
+
+}  // namespace
+}  // namespace raygraph::cli

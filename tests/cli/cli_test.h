@@ -1,0 +1,40 @@
+// What the tests of the program share.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+
+#include "base/error.h"
+#include "editor/cli/render_file.h"
+
+namespace raygraph::test {
+
+// The Error that `run` throws; none if it throws none.
+template <typename Run>
+std::optional<Error> ErrorOf(Run&& run) {
+    try {
+        run();
+    } catch (const Error& error) {
+        return error;
+    }
+    return std::nullopt;
+}
+
+// Expects an Error of this kind whose one-line message holds all of these texts.
+template <typename Run, typename... Texts>
+void ExpectError(ErrorKind kind, Run&& run, const Texts&... texts) {
+    const std::optional<Error> error = ErrorOf(run);
+    ASSERT_TRUE(error) << "nothing was thrown";
+    const std::string message = error->what();
+    EXPECT_EQ(static_cast<int>(error->Kind()), static_cast<int>(kind)) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    for (const std::string& text : {std::string(texts)...})
+        EXPECT_NE(message.find(text), std::string::npos) << message << "\n  lacks " << text;
+}
+
+// A render with every channel, of made-up values that differ from pixel to pixel and with `salt`.
+cli::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt = 0.0f);
+
+}  // namespace raygraph::test

@@ -1,0 +1,314 @@
+// Whole renders by the built program. A device is needed.
+#include <signal.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <glm/glm.hpp>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "renderer/image/image.h"
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using test::ProgramResult;
+using test::RunProgram;
+using test::SceneFile;
+
+std::vector<std::string> Words(std::vector<std::string> words, const std::vector<std::string>& more) {
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+}
+
+// A small render of the Cornell box that must succeed.
+ProgramResult RenderCornell(const std::vector<std::string>& options) {
+    const ProgramResult result =
+        RunProgram(Words({"render", SceneFile("cornell.gltf"), "--size", "32x32"}, options));
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    return result;
+}
+
+nlohmann::json JsonOf(const std::filesystem::path& path) {
+    std::ifstream file(path);
+    return nlohmann::json::parse(file);
+}
+
+// Equal bits, NaN included.
+void ExpectSameChannels(const image::ExrImage& a, const image::ExrImage& b) {
+    ASSERT_EQ(a.channels.size(), b.channels.size());
+    for (size_t i = 0; i < a.channels.size(); i++) {
+        EXPECT_EQ(a.channels[i].name, b.channels[i].name);
+        const auto* floats = a.FloatChannel(a.channels[i].name);
+        const auto* otherFloats = b.FloatChannel(a.channels[i].name);
+        if (floats == nullptr) {
+            EXPECT_EQ(a.channels[i].samples, b.channels[i].samples) << a.channels[i].name;
+            continue;
+        }
+        ASSERT_NE(otherFloats, nullptr);
+        ASSERT_EQ(floats->size(), otherFloats->size());
+        EXPECT_EQ(std::memcmp(floats->data(), otherFloats->data(), 4 * floats->size()), 0)
+            << a.channels[i].name;
+    }
+}
+
+TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
+    const test::TemporaryFolder folder;
+    const ProgramResult result =
+        RenderCornell({"--spp", "4", "--aov", "all", "-o", folder / "a.png", "-o", folder / "a.exr", "-o",
+                       folder / "a.hdr", "--report", folder / "r.json"});
+    EXPECT_EQ(result.messages, "");
+    for (const char* text : {"a.png", "a.exr", "a.hdr", "r.json", "4 samples a pixel", "32x32"})
+        EXPECT_NE(result.output.find(text), std::string::npos) << result.output << "lacks " << text;
+
+    const cli::RenderFile render = cli::ReadRenderFile(folder / "a.exr");
+    EXPECT_EQ(render.samples, (cli::SampleRanges{{0, 4}}));
+    EXPECT_EQ(render.sceneFile, "cornell.gltf");
+    EXPECT_FALSE(render.device.empty() || render.driver.empty() || render.variance.empty());
+    EXPECT_FALSE(render.albedo.empty() || render.normal.empty() || render.depth.empty());
+    const double sum = std::accumulate(render.radiance.begin(), render.radiance.end(), 0.0);
+    EXPECT_GT(sum, 0.0);
+    // The box fills the picture's middle: something is hit there, in front of the camera
+    const size_t middle = 16 * 32 + 16;
+    EXPECT_GT(render.depth[middle], 0.0f);
+    EXPECT_LT(render.instance[middle], 100u);
+    const glm::vec3 normal(render.normal[4 * middle], render.normal[4 * middle + 1],
+                           render.normal[4 * middle + 2]);
+    EXPECT_NEAR(glm::length(normal), 1.0f, 0.5f);
+
+    const image::Environment hdr = image::ReadEnvironment(folder / "a.hdr");
+    const float brightest = *std::max_element(render.radiance.begin(), render.radiance.end());
+    for (size_t i = 0; i < render.radiance.size(); i += 4)
+        EXPECT_NEAR(hdr.image.rgba[i], render.radiance[i], 0.01f * brightest);
+
+    const nlohmann::json report = JsonOf(folder / "r.json");
+    EXPECT_EQ(report.at("samples"), 4);
+    EXPECT_EQ(report.at("scene").at("triangles_placed"), report.at("scene").at("triangles_unique"));
+    EXPECT_GT(report.at("throughput").at("msamples_per_s").get<double>(), 0.0);
+    EXPECT_GT(report.at("throughput").at("rays_per_sample").get<double>(), 1.0);
+    EXPECT_GT(report.at("memory").at("device_peak_bytes").get<uint64_t>(), 32u * 32 * 16);
+    EXPECT_GT(report.at("image").at("relative_error").get<double>(), 0.0);
+    EXPECT_EQ(report.at("image").at("nonfinite_pixels"), 0);
+    const auto& passes = report.at("passes");
+    const auto trace = std::find_if(passes.begin(), passes.end(),
+                                    [](const auto& pass) { return pass.at("name") == "Trace"; });
+    ASSERT_NE(trace, passes.end());
+    EXPECT_EQ(trace->at("count"), 4);
+    EXPECT_GT(trace->at("gpu_ms_median").get<double>(), 0.0);
+}
+
+TEST(ProgramRender, ResumedEqualsUninterruptedBitForBit) {
+    const test::TemporaryFolder folder;
+    const std::vector<std::string> options{"--aov", "all", "--seed", "5", "--sample-offset", "3"};
+    RenderCornell(Words(options, {"--spp", "3", "-o", folder / "part.exr"}));
+    RenderCornell(Words(options, {"--spp", "9", "-o", folder / "whole.exr"}));
+    const ProgramResult resumed =
+        RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "part.exr", "--spp", "9", "-o",
+                    folder / "resumed.exr"});
+    EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
+    EXPECT_NE(resumed.output.find("6 of them new"), std::string::npos) << resumed.output;
+    ExpectSameChannels(image::ReadExr(folder / "resumed.exr"), image::ReadExr(folder / "whole.exr"));
+    EXPECT_EQ(cli::ReadRenderFile(folder / "resumed.exr").samples, (cli::SampleRanges{{3, 9}}));
+}
+
+TEST(ProgramRender, ResumeWithoutOutputReplacesTheFile) {
+    const test::TemporaryFolder folder;
+    RenderCornell({"--spp", "2", "-o", folder / "a.exr"});
+    const ProgramResult resumed =
+        RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "a.exr", "--spp", "4"});
+    EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
+    EXPECT_EQ(cli::ReadRenderFile(folder / "a.exr").samples, (cli::SampleRanges{{0, 4}}));
+}
+
+TEST(ProgramRender, ResumeRefusesAnotherScene) {
+    const test::TemporaryFolder folder;
+    RenderCornell({"--spp", "2", "-o", folder / "a.exr"});
+    const ProgramResult resumed =
+        RunProgram({"render", SceneFile("furnace_sphere.gltf"), "--resume", folder / "a.exr", "--spp", "4"});
+    EXPECT_EQ(resumed.exitCode, 4);
+    EXPECT_NE(resumed.messages.find("scene: cornell.gltf against furnace_sphere.gltf"), std::string::npos)
+        << resumed.messages;
+    EXPECT_EQ(cli::ReadRenderFile(folder / "a.exr").samples, (cli::SampleRanges{{0, 2}}));
+}
+
+TEST(ProgramRender, MergedShardsEqualOneRun) {
+    const test::TemporaryFolder folder;
+    RenderCornell({"--spp", "5", "-o", folder / "a.exr"});
+    RenderCornell({"--spp", "3", "--sample-offset", "5", "-o", folder / "b.exr"});
+    RenderCornell({"--spp", "8", "-o", folder / "whole.exr"});
+    const ProgramResult result =
+        RunProgram({"merge", folder / "a.exr", folder / "b.exr", "-o", folder / "m.exr"});
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    const cli::RenderFile merged = cli::ReadRenderFile(folder / "m.exr"),
+                          whole = cli::ReadRenderFile(folder / "whole.exr");
+    EXPECT_EQ(merged.samples, whole.samples);
+    const float brightest = *std::max_element(whole.radiance.begin(), whole.radiance.end());
+    for (size_t i = 0; i < whole.radiance.size(); i++)
+        ASSERT_NEAR(merged.radiance[i], whole.radiance[i], 2e-6f * brightest) << i;
+}
+
+TEST(ProgramRender, AnotherSeedIsAnotherPictureAndTheSameSeedTheSame) {
+    const test::TemporaryFolder folder;
+    RenderCornell({"--spp", "2", "-o", folder / "a.exr"});
+    RenderCornell({"--spp", "2", "-o", folder / "b.exr"});
+    RenderCornell({"--spp", "2", "--seed", "1", "-o", folder / "c.exr"});
+    const cli::RenderFile a = cli::ReadRenderFile(folder / "a.exr");
+    ExpectSameChannels(image::ReadExr(folder / "a.exr"), image::ReadExr(folder / "b.exr"));
+    EXPECT_NE(a.radiance, cli::ReadRenderFile(folder / "c.exr").radiance);
+}
+
+TEST(ProgramRender, ViewsWithoutLightAreRendered) {
+    const test::TemporaryFolder folder;
+    for (const std::string view : {"albedo", "normals", "depth", "instance", "material"}) {
+        const std::filesystem::path png = folder / (view + ".png"), exr = folder / (view + ".exr");
+        const std::vector<std::string> few = view == "albedo" || view == "normals"
+                                                 ? std::vector<std::string>{"--spp", "2"}
+                                                 : std::vector<std::string>{};
+        RenderCornell(Words({"--view", view, "-o", png, "-o", exr}, few));
+        std::ifstream file(png, std::ios::binary);
+        const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+        const image::Image8 picture = image::DecodeImage8(std::as_bytes(std::span(bytes)), view);
+        EXPECT_EQ(picture.width, 32u);
+        EXPECT_GT(std::ranges::count_if(picture.rgba, [](uint8_t v) { return v != 0 && v != 255; }), 500)
+            << view;
+        EXPECT_EQ(image::ReadExr(exr).channels.size(), 5u) << view;  // R G B A samples
+    }
+}
+
+TEST(ProgramRender, TimeLimitEndsTheRender) {
+    const test::TemporaryFolder folder;
+    RenderCornell({"--time", "0.5", "-o", folder / "a.exr", "--report", folder / "r.json"});
+    const nlohmann::json report = JsonOf(folder / "r.json");
+    EXPECT_GE(report.at("samples").get<int>(), 1);
+    EXPECT_FALSE(report.at("stopped"));
+    const double first = report.at("timings_ms").at("first_sample"),
+                 all = report.at("timings_ms").at("render");
+    EXPECT_GE(std::max(first, all), 500.0);
+}
+
+// A render that would take hours, met with `signal` once it shows its progress.
+ProgramResult RenderUntil(int signal, const std::vector<std::string>& options) {
+    bool isSent = false;
+    return test::RunProgramOnTerminal(
+        Words({"render", SceneFile("cornell.gltf"), "--size", "64x64", "--spp", "100000000"}, options),
+        [&](pid_t process, const std::string& shown) {
+            if (isSent || shown.find("/100000000 samples") == std::string::npos) return;
+            isSent = true;
+            kill(process, signal);
+        });
+}
+
+TEST(ProgramRender, InterruptWritesWhatThereIsAndSaysSo) {
+    const test::TemporaryFolder folder;
+    const ProgramResult result = RenderUntil(SIGINT, {"-o", folder / "a.exr", "-o", folder / "a.png"});
+    EXPECT_EQ(result.exitCode, 0) << result.output;
+    EXPECT_NE(result.output.find("stopped after "), std::string::npos) << result.output;
+    const uint64_t samples = cli::SampleCount(cli::ReadRenderFile(folder / "a.exr").samples);
+    EXPECT_GT(samples, 1u);
+    EXPECT_NE(result.output.find("stopped after " + std::to_string(samples) + " of 100000000"),
+              std::string::npos)
+        << result.output;
+    EXPECT_TRUE(std::filesystem::exists(folder / "a.png"));
+}
+
+TEST(ProgramRender, AKilledRenderLeavesTheOldFile) {
+    const test::TemporaryFolder folder;
+    std::ofstream(folder / "a.png") << "old";
+    const ProgramResult result = RenderUntil(SIGKILL, {"-o", folder / "a.png"});
+    EXPECT_EQ(result.exitCode, -1);
+    EXPECT_EQ(std::filesystem::file_size(folder / "a.png"), 3u);
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.Path()), {}), 1);
+}
+
+TEST(ProgramRender, ProgressIsOneLineAndQuietIsSilent) {
+    const test::TemporaryFolder folder;
+    const std::vector<std::string> words{"render", SceneFile("cornell.gltf"), "--size", "32x32", "--spp", "4",
+                                         "-o",     folder / "a.png"};
+    const ProgramResult shown = test::RunProgramOnTerminal(words, [](pid_t, const std::string&) {});
+    EXPECT_EQ(shown.exitCode, 0);
+    EXPECT_NE(shown.output.find("compiling shaders"), std::string::npos) << shown.output;
+    EXPECT_EQ(shown.output.find('\x1b'), std::string::npos) << "an escape sequence";
+    // Two lines remain: the file and the summary
+    EXPECT_EQ(std::ranges::count(shown.output, '\n'), 2) << shown.output;
+
+    const ProgramResult quiet =
+        test::RunProgramOnTerminal(Words(words, {"--quiet"}), [](pid_t, const std::string&) {});
+    EXPECT_EQ(quiet.exitCode, 0);
+    EXPECT_EQ(quiet.output, "");
+}
+
+TEST(ProgramRender, ValidationFindsNothing) {
+    const test::TemporaryFolder folder;
+    RenderCornell({"--validate", "--spp", "3", "--aov", "all", "-o", folder / "a.png", "-o", folder / "a.exr",
+                   "--report", folder / "r.json"});
+}
+
+TEST(ProgramRender, ADeviceThatDoesNotExistIsThree) {
+    const test::TemporaryFolder folder;
+    const ProgramResult result = RunProgram(
+        {"render", SceneFile("cornell.gltf"), "-o", folder / "a.png", "--device", "no such device"});
+    EXPECT_EQ(result.exitCode, 3) << result.messages;
+    EXPECT_NE(result.messages.find("no such device"), std::string::npos) << result.messages;
+}
+
+TEST(ProgramRender, ACameraThatDoesNotExistIsTwo) {
+    const test::TemporaryFolder folder;
+    const ProgramResult result = RunProgram(
+        {"render", SceneFile("cornell.gltf"), "-o", folder / "a.png", "--camera", "no such camera"});
+    EXPECT_EQ(result.exitCode, 2) << result.messages;
+    EXPECT_NE(result.messages.find("no such camera"), std::string::npos) << result.messages;
+}
+
+TEST(ProgramRender, DarknessIsWarnedOf) {
+    const test::TemporaryFolder folder;
+    const ProgramResult result = RunProgram({"render", SceneFile("texture_orientation.gltf"), "--size", "8x8",
+                                             "--spp", "1", "-o", folder / "a.png"});
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    EXPECT_NE(result.messages.find("nothing emits light"), std::string::npos) << result.messages;
+}
+
+TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
+    const test::TemporaryFolder folder;
+    const ProgramResult result = RunProgram({"bench", SceneFile("cornell.gltf"), "--size", "64x36",
+                                             "--frames", "2", "--rounds", "2", "--json", folder / "b.json"});
+    ASSERT_EQ(result.exitCode, 0) << result.messages;
+    EXPECT_EQ(result.output.find('\n') + 1, result.output.size());
+    const nlohmann::json json = nlohmann::json::parse(result.output);
+    EXPECT_EQ(json, JsonOf(folder / "b.json"));
+    EXPECT_EQ(json.at("settings").at("max-depth"), "16");
+    EXPECT_EQ(json.at("frames"), 4);
+    const double trace = json.at("trace").at("mrays_per_s"), path = json.at("limit_path").at("mrays_per_s");
+    EXPECT_GT(trace, 0.0);
+    EXPECT_NEAR(json.at("trace_efficiency").get<double>(), trace / path, 1e-6);
+    EXPECT_DOUBLE_EQ(json.at("limit").at("rays_per_sample"), 1.0);
+    EXPECT_GT(json.at("trace").at("rays_per_sample").get<double>(), 1.0);
+    EXPECT_GT(json.at("msamples_per_cpu_s").get<double>(), 0.0);
+    for (const char* pass : {"Trace", "Accumulate", "Tonemap", "Limit", "LimitPath"})
+        EXPECT_GT(json.at("gpu_ms_median").at(pass).get<double>(), 0.0) << pass;
+}
+
+TEST(ProgramGraph, ShowsThePassesOfAFrame) {
+    const ProgramResult later = RunProgram({"graph", SceneFile("cornell.gltf"), "--size", "16x16"});
+    ASSERT_EQ(later.exitCode, 0) << later.messages;
+    for (const char* pass : {"Trace", "Accumulate", "Tonemap"})
+        EXPECT_NE(later.output.find(pass), std::string::npos) << later.output << "lacks " << pass;
+    EXPECT_EQ(later.output.find("BuildBlas"), std::string::npos) << later.output;
+    const ProgramResult first = RunProgram({"graph", SceneFile("cornell.gltf"), "--first", "--dot"});
+    ASSERT_EQ(first.exitCode, 0) << first.messages;
+    EXPECT_EQ(first.output.find("digraph"), 0u) << first.output;
+    EXPECT_NE(first.output.find("BuildBlas"), std::string::npos) << first.output;
+}
+
+TEST(ProgramInfo, ListsTheDevices) {
+    const ProgramResult result = RunProgram({"info", "--devices"});
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    EXPECT_NE(result.output.find("suitable  yes"), std::string::npos) << result.output;
+}
+
+}  // namespace
+}  // namespace raygraph

@@ -1,0 +1,97 @@
+#include "tests/cli/program_runner.h"
+
+#include <fcntl.h>
+#include <pty.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::test {
+
+namespace {
+
+std::string TextOf(const std::filesystem::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// In the child: becomes the program. Nothing may be allocated after fork(), so `words` come as pointers.
+[[noreturn]] void Become(const std::vector<char*>& words) {
+    execv(words[0], words.data());
+    _exit(127);
+}
+
+std::vector<char*> Pointers(std::vector<std::string>& words) {
+    words.insert(words.begin(), RAYGRAPH_PROGRAM);
+    std::vector<char*> pointers;
+    for (std::string& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    return pointers;
+}
+
+int ExitCodeOf(pid_t process) {
+    int status = 0;
+    waitpid(process, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+void Redirect(const char* path, int descriptor) {
+    const int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    dup2(file, descriptor);
+    close(file);
+}
+
+}  // namespace
+
+ProgramResult RunProgram(const std::vector<std::string>& words) {
+    const TemporaryFolder folder;
+    const std::string output = folder / "stdout", messages = folder / "stderr";
+    std::vector<std::string> copies = words;
+    const std::vector<char*> pointers = Pointers(copies);
+    const pid_t process = fork();
+    if (process < 0) throw std::runtime_error("fork failed");
+    if (process == 0) {
+        Redirect(output.c_str(), STDOUT_FILENO);
+        Redirect(messages.c_str(), STDERR_FILENO);
+        Become(pointers);
+    }
+    ProgramResult result;
+    result.exitCode = ExitCodeOf(process);
+    result.output = TextOf(output);
+    result.messages = TextOf(messages);
+    return result;
+}
+
+ProgramResult RunProgramOnTerminal(
+    const std::vector<std::string>& words,
+    const std::function<void(pid_t process, const std::string& shown)>& onText) {
+    std::vector<std::string> copies = words;
+    const std::vector<char*> pointers = Pointers(copies);
+    int terminal = -1;
+    const pid_t process = forkpty(&terminal, nullptr, nullptr, nullptr);
+    if (process < 0) throw std::runtime_error("forkpty failed");
+    if (process == 0) Become(pointers);
+    ProgramResult result;
+    std::array<char, 4096> buffer{};
+    for (;;) {
+        const ssize_t count = read(terminal, buffer.data(), buffer.size());
+        if (count <= 0) break;  // a terminal without a process reads as an error
+        result.output.append(buffer.data(), static_cast<size_t>(count));
+        onText(process, result.output);
+    }
+    close(terminal);
+    result.exitCode = ExitCodeOf(process);
+    return result;
+}
+
+std::string SceneFile(const char* name) {
+    return std::string(RAYGRAPH_SOURCE_DIR) + "/scenes/" + name;
+}
+
+}  // namespace raygraph::test

@@ -1,0 +1,108 @@
+// What the program says and returns when it is told something that it cannot do. No device is needed.
+#include <fstream>
+
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using test::ProgramResult;
+using test::RunProgram;
+using test::SceneFile;
+
+// One line on stderr that begins with the program's name and holds these texts, nothing on stdout.
+template <typename... Texts>
+void ExpectFailure(const std::vector<std::string>& words, int exitCode, const Texts&... texts) {
+    const ProgramResult result = RunProgram(words);
+    EXPECT_EQ(result.exitCode, exitCode) << result.messages;
+    EXPECT_EQ(result.output, "");
+    EXPECT_EQ(result.messages.find("raygraph: "), 0u) << result.messages;
+    EXPECT_EQ(result.messages.find('\n') + 1, result.messages.size()) << result.messages;
+    for (const std::string& text : {std::string(texts)...})
+        EXPECT_NE(result.messages.find(text), std::string::npos) << result.messages << "lacks " << text;
+}
+
+TEST(Program, HelpAndVersionGoToStdout) {
+    for (const char* option : {"--help", "--version"}) {
+        const ProgramResult result = RunProgram({option});
+        EXPECT_EQ(result.exitCode, 0);
+        EXPECT_NE(result.output.find("raygraph"), std::string::npos);
+        EXPECT_EQ(result.messages, "");
+    }
+}
+
+TEST(Program, WrongUsageIsTwo) {
+    ExpectFailure({}, 2, "--help");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "--bogus"}, 2, "--bogus");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "--size", "0x4"}, 2, "--size", "0x4");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.tiff"}, 2, "a.tiff");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--aov", "albedo"}, 2, "--aov",
+                  ".exr");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "depth", "--spp", "4"}, 2,
+                  "depth", "--spp");
+    ExpectFailure(
+        {"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "normals", "--exposure", "1"}, 2,
+        "normals", "--exposure");
+    ExpectFailure(
+        {"render", SceneFile("cornell.gltf"), "--sample-offset", "4294967295", "--spp", "2", "-o", "a.exr"},
+        2, "--sample-offset");
+}
+
+TEST(Program, BadInputIsFour) {
+    const test::TemporaryFolder folder;
+    const std::string out = folder / "a.exr", broken = folder / "broken.gltf", sky = folder / "sky.hdr";
+    std::ofstream(broken) << R"({"asset": {"version": "2.0"}, "scene": 3})";
+    std::ofstream(sky) << "no picture";
+    ExpectFailure({"render", folder / "none.gltf", "-o", out}, 4, "none.gltf");
+    ExpectFailure({"render", broken, "-o", out}, 4, "broken.gltf");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "--env", sky, "-o", out}, 4, "sky.hdr");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "--env", folder / "none.hdr", "-o", out}, 4,
+                  "none.hdr");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "--resume", folder / "none.exr", "--spp", "2"}, 4,
+                  "none.exr");
+    ExpectFailure({"info", broken}, 4, "broken.gltf");
+    ExpectFailure({"bench", folder / "none.gltf"}, 4, "none.gltf");
+    ExpectFailure({"graph", folder / "none.gltf"}, 4, "none.gltf");
+    ExpectFailure({"merge", folder / "a.exr", folder / "b.exr", "-o", out}, 4, "a.exr");
+    EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST(Program, AnOutputThatCannotBeWrittenIsOneBeforeAnythingIsRead) {
+    const test::TemporaryFolder folder;
+    // The scene does not exist either: the output is looked at first
+    ExpectFailure({"render", folder / "none.gltf", "-o", folder / "missing" / "a.png"}, 1, "missing");
+    ExpectFailure(
+        {"render", folder / "none.gltf", "-o", folder / "a.png", "--report", folder / "missing" / "r.json"},
+        1, "missing");
+    ExpectFailure({"merge", "a.exr", "b.exr", "-o", folder / "missing" / "c.exr"}, 1, "missing");
+    ExpectFailure({"bench", folder / "none.gltf", "--json", folder / "missing" / "b.json"}, 1, "missing");
+    EXPECT_TRUE(std::filesystem::is_empty(folder.Path()));
+}
+
+TEST(Program, MergeNeedsNoDevice) {
+    const test::TemporaryFolder folder;
+    cli::WriteRenderFile(folder / "a.exr", test::MakeRender(0, 16));
+    cli::WriteRenderFile(folder / "b.exr", test::MakeRender(16, 48, 1.0f));
+    cli::WriteRenderFile(folder / "c.exr", test::MakeRender(63, 4));
+    const ProgramResult merged =
+        RunProgram({"merge", folder / "a.exr", folder / "b.exr", "-o", folder / "m.exr"});
+    EXPECT_EQ(merged.exitCode, 0) << merged.messages;
+    EXPECT_NE(merged.output.find("64 samples"), std::string::npos) << merged.output;
+    EXPECT_EQ(cli::ReadRenderFile(folder / "m.exr").samples, (cli::SampleRanges{{0, 64}}));
+
+    ExpectFailure({"merge", folder / "m.exr", folder / "c.exr", "-o", folder / "n.exr"}, 4, "m.exr", "c.exr",
+                  "0-63", "63-66");
+    EXPECT_FALSE(std::filesystem::exists(folder / "n.exr"));
+}
+
+TEST(Program, InfoOfASceneNeedsNoDevice) {
+    const ProgramResult result = RunProgram({"info", SceneFile("cornell.gltf")});
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    for (const char* text : {"cornell.gltf", "triangles", "cameras", "materials", "emits"})
+        EXPECT_NE(result.output.find(text), std::string::npos) << result.output << "lacks " << text;
+}
+
+}  // namespace
+}  // namespace raygraph

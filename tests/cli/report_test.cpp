@@ -1,0 +1,80 @@
+#include "editor/cli/report.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/cli_test.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::cli {
+namespace {
+
+std::vector<std::string> Keys(const nlohmann::json& json) {
+    std::vector<std::string> keys;
+    for (const auto& [key, value] : json.items()) keys.push_back(key);
+    return keys;
+}
+
+using Names = std::vector<std::string>;
+
+TEST(Report, SchemaOneHasTheseMembers) {
+    Report report;
+    report.passes = {{"Trace", 1.5, 30.0, 20}};
+    const nlohmann::json json = nlohmann::json::parse(ToJson(report));
+    EXPECT_EQ(json.at("schema"), 1);
+    EXPECT_EQ(Keys(json.at("scene")), (Names{"file", "instances", "lights", "materials", "textures",
+                                             "triangles_placed", "triangles_unique"}));
+    EXPECT_EQ(Keys(json.at("device")), (Names{"driver", "name", "type"}));
+    EXPECT_EQ(Keys(json.at("timings_ms")),
+              (Names{"blas_build", "compaction", "first_sample", "load", "pipelines", "render", "upload"}));
+    EXPECT_EQ(Keys(json.at("passes").at(0)), (Names{"count", "gpu_ms_median", "gpu_ms_total", "name"}));
+    EXPECT_EQ(Keys(json.at("acceleration")),
+              (Names{"blas_count", "bytes_built", "bytes_compacted", "tlas_bytes"}));
+    EXPECT_EQ(Keys(json.at("memory")), (Names{"device_peak_bytes", "host_peak_bytes"}));
+    EXPECT_EQ(Keys(json.at("throughput")), (Names{"mrays_per_s", "msamples_per_s", "rays_per_sample"}));
+    EXPECT_EQ(Keys(json.at("image")), (Names{"mean", "nonfinite_pixels", "relative_error"}));
+    EXPECT_TRUE(json.contains("settings"));
+}
+
+TEST(Report, NumbersAreInTheirUnits) {
+    Report report;
+    report.throughput = {2.5e6, 4.0};
+    report.image.relativeError = 0.125;
+    report.settings["seed"] = "3";
+    const nlohmann::json json = nlohmann::json::parse(ToJson(report));
+    EXPECT_DOUBLE_EQ(json.at("throughput").at("msamples_per_s"), 2.5);
+    EXPECT_DOUBLE_EQ(json.at("throughput").at("mrays_per_s"), 10.0);
+    EXPECT_DOUBLE_EQ(json.at("image").at("relative_error"), 0.125);
+    EXPECT_EQ(json.at("settings").at("seed"), "3");
+}
+
+TEST(Report, WhatIsNotKnownIsNull) {
+    const nlohmann::json json = nlohmann::json::parse(ToJson({}));
+    EXPECT_TRUE(json.at("throughput").at("mrays_per_s").is_null());
+    EXPECT_TRUE(json.at("throughput").at("rays_per_sample").is_null());
+    EXPECT_TRUE(json.at("image").at("relative_error").is_null());
+}
+
+TEST(Report, SaysWhyCompactionIsOff) {
+    Report report;
+    report.acceleration.whyCompactionOff = "ratio 1.000";
+    const nlohmann::json json = nlohmann::json::parse(ToJson(report));
+    EXPECT_EQ(json.at("acceleration").at("why_compaction_off"), "ratio 1.000");
+}
+
+TEST(Report, NamesThatAreNoUtf8AreStillJson) {
+    Report report;
+    report.scene.file = "\xff\xfe.gltf";
+    EXPECT_NO_THROW(std::ignore = nlohmann::json::parse(ToJson(report)));
+}
+
+TEST(Report, ATextFileIsReplacedWhole) {
+    const test::TemporaryFolder folder;
+    WriteTextFile(folder / "r.json", "a longer text");
+    WriteTextFile(folder / "r.json", "short");
+    std::ifstream file(folder / "r.json");
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "short");
+}
+
+}  // namespace
+}  // namespace raygraph::cli

@@ -1,0 +1,88 @@
+#include "editor/cli/resume.h"
+
+#include "tests/cli/cli_test.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::cli {
+namespace {
+
+using test::ExpectError;
+using test::MakeRender;
+
+ResumedRender Resumed(uint32_t first, uint32_t count) {
+    return {"old.exr", MakeRender(first, count)};
+}
+
+RenderArguments Asking(uint32_t samples, const SettingTexts& given = {}) {
+    RenderArguments arguments;
+    arguments.samples = samples;
+    arguments.given = given;
+    return arguments;
+}
+
+TEST(Resume, TakesTheSettingsOfTheFile) {
+    const PictureSettings settings = SettingsOf(Resumed(0, 8), Asking(16));
+    EXPECT_EQ(settings.size, (ImageSize{5, 3}));
+    EXPECT_EQ(settings.seed, 9u);
+    EXPECT_EQ(SettingsOf(Resumed(0, 8), Asking(16, {{"seed", "9"}, {"size", "5x3"}})).seed, 9u);
+}
+
+TEST(Resume, AnOptionThatSaysOtherwiseIsNamed) {
+    ExpectError(
+        ErrorKind::Usage,
+        [] {
+            SettingsOf(Resumed(0, 8), Asking(16, {{"seed", "1"}}));
+        },
+        "--seed 1", "old.exr was rendered with 9");
+    ExpectError(
+        ErrorKind::Usage,
+        [] {
+            SettingsOf(Resumed(0, 8), Asking(16, {{"camera", "Cam"}}));
+        },
+        "--camera Cam", "the default");
+    RenderArguments offset = Asking(16);
+    offset.sampleOffset = 4;
+    ExpectError(
+        ErrorKind::Usage, [&] { SettingsOf(Resumed(2, 8), offset); }, "--sample-offset 4", "with 2");
+    RenderArguments aovs = Asking(16);
+    aovs.aovs = ParseAovs("albedo,normal");
+    ExpectError(
+        ErrorKind::Usage, [&] { SettingsOf(Resumed(0, 8), aovs); }, "--aov albedo,normal",
+        "albedo,normal,depth,instance,material");
+}
+
+TEST(Resume, TheTotalMustBeMoreThanThereIs) {
+    ExpectError(
+        ErrorKind::Usage, [] { SettingsOf(Resumed(0, 8), Asking(8)); }, "--spp 8", "holds 8 samples");
+    ExpectError(
+        ErrorKind::Usage, [] { SettingsOf(Resumed(0, 8), {}); }, "--spp", "--time");
+    RenderArguments timed;
+    timed.seconds = 1.0;
+    EXPECT_EQ(SettingsOf(Resumed(0, 8), timed).seed, 9u);
+}
+
+TEST(Resume, WhatCannotBeContinuedIsBadInput) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    const auto read = [&] { ReadResumedRender(path); };
+    RenderFile render = MakeRender(0, 8);
+    render.samples = {{0, 4}, {8, 4}};
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "0-3 8-11");
+
+    render = MakeRender(0, 8);
+    render.variance.clear();
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "variance");
+
+    render = MakeRender(0, 8);
+    render.settings["view"] = "albedo";
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "albedo");
+
+    WriteRenderFile(path, MakeRender(3, 8));
+    EXPECT_EQ(ReadResumedRender(path).render.samples, (SampleRanges{{3, 8}}));
+}
+
+}  // namespace
+}  // namespace raygraph::cli

@@ -1,0 +1,44 @@
+#include "editor/cli/device_list.h"
+#include "editor/cli/scene_text.h"
+#include "tests/cli/cli_test.h"
+
+namespace raygraph::cli {
+namespace {
+
+TEST(SceneText, NumbersAreGroupedAndBytesHaveUnits) {
+    EXPECT_EQ(GroupDigits(0), "0");
+    EXPECT_EQ(GroupDigits(999), "999");
+    EXPECT_EQ(GroupDigits(1000), "1,000");
+    EXPECT_EQ(GroupDigits(1234567), "1,234,567");
+    EXPECT_EQ(FormatBytes(512), "512 bytes");
+    EXPECT_EQ(FormatBytes(1536), "1.5 KiB");
+    EXPECT_EQ(FormatBytes(uint64_t{3} << 40), "3.0 TiB");
+}
+
+TEST(SceneText, ALongListIsCut) {
+    scene::SceneData data;
+    data.materials.resize(25);
+    data.materials[3].name = "red";
+    const std::string text = DescribeScene("a.glb", data);
+    EXPECT_NE(text.find("3  \"red\""), std::string::npos) << text;
+    EXPECT_NE(text.find("... and 5 more"), std::string::npos) << text;
+    EXPECT_NE(text.find("bounds      empty"), std::string::npos) << text;
+    EXPECT_NE(text.find("cameras     none"), std::string::npos) << text;
+}
+
+TEST(DeviceList, EveryRefusalIsShown) {
+    std::vector<rhi::DeviceReport> devices(2);
+    devices[0].name = "fast";
+    devices[0].apiVersion = (1u << 22) | (4u << 12) | 7u;
+    devices[1].index = 1;
+    devices[1].name = "old";
+    devices[1].refusals = {"lacks this", "lacks that"};
+    const std::string text = DescribeDevices(devices);
+    for (const char* part :
+         {"0  fast", "Vulkan 1.4", "suitable  yes", "1  old", "suitable  no", "- lacks this", "- lacks that"})
+        EXPECT_NE(text.find(part), std::string::npos) << text << "lacks " << part;
+    EXPECT_NE(DescribeDevices({}).find("no Vulkan devices"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace raygraph::cli
