@@ -88,7 +88,9 @@ void Device::Impl::Close() noexcept {
         if (instance && instanceFunctions.vkDestroyInstance)
             instanceFunctions.vkDestroyInstance(instance, allocation);
     }
+    // Closing again does nothing.
     device = VK_NULL_HANDLE;
+    messenger = VK_NULL_HANDLE;
     instance = VK_NULL_HANDLE;
 }
 

@@ -41,15 +41,15 @@ using MessageCallback = std::function<void(const Message&)>;
 
 struct DeviceDesc {
     std::string name = "raygraph";
-    std::string
-        select;  // "": the best suitable; "1": by index; otherwise a case-insensitive part of the name
-    bool validation =
-        false;  // core and synchronization validation; Error{NoDevice} if the layers are not installed
+    // "": the best suitable; "1": by index; otherwise a case-insensitive part of the name
+    std::string select = {};
+    // Core and synchronization validation; Error{NoDevice} if the layers are not installed.
+    bool validation = false;
     bool debugNames = true;  // object names and labels, where VK_EXT_debug_utils exists
-    MessageCallback onMessage;
+    MessageCallback onMessage = {};
     uint32_t framesInFlight = 2;
-    bool savePipelineCache = true;         // keep it on disk between runs
-    std::filesystem::path cacheDirectory;  // "": $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph
+    bool savePipelineCache = true;              // keep it on disk between runs
+    std::filesystem::path cacheDirectory = {};  // "": $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
 };
 
@@ -63,15 +63,15 @@ struct AdoptedDeviceDesc {
     VkQueue queue = VK_NULL_HANDLE;  // graphics, compute and transfer
     uint32_t queueFamily = 0;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // the host's loader
-    std::vector<std::string> enabledExtensions;               // device extensions the host enabled
+    std::vector<std::string> enabledExtensions = {};          // device extensions the host enabled
     bool debugUtilsEnabled = false;                           // instance has VK_EXT_debug_utils
     const VkAllocationCallbacks* allocationCallbacks = nullptr;
-    std::function<void()> lockQueue;    // called around every queue access when the host shares the queue
-    std::function<void()> unlockQueue;  // both or neither
-    MessageCallback onMessage;
+    std::function<void()> lockQueue = {};  // called around every queue access when the host shares the queue
+    std::function<void()> unlockQueue = {};  // both or neither
+    MessageCallback onMessage = {};
     uint32_t framesInFlight = 2;
     bool savePipelineCache = false;
-    std::filesystem::path cacheDirectory;
+    std::filesystem::path cacheDirectory = {};
 };
 
 enum class DeviceType : uint8_t { Cpu, Integrated, Discrete, Virtual, Other };

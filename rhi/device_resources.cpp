@@ -220,11 +220,15 @@ void Device::FreeMemory(VmaAllocation allocation) noexcept {
     vmaFreeMemory(Allocator(), allocation);
 }
 
-// Names the image and makes the view. The texture owns its image by now.
+// Names the image and makes the view, if its usage needs one. The texture owns its image by now.
 void Device::Finish(Texture& texture) {
     const TextureDesc& desc = texture.m_desc;
     if (texture.m_ownsImage)
         SetName(VK_OBJECT_TYPE_IMAGE, reinterpret_cast<uint64_t>(texture.m_image), desc.name);
+    constexpr VkImageUsageFlags kViewed = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT |
+                                          VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT |
+                                          VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
+    if ((ToVk(desc.usage) & kViewed) == 0) return;  // copies alone take no view, and Vulkan gives none
     VkImageViewCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
     info.image = texture.m_image;

@@ -111,13 +111,14 @@ enum class TextureUsage : uint32_t {
 
 struct TextureDesc {
     std::string name = "texture";
-    Extent2D extent;  // texels; an empty extent is refused
+    Extent2D extent = {};  // texels; an empty extent is refused
     Format format = Format::Rgba8Unorm;
     TextureUsage usage = TextureUsage::Sampled | TextureUsage::CopyDestination;
     uint32_t mipLevels = 1;
 };
 
-// A 2D image with one view of all its mips. Its layout is not tracked here: that is the render graph's work.
+// A 2D image with one view of all its mips (none if it is only copied). Its layout is not tracked here: that
+// is the render graph's work.
 class Texture {
   public:
     Texture() = default;

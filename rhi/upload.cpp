@@ -74,19 +74,16 @@ uint64_t Uploader::Flush() {
     m_list.FullBarrier();  // before all later uses
     m_isRecording = false;
     m_lastValue = m_device.Submit(std::move(m_list));
-    if (!m_chunks.empty() && m_chunks[m_current].used > 0) {
-        m_chunks[m_current].until = m_lastValue;
-        NextChunk();
-    }
+    if (!m_chunks.empty()) m_chunks[m_current].until = m_lastValue;
     return m_lastValue;
 }
 
-// Moves on to a chunk that is free: the next one in the ring, or a new one while the bound allows it.
+// Moves on to a chunk that is free: the oldest one in the ring if it is done, else a new one while the bound
+// allows it, else the oldest one once it is done.
 void Uploader::NextChunk() {
-    const uint64_t completed = m_device.CompletedValue();
-    const size_t next = m_chunks.empty() ? 0 : (m_current + 1) % m_chunks.size();
-    const bool isNextFree = !m_chunks.empty() && m_chunks[next].until <= completed;
-    if (!isNextFree && m_chunks.size() < m_desc.chunkCount) {
+    const size_t oldest = m_chunks.empty() ? 0 : (m_current + 1) % m_chunks.size();
+    const bool isDone = !m_chunks.empty() && m_chunks[oldest].until <= m_device.CompletedValue();
+    if (!isDone && m_chunks.size() < m_desc.chunkCount) {
         Chunk chunk;
         chunk.buffer =
             m_device.CreateBuffer({.name = m_desc.name + " staging " + std::to_string(m_chunks.size()),
@@ -98,27 +95,24 @@ void Uploader::NextChunk() {
         m_chunks.insert(m_chunks.begin() + static_cast<std::ptrdiff_t>(m_current), std::move(chunk));
         return;
     }
-    m_current = next;
+    if (!isDone) {
+        ++m_waitCount;
+        m_device.WaitFor(m_chunks[oldest].until);
+    }
+    m_current = oldest;
     m_chunks[m_current].used = 0;
+    m_chunks[m_current].until = 0;
 }
 
 Uploader::Staged Uploader::Stage(uint64_t wanted, uint64_t least) {
     RG_CHECK_LE(least, m_chunkBytes);
-    if (m_chunks.empty()) NextChunk();
-    if (m_chunkBytes - m_chunks[m_current].used < least) {
+    if (m_chunks.empty() || m_chunks[m_current].until > 0) {
+        NextChunk();
+    } else if (m_chunkBytes - m_chunks[m_current].used < least) {
         Flush();
-        // Not moved on: the list that used this chunk was lost to an earlier error.
-        if (m_chunks[m_current].used > 0) NextChunk();
+        NextChunk();
     }
     Chunk& chunk = m_chunks[m_current];
-    if (chunk.until > 0) {
-        // Flush may have come round to a chunk that the device is still reading.
-        if (chunk.until > m_device.CompletedValue()) {
-            ++m_waitCount;
-            m_device.WaitFor(chunk.until);
-        }
-        chunk.until = 0;
-    }
     const uint64_t offset = chunk.used;
     const uint64_t size = std::min(wanted, m_chunkBytes - offset) / least * least;
     chunk.used = std::min(m_chunkBytes,

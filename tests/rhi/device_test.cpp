@@ -1,0 +1,281 @@
+// Devices: choice, refusals, messages, loss.
+#include "rhi/device.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+
+#include "rhi/command_list.h"
+#include "rhi/readback.h"
+#include "tests/rhi/error_of.h"
+#include "tests/rhi/fake_loader.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+namespace {
+
+using rhi::BufferUsage;
+using rhi::DeviceDesc;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+DeviceDesc Quiet() {
+    DeviceDesc desc;
+    desc.savePipelineCache = false;
+    return desc;
+}
+
+class SetEnvironment {
+  public:
+    SetEnvironment(const char* name, const char* value) : m_name(name) {
+        if (const char* old = std::getenv(name)) m_old = old;
+        setenv(name, value, 1);
+    }
+    ~SetEnvironment() {
+        if (m_old)
+            setenv(m_name, m_old->c_str(), 1);
+        else
+            unsetenv(m_name);
+    }
+    SetEnvironment(const SetEnvironment&) = delete;
+    SetEnvironment& operator=(const SetEnvironment&) = delete;
+
+  private:
+    const char* m_name;
+    std::optional<std::string> m_old;
+};
+
+// Fills a buffer with `value` and reads it back.
+std::vector<uint32_t> FillAndRead(rhi::Device& device, uint32_t value) {
+    const rhi::Buffer buffer = device.CreateBuffer(
+        {.name = "filled", .size = 64, .usage = BufferUsage::CopySource | BufferUsage::CopyDestination});
+    rhi::CommandList commands = device.BeginCommands("fill");
+    commands.Fill(buffer, value);
+    device.Submit(std::move(commands));
+    return As<uint32_t>(rhi::ReadBuffer(device, buffer));
+}
+
+using DeviceTest = VulkanTest;
+
+TEST_F(DeviceTest, Info_MeetsTheRequirements) {
+    const rhi::DeviceInfo& info = Device().Info();
+    EXPECT_FALSE(info.name.empty());
+    EXPECT_FALSE(info.driver.empty());
+    EXPECT_GE(info.apiVersion, VK_API_VERSION_1_3);
+    EXPECT_GE(info.maxPushDescriptors, rhi::kMaxBoundResources);
+    EXPECT_GE(info.maxPushConstantBytes, 128u);
+    EXPECT_EQ(info.shaderGroupHandleSize, 32u);  // fixed by the specification
+    EXPECT_EQ(info.shaderGroupBaseAlignment % info.shaderGroupHandleAlignment, 0u);
+    EXPECT_GE(info.maxRayRecursionDepth, 1u);
+    EXPECT_GT(info.scratchAlignment, 0u);
+    EXPECT_GT(info.maxBufferBytes, 0u);
+    EXPECT_EQ(info.isLavapipe, info.driver.find("llvmpipe") != std::string::npos);
+}
+
+TEST_F(DeviceTest, Enumerate_ListsTheDeviceInUseWithoutRefusals) {
+    const std::vector<rhi::DeviceReport> reports = rhi::Device::Enumerate();
+    ASSERT_FALSE(reports.empty());
+    bool isFound = false;
+    for (size_t i = 0; i < reports.size(); ++i) {
+        EXPECT_EQ(reports[i].index, i);
+        if (reports[i].name == Device().Info().name && reports[i].driver == Device().Info().driver) {
+            isFound = true;
+            EXPECT_THAT(reports[i].refusals, ::testing::IsEmpty());
+            EXPECT_EQ(reports[i].type, Device().Info().type);
+        }
+    }
+    EXPECT_TRUE(isFound);
+}
+
+TEST_F(DeviceTest, Select_TakesIndexOrPartOfTheNameInAnyCase) {
+    DeviceDesc desc = Quiet();
+    std::string name = Device().Info().name;
+    for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    desc.select = name.substr(1, 6);
+    EXPECT_EQ(rhi::Device::Create(desc)->Info().name, Device().Info().name);
+    for (const rhi::DeviceReport& report : rhi::Device::Enumerate()) {
+        if (!report.refusals.empty()) continue;
+        desc.select = std::to_string(report.index);
+        EXPECT_EQ(rhi::Device::Create(desc)->Info().name, report.name);
+    }
+}
+
+TEST_F(DeviceTest, Select_UnknownNameListsWhatThereIs) {
+    DeviceDesc desc = Quiet();
+    desc.select = "no such device";
+    const Error error = ErrorOf([&] { rhi::Device::Create(desc); });
+    EXPECT_EQ(error.Kind(), ErrorKind::NoDevice);
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("'no such device'"), HasSubstr(Device().Info().name),
+                                    HasSubstr("was not asked for")));
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+}
+
+TEST_F(DeviceTest, TwoDevices_WorkSideBySide) {
+    MessageLog log;
+    DeviceDesc desc = Quiet();
+    desc.validation = true;
+    desc.onMessage = log.Callback();
+    const std::unique_ptr<rhi::Device> other = rhi::Device::Create(desc);
+    EXPECT_NE(other->Handle(), Device().Handle());
+    EXPECT_EQ(FillAndRead(*other, 0xABCD1234), std::vector<uint32_t>(16, 0xABCD1234));
+    EXPECT_EQ(FillAndRead(Device(), 0x12345678), std::vector<uint32_t>(16, 0x12345678));
+    EXPECT_EQ(log.Text(), "");
+}
+
+TEST_F(DeviceTest, Validation_CoreAndSynchronizationMessagesReachTheCallback) {
+    MessageLog log;
+    DeviceDesc desc = Quiet();
+    desc.validation = true;
+    desc.onMessage = log.Callback();
+    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    // Core: a buffer without a size, past our own check.
+    VkBufferCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+    info.usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    VkBuffer wrong = VK_NULL_HANDLE;
+    if (device->Vk().vkCreateBuffer(device->Handle(), &info, nullptr, &wrong) == VK_SUCCESS)
+        device->Vk().vkDestroyBuffer(device->Handle(), wrong, nullptr);
+    EXPECT_EQ(device->ValidationMessageCount(), 1u);
+    ASSERT_EQ(log.Count(), 1u);
+    EXPECT_TRUE(log.All()[0].isValidation);
+    EXPECT_EQ(log.All()[0].severity, rhi::MessageSeverity::Error);
+    EXPECT_EQ(log.All()[0].id, "VUID-VkBufferCreateInfo-size-00912");
+    // Synchronization: two writes without a barrier between them.
+    const rhi::Buffer buffer =
+        device->CreateBuffer({.name = "raced", .size = 64, .usage = BufferUsage::CopyDestination});
+    rhi::CommandList commands = device->BeginCommands("race");
+    commands.Fill(buffer, 1);
+    commands.Fill(buffer, 2);
+    device->Submit(std::move(commands));
+    device->WaitIdle();
+    ASSERT_GE(log.Count(), 2u);
+    EXPECT_EQ(log.All()[1].id, "SYNC-HAZARD-WRITE-AFTER-WRITE");
+    EXPECT_THAT(log.All()[1].text, HasSubstr("raced")) << "objects carry their names";
+    EXPECT_EQ(device->ValidationMessageCount(), log.Count());
+}
+
+TEST_F(DeviceTest, Check_NamesWhatFailedAndPicksTheKind) {
+    EXPECT_NO_THROW(Device().Check(VK_SUCCESS, "x"));
+    EXPECT_NO_THROW(Device().Check(VK_INCOMPLETE, "x"));
+    const Error memory = ErrorOf([] { Device().Check(VK_ERROR_OUT_OF_DEVICE_MEMORY, "buffer 'b'"); });
+    EXPECT_EQ(memory.Kind(), ErrorKind::OutOfMemory);
+    EXPECT_STREQ(memory.what(), "buffer 'b': VK_ERROR_OUT_OF_DEVICE_MEMORY");
+    EXPECT_EQ(memory.Result(), VK_ERROR_OUT_OF_DEVICE_MEMORY);
+    const Error other = ErrorOf([] { Device().Check(VK_ERROR_FEATURE_NOT_PRESENT, "x"); });
+    EXPECT_EQ(other.Kind(), ErrorKind::Vulkan);
+}
+
+TEST_F(DeviceTest, OwnMessages_ReachTheCallbackAndAreNoValidation) {
+    MessageLog log;
+    DeviceDesc desc = Quiet();
+    desc.onMessage = log.Callback();
+    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    device->Say(rhi::MessageSeverity::Info, "hello");
+    ASSERT_EQ(log.Count(), 1u);
+    EXPECT_EQ(log.All()[0].text, "hello");
+    EXPECT_FALSE(log.All()[0].isValidation);
+    EXPECT_EQ(device->ValidationMessageCount(), 0u);
+}
+
+// ---- Refusals: the system's devices, made worse.
+
+class RefusalTest : public ::testing::Test {
+  protected:
+    Error CreateError() {
+        DeviceDesc desc = Quiet();
+        desc.getInstanceProcAddr = loader.Entry();
+        return ErrorOf([&] { rhi::Device::Create(desc); });
+    }
+    FakeLoader loader;
+};
+
+TEST_F(RefusalTest, MissingExtension_IsNamed) {
+    loader.Tell().hiddenExtension = VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME;
+    const Error error = CreateError();
+    EXPECT_EQ(error.Kind(), ErrorKind::NoDevice);
+    EXPECT_THAT(error.what(), HasSubstr("lacks VK_KHR_ray_tracing_pipeline"));
+    for (const rhi::DeviceReport& report : rhi::Device::Enumerate(loader.Entry()))
+        EXPECT_THAT(report.refusals, Contains("lacks VK_KHR_ray_tracing_pipeline")) << report.name;
+}
+
+TEST_F(RefusalTest, MissingFeature_IsNamed) {
+    loader.Tell().hasNoScalarBlockLayout = true;
+    EXPECT_THAT(CreateError().what(), HasSubstr("lacks the feature scalarBlockLayout"));
+}
+
+TEST_F(RefusalTest, LowLimit_IsNamedWithBothNumbers) {
+    loader.Tell().maxPushDescriptors = 8;
+    EXPECT_THAT(CreateError().what(), HasSubstr("maxPushDescriptors is 8, needs 32"));
+}
+
+TEST_F(RefusalTest, OldVulkan_IsNamed) {
+    loader.Tell().apiVersion = VK_API_VERSION_1_2;
+    EXPECT_THAT(CreateError().what(), HasSubstr("has Vulkan 1.2, needs 1.3"));
+}
+
+TEST_F(RefusalTest, HiddenOptionalExtension_TurnsTheCapabilityOff) {
+    DeviceDesc desc = Quiet();
+    desc.getInstanceProcAddr = loader.Entry();
+    const bool isThere = rhi::Device::Create(desc)->Info().optional.rayQuery;
+    loader.Tell().hiddenExtension = VK_KHR_RAY_QUERY_EXTENSION_NAME;
+    EXPECT_FALSE(rhi::Device::Create(desc)->Info().optional.rayQuery);
+    if (!isThere) GTEST_SKIP() << "the device has no ray queries anyway";
+}
+
+TEST(NoDriverTest, Create_SaysThatThereIsNoDriver) {
+    const SetEnvironment files("VK_DRIVER_FILES", "/nonexistent.json");
+    const SetEnvironment older("VK_ICD_FILENAMES", "/nonexistent.json");
+    EXPECT_TRUE(rhi::Device::Enumerate().empty());
+    const Error error = ErrorOf([] { rhi::Device::Create(Quiet()); });
+    EXPECT_EQ(error.Kind(), ErrorKind::NoDevice);
+    EXPECT_THAT(error.what(), HasSubstr("no Vulkan driver is installed"));
+}
+
+// ---- Loss of the device, as the driver would report it.
+
+class DeviceLostTest : public ::testing::Test {
+  protected:
+    DeviceLostTest() {
+        DeviceDesc desc = Quiet();
+        desc.getInstanceProcAddr = loader.Entry();
+        desc.onMessage = log.Callback();
+        device = rhi::Device::Create(desc);
+        device->SetLastPassReport([] { return std::string("last pass reached: Trace"); });
+    }
+    FakeLoader loader;
+    MessageLog log;
+    std::unique_ptr<rhi::Device> device;
+};
+
+TEST_F(DeviceLostTest, Submit_NamesTheLastPass) {
+    rhi::CommandList commands = device->BeginCommands("frame");
+    loader.Tell().submitResult = VK_ERROR_DEVICE_LOST;
+    const Error error = ErrorOf([&] { device->Submit(std::move(commands)); });
+    EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost);
+    EXPECT_EQ(error.Result(), VK_ERROR_DEVICE_LOST);
+    EXPECT_STREQ(error.what(), "vkQueueSubmit2: VK_ERROR_DEVICE_LOST; last pass reached: Trace");
+    EXPECT_EQ(device->LastSubmittedValue(), 0u);
+}
+
+TEST_F(DeviceLostTest, WaitFor_NamesTheLastPass) {
+    const uint64_t value = device->Submit(device->BeginCommands("frame"));
+    loader.Tell().waitResult = VK_ERROR_DEVICE_LOST;
+    const Error error = ErrorOf([&] { device->WaitFor(value); });
+    EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost);
+    EXPECT_THAT(error.what(), HasSubstr("last pass reached: Trace"));
+}
+
+TEST_F(DeviceLostTest, DestroyingTheDeviceAfterwards_FreesEverything) {
+    rhi::Buffer buffer = device->CreateBuffer({.name = "left", .size = 4096});
+    device->Submit(device->BeginCommands("frame"));
+    loader.Tell().waitResult = VK_ERROR_DEVICE_LOST;
+    EXPECT_THROW(device->WaitIdle(), Error);
+    EXPECT_GE(device->Memory().usedBytes, 4096u);
+    buffer = {};
+    device.reset();
+    EXPECT_EQ(log.Text(), "") << "a device says so when memory is left";
+}
+
+}  // namespace
+}  // namespace raygraph::testing

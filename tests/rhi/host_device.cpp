@@ -1,0 +1,158 @@
+#include "tests/rhi/host_device.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+
+namespace raygraph::testing {
+namespace {
+
+// Before each block: its size, padded so that the block keeps its alignment.
+size_t HeaderBytes(size_t alignment) {
+    return std::max(alignment, alignof(std::max_align_t));
+}
+
+void Require(VkResult result, const char* what) {
+    if (result != VK_SUCCESS) throw std::runtime_error(std::string("host: ") + what + " failed");
+}
+
+VKAPI_ATTR VkBool32 VKAPI_CALL Receive(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                       VkDebugUtilsMessageTypeFlagsEXT,
+                                       const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
+    *static_cast<std::string*>(user) += std::string(data->pMessage) + "\n";
+    return VK_FALSE;
+}
+
+}  // namespace
+
+CountingAllocator::CountingAllocator() {
+    m_callbacks.pUserData = this;
+    m_callbacks.pfnAllocation = Allocate;
+    m_callbacks.pfnReallocation = Reallocate;
+    m_callbacks.pfnFree = Free;
+}
+
+void* CountingAllocator::Allocate(void* user, size_t size, size_t alignment, VkSystemAllocationScope) {
+    if (size == 0) return nullptr;
+    const size_t header = HeaderBytes(alignment);
+    const size_t total = (header + size + header - 1) / header * header;
+    auto* memory = static_cast<std::byte*>(std::aligned_alloc(header, total));
+    if (!memory) return nullptr;
+    // The two words just before the block tell Free and Reallocate where it starts and how long it is.
+    std::memcpy(memory + header - sizeof(size_t), &size, sizeof(size_t));
+    std::memcpy(memory + header - 2 * sizeof(size_t), &header, sizeof(size_t));
+    auto* self = static_cast<CountingAllocator*>(user);
+    ++self->m_live;
+    ++self->m_total;
+    return memory + header;
+}
+
+void* CountingAllocator::Reallocate(void* user, void* old, size_t size, size_t alignment,
+                                    VkSystemAllocationScope scope) {
+    void* memory = Allocate(user, size, alignment, scope);
+    if (old && memory) {
+        size_t oldSize = 0;
+        std::memcpy(&oldSize, static_cast<std::byte*>(old) - sizeof(size_t), sizeof(size_t));
+        std::memcpy(memory, old, std::min(size, oldSize));
+    }
+    if (old && (memory || size == 0)) Free(user, old);
+    return memory;
+}
+
+void CountingAllocator::Free(void* user, void* memory) {
+    if (!memory) return;
+    size_t header = 0;
+    std::memcpy(&header, static_cast<std::byte*>(memory) - 2 * sizeof(size_t), sizeof(size_t));
+    --static_cast<CountingAllocator*>(user)->m_live;
+    std::free(static_cast<std::byte*>(memory) - header);
+}
+
+HostDevice::HostDevice() : m_loader(rhi::VulkanLoader::Open()) {
+    const PFN_vkGetInstanceProcAddr entry = m_loader->GetInstanceProcAddr();
+    const rhi::GlobalFunctions global = rhi::LoadGlobalFunctions(entry);
+    const char* layer = "VK_LAYER_KHRONOS_validation";
+    const std::array<const char*, 2> extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
+                                                VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+    const auto synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
+    VkValidationFeaturesEXT validation{};
+    validation.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
+    validation.enabledValidationFeatureCount = 1;
+    validation.pEnabledValidationFeatures = &synchronization;
+    VkApplicationInfo application{};
+    application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
+    application.pApplicationName = "host";
+    application.apiVersion = rhi::Requirements().apiVersion;
+    VkInstanceCreateInfo instanceInfo{};
+    instanceInfo.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
+    instanceInfo.pNext = &validation;
+    instanceInfo.pApplicationInfo = &application;
+    instanceInfo.enabledLayerCount = 1;
+    instanceInfo.ppEnabledLayerNames = &layer;
+    instanceInfo.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+    instanceInfo.ppEnabledExtensionNames = extensions.data();
+    Require(global.vkCreateInstance(&instanceInfo, nullptr, &m_instance), "vkCreateInstance");
+    m_instanceFunctions = rhi::LoadInstanceFunctions(entry, m_instance, true);
+    VkDebugUtilsMessengerCreateInfoEXT messenger{};
+    messenger.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT;
+    messenger.messageSeverity =
+        VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT | VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT;
+    messenger.messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT;
+    messenger.pfnUserCallback = Receive;
+    messenger.pUserData = &m_validationText;
+    Require(m_instanceFunctions.vkCreateDebugUtilsMessengerEXT(m_instance, &messenger, nullptr, &m_messenger),
+            "vkCreateDebugUtilsMessengerEXT");
+
+    uint32_t count = 0;
+    m_instanceFunctions.vkEnumeratePhysicalDevices(m_instance, &count, nullptr);
+    std::vector<VkPhysicalDevice> devices(count);
+    m_instanceFunctions.vkEnumeratePhysicalDevices(m_instance, &count, devices.data());
+    for (const VkPhysicalDevice device : devices)
+        if (!m_physicalDevice && rhi::RefusalsOf(device, entry, m_instance).empty())
+            m_physicalDevice = device;
+    if (!m_physicalDevice) throw std::runtime_error("host: no device meets the requirements");
+
+    m_queueFamily = rhi::QueueFamilyFor(m_physicalDevice, entry, m_instance).value();
+    const float priority = 1.0f;
+    VkDeviceQueueCreateInfo queue{};
+    queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
+    queue.queueFamilyIndex = m_queueFamily;
+    queue.queueCount = 1;
+    queue.pQueuePriorities = &priority;
+    const rhi::FeatureChain features = rhi::FeaturesFor(m_physicalDevice, entry, m_instance);
+    const std::vector<const char*> names = rhi::ExtensionsFor(m_physicalDevice, entry, m_instance);
+    m_extensions.assign(names.begin(), names.end());
+    VkDeviceCreateInfo deviceInfo{};
+    deviceInfo.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
+    deviceInfo.pNext = features.Root();
+    deviceInfo.queueCreateInfoCount = 1;
+    deviceInfo.pQueueCreateInfos = &queue;
+    deviceInfo.enabledExtensionCount = static_cast<uint32_t>(names.size());
+    deviceInfo.ppEnabledExtensionNames = names.data();
+    Require(m_instanceFunctions.vkCreateDevice(m_physicalDevice, &deviceInfo, nullptr, &m_device),
+            "vkCreateDevice");
+    m_functions = rhi::LoadDeviceFunctions(m_instanceFunctions.vkGetDeviceProcAddr, m_device, true);
+    m_functions.vkGetDeviceQueue(m_device, m_queueFamily, 0, &m_queue);
+}
+
+HostDevice::~HostDevice() {
+    if (m_device) m_functions.vkDestroyDevice(m_device, nullptr);
+    if (m_messenger) m_instanceFunctions.vkDestroyDebugUtilsMessengerEXT(m_instance, m_messenger, nullptr);
+    if (m_instance) m_instanceFunctions.vkDestroyInstance(m_instance, nullptr);
+}
+
+rhi::AdoptedDeviceDesc HostDevice::Desc() const {
+    rhi::AdoptedDeviceDesc desc;
+    desc.name = "the host";
+    desc.instance = m_instance;
+    desc.physicalDevice = m_physicalDevice;
+    desc.device = m_device;
+    desc.queue = m_queue;
+    desc.queueFamily = m_queueFamily;
+    desc.getInstanceProcAddr = m_loader->GetInstanceProcAddr();
+    desc.enabledExtensions = m_extensions;
+    desc.debugUtilsEnabled = true;
+    return desc;
+}
+
+}  // namespace raygraph::testing
