@@ -10,168 +10,124 @@
 // clang-format off
 
 // Loaded with a null instance.
-#define RAYGRAPH_GLOBAL_FUNCTIONS(X)                 \
-    X(vkCreateInstance)                              \
-    X(vkEnumerateInstanceExtensionProperties)        \
-    X(vkEnumerateInstanceLayerProperties)            \
+#define RAYGRAPH_GLOBAL_FUNCTIONS(X)                    \
+    X(vkCreateInstance)                                 \
+    X(vkEnumerateInstanceExtensionProperties)           \
+    X(vkEnumerateInstanceLayerProperties)               \
     X(vkEnumerateInstanceVersion)
 
-#define RAYGRAPH_INSTANCE_FUNCTIONS(X)               \
-    X(vkCreateDevice)                                \
-    X(vkDestroyInstance)                             \
-    X(vkEnumerateDeviceExtensionProperties)          \
-    X(vkEnumeratePhysicalDevices)                    \
-    X(vkGetDeviceProcAddr)                           \
-    X(vkGetPhysicalDeviceFeatures2)                  \
-    X(vkGetPhysicalDeviceFormatProperties2)          \
-    X(vkGetPhysicalDeviceImageFormatProperties2)     \
-    X(vkGetPhysicalDeviceMemoryProperties2)          \
-    X(vkGetPhysicalDeviceProperties2)                \
+#define RAYGRAPH_INSTANCE_FUNCTIONS(X)                  \
+    X(vkCreateDevice)                                   \
+    X(vkDestroyInstance)                                \
+    X(vkEnumerateDeviceExtensionProperties)             \
+    X(vkEnumeratePhysicalDevices)                       \
+    X(vkGetDeviceProcAddr)                              \
+    X(vkGetPhysicalDeviceFeatures2)                     \
+    X(vkGetPhysicalDeviceFormatProperties2)             \
+    X(vkGetPhysicalDeviceImageFormatProperties2)        \
+    X(vkGetPhysicalDeviceProperties2)                   \
     X(vkGetPhysicalDeviceQueueFamilyProperties2)
 
 // With VK_EXT_debug_utils only: null without it.
-#define RAYGRAPH_DEBUG_INSTANCE_FUNCTIONS(X)         \
-    X(vkCreateDebugUtilsMessengerEXT)                \
+#define RAYGRAPH_DEBUG_INSTANCE_FUNCTIONS(X)            \
+    X(vkCreateDebugUtilsMessengerEXT)                   \
     X(vkDestroyDebugUtilsMessengerEXT)
 
-#define RAYGRAPH_DEVICE_FUNCTIONS(X)                 \
-    /* Device, queue, synchronization */             \
-    X(vkDestroyDevice)                               \
-    X(vkDeviceWaitIdle)                              \
-    X(vkGetDeviceQueue)                              \
-    X(vkQueueSubmit2)                                \
-    X(vkQueueWaitIdle)                               \
-    X(vkCreateSemaphore)                             \
-    X(vkDestroySemaphore)                            \
-    X(vkGetSemaphoreCounterValue)                    \
-    X(vkSignalSemaphore)                             \
-    X(vkWaitSemaphores)                              \
-    X(vkCreateFence)                                 \
-    X(vkDestroyFence)                                \
-    X(vkResetFences)                                 \
-    X(vkWaitForFences)                               \
-    /* Memory, buffers, images, samplers */          \
-    X(vkAllocateMemory)                              \
-    X(vkFreeMemory)                                  \
-    X(vkMapMemory)                                   \
-    X(vkUnmapMemory)                                 \
-    X(vkFlushMappedMemoryRanges)                     \
-    X(vkInvalidateMappedMemoryRanges)                \
-    X(vkCreateBuffer)                                \
-    X(vkDestroyBuffer)                               \
-    X(vkBindBufferMemory2)                           \
-    X(vkGetBufferDeviceAddress)                      \
-    X(vkGetBufferMemoryRequirements2)                \
-    X(vkGetDeviceBufferMemoryRequirements)           \
-    X(vkCreateImage)                                 \
-    X(vkDestroyImage)                                \
-    X(vkBindImageMemory2)                            \
-    X(vkGetImageMemoryRequirements2)                 \
-    X(vkGetDeviceImageMemoryRequirements)            \
-    X(vkCreateImageView)                             \
-    X(vkDestroyImageView)                            \
-    X(vkCreateSampler)                               \
-    X(vkDestroySampler)                              \
-    /* Shaders, pipelines, descriptors */            \
-    X(vkCreateShaderModule)                          \
-    X(vkDestroyShaderModule)                         \
-    X(vkCreatePipelineLayout)                        \
-    X(vkDestroyPipelineLayout)                       \
-    X(vkCreateComputePipelines)                      \
-    X(vkCreateGraphicsPipelines)                     \
-    X(vkCreateRayTracingPipelinesKHR)                \
-    X(vkDestroyPipeline)                             \
-    X(vkGetRayTracingShaderGroupHandlesKHR)          \
-    X(vkGetRayTracingShaderGroupStackSizeKHR)        \
-    X(vkCreatePipelineCache)                         \
-    X(vkDestroyPipelineCache)                        \
-    X(vkGetPipelineCacheData)                        \
-    X(vkMergePipelineCaches)                         \
-    X(vkCreateDescriptorSetLayout)                   \
-    X(vkDestroyDescriptorSetLayout)                  \
-    X(vkGetDescriptorSetLayoutSupport)               \
-    X(vkCreateDescriptorPool)                        \
-    X(vkDestroyDescriptorPool)                       \
-    X(vkResetDescriptorPool)                         \
-    X(vkAllocateDescriptorSets)                      \
-    X(vkFreeDescriptorSets)                          \
-    X(vkUpdateDescriptorSets)                        \
-    X(vkCreateDescriptorUpdateTemplate)              \
-    X(vkDestroyDescriptorUpdateTemplate)             \
-    X(vkUpdateDescriptorSetWithTemplate)             \
-    /* Acceleration structures, deferred operations */ \
-    X(vkCreateAccelerationStructureKHR)              \
-    X(vkDestroyAccelerationStructureKHR)             \
-    X(vkGetAccelerationStructureBuildSizesKHR)       \
-    X(vkGetAccelerationStructureDeviceAddressKHR)    \
-    X(vkCmdBuildAccelerationStructuresKHR)           \
-    X(vkCmdCopyAccelerationStructureKHR)             \
-    X(vkCmdWriteAccelerationStructuresPropertiesKHR) \
-    X(vkCreateDeferredOperationKHR)                  \
-    X(vkDestroyDeferredOperationKHR)                 \
-    X(vkDeferredOperationJoinKHR)                    \
-    X(vkGetDeferredOperationMaxConcurrencyKHR)       \
-    X(vkGetDeferredOperationResultKHR)               \
-    /* Query pools */                                \
-    X(vkCreateQueryPool)                             \
-    X(vkDestroyQueryPool)                            \
-    X(vkGetQueryPoolResults)                         \
-    X(vkCmdResetQueryPool)                           \
-    X(vkCmdWriteTimestamp2)                          \
-    X(vkCmdBeginQuery)                               \
-    X(vkCmdEndQuery)                                 \
-    X(vkCmdCopyQueryPoolResults)                     \
-    /* Command buffers */                            \
-    X(vkCreateCommandPool)                           \
-    X(vkDestroyCommandPool)                          \
-    X(vkResetCommandPool)                            \
-    X(vkAllocateCommandBuffers)                      \
-    X(vkFreeCommandBuffers)                          \
-    X(vkBeginCommandBuffer)                          \
-    X(vkEndCommandBuffer)                            \
-    X(vkCmdPipelineBarrier2)                         \
-    X(vkCmdBindPipeline)                             \
-    X(vkCmdBindDescriptorSets)                       \
-    X(vkCmdPushDescriptorSetKHR)                     \
-    X(vkCmdPushDescriptorSetWithTemplateKHR)         \
-    X(vkCmdPushConstants)                            \
-    X(vkCmdDispatch)                                 \
-    X(vkCmdDispatchIndirect)                         \
-    X(vkCmdTraceRaysKHR)                             \
-    X(vkCmdSetRayTracingPipelineStackSizeKHR)        \
-    X(vkCmdBeginRendering)                           \
-    X(vkCmdEndRendering)                             \
-    X(vkCmdSetViewport)                              \
-    X(vkCmdSetScissor)                               \
-    X(vkCmdSetCullMode)                              \
-    X(vkCmdSetFrontFace)                             \
-    X(vkCmdSetPrimitiveTopology)                     \
-    X(vkCmdSetDepthTestEnable)                       \
-    X(vkCmdSetDepthWriteEnable)                      \
-    X(vkCmdSetDepthCompareOp)                        \
-    X(vkCmdBindIndexBuffer)                          \
-    X(vkCmdBindVertexBuffers2)                       \
-    X(vkCmdDraw)                                     \
-    X(vkCmdDrawIndexed)                              \
-    X(vkCmdDrawIndirect)                             \
-    X(vkCmdDrawIndexedIndirect)                      \
-    X(vkCmdDrawIndexedIndirectCount)                 \
-    X(vkCmdCopyBuffer2)                              \
-    X(vkCmdCopyImage2)                               \
-    X(vkCmdCopyBufferToImage2)                       \
-    X(vkCmdCopyImageToBuffer2)                       \
-    X(vkCmdBlitImage2)                               \
-    X(vkCmdFillBuffer)                               \
-    X(vkCmdUpdateBuffer)                             \
-    X(vkCmdClearColorImage)                          \
-    X(vkCmdClearDepthStencilImage)
+#define RAYGRAPH_DEVICE_FUNCTIONS(X)                    \
+    /* Device, queue, synchronization */                \
+    X(vkDestroyDevice)                                  \
+    X(vkDeviceWaitIdle)                                 \
+    X(vkGetDeviceQueue)                                 \
+    X(vkQueueSubmit2)                                   \
+    X(vkQueueWaitIdle)                                  \
+    X(vkCreateSemaphore)                                \
+    X(vkDestroySemaphore)                               \
+    X(vkGetSemaphoreCounterValue)                       \
+    X(vkSignalSemaphore)                                \
+    X(vkWaitSemaphores)                                 \
+    /* Memory, buffers, images, samplers */             \
+    X(vkAllocateMemory)                                 \
+    X(vkFreeMemory)                                     \
+    X(vkCreateBuffer)                                   \
+    X(vkDestroyBuffer)                                  \
+    X(vkGetBufferDeviceAddress)                         \
+    X(vkGetDeviceBufferMemoryRequirements)              \
+    X(vkCreateImage)                                    \
+    X(vkDestroyImage)                                   \
+    X(vkBindImageMemory2)                               \
+    X(vkGetImageMemoryRequirements2)                    \
+    X(vkGetDeviceImageMemoryRequirements)               \
+    X(vkCreateImageView)                                \
+    X(vkDestroyImageView)                               \
+    X(vkCreateSampler)                                  \
+    X(vkDestroySampler)                                 \
+    /* Shaders, pipelines, descriptors */               \
+    X(vkCreateShaderModule)                             \
+    X(vkDestroyShaderModule)                            \
+    X(vkCreatePipelineLayout)                           \
+    X(vkDestroyPipelineLayout)                          \
+    X(vkCreateComputePipelines)                         \
+    X(vkCreateGraphicsPipelines)                        \
+    X(vkCreateRayTracingPipelinesKHR)                   \
+    X(vkDestroyPipeline)                                \
+    X(vkGetRayTracingShaderGroupHandlesKHR)             \
+    X(vkCreatePipelineCache)                            \
+    X(vkDestroyPipelineCache)                           \
+    X(vkGetPipelineCacheData)                           \
+    X(vkCreateDescriptorSetLayout)                      \
+    X(vkDestroyDescriptorSetLayout)                     \
+    X(vkCreateDescriptorPool)                           \
+    X(vkDestroyDescriptorPool)                          \
+    X(vkAllocateDescriptorSets)                         \
+    X(vkUpdateDescriptorSets)                           \
+    /* Acceleration structures */                       \
+    X(vkCreateAccelerationStructureKHR)                 \
+    X(vkDestroyAccelerationStructureKHR)                \
+    X(vkGetAccelerationStructureBuildSizesKHR)          \
+    X(vkGetAccelerationStructureDeviceAddressKHR)       \
+    X(vkCmdBuildAccelerationStructuresKHR)              \
+    X(vkCmdCopyAccelerationStructureKHR)                \
+    X(vkCmdWriteAccelerationStructuresPropertiesKHR)    \
+    /* Query pools */                                   \
+    X(vkCreateQueryPool)                                \
+    X(vkDestroyQueryPool)                               \
+    X(vkGetQueryPoolResults)                            \
+    X(vkCmdResetQueryPool)                              \
+    X(vkCmdWriteTimestamp2)                             \
+    /* Command buffers */                               \
+    X(vkCreateCommandPool)                              \
+    X(vkDestroyCommandPool)                             \
+    X(vkResetCommandPool)                               \
+    X(vkAllocateCommandBuffers)                         \
+    X(vkBeginCommandBuffer)                             \
+    X(vkEndCommandBuffer)                               \
+    X(vkCmdPipelineBarrier2)                            \
+    X(vkCmdBindPipeline)                                \
+    X(vkCmdBindDescriptorSets)                          \
+    X(vkCmdPushDescriptorSetKHR)                        \
+    X(vkCmdPushConstants)                               \
+    X(vkCmdDispatch)                                    \
+    X(vkCmdTraceRaysKHR)                                \
+    X(vkCmdBeginRendering)                              \
+    X(vkCmdEndRendering)                                \
+    X(vkCmdSetViewport)                                 \
+    X(vkCmdSetScissor)                                  \
+    X(vkCmdBindIndexBuffer)                             \
+    X(vkCmdDraw)                                        \
+    X(vkCmdDrawIndexed)                                 \
+    X(vkCmdCopyBuffer2)                                 \
+    X(vkCmdCopyImage2)                                  \
+    X(vkCmdCopyBufferToImage2)                          \
+    X(vkCmdCopyImageToBuffer2)                          \
+    X(vkCmdBlitImage2)                                  \
+    X(vkCmdFillBuffer)                                  \
+    X(vkCmdClearColorImage)
 
 // With VK_EXT_debug_utils only: null without it.
-#define RAYGRAPH_DEBUG_DEVICE_FUNCTIONS(X)           \
-    X(vkSetDebugUtilsObjectNameEXT)                  \
-    X(vkCmdBeginDebugUtilsLabelEXT)                  \
-    X(vkCmdEndDebugUtilsLabelEXT)                    \
-    X(vkCmdInsertDebugUtilsLabelEXT)
+#define RAYGRAPH_DEBUG_DEVICE_FUNCTIONS(X)              \
+    X(vkSetDebugUtilsObjectNameEXT)                     \
+    X(vkCmdBeginDebugUtilsLabelEXT)                     \
+    X(vkCmdEndDebugUtilsLabelEXT)
 
 // clang-format on
 
