@@ -231,6 +231,13 @@ void Compiler::Finish() {
     m_plan.finish.first = BarrierCount();
     for (const Root& root : m_graph.roots) {
         ResourceState& state = m_plan.states[root.resource];
+        const auto isExportOfIt = [&](const Root& other) {
+            return other.kind == RootKind::Exported && other.resource == root.resource;
+        };
+        // What is shown and exported is left as its owner asked.
+        if (root.kind == RootKind::Presented &&
+            std::any_of(m_graph.roots.begin(), m_graph.roots.end(), isExportOfIt))
+            continue;
         if (!m_plan.lifetimes[root.resource].IsUsed() && root.kind != RootKind::Exported) continue;
         AccessRequest request{.masks = root.kind == RootKind::Presented ? kPresentMasks : kHostReadMasks};
         if (root.kind == RootKind::Exported) {

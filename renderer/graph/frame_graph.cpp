@@ -198,6 +198,9 @@ void FrameGraph::Export(TextureId texture, VkImageLayout layout, uint32_t toQueu
     if (layout == VK_IMAGE_LAYOUT_UNDEFINED || layout == VK_IMAGE_LAYOUT_PREINITIALIZED)
         throw Error(ErrorKind::Usage,
                     "Export hands back " + Quoted(resource.name) + " in a layout that drops its contents");
+    for (const Root& root : roots)
+        if (root.kind == RootKind::Exported && root.resource == index)
+            throw Error(ErrorKind::Usage, "Export hands back " + Quoted(resource.name) + " twice");
     roots.push_back({.kind = RootKind::Exported,
                      .resource = index,
                      .version = resource.version,

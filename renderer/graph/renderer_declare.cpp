@@ -306,6 +306,12 @@ void Renderer::Impl::NoteUsages(const GraphPass& pass) {
 void Renderer::Present(TextureId texture) {
     m_impl->RequireOpen("Present");
     m_impl->graph.Present(texture);
+    FrameResource& behind = m_impl->resources[texture.resource];
+    behind.textureUsage |= rhi::TextureUsage::Sampled;
+    if (behind.texture && !rhi::Has(behind.texture->Desc().usage, rhi::TextureUsage::Sampled))
+        throw Error(ErrorKind::Usage, "Present shows " +
+                                          Quoted(m_impl->graph.resources[texture.resource].name) +
+                                          ", which was made without the usage Sampled");
     m_impl->isCompiled = false;
 }
 

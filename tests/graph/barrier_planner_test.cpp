@@ -242,6 +242,16 @@ TEST(Barriers, TransitionOfAnImport_DoesNotOvertakeTheSemaphoreOfTheHost) {
         << graph.Text();
 }
 
+TEST(Barriers, ShownAndExportedTexture_IsLeftAsItsOwnerAsked) {
+    GraphMaker graph;
+    const TextureId host = graph.Pass("Fill", {}, graph.Imported<ResourceKind::Texture>("host"));
+    graph.Present(host);
+    graph.Export(host, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+    const Plan plan = Compile(graph);
+    EXPECT_EQ(plan.finish.count, 1u);
+    EXPECT_EQ(plan.states[host.resource].layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
+}
+
 TEST(Barriers, ExportedTexture_IsWaitedForWhateverItsOwnerDid) {
     GraphMaker graph;
     const TextureId host = graph.Imported<ResourceKind::Texture>("host");

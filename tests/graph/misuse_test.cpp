@@ -146,6 +146,14 @@ TEST(Misuse, ExportOfWhatWasNotImported) {
               R"(Export hands back "host" in a layout that drops its contents)");
 }
 
+TEST(Misuse, ExportOfOneTextureTwice) {
+    GraphMaker graph;
+    const TextureId host = graph.Pass("Make", {}, graph.Imported<ResourceKind::Texture>("host"));
+    graph.Export(host, VK_IMAGE_LAYOUT_GENERAL);
+    EXPECT_EQ(UsageMessage([&] { graph.Export(host, VK_IMAGE_LAYOUT_GENERAL); }),
+              R"(Export hands back "host" twice)");
+}
+
 TEST(Misuse, FailedUse_LeavesTheGraphAsItWas) {
     GraphMaker graph;
     const TextureId target = graph.Texture("radiance");

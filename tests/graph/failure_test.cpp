@@ -1,0 +1,159 @@
+// What goes wrong on the way: exceptions drop the frame and nothing else, mistakes are named, a lost device
+// names the pass.
+#include <gmock/gmock.h>
+
+#include <stdexcept>
+
+#include "tests/graph/graph_test.h"
+
+namespace raygraph {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr Extent2D kExtent{16, 16};
+
+std::string MessageOf(const std::function<void()>& action) {
+    try {
+        action();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    ADD_FAILURE() << "no Error was thrown";
+    return "";
+}
+
+class Failure : public GraphTest {
+  protected:
+    // A whole frame that works: what a Renderer must still do after any mistake.
+    void ExpectGoodFrame() {
+        m_renderer.BeginFrame();
+        const Readback readback =
+            m_renderer.ReadBack(Scale(m_renderer, "b", Fill(m_renderer, "a", kExtent, 1.0f), 3.0f));
+        m_renderer.Execute();
+        EXPECT_TRUE(IsRamp(Texels(readback), 1.0f, 3.0f));
+    }
+};
+
+TEST_F(Failure, ExceptionInSetup_DropsTheFrame) {
+    m_renderer.BeginFrame();
+    EXPECT_THROW(m_renderer.AddPass(
+                     "Throws", PassKind::Compute, [](PassBuilder&) { throw std::runtime_error("mine"); },
+                     [](CommandList&) {}),
+                 std::runtime_error);
+    EXPECT_EQ(MessageOf([&] { m_renderer.Execute(); }),
+              R"(Execute: the frame is given up, since pass "Throws" was not declared)");
+    ExpectGoodFrame();
+}
+
+TEST_F(Failure, ExceptionInExecute_DropsTheFrameAndItsStates) {
+    const auto frame = [&](bool throws) {
+        m_renderer.BeginFrame();
+        const TextureId sum = AddTo(m_renderer, "sum", Fill(m_renderer, "one", kExtent, 1.0f));
+        const Readback readback = m_renderer.ReadBack(sum);
+        m_renderer.AddPass(
+            "Throws", PassKind::Transfer, [](PassBuilder& pass) { pass.KeepAlive(); },
+            [throws](CommandList&) {
+                if (throws) throw std::runtime_error("mine");
+            });
+        m_renderer.Execute();
+        return readback;
+    };
+    frame(false);
+    EXPECT_THROW(frame(true), std::runtime_error);
+    EXPECT_TRUE(IsRamp(Texels(frame(false)), 1.0f, 2.0f)) << "the dropped frame added nothing";
+    ExpectGoodFrame();
+}
+
+TEST_F(Failure, FrameThatIsNeverExecuted_IsDropped) {
+    m_renderer.BeginFrame();
+    m_renderer.Present(Fill(m_renderer, "a", kExtent, 1.0f));
+    ExpectGoodFrame();
+}
+
+TEST_F(Failure, DeclaringOutsideOfAFrame) {
+    EXPECT_EQ(MessageOf([&] { m_renderer.CreateTexture("a", {.extent = kExtent}); }),
+              "CreateTexture: no frame has been begun (BeginFrame)");
+    EXPECT_EQ(MessageOf([&] { m_renderer.Execute(); }), "Execute: no frame has been begun (BeginFrame)");
+}
+
+TEST_F(Failure, UnknownShader_NamesThoseOfItsStage) {
+    m_renderer.BeginFrame();
+    EXPECT_THAT(MessageOf([&] {
+                    m_renderer.AddPass(
+                        "Fill", PassKind::Compute, [](PassBuilder& pass) { pass.Compute("tst/fill.comp"); },
+                        [](CommandList&) {});
+                }),
+                R"(pass "Fill": no shader "tst/fill.comp"; there is test/fill.comp)");
+}
+
+TEST_F(Failure, UnknownBinding_NamesWhatThereIs) {
+    m_renderer.BeginFrame();
+    TextureId target = m_renderer.CreateTexture("a", {.extent = kExtent, .format = Format::R32Float});
+    EXPECT_EQ(
+        MessageOf([&] {
+            m_renderer.AddPass(
+                "Fill", PassKind::Compute,
+                [&](PassBuilder& pass) {
+                    pass.Compute("test/fill.comp");
+                    target = pass.Writes("targt", target);
+                },
+                [](CommandList&) {});
+        }),
+        R"(pass "Fill" binds "targt": no such binding; test/fill.comp has target (storage image, write))");
+    ExpectGoodFrame();
+}
+
+TEST_F(Failure, ResourceThatThePassDidNotDeclare) {
+    m_renderer.BeginFrame();
+    const TextureId a = Fill(m_renderer, "a", kExtent, 1.0f);
+    m_renderer.AddPass(
+        "Copy", PassKind::Transfer, [](PassBuilder& pass) { pass.KeepAlive(); },
+        [a](CommandList&, const PassResources& resources) { std::ignore = resources.Texture(a); });
+    EXPECT_EQ(MessageOf([&] { m_renderer.Execute(); }),
+              R"(pass "Copy" asks for "a", which it did not declare in its setup)");
+    ExpectGoodFrame();
+}
+
+TEST_F(Failure, PersistentResourceDeclaredTwiceDifferently) {
+    m_renderer.BeginFrame();
+    const GraphTextureDesc desc{.extent = kExtent, .format = Format::R32Float};
+    EXPECT_EQ(m_renderer.Persist("sum", desc), m_renderer.Persist("sum", desc));
+    EXPECT_EQ(MessageOf([&] {
+                  m_renderer.Persist("sum", {.extent = {4, 4}, .format = Format::R32Float});
+              }),
+              R"(Persist "sum": it was declared in this frame with another description)");
+}
+
+TEST_F(Failure, BuffersOfUnfitMemory) {
+    m_renderer.BeginFrame();
+    EXPECT_EQ(
+        MessageOf([&] { m_renderer.CreateBuffer("b", {.size = 4, .memory = rhi::MemoryKind::Readback}); }),
+        R"(buffer "b": Readback memory is what ReadBack uses)");
+    EXPECT_THAT(
+        MessageOf([&] { m_renderer.PersistBuffer("b", {.size = 4, .memory = rhi::MemoryKind::Upload}); }),
+        HasSubstr("would be written while frames in flight read it"));
+    EXPECT_EQ(MessageOf([&] { m_renderer.CreateBuffer("b", {}); }), R"(buffer "b": its size is zero)");
+    EXPECT_EQ(MessageOf([&] { m_renderer.CreateTexture("t", {}); }),
+              R"(texture "t": its extent 0x0 is empty)");
+}
+
+TEST_F(Failure, LostDevice_NamesTheLastPassReached) {
+    m_renderer.BeginFrame();
+    m_renderer.Present(Scale(m_renderer, "b", Fill(m_renderer, "a", kExtent, 1.0f), 3.0f));
+    m_renderer.Execute();
+    Device().WaitIdle();
+    // lavapipe cannot be made to lose its device: the path from the result to the Error is what is tested
+    // here.
+    EXPECT_THAT(MessageOf([&] { Device().Check(VK_ERROR_DEVICE_LOST, "vkQueueSubmit2"); }),
+                HasSubstr(R"(the last pass reached was pass "Scale b" (2 of 2) of frame 1)"));
+}
+
+TEST_F(Failure, LostDevice_AfterTheRendererIsGone) {
+    { Renderer other(Device()); }
+    EXPECT_THAT(MessageOf([&] { Device().Check(VK_ERROR_DEVICE_LOST, "vkQueueSubmit2"); }),
+                HasSubstr("no pass is known"));
+}
+
+}  // namespace
+}  // namespace raygraph

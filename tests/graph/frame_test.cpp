@@ -1,0 +1,382 @@
+// Frames on a device: results, memory, persistence, culling, readback, timings.
+#include <gmock/gmock.h>
+
+#include "tests/graph/graph_test.h"
+
+namespace raygraph {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr Extent2D kExtent{37, 19};
+
+std::string Numbered(int i) {
+    return std::string("t").append(std::to_string(i));
+}
+
+class Frame : public GraphTest {};
+
+TEST_F(Frame, ChainOfPasses_GivesTheirProduct) {
+    m_renderer.BeginFrame();
+    const TextureId a = Fill(m_renderer, "a", kExtent, 3.0f);
+    const TextureId c = Scale(m_renderer, "c", Scale(m_renderer, "b", a, 2.0f), 5.0f);
+    const Readback readback = m_renderer.ReadBack(c);
+    m_renderer.Execute();
+    EXPECT_TRUE(IsRamp(Texels(readback), 3.0f, 10.0f));
+}
+
+TEST_F(Frame, SharedMemory_KeepsTexelsRightFrameAfterFrame) {
+    for (int frame = 0; frame < 6; ++frame) {
+        const auto value = static_cast<float>(frame);
+        m_renderer.BeginFrame();
+        TextureId texture = Fill(m_renderer, "t0", kExtent, value);
+        for (int i = 1; i < 8; ++i) texture = Scale(m_renderer, Numbered(i), texture, 2.0f);
+        const Readback readback = m_renderer.ReadBack(texture);
+        m_renderer.Execute();
+        EXPECT_THAT(m_renderer.DescribePlan(), HasSubstr("saved by sharing"));
+        EXPECT_TRUE(IsRamp(Texels(readback), value, 128.0f)) << "frame " << frame;
+    }
+}
+
+// A texture and a buffer take turns in one block.
+TEST_F(Frame, BufferAndTextureInOneBlock_KeepTheirContents) {
+    m_renderer.AddShader("test/sum.comp", CompileText("test/sum.comp", R"(
+layout(local_size_x = 1) in;
+layout(binding = 0, r32f) uniform readonly image2D source;
+layout(binding = 1, std430) writeonly buffer Rows { float rows[]; };
+void main() {
+    float sum = 0.0;
+    for (int x = 0; x < imageSize(source).x; ++x) sum += imageLoad(source, ivec2(x, gl_GlobalInvocationID.x)).r;
+    rows[gl_GlobalInvocationID.x] = sum;
+})"));
+    m_renderer.AddShader("test/spread.comp", CompileText("test/spread.comp", R"(
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 0, std430) readonly buffer Rows { float rows[]; };
+layout(binding = 1, r32f) uniform writeonly image2D target;
+void main() {
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (all(lessThan(texel, imageSize(target)))) imageStore(target, texel, vec4(rows[texel.y]));
+})"));
+    for (int frame = 0; frame < 3; ++frame) {
+        m_renderer.BeginFrame();
+        const TextureId source = Fill(m_renderer, "source", kExtent, 1.0f);
+        BufferId rows = m_renderer.CreateBuffer("rows", {.size = kExtent.height * sizeof(float)});
+        m_renderer.AddPass(
+            "Sum", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("test/sum.comp");
+                pass.Reads("source", source);
+                rows = pass.Writes("Rows", rows);
+            },
+            [](CommandList& commands) { commands.Dispatch(kExtent.height); });
+        TextureId spread =
+            m_renderer.CreateTexture("spread", {.extent = kExtent, .format = Format::R32Float});
+        m_renderer.AddPass(
+            "Spread", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("test/spread.comp");
+                pass.Reads("Rows", rows);
+                spread = pass.Writes("target", spread);
+            },
+            [](CommandList& commands) { commands.DispatchOver(kExtent); });
+        const Readback readback = m_renderer.ReadBack(spread);
+        m_renderer.Execute();
+        const testing::Texels texels = Texels(readback);
+        const float n = kExtent.width;
+        for (uint32_t y = 0; y < kExtent.height; ++y)
+            EXPECT_EQ(texels.At(3, y)[0],
+                      n * (1.0f + 100.0f * static_cast<float>(y)) + n * (n - 1.0f) / 2.0f);
+    }
+}
+
+TEST_F(Frame, PersistentTexture_AccumulatesWhileFramesAreInFlight) {
+    ASSERT_GE(Device().FramesInFlight(), 2u);
+    constexpr int kFrames = 20;
+    Readback readback;
+    for (int frame = 0; frame < kFrames; ++frame) {
+        m_renderer.BeginFrame();
+        const TextureId sum = AddTo(m_renderer, "sum", Fill(m_renderer, "one", kExtent, 1.0f));
+        m_renderer.Present(sum);
+        if (frame == kFrames - 1) readback = m_renderer.ReadBack(sum);
+        m_renderer.Execute();  // nothing waits in between
+    }
+    EXPECT_TRUE(IsRamp(Texels(readback), 1.0f, kFrames));
+}
+
+TEST_F(Frame, PersistentTexture_StartsAnewWithAnotherExtent) {
+    for (const Extent2D extent : {kExtent, kExtent, Extent2D{5, 5}}) {
+        m_renderer.BeginFrame();
+        m_renderer.Present(AddTo(m_renderer, "sum", Fill(m_renderer, "one", extent, 1.0f)));
+        m_renderer.Execute();
+    }
+    m_renderer.BeginFrame();
+    const Readback readback =
+        m_renderer.ReadBack(AddTo(m_renderer, "sum", Fill(m_renderer, "one", {5, 5}, 1.0f)));
+    m_renderer.Execute();
+    EXPECT_TRUE(IsRamp(Texels(readback), 1.0f, 2.0f));
+}
+
+TEST_F(Frame, IsFresh_UntilASubmittedFrameWrote) {
+    const GraphTextureDesc desc{.extent = kExtent, .format = Format::R32Float};
+    m_renderer.BeginFrame();
+    EXPECT_TRUE(m_renderer.IsFresh(m_renderer.Persist("sum", desc)));
+    m_renderer.Execute();  // nothing wrote it
+
+    m_renderer.BeginFrame();
+    TextureId sum = m_renderer.Persist("sum", desc);
+    EXPECT_TRUE(m_renderer.IsFresh(sum));
+    sum = FillInto(m_renderer, "Fill", sum, 1.0f);
+    EXPECT_FALSE(m_renderer.IsFresh(sum)) << "a pass of this frame has written it";
+    m_renderer.Execute();  // culled: nothing needs it
+
+    m_renderer.BeginFrame();
+    sum = m_renderer.Persist("sum", desc);
+    EXPECT_TRUE(m_renderer.IsFresh(sum));
+    m_renderer.Present(FillInto(m_renderer, "Fill", sum, 1.0f));
+    m_renderer.Execute();
+
+    m_renderer.BeginFrame();
+    EXPECT_FALSE(m_renderer.IsFresh(m_renderer.Persist("sum", desc)));
+    m_renderer.Execute();
+    m_renderer.Forget("sum");
+    m_renderer.BeginFrame();
+    EXPECT_TRUE(m_renderer.IsFresh(m_renderer.Persist("sum", desc)));
+    m_renderer.Execute();
+}
+
+TEST_F(Frame, ToggledView_CostsNothingAndKeepsItsSum) {
+    PassId adding{};
+    const auto frame = [&](bool isSumShown) {
+        m_renderer.BeginFrame();
+        const TextureId sum = AddTo(m_renderer, "sum", Fill(m_renderer, "one", kExtent, 1.0f));
+        adding = {1};
+        const TextureId other = Fill(m_renderer, "other", kExtent, 0.0f);
+        m_renderer.Present(isSumShown ? sum : other);
+        const Readback readback = m_renderer.ReadBack(isSumShown ? sum : other);
+        m_renderer.Execute();
+        return readback;
+    };
+    frame(true);
+    EXPECT_TRUE(m_renderer.WasExecuted(adding));
+    frame(false);
+    EXPECT_FALSE(m_renderer.WasExecuted(adding));
+    EXPECT_THAT(m_renderer.DescribePlan(),
+                HasSubstr("Fill one (compute): only culled Add to sum needs it\n"));
+    frame(false);
+    EXPECT_TRUE(IsRamp(Texels(frame(true)), 1.0f, 2.0f)) << "two frames showed the sum";
+}
+
+TEST_F(Frame, CulledPass_MakesNoPipeline) {
+    m_renderer.BeginFrame();
+    std::ignore = Fill(m_renderer, "unseen", kExtent, 0.0f);
+    m_renderer.Execute();
+    EXPECT_EQ(m_renderer.PipelineCount(), 0u);
+    for (int frame = 0; frame < 3; ++frame) {
+        m_renderer.BeginFrame();
+        m_renderer.Present(Fill(m_renderer, "seen", kExtent, 0.0f));
+        m_renderer.Execute();
+    }
+    EXPECT_EQ(m_renderer.PipelineCount(), 1u);
+    EXPECT_GT(m_renderer.PipelineCreationMs(), 0.0);
+}
+
+TEST_F(Frame, PlanOfARealFrame_SaysWhatRan) {
+    for (int frame = 0; frame < 2; ++frame) {
+        m_renderer.BeginFrame();
+        const TextureId sum = AddTo(m_renderer, "sum", Fill(m_renderer, "one", kExtent, 1.0f));
+        m_renderer.Present(Scale(m_renderer, "shown", sum, 0.5f));
+        m_renderer.Execute();
+    }
+    std::string plan = m_renderer.DescribePlan();
+    plan = plan.substr(plan.find('\n') + 1);  // sizes of memory are the driver's
+    plan = plan.substr(0, plan.find("memory\n    block"));
+    EXPECT_EQ(plan, R"(
+1 Fill one (compute)
+    writes  one v1 (storage write)
+    waits   one: memory of the last frame, FragmentShader done -> ComputeShader write, Undefined -> General
+
+2 Add to sum (compute)
+    reads   one v1 (storage read)
+    updates sum v1 (storage update)
+    waits   one: ComputeShader write -> ComputeShader read, General
+    waits   sum: ComputeShader done -> ComputeShader read+write, General
+
+3 Scale shown (compute)
+    reads   sum v1 (storage read)
+    writes  shown v1 (storage write)
+    waits   sum: ComputeShader write -> ComputeShader read, General
+    waits   shown: memory of one, ComputeShader done -> ComputeShader write, Undefined -> General
+
+end
+    shows   shown v1
+    waits   shown: ComputeShader write -> FragmentShader read, General -> ShaderReadOnly
+
+resources
+    one    texture 37x19 r32f          transient   passes 1-2
+    sum    texture 37x19 r32f          persistent  passes 2-3
+    shown  texture 37x19 r32f          transient   passes 3-end
+
+)");
+    EXPECT_THAT(m_renderer.DescribePlanDot(), HasSubstr("label=\"2 Add to sum\\ncompute\""));
+}
+
+TEST_F(Frame, PlanBeforeExecute_IsThatOfTheFrameAtHand) {
+    EXPECT_THROW(m_renderer.DescribePlan(), Error);
+    m_renderer.BeginFrame();
+    m_renderer.Present(Fill(m_renderer, "first", kExtent, 0.0f));
+    m_renderer.Compile();
+    EXPECT_THAT(m_renderer.DescribePlan(), HasSubstr("1 Fill first"));
+    m_renderer.Present(Fill(m_renderer, "second", kExtent, 0.0f));
+    m_renderer.Compile();
+    EXPECT_THAT(m_renderer.DescribePlan(), HasSubstr("2 Fill second"));
+    m_renderer.Execute();
+    m_renderer.BeginFrame();
+    EXPECT_THAT(m_renderer.DescribePlan(), HasSubstr("2 Fill second"))
+        << "the last one until another is compiled";
+}
+
+TEST_F(Frame, HundredFramesWithResizes_TakeNoMoreMemoryThanTheLargest) {
+    const auto frame = [&](Extent2D extent) {
+        m_renderer.BeginFrame();
+        TextureId texture = Fill(m_renderer, "t0", extent, 1.0f);
+        for (int i = 1; i < 5; ++i) texture = Scale(m_renderer, Numbered(i), texture, 2.0f);
+        const Readback readback = m_renderer.ReadBack(texture);
+        m_renderer.Execute();
+        return readback;
+    };
+    constexpr Extent2D kLargest{256, 256};
+    for (int i = 0; i < 4; ++i) frame(kLargest);
+    Device().WaitIdle();
+    const uint64_t settled = Device().Memory().usedBytes;
+    for (uint32_t i = 0; i < 100; ++i) {
+        const Extent2D extent{16 + 24 * (i % 10), 256 - 12 * (i % 20)};
+        const Readback readback = frame(extent);
+        if (i % 25 == 24) {
+            EXPECT_TRUE(IsRamp(Texels(readback), 1.0f, 16.0f));
+        }
+    }
+    for (int i = 0; i < 4; ++i) frame(kLargest);
+    Device().WaitIdle();
+    Device().CollectGarbage();
+    // Readback buffers of other sizes may still be kept for reuse; each is smaller than one texture.
+    EXPECT_LE(Device().Memory().usedBytes, settled + (uint64_t{18} << 18));
+    for (int i = 0; i < 40; ++i) frame(kLargest);
+    Device().WaitIdle();
+    Device().CollectGarbage();
+    EXPECT_LE(Device().Memory().usedBytes, settled);
+}
+
+TEST_F(Frame, SmallerFrames_GiveTheirMemoryBackAfterAWhile) {
+    const auto frame = [&](Extent2D extent) {
+        m_renderer.BeginFrame();
+        m_renderer.Present(Scale(m_renderer, "b", Fill(m_renderer, "a", extent, 1.0f), 2.0f));
+        m_renderer.Execute();
+    };
+    frame({8, 8});
+    Device().WaitIdle();
+    const uint64_t small = Device().Memory().usedBytes;
+    frame({1024, 1024});
+    EXPECT_GE(Device().Memory().usedBytes, (uint64_t{8} << 20));
+    for (int i = 0; i < 40; ++i) frame({8, 8});
+    Device().WaitIdle();
+    Device().CollectGarbage();
+    EXPECT_EQ(Device().Memory().usedBytes, small);
+}
+
+TEST_F(Frame, Readback_OfABufferAndOfADroppedFrame) {
+    m_renderer.BeginFrame();
+    const Readback dropped = m_renderer.ReadBack(Fill(m_renderer, "a", kExtent, 1.0f));
+    EXPECT_FALSE(dropped.IsReady());
+    EXPECT_THROW(dropped.Wait(), Error);
+    m_renderer.BeginFrame();
+    EXPECT_THROW(dropped.Wait(), Error);
+    BufferId buffer = m_renderer.CreateBuffer("words", {.size = 64});
+    m_renderer.AddPass(
+        "Fill", PassKind::Transfer, [&](PassBuilder& pass) { buffer = pass.CopiesTo(buffer); },
+        [buffer](CommandList& commands, const PassResources& resources) {
+            commands.Fill(resources.Buffer(buffer), 0x01020304u);
+        });
+    const Readback readback = m_renderer.ReadBack(buffer);
+    m_renderer.Execute();
+    readback.Wait();
+    ASSERT_TRUE(readback.IsReady());
+    EXPECT_EQ(testing::As<uint32_t>(readback.Bytes()), std::vector<uint32_t>(16, 0x01020304u));
+}
+
+TEST_F(Frame, Readback_OutlivesItsRendererButHasNoBytes) {
+    Readback readback;
+    {
+        Renderer renderer(Device());
+        AddTestShaders(renderer);
+        renderer.BeginFrame();
+        readback = renderer.ReadBack(Fill(renderer, "a", kExtent, 1.0f));
+        renderer.Execute();
+    }
+    EXPECT_FALSE(readback.IsReady());
+    EXPECT_THROW(std::ignore = readback.Bytes(), Error);
+}
+
+TEST_F(Frame, UniformData_ReachesItsBlock) {
+    m_renderer.AddShader("test/uniform.comp", CompileText("test/uniform.comp", R"(
+layout(local_size_x = 1) in;
+layout(binding = 0, std140) uniform Values { vec4 factors; uint offset; } values;
+layout(binding = 1, std430) writeonly buffer Result { float result[4]; };
+void main() { for (int i = 0; i < 4; ++i) result[i] = values.factors[i] + float(values.offset); })"));
+    struct Values {
+        float factors[4];
+        uint32_t offset;
+    };
+    for (uint32_t frame = 0; frame < 5; ++frame) {
+        m_renderer.BeginFrame();
+        std::vector<Readback> readbacks;
+        for (uint32_t i = 0; i < 3; ++i) {
+            BufferId result = m_renderer.CreateBuffer("result", {.size = 16});
+            m_renderer.AddPass(
+                "Use uniform", PassKind::Compute,
+                [&](PassBuilder& pass) {
+                    pass.Compute("test/uniform.comp");
+                    pass.Uniform("values", Values{{1.0f, 2.0f, 3.0f, 4.0f}, 10 * frame + i});
+                    result = pass.Writes("Result", result);
+                },
+                [](CommandList& commands) { commands.Dispatch(1); });
+            readbacks.push_back(m_renderer.ReadBack(result));
+        }
+        m_renderer.Execute();
+        for (uint32_t i = 0; i < 3; ++i) {
+            readbacks[i].Wait();
+            EXPECT_EQ(testing::As<float>(readbacks[i].Bytes())[2], 3.0f + static_cast<float>(10 * frame + i));
+        }
+    }
+}
+
+TEST_F(Frame, Timings_ArriveForEveryFrameInOrder) {
+    constexpr uint64_t kFrames = 7;
+    std::vector<FrameTiming> timings;
+    for (uint64_t frame = 0; frame < kFrames; ++frame) {
+        m_renderer.BeginFrame();
+        m_renderer.Present(Scale(m_renderer, "b", Fill(m_renderer, "a", {512, 512}, 1.0f), 2.0f));
+        m_renderer.Execute();
+        for (FrameTiming& timing : m_renderer.TakeTimings()) timings.push_back(std::move(timing));
+    }
+    Device().WaitIdle();
+    for (FrameTiming& timing : m_renderer.TakeTimings()) timings.push_back(std::move(timing));
+    ASSERT_EQ(timings.size(), kFrames);
+    for (uint64_t frame = 0; frame < kFrames; ++frame) {
+        EXPECT_EQ(timings[frame].frame, frame + 1);
+        ASSERT_EQ(timings[frame].passes.size(), 2u);
+        EXPECT_EQ(timings[frame].passes[0].name, "Fill a");
+        EXPECT_EQ(timings[frame].passes[1].name, "Scale b");
+        for (const PassTiming& pass : timings[frame].passes) {
+            EXPECT_GT(pass.gpuMs, 0.0);
+            EXPECT_GT(pass.cpuMs, 0.0);
+        }
+        EXPECT_GT(timings[frame].declareMs, 0.0);
+        EXPECT_GT(timings[frame].compileMs, 0.0);
+        EXPECT_GT(timings[frame].recordMs, 0.0);
+    }
+    EXPECT_EQ(m_renderer.Timing().frame, kFrames);
+}
+
+}  // namespace
+}  // namespace raygraph

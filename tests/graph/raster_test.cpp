@@ -1,0 +1,159 @@
+// Raster passes: targets, depth, loads.
+#include <gmock/gmock.h>
+
+#include "tests/graph/graph_test.h"
+
+namespace raygraph {
+namespace {
+
+using ::testing::ElementsAre;
+
+constexpr Extent2D kExtent{32, 32};
+
+class Raster : public GraphTest {
+  protected:
+    Raster() {
+        m_renderer.AddShader("test/triangles.vert", CompileText("test/triangles.vert", R"(
+struct Vertex { vec2 position; float depth; };
+layout(binding = 0, scalar) readonly buffer Vertices { Vertex vertices[]; };
+void main() {
+    Vertex vertex = vertices[gl_VertexIndex];
+    gl_Position = vec4(vertex.position, vertex.depth, 1.0);
+})"));
+        m_renderer.AddShader("test/color.frag", CompileText("test/color.frag", R"(
+layout(location = 0) out vec4 color;
+layout(push_constant, std430) uniform Constants { vec4 color; } constants;
+void main() { color = constants.color; })"));
+    }
+
+    struct Vertex {
+        float x, y, depth;
+    };
+    struct Color {
+        float r, g, b, a;
+    };
+    // The left upper half of the picture, at a depth.
+    static std::vector<Vertex> Corner(float depth) {
+        return {{-1, -1, depth}, {1, -1, depth}, {-1, 1, depth}};
+    }
+    static std::vector<Vertex> Everything(float depth) {
+        return {{-1, -1, depth}, {3, -1, depth}, {-1, 3, depth}};
+    }
+
+    static TextureId Draw(Renderer& renderer, TextureId target, TextureId* depth, BufferId vertices,
+                          const Color& color, bool clear, const RasterState& state = {}) {
+        renderer.AddPass(
+            "Draw", PassKind::Raster,
+            [&](PassBuilder& pass) {
+                pass.Vertex("test/triangles.vert").Fragment("test/color.frag").Raster(state);
+                pass.Reads("Vertices", vertices);
+                pass.Constants(color);
+                target = pass.ColorTarget(0, target, {.clear = clear, .value = {0.25f, 0.25f, 0.25f, 1.0f}});
+                if (depth) *depth = pass.DepthTarget(*depth, {.clear = clear});
+            },
+            [](CommandList& commands) { commands.Draw(3); });
+        return target;
+    }
+};
+
+TEST_F(Raster, TriangleByVertexPulling_CoversItsHalf) {
+    testing::PassHarness harness(Device());
+    harness.Graph().AddShader("test/triangles.vert", CompileText("test/triangles.vert", R"(
+struct Vertex { vec2 position; float depth; };
+layout(binding = 0, scalar) readonly buffer Vertices { Vertex vertices[]; };
+void main() { gl_Position = vec4(vertices[gl_VertexIndex].position, vertices[gl_VertexIndex].depth, 1.0); })"));
+    harness.Graph().AddShader("test/color.frag", CompileText("test/color.frag", R"(
+layout(location = 0) out vec4 color;
+layout(push_constant, std430) uniform Constants { vec4 color; } constants;
+void main() { color = constants.color; })"));
+    const testing::Texels texels = harness.Run([](testing::PassHarness& h) {
+        const BufferId vertices = h.Buffer("vertices", Corner(0.5f));
+        const TextureId target =
+            h.Graph().CreateTexture("color", {.extent = kExtent, .format = Format::Rgba8Unorm});
+        return Draw(h.Graph(), target, nullptr, vertices, {1.0f, 0.0f, 0.0f, 1.0f}, true);
+    });
+    EXPECT_THAT(texels.At(2, 2), ElementsAre(1.0f, 0.0f, 0.0f, 1.0f));
+    EXPECT_THAT(texels.At(30, 30), ElementsAre(64 / 255.0f, 64 / 255.0f, 64 / 255.0f, 1.0f));
+}
+
+TEST_F(Raster, DepthTest_KeepsWhatIsNearer) {
+    m_renderer.BeginFrame();
+    const auto upload = [&](std::string_view name, const std::vector<Vertex>& vertices) {
+        const BufferId buffer = m_renderer.CreateBuffer(
+            name, {.size = vertices.size() * sizeof(Vertex), .memory = rhi::MemoryKind::Upload});
+        m_renderer.AddPass(
+            "Write " + std::string(name), PassKind::Transfer,
+            [&](PassBuilder& pass) {
+                pass.CopiesFrom(buffer);
+                pass.KeepAlive();
+            },
+            [buffer, vertices](CommandList&, const PassResources& resources) {
+                std::ranges::copy(std::as_bytes(std::span(vertices)),
+                                  resources.Buffer(buffer).Mapped().begin());
+            });
+        return buffer;
+    };
+    const BufferId nearCorner = upload("near", Corner(0.2f));
+    const BufferId farAll = upload("far", Everything(0.8f));
+    TextureId depth = m_renderer.CreateTexture("depth", {.extent = kExtent, .format = Format::D32Float});
+    TextureId color = m_renderer.CreateTexture("color", {.extent = kExtent, .format = Format::Rgba8Unorm});
+    color = Draw(m_renderer, color, &depth, nearCorner, {1, 0, 0, 1}, true);
+    color = Draw(m_renderer, color, &depth, farAll, {0, 1, 0, 1}, false);
+    const Readback colors = m_renderer.ReadBack(color);
+    const Readback depths = m_renderer.ReadBack(depth);
+    m_renderer.Execute();
+    EXPECT_THAT(Texels(colors).At(2, 2), ElementsAre(1.0f, 0.0f, 0.0f, 1.0f));
+    EXPECT_THAT(Texels(colors).At(30, 30), ElementsAre(0.0f, 1.0f, 0.0f, 1.0f));
+    EXPECT_THAT(Texels(depths).At(2, 2), ElementsAre(0.2f));
+    EXPECT_THAT(Texels(depths).At(30, 30), ElementsAre(0.8f));
+}
+
+TEST_F(Raster, BlendedDraws_AddUp) {
+    m_renderer.BeginFrame();
+    TextureId color = m_renderer.CreateTexture("color", {.extent = kExtent, .format = Format::Rgba32Float});
+    BufferId vertices =
+        m_renderer.CreateBuffer("vertices", {.size = 3 * sizeof(Vertex), .memory = rhi::MemoryKind::Upload});
+    m_renderer.AddPass(
+        "Write", PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            pass.CopiesFrom(vertices);
+            pass.KeepAlive();
+        },
+        [vertices](CommandList&, const PassResources& resources) {
+            const std::vector<Vertex> all = Everything(0.5f);
+            std::ranges::copy(std::as_bytes(std::span(all)), resources.Buffer(vertices).Mapped().begin());
+        });
+    for (int i = 0; i < 3; ++i)
+        color = Draw(m_renderer, color, nullptr, vertices, {1.0f, 2.0f, 0.0f, 0.0f}, i == 0,
+                     {.blend = rhi::BlendMode::Additive});
+    const Readback readback = m_renderer.ReadBack(color);
+    m_renderer.Execute();
+    EXPECT_EQ(Texels(readback).At(5, 5)[0], 3.25f);
+    EXPECT_EQ(Texels(readback).At(5, 5)[1], 6.25f);
+}
+
+TEST_F(Raster, TargetsThatDoNotFit_AreRefused) {
+    const auto message = [&](Extent2D second, Format format) -> std::string {
+        m_renderer.BeginFrame();
+        TextureId a = m_renderer.CreateTexture("a", {.extent = kExtent, .format = Format::Rgba8Unorm});
+        TextureId b = m_renderer.CreateTexture("b", {.extent = second, .format = format});
+        try {
+            m_renderer.AddPass(
+                "Draw", PassKind::Raster,
+                [&](PassBuilder& pass) {
+                    pass.Vertex("test/triangles.vert").Fragment("test/color.frag");
+                    a = pass.ColorTarget(0, a);
+                    b = pass.DepthTarget(b);
+                },
+                [](CommandList&) {});
+        } catch (const Error& error) {
+            return error.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(message({8, 8}, Format::D32Float), R"(pass "Draw" draws to "a" of 32x32 and to "b" of 8x8)");
+    EXPECT_EQ(message(kExtent, Format::Rgba8Unorm), R"(pass "Draw" has "b" of format rgba8 as depth target)");
+}
+
+}  // namespace
+}  // namespace raygraph

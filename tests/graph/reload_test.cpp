@@ -1,0 +1,121 @@
+// Shaders from source: loaded by name, reloaded when their text or an include changes, last good pipeline
+// kept.
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "tests/graph/graph_test.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+class Reload : public testing::VulkanTest {
+  protected:
+    Reload() {
+        Write("value.glsl", "const float kValue = 1.0;\n");
+        Write("fill.comp", Text("kValue"));
+        m_renderer = std::make_unique<Renderer>(Device(), RendererDesc{.shaderRoot = m_folder.Path()});
+    }
+
+    static std::string Text(const std::string& value) {
+        return "#version 460\n"
+               "#extension GL_GOOGLE_include_directive : require\n"
+               "#include \"value.glsl\"\n"
+               "layout(local_size_x = 8, local_size_y = 8) in;\n"
+               "layout(binding = 0, r32f) uniform writeonly image2D target;\n"
+               "void main() { imageStore(target, ivec2(gl_GlobalInvocationID.xy), vec4(" +
+               value + ")); }\n";
+    }
+    void Write(const std::string& name, const std::string& text) {
+        std::ofstream(m_folder / name, std::ios::binary) << text;
+    }
+    float Value() {
+        m_renderer->BeginFrame();
+        TextureId target =
+            m_renderer->CreateTexture("target", {.extent = {8, 8}, .format = Format::R32Float});
+        m_renderer->AddPass(
+            "Fill", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("fill.comp");
+                target = pass.Writes("target", target);
+            },
+            [](CommandList& commands) {
+                commands.DispatchOver({8, 8});
+            });
+        const Readback readback = m_renderer->ReadBack(target);
+        m_renderer->Execute();
+        readback.Wait();
+        return testing::As<float>(readback.Bytes())[0];
+    }
+
+    test::TemporaryFolder m_folder;
+    std::unique_ptr<Renderer> m_renderer;
+};
+
+TEST_F(Reload, ChangedText_IsUsedFromTheNextFrameOn) {
+    EXPECT_EQ(Value(), 1.0f);
+    Write("fill.comp", Text("2.0 * kValue"));
+    EXPECT_EQ(Value(), 1.0f) << "not before ReloadShaders";
+    EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
+    EXPECT_EQ(Value(), 2.0f);
+}
+
+TEST_F(Reload, ChangedInclude_RecompilesWhatIncludesIt) {
+    EXPECT_EQ(Value(), 1.0f);
+    Write("value.glsl", "const float kValue = 7.0;\n");
+    EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
+    EXPECT_EQ(Value(), 7.0f);
+}
+
+TEST_F(Reload, BrokenText_KeepsTheLastGoodPipelineAndNamesTheLine) {
+    EXPECT_EQ(Value(), 1.0f);
+    Write("fill.comp", Text("kValu"));
+    EXPECT_THAT(m_renderer->ReloadShaders(), ElementsAre(HasSubstr("fill.comp:6: 'kValu'")));
+    EXPECT_EQ(Value(), 1.0f);
+    EXPECT_THAT(m_renderer->ReloadShaders(), ElementsAre(HasSubstr("fill.comp:6: 'kValu'")))
+        << "it is still broken";
+    Write("fill.comp", Text("3.0"));
+    EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
+    EXPECT_EQ(Value(), 3.0f);
+}
+
+TEST_F(Reload, MissingInclude_IsFoundWhenItComesBack) {
+    EXPECT_EQ(Value(), 1.0f);
+    std::filesystem::remove(m_folder / "value.glsl");
+    EXPECT_THAT(m_renderer->ReloadShaders(), ElementsAre(HasSubstr("value.glsl")));
+    EXPECT_EQ(Value(), 1.0f);
+    Write("value.glsl", "const float kValue = 4.0;\n");
+    EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
+    EXPECT_EQ(Value(), 4.0f);
+}
+
+TEST_F(Reload, UnchangedText_MakesNothingAnew) {
+    EXPECT_EQ(Value(), 1.0f);
+    const double spent = m_renderer->PipelineCreationMs();
+    Write("fill.comp", Text("kValue"));
+    EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
+    EXPECT_EQ(Value(), 1.0f);
+    EXPECT_EQ(m_renderer->PipelineCreationMs(), spent);
+    EXPECT_EQ(m_renderer->PipelineCount(), 1u);
+}
+
+TEST_F(Reload, BrokenFromTheStart_IsAnErrorOfThePass) {
+    Write("fill.comp", Text("kValu"));
+    try {
+        Value();
+        ADD_FAILURE();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.Kind(), ErrorKind::BadInput);
+        EXPECT_THAT(error.what(), HasSubstr("pass \"Fill\": fill.comp:6: 'kValu'"));
+    }
+    Write("fill.comp", Text("kValue"));
+    EXPECT_EQ(Value(), 1.0f);
+}
+
+}  // namespace
+}  // namespace raygraph
