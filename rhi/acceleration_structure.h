@@ -59,12 +59,13 @@ struct AabbGeometry {
     bool isOpaque = true;
 };
 
-// Either triangles or AABBs: one BLAS cannot hold both. gl_GeometryIndexEXT counts the elements.
+// Either triangles or AABBs: one BLAS cannot hold both. gl_GeometryIndexEXT counts the elements; which
+// hit set each of them takes is said in rhi/shader_binding_table.h.
 struct BlasDesc {
     std::string name = "blas";
     BlasKind kind = BlasKind::Static;
-    std::vector<TriangleGeometry> triangles;
-    std::vector<AabbGeometry> aabbs;
+    std::vector<TriangleGeometry> triangles{};
+    std::vector<AabbGeometry> aabbs{};
 };
 
 // One bottom-level structure, made by BlasBuilder::Add. Its address changes when a compacted structure takes

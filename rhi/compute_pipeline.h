@@ -10,8 +10,8 @@ namespace raygraph::rhi {
 
 struct ComputePipelineDesc {
     std::string name = "compute pipeline";
-    ShaderStage shader;
-    std::vector<SpecializationValue> specialization;
+    ShaderStage shader{};
+    std::vector<SpecializationValue> specialization{};
 };
 
 class ComputePipeline : public Pipeline {

@@ -22,10 +22,10 @@ enum class BlendMode : uint8_t {
 
 struct RasterPipelineDesc {
     std::string name = "raster pipeline";
-    ShaderStage vertex;
-    ShaderStage fragment;  // empty: depth only
-    std::vector<SpecializationValue> specialization;
-    std::vector<Format> colorFormats;
+    ShaderStage vertex{};
+    ShaderStage fragment{};  // empty: depth only
+    std::vector<SpecializationValue> specialization{};
+    std::vector<Format> colorFormats{};
     Format depthFormat = Format::Undefined;  // Undefined: no depth target
     Topology topology = Topology::TriangleList;
     CullMode cull = CullMode::None;

@@ -17,22 +17,22 @@ namespace raygraph::rhi {
 
 // A ray-generation, miss or callable shader with the data of its record (`shaderRecordEXT` in the shader).
 struct GeneralShader {
-    ShaderStage stage;
-    std::vector<std::byte> recordData;
+    ShaderStage stage{};
+    std::vector<std::byte> recordData{};
 };
 
 // The shaders that a hit runs. All may be empty: such a hit runs nothing and leaves the payload as it is.
 // With an intersection shader the group is for AABBs, without one for triangles.
 struct HitGroup {
-    ShaderStage closestHit;
-    ShaderStage anyHit;
-    ShaderStage intersection;
-    std::vector<std::byte> recordData;
+    ShaderStage closestHit{};
+    ShaderStage anyHit{};
+    ShaderStage intersection{};
+    std::vector<std::byte> recordData{};
 };
 
 // One hit group a ray type, by RayType.
 struct HitGroupSet {
-    std::array<HitGroup, kRayTypeCount> byRayType;
+    std::array<HitGroup, kRayTypeCount> byRayType{};
 
     HitGroup& operator[](RayType type) { return byRayType[static_cast<size_t>(type)]; }
     const HitGroup& operator[](RayType type) const { return byRayType[static_cast<size_t>(type)]; }
@@ -40,12 +40,12 @@ struct HitGroupSet {
 
 struct RayTracingPipelineDesc {
     std::string name = "ray tracing pipeline";
-    GeneralShader rayGen;
-    std::array<GeneralShader, kRayTypeCount>
-        miss;                          // by RayType; an empty stage: a miss leaves the payload as it is
-    std::vector<HitGroupSet> hitSets;  // by TlasInstance::hitSet; empty: one set that runs nothing
-    std::vector<GeneralShader> callables;
-    std::vector<SpecializationValue> specialization;
+    GeneralShader rayGen{};
+    // By RayType; an empty stage: a miss leaves the payload as it is.
+    std::array<GeneralShader, kRayTypeCount> miss{};
+    std::vector<HitGroupSet> hitSets{};  // by TlasInstance::hitSet; empty: one set that runs nothing
+    std::vector<GeneralShader> callables{};
+    std::vector<SpecializationValue> specialization{};
     uint32_t maxRecursion = 1;  // 1: only ray generation traces
 };
 

@@ -16,8 +16,12 @@
 //           +--------------------------------------------------------+
 //
 // All records of a region have the same stride: handle plus the largest data of the region, rounded up to
-// handleAlignment. In shaders, sbtRecordOffset is the ray type, sbtRecordStride kRayTypeCount and missIndex
-// the ray type (shaders/shared/ray_types.h).
+// handleAlignment.
+//
+// In shaders (shaders/shared/ray_types.h) sbtRecordOffset and missIndex are the ray type. sbtRecordStride is
+// 0, which gives every geometry of an instance the hit set of the instance. With kRayTypeCount instead,
+// geometry g of a BLAS takes hit set TlasInstance::hitSet + g, and each of these sets must exist: reading
+// past the table is undefined.
 #pragma once
 
 #include <algorithm>
@@ -59,9 +63,9 @@ struct TableLayout {
 // Bytes of data in each record, one element a record. `rayGen` is a single record.
 struct TableRecords {
     uint32_t rayGen = 0;
-    std::span<const uint32_t> miss;
-    std::span<const uint32_t> hit;
-    std::span<const uint32_t> callable;
+    std::span<const uint32_t> miss{};
+    std::span<const uint32_t> hit{};
+    std::span<const uint32_t> callable{};
 };
 
 constexpr uint64_t AlignUp(uint64_t value, uint64_t alignment) {

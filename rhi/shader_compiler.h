@@ -12,11 +12,10 @@
 namespace raygraph::rhi {
 
 struct GlslSource {
-    std::string name;  // path relative to includeRoot, "pathtrace/pathtrace.rgen"; appears in errors
-    std::string text;  // the whole GLSL text, starting with #version
-    std::optional<StageKind> stage;  // nothing: by the suffix of the name
-    std::filesystem::path
-        includeRoot;  // #include is searched next to the including file, then here; empty: no includes
+    std::string name{};  // path relative to includeRoot, "pathtrace/pathtrace.rgen"; appears in errors
+    std::string text{};  // the whole GLSL text, starting with #version
+    std::optional<StageKind> stage{};     // nothing: by the suffix of the name
+    std::filesystem::path includeRoot{};  // searched after the including file's folder; empty: no includes
 };
 
 // Compiles for Vulkan 1.3 (SPIR-V 1.6). The words are those that `glslangValidator -V --target-env vulkan1.3

@@ -32,8 +32,8 @@ std::optional<StageKind> StageOfFile(std::string_view fileName);
 // One stage of a pipeline. The words are read while the pipeline is created and may be freed afterwards.
 // Empty (no words) means: this stage is not there.
 struct ShaderStage {
-    std::string name;  // "pathtrace/pathtrace.rgen": for errors and labels
-    std::span<const uint32_t> spirv;
+    std::string name{};  // "pathtrace/pathtrace.rgen": for errors and labels
+    std::span<const uint32_t> spirv{};
 
     bool IsEmpty() const { return spirv.empty(); }
 };

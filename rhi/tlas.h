@@ -22,9 +22,9 @@ struct TlasInstance {
     uint8_t mask = 0xff;       // seen by rays whose cull mask shares a bit; 0: never hit
     uint32_t hitSet = 0;       // index into RayTracingPipelineDesc::hitSets
     VkDeviceAddress blas = 0;  // Blas::Address(); 0: the instance is inactive
-    // By default the front face is the one whose vertices turn clockwise seen from the ray's origin (Vulkan's
-    // default).
-    bool isFrontCounterClockwise = false;
+    // A face is front where its vertices turn counter-clockwise seen from the ray's origin (in right-handed
+    // space and before objectToWorld, as in glTF); flipped: clockwise.
+    bool isFacingFlipped = false;
     bool isCullingDisabled = true;  // gl_RayFlagsCull*FacingTrianglesEXT have no effect on it
 };
 

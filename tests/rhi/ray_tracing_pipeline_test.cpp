@@ -1,0 +1,393 @@
+// Ray-tracing pipelines: every ray type, hit set and callable reaches its own shaders with its own record.
+#include "rhi/ray_tracing_pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include "rhi/device.h"
+#include "tests/rhi/trace_test.h"
+#include "tests/rhi/usage_error.h"
+
+namespace raygraph::rhi {
+namespace {
+
+using RayTracingPipelineTest = TraceTest;
+
+std::vector<std::byte> Record(const std::vector<uint32_t>& words) {
+    const auto bytes = std::as_bytes(std::span(words));
+    return {bytes.begin(), bytes.end()};
+}
+
+TestRay Ray(float x, RayType type) {
+    return {.origin = {x, 0.1f, -4.0f}, .type = type};
+}
+
+std::vector<uint32_t> Codes(const std::vector<TestResult>& results) {
+    std::vector<uint32_t> codes;
+    for (const TestResult& result : results) codes.push_back(result.code);
+    return codes;
+}
+
+TEST_F(RayTracingPipelineTest, EachRayTypeReachesItsOwnMissAndHitOfEachHitSet) {
+    std::vector<HitGroupSet> sets(2);
+    sets[0][RayType::Radiance].closestHit = ClosestHit("set0.radiance", 10);
+    sets[0][RayType::Shadow].closestHit = ClosestHit("set0.shadow", 11);
+    sets[1][RayType::Radiance].closestHit = ClosestHit("set1.radiance", 20);
+    sets[1][RayType::Shadow].closestHit = ClosestHit("set1.shadow", 21);
+    const RayTracingPipeline pipeline =
+        CreateRayTracingPipeline(Device(), {.name = "types",
+                                            .rayGen = {RayGen(), {}},
+                                            .miss = {{{Miss("radiance", 1), {}}, {Miss("shadow", 2), {}}}},
+                                            .hitSets = sets});
+    EXPECT_EQ(pipeline.HitSetCount(), 2u);
+    EXPECT_GT(pipeline.CreationMs(), 0.0);
+
+    const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
+    std::vector<TlasInstance> instances{Instance(*blas, 0), Instance(*blas, 10)};
+    instances[0].customIndex = 7;
+    instances[1].customIndex = 0xfffffe;
+    instances[1].hitSet = 1;
+    const Tlas tlas = BuildTlas(instances);
+    const std::vector<TestResult> results =
+        Trace(pipeline, tlas,
+              {Ray(0, RayType::Radiance), Ray(0, RayType::Shadow), Ray(10, RayType::Radiance),
+               Ray(10, RayType::Shadow), Ray(5, RayType::Radiance), Ray(5, RayType::Shadow)});
+    EXPECT_EQ(Codes(results), (std::vector<uint32_t>{10, 11, 20, 21, 1, 2}));
+    EXPECT_EQ(results[0].instance, 7u);
+    EXPECT_EQ(results[3].instance, 0xfffffeu);
+    EXPECT_FLOAT_EQ(results[0].distance, 4.0f);
+}
+
+TEST_F(RayTracingPipelineTest, RecordsCarryTheirOwnDataWhateverItsSize) {
+    const ShaderStage hit = Compile("record.rchit", R"(
+        layout(shaderRecordEXT, scalar) buffer Record { uint code; uint extra[4]; };
+        layout(location = 0) rayPayloadInEXT Payload payload;
+        void main() { payload = Payload(code, extra[3], gl_PrimitiveID, gl_HitTEXT); })");
+    const ShaderStage miss = Compile("record.rmiss", R"(
+        layout(shaderRecordEXT, scalar) buffer Record { uint code; };
+        layout(location = 0) rayPayloadInEXT Payload payload;
+        void main() { payload.code = code; })");
+    const ShaderStage rayGen = Compile("record.rgen", R"(
+        struct Ray { vec3 origin; uint type; vec3 direction; uint value; };
+        layout(shaderRecordEXT, scalar) buffer Record { uint scale; uint offset; };
+        layout(binding = 0) uniform accelerationStructureEXT tlas;
+        layout(binding = 1, scalar) readonly buffer Rays { Ray rays[]; };
+        layout(binding = 2, scalar) writeonly buffer Results { Payload results[]; };
+        layout(location = 0) rayPayloadEXT Payload payload;
+        void main() {
+            Ray ray = rays[gl_LaunchIDEXT.x];
+            traceRayEXT(tlas, 0, 0xff, ray.type, 0, ray.type, ray.origin, 0.0, ray.direction, 1e9, 0);
+            payload.code = payload.code * scale + offset;
+            results[gl_LaunchIDEXT.x] = payload;
+        })");
+    std::vector<HitGroupSet> sets(3);
+    for (uint32_t set = 0; set < sets.size(); ++set)
+        for (RayType type : {RayType::Radiance, RayType::Shadow}) {
+            HitGroup& group = sets[set][type];
+            group.closestHit = hit;
+            const uint32_t code = 100 + 10 * set + static_cast<uint32_t>(type);
+            group.recordData = Record({code, 0, 0, 0, code * 2});
+        }
+    const RayTracingPipeline pipeline = CreateRayTracingPipeline(
+        Device(), {.name = "records",
+                   .rayGen = {rayGen, Record({1000, 5})},
+                   .miss = {{{miss, Record({3})}, {miss, Record({4, 0, 0, 0, 0, 0, 0, 0, 0})}}},
+                   .hitSets = sets});
+
+    const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
+    std::vector<TlasInstance> instances;
+    std::vector<TestRay> rays{Ray(5, RayType::Radiance), Ray(5, RayType::Shadow)};
+    std::vector<uint32_t> expected{3005, 4005};
+    for (uint32_t set = 0; set < sets.size(); ++set) {
+        const float x = 10.0f * static_cast<float>(set);
+        instances.push_back(Instance(*blas, x));
+        instances.back().hitSet = set;
+        for (RayType type : {RayType::Radiance, RayType::Shadow}) {
+            rays.push_back(Ray(x, type));
+            expected.push_back((100 + 10 * set + static_cast<uint32_t>(type)) * 1000 + 5);
+        }
+    }
+    const std::vector<TestResult> results = Trace(pipeline, BuildTlas(instances), rays);
+    EXPECT_EQ(Codes(results), expected);
+    EXPECT_EQ(results[2].instance, 200u) << "the end of the record's data";
+    EXPECT_EQ(results[7].instance, 242u);
+}
+
+TEST_F(RayTracingPipelineTest, CallablesAreReachedByTheirPlaceWithTheirRecords) {
+    const ShaderStage rayGen = Compile("call.rgen", R"(
+        struct Ray { vec3 origin; uint type; vec3 direction; uint value; };
+        layout(binding = 0) uniform accelerationStructureEXT tlas;
+        layout(binding = 1, scalar) readonly buffer Rays { Ray rays[]; };
+        layout(binding = 2, scalar) writeonly buffer Results { Payload results[]; };
+        layout(location = 0) rayPayloadEXT Payload payload;
+        layout(location = 1) callableDataEXT uint number;
+        void main() {
+            Ray ray = rays[gl_LaunchIDEXT.x];
+            traceRayEXT(tlas, 0, 0xff, ray.type, 0, ray.type, ray.origin, 0.0, ray.direction, 1e9, 0);
+            number = payload.code;
+            executeCallableEXT(ray.value, 1);
+            payload.code = number;
+            results[gl_LaunchIDEXT.x] = payload;
+        })");
+    const ShaderStage add = Compile("add.rcall", R"(
+        layout(shaderRecordEXT, scalar) buffer Record { uint term; };
+        layout(location = 1) callableDataInEXT uint number;
+        void main() { number += term; })");
+    const ShaderStage twice = Compile("twice.rcall", R"(
+        layout(location = 1) callableDataInEXT uint number;
+        void main() { number *= 2; })");
+    const RayTracingPipeline pipeline = CreateRayTracingPipeline(
+        Device(), {.name = "callables",
+                   .rayGen = {rayGen, {}},
+                   .miss = {{{Miss("m", 50), {}}, {Miss("m", 60), {}}}},
+                   .callables = {{add, Record({1})}, {twice, {}}, {add, Record({7, 0, 0})}}});
+    std::vector<TestRay> rays(4, Ray(5, RayType::Radiance));
+    for (uint32_t i = 0; i < 3; ++i) rays[i].value = i;
+    rays[3].value = 1;
+    rays[3].type = RayType::Shadow;
+    const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
+    EXPECT_EQ(Codes(Trace(pipeline, BuildTlas({Instance(*blas)}), rays)),
+              (std::vector<uint32_t>{51, 100, 57, 120}));
+}
+
+TEST_F(RayTracingPipelineTest, GeometriesOfAnInstanceShareItsHitSetOrTakeOneEachByTheStrideOfTheTrace) {
+    const ShaderStage rayGen = Compile("stride.rgen", R"(
+        struct Ray { vec3 origin; uint type; vec3 direction; uint value; };
+        layout(binding = 0) uniform accelerationStructureEXT tlas;
+        layout(binding = 1, scalar) readonly buffer Rays { Ray rays[]; };
+        layout(binding = 2, scalar) writeonly buffer Results { Payload results[]; };
+        layout(location = 0) rayPayloadEXT Payload payload;
+        void main() {
+            Ray ray = rays[gl_LaunchIDEXT.x];
+            traceRayEXT(tlas, 0, 0xff, ray.type, ray.value, ray.type, ray.origin, 0.0, ray.direction, 1e9, 0);
+            results[gl_LaunchIDEXT.x] = payload;
+        })");
+    std::vector<HitGroupSet> sets(3);
+    for (uint32_t set = 0; set < sets.size(); ++set)
+        for (RayType type : {RayType::Radiance, RayType::Shadow})
+            sets[set][type].closestHit =
+                ClosestHit("set" + std::to_string(set), 10 * set + static_cast<uint32_t>(type));
+    const RayTracingPipeline pipeline =
+        CreateRayTracingPipeline(Device(), {.name = "stride", .rayGen = {rayGen, {}}, .hitSets = sets});
+    BlasDesc desc = Describe(Quad(0, 0));
+    desc.triangles.push_back(Geometry(Quad(4, 0)));
+    const std::shared_ptr<Blas> blas = Build(desc);
+    TlasInstance instance = Instance(*blas);
+    instance.hitSet = 1;
+    std::vector<TestRay> rays;
+    for (uint32_t stride : {0u, kRayTypeCount})
+        for (float x : {0.0f, 4.0f})
+            for (RayType type : {RayType::Radiance, RayType::Shadow}) {
+                rays.push_back(Ray(x, type));
+                rays.back().value = stride;
+            }
+    EXPECT_EQ(Codes(Trace(pipeline, BuildTlas({instance}), rays)),
+              (std::vector<uint32_t>{10, 11, 10, 11, 10, 11, 20, 21}));
+}
+
+TEST_F(RayTracingPipelineTest, AnyHitRunsForNonOpaqueGeometryAlone) {
+    const ShaderStage ignore = Compile("ignore.rahit", R"(
+        layout(location = 0) rayPayloadInEXT Payload payload;
+        void main() { if (gl_PrimitiveID < 2) ignoreIntersectionEXT; })");
+    HitGroupSet set;
+    set[RayType::Radiance] = {.closestHit = ClosestHit("hit", 1), .anyHit = ignore};
+    set[RayType::Shadow] = {.closestHit = ClosestHit("hit", 2)};
+    const RayTracingPipeline pipeline = CreateRayTracingPipeline(
+        Device(),
+        {.name = "any hit", .rayGen = {RayGen(), {}}, .miss = {{{Miss("m", 9), {}}, {}}}, .hitSets = {set}});
+
+    TestMesh mesh = Quad(0, 0);
+    const TestMesh behind = Quad(0, 1);
+    mesh.vertices.insert(mesh.vertices.end(), behind.vertices.begin(), behind.vertices.end());
+    for (uint32_t index : behind.indices) mesh.indices.push_back(index + 4);
+    const std::shared_ptr<Blas> cut = Build(Describe(mesh, BlasKind::Static, false));
+    const std::shared_ptr<Blas> opaque = Build(Describe(mesh, BlasKind::Static, true));
+    const std::vector<TestResult> results =
+        Trace(pipeline, BuildTlas({Instance(*cut, 0), Instance(*opaque, 10)}),
+              {Ray(0, RayType::Radiance), Ray(0, RayType::Shadow), Ray(10, RayType::Radiance)});
+    EXPECT_FLOAT_EQ(results[0].distance, 5.0f) << "any-hit lets the ray through the front";
+    EXPECT_GE(results[0].primitive, 2u);
+    EXPECT_FLOAT_EQ(results[1].distance, 4.0f) << "the other ray type has no any-hit shader";
+    EXPECT_FLOAT_EQ(results[2].distance, 4.0f) << "opaque geometry never runs any-hit";
+}
+
+TEST_F(RayTracingPipelineTest, IntersectionShaderDecidesWhereABoxIsHit) {
+    const ShaderStage sphere = Compile("sphere.rint", R"(
+        layout(shaderRecordEXT, scalar) buffer Record { float radius; };
+        hitAttributeEXT vec3 normal;
+        void main() {
+            vec3 o = gl_ObjectRayOriginEXT - vec3(0.0, 0.0, float(gl_PrimitiveID) * 4.0);
+            vec3 d = gl_ObjectRayDirectionEXT;
+            float b = dot(o, d);
+            float c = dot(o, o) - radius * radius;
+            float h = b * b - dot(d, d) * c;
+            if (h < 0.0) return;
+            float t = (-b - sqrt(h)) / dot(d, d);
+            normal = (o + t * d) / radius;
+            reportIntersectionEXT(t, 3u);
+        })");
+    const ShaderStage hit = Compile("sphere.rchit", R"(
+        layout(location = 0) rayPayloadInEXT Payload payload;
+        hitAttributeEXT vec3 normal;
+        void main() { payload = Payload(gl_HitKindEXT, floatBitsToUint(normal.z), gl_PrimitiveID, gl_HitTEXT); })");
+    HitGroupSet set;
+    for (HitGroup& group : set.byRayType)
+        group = {.closestHit = hit, .anyHit = {}, .intersection = sphere, .recordData = {}};
+    const float radius = 0.5f;
+    for (HitGroup& group : set.byRayType) group.recordData = Record({std::bit_cast<uint32_t>(radius)});
+    const RayTracingPipeline pipeline = CreateRayTracingPipeline(
+        Device(),
+        {.name = "boxes", .rayGen = {RayGen(), {}}, .miss = {{{Miss("m", 9), {}}, {}}}, .hitSets = {set}});
+
+    const std::vector<VkAabbPositionsKHR> boxes{{-1, -1, -1, 1, 1, 1}, {-1, -1, 3, 1, 1, 5}};
+    const Buffer buffer = Upload("boxes", boxes, BufferUsage::BuildInput);
+    const std::shared_ptr<Blas> blas =
+        Build({.name = "boxes", .triangles = {}, .aabbs = {{.boxes = buffer.Address(), .boxCount = 2}}});
+    const std::vector<TestResult> results =
+        Trace(pipeline, BuildTlas({Instance(*blas)}),
+              {{.origin = {0, 0, -4}}, {.origin = {0, 0, 2}}, {.origin = {0.8f, 0, -4}}});
+    EXPECT_EQ(results[0].code, 3u);
+    EXPECT_FLOAT_EQ(results[0].distance, 3.5f);
+    EXPECT_EQ(results[0].primitive, 0u);
+    EXPECT_FLOAT_EQ(std::bit_cast<float>(results[0].instance), -1.0f) << "hit attribute";
+    EXPECT_FLOAT_EQ(results[1].distance, 1.5f);
+    EXPECT_EQ(results[1].primitive, 1u);
+    EXPECT_EQ(results[2].code, 9u) << "in the box, past the sphere";
+}
+
+TEST_F(RayTracingPipelineTest, GroupsThatAreNotGivenRunNothing) {
+    std::vector<HitGroupSet> sets(1);
+    sets[0][RayType::Radiance].closestHit = ClosestHit("hit", 1);
+    const RayTracingPipeline pipeline =
+        CreateRayTracingPipeline(Device(), {.name = "sparse",
+                                            .rayGen = {RayGen(), {}},
+                                            .miss = {{{}, {Miss("shadow", 2), {}}}},
+                                            .hitSets = sets});
+    const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
+    const Tlas tlas = BuildTlas({Instance(*blas)});
+    EXPECT_EQ(Codes(Trace(pipeline, tlas,
+                          {Ray(0, RayType::Radiance), Ray(0, RayType::Shadow), Ray(5, RayType::Radiance),
+                           Ray(5, RayType::Shadow)})),
+              (std::vector<uint32_t>{1, kUntouched, kUntouched, 2}));
+
+    const RayTracingPipeline bare =
+        CreateRayTracingPipeline(Device(), {.name = "bare", .rayGen = {RayGen(), {}}});
+    EXPECT_EQ(bare.HitSetCount(), 1u);
+    EXPECT_EQ(Codes(Trace(bare, tlas, {Ray(0, RayType::Radiance), Ray(5, RayType::Shadow)})),
+              (std::vector<uint32_t>{kUntouched, kUntouched}));
+}
+
+TEST_F(RayTracingPipelineTest, SpecializationReachesEveryStage) {
+    const std::string head =
+        "layout(constant_id = 3) const uint kBase = 1;\nlayout(constant_id = 4) const float kScale = 1;\n"
+        "layout(location = 0) rayPayloadInEXT Payload payload;\n";
+    const ShaderStage hit =
+        Compile("special.rchit", head + "void main() { payload.code = kBase + uint(kScale); }");
+    const ShaderStage miss = Compile("special.rmiss", head + "void main() { payload.code = kBase * 2; }");
+    HitGroupSet set;
+    set[RayType::Radiance].closestHit = hit;
+    RayTracingPipelineDesc desc{
+        .name = "special", .rayGen = {RayGen(), {}}, .miss = {{{miss, {}}, {}}}, .hitSets = {set}};
+    const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
+    const Tlas tlas = BuildTlas({Instance(*blas)});
+    const std::vector<TestRay> rays{Ray(0, RayType::Radiance), Ray(5, RayType::Radiance)};
+    EXPECT_EQ(Codes(Trace(CreateRayTracingPipeline(Device(), desc), tlas, rays)),
+              (std::vector<uint32_t>{2, 2}));
+    desc.specialization = {{3, 40}, {4, std::bit_cast<uint32_t>(6.0f)}};
+    EXPECT_EQ(Codes(Trace(CreateRayTracingPipeline(Device(), desc), tlas, rays)),
+              (std::vector<uint32_t>{46, 80}));
+}
+
+TEST_F(RayTracingPipelineTest, ClosestHitMayTraceWhenRecursionIsAskedFor) {
+    if (Device().Info().maxRayRecursionDepth < 2) GTEST_SKIP() << "maxRayRecursionDepth is 1";
+    const ShaderStage hit = Compile("again.rchit", R"(
+        layout(binding = 0) uniform accelerationStructureEXT tlas;
+        layout(location = 0) rayPayloadInEXT Payload payload;
+        layout(location = 1) rayPayloadEXT Payload shadow;
+        void main() {
+            vec3 p = gl_WorldRayOriginEXT + gl_HitTEXT * gl_WorldRayDirectionEXT;
+            shadow.code = 0;
+            traceRayEXT(tlas, gl_RayFlagsSkipClosestHitShaderEXT | gl_RayFlagsTerminateOnFirstHitEXT, 0xff,
+                        kRayTypeShadow, 0, kRayTypeShadow, p, 0.01, gl_WorldRayDirectionEXT, 1e9, 1);
+            payload.code = 10 + shadow.code;
+        })");
+    const ShaderStage lit = Compile("lit.rmiss", R"(
+        layout(location = 1) rayPayloadInEXT Payload shadow;
+        void main() { shadow.code = 1; })");
+    HitGroupSet set;
+    set[RayType::Radiance].closestHit = hit;
+    const RayTracingPipeline pipeline = CreateRayTracingPipeline(Device(), {.name = "recursive",
+                                                                            .rayGen = {RayGen(), {}},
+                                                                            .miss = {{{}, {lit, {}}}},
+                                                                            .hitSets = {set},
+                                                                            .maxRecursion = 2});
+    const std::shared_ptr<Blas> blas = Build(Describe(Quad(0, 0)));
+    const Tlas tlas = BuildTlas({Instance(*blas, 0), Instance(*blas, 0, 2), Instance(*blas, 10)});
+    EXPECT_EQ(Codes(Trace(pipeline, tlas, {Ray(0, RayType::Radiance), Ray(10, RayType::Radiance)})),
+              (std::vector<uint32_t>{10, 11}));
+}
+
+TEST_F(RayTracingPipelineTest, WhatCannotBeIsRefusedByName) {
+    RayTracingPipelineDesc desc{.name = "wrong", .rayGen = {RayGen(), {}}};
+    auto error = [&] { return UsageErrorOf([&] { (void)CreateRayTracingPipeline(Device(), desc); }); };
+    ASSERT_EQ(error(), "accepted");
+
+    desc.specialization = {{12, 1}};
+    EXPECT_EQ(error(), "wrong: specialization constant 12 is in none of its shaders, which have none");
+    desc.specialization.clear();
+
+    desc.rayGen.stage = Miss("m", 1);
+    EXPECT_EQ(error(), "wrong: m.rmiss is a miss shader, given as ray generation shader");
+    desc.rayGen.stage = {};
+    EXPECT_EQ(error(), "wrong: has no ray-generation shader");
+    desc.rayGen.stage = RayGen();
+
+    desc.hitSets.resize(1);
+    desc.hitSets[0][RayType::Shadow].anyHit = ClosestHit("h", 1);
+    EXPECT_EQ(error(), "wrong: h.rchit is a closest hit shader, given as any hit shader");
+    desc.hitSets[0] = {};
+
+    desc.hitSets[0][RayType::Shadow].closestHit = Compile("clash.rchit", R"(
+        layout(binding = 2) uniform sampler2D sky;
+        void main() {})");
+    EXPECT_EQ(error(),
+              "wrong: shaders disagree: trace.rgen has storage buffer 'Results' at binding 2, clash.rchit "
+              "has sampled "
+              "image 'sky' at binding 2");
+    desc.hitSets[0] = {};
+
+    desc.maxRecursion = Device().Info().maxRayRecursionDepth + 1;
+    EXPECT_NE(error().find("wrong: maxRecursion"), std::string::npos);
+    desc.maxRecursion = 1;
+
+    desc.hitSets[0][RayType::Radiance].recordData.resize(Device().Info().maxShaderGroupStride + 1);
+    EXPECT_NE(error().find("wrong: shader binding table: a record of"), std::string::npos) << error();
+    desc.hitSets.clear();
+
+    desc.callables.resize(1);
+    EXPECT_EQ(error(), "wrong: has an empty callable shader");
+}
+
+TEST_F(RayTracingPipelineTest, BindingsOfAllStagesAreFoundByName) {
+    HitGroupSet set;
+    set[RayType::Radiance].closestHit = Compile("bind.rchit", R"(
+        layout(binding = 5, scalar) readonly buffer Materials { vec3 colors[]; };
+        layout(location = 0) rayPayloadInEXT Payload payload;
+        layout(push_constant) uniform Constants { uint a; uint b; uint c; };
+        void main() { payload.distance = colors[b].x; })");
+    const RayTracingPipeline pipeline =
+        CreateRayTracingPipeline(Device(), {.name = "bind", .rayGen = {RayGen(), {}}, .hitSets = {set}});
+    ASSERT_EQ(pipeline.Bindings().size(), 4u);
+    const BindingInfo* materials = pipeline.Find("Materials");
+    ASSERT_NE(materials, nullptr);
+    EXPECT_EQ(materials->binding, 5u);
+    EXPECT_EQ(materials->stages, VkShaderStageFlags{VK_SHADER_STAGE_CLOSEST_HIT_BIT_KHR});
+    EXPECT_EQ(materials->elementBytes, 12u);
+    EXPECT_EQ(pipeline.Find("tlas")->kind, BindingKind::AccelerationStructure);
+    EXPECT_TRUE(pipeline.Find("Results")->isWritable);
+    EXPECT_EQ(pipeline.Find("absent"), nullptr);
+    EXPECT_EQ(pipeline.PushConstantBytes(), 12u);
+    EXPECT_FALSE(pipeline.UsesTextureTable());
+}
+
+}  // namespace
+}  // namespace raygraph::rhi
