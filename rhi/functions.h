@@ -36,7 +36,6 @@
 #define RAYGRAPH_DEVICE_FUNCTIONS(X)                    \
     /* Device, queue, synchronization */                \
     X(vkDestroyDevice)                                  \
-    X(vkDeviceWaitIdle)                                 \
     X(vkGetDeviceQueue)                                 \
     X(vkQueueSubmit2)                                   \
     X(vkQueueWaitIdle)                                  \
