@@ -94,6 +94,7 @@ Expect quiet rhi/b.cpp "$(Lines 440)"
 Expect quiet shaders/core/sobol.h "// Data table: Sobol matrices.\n$(Lines 500)"
 Expect columns shaders/core/b.glsl "// $(printf 'x%.0s' {1..120})"
 Expect quiet shaders/core/b.glsl "// $(printf 'é%.0s' {1..107})"
+Expect quiet tests/unit/b.cpp "// $(printf 'x%.0s' {1..120})"
 Expect unfinished passes/b.cpp '// TODO: more'
 Expect unfinished cmake/b.cmake '# FIXME'
 Expect readme-size rhi/README.md "$(Lines 61)"

@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
         const auto texels = gpu.ReadPicture();
         const double left = Redness(texels, 2, 8), right = Redness(texels, 56, 62);
         std::printf("redness left %.1f, right %.1f\n", left, right);
-        return left > 10.0 && right < -10.0 ? 0 : 1;
+        return left > 15.0 && right < -4.0 ? 0 : 1;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "%s\n", error.what());
         return 1;
