@@ -233,7 +233,7 @@ std::string TonemapName(TonemapOperator tonemap) {
 
 Arguments ParseArguments(int argc, const char* const* argv) {
     CLI::App app("Raygraph: path-traces glTF scenes on Vulkan devices.", "raygraph");
-    app.require_subcommand(1);
+    app.require_subcommand(0, 1);  // none is our own error: CLI11's would hide a misspelt one
     app.get_formatter()->column_width(28);
     app.set_version_flag("--version", std::string("raygraph ") + kVersion);
     app.footer(
@@ -250,7 +250,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* bench = AddBench(app, benchArguments);
     const CLI::App* info = AddInfo(app, infoArguments);
     const CLI::App* graph = AddGraph(app, graphArguments);
-    AddMerge(app, mergeArguments);
+    const CLI::App* merge = AddMerge(app, mergeArguments);
 
     try {
         app.parse(argc, argv);
@@ -275,6 +275,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return infoArguments;
     }
     if (*graph) return graphArguments;
+    if (!*merge) Refuse("a command is needed: render, bench, info, graph or merge (see raygraph --help)");
     CheckMerge(mergeArguments);
     return mergeArguments;
 }

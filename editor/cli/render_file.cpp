@@ -96,13 +96,15 @@ RenderFile FromExr(const image::ExrImage& file) {
         const std::string name = std::string(kSettingPrefix) + setting.name;
         if (file.attributes.contains(name)) render.settings[setting.name] = TextAttribute(file, name.c_str());
     }
+    ImageSize recorded;
     try {
-        if (SettingsFrom(render.settings).size != render.size)
-            throw Error(ErrorKind::BadInput, "the recorded size " + render.settings["size"] +
-                                                 " is not that of the picture, " + ToText(render.size));
+        recorded = SettingsFrom(render.settings).size;
     } catch (const Error& error) {
         throw Error(ErrorKind::BadInput, std::string("recorded setting ") + error.what());
     }
+    if (recorded != render.size)
+        throw Error(ErrorKind::BadInput, "the recorded size " + ToText(recorded) +
+                                             " is not that of the picture, " + ToText(render.size));
     return render;
 }
 

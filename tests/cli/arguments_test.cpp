@@ -121,7 +121,7 @@ TEST(Arguments, AnOutputDoesNotSwallowTheScene) {
 }
 
 TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
-    ExpectUsage({}, "subcommand");
+    ExpectUsage({}, "command");
     ExpectUsage({"paint"}, "paint");
     ExpectUsage({"render"}, "FILE");
     ExpectUsage({"render", "a.gltf", "b.gltf"}, "b.gltf");

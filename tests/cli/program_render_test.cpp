@@ -264,12 +264,57 @@ TEST(ProgramRender, ACameraThatDoesNotExistIsTwo) {
     EXPECT_NE(result.messages.find("no such camera"), std::string::npos) << result.messages;
 }
 
-TEST(ProgramRender, DarknessIsWarnedOf) {
+// A white triangle and nothing else.
+constexpr const char* kTriangle = R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+ "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                "min": [-1, -1, 0], "max": [1, 1, 0]}],
+ "bufferViews": [{"buffer": 0, "byteLength": 36}],
+ "buffers": [{"byteLength": 36, "uri":
+  "data:application/octet-stream;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAAAAAAAAgD8AAAAA"}]})";
+
+TEST(ProgramRender, DarknessIsWarnedOfUnlessThereIsLight) {
     const test::TemporaryFolder folder;
-    const ProgramResult result = RunProgram({"render", SceneFile("texture_orientation.gltf"), "--size", "8x8",
-                                             "--spp", "1", "-o", folder / "a.png"});
-    EXPECT_EQ(result.exitCode, 0) << result.messages;
-    EXPECT_NE(result.messages.find("nothing emits light"), std::string::npos) << result.messages;
+    std::ofstream(folder / "triangle.gltf") << kTriangle;
+    const std::vector<std::string> words{"render", folder / "triangle.gltf", "--size", "8x8", "--spp", "1",
+                                         "-o",     folder / "a.exr"};
+    const ProgramResult dark = RunProgram(words);
+    EXPECT_EQ(dark.exitCode, 0) << dark.messages;
+    EXPECT_NE(dark.messages.find("nothing emits light"), std::string::npos) << dark.messages;
+
+    const ProgramResult lit = RunProgram(Words(words, {"--background", "1,2,3"}));
+    EXPECT_EQ(lit.exitCode, 0) << lit.messages;
+    EXPECT_EQ(lit.messages, "");
+    // The corners see past the triangle
+    const cli::Texels radiance = cli::ReadRenderFile(folder / "a.exr").radiance;
+    EXPECT_EQ((cli::Texels(radiance.begin(), radiance.begin() + 4)), (cli::Texels{1, 2, 3, 0}));
+}
+
+TEST(ProgramRender, TheEnvironmentMapIsRecordedAndAskedForAgain) {
+    const test::TemporaryFolder folder;
+    std::ofstream(folder / "triangle.gltf") << kTriangle;
+    image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 0.5f)};
+    image::WriteHdr(folder / "sky.hdr", sky);
+    const std::vector<std::string> words{"render", folder / "triangle.gltf", "--env", folder / "sky.hdr"};
+    const ProgramResult first =
+        RunProgram(Words(words, {"--size", "8x8", "--spp", "1", "-o", folder / "a.exr"}));
+    EXPECT_EQ(first.exitCode, 0) << first.messages;
+    const cli::RenderFile render = cli::ReadRenderFile(folder / "a.exr");
+    EXPECT_EQ(render.environmentFile, "sky.hdr");
+    EXPECT_NEAR(render.radiance[0], 0.5f, 0.01f);
+
+    const ProgramResult without =
+        RunProgram({"render", folder / "triangle.gltf", "--resume", folder / "a.exr", "--spp", "2"});
+    EXPECT_EQ(without.exitCode, 4);
+    EXPECT_NE(without.messages.find("environment: sky.hdr against none"), std::string::npos)
+        << without.messages;
+    const ProgramResult with = RunProgram(Words(words, {"--resume", folder / "a.exr", "--spp", "2"}));
+    EXPECT_EQ(with.exitCode, 0) << with.messages;
+    sky.rgba[4] = 3.0f;
+    image::WriteHdr(folder / "sky.hdr", sky);
+    const ProgramResult changed = RunProgram(Words(words, {"--resume", folder / "a.exr", "--spp", "3"}));
+    EXPECT_EQ(changed.exitCode, 4);
+    EXPECT_NE(changed.messages.find("sky.hdr has changed"), std::string::npos) << changed.messages;
 }
 
 TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {

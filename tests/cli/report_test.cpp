@@ -40,7 +40,7 @@ TEST(Report, NumbersAreInTheirUnits) {
     Report report;
     report.throughput = {2.5e6, 4.0};
     report.image.relativeError = 0.125;
-    report.settings["seed"] = "3";
+    report.settings.emplace("seed", "3");
     const nlohmann::json json = nlohmann::json::parse(ToJson(report));
     EXPECT_DOUBLE_EQ(json.at("throughput").at("msamples_per_s"), 2.5);
     EXPECT_DOUBLE_EQ(json.at("throughput").at("mrays_per_s"), 10.0);
@@ -57,14 +57,14 @@ TEST(Report, WhatIsNotKnownIsNull) {
 
 TEST(Report, SaysWhyCompactionIsOff) {
     Report report;
-    report.acceleration.whyCompactionOff = "ratio 1.000";
+    report.acceleration.whyCompactionOff = std::string("ratio 1.000");
     const nlohmann::json json = nlohmann::json::parse(ToJson(report));
     EXPECT_EQ(json.at("acceleration").at("why_compaction_off"), "ratio 1.000");
 }
 
 TEST(Report, NamesThatAreNoUtf8AreStillJson) {
     Report report;
-    report.scene.file = "\xff\xfe.gltf";
+    report.scene.file = std::string("\xff\xfe.gltf");
     EXPECT_NO_THROW(std::ignore = nlohmann::json::parse(ToJson(report)));
 }
 
