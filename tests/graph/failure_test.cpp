@@ -31,7 +31,7 @@ class Failure : public GraphTest {
         const Readback readback =
             m_renderer.ReadBack(Scale(m_renderer, "b", Fill(m_renderer, "a", kExtent, 1.0f), 3.0f));
         m_renderer.Execute();
-        EXPECT_TRUE(IsRamp(Texels(readback), 1.0f, 3.0f));
+        EXPECT_TRUE(IsRamp(Read(readback), 1.0f, 3.0f));
     }
 };
 
@@ -61,7 +61,7 @@ TEST_F(Failure, ExceptionInExecute_DropsTheFrameAndItsStates) {
     };
     frame(false);
     EXPECT_THROW(frame(true), std::runtime_error);
-    EXPECT_TRUE(IsRamp(Texels(frame(false)), 1.0f, 2.0f)) << "the dropped frame added nothing";
+    EXPECT_TRUE(IsRamp(Read(frame(false)), 1.0f, 2.0f)) << "the dropped frame added nothing";
     ExpectGoodFrame();
 }
 

@@ -23,7 +23,7 @@ TEST_F(Frame, ChainOfPasses_GivesTheirProduct) {
     const TextureId c = Scale(m_renderer, "c", Scale(m_renderer, "b", a, 2.0f), 5.0f);
     const Readback readback = m_renderer.ReadBack(c);
     m_renderer.Execute();
-    EXPECT_TRUE(IsRamp(Texels(readback), 3.0f, 10.0f));
+    EXPECT_TRUE(IsRamp(Read(readback), 3.0f, 10.0f));
 }
 
 TEST_F(Frame, SharedMemory_KeepsTexelsRightFrameAfterFrame) {
@@ -35,7 +35,7 @@ TEST_F(Frame, SharedMemory_KeepsTexelsRightFrameAfterFrame) {
         const Readback readback = m_renderer.ReadBack(texture);
         m_renderer.Execute();
         EXPECT_THAT(m_renderer.DescribePlan(), HasSubstr("saved by sharing"));
-        EXPECT_TRUE(IsRamp(Texels(readback), value, 128.0f)) << "frame " << frame;
+        EXPECT_TRUE(IsRamp(Read(readback), value, 128.0f)) << "frame " << frame;
     }
 }
 
@@ -82,7 +82,7 @@ void main() {
             [](CommandList& commands) { commands.DispatchOver(kExtent); });
         const Readback readback = m_renderer.ReadBack(spread);
         m_renderer.Execute();
-        const testing::Texels texels = Texels(readback);
+        const testing::Texels texels = Read(readback);
         const float n = kExtent.width;
         for (uint32_t y = 0; y < kExtent.height; ++y)
             EXPECT_EQ(texels.At(3, y)[0],
@@ -101,7 +101,7 @@ TEST_F(Frame, PersistentTexture_AccumulatesWhileFramesAreInFlight) {
         if (frame == kFrames - 1) readback = m_renderer.ReadBack(sum);
         m_renderer.Execute();  // nothing waits in between
     }
-    EXPECT_TRUE(IsRamp(Texels(readback), 1.0f, kFrames));
+    EXPECT_TRUE(IsRamp(Read(readback), 1.0f, kFrames));
 }
 
 TEST_F(Frame, PersistentTexture_StartsAnewWithAnotherExtent) {
@@ -114,7 +114,7 @@ TEST_F(Frame, PersistentTexture_StartsAnewWithAnotherExtent) {
     const Readback readback =
         m_renderer.ReadBack(AddTo(m_renderer, "sum", Fill(m_renderer, "one", {5, 5}, 1.0f)));
     m_renderer.Execute();
-    EXPECT_TRUE(IsRamp(Texels(readback), 1.0f, 2.0f));
+    EXPECT_TRUE(IsRamp(Read(readback), 1.0f, 2.0f));
 }
 
 TEST_F(Frame, IsFresh_UntilASubmittedFrameWrote) {
@@ -164,7 +164,7 @@ TEST_F(Frame, ToggledView_CostsNothingAndKeepsItsSum) {
     EXPECT_THAT(m_renderer.DescribePlan(),
                 HasSubstr("Fill one (compute): only culled Add to sum needs it\n"));
     frame(false);
-    EXPECT_TRUE(IsRamp(Texels(frame(true)), 1.0f, 2.0f)) << "two frames showed the sum";
+    EXPECT_TRUE(IsRamp(Read(frame(true)), 1.0f, 2.0f)) << "two frames showed the sum";
 }
 
 TEST_F(Frame, CulledPass_MakesNoPipeline) {
@@ -253,7 +253,7 @@ TEST_F(Frame, HundredFramesWithResizes_TakeNoMoreMemoryThanTheLargest) {
         const Extent2D extent{16 + 24 * (i % 10), 256 - 12 * (i % 20)};
         const Readback readback = frame(extent);
         if (i % 25 == 24) {
-            EXPECT_TRUE(IsRamp(Texels(readback), 1.0f, 16.0f));
+            EXPECT_TRUE(IsRamp(Read(readback), 1.0f, 16.0f));
         }
     }
     for (int i = 0; i < 4; ++i) frame(kLargest);

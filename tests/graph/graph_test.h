@@ -111,7 +111,7 @@ class GraphTest : public testing::VulkanTest {
         return sum;
     }
 
-    static testing::Texels Texels(const Readback& readback) {
+    static testing::Texels Read(const Readback& readback) {
         readback.Wait();
         return testing::DecodeTexels(readback.Bytes(), readback.Extent(), readback.Format());
     }

@@ -67,7 +67,7 @@ TEST_F(Import, Semaphores_OrderTheHostsWorkAroundTheFrame) {
     m_renderer.Execute();
     EXPECT_THAT(m_renderer.DescribePlan(),
                 HasSubstr("host: AllCommands done -> ComputeShader read, CopyTarget -> General\n"));
-    const testing::Texels texels = Texels(readback);
+    const testing::Texels texels = Read(readback);
     EXPECT_EQ(texels.At(0, 0)[0], 10.0f);
     EXPECT_EQ(texels.At(kExtent.width - 1, kExtent.height - 1)[0], 10.0f);
 

@@ -102,10 +102,10 @@ TEST_F(Raster, DepthTest_KeepsWhatIsNearer) {
     const Readback colors = m_renderer.ReadBack(color);
     const Readback depths = m_renderer.ReadBack(depth);
     m_renderer.Execute();
-    EXPECT_THAT(Texels(colors).At(2, 2), ElementsAre(1.0f, 0.0f, 0.0f, 1.0f));
-    EXPECT_THAT(Texels(colors).At(30, 30), ElementsAre(0.0f, 1.0f, 0.0f, 1.0f));
-    EXPECT_THAT(Texels(depths).At(2, 2), ElementsAre(0.2f));
-    EXPECT_THAT(Texels(depths).At(30, 30), ElementsAre(0.8f));
+    EXPECT_THAT(Read(colors).At(2, 2), ElementsAre(1.0f, 0.0f, 0.0f, 1.0f));
+    EXPECT_THAT(Read(colors).At(30, 30), ElementsAre(0.0f, 1.0f, 0.0f, 1.0f));
+    EXPECT_THAT(Read(depths).At(2, 2), ElementsAre(0.2f));
+    EXPECT_THAT(Read(depths).At(30, 30), ElementsAre(0.8f));
 }
 
 TEST_F(Raster, BlendedDraws_AddUp) {
@@ -128,8 +128,8 @@ TEST_F(Raster, BlendedDraws_AddUp) {
                      {.blend = rhi::BlendMode::Additive});
     const Readback readback = m_renderer.ReadBack(color);
     m_renderer.Execute();
-    EXPECT_EQ(Texels(readback).At(5, 5)[0], 3.25f);
-    EXPECT_EQ(Texels(readback).At(5, 5)[1], 6.25f);
+    EXPECT_EQ(Read(readback).At(5, 5)[0], 3.25f);
+    EXPECT_EQ(Read(readback).At(5, 5)[1], 6.25f);
 }
 
 TEST_F(Raster, TargetsThatDoNotFit_AreRefused) {
