@@ -15,6 +15,20 @@ const std::vector<std::string_view> kAovNames{"albedo",   "normal",  "depth",   
 const std::vector<std::string_view> kTonemapNames{"linear", "srgb", "reinhard",
                                                   "aces",   "agx",  "neutral"};  // as TonemapOperator
 
+// Help of options in lines that fit a terminal; CLI11 indents them.
+constexpr size_t kHelpIndent = 28, kHelpWidth = 72;
+
+std::string Wrapped(std::string_view text) {
+    std::string wrapped;
+    while (text.size() > kHelpWidth) {
+        const size_t space = text.rfind(' ', kHelpWidth);
+        wrapped += text.substr(0, space);
+        wrapped += '\n';
+        text.remove_prefix(space + 1);
+    }
+    return wrapped + std::string(text);
+}
+
 // An option with one operand, given at most once. `take` may throw Error: the option's name is put before it.
 CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* operand, const char* help,
                        std::function<void(const std::string&)> take) {
@@ -29,7 +43,7 @@ CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* opera
                     throw Error(error.Kind(), label + ": " + error.what());
                 }
             },
-            help)
+            Wrapped(help))
         ->type_name(operand);
 }
 
@@ -67,7 +81,7 @@ void AddDevice(CLI::App& app, std::string& device) {
 }
 
 void AddQuiet(CLI::App& app, bool& isQuiet) {
-    app.add_flag("--quiet", isQuiet, "No progress and no warnings");
+    app.add_flag("--quiet", isQuiet, "No progress, no warnings, no summary");
 }
 
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
@@ -89,15 +103,14 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                     }
                 }
             },
-            "Picture to write: .png (tone-mapped), .exr (linear, with AOVs, can be resumed) or .hdr; may be "
-            "given several times. Default: render.png, or the file that is resumed")
+            Wrapped("Picture to write: .png (tone-mapped), .exr (linear, with AOVs, can be resumed) or "
+                    ".hdr; may be given several times. Default: render.png, or the file that is resumed"))
         ->type_name("OUT")
         ->allow_extra_args(false);
     AddOption(*render, "--spp", "N", "Samples a pixel (64); with --resume the total to reach",
               [&](const std::string& text) { arguments.samples = ParseCount(text, 1); });
-    AddOption(*render, "--time", "SECONDS", "Render for so long instead of a number of samples",
-              [&](const std::string& text) { arguments.seconds = ParseNumber(text, 0.0, 1e9); })
-        ->excludes("--spp");
+    AddOption(*render, "--time", "SECONDS", "Render for so long, instead of --spp",
+              [&](const std::string& text) { arguments.seconds = ParseNumber(text, 0.0, 1e9); });
     AddOption(*render, "--sample-offset", "N",
               "Index of the first sample (0): renders of disjoint ranges can be merged",
               [&](const std::string& text) { arguments.sampleOffset = ParseCount(text); });
@@ -119,7 +132,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
             "Go on with a render that was written before; its settings are kept", arguments.resume);
     AddDevice(*render, arguments.device);
     render->add_flag("--validate", arguments.isValidating,
-                     "Turn on the Vulkan validation layers and fail on any message");
+                     Wrapped("Turn on the Vulkan validation layers and fail on any message"));
     AddPath(*render, "--report", "FILE.json", "Write what was rendered, how long it took and what it used",
             arguments.report);
     AddQuiet(*render, arguments.isQuiet);
@@ -187,6 +200,7 @@ CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
 }
 
 void CheckRender(const RenderArguments& arguments) {
+    if (arguments.samples && arguments.seconds) Refuse("--spp and --time exclude each other");
     if (arguments.given.contains("background") && !arguments.environment.empty())
         Refuse("--background and --env exclude each other");
     if (arguments.given.contains("env-rotation") && arguments.environment.empty() && arguments.resume.empty())
@@ -234,7 +248,9 @@ std::string TonemapName(TonemapOperator tonemap) {
 Arguments ParseArguments(int argc, const char* const* argv) {
     CLI::App app("Raygraph: path-traces glTF scenes on Vulkan devices.", "raygraph");
     app.require_subcommand(0, 1);  // none is our own error: CLI11's would hide a misspelt one
-    app.get_formatter()->column_width(28);
+    app.get_formatter()->column_width(kHelpIndent);
+    app.get_formatter()->label("SUBCOMMAND", "COMMAND");
+    app.get_formatter()->label("REQUIRED", "(required)");
     app.set_version_flag("--version", std::string("raygraph ") + kVersion);
     app.footer(
         "raygraph COMMAND --help shows a command's options.\n"
@@ -251,6 +267,8 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     const CLI::App* info = AddInfo(app, infoArguments);
     const CLI::App* graph = AddGraph(app, graphArguments);
     const CLI::App* merge = AddMerge(app, mergeArguments);
+
+    for (CLI::App* command : app.get_subcommands({})) command->group("Commands");
 
     try {
         app.parse(argc, argv);
