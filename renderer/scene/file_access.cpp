@@ -50,7 +50,7 @@ std::filesystem::path RelativePath(std::string_view uri) {
     if (text.find('\\') != std::string::npos) FailUri(uri, "contains a backslash");
     // Once more after decoding: "c%3A..." must not become a drive.
     if (UriScheme(text)) FailUri(uri, "must be a relative path or a data URI");
-    const std::filesystem::path path(text);
+    std::filesystem::path path(text);
     if (path.is_absolute()) FailUri(uri, "must be a relative path, not an absolute one");
     for (const auto& part : path)
         if (part == "..") FailUri(uri, "leads out of the scene's folder (\"..\")");

@@ -118,7 +118,7 @@ std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const JsonValue& r
         const JsonValue primitives = value["primitives"];
         if (primitives.Count() == 0) primitives.Fail("has no elements, must have at least 1");
         for (size_t p = 0; p < primitives.Count(); ++p) {
-            PrimitiveLayout layout = ReadPrimitive(primitives.At(p), tables, materialCount);
+            const PrimitiveLayout layout = ReadPrimitive(primitives.At(p), tables, materialCount);
             if (primitives.At(p)["targets"].Count() > 0)
                 context.Warn(layout.where, "morph", "morph targets are not read, the base shape is shown");
             if (layout.mode < PrimitiveMode::Triangles) {
@@ -126,7 +126,7 @@ std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const JsonValue& r
             } else if (!layout.Has(Attribute::Position)) {
                 context.Warn(layout.where, "position", "has no POSITION, left out");
             } else {
-                mesh.primitives.push_back(std::move(layout));
+                mesh.primitives.push_back(layout);
             }
         }
         meshes.push_back(std::move(mesh));

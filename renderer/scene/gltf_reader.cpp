@@ -62,13 +62,21 @@ void WithType(ComponentType type, const Call& call) {
     }
 }
 
+// Of the unsigned types.
 template <typename T>
 void CopyIntegers(const std::byte* bytes, size_t stride, std::vector<uint32_t>& out) {
     for (size_t i = 0; i < out.size(); ++i) {
         T value;
         std::memcpy(&value, bytes + i * stride, sizeof(T));
-        out[i] = static_cast<uint32_t>(value);
+        out[i] = value;
     }
+}
+
+void CopyIndices(ComponentType type, const std::byte* bytes, size_t stride, std::vector<uint32_t>& out) {
+    RG_CHECK(type == ComponentType::Uint8 || type == ComponentType::Uint16 || type == ComponentType::Uint32);
+    if (type == ComponentType::Uint8) CopyIntegers<uint8_t>(bytes, stride, out);
+    if (type == ComponentType::Uint16) CopyIntegers<uint16_t>(bytes, stride, out);
+    if (type == ComponentType::Uint32) CopyIntegers<uint32_t>(bytes, stride, out);
 }
 
 }  // namespace
@@ -114,9 +122,8 @@ std::vector<uint32_t> AccessorReader::SparseIndices(uint32_t accessor) {
     const JsonValue where = Place(accessor)["sparse"]["indices"];
     m_context.ChargeGeometry(where, info.sparse->count * sizeof(uint32_t));
     std::vector<uint32_t> ids(info.sparse->count);
-    const std::byte* bytes = RunBytes(info.sparse->indices);
-    WithType(info.sparse->indexType,
-             [&](auto type) { CopyIntegers<decltype(type)>(bytes, info.sparse->indices.byteStride, ids); });
+    const ElementRun& run = info.sparse->indices;
+    CopyIndices(info.sparse->indexType, RunBytes(run), run.byteStride, ids);
     for (size_t i = 0; i < ids.size(); ++i) {
         if (ids[i] >= info.count)
             where.Fail("element " + std::to_string(i) + " is " + std::to_string(ids[i]) +
@@ -151,13 +158,10 @@ void AccessorReader::ApplySparse(uint32_t accessor, const ElementSelection& sele
 std::vector<uint32_t> AccessorReader::ReadIndices(uint32_t accessor, const JsonValue& where) {
     const Accessor& info = Info(accessor);
     RG_CHECK_EQ(info.componentCount, 1u);
-    RG_CHECK(info.componentType != ComponentType::Float);
     m_context.ChargeGeometry(where, info.count * sizeof(uint32_t));
     std::vector<uint32_t> indices(info.count);
     const auto copy = [&](const ElementRun& run, std::vector<uint32_t>& out) {
-        const std::byte* bytes = RunBytes(run);
-        WithType(info.componentType,
-                 [&](auto type) { CopyIntegers<decltype(type)>(bytes, run.byteStride, out); });
+        CopyIndices(info.componentType, RunBytes(run), run.byteStride, out);
     };
     if (info.run.view != kNone) copy(info.run, indices);
     if (info.sparse) {
