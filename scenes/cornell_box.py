@@ -126,12 +126,11 @@ def cornell():
 
     inside = (278.0, 273.0, 279.6)
     ceiling = [ceiling_cell(i, k) for i in range(3) for k in range(3) if (i, k) != (1, 1)]
-    parts = (("floor", white, [FLOOR]), ("ceiling", white, ceiling), ("back wall", white, [BACK_WALL]),
-             ("right wall", green, [RIGHT_WALL]), ("left wall", red, [LEFT_WALL]),
-             ("lamp", lamp, [ceiling_cell(1, 1)]))
-    for name, material, quads in parts:
-        quads = [[placed(p) for p in facing(quad, inside)] for quad in quads]
-        writer.node(name=name, mesh=writer.mesh(name, [writer.quads(quads, material)]))
+    parts = ((white, [FLOOR, BACK_WALL] + ceiling), (green, [RIGHT_WALL]), (red, [LEFT_WALL]),
+             (lamp, [ceiling_cell(1, 1)]))
+    room = [writer.quads([[placed(p) for p in facing(quad, inside)] for quad in quads], material)
+            for material, quads in parts]
+    writer.node(name="room", mesh=writer.mesh("room", room))
     for name, block in (("short block", SHORT_BLOCK), ("tall block", TALL_BLOCK)):
         quads = [[placed(p) for p in quad] for quad in block_quads(block)]
         writer.node(name=name, mesh=writer.mesh(name, [writer.quads(quads, white)]))

@@ -70,7 +70,7 @@ struct GpuScene::Impl {
         std::unique_ptr<InstanceSet> newInstances;
         try {
             newResources = UploadScene(device, uploader, builder, *textureTable, data);
-            newInstances = std::make_unique<InstanceSet>(device, newResources->meshes, data.instances);
+            newInstances = std::make_unique<InstanceSet>(device, *newResources, data.instances);
         } catch (...) {
             uploader.Flush();  // its lists refer to what has just been given up
             throw;

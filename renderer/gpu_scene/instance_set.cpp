@@ -23,17 +23,24 @@ void ForEachRun(std::span<const uint32_t> values, Copy&& copy) {
 
 }  // namespace
 
-InstanceSet::InstanceSet(rhi::Device& device, std::span<const MeshResources> meshes,
+InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
                          std::span<const scene::Instance> instances)
-    : m_device(device), m_meshes(meshes) {
+    : m_device(device), m_resources(resources) {
     m_instances.reserve(instances.size());
-    for (const scene::Instance& instance : instances)
-        m_instances.push_back({.objectToWorld = instance.objectToWorld, .mesh = instance.mesh});
-    m_slotToInstance.resize(m_instances.size());
-    std::iota(m_slotToInstance.begin(), m_slotToInstance.end(), 0u);
-    m_instanceToSlot = m_slotToInstance;
+    for (const scene::Instance& instance : instances) {
+        const MeshResources& mesh = resources.meshes[instance.mesh];
+        const auto index = static_cast<uint32_t>(m_instances.size());
+        m_instances.push_back({.objectToWorld = instance.objectToWorld,
+                               .mesh = instance.mesh,
+                               .firstPlacement = PlacementCount()});
+        for (uint32_t group = 0; group < mesh.groupCount; group++)
+            m_placements.push_back({.instance = index, .group = mesh.firstGroup + group});
+    }
+    m_slotToPlacement.resize(m_placements.size());
+    std::iota(m_slotToPlacement.begin(), m_slotToPlacement.end(), 0u);
+    m_placementToSlot = m_slotToPlacement;
 
-    const uint64_t capacity = std::max<uint64_t>(1, m_instances.size());
+    const uint64_t capacity = std::max<uint64_t>(1, m_placements.size());
     m_tlasInstances =
         device.CreateBuffer({.name = "TLAS instances",
                              .size = capacity * rhi::kTlasInstanceBytes,
@@ -45,10 +52,12 @@ InstanceSet::InstanceSet(rhi::Device& device, std::span<const MeshResources> mes
 }
 
 void InstanceSet::SetTransform(uint32_t index, const glm::mat4x3& objectToWorld) {
-    Placed& instance = m_instances[index];
+    Instance& instance = m_instances[index];
     if (instance.objectToWorld == objectToWorld) return;
     instance.objectToWorld = objectToWorld;
-    if (!instance.isMoved) m_moved.push_back(index);
+    if (!instance.isMoved)
+        for (uint32_t group = 0; group < m_resources.meshes[instance.mesh].groupCount; group++)
+            m_moved.push_back(instance.firstPlacement + group);
     instance.isMoved = true;
 }
 
@@ -63,37 +72,38 @@ TlasWork InstanceSet::PendingWork() const {
     return m_moved.empty() ? TlasWork::None : TlasWork::Update;
 }
 
-rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t index) const {
-    const Placed& instance = m_instances[index];
+rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t placement) const {
+    const Instance& instance = m_instances[m_placements[placement].instance];
     rhi::TlasInstance result;
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 4; column++)
             result.objectToWorld[static_cast<size_t>(4 * row + column)] = instance.objectToWorld[column][row];
-    result.customIndex = index;
-    const std::shared_ptr<rhi::Blas>& blas = m_meshes[instance.mesh].blas;
-    result.blas = blas && instance.isVisible ? blas->Address() : 0;
+    result.customIndex = placement;
+    result.blas = instance.isVisible ? m_resources.groups[m_placements[placement].group].blas->Address() : 0;
     return result;
 }
 
-gpu::InstanceRecord InstanceSet::RecordOf(uint32_t index) const {
-    return {.objectToWorld = m_instances[index].objectToWorld,
-            .firstGeometry = m_meshes[m_instances[index].mesh].firstGeometry};
+gpu::InstanceRecord InstanceSet::RecordOf(uint32_t placement) const {
+    const Placement& placed = m_placements[placement];
+    gpu::InstanceRecord record = m_resources.groups[placed.group].record;
+    record.objectToWorld = m_instances[placed.instance].objectToWorld;
+    record.instance = placed.instance;
+    return record;
 }
 
 void InstanceSet::OrderSlots() {
-    std::vector<glm::vec3> centers(m_instances.size());
-    for (size_t i = 0; i < m_instances.size(); i++) {
-        const scene::Bounds& bounds = m_meshes[m_instances[i].mesh].bounds;
-        const glm::vec3 center = bounds.IsEmpty() ? glm::vec3(0.0f) : bounds.Center();
-        centers[i] = m_instances[i].objectToWorld * glm::vec4(center, 1.0f);
+    std::vector<glm::vec3> centers(m_placements.size());
+    for (size_t i = 0; i < m_placements.size(); i++) {
+        const glm::vec3 center = m_resources.groups[m_placements[i].group].bounds.Center();
+        centers[i] = m_instances[m_placements[i].instance].objectToWorld * glm::vec4(center, 1.0f);
     }
-    m_slotToInstance = SpatialOrder(centers);
-    for (uint32_t slot = 0; slot < m_slotToInstance.size(); slot++)
-        m_instanceToSlot[m_slotToInstance[slot]] = slot;
+    m_slotToPlacement = SpatialOrder(centers);
+    for (uint32_t slot = 0; slot < m_slotToPlacement.size(); slot++)
+        m_placementToSlot[m_slotToPlacement[slot]] = slot;
 }
 
 void InstanceSet::RecordFullUpload(CommandList& commands) {
-    const size_t count = m_instances.size();
+    const size_t count = m_placements.size();
     const uint64_t tlasBytes = count * rhi::kTlasInstanceBytes;
     const uint64_t recordBytes = count * sizeof(gpu::InstanceRecord);
     // Freed by the device once this frame has completed
@@ -102,7 +112,7 @@ void InstanceSet::RecordFullUpload(CommandList& commands) {
                                                  .usage = rhi::BufferUsage::CopySource,
                                                  .memory = rhi::MemoryKind::Upload});
     std::vector<rhi::TlasInstance> instances(count);
-    for (uint32_t slot = 0; slot < count; slot++) instances[slot] = TlasInstanceOf(m_slotToInstance[slot]);
+    for (uint32_t slot = 0; slot < count; slot++) instances[slot] = TlasInstanceOf(m_slotToPlacement[slot]);
     rhi::WriteInstances(instances, staging.Mapped().first(tlasBytes));
     std::vector<gpu::InstanceRecord> records(count);
     for (uint32_t i = 0; i < count; i++) records[i] = RecordOf(i);
@@ -120,12 +130,12 @@ void InstanceSet::RecordMovedUpload(CommandList& commands) {
                                                  .memory = rhi::MemoryKind::Upload});
     std::vector<uint32_t> slots(count);
     std::transform(m_moved.begin(), m_moved.end(), slots.begin(),
-                   [&](uint32_t i) { return m_instanceToSlot[i]; });
+                   [&](uint32_t i) { return m_placementToSlot[i]; });
     std::sort(slots.begin(), slots.end());
     std::sort(m_moved.begin(), m_moved.end());
 
     std::vector<rhi::TlasInstance> instances(count);
-    for (size_t i = 0; i < count; i++) instances[i] = TlasInstanceOf(m_slotToInstance[slots[i]]);
+    for (size_t i = 0; i < count; i++) instances[i] = TlasInstanceOf(m_slotToPlacement[slots[i]]);
     rhi::WriteInstances(instances, staging.Mapped().first(tlasBytes));
     std::vector<gpu::InstanceRecord> records(count);
     for (size_t i = 0; i < count; i++) records[i] = RecordOf(m_moved[i]);
@@ -152,7 +162,7 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
     }
 
     BufferId tlasInstances = renderer.Import("TLAS instances", m_tlasInstances, m_tlasInstancesState);
-    if (!m_instances.empty())
+    if (!m_placements.empty())
         renderer.AddPass(
             "UploadInstances", PassKind::Transfer,
             [&](PassBuilder& pass) {
@@ -162,9 +172,10 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
             [this, work](CommandList& commands) {
                 if (work == TlasWork::Rebuild) OrderSlots();
                 // Beyond a quarter of the scene one large copy beats many small ones
-                const bool isFull = work == TlasWork::Rebuild || m_moved.size() > m_instances.size() / 4;
+                const bool isFull = work == TlasWork::Rebuild || m_moved.size() > m_placements.size() / 4;
                 isFull ? RecordFullUpload(commands) : RecordMovedUpload(commands);
-                for (const uint32_t index : m_moved) m_instances[index].isMoved = false;
+                for (const uint32_t placement : m_moved)
+                    m_instances[m_placements[placement].instance].isMoved = false;
                 m_moved.clear();
             });
     renderer.AddPass(
@@ -176,9 +187,9 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
         },
         [this, work, done = std::move(done)](CommandList& commands) {
             if (work == TlasWork::Update)
-                m_tlas.Update(commands, m_tlasInstances, Count());
+                m_tlas.Update(commands, m_tlasInstances, PlacementCount());
             else
-                m_tlas.Build(commands, m_tlasInstances, Count());
+                m_tlas.Build(commands, m_tlasInstances, PlacementCount());
             m_needsRebuild = false;
             done(work);
         });

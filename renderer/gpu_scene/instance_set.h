@@ -15,8 +15,8 @@ namespace raygraph {
 
 class InstanceSet {
   public:
-    // `meshes` outlives the set.
-    InstanceSet(rhi::Device& device, std::span<const MeshResources> meshes,
+    // `resources` outlives the set.
+    InstanceSet(rhi::Device& device, const SceneResources& resources,
                 std::span<const scene::Instance> instances);
 
     uint32_t Count() const { return static_cast<uint32_t>(m_instances.size()); }
@@ -35,30 +35,37 @@ class InstanceSet {
     uint64_t TlasBytes() const { return m_tlas.Bytes(); }
 
   private:
-    struct Placed {
+    struct Instance {
         glm::mat4x3 objectToWorld;
         uint32_t mesh = 0;
+        uint32_t firstPlacement = 0;  // one for each group of the mesh
         bool isVisible = true;
-        bool isMoved = false;  // listed in m_moved
+        bool isMoved = false;  // its placements are listed in m_moved
+    };
+    // What the TLAS holds: one group of one instance. Its index is the custom index, and that of its record.
+    struct Placement {
+        uint32_t instance = 0;
+        uint32_t group = 0;
     };
 
-    rhi::TlasInstance TlasInstanceOf(uint32_t index) const;
-    gpu::InstanceRecord RecordOf(uint32_t index) const;
+    rhi::TlasInstance TlasInstanceOf(uint32_t placement) const;
+    gpu::InstanceRecord RecordOf(uint32_t placement) const;
+    uint32_t PlacementCount() const { return static_cast<uint32_t>(m_placements.size()); }
     void OrderSlots();
     void RecordFullUpload(CommandList& commands);
     void RecordMovedUpload(CommandList& commands);
 
     rhi::Device& m_device;
-    std::span<const MeshResources> m_meshes;
-    std::vector<Placed> m_instances;
-    std::vector<uint32_t>
-        m_slotToInstance;  // TLAS order: spatial; the custom index keeps the instance's own number
-    std::vector<uint32_t> m_instanceToSlot;
-    std::vector<uint32_t> m_moved;
+    const SceneResources& m_resources;
+    std::vector<Instance> m_instances;
+    std::vector<Placement> m_placements;
+    std::vector<uint32_t> m_slotToPlacement;  // TLAS order: spatial
+    std::vector<uint32_t> m_placementToSlot;
+    std::vector<uint32_t> m_moved;  // placements
     bool m_needsRebuild = true;
 
     rhi::Buffer m_tlasInstances;  // what the build reads, in slot order
-    rhi::Buffer m_records;        // gpu::InstanceRecord[], by instance
+    rhi::Buffer m_records;        // gpu::InstanceRecord[], by placement
     rhi::Tlas m_tlas;
     ResourceState m_tlasInstancesState;
     ResourceState m_recordsState;

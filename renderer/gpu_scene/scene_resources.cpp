@@ -11,10 +11,12 @@ namespace {
 
 constexpr uint64_t kStreamAlignment = 16;
 
-// Collects the streams of one mesh, then uploads them into one buffer.
+// Collects the streams of one group, then uploads them into one buffer. Until then an address is an offset,
+// or kAbsent.
 class StreamPacker {
   public:
-    // Offset of the stream in the buffer to come, or kAbsent for an empty one.
+    static constexpr uint64_t kAbsent = ~uint64_t{0};
+
     template <typename T>
     uint64_t Append(const std::vector<T>& values) {
         if (values.empty()) return kAbsent;
@@ -25,68 +27,145 @@ class StreamPacker {
     }
     std::span<const std::byte> Bytes() const { return m_bytes; }
 
-    static constexpr uint64_t kAbsent = ~uint64_t{0};
+    // From an offset to the address at which element `first` of the group's numbering stands first in the
+    // stream.
+    static uint64_t Address(uint64_t offset, VkDeviceAddress base, uint64_t first = 0,
+                            uint64_t elementBytes = 0) {
+        return offset == kAbsent ? 0 : base + offset - first * elementBytes;
+    }
 
   private:
     std::vector<std::byte> m_bytes;
 };
 
-void AddressFrom(uint64_t& offset, VkDeviceAddress base) {
-    offset = offset == StreamPacker::kAbsent ? 0 : base + offset;
+// The triangles of a group: one list over the vertices of all its primitives, in spatial order.
+struct GroupTriangles {
+    std::vector<glm::vec3> positions;
+    std::vector<uint32_t> indices;
+    std::vector<uint32_t> geometries;  // a triangle's primitive within the group; empty if there is one only
+    std::vector<uint32_t> originals;   // a triangle's index in its primitive; empty if nothing moved
+    std::vector<uint32_t> firstVertices;  // by primitive
+};
+
+GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
+    GroupTriangles merged;
+    if (primitives.size() == 1) {
+        merged.positions = std::move(primitives[0]->positions);
+        merged.indices = std::move(primitives[0]->indices);
+        merged.firstVertices = {0};
+        merged.originals = SortTriangles(merged.positions, merged.indices);
+        return merged;
+    }
+    std::vector<uint32_t> geometries, originals;
+    for (uint32_t p = 0; p < primitives.size(); p++) {
+        scene::Primitive& primitive = *primitives[p];
+        const auto firstVertex = static_cast<uint32_t>(merged.positions.size());
+        merged.firstVertices.push_back(firstVertex);
+        merged.positions.insert(merged.positions.end(), primitive.positions.begin(),
+                                primitive.positions.end());
+        for (const uint32_t index : primitive.indices) merged.indices.push_back(firstVertex + index);
+        for (uint32_t triangle = 0; triangle < primitive.TriangleCount(); triangle++) {
+            geometries.push_back(p);
+            originals.push_back(triangle);
+        }
+        primitive.positions = {};
+        primitive.indices = {};
+    }
+    const std::vector<uint32_t> order = SortTriangles(merged.positions, merged.indices);
+    if (order.empty()) {
+        merged.geometries = std::move(geometries);
+        merged.originals = std::move(originals);
+        return merged;
+    }
+    for (const uint32_t source : order) {
+        merged.geometries.push_back(geometries[source]);
+        merged.originals.push_back(originals[source]);
+    }
+    return merged;
 }
 
-// Uploads one mesh and appends its geometry records. The primitives of `mesh` are emptied.
-MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                         scene::Mesh& mesh, std::span<const scene::Material> materials,
-                         std::vector<gpu::GeometryRecord>& records) {
-    MeshResources result;
-    result.firstGeometry = static_cast<uint32_t>(records.size());
+// Uploads one group and appends its geometry records. Empties the primitives.
+GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
+                           const std::string& name, std::span<scene::Primitive* const> primitives,
+                           bool isOpaque, std::vector<gpu::GeometryRecord>& records) {
+    GroupResources result;
+    for (const scene::Primitive* primitive : primitives) result.bounds.Extend(primitive->bounds);
+    const GroupTriangles triangles = MergeTriangles(primitives);
+    result.triangleCount = triangles.indices.size() / 3;
+
+    // Offsets now, addresses once the buffer exists
     StreamPacker packer;
-    rhi::BlasDesc blas;
-    blas.name = mesh.name.empty() ? "mesh" : mesh.name;
-    for (scene::Primitive& primitive : mesh.primitives) {
-        if (primitive.indices.empty()) continue;
-        const std::vector<uint32_t> originalOrder = SortTriangles(primitive.positions, primitive.indices);
-        // Offsets now, addresses once the buffer exists
+    const uint64_t positions = packer.Append(triangles.positions);
+    const uint64_t indices = packer.Append(triangles.indices);
+    const uint64_t geometries = packer.Append(triangles.geometries);
+    const uint64_t originals = packer.Append(triangles.originals);
+    const size_t firstRecord = records.size();
+    for (scene::Primitive* primitive : primitives) {
         records.push_back({
-            .positions = packer.Append(primitive.positions),
-            .indices = packer.Append(primitive.indices),
-            .normals = packer.Append(primitive.normals),
-            .tangents = packer.Append(primitive.tangents),
-            .uv0 = packer.Append(primitive.uv0),
-            .uv1 = packer.Append(primitive.uv1),
-            .colors = packer.Append(primitive.colors),
-            .primitives = packer.Append(originalOrder),
-            .material = primitive.material,
+            .normals = packer.Append(primitive->normals),
+            .tangents = packer.Append(primitive->tangents),
+            .uv0 = packer.Append(primitive->uv0),
+            .uv1 = packer.Append(primitive->uv1),
+            .colors = packer.Append(primitive->colors),
+            .primitives = originals,
+            .material = primitive->material,
             .padding = 0,
         });
-        blas.triangles.push_back({
-            .vertexCount = static_cast<uint32_t>(primitive.positions.size()),
-            .triangleCount = static_cast<uint32_t>(primitive.TriangleCount()),
-            .isOpaque = materials[primitive.material].alphaMode == scene::AlphaMode::Opaque,
-        });
-        result.bounds.Extend(primitive.bounds);
-        result.triangleCount += primitive.TriangleCount();
-        primitive = {};
+        *primitive = {};
     }
-    result.geometryCount = static_cast<uint32_t>(records.size()) - result.firstGeometry;
-    if (result.geometryCount == 0) return result;
 
-    result.streams = device.CreateBuffer({.name = blas.name + " streams",
+    result.streams = device.CreateBuffer({.name = name + " streams",
                                           .size = packer.Bytes().size(),
                                           .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::BuildInput |
                                                    rhi::BufferUsage::CopyDestination});
     uploader.UploadBuffer(result.streams, 0, packer.Bytes());
     const VkDeviceAddress base = result.streams.Address();
-    for (uint32_t i = 0; i < result.geometryCount; i++) {
-        gpu::GeometryRecord& record = records[result.firstGeometry + i];
-        for (uint64_t* field : {&record.positions, &record.indices, &record.normals, &record.tangents,
-                                &record.uv0, &record.uv1, &record.colors, &record.primitives})
-            AddressFrom(*field, base);
-        blas.triangles[i].vertices = record.positions;
-        blas.triangles[i].indices = record.indices;
+    for (size_t i = 0; i < primitives.size(); i++) {
+        gpu::GeometryRecord& record = records[firstRecord + i];
+        const uint64_t first = triangles.firstVertices[i];
+        record.normals = StreamPacker::Address(record.normals, base, first, sizeof(glm::vec3));
+        record.tangents = StreamPacker::Address(record.tangents, base, first, sizeof(glm::vec4));
+        record.uv0 = StreamPacker::Address(record.uv0, base, first, sizeof(glm::vec2));
+        record.uv1 = StreamPacker::Address(record.uv1, base, first, sizeof(glm::vec2));
+        record.colors = StreamPacker::Address(record.colors, base, first, sizeof(glm::vec4));
+        record.primitives = StreamPacker::Address(record.primitives, base);
     }
+    result.record.positions = StreamPacker::Address(positions, base);
+    result.record.indices = StreamPacker::Address(indices, base);
+    result.record.triangleGeometries = StreamPacker::Address(geometries, base);
+    result.record.firstGeometry = static_cast<uint32_t>(firstRecord);
+
+    rhi::BlasDesc blas;
+    blas.name = name;
+    blas.triangles.push_back({.vertices = result.record.positions,
+                              .vertexCount = static_cast<uint32_t>(triangles.positions.size()),
+                              .indices = result.record.indices,
+                              .triangleCount = static_cast<uint32_t>(result.triangleCount),
+                              .isOpaque = isOpaque});
     result.blas = builder.Add(blas);
+    return result;
+}
+
+// Uploads the groups of one mesh.
+MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
+                         scene::Mesh& mesh, std::span<const scene::Material> materials,
+                         SceneResources& resources, std::vector<gpu::GeometryRecord>& records) {
+    MeshResources result;
+    result.firstGroup = static_cast<uint32_t>(resources.groups.size());
+    for (const bool isOpaque : {true, false}) {
+        std::vector<scene::Primitive*> primitives;
+        for (scene::Primitive& primitive : mesh.primitives)
+            if (!primitive.indices.empty() &&
+                isOpaque == (materials[primitive.material].alphaMode == scene::AlphaMode::Opaque))
+                primitives.push_back(&primitive);
+        if (primitives.empty()) continue;
+        const std::string name = mesh.name.empty() ? "mesh" : mesh.name;
+        resources.groups.push_back(
+            UploadGroup(device, uploader, builder, name, primitives, isOpaque, records));
+        resources.geometryBytes += resources.groups.back().streams.Size();
+        result.triangleCount += resources.groups.back().triangleCount;
+    }
+    result.groupCount = static_cast<uint32_t>(resources.groups.size()) - result.firstGroup;
     return result;
 }
 
@@ -191,11 +270,9 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
                                             scene::SceneData& scene) {
     auto resources = std::make_unique<SceneResources>(table);
     std::vector<gpu::GeometryRecord> records;
-    for (scene::Mesh& mesh : scene.meshes) {
-        resources->meshes.push_back(UploadMesh(device, uploader, builder, mesh, scene.materials, records));
-        if (resources->meshes.back().streams)
-            resources->geometryBytes += resources->meshes.back().streams.Size();
-    }
+    for (scene::Mesh& mesh : scene.meshes)
+        resources->meshes.push_back(
+            UploadMesh(device, uploader, builder, mesh, scene.materials, *resources, records));
     UploadTextures(device, uploader, scene, *resources);
     for (const scene::Material& material : scene.materials) {
         gpu::MaterialRecord textures{};

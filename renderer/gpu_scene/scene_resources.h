@@ -1,4 +1,4 @@
-// What SetScene makes on the device: vertex streams, textures, geometry and material tables, one BLAS a mesh.
+// What SetScene makes on the device: vertex streams, BLASes, textures, geometry and material tables.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,21 @@
 
 namespace raygraph {
 
-// One mesh: its streams in one buffer, its geometries in a run of the geometry table, its BLAS. A mesh
-// without triangles has no buffer and no BLAS.
-struct MeshResources {
+// The primitives of a mesh that rays treat alike (opaque, or not), as one list of triangles in one BLAS: a
+// mesh has one or two groups, or none. One geometry a BLAS, since lavapipe (Mesa 25.0) loses every geometry
+// but the first.
+struct GroupResources {
     rhi::Buffer streams;
     std::shared_ptr<rhi::Blas> blas;
-    uint32_t firstGeometry = 0;
-    uint32_t geometryCount = 0;
+    gpu::InstanceRecord record{};  // but for transform and instance
     uint64_t triangleCount = 0;
     scene::Bounds bounds;  // object space
+};
+
+struct MeshResources {
+    uint32_t firstGroup = 0;
+    uint32_t groupCount = 0;
+    uint64_t triangleCount = 0;
 };
 
 struct TextureResources {
@@ -41,6 +47,7 @@ struct SceneResources {
 
     rhi::TextureTable& textureTable;
     std::vector<MeshResources> meshes;
+    std::vector<GroupResources> groups;
     std::vector<rhi::Sampler> samplers;
     std::vector<TextureResources> textures;
     std::vector<gpu::MaterialRecord> materialRecords;
@@ -51,7 +58,7 @@ struct SceneResources {
     uint64_t textureBytes = 0;
 };
 
-// Uploads everything but the instances, and adds each mesh's BLAS to the builder. Frees the meshes and images
+// Uploads everything but the instances, and adds the BLASes to the builder. Frees the meshes and images
 // of `scene` as it goes: a host copy lives no longer than its upload.
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
                                             rhi::BlasBuilder& builder, rhi::TextureTable& table,

@@ -29,9 +29,8 @@ void main() {
 #if LIMIT_BOUNCES > 0
     for (uint bounce = 0u; bounce < LIMIT_BOUNCES && IsHit(hit); bounce++) {
         InstanceRecord instance = instances.at[hit.instance];
-        GeometryRecord geometry = geometries.at[instance.firstGeometry + hit.geometry];
-        UintStream indices = UintStream(geometry.indices);
-        Vec3Stream positions = Vec3Stream(geometry.positions);
+        UintStream indices = UintStream(instance.indices);
+        Vec3Stream positions = Vec3Stream(instance.positions);
         uint first = 3u * hit.primitive;
         mat3 linear = mat3(instance.objectToWorld);
         vec3 p0 = positions.at[indices.at[first]];

@@ -10,7 +10,6 @@ hitAttributeEXT vec2 attributes;
 void main() {
     hitPayload.t = gl_HitTEXT;
     hitPayload.instance = gl_InstanceCustomIndexEXT;
-    hitPayload.geometry = gl_GeometryIndexEXT;
     hitPayload.primitive = gl_PrimitiveID;
     hitPayload.barycentrics = attributes;
 }

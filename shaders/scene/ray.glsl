@@ -11,11 +11,10 @@ struct Ray {
     vec3 direction;  // unit length
 };
 
-// What closest-hit returns, and nothing more: 24 bytes. Everything else is looked up by SurfaceAt.
+// What closest-hit returns, and nothing more: 20 bytes. Everything else is looked up by SurfaceAt.
 struct Hit {
     float t;            // distance along the ray; negative: nothing was hit
-    uint instance;      // index of the scene's instance
-    uint geometry;      // index within the instance's mesh
+    uint instance;      // index of the InstanceRecord
     uint primitive;     // triangle, in the order of the BLAS
     vec2 barycentrics;  // weights of the second and the third vertex
 };

@@ -12,8 +12,15 @@ struct Triangle {
     vec3 weights;
 };
 
-Triangle TriangleAt(GeometryRecord geometry, Hit hit) {
-    UintStream indices = UintStream(geometry.indices);
+// Index of the GeometryRecord that a triangle belongs to.
+uint GeometryIndex(InstanceRecord instance, uint primitive) {
+    uint geometry = instance.firstGeometry;
+    if (IsPresent(instance.triangleGeometries)) geometry += UintStream(instance.triangleGeometries).at[primitive];
+    return geometry;
+}
+
+Triangle TriangleAt(InstanceRecord instance, Hit hit) {
+    UintStream indices = UintStream(instance.indices);
     uint first = 3u * hit.primitive;
     Triangle triangle;
     triangle.vertices = uvec3(indices.at[first], indices.at[first + 1u], indices.at[first + 2u]);
@@ -64,11 +71,11 @@ vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triang
 // `ray` is the ray that found the hit.
 SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     InstanceRecord instance = instances.at[hit.instance];
-    GeometryRecord geometry = geometries.at[instance.firstGeometry + hit.geometry];
-    Triangle triangle = TriangleAt(geometry, hit);
+    GeometryRecord geometry = geometries.at[GeometryIndex(instance, hit.primitive)];
+    Triangle triangle = TriangleAt(instance, hit);
 
     // Position from the vertices: its error does not grow with the ray's length
-    Vec3Stream positions = Vec3Stream(geometry.positions);
+    Vec3Stream positions = Vec3Stream(instance.positions);
     vec3 p0 = positions.at[triangle.vertices.x];
     vec3 e1 = positions.at[triangle.vertices.y] - p0;
     vec3 e2 = positions.at[triangle.vertices.z] - p0;

@@ -1,10 +1,12 @@
 // The scene as the shaders see it: one text for C++ and GLSL, scalar layout (no padding beyond what is
 // written).
 //
-//   TLAS instance  --customIndex-->  InstanceRecord  --firstGeometry + geometry index-->  GeometryRecord
-//   GeometryRecord --material-->     MaterialRecord  --texture slots--> texture table (set 1)
+//   TLAS instance    --customIndex-->  InstanceRecord: one group of a mesh's primitives, placed
+//   triangle         --triangleGeometries-->  GeometryRecord: one primitive of the file
+//   GeometryRecord   --material-->  MaterialRecord  --texture slots-->  texture table (set 1)
 //
-// Vertex streams are reached by device address; 0 means that the primitive lacks the stream.
+// A group is what one BLAS holds, as a single list of triangles. Streams are reached by device address; 0 means that
+// there is none. All streams of a group's geometries take the group's vertex indices: their addresses are shifted so.
 #ifndef RAYGRAPH_SHARED_SCENE_RECORDS_H
 #define RAYGRAPH_SHARED_SCENE_RECORDS_H
 
@@ -35,19 +37,21 @@ const uint kNoTexture = 0xFFFFFFFFu;
 #endif
 
 struct InstanceRecord {
-    mat4x3 objectToWorld;  // columns: x, y, z axes and translation
-    uint firstGeometry;    // index of the mesh's first GeometryRecord
+    mat4x3 objectToWorld;                 // columns: x, y, z axes and translation
+    RAYGRAPH_ADDRESS positions;           // vec3 a vertex of the group
+    RAYGRAPH_ADDRESS indices;             // uint, three a triangle, in the order of the BLAS
+    RAYGRAPH_ADDRESS triangleGeometries;  // uint a triangle: its geometry, from firstGeometry; 0: the first for all
+    uint firstGeometry;                   // index of the group's first GeometryRecord
+    uint instance;                        // index of the scene's instance
 };
 
 struct GeometryRecord {
-    RAYGRAPH_ADDRESS positions;   // vec3 a vertex
-    RAYGRAPH_ADDRESS indices;     // uint, three a triangle, in the order of the BLAS
     RAYGRAPH_ADDRESS normals;     // vec3
     RAYGRAPH_ADDRESS tangents;    // vec4
     RAYGRAPH_ADDRESS uv0;         // vec2
     RAYGRAPH_ADDRESS uv1;         // vec2
     RAYGRAPH_ADDRESS colors;      // vec4, linear
-    RAYGRAPH_ADDRESS primitives;  // uint a triangle: its index in the file; 0: the order is the file's
+    RAYGRAPH_ADDRESS primitives;  // uint a triangle of the group: its index in the file's primitive; 0: the same
     uint material;
     uint padding;  // C++ aligns an address to 8 bytes, GLSL to 4
 };
@@ -95,8 +99,8 @@ struct TraceParameters {
 #ifdef __cplusplus
 #undef RAYGRAPH_ADDRESS
 
-static_assert(sizeof(InstanceRecord) == 13 * 4);
-static_assert(sizeof(GeometryRecord) == 18 * 4);
+static_assert(sizeof(InstanceRecord) == 20 * 4);
+static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 17 * 4);
 static_assert(sizeof(TraceParameters) == 22 * 4);
 }  // namespace raygraph::gpu
