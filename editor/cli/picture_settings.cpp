@@ -59,7 +59,7 @@ constexpr PictureSetting kTable[] = {
      [](const PictureSettings& settings) {
          return settings.maxDepth ? std::to_string(*settings.maxDepth) : std::string("none");
      }},
-    {"rr-start", "N", "First bounce at which Russian roulette may end a path (3)",
+    {"rr-start", "N", "First bounce at which Russian roulette may end a path (2)",
      [](PictureSettings& settings, std::string_view text) { settings.rouletteStart = ParseCount(text); },
      [](const PictureSettings& settings) { return std::to_string(settings.rouletteStart); }},
     {"env-rotation", "DEG", "Turns the environment map about +y (0)",

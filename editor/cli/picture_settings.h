@@ -29,7 +29,7 @@ struct PictureSettings {
     uint32_t seed = 0;
     SamplerKind sampler = SamplerKind::Sobol;
     std::optional<uint32_t> maxDepth;  // bounces; none: no limit
-    uint32_t rouletteStart = 3;
+    uint32_t rouletteStart = 2;
     float environmentRotation = 0.0f;  // degrees about +y
     std::array<float, 3> background{0.0f, 0.0f, 0.0f};
 };
