@@ -63,6 +63,8 @@ TEST_F(BlasTest, CompactionKeepsEveryHit) {
               blases[0]->BytesBuilt() + blases[1]->BytesBuilt() + blases[2]->BytesBuilt());
     EXPECT_EQ(statistics.bytesCompacted, blases[0]->Bytes() + blases[1]->Bytes() + blases[2]->Bytes());
     EXPECT_FALSE(statistics.isOff);
+    RecordProperty("bytesBuilt", std::to_string(statistics.bytesBuilt));
+    RecordProperty("bytesCompacted", std::to_string(statistics.bytesCompacted));
     EXPECT_FALSE(builder.Poll()) << "nothing is left to do";
 }
 
