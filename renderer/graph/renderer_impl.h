@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <chrono>
 #include <map>
 #include <memory>
 #include <string>
@@ -17,8 +16,11 @@
 #include "renderer/graph/renderer.h"
 #include "renderer/graph/shader_library.h"
 #include "renderer/graph/transient_pool.h"
+#include "rhi/stopwatch.h"
 
 namespace raygraph {
+
+using rhi::Stopwatch;
 
 // A readback: a mapped buffer and the frame that fills it.
 struct Readback::State {
@@ -45,16 +47,6 @@ struct FrameResource {
     const ResourceState* blasState = nullptr;  // tells one BLAS set from another
     ResourceState* state = nullptr;            // of an import
     Persistent* persistent = nullptr;
-};
-
-class Stopwatch {
-  public:
-    double Milliseconds() const {
-        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - m_start).count();
-    }
-
-  private:
-    std::chrono::steady_clock::time_point m_start = std::chrono::steady_clock::now();
 };
 
 struct Renderer::Impl {
