@@ -327,9 +327,9 @@ void main() { for (int i = 0; i < 4; ++i) result[i] = values.factors[i] + float(
         float factors[4];
         uint32_t offset;
     };
-    for (uint32_t frame = 0; frame < 5; ++frame) {
+    std::vector<Readback> readbacks;
+    for (uint32_t frame = 0; frame < 12; ++frame) {  // in flight, so that frames must not share their data
         m_renderer.BeginFrame();
-        std::vector<Readback> readbacks;
         for (uint32_t i = 0; i < 3; ++i) {
             BufferId result = m_renderer.CreateBuffer("result", {.size = 16});
             m_renderer.AddPass(
@@ -343,10 +343,11 @@ void main() { for (int i = 0; i < 4; ++i) result[i] = values.factors[i] + float(
             readbacks.push_back(m_renderer.ReadBack(result));
         }
         m_renderer.Execute();
-        for (uint32_t i = 0; i < 3; ++i) {
-            readbacks[i].Wait();
-            EXPECT_EQ(testing::As<float>(readbacks[i].Bytes())[2], 3.0f + static_cast<float>(10 * frame + i));
-        }
+    }
+    for (size_t i = 0; i < readbacks.size(); ++i) {
+        readbacks[i].Wait();
+        const auto offset = static_cast<float>(10 * (i / 3) + i % 3);
+        EXPECT_EQ(testing::As<float>(readbacks[i].Bytes())[2], 3.0f + offset) << "readback " << i;
     }
 }
 
