@@ -10,6 +10,7 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
         .sampleIndex = settings.sampleIndex,
         .maxDepth = settings.maxDepth,
         .rouletteStart = settings.rouletteStart,
+        .pixelsPerInvocation = 1,
     };
 }
 

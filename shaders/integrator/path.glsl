@@ -27,52 +27,62 @@ struct PathSettings {
     uint rouletteStart;  // first bounce that roulette may end
 };
 
-struct PathSample {
-    vec3 radiance;
-    float alpha;    // 1: the camera ray hit a surface
-    uint rayCount;  // rays traced
+// A path on its way: made by StartPath, moved on by one ray with ExtendPath until that returns false. So one loop can
+// hold one path after the other, and lanes whose path has ended need not wait for their neighbours.
+struct PathState {
+    Ray ray;          // the next one
+    Sampler rng;
+    vec3 radiance;    // collected so far: the estimate, once the path has ended
+    vec3 throughput;  // share of the light at the path's end that reaches the camera
+    uint depth;       // bounces so far
+    float alpha;      // 1: the camera ray hit a surface
 };
 
-// One unbiased estimate of the radiance that arrives along -ray.direction (unless maxDepth cuts it).
-INLINE PathSample SamplePath(Ray ray, Sampler rng, PathSettings settings) {
-    PathSample result;
-    result.radiance = vec3(0.0f);
-    result.alpha = 0.0f;
-    result.rayCount = 0u;
-    vec3 throughput = vec3(1.0f);
-    for (uint depth = 0u;; depth++) {
-        Hit hit = Intersect(ray);
-        result.rayCount++;
-        if (!IsHit(hit)) {
-            result.radiance += throughput * EnvironmentRadiance(ray.direction);
-            break;
-        }
-        result.alpha = 1.0f;
-        SurfaceInteraction surface = SurfaceAt(hit, ray);
-        result.radiance += throughput * surface.emission;
-        if (depth >= settings.maxDepth) break;
+INLINE PathState StartPath(Ray ray, Sampler rng) {
+    PathState path;
+    path.ray = ray;
+    path.rng = rng;
+    path.radiance = vec3(0.0f);
+    path.throughput = vec3(1.0f);
+    path.depth = 0u;
+    path.alpha = 0.0f;
+    return path;
+}
 
-        // Sample the BSDF for the next direction
-        rng.dimension = kFilmDimensions + depth * kBounceDimensions;
-        DiffuseBxDF lobe;
-        lobe.albedo = surface.albedo;
-        Frame frame = FrameFromZ(surface.shadingNormal);
-        BSDFSample scattered = Sample_f(lobe, ToLocal(frame, -ray.direction), 0.0f, Get2D(rng));
-        if (scattered.pdf == 0.0f) break;
-        throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
-        ray.direction = FromLocal(frame, scattered.wi);
-        // The shading hemisphere reaches below the surface: no light passes there
-        if (dot(ray.direction, surface.geometricNormal) <= 0.0f) break;
-        ray.origin = OffsetRayOrigin(surface.position, surface.geometricNormal);
-
-        // End the path with a probability that falls with what it carries
-        float survival = min(MaxComponent(throughput), kMaxSurvival);
-        if (depth + 1u >= settings.rouletteStart) {
-            if (Get1D(rng) >= survival) break;
-            throughput /= survival;
-        }
+// Traces the path's next ray. False: the path has ended, after depth + 1 rays, and path.radiance is an unbiased estimate
+// of the radiance along its first ray (unless maxDepth cuts it).
+INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
+    Hit hit = Intersect(path.ray);
+    if (!IsHit(hit)) {
+        path.radiance += path.throughput * EnvironmentRadiance(path.ray.direction);
+        return false;
     }
-    return result;
+    path.alpha = 1.0f;
+    SurfaceInteraction surface = SurfaceAt(hit, path.ray);
+    path.radiance += path.throughput * surface.emission;
+    if (path.depth >= settings.maxDepth) return false;
+
+    // Sample the BSDF for the next direction
+    path.rng.dimension = kFilmDimensions + path.depth * kBounceDimensions;
+    DiffuseBxDF lobe;
+    lobe.albedo = surface.albedo;
+    Frame frame = FrameFromZ(surface.shadingNormal);
+    BSDFSample scattered = Sample_f(lobe, ToLocal(frame, -path.ray.direction), 0.0f, Get2D(path.rng));
+    if (scattered.pdf == 0.0f) return false;
+    path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
+    path.ray.direction = FromLocal(frame, scattered.wi);
+    // The shading hemisphere reaches below the surface: no light passes there
+    if (dot(path.ray.direction, surface.geometricNormal) <= 0.0f) return false;
+    path.ray.origin = OffsetRayOrigin(surface.position, surface.geometricNormal);
+
+    // End the path with a probability that falls with what it carries
+    if (path.depth + 1u >= settings.rouletteStart) {
+        float survival = min(MaxComponent(path.throughput), kMaxSurvival);
+        if (Get1D(path.rng) >= survival) return false;
+        path.throughput /= survival;
+    }
+    path.depth++;
+    return true;
 }
 
 SHADING_END

@@ -94,6 +94,7 @@ struct TraceParameters {
     uint sampleIndex;
     uint maxDepth;       // bounces; 0xFFFFFFFF: no limit
     uint rouletteStart;  // first bounce at which Russian roulette may end the path
+    uint pixelsPerInvocation;  // of a column, one after the other; what is launched is as much lower
 };
 
 #ifdef __cplusplus
@@ -102,7 +103,7 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 20 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 17 * 4);
-static_assert(sizeof(TraceParameters) == 22 * 4);
+static_assert(sizeof(TraceParameters) == 23 * 4);
 }  // namespace raygraph::gpu
 #endif
 

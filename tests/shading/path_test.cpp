@@ -67,10 +67,12 @@ Mean MeanRadiance(Ray ray, PathSettings settings, uint sampleCount) {
     double sum = 0.0, squares = 0.0, rays = 0.0;
     for (uint i = 0; i < sampleCount; i++) {
         Sampler rng = StartPixelSample(uvec2(7u, 11u), i, 42u);
-        const PathSample path = SamplePath(ray, rng, settings);
+        PathState path = StartPath(ray, rng);
+        while (ExtendPath(path, settings)) {
+        }
         sum += path.radiance.y;
         squares += double(path.radiance.y) * path.radiance.y;
-        rays += path.rayCount;
+        rays += path.depth + 1;
     }
     const double n = sampleCount;
     const double mean = sum / n;
@@ -129,7 +131,8 @@ TEST(Path, BlackSurfaceEndsThePath) {
 TEST(Path, MissSeesTheEnvironmentWithoutAlpha) {
     scene = {.environment = vec3(2.0f)};
     const Ray ray{.origin = vec3(0.0f, 0.0f, 5.0f), .direction = vec3(0.0f, 0.0f, 1.0f)};
-    const PathSample path = SamplePath(ray, StartPixelSample(uvec2(0u), 0u, 0u), {kNoLimit, 3u});
+    PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
+    EXPECT_FALSE(ExtendPath(path, {kNoLimit, 3u}));
     EXPECT_EQ(path.radiance, vec3(2.0f));
     EXPECT_EQ(path.alpha, 0.0f);
 }
