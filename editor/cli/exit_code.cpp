@@ -8,14 +8,12 @@ ExitCode ExitCodeFor(ErrorKind kind) {
             return ExitCode::Usage;
         case ErrorKind::BadInput:
             return ExitCode::BadInput;
-        case ErrorKind::Io:
-            return ExitCode::Failure;
         case ErrorKind::NoDevice:
             return ExitCode::NoDevice;
         case ErrorKind::OutOfMemory:
-            return ExitCode::DeviceFailure;
         case ErrorKind::DeviceLost:
             return ExitCode::DeviceFailure;
+        case ErrorKind::Io:
         case ErrorKind::Vulkan:
             return ExitCode::Failure;
     }

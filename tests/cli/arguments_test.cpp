@@ -1,5 +1,7 @@
 #include "editor/cli/arguments.h"
 
+#include "passes/tonemap.h"
+#include "passes/trace.h"
 #include "tests/cli/cli_test.h"
 
 namespace raygraph::cli {
@@ -100,7 +102,8 @@ TEST(Arguments, WhatIsNotGivenStaysOpen) {
     const RenderArguments a = ParseRender({"box.gltf"});
     EXPECT_TRUE(a.outputs.empty() && a.given.empty() && a.environment.empty() && a.resume.empty());
     EXPECT_FALSE(a.samples || a.seconds || a.sampleOffset || a.aovs);
-    EXPECT_EQ(a.tonemap, TonemapOperator::Neutral);
+    EXPECT_EQ(a.tonemap, passes::TonemapSettings{}.tonemapOperator);
+    EXPECT_EQ(a.exposureEv, passes::TonemapSettings{}.exposureEv);
 }
 
 TEST(Arguments, EveryTonemapAndSamplerNameIsTheOperatorOfThatName) {
@@ -194,6 +197,26 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
         other.erase(setting.name);                          // its default
         if (Texts(SettingsFrom(other)) == texts) continue;  // brdf has no other value
         EXPECT_EQ(FirstDifference(texts, other).find(setting.name), 0u) << setting.name;
+    }
+}
+
+TEST(PictureSettings, DefaultsAreThoseOfThePasses) {
+    const PictureSettings settings;
+    const passes::TraceSettings trace;
+    EXPECT_EQ(settings.rouletteStart, trace.rouletteStart);
+    EXPECT_EQ(settings.seed, trace.seed);
+    EXPECT_EQ(settings.sampler, trace.sampler);
+    EXPECT_FALSE(settings.maxDepth);
+    EXPECT_EQ(trace.maxDepth, passes::kNoDepthLimit);
+    // And the help says so
+    for (const PictureSetting& setting : PictureSettingTable()) {
+        std::string shown(1, '(');
+        shown += setting.text(settings);
+        shown += ')';
+        const std::string_view name = setting.name;
+        if (name == "rr-start" || name == "size" || name == "seed") {
+            EXPECT_NE(std::string_view(setting.help).find(shown), std::string_view::npos) << name;
+        }
     }
 }
 
