@@ -100,6 +100,41 @@ TEST_F(GpuSceneTest, InstancesShareTheirMeshsBlas) {
     EXPECT_GT(statistics.blasBytesBuilt, 0u);
 }
 
+// lavapipe builds only the first geometry of a BLAS: a mesh of several primitives must show them all.
+TEST_F(GpuSceneTest, MeshOfSeveralPrimitivesShowsThemAllWithTheirMaterials) {
+    scene::Mesh mesh = QuadMesh(0.3f, 0);
+    for (uint32_t i = 1; i < 3; i++) {
+        scene::Primitive primitive = QuadMesh(0.3f, i).primitives[0];
+        primitive.bounds = {};
+        for (glm::vec3& position : primitive.positions) {
+            position.x += float(i);
+            primitive.bounds.Extend(position);
+        }
+        mesh.primitives.push_back(primitive);
+    }
+    std::vector<scene::Material> materials{Lambert(glm::vec3(0.1f)), Lambert(glm::vec3(0.2f)),
+                                           Lambert(glm::vec3(0.3f))};
+    materials[1].alphaMode = scene::AlphaMode::Mask;            // another group, another BLAS
+    mesh.primitives[2].uv0 = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};  // a stream that the others lack
+    mesh.primitives[2].colors.assign(4, glm::vec4(0.5f, 1.0f, 1.0f, 1.0f));
+    render.scene.SetScene(SceneOf({mesh}, materials, {Translation({-1, 0, 0})}));
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, 0, 0}));
+    EXPECT_EQ(render.scene.Statistics().blasCount, 2u);
+    EXPECT_EQ(render.scene.Statistics().geometryCount, 3u);
+
+    passes::TraceSettings settings = LookAt({0, 0, 5}, {0, 0, 0}, 0.5f, 33);
+    const SceneRender::Hits hits = render.PrimaryHits(settings);
+    for (uint32_t i = 0; i < 3; i++) {
+        const size_t pixel = size_t{16} * 33 + (i == 0 ? 3 : i == 1 ? 16 : 29);
+        EXPECT_EQ(hits.ids[pixel].y, i);
+        EXPECT_LT(hits.ids[pixel].z, 2u) << "triangles are numbered within their primitive";
+        const glm::vec3 expected = 0.1f * float(i + 1) * (i == 2 ? glm::vec3(0.5f, 1, 1) : glm::vec3(1.0f));
+        EXPECT_LT(glm::length(glm::vec3(hits.albedo.values[pixel]) - expected), 1e-6f);
+    }
+    render.scene.SetTransform(0, Translation({0, 0, 0}));
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, 0, 0})) << "every group moves";
+}
+
 TEST_F(GpuSceneTest, Compaction_IsPolledAndKeepsEveryHit) {
     render.scene.SetScene(SceneOf({SphereMesh(0.4f, 24), SphereMesh(0.4f, 24)}, {Lambert(glm::vec3(0.5f))},
                                   {Translation({-1, 0, 0}), Translation({1, 0, 0})}));

@@ -24,7 +24,7 @@ class TraceContract : public VulkanTest {
     SceneRender render{Device()};
 };
 
-bool SameBits(const Texels& a, const Texels& b) {
+bool SameBits(const FloatImage& a, const FloatImage& b) {
     return std::equal(a.values.begin(), a.values.end(), b.values.begin(), b.values.end());
 }
 
@@ -34,7 +34,7 @@ TEST_F(TraceContract, Trace_IsAFunctionOfSeedPixelAndSample) {
     SetBoxes();
     TraceSettings settings = InsideBoxes();
     settings.sampleIndex = 5;
-    const Texels first = render.TraceOnce(settings);
+    const FloatImage first = render.TraceOnce(settings);
     settings.sampleIndex = 6;
     EXPECT_FALSE(SameBits(first, render.TraceOnce(settings)));
     settings.sampleIndex = 5;
@@ -65,7 +65,7 @@ TEST_F(TraceContract, Trace_CountsItsRays) {
     const auto* rays = reinterpret_cast<const float*>(counts.Bytes().data());
     for (size_t i = 0; i < counts.Bytes().size() / sizeof(float); i++)
         ASSERT_EQ(rays[i], 3.0f) << "a closed box ends every path at the depth limit";
-    EXPECT_TRUE(SameBits(ToTexels(counted), render.TraceOnce(settings)))
+    EXPECT_TRUE(SameBits(ToFloatImage(counted), render.TraceOnce(settings)))
         << "counting must not change the picture";
 }
 

@@ -86,7 +86,7 @@ TEST_F(TracePhysics, Trace_EnvironmentMapPointsAlongItsAxes) {
     render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
     for (const glm::vec3 axis : {glm::vec3(1, 0, 0), glm::vec3(-1, 0, 0), glm::vec3(0, 1, 0),
                                  glm::vec3(0, -1, 0), glm::vec3(0, 0, 1), glm::vec3(0, 0, -1)}) {
-        const Texels seen = render.TraceOnce(LookAt({0, 0, 0}, axis, 0.01f, 4));
+        const FloatImage seen = render.TraceOnce(LookAt({0, 0, 0}, axis, 0.01f, 4));
         const glm::dvec3 color = seen.Mean() - 1.0;
         EXPECT_LT(glm::length(color - glm::dvec3(axis)), 0.06)
             << axis.x << ' ' << axis.y << ' ' << axis.z << " shows " << color.x << ' ' << color.y << ' '
@@ -103,13 +103,13 @@ TEST_F(TracePhysics, Trace_EnvironmentKeepsRadianceAboveTheHalfFloatRange) {
     image::ImageF map{.width = 1, .height = 1, .rgba = {110000.0f, 70000.0f, 1.0f, 1.0f}};
     render.scene.SetEnvironmentMap(map);
     render.scene.SetEnvironment({.radiance = glm::vec3(2.0f)});
-    const Texels seen = render.TraceOnce(LookAt({0, 0, 0}, {1, 0, 0}, 1.0f, 2));
+    const FloatImage seen = render.TraceOnce(LookAt({0, 0, 0}, {1, 0, 0}, 1.0f, 2));
     EXPECT_EQ(glm::vec3(seen.At(1, 1)), glm::vec3(220000.0f, 140000.0f, 2.0f));
 }
 
 TEST_F(TracePhysics, Trace_EmptySceneShowsTheEnvironmentOnly) {
     render.scene.SetEnvironment({.radiance = glm::vec3(0.25f, 0.5f, 1.0f)});
-    const Texels seen = render.TraceOnce(LookAt({0, 0, 3}, {0, 0, 0}, 1.0f, 8));
+    const FloatImage seen = render.TraceOnce(LookAt({0, 0, 3}, {0, 0, 0}, 1.0f, 8));
     for (const glm::vec4& texel : seen.values) EXPECT_EQ(texel, glm::vec4(0.25f, 0.5f, 1.0f, 0.0f));
 }
 
@@ -163,7 +163,7 @@ TEST_F(TracePhysics, Trace_EmissiveTextureAndVertexColourShowThrough) {
     // glTF: (0, 0) is the upper left corner of the image; the quad's corners go -x-y, +x-y, +x+y, -x+y
     scene.meshes[0].primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
     render.scene.SetScene(std::move(scene));
-    const Texels seen = render.TraceOnce(LookAt({0, 0, 2}, {0, 0, 0}, 0.8f, 4));
+    const FloatImage seen = render.TraceOnce(LookAt({0, 0, 2}, {0, 0, 0}, 0.8f, 4));
     EXPECT_EQ(glm::vec3(seen.At(1, 1)), glm::vec3(1, 0, 0));
     EXPECT_EQ(glm::vec3(seen.At(2, 1)), glm::vec3(0, 1, 0));
     EXPECT_EQ(glm::vec3(seen.At(1, 2)), glm::vec3(0, 0, 1));

@@ -6,7 +6,7 @@
 
 namespace raygraph::testing {
 
-glm::dvec3 Texels::Mean() const {
+glm::dvec3 FloatImage::Mean() const {
     glm::dvec3 sum(0.0);
     for (const glm::vec4& value : values) sum += glm::dvec3(value);
     return sum / double(values.size());
@@ -17,9 +17,9 @@ glm::dvec3 RenderedImage::StandardErrorOfMean() const {
     return glm::sqrt(variance.Mean() / (pixels * sampleCount));
 }
 
-Texels ToTexels(const Readback& readback) {
+FloatImage ToFloatImage(const Readback& readback) {
     readback.Wait();
-    Texels texels{.extent = readback.Extent(), .values = {}};
+    FloatImage texels{.extent = readback.Extent(), .values = {}};
     texels.values.resize(readback.Bytes().size() / sizeof(glm::vec4));
     std::memcpy(texels.values.data(), readback.Bytes().data(), readback.Bytes().size());
     return texels;
@@ -43,17 +43,17 @@ RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampl
         }
         renderer.Execute();
         settings.sampleIndex++;
-        if (isLast) image = {ToTexels(mean), ToTexels(variance), accumulation.SampleCount()};
+        if (isLast) image = {ToFloatImage(mean), ToFloatImage(variance), accumulation.SampleCount()};
     }
     return image;
 }
 
-Texels SceneRender::TraceOnce(const passes::TraceSettings& settings) {
+FloatImage SceneRender::TraceOnce(const passes::TraceSettings& settings) {
     renderer.BeginFrame();
     const SceneIds ids = scene.Declare(renderer);
     const Readback radiance = renderer.ReadBack(passes::Trace(renderer, ids, settings));
     renderer.Execute();
-    return ToTexels(radiance);
+    return ToFloatImage(radiance);
 }
 
 SceneRender::Hits SceneRender::PrimaryHits(const passes::TraceSettings& settings) {
@@ -66,7 +66,7 @@ SceneRender::Hits SceneRender::PrimaryHits(const passes::TraceSettings& settings
     const Readback position = renderer.ReadBack(hits.position);
     const Readback idTexels = renderer.ReadBack(hits.ids);
     renderer.Execute();
-    Hits result{ToTexels(albedo), ToTexels(normal), ToTexels(position), {}};
+    Hits result{ToFloatImage(albedo), ToFloatImage(normal), ToFloatImage(position), {}};
     idTexels.Wait();
     result.ids.resize(idTexels.Bytes().size() / sizeof(glm::uvec4));
     std::memcpy(result.ids.data(), idTexels.Bytes().data(), idTexels.Bytes().size());

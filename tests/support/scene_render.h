@@ -14,7 +14,7 @@
 namespace raygraph::testing {
 
 // rgba float texels, rows from the top.
-struct Texels {
+struct FloatImage {
     Extent2D extent;
     std::vector<glm::vec4> values;
 
@@ -23,8 +23,8 @@ struct Texels {
 };
 
 struct RenderedImage {
-    Texels mean;
-    Texels variance;  // of one sample
+    FloatImage mean;
+    FloatImage variance;  // of one sample
     uint32_t sampleCount = 0;
 
     // Standard error of the mean over all pixels, per channel.
@@ -39,10 +39,10 @@ class SceneRender {
     // Renders samples settings.sampleIndex ... + sampleCount - 1.
     RenderedImage Render(passes::TraceSettings settings, uint32_t sampleCount);
     // One sample's radiance, straight from Trace.
-    Texels TraceOnce(const passes::TraceSettings& settings);
+    FloatImage TraceOnce(const passes::TraceSettings& settings);
     // The textures of PrimaryHits through pixel centres.
     struct Hits {
-        Texels albedo, normal, position;
+        FloatImage albedo, normal, position;
         std::vector<glm::uvec4> ids;
     };
     Hits PrimaryHits(const passes::TraceSettings& settings);
@@ -51,7 +51,7 @@ class SceneRender {
     GpuScene scene;
 };
 
-Texels ToTexels(const Readback& readback);
+FloatImage ToFloatImage(const Readback& readback);
 
 // Meshes for scenes made in a test. Counter-clockwise seen from outside or from +z.
 scene::Mesh QuadMesh(float halfSize, uint32_t material = 0);                  // in the xy plane, facing +z

@@ -14,6 +14,7 @@
 
 // The validation layer 1.3.239 keeps some of its own objects alive by cycles of shared pointers. A leak can
 // be told to be the layer's only while the layer is loaded, so DeviceEnvironment keeps it.
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): the name is the sanitizer's
 extern "C" const char* __lsan_default_suppressions();
 extern "C" const char* __lsan_default_suppressions() {
     return "leak:libVkLayer_khronos_validation\n";
