@@ -203,14 +203,14 @@ void WriteOutputs(const RenderArguments& arguments, RenderSession& session, Rend
 }
 
 void PrintSummary(const RenderArguments& arguments, const RenderFile& render, const Job& job,
-                  const Rendered& rendered, double samplesPerSecond) {
+                  const Rendered& rendered, const std::optional<double>& samplesPerSecond) {
     for (const OutputFile& output : arguments.outputs) PrintLine(output.path.string());
     if (!arguments.report.empty()) PrintLine(arguments.report.string());
     const uint64_t samples = SampleCount(render.samples);
     std::string line = std::to_string(samples) + (samples == 1 ? " sample" : " samples") + " a pixel";
     if (job.samplesBefore > 0) line += ", " + std::to_string(samples - job.samplesBefore) + " of them new";
     line += ", " + ToText(render.size) + ", in " + FormatDuration(rendered.seconds);
-    if (samplesPerSecond > 0.0) line += ", " + FormatRate(samplesPerSecond);
+    if (samplesPerSecond) line += ", " + FormatRate(*samplesPerSecond);
     PrintLine(line + ", on " + render.device);
 }
 
@@ -251,8 +251,9 @@ void RenderCommand(RenderArguments arguments) {
         Measure(render.radiance, render.variance, static_cast<uint32_t>(SampleCount(render.samples)));
     const uint32_t fresh = session.SamplesSubmitted() - job.samplesBefore;
     const double timedSeconds = rendered.seconds - rendered.firstSampleSeconds;
-    const double samplesPerSecond =
-        fresh > 1 ? (fresh - 1) * static_cast<double>(render.size.PixelCount()) / timedSeconds : 0.0;
+    std::optional<double> samplesPerSecond;
+    if (fresh > 1)
+        samplesPerSecond = (fresh - 1) * static_cast<double>(render.size.PixelCount()) / timedSeconds;
     std::optional<Report> report;
     if (!arguments.report.empty()) {
         report = DescribeRun({.device = *device, .scene = scene, .session = session, .input = input});

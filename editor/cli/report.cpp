@@ -37,12 +37,13 @@ Json AccelerationJson(const Report& report) {
 }
 
 Json ThroughputJson(const Report& report) {
-    const double samples = report.throughput.samplesPerSecond;
-    std::optional<double> raysPerSecond;
-    if (report.throughput.raysPerSample) raysPerSecond = samples * *report.throughput.raysPerSample * 1e-6;
-    return {{"msamples_per_s", samples * 1e-6},
-            {"mrays_per_s", OrNull(raysPerSecond)},
-            {"rays_per_sample", OrNull(report.throughput.raysPerSample)}};
+    const auto& [samples, raysPerSample] = report.throughput;
+    std::optional<double> millionSamples, millionRays;
+    if (samples) millionSamples = *samples * 1e-6;
+    if (samples && raysPerSample) millionRays = *samples * *raysPerSample * 1e-6;
+    return {{"msamples_per_s", OrNull(millionSamples)},
+            {"mrays_per_s", OrNull(millionRays)},
+            {"rays_per_sample", OrNull(raysPerSample)}};
 }
 
 }  // namespace

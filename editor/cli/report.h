@@ -40,7 +40,7 @@ struct Report {
         uint64_t devicePeakBytes = 0, hostPeakBytes = 0;
     } memory;
     struct {
-        double samplesPerSecond = 0.0;  // over the samples after the first
+        std::optional<double> samplesPerSecond;  // over the samples after the first
         std::optional<double> raysPerSample;
     } throughput;
     ImageStatistics image;

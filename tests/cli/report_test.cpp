@@ -50,6 +50,7 @@ TEST(Report, NumbersAreInTheirUnits) {
 
 TEST(Report, WhatIsNotKnownIsNull) {
     const nlohmann::json json = nlohmann::json::parse(ToJson({}));
+    EXPECT_TRUE(json.at("throughput").at("msamples_per_s").is_null());
     EXPECT_TRUE(json.at("throughput").at("mrays_per_s").is_null());
     EXPECT_TRUE(json.at("throughput").at("rays_per_sample").is_null());
     EXPECT_TRUE(json.at("image").at("relative_error").is_null());
