@@ -164,7 +164,7 @@ void CommandList::BindResources(std::span<const BoundResource> resources) {
 
 void CommandList::BindTextures(const TextureTable& table) {
     RequirePipeline("BindTextures");
-    const VkDescriptorSet set = table.Set();
+    VkDescriptorSet set = table.Set();
     Vk().vkCmdBindDescriptorSets(m_commands, m_bindPoint, m_pipeline->Layout(), 1, 1, &set, 0, nullptr);
 }
 

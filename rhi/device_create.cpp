@@ -180,7 +180,8 @@ uint32_t Choose(const std::vector<DeviceReport>& reports, const std::string& sel
 std::vector<DeviceReport> ReportOnAll(const std::vector<VkPhysicalDevice>& devices,
                                       PFN_vkGetInstanceProcAddr loader, VkInstance instance) {
     std::vector<DeviceReport> reports;
-    for (const VkPhysicalDevice device : devices)
+    reports.reserve(devices.size());
+    for (VkPhysicalDevice device : devices)
         reports.push_back(ReportOn(static_cast<uint32_t>(reports.size()), device, loader, instance));
     return reports;
 }

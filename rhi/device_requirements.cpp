@@ -40,7 +40,7 @@ struct LimitEntry {
                       const VkPhysicalDeviceRayTracingPipelinePropertiesKHR&);
 };
 
-#define RAYGRAPH_FLAG_(member) [](FeatureStructs& f) -> VkBool32& { return f.member; }
+#define RAYGRAPH_FLAG_(member) ([](FeatureStructs& f) -> VkBool32& { return f.member; })
 
 constexpr const char* kTracing = VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME;
 constexpr const char* kAcceleration = VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME;
@@ -361,7 +361,7 @@ std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstancePr
             refusals.push_back(std::string("lacks the feature ") + entry.requirement.name);
     // A limit of an extension that is not there would read as 0: the missing extension says it all.
     if (refusals.empty()) refusals = probe.LimitRefusals();
-    if (!probe.QueueFamily()) refusals.push_back("has no queue family for graphics, compute and transfer");
+    if (!probe.QueueFamily()) refusals.emplace_back("has no queue family for graphics, compute and transfer");
     return refusals;
 }
 

@@ -41,7 +41,7 @@ VkImageSubresourceRange Texture::AllMips() const {
 void Texture::Release() noexcept {
     if (!m_image) return;
     Device* device = m_device;
-    const VkImage image = m_ownsImage ? m_image : VK_NULL_HANDLE;
+    VkImage image = m_ownsImage ? m_image : VK_NULL_HANDLE;
     device->Retire(
         [device, image, view = m_view, allocation = m_allocation] { device->Free(image, view, allocation); });
 }

@@ -14,8 +14,7 @@ namespace {
 using rhi::BufferUsage;
 using ::testing::HasSubstr;
 
-class AdoptTest : public ::testing::Test {
-  protected:
+struct AdoptTest : ::testing::Test {
     ~AdoptTest() override { EXPECT_EQ(host.ValidationText(), ""); }
     HostDevice host;
 };

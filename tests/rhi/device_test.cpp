@@ -180,8 +180,7 @@ TEST_F(DeviceTest, OwnMessages_ReachTheCallbackAndAreNoValidation) {
 
 // ---- Refusals: the system's devices, made worse.
 
-class RefusalTest : public ::testing::Test {
-  protected:
+struct RefusalTest : ::testing::Test {
     Error CreateError() {
         DeviceDesc desc = Quiet();
         desc.getInstanceProcAddr = loader.Entry();
@@ -234,8 +233,7 @@ TEST(NoDriverTest, Create_SaysThatThereIsNoDriver) {
 
 // ---- Loss of the device, as the driver would report it.
 
-class DeviceLostTest : public ::testing::Test {
-  protected:
+struct DeviceLostTest : ::testing::Test {
     DeviceLostTest() {
         DeviceDesc desc = Quiet();
         desc.getInstanceProcAddr = loader.Entry();

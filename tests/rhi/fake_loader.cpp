@@ -20,7 +20,7 @@ struct State {
     PFN_vkQueueSubmit2 submit = nullptr;
     PFN_vkWaitSemaphores wait = nullptr;
 };
-State* g_state = nullptr;
+State* activeState = nullptr;
 
 // Calls `change` with every structure of a pNext chain of the given type.
 template <typename T, typename Change>
@@ -32,11 +32,11 @@ void ForEach(void* chain, VkStructureType type, Change&& change) {
 VKAPI_ATTR VkResult VKAPI_CALL EnumerateExtensions(VkPhysicalDevice device, const char* layer,
                                                    uint32_t* count, VkExtensionProperties* properties) {
     uint32_t all = 0;
-    g_state->enumerateExtensions(device, layer, &all, nullptr);
+    activeState->enumerateExtensions(device, layer, &all, nullptr);
     std::vector<VkExtensionProperties> kept(all);
-    g_state->enumerateExtensions(device, layer, &all, kept.data());
+    activeState->enumerateExtensions(device, layer, &all, kept.data());
     std::erase_if(kept, [](const VkExtensionProperties& e) {
-        return g_state->lies.hiddenExtension == e.extensionName;
+        return activeState->lies.hiddenExtension == e.extensionName;
     });
     if (properties) std::copy_n(kept.begin(), std::min<size_t>(*count, kept.size()), properties);
     *count = static_cast<uint32_t>(kept.size());
@@ -44,30 +44,30 @@ VKAPI_ATTR VkResult VKAPI_CALL EnumerateExtensions(VkPhysicalDevice device, cons
 }
 
 VKAPI_ATTR void VKAPI_CALL Features(VkPhysicalDevice device, VkPhysicalDeviceFeatures2* features) {
-    g_state->features(device, features);
-    if (!g_state->lies.hasNoScalarBlockLayout) return;
+    activeState->features(device, features);
+    if (!activeState->lies.hasNoScalarBlockLayout) return;
     ForEach<VkPhysicalDeviceVulkan12Features>(features, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
                                               [](auto& f) { f.scalarBlockLayout = VK_FALSE; });
 }
 
 VKAPI_ATTR void VKAPI_CALL Properties(VkPhysicalDevice device, VkPhysicalDeviceProperties2* properties) {
-    g_state->properties(device, properties);
-    if (g_state->lies.apiVersion != 0) properties->properties.apiVersion = g_state->lies.apiVersion;
-    if (g_state->lies.maxPushDescriptors == 0) return;
+    activeState->properties(device, properties);
+    if (activeState->lies.apiVersion != 0) properties->properties.apiVersion = activeState->lies.apiVersion;
+    if (activeState->lies.maxPushDescriptors == 0) return;
     ForEach<VkPhysicalDevicePushDescriptorPropertiesKHR>(
         properties, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PUSH_DESCRIPTOR_PROPERTIES_KHR,
-        [](auto& p) { p.maxPushDescriptors = g_state->lies.maxPushDescriptors; });
+        [](auto& p) { p.maxPushDescriptors = activeState->lies.maxPushDescriptors; });
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL Submit(VkQueue queue, uint32_t count, const VkSubmitInfo2* infos,
                                       VkFence fence) {
-    if (g_state->lies.submitResult != VK_SUCCESS) return g_state->lies.submitResult;
-    return g_state->submit(queue, count, infos, fence);
+    if (activeState->lies.submitResult != VK_SUCCESS) return activeState->lies.submitResult;
+    return activeState->submit(queue, count, infos, fence);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL Wait(VkDevice device, const VkSemaphoreWaitInfo* info, uint64_t timeout) {
-    if (g_state->lies.waitResult != VK_SUCCESS) return g_state->lies.waitResult;
-    return g_state->wait(device, info, timeout);
+    if (activeState->lies.waitResult != VK_SUCCESS) return activeState->lies.waitResult;
+    return activeState->wait(device, info, timeout);
 }
 
 template <typename Function>
@@ -78,34 +78,34 @@ PFN_vkVoidFunction Fake(PFN_vkVoidFunction real, Function& kept, Function fake) 
 }
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, const char* name) {
-    const PFN_vkVoidFunction real = g_state->getDeviceProcAddr(device, name);
-    if (std::strcmp(name, "vkQueueSubmit2") == 0) return Fake(real, g_state->submit, Submit);
-    if (std::strcmp(name, "vkWaitSemaphores") == 0) return Fake(real, g_state->wait, Wait);
+    const PFN_vkVoidFunction real = activeState->getDeviceProcAddr(device, name);
+    if (std::strcmp(name, "vkQueueSubmit2") == 0) return Fake(real, activeState->submit, Submit);
+    if (std::strcmp(name, "vkWaitSemaphores") == 0) return Fake(real, activeState->wait, Wait);
     return real;
 }
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetInstanceProcAddr(VkInstance instance, const char* name) {
-    const PFN_vkVoidFunction real = g_state->getInstanceProcAddr(instance, name);
+    const PFN_vkVoidFunction real = activeState->getInstanceProcAddr(instance, name);
     const auto is = [&](const char* other) { return std::strcmp(name, other) == 0; };
-    if (is("vkGetDeviceProcAddr")) return Fake(real, g_state->getDeviceProcAddr, GetDeviceProcAddr);
+    if (is("vkGetDeviceProcAddr")) return Fake(real, activeState->getDeviceProcAddr, GetDeviceProcAddr);
     if (is("vkEnumerateDeviceExtensionProperties"))
-        return Fake(real, g_state->enumerateExtensions, EnumerateExtensions);
-    if (is("vkGetPhysicalDeviceFeatures2")) return Fake(real, g_state->features, Features);
-    if (is("vkGetPhysicalDeviceProperties2")) return Fake(real, g_state->properties, Properties);
+        return Fake(real, activeState->enumerateExtensions, EnumerateExtensions);
+    if (is("vkGetPhysicalDeviceFeatures2")) return Fake(real, activeState->features, Features);
+    if (is("vkGetPhysicalDeviceProperties2")) return Fake(real, activeState->properties, Properties);
     return real;
 }
 
 }  // namespace
 
 FakeLoader::FakeLoader() : m_system(rhi::VulkanLoader::Open()) {
-    RG_CHECK(g_state == nullptr);
-    g_state = new State;
-    g_state->getInstanceProcAddr = m_system->GetInstanceProcAddr();
+    RG_CHECK(activeState == nullptr);
+    activeState = new State;
+    activeState->getInstanceProcAddr = m_system->GetInstanceProcAddr();
 }
 
 FakeLoader::~FakeLoader() {
-    delete g_state;
-    g_state = nullptr;
+    delete activeState;
+    activeState = nullptr;
 }
 
 PFN_vkGetInstanceProcAddr FakeLoader::Entry() const {
@@ -113,7 +113,7 @@ PFN_vkGetInstanceProcAddr FakeLoader::Entry() const {
 }
 
 Lies& FakeLoader::Tell() {
-    return g_state->lies;
+    return activeState->lies;
 }
 
 }  // namespace raygraph::testing

@@ -107,7 +107,7 @@ HostDevice::HostDevice() : m_loader(rhi::VulkanLoader::Open()) {
     m_instanceFunctions.vkEnumeratePhysicalDevices(m_instance, &count, nullptr);
     std::vector<VkPhysicalDevice> devices(count);
     m_instanceFunctions.vkEnumeratePhysicalDevices(m_instance, &count, devices.data());
-    for (const VkPhysicalDevice device : devices)
+    for (VkPhysicalDevice device : devices)
         if (!m_physicalDevice && rhi::RefusalsOf(device, entry, m_instance).empty())
             m_physicalDevice = device;
     if (!m_physicalDevice) throw std::runtime_error("host: no device meets the requirements");

@@ -12,8 +12,7 @@ namespace {
 
 using rhi::BufferUsage;
 
-class TimestampsTest : public VulkanTest {
-  protected:
+struct TimestampsTest : VulkanTest {
     // A frame of `count` fills with a timestamp around each.
     uint64_t Frame(uint32_t count) {
         rhi::CommandList commands = Device().BeginCommands("timed");

@@ -32,8 +32,7 @@ std::vector<std::byte> Noise(size_t size, uint32_t seed) {
     return bytes;
 }
 
-class UploadTest : public VulkanTest {
-  protected:
+struct UploadTest : VulkanTest {
     static constexpr uint64_t kStaging = 256 << 10;
     rhi::Uploader uploader{Device(), {.name = "test uploader", .stagingBytes = kStaging, .chunkCount = 4}};
 };
