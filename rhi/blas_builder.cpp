@@ -11,36 +11,6 @@
 #include "rhi/device.h"
 
 namespace raygraph::rhi {
-namespace {
-
-// One build or update about to be recorded.
-struct BuildStep {
-    std::unique_ptr<BlasGeometry> geometry;
-    uint64_t scratchShare = 0;
-};
-
-// First and past-the-end step of each batch: as many steps as fit the budget, at least one.
-struct BatchPlan {
-    std::vector<std::pair<size_t, size_t>> batches;
-    uint64_t scratchBytes = 0;  // of the largest batch
-};
-
-BatchPlan PlanBatches(std::span<const BuildStep> steps, uint64_t budget) {
-    BatchPlan plan;
-    for (size_t first = 0; first < steps.size();) {
-        size_t end = first;
-        uint64_t bytes = 0;
-        while (end < steps.size() && (end == first || bytes + steps[end].scratchShare <= budget))
-            bytes += steps[end++].scratchShare;
-        plan.batches.emplace_back(first, end);
-        plan.scratchBytes = std::max(plan.scratchBytes, bytes);
-        first = end;
-    }
-    return plan;
-}
-
-}  // namespace
-
 struct BlasBuilder::Impl {
     Impl(Device& owner, const BlasBuilderDesc& builderDesc)
         : device(owner), desc(builderDesc), compaction(owner, builderDesc) {}
@@ -55,7 +25,17 @@ struct BlasBuilder::Impl {
         return flags;
     }
 
-    void RecordBatches(CommandList& commands, std::span<BuildStep> steps, const BatchPlan& plan,
+    // Builds or updates of one call, before their batches are known.
+    struct Steps {
+        std::vector<std::unique_ptr<BlasGeometry>> geometries;
+        std::vector<uint64_t> scratchShares;
+
+        BlasGeometry& Add(std::unique_ptr<BlasGeometry> geometry, uint64_t scratchShare) {
+            scratchShares.push_back(scratchShare);
+            return *geometries.emplace_back(std::move(geometry));
+        }
+    };
+    void RecordBatches(CommandList& commands, Steps& steps, const BatchPlan& plan,
                        const BuildScratch& scratch);
 
     Device& device;
@@ -69,21 +49,20 @@ struct BlasBuilder::Impl {
     uint32_t refitCount = 0;
 };
 
-void BlasBuilder::Impl::RecordBatches(CommandList& commands, std::span<BuildStep> steps,
-                                      const BatchPlan& plan, const BuildScratch& scratch) {
-    for (const auto& [first, end] : plan.batches) {
+void BlasBuilder::Impl::RecordBatches(CommandList& commands, Steps& steps, const BatchPlan& plan,
+                                      const BuildScratch& scratch) {
+    for (const BatchPlan::Batch& batch : plan.batches) {
         BarrierBetweenBuilds(commands);  // the scratch is shared with the batch before
         std::vector<VkAccelerationStructureBuildGeometryInfoKHR> infos;
         std::vector<const VkAccelerationStructureBuildRangeInfoKHR*> ranges;
-        VkDeviceAddress next = scratch.Address();
-        for (BuildStep& step : steps.subspan(first, end - first)) {
-            RG_CHECK_EQ(next % device.Info().scratchAlignment, 0u);
-            step.geometry->Info().scratchData.deviceAddress = next;
-            next += step.scratchShare;
-            infos.push_back(step.geometry->Info());
-            ranges.push_back(step.geometry->Ranges());
+        for (size_t i = batch.first; i < batch.end; ++i) {
+            const VkDeviceAddress address = scratch.Address() + plan.offsets[i];
+            RG_CHECK_EQ(address % device.Info().scratchAlignment, 0u);
+            RG_CHECK_LE(plan.offsets[i] + steps.scratchShares[i], scratch.Bytes());
+            steps.geometries[i]->Info().scratchData.deviceAddress = address;
+            infos.push_back(steps.geometries[i]->Info());
+            ranges.push_back(steps.geometries[i]->Ranges());
         }
-        RG_CHECK_LE(next, scratch.Address() + scratch.Bytes());
         device.Vk().vkCmdBuildAccelerationStructuresKHR(
             commands.Handle(), static_cast<uint32_t>(infos.size()), infos.data(), ranges.data());
     }
@@ -105,31 +84,30 @@ std::shared_ptr<Blas> BlasBuilder::Add(const BlasDesc& desc) {
 void BlasBuilder::RecordBuilds(CommandList& commands) {
     Impl& impl = *m_impl;
     std::vector<std::shared_ptr<Blas>> blases;
-    std::vector<BuildStep> steps;
+    Impl::Steps steps;
     for (const std::weak_ptr<Blas>& added : impl.added) {
         std::shared_ptr<Blas> blas = added.lock();
         if (!blas) continue;
         blas->m_flags = impl.FlagsFor(blas->Kind());
-        BuildStep step{std::make_unique<BlasGeometry>(blas->m_desc, blas->m_flags), 0};
-        const VkAccelerationStructureBuildSizesInfoKHR sizes = step.geometry->Sizes(impl.device);
-        step.scratchShare = ScratchShare(impl.device, sizes.buildScratchSize);
+        auto geometry = std::make_unique<BlasGeometry>(blas->m_desc, blas->m_flags);
+        const VkAccelerationStructureBuildSizesInfoKHR sizes = geometry->Sizes(impl.device);
         blas->m_structure =
             AccelerationStructure(impl.device, blas->Name(), VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
                                   sizes.accelerationStructureSize);
         blas->m_bytesBuilt = sizes.accelerationStructureSize;
         blas->m_updateScratch = sizes.updateScratchSize;
         ++blas->m_version;
-        step.geometry->Info().dstAccelerationStructure = blas->Handle();
-        steps.push_back(std::move(step));
+        geometry->Info().dstAccelerationStructure = blas->Handle();
+        steps.Add(std::move(geometry), ScratchShare(impl.device, sizes.buildScratchSize));
         blases.push_back(std::move(blas));
     }
     impl.added.clear();
-    if (steps.empty()) return;
+    if (blases.empty()) return;
 
-    const BatchPlan plan = PlanBatches(steps, impl.desc.scratchBudget);
+    const BatchPlan plan = PlanBatches(steps.scratchShares, impl.desc.scratchBudget);
     const BuildScratch scratch(impl.device, impl.desc.name, plan.scratchBytes);
     impl.RecordBatches(commands, steps, plan, scratch);
-    impl.buildCount += static_cast<uint32_t>(steps.size());
+    impl.buildCount += static_cast<uint32_t>(blases.size());
     impl.batchCount += static_cast<uint32_t>(plan.batches.size());
     impl.built.insert(impl.built.end(), blases.begin(), blases.end());
 
@@ -170,21 +148,21 @@ void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitReque
     }
     if (requests.empty()) return;
 
-    std::vector<BuildStep> steps;
+    Impl::Steps steps;
     for (const RefitRequest& request : requests) {
-        BuildStep step{std::make_unique<BlasGeometry>(request.desc, request.blas->m_flags),
-                       ScratchShare(impl.device, request.blas->m_updateScratch)};
-        auto& info = step.geometry->Info();
+        auto& info = steps
+                         .Add(std::make_unique<BlasGeometry>(request.desc, request.blas->m_flags),
+                              ScratchShare(impl.device, request.blas->m_updateScratch))
+                         .Info();
         info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
         info.srcAccelerationStructure = request.blas->Handle();
         info.dstAccelerationStructure = request.blas->Handle();
-        steps.push_back(std::move(step));
     }
-    const BatchPlan plan = PlanBatches(steps, impl.desc.scratchBudget);
+    const BatchPlan plan = PlanBatches(steps.scratchShares, impl.desc.scratchBudget);
     if (impl.refitScratch.Bytes() < plan.scratchBytes)
         impl.refitScratch = BuildScratch(impl.device, impl.desc.name + " refit", plan.scratchBytes);
     impl.RecordBatches(commands, steps, plan, impl.refitScratch);
-    impl.refitCount += static_cast<uint32_t>(steps.size());
+    impl.refitCount += static_cast<uint32_t>(requests.size());
 }
 
 CompactionStatistics BlasBuilder::Statistics() const {

@@ -4,8 +4,8 @@
 //     builder.RecordBuilds(cmd);                   // builds, and asks for the compacted sizes
 //     each frame: if (builder.Poll()) builder.RecordCompaction(cmd);   // never waits for the device
 //
-// The builder orders its own steps on the device; making the results visible to their readers (a TLAS build, a trace)
-// is the work of who records the list. Not thread-safe.
+// The builder orders its own steps on the device; making the results visible to their readers (a TLAS build,
+// a trace) is the work of who records the list. Not thread-safe.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,7 @@
 #include "rhi/build_scratch.h"
 
+#include <algorithm>
+
 #include "base/check.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
@@ -20,6 +22,22 @@ BuildScratch::BuildScratch(Device& device, const std::string& name, uint64_t byt
 
 uint64_t ScratchShare(const Device& device, uint64_t bytes) {
     return AlignUp(bytes, device.Info().scratchAlignment);
+}
+
+BatchPlan PlanBatches(std::span<const uint64_t> scratchShares, uint64_t budget) {
+    BatchPlan plan;
+    for (size_t first = 0; first < scratchShares.size();) {
+        size_t end = first;
+        uint64_t bytes = 0;
+        while (end < scratchShares.size() && (end == first || bytes + scratchShares[end] <= budget)) {
+            plan.offsets.push_back(bytes);
+            bytes += scratchShares[end++];
+        }
+        plan.batches.push_back({first, end});
+        plan.scratchBytes = std::max(plan.scratchBytes, bytes);
+        first = end;
+    }
+    return plan;
 }
 
 void BarrierBetweenBuilds(CommandList& commands) {

@@ -1,9 +1,11 @@
-// Scratch memory of acceleration-structure builds, and the barrier between builds that share it. For rhi/
-// alone.
+// Scratch memory of acceleration-structure builds: how builds share it in batches, and the barrier between
+// them. For rhi/ alone.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "rhi/resources.h"
 #include "rhi/vulkan.h"
@@ -29,6 +31,22 @@ class BuildScratch {
 
 // Bytes of scratch that one build takes of a shared buffer, rounded up so that the next one starts aligned.
 uint64_t ScratchShare(const Device& device, uint64_t bytes);
+
+// Builds split into batches that run one after the other in the same scratch memory.
+struct BatchPlan {
+    struct Batch {
+        size_t first = 0;  // build
+        size_t end = 0;    // past the last one
+        bool operator==(const Batch&) const = default;
+    };
+    std::vector<Batch> batches;
+    std::vector<uint64_t>
+        offsets;  // of each build's scratch in the shared memory; builds of a batch do not overlap
+    uint64_t scratchBytes = 0;  // of the largest batch
+};
+
+// In order, as many builds a batch as fit the budget, at least one. Pure.
+BatchPlan PlanBatches(std::span<const uint64_t> scratchShares, uint64_t budget);
 
 // Orders builds, copies and size queries of acceleration structures after those recorded or submitted before.
 void BarrierBetweenBuilds(CommandList& commands);

@@ -116,7 +116,8 @@ class RasterPipelineTest : public PipelineTest {
             layout(location = 0) out vec4 color;
             void main() {
                 Rectangle r = rectangles[gl_InstanceIndex];
-                const vec2 at[6] = vec2[](vec2(0, 0), vec2(1, 0), vec2(1, 1), vec2(0, 0), vec2(1, 1), vec2(0, 1));
+                const vec2 at[6] =
+                    vec2[](vec2(0, 0), vec2(1, 0), vec2(1, 1), vec2(0, 0), vec2(1, 1), vec2(0, 1));
                 gl_Position = vec4(mix(r.corners.xy, r.corners.zw, at[gl_VertexIndex]), r.depth, 1);
                 color = r.color;
             })");

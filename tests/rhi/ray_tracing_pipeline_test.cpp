@@ -228,7 +228,9 @@ TEST_F(RayTracingPipelineTest, IntersectionShaderDecidesWhereABoxIsHit) {
     const ShaderStage hit = Compile("sphere.rchit", R"(
         layout(location = 0) rayPayloadInEXT Payload payload;
         hitAttributeEXT vec3 normal;
-        void main() { payload = Payload(gl_HitKindEXT, floatBitsToUint(normal.z), gl_PrimitiveID, gl_HitTEXT); })");
+        void main() {
+            payload = Payload(gl_HitKindEXT, floatBitsToUint(normal.z), gl_PrimitiveID, gl_HitTEXT);
+        })");
     HitGroupSet set;
     for (HitGroup& group : set.byRayType)
         group = {.closestHit = hit, .anyHit = {}, .intersection = sphere, .recordData = {}};

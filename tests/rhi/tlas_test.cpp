@@ -111,8 +111,8 @@ TEST_F(TlasTest, CullingFollowsTheFacingWhereItIsNotDisabled) {
         void main() {
             Ray ray = rays[gl_LaunchIDEXT.x];
             payload = Payload(~0u, ~0u, ~0u, -1.0);
-            traceRayEXT(tlas, gl_RayFlagsCullBackFacingTrianglesEXT, 0xff, 0, 0, 0, ray.origin, 0.0, ray.direction,
-                        1e9, 0);
+            traceRayEXT(tlas, gl_RayFlagsCullBackFacingTrianglesEXT, 0xff, 0, 0, 0, ray.origin, 0.0,
+                        ray.direction, 1e9, 0);
             results[gl_LaunchIDEXT.x] = payload;
         })");
     HitGroupSet set;

@@ -12,7 +12,7 @@ namespace raygraph::rhi {
 namespace {
 
 ShaderReflection ReflectGlsl(StageKind stage, const std::string& text) {
-    return Reflect(CompileGlsl({.name = "test", .text = text, .stage = stage, .includeRoot = {}}), "test");
+    return Reflect(CompileGlsl({.name = "test", .text = text, .stage = stage}), "test");
 }
 
 const Binding& At(const ShaderReflection& reflection, uint32_t set, uint32_t binding) {

@@ -12,7 +12,7 @@ NamedReflection Stage(const std::string& name, const std::string& declarations, 
         "#version 460\n#extension GL_EXT_ray_tracing : require\n"
         "#extension GL_EXT_nonuniform_qualifier : require\n" +
         declarations + "\nvoid main() {" + body + "}";
-    return {name, Reflect(CompileGlsl({.name = name, .text = text, .stage = {}, .includeRoot = {}}), name)};
+    return {name, Reflect(CompileGlsl({.name = name, .text = text, .stage = {}}), name)};
 }
 
 std::string RefusalOf(const std::vector<NamedReflection>& stages) {
