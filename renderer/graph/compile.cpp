@@ -51,6 +51,9 @@ class Compiler {
     Plan m_plan;
     std::vector<uint8_t> m_isKept;         // by pass
     std::vector<uint32_t> m_lastOccupant;  // by block: the resource that used it last, or kNone
+    // By block: the stages of all its occupants so far. An earlier one may reach beyond the last, smaller
+    // one.
+    std::vector<VkPipelineStageFlags2> m_occupantStages;
 };
 
 void Compiler::CheckRoots() const {
@@ -144,6 +147,7 @@ void Compiler::PlanBarriers() {
     m_plan.blockStates = m_graph.blockStates;
     m_plan.blockStates.resize(std::max(m_graph.blockStates.size(), m_plan.blocks.size()));
     m_lastOccupant.assign(m_plan.blocks.size(), kNone);
+    m_occupantStages.assign(m_plan.blocks.size(), VK_PIPELINE_STAGE_2_NONE);
 
     Acquire();
     for (uint32_t position = 0; position < m_plan.passes.size(); ++position) PlanPass(position);
@@ -187,6 +191,7 @@ void Compiler::EnterBlock(uint32_t resource, PlannedBarrier& barrier) {
         barrier.followsLastFrame = state != ResourceState{};
     } else {
         state = m_plan.states[barrier.predecessor];
+        m_occupantStages[block] |= state.readStages | state.writeStages;
     }
     // Being visible to someone there says nothing about the new resource.
     state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
@@ -222,6 +227,8 @@ void Compiler::PlanPass(uint32_t position) {
         PlannedBarrier barrier{.resource = r, .dependency = {}};
         if (m_plan.lifetimes[r].first == position) EnterBlock(r, barrier);
         barrier.dependency = PlanAccess(m_plan.states[r], request);
+        if (barrier.predecessor != kNone)
+            barrier.dependency.srcStages |= m_occupantStages[m_plan.lifetimes[r].block];
         if (barrier.dependency.isNeeded) m_plan.barriers.push_back(barrier);
     }
     planned.barriers.count = BarrierCount() - planned.barriers.first;

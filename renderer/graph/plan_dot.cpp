@@ -50,19 +50,22 @@ std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
                " [shape=ellipse, style=" + (info.origin == Origin::Transient ? "solid" : "bold") +
                ", label=\"" + Escaped(info.name) + " v" + std::to_string(version) + "\"];\n";
     };
+    const auto addEdge = [&](const std::string& from, const std::string& to, const char* style) {
+        dot.append("    ").append(from).append(" -> ").append(to).append(style);
+    };
     for (uint32_t p = 0; p < graph.passes.size(); ++p) {
         const GraphPass& pass = graph.passes[p];
         const std::string passNode = Node("p", p);
-        const std::string style = isCulled[p] ? " [style=dashed];\n" : ";\n";
+        const char* style = isCulled[p] ? " [style=dashed];\n" : ";\n";
         for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
             const ResourceUse& use = graph.uses[u];
             if (NeedsContents(use.access)) {
                 addNode(use.resource, use.versionIn);
-                dot += "    " + VersionNode(use.resource, use.versionIn) + " -> " + passNode + style;
+                addEdge(VersionNode(use.resource, use.versionIn), passNode, style);
             }
             if (Writes(use.access)) {
                 addNode(use.resource, use.versionOut);
-                dot += "    " + passNode + " -> " + VersionNode(use.resource, use.versionOut) + style;
+                addEdge(passNode, VersionNode(use.resource, use.versionOut), style);
             }
         }
     }

@@ -26,6 +26,20 @@ rhi::BufferDesc BufferDescOf(const GraphResource& resource, const FrameResource&
     return {.name = resource.name, .size = resource.bytes, .usage = usage, .memory = behind.memory};
 }
 
+// A debug label around a pass, closed also when its body throws.
+class Label {
+  public:
+    Label(rhi::CommandList& commands, const std::string& name) : m_commands(commands) {
+        commands.BeginLabel(name);
+    }
+    ~Label() { m_commands.EndLabel(); }
+    Label(const Label&) = delete;
+    Label& operator=(const Label&) = delete;
+
+  private:
+    rhi::CommandList& m_commands;
+};
+
 }  // namespace
 
 void Renderer::Impl::CompileFrame() {
@@ -108,14 +122,13 @@ void Renderer::Impl::Record(rhi::CommandList& commands, FrameTiming& timing) {
 void Renderer::Impl::RecordPass(rhi::CommandList& commands, const PlannedPass& planned) {
     const PassDeclaration& pass = passes[planned.pass];
     const GraphPass& info = graph.passes[planned.pass];
-    commands.BeginLabel(info.name);
+    const Label label(commands, info.name);
     RecordBarriers(commands, planned.barriers, marks != nullptr);
     if (marks) marks->Mark(commands, info.name);
     if (pass.program) BindPass(commands, pass);
     if (info.kind == PassKind::Raster) BeginTargets(commands, pass);
     pass.execute(commands, PassResources(renderer, planned.pass));
     if (info.kind == PassKind::Raster) commands.EndRendering();
-    commands.EndLabel();
 }
 
 // Buffers and structures by one merged memory barrier, textures each by its own. With `holdsTransfers`
@@ -211,8 +224,10 @@ void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const PassDeclarat
         depth = {.texture = resources[pass.depth].texture,
                  .clear = pass.depthLoad.clear,
                  .clearValue = pass.depthLoad.value};
-    const rhi::Texture& first = pass.colors.empty() ? *depth.texture : *colorTargets.front().texture;
-    commands.BeginRendering(first.Extent(), colorTargets, pass.depth != kNone ? &depth : nullptr);
+    // ResolveTargets has seen to it that there is one, and that all have one extent.
+    const uint32_t first = pass.colors.empty() ? pass.depth : pass.colors.front().resource;
+    commands.BeginRendering(graph.resources[first].extent, colorTargets,
+                            pass.depth != kNone ? &depth : nullptr);
 }
 
 // The frame is on its way: what it leaves behind is where the next one starts.
