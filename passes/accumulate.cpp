@@ -36,6 +36,7 @@ const char* Name(ResetCause cause) {
 struct AccumulationAccess {
     static uint32_t& SampleCount(Accumulation& a) { return a.m_sampleCount; }
     static Extent2D& Extent(Accumulation& a) { return a.m_extent; }
+    static bool& HasVariance(Accumulation& a) { return a.m_hasVariance; }
 };
 
 void Accumulation::Reset(ResetCause cause) {
@@ -50,6 +51,8 @@ AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& ac
     result.mean = renderer.Persist(accumulation.Name() + ".mean", desc);
     if (withVariance) result.variance = renderer.Persist(accumulation.Name() + ".variance", desc);
 
+    if (accumulation.SampleCount() > 0 && withVariance && !AccumulationAccess::HasVariance(accumulation))
+        accumulation.Reset(ResetCause::Settings);
     // The persistent textures hold `count` samples, unless they were made for this frame or cover another
     // extent
     const bool isResized = !(AccumulationAccess::Extent(accumulation) == desc.extent);
@@ -66,9 +69,10 @@ AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& ac
             result.mean = pass.Updates("mean", result.mean);
             if (withVariance) result.variance = pass.Updates("variance", result.variance);
         },
-        [extent = desc.extent, &accumulation](CommandList& commands) {
+        [extent = desc.extent, withVariance, &accumulation](CommandList& commands) {
             commands.DispatchOver(extent);
             AccumulationAccess::SampleCount(accumulation)++;
+            AccumulationAccess::HasVariance(accumulation) = withVariance;
         });
     return result;
 }
@@ -110,6 +114,7 @@ void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, ui
     if (!variance.empty())
         std::ignore = Upload(renderer, accumulation.Name() + ".variance", extent, variance);
     AccumulationAccess::SampleCount(accumulation) = sampleCount;
+    AccumulationAccess::HasVariance(accumulation) = !variance.empty();
     AccumulationAccess::Extent(accumulation) = extent;
 }
 

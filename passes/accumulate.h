@@ -41,6 +41,7 @@ class Accumulation {
     friend struct AccumulationAccess;
     std::string m_name;
     uint32_t m_sampleCount = 0;
+    bool m_hasVariance = false;  // of all samples in the mean
     Extent2D m_extent;
     std::array<uint32_t, static_cast<size_t>(ResetCause::Count)> m_resets{};
 };
@@ -54,13 +55,14 @@ struct AccumulatedIds {
 // mean_n = mean_(n-1) + (x - mean_(n-1)) / n and Welford's recurrence for the sample variance (Welford 1962,
 // "Note on a Method for Calculating Corrected Sums of Squares and Products"), in float32. The state is
 // exactly (mean, variance, n): storing and restoring the three continues bit for bit. A changed extent resets
-// with ResetCause::Resize.
+// with ResetCause::Resize; asking for the variance of samples that were taken without it resets with
+// ResetCause::Settings. `accumulation` outlives the frame's Execute and is not reset between here and there.
 [[nodiscard]] AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& accumulation,
                                         bool withVariance = false);
 
 // Continues from stored state: rgba32f texels of mean and variance (may be empty if it is not accumulated)
-// after `sampleCount` samples. Declares an upload into the persistent textures; call it in a frame before
-// Accumulate.
+// after `sampleCount` samples. Declares an upload into the persistent textures: in a frame of its own,
+// executed before the first Accumulate.
 void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, uint32_t sampleCount,
              std::span<const float> mean, std::span<const float> variance);
 

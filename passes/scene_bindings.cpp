@@ -10,7 +10,6 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
         .sampleIndex = settings.sampleIndex,
         .maxDepth = settings.maxDepth,
         .rouletteStart = settings.rouletteStart,
-        .pixelsPerInvocation = 1,
     };
 }
 

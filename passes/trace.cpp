@@ -1,47 +1,26 @@
 #include "passes/trace.h"
 
-#include <algorithm>
-
 #include "passes/scene_bindings.h"
 
 namespace raygraph::passes {
-
-namespace {
-
-// Paths differ in length, and a GPU's lanes wait for the longest of their group. Where there are more pixels
-// than the GPU runs at a time, an invocation takes several, one path after the other: 1.51 ms a sample
-// become 1.26 ms on an H200 at 1920x1080. A CPU driver gains nothing by it.
-uint32_t PixelsPerInvocation(rhi::DeviceType type, Extent2D extent) {
-    constexpr uint32_t kFull = 1u << 18;
-    constexpr uint32_t kMost = 8;
-    if (type == rhi::DeviceType::Cpu) return 1;
-    return std::clamp(extent.width * extent.height / kFull, 1u, kMost);
-}
-
-}  // namespace
 
 TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                 TextureId* rayCounts) {
     TextureId radiance = renderer.CreateTexture("radiance", {settings.extent, Format::Rgba32Float});
     if (rayCounts) *rayCounts = renderer.CreateTexture("rayCounts", {settings.extent, Format::R32Float});
-    gpu::TraceParameters parameters = ParametersFor(scene, settings);
-    parameters.pixelsPerInvocation = PixelsPerInvocation(renderer.Device().Info().type, settings.extent);
-    const Extent2D launch{
-        settings.extent.width,
-        (settings.extent.height + parameters.pixelsPerInvocation - 1) / parameters.pixelsPerInvocation};
     renderer.AddPass(
         "Trace", PassKind::RayTracing,
         [&](PassBuilder& pass) {
             pass.RayGen(rayCounts ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            BindTracing(pass, scene, parameters);
+            BindTracing(pass, scene, ParametersFor(scene, settings));
             BindGeometry(pass, scene);
             BindMaterials(pass, scene);
             BindEnvironment(pass, scene);
             radiance = pass.Writes("radiance", radiance);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
         },
-        [launch](CommandList& commands) { commands.TraceRays(launch); });
+        [extent = settings.extent](CommandList& commands) { commands.TraceRays(extent); });
     return radiance;
 }
 

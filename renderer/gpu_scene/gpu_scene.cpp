@@ -48,8 +48,7 @@ const char* Name(TlasWork work) {
 
 struct GpuScene::Impl {
     Impl(Renderer& r, const GpuSceneDesc& desc)
-        : renderer(r),
-          device(r.Device()),
+        : device(r.Device()),
           uploader(device),
           builder(device, {.name = "scene BLASes", .scratchBudget = desc.scratchBudget}) {
         const uint32_t white = 0xFFFFFFFFu;
@@ -143,7 +142,6 @@ struct GpuScene::Impl {
         statistics.tlasBytes = instances->TlasBytes();
     }
 
-    Renderer& renderer;
     rhi::Device& device;
     rhi::Uploader uploader;
     rhi::BlasBuilder builder;
@@ -204,7 +202,12 @@ void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
         m_impl->device.CreateTexture({.name = "environment map",
                                       .extent = {equirectangular.width, equirectangular.height},
                                       .format = rhi::Format::Rgba32Float});
-    m_impl->uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
+    try {
+        m_impl->uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
+    } catch (...) {
+        m_impl->uploader.Flush();  // closes its list, which would keep what is retired from being freed
+        throw;
+    }
     m_impl->uploader.Flush();
     m_impl->environmentMap = std::move(map);
     m_impl->environmentState = SampledState();

@@ -4,14 +4,15 @@
 //   scene.SetScene(scene::LoadGltf("box.gltf"));       // once: uploads geometry, textures, materials
 //   ...every frame...
 //   scene.SetTransform(3, objectToWorld);              // cheap: notes it
-//   SceneIds ids = scene.Declare(renderer);            // passes: Upload, BuildBlas, CompactBlas, RefreshTlas
+//   SceneIds ids = scene.Declare(renderer);            // passes: BuildBlas, UploadInstances, RefreshTlas,
+//   ...
 //
 // The TLAS is refreshed every frame: nothing when nothing moved, an update when only transforms moved, a
 // rebuild when the set of instances changed; Statistics() says which. Compaction is polled and never waited
-// for. An empty scene is legal: every ray misses. Threads: that of the Renderer.
+// for. An empty scene is legal: every ray misses. Edits come before Declare or after Execute, never between
+// the two. Threads: that of the Renderer.
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <string>
 

@@ -47,7 +47,8 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
                              .usage = rhi::BufferUsage::BuildInput | rhi::BufferUsage::CopyDestination});
     m_records = device.CreateBuffer({.name = "instances",
                                      .size = capacity * sizeof(gpu::InstanceRecord),
-                                     .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+                                     .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
+                                              rhi::BufferUsage::CopyDestination});
     m_tlas = rhi::Tlas(device, {.name = "scene TLAS", .capacity = static_cast<uint32_t>(capacity)});
 }
 
@@ -59,6 +60,7 @@ void InstanceSet::SetTransform(uint32_t index, const glm::mat4x3& objectToWorld)
         for (uint32_t group = 0; group < m_resources.meshes[instance.mesh].groupCount; group++)
             m_moved.push_back(instance.firstPlacement + group);
     instance.isMoved = true;
+    m_needsUpdate = true;
 }
 
 void InstanceSet::SetVisible(uint32_t index, bool isVisible) {
@@ -69,7 +71,7 @@ void InstanceSet::SetVisible(uint32_t index, bool isVisible) {
 
 TlasWork InstanceSet::PendingWork() const {
     if (m_needsRebuild) return TlasWork::Rebuild;
-    return m_moved.empty() ? TlasWork::None : TlasWork::Update;
+    return m_needsUpdate ? TlasWork::Update : TlasWork::None;
 }
 
 rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t placement) const {
@@ -173,7 +175,10 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
                 if (work == TlasWork::Rebuild) OrderSlots();
                 // Beyond a quarter of the scene one large copy beats many small ones
                 const bool isFull = work == TlasWork::Rebuild || m_moved.size() > m_placements.size() / 4;
-                isFull ? RecordFullUpload(commands) : RecordMovedUpload(commands);
+                if (isFull)
+                    RecordFullUpload(commands);
+                else if (!m_moved.empty())
+                    RecordMovedUpload(commands);
                 for (const uint32_t placement : m_moved)
                     m_instances[m_placements[placement].instance].isMoved = false;
                 m_moved.clear();
@@ -190,7 +195,9 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
                 m_tlas.Update(commands, m_tlasInstances, PlacementCount());
             else
                 m_tlas.Build(commands, m_tlasInstances, PlacementCount());
-            m_needsRebuild = false;
+            // A change of visibility since the declaration still wants its rebuild
+            if (work == TlasWork::Rebuild) m_needsRebuild = false;
+            m_needsUpdate = false;
             done(work);
         });
 }

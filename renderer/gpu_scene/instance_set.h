@@ -63,6 +63,7 @@ class InstanceSet {
     std::vector<uint32_t> m_placementToSlot;
     std::vector<uint32_t> m_moved;  // placements
     bool m_needsRebuild = true;
+    bool m_needsUpdate = false;  // a transform has changed since the TLAS was built
 
     rhi::Buffer m_tlasInstances;  // what the build reads, in slot order
     rhi::Buffer m_records;        // gpu::InstanceRecord[], by placement

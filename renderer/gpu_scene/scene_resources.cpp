@@ -227,9 +227,8 @@ void UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneDa
 
 uint32_t TextureField(const scene::TextureRef& reference, const std::vector<TextureResources>& textures) {
     if (!reference.IsPresent()) return gpu::kNoTexture;
-    constexpr uint32_t kSecondTexCoord = 0x80000000u;
     return textures[static_cast<size_t>(reference.texture)].slot |
-           (reference.texCoord == 1 ? kSecondTexCoord : 0u);
+           (reference.texCoord == 1 ? gpu::kSecondTexCoord : 0u);
 }
 
 // A table on the device; one zero record where there is none, since an empty buffer cannot be bound.
@@ -249,7 +248,8 @@ rhi::Buffer UploadTable(rhi::Device& device, rhi::Uploader& uploader, const char
 }  // namespace
 
 SceneResources::~SceneResources() {
-    for (const TextureResources& texture : textures) textureTable.Remove(texture.slot);
+    for (const TextureResources& texture : textures)
+        if (texture.slot != gpu::kNoTexture) textureTable.Remove(texture.slot);
 }
 
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures) {

@@ -16,8 +16,7 @@
 namespace raygraph {
 
 // The primitives of a mesh that rays treat alike (opaque, or not), as one list of triangles in one BLAS: a
-// mesh has one or two groups, or none. One geometry a BLAS, since lavapipe (Mesa 25.0) loses every geometry
-// but the first.
+// mesh has one or two groups, or none.
 struct GroupResources {
     rhi::Buffer streams;
     std::shared_ptr<rhi::Blas> blas;
@@ -34,8 +33,8 @@ struct MeshResources {
 
 struct TextureResources {
     rhi::Texture texture;
-    uint32_t sampler = 0;  // into SceneResources::samplers
-    uint32_t slot = 0;     // of the texture table
+    uint32_t sampler = 0;             // into SceneResources::samplers
+    uint32_t slot = gpu::kNoTexture;  // of the texture table, once it has one
 };
 
 // Move-only through unique_ptr; textures give their slots back when it is destroyed.

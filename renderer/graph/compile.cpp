@@ -191,7 +191,9 @@ void Compiler::EnterBlock(uint32_t resource, PlannedBarrier& barrier) {
         barrier.followsLastFrame = state != ResourceState{};
     } else {
         state = m_plan.states[barrier.predecessor];
-        m_occupantStages[block] |= state.readStages | state.writeStages;
+        const VkPipelineStageFlags2 stages = state.readStages | state.writeStages;
+        state.readStages |= m_occupantStages[block];
+        m_occupantStages[block] |= stages;
     }
     // Being visible to someone there says nothing about the new resource.
     state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
@@ -227,8 +229,6 @@ void Compiler::PlanPass(uint32_t position) {
         PlannedBarrier barrier{.resource = r, .dependency = {}};
         if (m_plan.lifetimes[r].first == position) EnterBlock(r, barrier);
         barrier.dependency = PlanAccess(m_plan.states[r], request);
-        if (barrier.predecessor != kNone)
-            barrier.dependency.srcStages |= m_occupantStages[m_plan.lifetimes[r].block];
         if (barrier.dependency.isNeeded) m_plan.barriers.push_back(barrier);
     }
     planned.barriers.count = BarrierCount() - planned.barriers.first;

@@ -27,8 +27,7 @@ struct PathSettings {
     uint rouletteStart;  // first bounce that roulette may end
 };
 
-// A path on its way: made by StartPath, moved on by one ray with ExtendPath until that returns false. So one loop can
-// hold one path after the other, and lanes whose path has ended need not wait for their neighbours.
+// A path on its way: made by StartPath, moved on by one ray with ExtendPath until that returns false.
 struct PathState {
     Ray ray;          // the next one
     Sampler rng;
@@ -78,7 +77,7 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     // End the path with a probability that falls with what it carries
     if (path.depth + 1u >= settings.rouletteStart) {
         float survival = min(MaxComponent(path.throughput), kMaxSurvival);
-        if (Get1D(path.rng) >= survival) return false;
+        if (!(Get1D(path.rng) < survival)) return false;  // ends a path of NaN too
         path.throughput /= survival;
     }
     path.depth++;

@@ -5,8 +5,6 @@
 #include "scene/bindings.glsl"
 #include "scene/ray.glsl"
 
-const uint kSecondTexCoord = 0x80000000u;
-
 struct Triangle {
     uvec3 vertices;
     vec3 weights;
@@ -84,7 +82,9 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.position = instance.objectToWorld * vec4(p, 1.0f);
 
     // Normals, on the side the ray came from
-    vec3 ng = normalize(NormalToWorld(instance.objectToWorld, cross(e1, e2)));
+    vec3 ng = NormalToWorld(instance.objectToWorld, cross(e1, e2));
+    float ngSquare = dot(ng, ng);
+    ng = ngSquare > 0.0f ? ng * inversesqrt(ngSquare) : -ray.direction;  // a sliver has no normal of its own
     vec3 ns = ng;
     if (IsPresent(geometry.normals)) {
         vec3 n = NormalToWorld(instance.objectToWorld, InterpolateVec3(Vec3Stream(geometry.normals), triangle));

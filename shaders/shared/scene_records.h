@@ -32,8 +32,10 @@ using uint = uint32_t;
 
 #ifdef __cplusplus
 inline constexpr uint32_t kNoTexture = 0xFFFFFFFFu;
+inline constexpr uint32_t kSecondTexCoord = 0x80000000u;
 #else
 const uint kNoTexture = 0xFFFFFFFFu;
+const uint kSecondTexCoord = 0x80000000u;
 #endif
 
 struct InstanceRecord {
@@ -56,7 +58,7 @@ struct GeometryRecord {
     uint padding;  // C++ aligns an address to 8 bytes, GLSL to 4
 };
 
-// Texture fields are slots of the texture table, or kNoTexture. Bit 31 set: read through uv1 instead of uv0.
+// Texture fields are slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
 struct MaterialRecord {
     vec4 baseColor;  // linear; alpha
     vec3 emission;   // radiance, W/(sr m^2)
@@ -94,7 +96,6 @@ struct TraceParameters {
     uint sampleIndex;
     uint maxDepth;       // bounces; 0xFFFFFFFF: no limit
     uint rouletteStart;  // first bounce at which Russian roulette may end the path
-    uint pixelsPerInvocation;  // of a column, one after the other; what is launched is as much lower
 };
 
 #ifdef __cplusplus
@@ -103,7 +104,7 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 20 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 17 * 4);
-static_assert(sizeof(TraceParameters) == 23 * 4);
+static_assert(sizeof(TraceParameters) == 22 * 4);
 }  // namespace raygraph::gpu
 #endif
 

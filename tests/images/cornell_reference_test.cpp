@@ -67,20 +67,22 @@ std::vector<double> Blocks(uint32_t width, uint32_t height, uint32_t size, Value
 
 }  // namespace
 
-// The reference (2048 samples) has noise of its own, of which only the mean square is known: its spatial
-// share is taken to be ours.
-TEST_F(CornellReference, Trace_AgreesWithCyclesPixelByPixel) {
+// The reference (2048 samples) has noise of its own, of which only the mean square is known: its share is
+// taken to be distributed as ours. On the upper walls it is 1 % darker than we and pbrt are, which this test
+// cannot see.
+TEST_F(CornellReference, Trace_AgreesWithCyclesBlockByBlock) {
     const Reference reference = Read("cornell_lambert.exr");
     ASSERT_EQ(reference.width, 320u);
-    constexpr uint32_t kSamples = 128;
+    constexpr uint32_t kSamples = 64;
     constexpr double kReferenceSamples = 2048;
     const RenderedImage image = Render(320, kSamples);
 
     const glm::dvec3 mean = image.mean.Mean(), expected = reference.Mean();
     for (int c = 0; c < 3; c++) EXPECT_NEAR(mean[c], expected[c], 0.005 * expected[c]) << "channel " << c;
 
-    // Per-pixel z-test on averages of blocks, so that both sides are near normal distributions
-    constexpr uint32_t kBlock = 4;
+    // A z-test on averages of blocks: a single pixel at these sample counts has seen the lamp a few times or
+    // not at all, and its sample variance is no measure of its error.
+    constexpr uint32_t kBlock = 8;
     size_t passed = 0, count = 0;
     for (int c = 0; c < 3; c++) {
         const auto ours =

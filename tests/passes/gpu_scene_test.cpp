@@ -32,13 +32,12 @@ TEST_F(GpuSceneTest, SetTransform_MovesTheHitByATlasUpdate) {
                                   {Translation({-1, 0, 0}), Translation({1, 0, 0})}));
     EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, kMiss, 1}));
     EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Rebuild);
+    for (int frame = 0; frame < 8; frame++) Seen();  // past compaction, which rebuilds
+    ASSERT_TRUE(render.scene.IsSettled());
 
     render.scene.SetTransform(1, Translation({0, 0, 0}));
     EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, 1, kMiss}));
-    EXPECT_EQ(render.scene.Statistics().tlasUpdates + render.scene.Statistics().tlasRebuilds, 2u);
-    if (render.scene.IsSettled()) {
-        EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Update);
-    }
+    EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Update);
     EXPECT_EQ(render.scene.Transform(1), Translation({0, 0, 0}));
 }
 
@@ -55,6 +54,20 @@ TEST_F(GpuSceneTest, TlasIsLeftAloneWhenNothingMoved) {
     render.scene.SetTransform(0, render.scene.Transform(0));
     Seen();
     EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::None) << "the same transform moves nothing";
+}
+
+TEST_F(GpuSceneTest, CulledRefreshStaysPending) {
+    render.scene.SetScene(SceneOf({BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))}, {Translation({-1, 0, 0})}));
+    for (int frame = 0; frame < 8; frame++) Seen();
+    render.scene.SetTransform(0, Translation({1, 0, 0}));
+    // A frame that reads the instance records alone: the TLAS refresh leads to no root
+    render.renderer.BeginFrame();
+    const SceneIds ids = render.scene.Declare(render.renderer);
+    const Readback records = render.renderer.ReadBack(ids.instances);
+    render.renderer.Execute();
+    records.Wait();
+    EXPECT_NE(render.renderer.DescribePlan().find("culled"), std::string::npos);
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, kMiss, 0}));
 }
 
 TEST_F(GpuSceneTest, SetVisible_HidesAndShows) {
@@ -100,7 +113,6 @@ TEST_F(GpuSceneTest, InstancesShareTheirMeshsBlas) {
     EXPECT_GT(statistics.blasBytesBuilt, 0u);
 }
 
-// lavapipe builds only the first geometry of a BLAS: a mesh of several primitives must show them all.
 TEST_F(GpuSceneTest, MeshOfSeveralPrimitivesShowsThemAllWithTheirMaterials) {
     scene::Mesh mesh = QuadMesh(0.3f, 0);
     for (uint32_t i = 1; i < 3; i++) {

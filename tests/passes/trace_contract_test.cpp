@@ -146,13 +146,16 @@ TEST_F(TraceContract, PrimaryHits_MirroredInstanceKeepsItsFront) {
     mirrored[0].x = -2.0f;  // mirrors and stretches
     render.scene.SetScene(SceneOf({SphereMesh(1.0f, 32)}, {Lambert(glm::vec3(0.5f))}, {mirrored}));
     const SceneRender::Hits hits = render.PrimaryHits(LookAt({0, 0, 5}, {0, 0, 0}, 0.5f, 32));
+    uint32_t hitCount = 0;
     for (size_t i = 0; i < hits.ids.size(); i++) {
         if (hits.ids[i].x == 0xFFFFFFFFu) continue;
+        hitCount++;
         const glm::vec3 p(hits.position.values[i]);
         const glm::vec3 expected =
             glm::normalize(glm::vec3(p.x / 4.0f, p.y, p.z));  // gradient of the ellipsoid
         EXPECT_GT(glm::dot(glm::vec3(hits.normal.values[i]), expected), 0.995f);
     }
+    EXPECT_GT(hitCount, 300u);
 }
 
 }  // namespace raygraph::testing
