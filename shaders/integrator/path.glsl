@@ -1,12 +1,13 @@
-// The path integrator: an iterative loop that knows no binding. It talks to the scene over a small bridge, which the
-// including file declares beforehand: the device's is scene/*.glsl, the tests' own is a few analytic shapes.
+// The path integrator: an iterative loop that knows no binding. It talks to the scene over a small bridge,
+// which the including file declares beforehand: the device's is scene/*.glsl, the tests' own is a few
+// analytic shapes.
 //
 //     Hit Intersect(Ray ray)                                the nearest surface
 //     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)        what is there
 //     vec3 EnvironmentRadiance(vec3 direction)              what arrives where nothing is
 //
-// Sample dimensions: 0 and 1 are the film position; each bounce has kBounceDimensions of its own, so that the same
-// decision uses the same dimension on every path.
+// Sample dimensions: 0 and 1 are the film position; each bounce has kBounceDimensions of its own, so that the
+// same decision uses the same dimension on every path.
 #ifndef RAYGRAPH_INTEGRATOR_PATH_GLSL
 #define RAYGRAPH_INTEGRATOR_PATH_GLSL
 
@@ -19,8 +20,8 @@
 SHADING_BEGIN
 
 CONST uint kFilmDimensions = 2u;
-CONST uint kBounceDimensions = 3u;   // 0, 1: direction; 2: roulette
-CONST float kMaxSurvival = 0.99f;    // even a path that loses nothing ends some day
+CONST uint kBounceDimensions = 3u;  // 0, 1: direction; 2: roulette
+CONST float kMaxSurvival = 0.99f;   // even a path that loses nothing ends some day
 
 struct PathSettings {
     uint maxDepth;       // bounces
@@ -29,7 +30,7 @@ struct PathSettings {
 
 // A path on its way: made by StartPath, moved on by one ray with ExtendPath until that returns false.
 struct PathState {
-    Ray ray;          // the next one
+    Ray ray;  // the next one
     Sampler rng;
     vec3 radiance;    // collected so far: the estimate, once the path has ended
     vec3 throughput;  // share of the light at the path's end that reaches the camera
@@ -48,8 +49,8 @@ INLINE PathState StartPath(Ray ray, Sampler rng) {
     return path;
 }
 
-// Traces the path's next ray. False: the path has ended, after depth + 1 rays, and path.radiance is an unbiased estimate
-// of the radiance along its first ray (unless maxDepth cuts it).
+// Traces the path's next ray. False: the path has ended, after depth + 1 rays, and path.radiance is an
+// unbiased estimate of the radiance along its first ray (unless maxDepth cuts it).
 INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     Hit hit = Intersect(path.ray);
     if (!IsHit(hit)) {

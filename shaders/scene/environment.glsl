@@ -9,7 +9,8 @@ vec3 EnvironmentRadiance(vec3 direction) {
     EnvironmentRecord environment = parameters.value.environment;
     vec3 radiance = environment.radiance;
     if (environment.hasMap != 0u)
-        radiance *= textureLod(environmentMap, EquirectFromDirection(direction, environment.rotation), 0.0f).xyz;
+        radiance *=
+            textureLod(environmentMap, EquirectFromDirection(direction, environment.rotation), 0.0f).xyz;
     return radiance;
 }
 

@@ -21,8 +21,8 @@ struct Hit {
 
 INLINE bool IsHit(Hit hit) { return hit.t >= 0.0f; }
 
-// A point on a surface as the integrator sees it. Normals have unit length and are on the side of `wo`, the direction
-// back along the ray.
+// A point on a surface as the integrator sees it. Normals have unit length and are on the side of `wo`, the
+// direction back along the ray.
 struct SurfaceInteraction {
     vec3 position;
     vec3 geometricNormal;

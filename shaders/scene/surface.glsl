@@ -13,7 +13,8 @@ struct Triangle {
 // Index of the GeometryRecord that a triangle belongs to.
 uint GeometryIndex(InstanceRecord instance, uint primitive) {
     uint geometry = instance.firstGeometry;
-    if (IsPresent(instance.triangleGeometries)) geometry += UintStream(instance.triangleGeometries).at[primitive];
+    if (IsPresent(instance.triangleGeometries))
+        geometry += UintStream(instance.triangleGeometries).at[primitive];
     return geometry;
 }
 
@@ -27,17 +28,20 @@ Triangle TriangleAt(InstanceRecord instance, Hit hit) {
 }
 
 vec2 InterpolateVec2(Vec2Stream values, Triangle triangle) {
-    return triangle.weights.x * values.at[triangle.vertices.x] + triangle.weights.y * values.at[triangle.vertices.y] +
+    return triangle.weights.x * values.at[triangle.vertices.x] +
+           triangle.weights.y * values.at[triangle.vertices.y] +
            triangle.weights.z * values.at[triangle.vertices.z];
 }
 
 vec3 InterpolateVec3(Vec3Stream values, Triangle triangle) {
-    return triangle.weights.x * values.at[triangle.vertices.x] + triangle.weights.y * values.at[triangle.vertices.y] +
+    return triangle.weights.x * values.at[triangle.vertices.x] +
+           triangle.weights.y * values.at[triangle.vertices.y] +
            triangle.weights.z * values.at[triangle.vertices.z];
 }
 
 vec4 InterpolateVec4(Vec4Stream values, Triangle triangle) {
-    return triangle.weights.x * values.at[triangle.vertices.x] + triangle.weights.y * values.at[triangle.vertices.y] +
+    return triangle.weights.x * values.at[triangle.vertices.x] +
+           triangle.weights.y * values.at[triangle.vertices.y] +
            triangle.weights.z * values.at[triangle.vertices.z];
 }
 
@@ -49,8 +53,8 @@ vec4 SampleTexture(uint slot, GeometryRecord geometry, Triangle triangle) {
     return textureLod(textures[nonuniformEXT(slot & ~kSecondTexCoord)], uv, 0.0f);
 }
 
-// Carries an object-space normal to world space by the cofactors of the transform, which are its inverse transpose times
-// the determinant: a mirroring transform must not turn the side.
+// Carries an object-space normal to world space by the cofactors of the transform, which are its inverse
+// transpose times the determinant: a mirroring transform must not turn the side.
 vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
     vec3 x = objectToWorld[0];
     vec3 y = objectToWorld[1];
@@ -87,7 +91,8 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     ng = ngSquare > 0.0f ? ng * inversesqrt(ngSquare) : -ray.direction;  // a sliver has no normal of its own
     vec3 ns = ng;
     if (IsPresent(geometry.normals)) {
-        vec3 n = NormalToWorld(instance.objectToWorld, InterpolateVec3(Vec3Stream(geometry.normals), triangle));
+        vec3 n =
+            NormalToWorld(instance.objectToWorld, InterpolateVec3(Vec3Stream(geometry.normals), triangle));
         float square = dot(n, n);
         if (square > 0.0f) ns = n * inversesqrt(square);
     }

@@ -5,8 +5,9 @@
 //   triangle         --triangleGeometries-->  GeometryRecord: one primitive of the file
 //   GeometryRecord   --material-->  MaterialRecord  --texture slots-->  texture table (set 1)
 //
-// A group is what one BLAS holds, as a single list of triangles. Streams are reached by device address; 0 means that
-// there is none. All streams of a group's geometries take the group's vertex indices: their addresses are shifted so.
+// A group is what one BLAS holds, as a single list of triangles. Streams are reached by device address; 0
+// means that there is none. All streams of a group's geometries take the group's vertex indices: their
+// addresses are shifted so.
 #ifndef RAYGRAPH_SHARED_SCENE_RECORDS_H
 #define RAYGRAPH_SHARED_SCENE_RECORDS_H
 
@@ -39,21 +40,23 @@ const uint kSecondTexCoord = 0x80000000u;
 #endif
 
 struct InstanceRecord {
-    mat4x3 objectToWorld;                 // columns: x, y, z axes and translation
-    RAYGRAPH_ADDRESS positions;           // vec3 a vertex of the group
-    RAYGRAPH_ADDRESS indices;             // uint, three a triangle, in the order of the BLAS
-    RAYGRAPH_ADDRESS triangleGeometries;  // uint a triangle: its geometry, from firstGeometry; 0: the first for all
-    uint firstGeometry;                   // index of the group's first GeometryRecord
-    uint instance;                        // index of the scene's instance
+    mat4x3 objectToWorld;        // columns: x, y, z axes and translation
+    RAYGRAPH_ADDRESS positions;  // vec3 a vertex of the group
+    RAYGRAPH_ADDRESS indices;    // uint, three a triangle, in the order of the BLAS
+    RAYGRAPH_ADDRESS
+        triangleGeometries;  // uint a triangle: its geometry, from firstGeometry; 0: the first for all
+    uint firstGeometry;      // index of the group's first GeometryRecord
+    uint instance;           // index of the scene's instance
 };
 
 struct GeometryRecord {
-    RAYGRAPH_ADDRESS normals;     // vec3
-    RAYGRAPH_ADDRESS tangents;    // vec4
-    RAYGRAPH_ADDRESS uv0;         // vec2
-    RAYGRAPH_ADDRESS uv1;         // vec2
-    RAYGRAPH_ADDRESS colors;      // vec4, linear
-    RAYGRAPH_ADDRESS primitives;  // uint a triangle of the group: its index in the file's primitive; 0: the same
+    RAYGRAPH_ADDRESS normals;   // vec3
+    RAYGRAPH_ADDRESS tangents;  // vec4
+    RAYGRAPH_ADDRESS uv0;       // vec2
+    RAYGRAPH_ADDRESS uv1;       // vec2
+    RAYGRAPH_ADDRESS colors;    // vec4, linear
+    RAYGRAPH_ADDRESS
+        primitives;  // uint a triangle of the group: its index in the file's primitive; 0: the same
     uint material;
     uint padding;  // C++ aligns an address to 8 bytes, GLSL to 4
 };
