@@ -61,8 +61,7 @@ void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte
         native.mask = source.mask;
         native.instanceShaderBindingTableRecordOffset = static_cast<uint32_t>(tableOffset) & kMost24Bits;
         VkGeometryInstanceFlagsKHR flags = 0;
-        if (source.isFacingFlipped)
-            flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR;
+        if (source.isFacingFlipped) flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR;
         if (source.isCullingDisabled) flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;
         native.flags = flags & 0xffu;
         native.accelerationStructureReference = source.blas;

@@ -44,9 +44,9 @@ struct InstanceRecord {
     RAYGRAPH_ADDRESS positions;  // vec3 a vertex of the group
     RAYGRAPH_ADDRESS indices;    // uint, three a triangle, in the order of the BLAS
     RAYGRAPH_ADDRESS
-        triangleGeometries;  // uint a triangle: its geometry, from firstGeometry; 0: the first for all
-    uint firstGeometry;      // index of the group's first GeometryRecord
-    uint instance;           // index of the scene's instance
+    triangleGeometries;  // uint a triangle: its geometry, from firstGeometry; 0: the first for all
+    uint firstGeometry;  // index of the group's first GeometryRecord
+    uint instance;       // index of the scene's instance
 };
 
 struct GeometryRecord {
@@ -56,7 +56,7 @@ struct GeometryRecord {
     RAYGRAPH_ADDRESS uv1;       // vec2
     RAYGRAPH_ADDRESS colors;    // vec4, linear
     RAYGRAPH_ADDRESS
-        primitives;  // uint a triangle of the group: its index in the file's primitive; 0: the same
+    primitives;  // uint a triangle of the group: its index in the file's primitive; 0: the same
     uint material;
     uint padding;  // C++ aligns an address to 8 bytes, GLSL to 4
 };

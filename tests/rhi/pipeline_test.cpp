@@ -20,8 +20,7 @@ namespace {
 class PipelineTest : public testing::VulkanTest {
   protected:
     ShaderStage Compile(const std::string& name, const std::string& body) {
-        m_words.push_back(
-            CompileGlsl({.name = name, .text = "#version 460\n" + body, .stage = {}}));
+        m_words.push_back(CompileGlsl({.name = name, .text = "#version 460\n" + body, .stage = {}}));
         return {name, m_words.back()};
     }
 

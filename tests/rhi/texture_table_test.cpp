@@ -34,8 +34,7 @@ class TextureTableTest : public testing::VulkanTest {
             })",
                                .stage = {},
                                .includeRoot = {}});
-        m_pipeline = CreateComputePipeline(
-            Device(), {.name = "sample", .shader = {"sample.comp", m_words}});
+        m_pipeline = CreateComputePipeline(Device(), {.name = "sample", .shader = {"sample.comp", m_words}});
         m_sampler = Device().CreateSampler({.name = "nearest"});
         m_default = Solid(1, 0, 1);
         m_table = std::make_unique<TextureTable>(Device(), kCapacity, m_default, m_sampler);

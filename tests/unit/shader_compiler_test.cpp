@@ -126,16 +126,14 @@ TEST_F(ShaderCompiler, MissingIncludeNamesTheLineThatAsksForIt) {
 TEST_F(ShaderCompiler, AtMostFiveErrorsAreListed) {
     std::string text = "#version 460\nvoid main() {\n";
     for (int i = 0; i < 9; ++i) text.append("x").append(std::to_string(i)).append(" = 1;\n");
-    const std::string error =
-        ErrorOf({.name = "many.comp", .text = text + "}\n", .stage = {}});
+    const std::string error = ErrorOf({.name = "many.comp", .text = text + "}\n", .stage = {}});
     EXPECT_LE(std::count(error.begin(), error.end(), '\n'), 5);
     EXPECT_NE(error.find("many.comp:3: 'x0'"), std::string::npos) << error;
 }
 
 TEST_F(ShaderCompiler, StageIsAskedForWhenTheSuffixNamesNone) {
     try {
-        CompileGlsl(
-            {.name = "a.glsl", .text = "#version 460\nvoid main() {}", .stage = {}});
+        CompileGlsl({.name = "a.glsl", .text = "#version 460\nvoid main() {}", .stage = {}});
         FAIL() << "accepted";
     } catch (const Error& error) {
         EXPECT_EQ(error.Kind(), ErrorKind::Usage);
