@@ -120,6 +120,7 @@ bool BlasBuilder::Poll() {
 }
 
 void BlasBuilder::RecordCompaction(CommandList& commands) {
+    BarrierBetweenBuilds(commands);  // the copies read what builds wrote
     for (Compaction::Ready& ready : m_impl->compaction.TakeReady()) {
         AccelerationStructure compacted(m_impl->device, ready.blas->Name(),
                                         VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, ready.bytes);

@@ -87,6 +87,16 @@ TEST_F(RetireQueueTest, OrderOfRetiring_IsKept) {
     EXPECT_EQ(destroyed, (Ids{1, 2, 3}));
 }
 
+// The timeline may have passed what waits in the queue without anybody having collected it.
+TEST_F(RetireQueueTest, OrderOfRetiring_IsKeptWithoutACollection) {
+    queue.CloseList(queue.OpenList(), 1);
+    queue.Retire(Mark(1), 0);
+    queue.Retire(Mark(2), 1);
+    EXPECT_EQ(destroyed, Ids{});
+    queue.Collect(1);
+    EXPECT_EQ(destroyed, (Ids{1, 2}));
+}
+
 TEST_F(RetireQueueTest, DestroyingMayRetireMore) {
     queue.CloseList(queue.OpenList(), 1);
     queue.Retire([this] { queue.Retire(Mark(1), 1); }, 0);
