@@ -261,7 +261,7 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.normalScale = values.normalScale;
     record.alphaCutoff = values.alphaCutoff;
     record.alphaMode = static_cast<uint32_t>(values.alphaMode);
-    record.doubleSided = values.isDoubleSided ? 1u : 0u;
+    record.flags = values.isDoubleSided ? gpu::kMaterialDoubleSided : 0u;
     return record;
 }
 

@@ -11,9 +11,9 @@
 #include "scene/camera.glsl"
 #include "scene/trace_rays.glsl"
 
-layout(set = 0, binding = 6, r32f) writeonly uniform image2D result;
+layout(set = 0, binding = 16, r32f) writeonly uniform image2D result;
 #ifdef COUNT_RAYS
-layout(set = 0, binding = 7, r32f) writeonly uniform image2D rayCounts;
+layout(set = 0, binding = 17, r32f) writeonly uniform image2D rayCounts;
 #endif
 
 const float kLimitAlbedo = 0.5f;

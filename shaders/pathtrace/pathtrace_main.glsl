@@ -8,9 +8,9 @@
 
 #include "integrator/path.glsl"
 
-layout(set = 0, binding = 6, rgba32f) writeonly uniform image2D radiance;
+layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
 #ifdef COUNT_RAYS
-layout(set = 0, binding = 7, r32f) writeonly uniform image2D rayCounts;
+layout(set = 0, binding = 17, r32f) writeonly uniform image2D rayCounts;
 #endif
 
 void main() {

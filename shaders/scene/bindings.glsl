@@ -11,7 +11,7 @@ layout(set = 0, binding = 2, scalar) readonly buffer Geometries { GeometryRecord
 layout(set = 0, binding = 3, scalar) readonly buffer Materials { MaterialRecord at[]; } materials;
 layout(set = 0, binding = 4) uniform sampler2D environmentMap;
 layout(set = 0, binding = 5, scalar) uniform Parameters { TraceParameters value; } parameters;
-// Bindings 6 and up are the pass's own.
+// 6 to 15 are the scene's, too; 16 and up are the pass's own.
 
 layout(set = 1, binding = 0) uniform sampler2D textures[];
 

@@ -32,12 +32,13 @@ using uint = uint32_t;
 #endif
 
 #ifdef __cplusplus
-inline constexpr uint32_t kNoTexture = 0xFFFFFFFFu;
-inline constexpr uint32_t kSecondTexCoord = 0x80000000u;
+#define RAYGRAPH_CONSTANT inline constexpr
 #else
-const uint kNoTexture = 0xFFFFFFFFu;
-const uint kSecondTexCoord = 0x80000000u;
+#define RAYGRAPH_CONSTANT const
 #endif
+
+RAYGRAPH_CONSTANT uint kNoTexture = 0xFFFFFFFFu;
+RAYGRAPH_CONSTANT uint kSecondTexCoord = 0x80000000u;
 
 struct InstanceRecord {
     mat4x3 objectToWorld;        // columns: x, y, z axes and translation
@@ -61,6 +62,12 @@ struct GeometryRecord {
     uint padding;  // C++ aligns an address to 8 bytes, GLSL to 4
 };
 
+// Bits of MaterialRecord::flags.
+RAYGRAPH_CONSTANT uint kMaterialDoubleSided = 1u;  // else back faces are not there at all
+RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;        // emits its base colour, scatters nothing
+// The surface bounds a medium; else transmission is thin-walled.
+RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
+
 // Texture fields are slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
 struct MaterialRecord {
     vec4 baseColor;  // linear; alpha
@@ -70,11 +77,20 @@ struct MaterialRecord {
     float normalScale;
     float alphaCutoff;
     uint alphaMode;  // 0 opaque, 1 mask, 2 blend
-    uint doubleSided;
+    uint flags;      // kMaterial*
+    float ior;
+    float specular;
+    vec3 specularColor;  // linear
+    float transmission;
+    vec3 absorption;  // of the medium inside, 1/m: the share that passes d metres is exp(-absorption d)
+    uint priority;    // where media overlap, the one of higher priority is there
     uint baseColorTexture;
     uint metallicRoughnessTexture;
     uint normalTexture;
     uint emissiveTexture;
+    uint specularTexture;       // alpha: specular
+    uint specularColorTexture;  // sRGB rgb: specularColor
+    uint transmissionTexture;   // red: transmission
 };
 
 struct CameraRecord {
@@ -101,12 +117,14 @@ struct TraceParameters {
     uint rouletteStart;  // first bounce at which Russian roulette may end the path
 };
 
+#undef RAYGRAPH_CONSTANT
+
 #ifdef __cplusplus
 #undef RAYGRAPH_ADDRESS
 
 static_assert(sizeof(InstanceRecord) == 20 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
-static_assert(sizeof(MaterialRecord) == 17 * 4);
+static_assert(sizeof(MaterialRecord) == 30 * 4);
 static_assert(sizeof(TraceParameters) == 22 * 4);
 }  // namespace raygraph::gpu
 #endif
