@@ -22,8 +22,8 @@ void main() {
     uvec2 pixel = gl_LaunchIDEXT.xy;
     Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
     vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(gl_LaunchSizeEXT.xy);
-    Ray ray = CameraRay(parameters.value.camera, film);
-    Hit hit = Intersect(ray);
+    Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
+    Hit hit = Intersect(ray, 0u);
     float value = hit.t;
     float rayCount = 1.0f;
 #if LIMIT_BOUNCES > 0
@@ -41,7 +41,7 @@ void main() {
         vec3 p = p0 + hit.barycentrics.x * e1 + hit.barycentrics.y * e2;
         ray.origin = OffsetRayOrigin(instance.objectToWorld * vec4(p, 1.0f), n);
         ray.direction = FromLocal(FrameFromZ(n), SampleCosineHemisphere(Get2D(rng)));
-        hit = Intersect(ray);
+        hit = Intersect(ray, 0u);
         value = kLimitAlbedo * value + hit.t;
         rayCount += 1.0f;
     }

@@ -157,6 +157,12 @@ INLINE Sampler StartPixelSample(uvec2 pixel, uint sampleIndex, uint seed) {
     return rng;
 }
 
+// Seed of what is decided along ray `rayIndex` of a sample outside of its dimensions: which partly transparent
+// surfaces stop it.
+INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
+    return MixBits(rng.pixelSeed ^ MixBits(rng.index * 0x9e3779b9u + rayIndex));
+}
+
 INLINE vec2 Get2D(INOUT(Sampler) rng) {
     vec2 u = vec2(0.0f, 0.0f);
     if (ActiveSamplerKind() == kSamplerKindPcg)

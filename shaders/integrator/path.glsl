@@ -2,40 +2,62 @@
 // which the including file declares beforehand: the device's is scene/*.glsl, the tests' own is a few
 // analytic shapes.
 //
-//     Hit Intersect(Ray ray)                                the nearest surface
-//     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)        what is there
-//     vec3 EnvironmentRadiance(vec3 direction)              what arrives where nothing is
+//     Hit Intersect(Ray ray, uint alphaSeed)                    the nearest surface
+//     bool Unoccluded(Ray ray, float distance, uint alphaSeed)  nothing is nearer than that
+//     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)            what is there
+//     Medium MediumAt(uint material)                            what the surfaces of a material enclose
+//     and those of lights/lights.glsl and bxdf/energy.glsl
 //
-// Sample dimensions: 0 and 1 are the film position; each bounce has kBounceDimensions of its own, so that the
-// same decision uses the same dimension on every path.
+// Each vertex adds the light it emits and, by sampling the lights, the light it scatters; both ways to find a
+// light are weighed by multiple importance sampling (Veach 1997, chapter 9). Unbiased, but for maxDepth,
+// clampIndirect and regularize, which are off unless asked for.
+//
+// Sample dimensions: 0 to 3 are the camera's; each bounce has kBounceDimensions of its own, so that the same
+// decision uses the same dimension on every path.
 #ifndef RAYGRAPH_INTEGRATOR_PATH_GLSL
 #define RAYGRAPH_INTEGRATOR_PATH_GLSL
 
-#include "bxdf/diffuse.glsl"
+#include "bxdf/bsdf.glsl"
 #include "core/frame.glsl"
 #include "core/ray_offset.glsl"
 #include "core/rng.glsl"
+#include "integrator/media.glsl"
+#include "lights/lights.glsl"
 #include "scene/ray.glsl"
+#include "shared/scene_records.h"
+#include "shared/trace_options.h"
 
 SHADING_BEGIN
 
-CONST uint kFilmDimensions = 2u;
-CONST uint kBounceDimensions = 3u;  // 0, 1: direction; 2: roulette
-CONST float kMaxSurvival = 0.99f;   // even a path that loses nothing ends some day
+CONST uint kCameraDimensions = 4u;  // 0, 1: film; 2, 3: lens
+// 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
+CONST uint kBounceDimensions = 7u;
+CONST float kMaxSurvival = 0.99f;  // even a path that loses nothing ends some day
+CONST float kShadowShare = 0.9999f;  // of the way to a light that has to be free
+CONST uint kMaxRays = 4096u;  // of one path: a guard against meshes that cannot be left
 
 struct PathSettings {
-    uint maxDepth;       // bounces
-    uint rouletteStart;  // first bounce that roulette may end
+    uint maxDepth;         // bounces
+    uint rouletteStart;    // first bounce that roulette may end
+    float survival;        // of a bounce, for roulettes of constant probability
+    uint frameDepth;       // bounces of this sample, for Roulette::Frame
+    float clampIndirect;   // largest component of one contribution after the first bounce
+    float regularize;      // least alpha of the BSDFs after the first bounce
 };
 
 // A path on its way: made by StartPath, moved on by one ray with ExtendPath until that returns false.
 struct PathState {
     Ray ray;  // the next one
     Sampler rng;
-    vec3 radiance;    // collected so far: the estimate, once the path has ended
-    vec3 throughput;  // share of the light at the path's end that reaches the camera
-    uint depth;       // bounces so far
-    float alpha;      // 1: the camera ray hit a surface
+    vec3 radiance;         // collected so far: the estimate, once the path has ended
+    vec3 throughput;       // share of the light at the path's end that reaches the camera
+    float etaScale;        // square of the index of refraction along the path: what roulette must not count
+    float scatterPDF;      // of the ray's direction; 0: light sampling cannot make this path
+    LightContext scatter;  // where the ray left, for light sampling
+    MediumStack media;
+    uint depth;     // bounces so far
+    uint rayCount;  // rays traced
+    float alpha;    // 1: the camera ray hit a surface
 };
 
 INLINE PathState StartPath(Ray ray, Sampler rng) {
@@ -44,43 +66,167 @@ INLINE PathState StartPath(Ray ray, Sampler rng) {
     path.rng = rng;
     path.radiance = vec3(0.0f);
     path.throughput = vec3(1.0f);
+    path.etaScale = 1.0f;
+    path.scatterPDF = 0.0f;
+    path.scatter.position = ray.origin;
+    path.scatter.normal = vec3(0.0f);
+    path.media = NoMedia();
     path.depth = 0u;
+    path.rayCount = 0u;
     path.alpha = 0.0f;
     return path;
 }
 
-// Traces the path's next ray. False: the path has ended, after depth + 1 rays, and path.radiance is an
-// unbiased estimate of the radiance along its first ray (unless maxDepth cuts it).
+// The share of a sample of density `pdf` where `other` is the density of the other strategy for it.
+INLINE float MISWeight(float pdf, float other) {
+    if (ActiveMis() == kMisBalance) return pdf / (pdf + other);
+    float ratio = other / pdf;  // their squares may leave the range of float
+    return 1.0f / (1.0f + ratio * ratio);
+}
+
+// Weight of light that a BSDF sample of density scatterPDF found, and light sampling would with lightPDF.
+INLINE float ScatterWeight(float scatterPDF, float lightPDF) {
+    if (!HasTraceFeature(kTraceLightSampling) || scatterPDF == 0.0f || lightPDF == 0.0f) return 1.0f;
+    return ActiveMis() == kMisOff ? 0.0f : MISWeight(scatterPDF, lightPDF);
+}
+
+INLINE float LightWeight(LightSample light, float scatterPDF) {
+    if (light.isDelta != 0u || ActiveMis() == kMisOff) return 1.0f;
+    return MISWeight(light.pdf, scatterPDF);
+}
+
+// Adds what `value` of light at vertex `depth` of the path brings to the camera.
+INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, PathSettings settings) {
+    if (depth > 0u) {
+        float largest = MaxComponent(value);
+        if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
+    }
+    path.radiance += value;
+}
+
+// Light scattered at a surface from one point of one light. `beyond`: the media on its other side.
+INLINE void CollectDirect(INOUT(PathState) path, SurfaceInteraction surface, MediumStack beyond,
+                          SurfaceBSDF bsdf, Frame frame, vec3 wo, PathSettings settings) {
+    float choice = Get1D(path.rng);
+    LightSample light = SampleLight(path.scatter, choice, Get2D(path.rng));
+    if (!(light.pdf > 0.0f)) return;
+    vec3 wi = ToLocal(frame, light.wi);
+    float side = dot(light.wi, surface.geometricNormal);
+    if (side * wi.z <= 0.0f) return;  // the shading normal leaks
+    vec3 scattered = f(bsdf, wo, wi) * abs(wi.z);
+    if (!(MaxComponent(scattered) > 0.0f)) return;
+    Ray shadow;
+    shadow.origin = OffsetRayOrigin(surface.position, side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
+    shadow.direction = light.wi;
+    path.rayCount++;
+    if (!Unoccluded(shadow, light.distance * kShadowShare, AlphaSeed(path.rng, path.rayCount))) return;
+    if (HasTraceFeature(kTraceVolumes))
+        scattered *= Transmittance(CurrentMedium(wi.z > 0.0f ? path.media : beyond), light.distance);
+    float weight = LightWeight(light, PDF(bsdf, wo, wi)) / light.pdf;
+    Collect(path, path.throughput * scattered * light.radiance * weight, path.depth + 1u, settings);
+}
+
+// False: the path ends here, so that the estimate stays right on average.
+INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
+    float survival = 1.0f;
+    if (path.depth + 1u < settings.rouletteStart) return true;
+    if (ActiveRoulette() == kRouletteThroughput) {
+        survival = min(MaxComponent(path.throughput) * path.etaScale, kMaxSurvival);
+        if (!(Get1D(path.rng) < survival)) return false;  // ends a path of NaN too
+    } else if (ActiveRoulette() == kRouletteConstant) {
+        survival = settings.survival;
+        if (!(Get1D(path.rng) < survival)) return false;
+    } else if (ActiveRoulette() == kRouletteFrame) {
+        survival = settings.survival;
+        if (path.depth + 1u > settings.frameDepth) return false;
+    }
+    path.throughput /= survival;
+    return true;
+}
+
+// Moves the path's ray to the other side of the surface it has found. Light sampling cannot follow: to its
+// rays, the surfaces of volumes are opaque.
+INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
+    path.scatterPDF = 0.0f;
+    path.ray.origin = OffsetRayOrigin(surface.position, -surface.geometricNormal);
+}
+
+// Traces the path's next ray. False: the path has ended, and path.radiance is an unbiased estimate of the
+// radiance along its first ray (unless a named bias is on).
 INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
-    Hit hit = Intersect(path.ray);
+    path.rayCount++;
+    Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
     if (!IsHit(hit)) {
-        path.radiance += path.throughput * EnvironmentRadiance(path.ray.direction);
+        float lightPDF = 0.0f;
+        if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f)
+            lightPDF = EnvironmentPDF(path.scatter, path.ray.direction);
+        float weight = ScatterWeight(path.scatterPDF, lightPDF);
+        if (weight > 0.0f)
+            Collect(path, path.throughput * EnvironmentRadiance(path.ray.direction) * weight, path.depth, settings);
         return false;
     }
-    path.alpha = 1.0f;
     SurfaceInteraction surface = SurfaceAt(hit, path.ray);
-    path.radiance += path.throughput * surface.emission;
-    if (path.depth >= settings.maxDepth) return false;
+    bool isVolume = (surface.material.flags & kMaterialVolume) != 0u;
+    Boundary boundary;
+    boundary.beyond = path.media;
+    boundary.isReal = true;
+    boundary.eta = surface.material.ior;
+    if (HasTraceFeature(kTraceVolumes)) {
+        path.throughput *= Transmittance(CurrentMedium(path.media), hit.t);
+        if (isVolume) {
+            boundary = CrossBoundary(path.media, surface.material.id, surface.isFront);
+            if (!boundary.isReal) {
+                path.media = boundary.beyond;
+                PassThrough(path, surface);
+                return path.rayCount < kMaxRays;
+            }
+        } else {
+            boundary.eta = surface.material.ior / MediumIor(CurrentMedium(path.media));
+        }
+    }
+    path.alpha = 1.0f;
+
+    // Light from the surface itself
+    if (MaxComponent(surface.emission) > 0.0f) {
+        float lightPDF = 0.0f;
+        if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && surface.light != kNoLight)
+            lightPDF = EmitterPDF(path.scatter, surface.light, path.ray.direction, hit.t);
+        Collect(path, path.throughput * surface.emission * ScatterWeight(path.scatterPDF, lightPDF), path.depth,
+                settings);
+    }
+    if (path.depth >= settings.maxDepth || (surface.material.flags & kMaterialUnlit) != 0u) return false;
+
+    // What the surface does to light
+    SurfaceBSDF bsdf = BSDFOf(surface.material, boundary.eta, !isVolume,
+                              path.depth > 0u ? settings.regularize : 0.0f);
+    uint flags = Flags(bsdf);
+    Frame frame = FrameFromZ(surface.shadingNormal);
+    vec3 wo = ToLocal(frame, -path.ray.direction);
+    path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
+    uint firstDimension = path.rng.dimension;
+    path.scatter.position = surface.position;
+    path.scatter.normal = IsTransmissive(flags) ? vec3(0.0f) : surface.geometricNormal;
+    if (HasTraceFeature(kTraceLightSampling) && IsNonSpecular(flags))
+        CollectDirect(path, surface, boundary.beyond, bsdf, frame, wo, settings);
 
     // Sample the BSDF for the next direction
-    path.rng.dimension = kFilmDimensions + path.depth * kBounceDimensions;
-    DiffuseBxDF lobe;
-    lobe.albedo = surface.albedo;
-    Frame frame = FrameFromZ(surface.shadingNormal);
-    BSDFSample scattered = Sample_f(lobe, ToLocal(frame, -path.ray.direction), 0.0f, Get2D(path.rng));
-    if (scattered.pdf == 0.0f) return false;
+    path.rng.dimension = firstDimension + 3u;
+    float choice = Get1D(path.rng);
+    BSDFSample scattered = Sample_f(bsdf, wo, choice, Get2D(path.rng));
+    if (!(scattered.pdf > 0.0f)) return false;
+    vec3 direction = FromLocal(frame, scattered.wi);
+    float side = dot(direction, surface.geometricNormal);
+    if (side * scattered.wi.z <= 0.0f) return false;  // the shading normal leaks
     path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
-    path.ray.direction = FromLocal(frame, scattered.wi);
-    // The shading hemisphere reaches below the surface: no light passes there
-    if (dot(path.ray.direction, surface.geometricNormal) <= 0.0f) return false;
-    path.ray.origin = OffsetRayOrigin(surface.position, surface.geometricNormal);
-
-    // End the path with a probability that falls with what it carries
-    if (path.depth + 1u >= settings.rouletteStart) {
-        float survival = min(MaxComponent(path.throughput), kMaxSurvival);
-        if (!(Get1D(path.rng) < survival)) return false;  // ends a path of NaN too
-        path.throughput /= survival;
+    path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
+    path.ray.direction = direction;
+    path.ray.origin =
+        OffsetRayOrigin(surface.position, side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
+    if (IsTransmissive(scattered.flags)) {
+        path.etaScale *= scattered.eta * scattered.eta;
+        if (HasTraceFeature(kTraceVolumes)) path.media = boundary.beyond;
     }
+    if (!SurviveRoulette(path, settings)) return false;
     path.depth++;
     return true;
 }

@@ -3,6 +3,7 @@
 #ifndef RAYGRAPH_SCENE_BINDINGS_GLSL
 #define RAYGRAPH_SCENE_BINDINGS_GLSL
 
+#include "shared/light_records.h"
 #include "shared/scene_records.h"
 
 layout(set = 0, binding = 0) uniform accelerationStructureEXT sceneTlas;
@@ -11,7 +12,12 @@ layout(set = 0, binding = 2, scalar) readonly buffer Geometries { GeometryRecord
 layout(set = 0, binding = 3, scalar) readonly buffer Materials { MaterialRecord at[]; } materials;
 layout(set = 0, binding = 4) uniform sampler2D environmentMap;
 layout(set = 0, binding = 5, scalar) uniform Parameters { TraceParameters value; } parameters;
-// 6 to 15 are the scene's, too; 16 and up are the pass's own.
+layout(set = 0, binding = 6, scalar) readonly buffer EnergyTables { float at[]; } energyTables;
+layout(set = 0, binding = 7, scalar) readonly buffer Lights { LightRecord at[]; } lights;
+layout(set = 0, binding = 8, scalar) readonly buffer LightNodes { LightNode at[]; } lightNodes;
+layout(set = 0, binding = 9, scalar) readonly buffer LightAlias { AliasEntry at[]; } lightAlias;
+layout(set = 0, binding = 10, scalar) readonly buffer EnvironmentAlias { AliasEntry at[]; } environmentAlias;
+// 11 to 15 are free; 16 and up are the pass's own.
 
 layout(set = 1, binding = 0) uniform sampler2D textures[];
 

@@ -2,16 +2,30 @@
 #ifndef RAYGRAPH_SCENE_CAMERA_GLSL
 #define RAYGRAPH_SCENE_CAMERA_GLSL
 
+#include "core/warp.glsl"
 #include "scene/ray.glsl"
 #include "shared/scene_records.h"
 
-// film: (0, 0) is the upper left corner of the picture, (1, 1) the lower right.
-Ray CameraRay(CameraRecord camera, vec2 film) {
+// film: (0, 0) is the upper left corner of the picture, (1, 1) the lower right. lens: uniform in the unit
+// square, a point of the thin lens; without a lens it does not matter. Kolb, Mitchell and Hanrahan 1995, "A
+// Realistic Camera Model for Computer Graphics", section 2.
+Ray CameraRay(CameraRecord camera, vec2 film, vec2 lens) {
     vec3 offset = (2.0f * film.x - 1.0f) * camera.right + (1.0f - 2.0f * film.y) * camera.up;
-    bool isOrthographic = camera.orthographic != 0u;
     Ray ray;
-    ray.origin = isOrthographic ? camera.origin + offset : camera.origin;
-    ray.direction = isOrthographic ? camera.forward : normalize(camera.forward + offset);
+    if (camera.orthographic != 0u) {
+        ray.origin = camera.origin + offset;
+        ray.direction = camera.forward;
+        return ray;
+    }
+    vec3 toFilm = camera.forward + offset;  // 1 along forward
+    ray.origin = camera.origin;
+    if (camera.lensRadius > 0.0f) {
+        vec2 disk = camera.lensRadius * SampleUniformDiskConcentric(lens);
+        vec3 onLens = disk.x * normalize(camera.right) + disk.y * normalize(camera.up);
+        ray.origin += onLens;
+        toFilm = camera.focusDistance * toFilm - onLens;
+    }
+    ray.direction = normalize(toFilm);
     return ray;
 }
 

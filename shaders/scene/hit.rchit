@@ -2,14 +2,14 @@
 #version 460
 #extension GL_EXT_ray_tracing : require
 #extension GL_GOOGLE_include_directive : require
-#include "scene/ray.glsl"
+#include "scene/payloads.glsl"
 
-layout(location = 0) rayPayloadInEXT Hit hitPayload;
+layout(location = 0) rayPayloadInEXT RadiancePayload radiancePayload;
 hitAttributeEXT vec2 attributes;
 
 void main() {
-    hitPayload.t = gl_HitTEXT;
-    hitPayload.instance = gl_InstanceCustomIndexEXT;
-    hitPayload.primitive = gl_PrimitiveID;
-    hitPayload.barycentrics = attributes;
+    radiancePayload.hit.t = gl_HitTEXT;
+    radiancePayload.hit.instance = gl_InstanceCustomIndexEXT;
+    radiancePayload.hit.primitive = gl_PrimitiveID;
+    radiancePayload.hit.barycentrics = attributes;
 }

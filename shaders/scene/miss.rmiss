@@ -2,8 +2,8 @@
 #version 460
 #extension GL_EXT_ray_tracing : require
 #extension GL_GOOGLE_include_directive : require
-#include "scene/ray.glsl"
+#include "scene/payloads.glsl"
 
-layout(location = 0) rayPayloadInEXT Hit hitPayload;
+layout(location = 0) rayPayloadInEXT RadiancePayload radiancePayload;
 
-void main() { hitPayload.t = -1.0f; }
+void main() { radiancePayload.hit.t = -1.0f; }

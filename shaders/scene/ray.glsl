@@ -21,6 +21,28 @@ struct Hit {
 
 INLINE bool IsHit(Hit hit) { return hit.t >= 0.0f; }
 
+CONST uint kVacuum = 0xFFFFFFFFu;
+
+// What a material comes to at one point, its textures read.
+struct SurfaceMaterial {
+    vec3 baseColor;
+    float metallic;
+    float roughness;  // perceptual: alpha = roughness^2
+    float specular;
+    vec3 specularColor;
+    float ior;
+    float transmission;
+    uint flags;  // kMaterial* of shared/scene_records.h
+    uint id;     // index of the MaterialRecord
+};
+
+// The inside of a closed surface.
+struct Medium {
+    vec3 absorption;  // 1/m
+    float ior;
+    uint priority;
+};
+
 // A point on a surface as the integrator sees it. Normals have unit length and are on the side of `wo`, the
 // direction back along the ray.
 struct SurfaceInteraction {
@@ -28,7 +50,9 @@ struct SurfaceInteraction {
     vec3 geometricNormal;
     vec3 shadingNormal;
     vec3 emission;  // radiance towards wo
-    vec3 albedo;
+    uint light;     // index of the light that this is, or kNoLight: light sampling does not find it
+    bool isFront;   // wo is on the front of the surface
+    SurfaceMaterial material;
 };
 
 SHADING_END

@@ -2,56 +2,9 @@
 #ifndef RAYGRAPH_SCENE_SURFACE_GLSL
 #define RAYGRAPH_SCENE_SURFACE_GLSL
 
-#include "scene/bindings.glsl"
+#include "core/shading_normal.glsl"
+#include "scene/material_textures.glsl"
 #include "scene/ray.glsl"
-
-struct Triangle {
-    uvec3 vertices;
-    vec3 weights;
-};
-
-// Index of the GeometryRecord that a triangle belongs to.
-uint GeometryIndex(InstanceRecord instance, uint primitive) {
-    uint geometry = instance.firstGeometry;
-    if (IsPresent(instance.triangleGeometries))
-        geometry += UintStream(instance.triangleGeometries).at[primitive];
-    return geometry;
-}
-
-Triangle TriangleAt(InstanceRecord instance, Hit hit) {
-    UintStream indices = UintStream(instance.indices);
-    uint first = 3u * hit.primitive;
-    Triangle triangle;
-    triangle.vertices = uvec3(indices.at[first], indices.at[first + 1u], indices.at[first + 2u]);
-    triangle.weights = vec3(1.0f - hit.barycentrics.x - hit.barycentrics.y, hit.barycentrics);
-    return triangle;
-}
-
-vec2 InterpolateVec2(Vec2Stream values, Triangle triangle) {
-    return triangle.weights.x * values.at[triangle.vertices.x] +
-           triangle.weights.y * values.at[triangle.vertices.y] +
-           triangle.weights.z * values.at[triangle.vertices.z];
-}
-
-vec3 InterpolateVec3(Vec3Stream values, Triangle triangle) {
-    return triangle.weights.x * values.at[triangle.vertices.x] +
-           triangle.weights.y * values.at[triangle.vertices.y] +
-           triangle.weights.z * values.at[triangle.vertices.z];
-}
-
-vec4 InterpolateVec4(Vec4Stream values, Triangle triangle) {
-    return triangle.weights.x * values.at[triangle.vertices.x] +
-           triangle.weights.y * values.at[triangle.vertices.y] +
-           triangle.weights.z * values.at[triangle.vertices.z];
-}
-
-// One texture of a material; white where it has none.
-vec4 SampleTexture(uint slot, GeometryRecord geometry, Triangle triangle) {
-    if (slot == kNoTexture) return vec4(1.0f);
-    uvec2 stream = (slot & kSecondTexCoord) != 0u ? geometry.uv1 : geometry.uv0;
-    vec2 uv = IsPresent(stream) ? InterpolateVec2(Vec2Stream(stream), triangle) : vec2(0.0f);
-    return textureLod(textures[nonuniformEXT(slot & ~kSecondTexCoord)], uv, 0.0f);
-}
 
 // Carries an object-space normal to world space by the cofactors of the transform, which are its inverse
 // transpose times the determinant: a mirroring transform must not turn the side.
@@ -64,17 +17,63 @@ vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
     return dot(x, yz) < 0.0f ? -result : result;
 }
 
-vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
-    vec4 color = material.baseColor * SampleTexture(material.baseColorTexture, geometry, triangle);
-    if (IsPresent(geometry.colors)) color *= InterpolateVec4(Vec4Stream(geometry.colors), triangle);
-    return color;
+// The shading normal on the front of the surface: interpolated, and bent by the normal map. Unit length.
+vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                     Triangle triangle, vec3 ng) {
+    if (!IsPresent(geometry.normals)) return ng;
+    vec3 n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
+    if (material.normalTexture != kNoTexture && IsPresent(geometry.tangents)) {
+        vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
+        vec3 bend = 2.0f * SampleTexture(material.normalTexture, geometry, triangle).xyz - 1.0f;
+        bend.xy *= material.normalScale;
+        // In object space, where the file's tangent frame is orthogonal: a normal goes over to world space by
+        // the inverse transpose, whatever it was made of
+        vec3 bitangent = cross(n, tangent.xyz) * tangent.w;
+        vec3 bent = bend.x * tangent.xyz + bend.y * bitangent + bend.z * n;
+        if (dot(bent, n) > 0.0f) n = bent;
+    }
+    n = NormalToWorld(instance.objectToWorld, n);
+    float square = dot(n, n);
+    return square > 0.0f ? n * inversesqrt(square) : ng;
+}
+
+SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
+    SurfaceMaterial result;
+    result.baseColor = BaseColor(geometry, material, triangle).xyz;
+    vec4 metallicRoughness = SampleTexture(material.metallicRoughnessTexture, geometry, triangle);
+    result.metallic = material.metallic * metallicRoughness.z;
+    result.roughness = material.roughness * metallicRoughness.y;
+    result.specular = material.specular * SampleTexture(material.specularTexture, geometry, triangle).w;
+    result.specularColor =
+        material.specularColor * SampleTexture(material.specularColorTexture, geometry, triangle).xyz;
+    result.ior = material.ior;
+    result.transmission =
+        material.transmission * SampleTexture(material.transmissionTexture, geometry, triangle).x;
+    result.flags = material.flags;
+    result.id = geometry.material;
+    return result;
+}
+
+uint LightOf(InstanceRecord instance, uint primitive) {
+    if (!IsPresent(instance.triangleLights)) return kNoLight;
+    uint ordinal = UintStream(instance.triangleLights).at[primitive];
+    return ordinal == kNoLight ? kNoLight : instance.firstLight + ordinal;
+}
+
+Medium MediumAt(uint material) {
+    Medium medium;
+    medium.absorption = materials.at[material].absorption;
+    medium.ior = materials.at[material].ior;
+    medium.priority = materials.at[material].priority;
+    return medium;
 }
 
 // `ray` is the ray that found the hit.
 SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     InstanceRecord instance = instances.at[hit.instance];
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, hit.primitive)];
-    Triangle triangle = TriangleAt(instance, hit);
+    MaterialRecord material = materials.at[geometry.material];
+    Triangle triangle = TriangleAt(instance, hit.primitive, hit.barycentrics);
 
     // Position from the vertices: its error does not grow with the ray's length
     Vec3Stream positions = Vec3Stream(instance.positions);
@@ -89,26 +88,18 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     vec3 ng = NormalToWorld(instance.objectToWorld, cross(e1, e2));
     float ngSquare = dot(ng, ng);
     ng = ngSquare > 0.0f ? ng * inversesqrt(ngSquare) : -ray.direction;  // a sliver has no normal of its own
-    vec3 ns = ng;
-    if (IsPresent(geometry.normals)) {
-        vec3 n =
-            NormalToWorld(instance.objectToWorld, InterpolateVec3(Vec3Stream(geometry.normals), triangle));
-        float square = dot(n, n);
-        if (square > 0.0f) ns = n * inversesqrt(square);
-    }
-    if (dot(ng, ray.direction) > 0.0f) {
+    vec3 ns = ShadingNormalAt(instance, geometry, material, triangle, ng);
+    surface.isFront = dot(ng, ray.direction) <= 0.0f;
+    if (!surface.isFront) {
         ng = -ng;
         ns = -ns;
     }
-    // A shading normal that faces away would put the viewer below the surface
     surface.geometricNormal = ng;
-    surface.shadingNormal = dot(ns, ray.direction) < 0.0f ? ns : ng;
+    surface.shadingNormal = AdaptShadingNormal(ns, ng, -ray.direction);
 
-    MaterialRecord material = materials.at[geometry.material];
-    surface.albedo = BaseColor(geometry, material, triangle).xyz;
-    surface.emission = material.emission;
-    if (material.emissiveTexture != kNoTexture)
-        surface.emission *= SampleTexture(material.emissiveTexture, geometry, triangle).xyz;
+    surface.emission = EmissionAt(geometry, material, triangle);
+    surface.light = LightOf(instance, hit.primitive);
+    surface.material = MaterialInputs(geometry, material, triangle);
     return surface;
 }
 

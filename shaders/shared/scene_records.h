@@ -99,6 +99,8 @@ struct CameraRecord {
     vec3 right;         // half the film's width at distance 1 (perspective), or in metres (orthographic)
     vec3 up;            // half the film's height, likewise; points to the top row
     vec3 forward;       // unit length
+    float lensRadius;   // metres; 0: a pinhole. An orthographic camera has none
+    float focusDistance;  // metres along forward to the plane that is sharp
 };
 
 struct EnvironmentRecord {
@@ -113,8 +115,12 @@ struct TraceParameters {
     EnvironmentRecord environment;
     uint seed;
     uint sampleIndex;
-    uint maxDepth;       // bounces; 0xFFFFFFFF: no limit
-    uint rouletteStart;  // first bounce at which Russian roulette may end the path
+    uint maxDepth;        // bounces; 0xFFFFFFFF: no limit
+    uint rouletteStart;   // first bounce at which Russian roulette may end the path
+    float survival;       // of a bounce, where roulette is not by throughput
+    uint frameDepth;      // bounces of this sample's paths, where they all have the same
+    float clampIndirect;  // largest component of a contribution after the first bounce; infinity: off
+    float regularize;     // least alpha of a surface after the first bounce; 0: off
 };
 
 #undef RAYGRAPH_CONSTANT
@@ -125,7 +131,7 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 20 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 30 * 4);
-static_assert(sizeof(TraceParameters) == 22 * 4);
+static_assert(sizeof(TraceParameters) == 28 * 4);
 }  // namespace raygraph::gpu
 #endif
 

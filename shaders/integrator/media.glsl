@@ -1,0 +1,114 @@
+// Nested dielectrics: which medium a path is in, where closed volumes overlap or touch.
+//
+// A path carries the volumes it is inside of. Where several overlap, the one of highest priority is there; of
+// equal ones, the one entered last. A surface of any other changes nothing and is passed through. Schmidt and
+// Budge 2002, "Simple Nested Dielectrics in Ray Traced Images", JGT 7(2).
+//
+// Bridge, declared beforehand by the including file:
+//     Medium MediumAt(uint material)
+#ifndef RAYGRAPH_INTEGRATOR_MEDIA_GLSL
+#define RAYGRAPH_INTEGRATOR_MEDIA_GLSL
+
+#include "scene/ray.glsl"
+
+SHADING_BEGIN
+
+// A path in more volumes at once than this forgets those of least effect.
+CONST uint kMediumCapacity = 4u;
+
+// Materials of the volumes around a point, last entered first, kVacuum after them. (A vector would need a
+// dynamic index.)
+struct MediumStack {
+    uint m0, m1, m2, m3;
+};
+
+INLINE MediumStack NoMedia() {
+    MediumStack media;
+    media.m0 = kVacuum;
+    media.m1 = kVacuum;
+    media.m2 = kVacuum;
+    media.m3 = kVacuum;
+    return media;
+}
+
+INLINE MediumStack EnterMedium(MediumStack media, uint material) {
+    media.m3 = media.m2;
+    media.m2 = media.m1;
+    media.m1 = media.m0;
+    media.m0 = material;
+    return media;
+}
+
+// Takes the last entry of `material` away; a volume that was never entered is no error: its mesh is open.
+INLINE MediumStack LeaveMedium(MediumStack media, uint material) {
+    bool isFound = media.m0 == material;
+    if (isFound) media.m0 = media.m1;
+    isFound = isFound || media.m1 == material;
+    if (isFound) media.m1 = media.m2;
+    isFound = isFound || media.m2 == material;
+    if (isFound) media.m2 = media.m3;
+    isFound = isFound || media.m3 == material;
+    if (isFound) media.m3 = kVacuum;
+    return media;
+}
+
+INLINE bool IsInMedium(MediumStack media, uint material) {
+    return media.m0 == material || media.m1 == material || media.m2 == material || media.m3 == material;
+}
+
+// A volume around all of those listed.
+INLINE MediumStack AppendOuterMedium(MediumStack media, uint material) {
+    if (media.m0 == kVacuum)
+        media.m0 = material;
+    else if (media.m1 == kVacuum)
+        media.m1 = material;
+    else if (media.m2 == kVacuum)
+        media.m2 = material;
+    else if (media.m3 == kVacuum)
+        media.m3 = material;
+    return media;
+}
+
+INLINE uint PreferredMedium(uint first, uint second) {
+    if (second == kVacuum) return first;
+    if (first == kVacuum) return second;
+    return MediumAt(second).priority > MediumAt(first).priority ? second : first;
+}
+
+// The medium that is there: a material, or kVacuum.
+INLINE uint CurrentMedium(MediumStack media) {
+    if (media.m1 == kVacuum) return media.m0;
+    return PreferredMedium(PreferredMedium(PreferredMedium(media.m0, media.m1), media.m2), media.m3);
+}
+
+INLINE float MediumIor(uint material) { return material == kVacuum ? 1.0f : MediumAt(material).ior; }
+
+// Share of light that passes `distance` metres of the medium. Beer and Lambert.
+INLINE vec3 Transmittance(uint material, float distance) {
+    if (material == kVacuum) return vec3(1.0f);
+    vec3 opticalDepth = MediumAt(material).absorption * distance;
+    return vec3(exp(-opticalDepth.x), exp(-opticalDepth.y), exp(-opticalDepth.z));
+}
+
+// What a surface bounds, for a path that crosses it.
+struct Boundary {
+    MediumStack beyond;  // the volumes on the other side
+    bool isReal;         // false: the medium does not change, and the surface is not there
+    float eta;           // index beyond over index on this side
+};
+
+INLINE Boundary CrossBoundary(MediumStack media, uint material, bool isEntering) {
+    Boundary boundary;
+    boundary.beyond = isEntering ? EnterMedium(media, material) : LeaveMedium(media, material);
+    uint here = CurrentMedium(media);
+    uint there = CurrentMedium(boundary.beyond);
+    // Leaving a volume that was never entered: its inside must have been here
+    if (!isEntering && here == kVacuum && there == kVacuum) here = material;
+    boundary.isReal = here != there;
+    boundary.eta = MediumIor(there) / MediumIor(here);
+    return boundary;
+}
+
+SHADING_END
+
+#endif
