@@ -11,6 +11,7 @@
 #include "core/rng.glsl"
 #include "core/tonemap.glsl"
 #include "core/warp.glsl"
+#include "lights/light_types.glsl"
 #include "shared/ray_types.h"
 
 layout(local_size_x = 64) in;
@@ -21,6 +22,23 @@ layout(push_constant, scalar) uniform Constants {
     float exposureEv;
     uint op;
 };
+
+// The bridge of lights/lights.glsl
+layout(set = 0, binding = 1, scalar) readonly buffer Lights { LightRecord lights[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer LightNodes { LightNode lightNodes[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer LightAlias { AliasEntry lightAlias[]; };
+layout(set = 0, binding = 4, scalar) readonly buffer EnvironmentAlias { AliasEntry environmentAlias[]; };
+layout(set = 0, binding = 5, scalar) uniform Set { LightSetRecord lightSet; };
+LightSetRecord LightSet() { return lightSet; }
+LightRecord LightAt(uint light) { return lights[light]; }
+LightNode LightNodeAt(uint node) { return lightNodes[node]; }
+AliasEntry LightAliasAt(uint slot) { return lightAlias[slot]; }
+AliasEntry EnvironmentAliasAt(uint slot) { return environmentAlias[slot]; }
+vec3 EnvironmentRadiance(vec3 direction) { return abs(direction); }
+vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
+    return vec3(barycentrics, light.e1.x) * toViewer;
+}
+#include "lights/lights.glsl"
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
@@ -39,5 +57,12 @@ void main() {
     vec3 back = ToLocal(frame, DirectionFromEquirect(uv, 0.5f)) + SampleUniformTriangle(uv);
     vec3 color = ratio * OffsetRayOrigin(back, frame.z) + difference;
     color = SrgbDecode(color) * Luminance(color) * float(kRayTypeShadow * kRayTypeCount);
+
+    LightContext context;
+    context.position = back;
+    context.normal = frame.z;
+    LightSample light = SampleLight(context, Get1D(rng), Get2D(rng));
+    color += light.radiance * light.pdf * EmitterPDF(context, light.light, light.wi, light.distance) *
+             EnvironmentPDF(context, light.wi);
     texels[i] = Tonemap(color, exposureEv, op) * EquirectSolidAnglePDF(1.0f, uv.y);
 }

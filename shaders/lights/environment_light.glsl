@@ -1,0 +1,70 @@
+// Directions to the environment, by an alias table over the cells of its equirectangular map: a row, a cell
+// of the row, then uniform in solid angle within the cell. A cell's probability comes from the map as it is
+// looked up, between texels: where there is radiance there is density.
+//
+// The bridge: AliasEntry EnvironmentAliasAt(uint), LightSetRecord LightSet().
+#ifndef RAYGRAPH_LIGHTS_ENVIRONMENT_LIGHT_GLSL
+#define RAYGRAPH_LIGHTS_ENVIRONMENT_LIGHT_GLSL
+
+#include "core/equirect.glsl"
+#include "lights/light_types.glsl"
+
+SHADING_BEGIN
+
+// Solid angle of a cell in a row: dphi (cos theta0 - cos theta1), without the cancellation.
+INLINE float EnvironmentCellSolidAngle(LightSetRecord lights, uint row) {
+    float height = float(lights.environmentHeight);
+    float middle = CosSinTurn((float(row) + 0.5f) * 0.5f / height).y;
+    float halfStep = CosSinTurn(0.25f / height).y;
+    return 2.0f * kTwoPi / float(lights.environmentWidth) * middle * halfStep;
+}
+
+struct EnvironmentSample {
+    vec3 wi;
+    float pdf;  // per solid angle
+};
+
+// u holds the cell and the place in it; `choice` decides between slots and aliases.
+INLINE EnvironmentSample SampleEnvironmentLight(LightSetRecord lights, float choice, vec2 u) {
+    uint row = ChooseUniformly(u.y, lights.environmentHeight);
+    AliasEntry entry = EnvironmentAliasAt(row);
+    if (!Decide(choice, entry.keep)) row = entry.alias;
+    uint firstCell = lights.environmentHeight + row * lights.environmentWidth;
+    uint column = ChooseUniformly(u.x, lights.environmentWidth);
+    entry = EnvironmentAliasAt(firstCell + column);
+    if (!Decide(choice, entry.keep)) {
+        column = entry.alias;
+        entry = EnvironmentAliasAt(firstCell + column);
+    }
+
+    // Uniform in cos theta = 1 - 2 s, with s counted from the nearer pole: near it s is tiny and 1 - 2 s is
+    // not
+    float height = float(lights.environmentHeight);
+    bool isUpper = 2u * row < lights.environmentHeight;
+    float near = isUpper ? float(row) : float(lights.environmentHeight - row - 1u);
+    float s0 = Sqr(CosSinTurn(0.25f * near / height).y);
+    float s1 = Sqr(CosSinTurn(0.25f * (near + 1.0f) / height).y);
+    float s = mix(s0, s1, isUpper ? u.y : 1.0f - u.y);
+    float sinTheta = 2.0f * SafeSqrt(s * (1.0f - s));
+    float cosTheta = isUpper ? 1.0f - 2.0f * s : 2.0f * s - 1.0f;
+    float turn =
+        (float(column) + u.x) / float(lights.environmentWidth) - 0.5f - lights.environmentRotation * kInv2Pi;
+    vec2 azimuth = CosSinTurn(fract(turn));
+    EnvironmentSample result;
+    result.wi = vec3(sinTheta * azimuth.x, cosTheta, sinTheta * azimuth.y);
+    result.pdf = entry.probability / EnvironmentCellSolidAngle(lights, row);
+    return result;
+}
+
+// The density of a direction in SampleEnvironmentLight.
+INLINE float EnvironmentLightPDF(LightSetRecord lights, vec3 wi) {
+    vec2 uv = EquirectFromDirection(wi, lights.environmentRotation);
+    uint column = min(uint(uv.x * float(lights.environmentWidth)), lights.environmentWidth - 1u);
+    uint row = min(uint(uv.y * float(lights.environmentHeight)), lights.environmentHeight - 1u);
+    uint cell = lights.environmentHeight + row * lights.environmentWidth + column;
+    return EnvironmentAliasAt(cell).probability / EnvironmentCellSolidAngle(lights, row);
+}
+
+SHADING_END
+
+#endif

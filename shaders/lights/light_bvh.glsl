@@ -1,0 +1,110 @@
+// Choice of a bounded light by a tree over position and orientation. A. Conty Estevez and C. Kulla 2018,
+// "Importance Sampling of Many Lights with Adaptive Tree Splitting", without the splitting, with the bounds
+// on the cosines that pbrt-v4's BVHLightSampler uses.
+//
+// The bridge, declared by the includer: LightNode LightNodeAt(uint node).
+#ifndef RAYGRAPH_LIGHTS_LIGHT_BVH_GLSL
+#define RAYGRAPH_LIGHTS_LIGHT_BVH_GLSL
+
+#include "lights/light_types.glsl"
+
+SHADING_BEGIN
+
+struct ChosenLight {
+    uint light;
+    float probability;  // 0: none
+};
+
+INLINE ChosenLight NoChosenLight() {
+    ChosenLight result;
+    result.light = kNoLight;
+    result.probability = 0.0f;
+    return result;
+}
+
+// cos and sin of max(0, a - b), from cos and sin of a and b in [0, pi].
+INLINE vec2 SubtractAngleClamped(vec2 a, vec2 b) {
+    if (a.x > b.x) return vec2(1.0f, 0.0f);
+    return vec2(a.x * b.x + a.y * b.y, a.y * b.x - a.x * b.y);
+}
+
+// An upper bound, in shape, of what the lights below a node may contribute to a context; 0 only if that is
+// nothing.
+INLINE float Importance(LightNode node, LightContext context) {
+    vec3 center = 0.5f * (node.boundsMin + node.boundsMax);
+    vec3 halfSize = 0.5f * (node.boundsMax - node.boundsMin);
+    float radius2 = dot(halfSize, halfSize);
+    vec3 toContext = context.position - center;
+    float distance2 = dot(toContext, toContext);
+    // Inside the bounding sphere lights may be in any direction
+    if (distance2 <= radius2) return radius2 > 0.0f ? node.power / radius2 : 0.0f;
+
+    vec3 w = toContext / sqrt(distance2);
+    float sinBounds2 = radius2 / distance2;
+    vec2 bounds = vec2(SafeSqrt(1.0f - sinBounds2), sqrt(sinBounds2));
+    // The least angle between the emission of a light below and the way to the context
+    float cosAxis = dot(node.axis, w);
+    if ((node.link & kLightNodeTwoSided) != 0u) cosAxis = abs(cosAxis);
+    vec2 cones = unpackSnorm2x16(node.cones);
+    vec2 angle = vec2(cosAxis, SafeSqrt(1.0f - cosAxis * cosAxis));
+    angle = SubtractAngleClamped(angle, vec2(cones.x, SafeSqrt(1.0f - cones.x * cones.x)));
+    angle = SubtractAngleClamped(angle, bounds);
+    if (angle.x <= cones.y) return 0.0f;
+    float importance = node.power * angle.x / distance2;
+
+    // The least angle of incidence
+    if (dot(context.normal, context.normal) > 0.0f) {
+        float cosNormal = -dot(context.normal, w);
+        vec2 incidence = vec2(cosNormal, SafeSqrt(1.0f - cosNormal * cosNormal));
+        importance *= SubtractAngleClamped(incidence, bounds).x;
+    }
+    return max(importance, 0.0f);
+}
+
+// The chance of the first of two children, which are neighbours from `first`; negative: neither can matter.
+INLINE float FirstChildProbability(uint first, LightContext context) {
+    float importance0 = Importance(LightNodeAt(first), context);
+    float importance1 = Importance(LightNodeAt(first + 1u), context);
+    float sum = importance0 + importance1;
+    return sum > 0.0f ? importance0 / sum : -1.0f;
+}
+
+// u decides at each node. A tree of one leaf is chosen if it can matter.
+INLINE ChosenLight SampleLightTree(LightContext context, float u) {
+    LightNode node = LightNodeAt(0u);
+    ChosenLight result = NoChosenLight();
+    if (!(Importance(node, context) > 0.0f)) return result;
+    float probability = 1.0f;
+    while ((node.link & kLightNodeLeaf) == 0u) {
+        uint first = node.link & kLightNodeIndex;
+        float p = FirstChildProbability(first, context);
+        if (p < 0.0f) return result;
+        bool isFirst = Decide(u, p);
+        probability *= isFirst ? p : 1.0f - p;
+        node = LightNodeAt(isFirst ? first : first + 1u);
+    }
+    result.light = node.link & kLightNodeIndex;
+    result.probability = probability;
+    return result;
+}
+
+// The probability with which SampleLightTree chooses the light of a bit trail.
+INLINE float LightTreeProbability(LightContext context, uint bitTrail) {
+    LightNode node = LightNodeAt(0u);
+    if (!(Importance(node, context) > 0.0f)) return 0.0f;
+    float probability = 1.0f;
+    while ((node.link & kLightNodeLeaf) == 0u) {
+        uint first = node.link & kLightNodeIndex;
+        float p = FirstChildProbability(first, context);
+        bool isFirst = (bitTrail & 1u) == 0u;
+        probability *= p < 0.0f ? 0.0f : (isFirst ? p : 1.0f - p);
+        if (probability == 0.0f) return 0.0f;
+        node = LightNodeAt(isFirst ? first : first + 1u);
+        bitTrail >>= 1u;
+    }
+    return probability;
+}
+
+SHADING_END
+
+#endif

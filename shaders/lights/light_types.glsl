@@ -1,0 +1,93 @@
+// What the texts of this folder share: records, who asks for light, and which sampler is active.
+#ifndef RAYGRAPH_LIGHTS_LIGHT_TYPES_GLSL
+#define RAYGRAPH_LIGHTS_LIGHT_TYPES_GLSL
+
+#include "core/math.glsl"
+#include "shared/light_records.h"
+#include "shared/light_samplers.h"
+
+#ifdef __cplusplus
+namespace raygraph::shading {
+using glm::unpackSnorm2x16;
+using gpu::AliasEntry;
+using gpu::kLightDirectional;
+using gpu::kLightDoubleSided;
+using gpu::kLightMirrored;
+using gpu::kLightNodeIndex;
+using gpu::kLightNodeLeaf;
+using gpu::kLightNodeTwoSided;
+using gpu::kLightPoint;
+using gpu::kLightSpot;
+using gpu::kLightTriangle;
+using gpu::kNoLight;
+using gpu::LightNode;
+using gpu::LightRecord;
+using gpu::LightSetRecord;
+
+// The sampler in use on this thread; on the device a specialization constant, so that branches on it fold.
+inline thread_local LightSampler threadLightSampler = LightSampler::Bvh;
+inline constexpr uint kLightSamplerUniform = uint(LightSampler::Uniform);
+inline constexpr uint kLightSamplerPower = uint(LightSampler::Power);
+inline uint ActiveLightSampler() {
+    return uint(threadLightSampler);
+}
+}  // namespace raygraph::shading
+#else
+layout(constant_id = kLightSamplerConstantId) const uint kLightSampler = kLightSamplerBvh;
+uint ActiveLightSampler() {
+    return kLightSampler;
+}
+#endif
+
+SHADING_BEGIN
+
+CONST float kInfinity = 3.0e38f;  // a distance beyond everything
+CONST float kOneMinusEpsilon = 0.999999940395355f;
+
+// Who asks for light. Both strategies of one estimate (sampling a light, and hitting one by chance) are
+// described by the same context.
+struct LightContext {
+    vec3 position;  // distances and directions are taken from here
+    vec3 normal;    // unit length: light from below its plane does not count. 0: light from both sides does
+};
+
+// Light that may arrive at a context.
+struct LightSample {
+    vec3 wi;         // unit length, to the light
+    float distance;  // kInfinity: directional, environment
+    vec3 radiance;   // delta lights: irradiance at normal incidence, I / d^2 or E
+    float pdf;     // per solid angle, times the chance of the light; delta lights: that chance. 0: no sample
+    uint isDelta;  // 1: no other strategy can find this light
+    uint light;    // its number
+};
+
+INLINE LightSample NoLightSample() {
+    LightSample result;
+    result.wi = vec3(0.0f, 0.0f, 1.0f);
+    result.distance = kInfinity;
+    result.radiance = vec3(0.0f);
+    result.pdf = 0.0f;
+    result.isDelta = 0u;
+    result.light = kNoLight;
+    return result;
+}
+
+// Decides with chance `p` for yes. What is left of u is uniform again, so that it can decide once more; each
+// decision costs it log2(1 / chance of the outcome) of its 24 bits.
+INLINE bool Decide(INOUT(float) u, float p) {
+    bool isYes = u < p;
+    u = min(isYes ? u / p : (u - p) / (1.0f - p), kOneMinusEpsilon);
+    return isYes;
+}
+
+// One of `count` alike; u is left uniform.
+INLINE uint ChooseUniformly(INOUT(float) u, uint count) {
+    float scaled = u * float(count);
+    uint index = min(uint(scaled), count - 1u);
+    u = clamp(scaled - float(index), 0.0f, kOneMinusEpsilon);
+    return index;
+}
+
+SHADING_END
+
+#endif

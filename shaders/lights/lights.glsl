@@ -1,0 +1,159 @@
+// One sampler over all lights: emissive triangles, KHR_lights_punctual, the environment.
+//
+//     LightSample SampleLight(context, uc, u)          light that may arrive: uc chooses the light, u within
+//     it float EmitterPDF(context, light, wi, distance)   density with which SampleLight gives a ray its hit
+//     float EnvironmentPDF(context, wi)                the same for a ray that leaves the scene
+//
+// Densities are per solid angle and include the chance of the light, so that they weigh against a BSDF's.
+// Directions and distances are those from context.position; nothing is said of what is in between.
+//
+// The bridge, declared by the includer before this text:
+//
+//     LightSetRecord LightSet()                     counts and shares
+//     LightRecord LightAt(uint light)               light < lightCount
+//     LightNode LightNodeAt(uint node)              node < nodeCount
+//     AliasEntry LightAliasAt(uint slot)            layout in shared/light_records.h
+//     AliasEntry EnvironmentAliasAt(uint slot)
+//     vec3 EnvironmentRadiance(vec3 direction)
+//     vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer)
+//         radiance that a hit there adds on average: emission and its texture, times the share of rays that
+//         the surface stops if it has alpha. The side is checked here, not there.
+#ifndef RAYGRAPH_LIGHTS_LIGHTS_GLSL
+#define RAYGRAPH_LIGHTS_LIGHTS_GLSL
+
+#include "lights/environment_light.glsl"
+#include "lights/light_bvh.glsl"
+#include "lights/triangle_light.glsl"
+
+SHADING_BEGIN
+
+// A light by an alias table of `count` entries from `first`; u chooses the slot, `choice` whether it is kept.
+// Both are left uniform.
+INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOUT(float) choice) {
+    uint slot = ChooseUniformly(u, count);
+    AliasEntry entry = LightAliasAt(first + slot);
+    if (!Decide(choice, entry.keep)) {
+        slot = entry.alias;
+        entry = LightAliasAt(first + slot);
+    }
+    ChosenLight result;
+    result.light = slot;
+    result.probability = entry.probability;
+    return result;
+}
+
+// Chooses a light; uc and u.x are left uniform.
+INLINE ChosenLight ChooseLight(LightSetRecord lights, LightContext context, INOUT(float) uc,
+                               INOUT(float) ux) {
+    if (lights.activeCount == 0u) return NoChosenLight();
+    uint unboundedFirst = lights.lightCount + 1u;
+    uint unboundedCount = unboundedFirst - lights.boundedCount;
+    if (ActiveLightSampler() == kLightSamplerUniform) {
+        uint slot = ChooseUniformly(uc, lights.activeCount);
+        ChosenLight result;
+        result.light = LightAliasAt(unboundedFirst + unboundedCount + slot).alias;
+        result.probability = 1.0f / float(lights.activeCount);
+        return result;
+    }
+    if (ActiveLightSampler() == kLightSamplerPower)
+        return SampleLightAlias(0u, lights.lightCount + 1u, uc, ux);
+    if (Decide(uc, lights.unboundedShare)) {
+        ChosenLight result = SampleLightAlias(unboundedFirst, unboundedCount, uc, ux);
+        result.light += lights.boundedCount;
+        result.probability *= lights.unboundedShare;
+        return result;
+    }
+    ChosenLight result = SampleLightTree(context, uc);
+    result.probability *= 1.0f - lights.unboundedShare;
+    return result;
+}
+
+// The probability with which ChooseLight chooses a light; `bitTrail` is that of a bounded one.
+INLINE float LightProbability(LightSetRecord lights, LightContext context, uint light, uint bitTrail) {
+    AliasEntry byPower = LightAliasAt(light);
+    if (byPower.probability == 0.0f) return 0.0f;  // dark
+    if (ActiveLightSampler() == kLightSamplerUniform) return 1.0f / float(lights.activeCount);
+    if (ActiveLightSampler() == kLightSamplerPower) return byPower.probability;
+    if (light < lights.boundedCount)
+        return (1.0f - lights.unboundedShare) * LightTreeProbability(context, bitTrail);
+    uint slot = lights.lightCount + 1u + light - lights.boundedCount;
+    return lights.unboundedShare * LightAliasAt(slot).probability;
+}
+
+INLINE LightSample SampleTriangle(LightRecord light, LightContext context, vec2 u) {
+    LightSample result = NoLightSample();
+    SphericalTriangle seen = SphericalTriangleFrom(light, context.position);
+    vec2 barycentrics = SampleTriangleLight(light, seen, context.position, u);
+    vec3 toLight = light.p0 + barycentrics.x * light.e1 + barycentrics.y * light.e2 - context.position;
+    float distance2 = dot(toLight, toLight);
+    if (!(distance2 > 0.0f)) return result;
+    result.distance = sqrt(distance2);
+    result.wi = toLight / result.distance;
+    if (!EmitsTowards(light, -result.wi)) return result;
+    result.pdf = IsSampledBySolidAngle(seen)
+                     ? 1.0f / seen.solidAngle
+                     : 2.0f * distance2 / abs(dot(cross(light.e1, light.e2), result.wi));
+    result.radiance = TriangleEmission(light, barycentrics, -result.wi);
+    return result;
+}
+
+// Point, spot and directional: one direction, pdf 1. KHR_lights_punctual gives the spot's falloff.
+INLINE LightSample SamplePunctual(LightRecord light, LightContext context) {
+    LightSample result = NoLightSample();
+    result.isDelta = 1u;
+    result.radiance = light.e2;
+    result.pdf = 1.0f;
+    if (light.kind == kLightDirectional) {
+        result.wi = -light.e1;
+        return result;
+    }
+    vec3 toLight = light.p0 - context.position;
+    float distance2 = dot(toLight, toLight);
+    if (!(distance2 > 0.0f)) return NoLightSample();
+    result.distance = sqrt(distance2);
+    result.wi = toLight / result.distance;
+    result.radiance /= distance2;
+    if (light.kind == kLightSpot)
+        result.radiance *=
+            Sqr(clamp(-dot(light.e1, result.wi) * light.spotScale + light.spotOffset, 0.0f, 1.0f));
+    return result;
+}
+
+INLINE LightSample SampleLight(LightContext context, float uc, vec2 u) {
+    LightSetRecord lights = LightSet();
+    ChosenLight chosen = ChooseLight(lights, context, uc, u.x);
+    LightSample result = NoLightSample();
+    if (!(chosen.probability > 0.0f)) return result;
+    if (chosen.light == lights.lightCount) {
+        EnvironmentSample environment = SampleEnvironmentLight(lights, uc, u);
+        result.wi = environment.wi;
+        result.radiance = EnvironmentRadiance(environment.wi);
+        result.pdf = environment.pdf;
+    } else {
+        LightRecord light = LightAt(chosen.light);
+        if (light.kind == kLightTriangle)
+            result = SampleTriangle(light, context, u);
+        else
+            result = SamplePunctual(light, context);
+    }
+    result.pdf *= chosen.probability;
+    result.light = chosen.light;
+    return result;
+}
+
+// `light` is the number of a triangle that a ray from context.position along wi hit at `distance`.
+INLINE float EmitterPDF(LightContext context, uint light, vec3 wi, float distance) {
+    LightRecord record = LightAt(light);
+    float probability = LightProbability(LightSet(), context, light, record.bitTrail);
+    return probability > 0.0f ? probability * TriangleLightPDF(record, context.position, wi, distance) : 0.0f;
+}
+
+INLINE float EnvironmentPDF(LightContext context, vec3 wi) {
+    LightSetRecord lights = LightSet();
+    if (lights.hasEnvironment == 0u) return 0.0f;
+    return LightProbability(lights, context, lights.lightCount, 0u) * EnvironmentLightPDF(lights, wi);
+}
+
+SHADING_END
+
+#endif

@@ -1,0 +1,102 @@
+// The lights of a scene as the shaders see them: one text for C++ and GLSL, scalar layout.
+//
+// A light is a number: first the bounded ones (triangles, points, spots), then the directional ones, and last
+// the environment, which has no record: number `lightCount`. Every triangle that may emit keeps its number as
+// long as the scene stays; one that is dark or hidden at present has probability 0.
+//
+// The alias buffer holds three tables, one after the other:
+//   power       lightCount + 1 entries: choose among all lights by power
+//   unbounded   lightCount + 1 - boundedCount entries: among directional lights and environment, by power
+//   active      activeCount entries: `alias` is the number of a light that shines
+// The environment's buffer holds one table over its rows, then one a row over the row's cells; `probability`
+// is that of the row, and that of the cell in the whole map.
+#ifndef RAYGRAPH_SHARED_LIGHT_RECORDS_H
+#define RAYGRAPH_SHARED_LIGHT_RECORDS_H
+
+#ifdef __cplusplus
+
+#include <cstdint>
+#include <glm/glm.hpp>
+
+namespace raygraph::gpu {
+using glm::vec3;
+using uint = uint32_t;
+#define RAYGRAPH_CONSTANT inline constexpr
+#else
+#define RAYGRAPH_CONSTANT const
+#endif
+
+// LightRecord::kind
+RAYGRAPH_CONSTANT uint kLightTriangle = 0u;
+RAYGRAPH_CONSTANT uint kLightPoint = 1u;
+RAYGRAPH_CONSTANT uint kLightSpot = 2u;
+RAYGRAPH_CONSTANT uint kLightDirectional = 3u;
+
+// LightRecord::flags
+RAYGRAPH_CONSTANT uint kLightDoubleSided = 1u;  // the triangle emits from both sides
+RAYGRAPH_CONSTANT uint kLightMirrored = 2u;     // its front is the side that -cross(e1, e2) points to
+
+// "No light": in a group's triangleLights and in InstanceRecord::firstLight.
+RAYGRAPH_CONSTANT uint kNoLight = 0xFFFFFFFFu;
+
+// World space throughout. A triangle keeps the order of its vertices, so that barycentrics mean the same here
+// and in a hit.
+struct LightRecord {
+    vec3 p0;          // triangle: vertex 0. Point, spot: where it is
+    uint kind;        // kLight*
+    vec3 e1;          // triangle: vertex 1 - vertex 0. Spot, directional: unit vector the light travels along
+    uint flags;       // kLight*
+    vec3 e2;          // triangle: vertex 2 - vertex 0. Point, spot: intensity in cd. Directional: lx
+    uint instance;    // triangle: index of its InstanceRecord
+    uint primitive;   // triangle: its number in the BLAS
+    uint bitTrail;    // way through the tree: bit d says which child is taken at depth d
+    float spotScale;  // spot: falls off by clamp(cos * spotScale + spotOffset, 0, 1)^2
+    float spotOffset;  // KHR_lights_punctual's lightAngleScale and lightAngleOffset
+};
+
+// LightNode::link
+RAYGRAPH_CONSTANT uint kLightNodeLeaf = 0x80000000u;  // the rest is a light, else the first of two children
+RAYGRAPH_CONSTANT uint kLightNodeTwoSided = 0x40000000u;  // emits about -axis as it does about axis
+RAYGRAPH_CONSTANT uint kLightNodeIndex = 0x3FFFFFFFu;
+
+// What is under a node of the light tree: node 0 is the root, children are neighbours. Emission leaves within
+// an angle of thetaE about directions within thetaO of the axis.
+struct LightNode {
+    vec3 boundsMin;
+    float power;  // of all lights below: luminance
+    vec3 boundsMax;
+    uint link;   // kLightNode*
+    vec3 axis;   // unit length
+    uint cones;  // packSnorm2x16(cos thetaO, cos thetaE), both rounded to the wider angle
+};
+
+// One slot of an alias table: a slot is drawn uniformly, then stays with chance `keep`, else becomes `alias`.
+struct AliasEntry {
+    float keep;
+    uint alias;
+    float probability;  // of this outcome, from all slots
+};
+
+struct LightSetRecord {
+    uint lightCount;       // records: bounded, then directional
+    uint boundedCount;     // triangles, points and spots
+    uint activeCount;      // lights that shine, environment included
+    uint nodeCount;        // of the tree; 0: no bounded light shines
+    float unboundedShare;  // Bvh: chance of the unbounded table, else the tree
+    float environmentRotation;
+    uint hasEnvironment;    // 0: black
+    uint environmentWidth;  // cells of the environment's table; a map without texture is one cell
+    uint environmentHeight;
+};
+
+#undef RAYGRAPH_CONSTANT
+
+#ifdef __cplusplus
+static_assert(sizeof(LightRecord) == 16 * 4);
+static_assert(sizeof(LightNode) == 12 * 4);
+static_assert(sizeof(AliasEntry) == 3 * 4);
+static_assert(sizeof(LightSetRecord) == 9 * 4);
+}  // namespace raygraph::gpu
+#endif
+
+#endif
