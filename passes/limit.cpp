@@ -18,7 +18,7 @@ TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
             else
                 pass.RayGen(rayCounts ? "bench/limit_counted.rgen" : "bench/limit.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            BindTracing(pass, scene, ParametersFor(scene, settings));
+            BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::Off);
             if (isPath) pass.Reads("instances", scene.instances);
             result = pass.Writes("result", result);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);

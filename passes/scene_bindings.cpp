@@ -1,24 +1,64 @@
 #include "passes/scene_bindings.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace raygraph::passes {
+
+namespace {
+
+constexpr HitGroupShaders kOpaqueHit{.closestHit = "scene/hit.rchit", .anyHit = {}, .intersection = {}};
+constexpr HitGroupShaders kTestedHit{
+    .closestHit = "scene/hit.rchit", .anyHit = "scene/hit.rahit", .intersection = {}};
+constexpr HitGroupShaders kOpaqueShadow{};
+constexpr HitGroupShaders kTestedShadow{.closestHit = {}, .anyHit = "scene/shadow.rahit", .intersection = {}};
+
+uint32_t MixBits(uint32_t x) {
+    x = (x ^ (x >> 16)) * 0x21f0aaadu;
+    x = (x ^ (x >> 15)) * 0x735a2d97u;
+    return x ^ (x >> 15);
+}
+
+// The bounces of all paths of a sample: from roulette.start on, each is survived with the same probability. A
+// function of seed and sample, as everything random is.
+uint32_t FrameDepth(const TraceSettings& settings) {
+    const uint32_t before = std::max(settings.roulette.start, 1u) - 1u;
+    if (settings.roulette.survival >= 1.0f) return kNoDepthLimit;
+    const double u = (MixBits(settings.seed ^ MixBits(settings.sampleIndex + 0x9e3779b9u)) + 1.0) / 4294967297.0;
+    return before + static_cast<uint32_t>(std::log(u) / std::log(double{settings.roulette.survival}));
+}
+
+}  // namespace
 
 gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings) {
     return {
         .camera = settings.camera,
         .environment = scene.environment,
+        .lights = scene.lightSet,
         .seed = settings.seed,
         .sampleIndex = settings.sampleIndex,
-        .maxDepth = settings.maxDepth,
-        .rouletteStart = settings.rouletteStart,
+        .maxDepth = settings.biases.maxDepth,
+        .rouletteStart = settings.roulette.start,
+        .survival = settings.roulette.survival,
+        .frameDepth = FrameDepth(settings),
+        .clampIndirect = settings.biases.clampIndirect,
+        .regularize = settings.biases.regularize,
     };
 }
 
-void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters) {
+void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters,
+                 AlphaTest alphaTest) {
+    const bool isTested = alphaTest == AlphaTest::On && scene.hasAlpha;
     pass.Miss(RayType::Radiance, "scene/miss.rmiss");
-    pass.HitGroup(RayType::Radiance, {.closestHit = "scene/hit.rchit", .anyHit = {}, .intersection = {}});
+    pass.HitGroup(RayType::Radiance, isTested ? kTestedHit : kOpaqueHit);
     pass.Reads("sceneTlas", scene.tlas);
     pass.ReadsByAddress(scene.blases);
     pass.Uniform("parameters", parameters);
+}
+
+void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
+    pass.Miss(RayType::Shadow, "scene/shadow.rmiss");
+    pass.HitGroup(RayType::Shadow, scene.hasAlpha ? kTestedShadow : kOpaqueShadow);
 }
 
 void BindGeometry(PassBuilder& pass, const SceneIds& scene) {
@@ -33,6 +73,32 @@ void BindMaterials(PassBuilder& pass, const SceneIds& scene) {
 
 void BindEnvironment(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("environmentMap", scene.environmentMap, {.addressV = rhi::AddressMode::ClampToEdge});
+}
+
+void BindLights(PassBuilder& pass, const SceneIds& scene) {
+    pass.Reads("lights", scene.lights);
+    pass.Reads("lightNodes", scene.lightNodes);
+    pass.Reads("lightAlias", scene.lightAlias);
+    pass.Reads("environmentAlias", scene.environmentAlias);
+}
+
+void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
+    uint32_t features = 0;
+    if (settings.lights.isOn && scene.lightSet.activeCount > 0) features |= kTraceLightSampling;
+    if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
+    const auto specialize = [&](const char* name, auto value) {
+        pass.Specialize(name, static_cast<uint32_t>(value));
+    };
+    specialize("kTraceFeatures", features);
+    specialize("kSamplerKind", settings.sampler);
+    specialize("kBrdf", settings.scattering.brdf);
+    specialize("kDistribution", settings.scattering.distribution);
+    specialize("kMasking", settings.scattering.masking);
+    specialize("kFresnel", settings.scattering.fresnel);
+    specialize("kMultiscatter", settings.scattering.multiscatter);
+    specialize("kLightSampler", settings.lights.sampler);
+    specialize("kMis", settings.lights.mis);
+    specialize("kRoulette", settings.roulette.kind);
 }
 
 }  // namespace raygraph::passes

@@ -10,11 +10,23 @@ namespace raygraph::passes {
 gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings);
 
 // A pass binds what its shaders use, and no more.
+// What non-opaque surfaces are to a pass's rays.
+enum class AlphaTest : uint8_t {
+    Off,  // there, everywhere; no any-hit shader runs
+    On,   // there by their alpha; needs BindGeometry and BindMaterials
+};
 // The miss and hit shaders of radiance rays, the TLAS with what it points at, and the parameters.
-void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters);
+void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters,
+                 AlphaTest alphaTest);
+// Those of shadow rays; beside BindTracing.
+void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
 // Instance and geometry records: from a hit to its triangle.
 void BindGeometry(PassBuilder& pass, const SceneIds& scene);
 void BindMaterials(PassBuilder& pass, const SceneIds& scene);
 void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
+// What light sampling looks up.
+void BindLights(PassBuilder& pass, const SceneIds& scene);
+// The choices that TraceSettings makes when a pipeline is created.
+void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 
 }  // namespace raygraph::passes

@@ -12,11 +12,14 @@ TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
         "Trace", PassKind::RayTracing,
         [&](PassBuilder& pass) {
             pass.RayGen(rayCounts ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen");
-            pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            BindTracing(pass, scene, ParametersFor(scene, settings));
+            SpecializeTrace(pass, scene, settings);
+            BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
+            BindShadowRays(pass, scene);
             BindGeometry(pass, scene);
             BindMaterials(pass, scene);
             BindEnvironment(pass, scene);
+            BindLights(pass, scene);
+            pass.Reads("energyTables", scene.energyTables);
             radiance = pass.Writes("radiance", radiance);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
         },
@@ -37,7 +40,7 @@ PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene, const Trace
         [&](PassBuilder& pass) {
             pass.RayGen("pathtrace/primary_hits.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            BindTracing(pass, scene, ParametersFor(scene, settings));
+            BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
             BindGeometry(pass, scene);
             BindMaterials(pass, scene);
             pass.Constants<uint32_t>(film == FilmPosition::Jittered ? 1u : 0u);

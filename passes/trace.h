@@ -2,14 +2,53 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
+#include "shaders/shared/light_samplers.h"
+#include "shaders/shared/microfacet_models.h"
 #include "shaders/shared/sampler_kinds.h"
+#include "shaders/shared/trace_options.h"
 
 namespace raygraph::passes {
 
 inline constexpr uint32_t kNoDepthLimit = 0xFFFFFFFFu;
+
+// How surfaces scatter. The defaults are glTF's material with nothing lost between microfacets.
+struct ScatteringSettings {
+    BrdfModel brdf = BrdfModel::Gltf;
+    Distribution distribution = Distribution::Ggx;
+    Masking masking = Masking::Correlated;
+    Fresnel fresnel = Fresnel::Schlick;
+    Multiscatter multiscatter = Multiscatter::Lut;
+};
+
+// How light is found. Every setting converges to the same picture, but for Off without a light that sampling
+// can find.
+struct LightSamplingSettings {
+    bool isOn = true;  // off: by chance alone, and punctual lights never
+    LightSampler sampler = LightSampler::Bvh;
+    MisHeuristic mis = MisHeuristic::Power;
+};
+
+struct RouletteSettings {
+    Roulette kind = Roulette::Throughput;
+    // First bounce that roulette may end. In the Cornell box 1, 2 and 3 are equally efficient within 2 %;
+    // from 2 on, the first bounce is never thinned, which matters on dark surfaces under a sky.
+    uint32_t start = 2;
+    float survival = 0.8f;  // of each bounce, for Constant and Frame; in (0, 1]
+};
+
+// Named biases: each changes the picture for less noise or time, and is off unless asked for.
+struct BiasSettings {
+    uint32_t maxDepth = kNoDepthLimit;  // bounces
+    // Largest component of what a sample may bring from behind the first bounce.
+    float clampIndirect = std::numeric_limits<float>::infinity();
+    float regularize = 0.0f;  // least GGX alpha of surfaces seen after the first bounce
+
+    bool operator==(const BiasSettings&) const = default;
+};
 
 struct TraceSettings {
     Extent2D extent;  // pixels
@@ -17,18 +56,16 @@ struct TraceSettings {
     SamplerKind sampler = SamplerKind::Sobol;
     uint32_t seed = 0;
     uint32_t sampleIndex = 0;
-    // A limit on bounces darkens the picture (a named bias): off unless asked for.
-    uint32_t maxDepth = kNoDepthLimit;
-    // First bounce that Russian roulette on the throughput may end. In the Cornell box 1, 2 and 3 are equally
-    // efficient within 2 %; from 2 on, the first bounce is never thinned, which matters on dark surfaces
-    // under a sky.
-    uint32_t rouletteStart = 2;
+    ScatteringSettings scattering{};
+    LightSamplingSettings lights{};
+    RouletteSettings roulette{};
+    BiasSettings biases{};
 };
 
 // Returns linear radiance, rgba32f, alpha 1 where the camera ray hit a surface and 0 where it escaped. A
-// function of (scene, settings) alone: the same device gives the same bits. Surfaces are two-sided Lambert
-// reflectors of their base colour and emit on both sides. `rayCounts`, if given, receives a texture (r32f)
-// with the rays traced in each pixel.
+// function of (scene, settings) alone: the same device gives the same bits. Unbiased but for
+// settings.biases. `rayCounts`, if given, receives a texture (r32f) with the rays traced in each pixel,
+// shadow rays included.
 [[nodiscard]] TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                               TextureId* rayCounts = nullptr);
 

@@ -131,7 +131,7 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 20 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 30 * 4);
-static_assert(sizeof(TraceParameters) == 28 * 4);
+static_assert(sizeof(TraceParameters) == 37 * 4);
 }  // namespace raygraph::gpu
 #endif
 
