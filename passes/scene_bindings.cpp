@@ -6,6 +6,7 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
     return {
         .camera = settings.camera,
         .environment = scene.environment,
+        .lights = scene.lightSet,
         .seed = settings.seed,
         .sampleIndex = settings.sampleIndex,
         .maxDepth = settings.maxDepth,
