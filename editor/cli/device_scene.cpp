@@ -7,14 +7,29 @@ namespace raygraph::cli {
 
 namespace {
 
+// Distance along the view to the middle of the scene, for a lens that was given no focus.
+float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
+    if (bounds.IsEmpty()) return 1.0f;
+    const float distance = glm::dot(bounds.Center() - view.eye, view.forward);
+    return distance > 0.0f ? distance : 1.0f;
+}
+
 passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const scene::SceneData& data) {
     const float aspect = static_cast<float>(settings.size.width) / static_cast<float>(settings.size.height);
-    return {.extent = {settings.size.width, settings.size.height},
-            .camera = ToRecord(scene::ChooseView(data, settings.camera, aspect)),
-            .sampler = settings.sampler,
-            .seed = settings.seed,
-            .maxDepth = settings.maxDepth.value_or(passes::kNoDepthLimit),
-            .rouletteStart = settings.rouletteStart};
+    const scene::CameraView view = scene::ChooseView(data, settings.camera, aspect);
+    passes::TraceSettings trace{.extent = {settings.size.width, settings.size.height},
+                                .camera = ToRecord(view),
+                                .sampler = settings.sampler,
+                                .seed = settings.seed,
+                                .sampleIndex = 0,
+                                .scattering = settings.scattering,
+                                .lights = settings.lights,
+                                .roulette = settings.roulette,
+                                .biases = settings.biases};
+    trace.camera.lensRadius = settings.aperture;
+    trace.camera.focusDistance =
+        settings.focusDistance > 0.0f ? settings.focusDistance : DefaultFocus(view, data.bounds);
+    return trace;
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "editor/cli/picture_settings.h"
 
+#include <cmath>
+#include <limits>
 #include <tuple>
 #include <vector>
 
@@ -12,9 +14,53 @@ namespace {
 
 constexpr std::array kViewNames = {"path-traced", "albedo", "normals", "depth", "instance", "material"};
 
-const std::vector<std::string_view>& SamplerNames() {
-    static const std::vector<std::string_view> kNames{"sobol", "pcg", "tea"};  // in the order of SamplerKind
-    return kNames;
+// Names of an enum's values, in their order.
+constexpr std::array kSamplerNames = {"sobol", "pcg", "tea"};
+constexpr std::array kBrdfNames = {"gltf", "lambert", "lafortune"};
+constexpr std::array kDistributionNames = {"ggx", "beckmann", "phong"};
+constexpr std::array kMaskingNames = {"correlated", "separable", "shortcut"};
+constexpr std::array kFresnelNames = {"schlick", "dielectric", "conductor", "lazanyi"};
+constexpr std::array kMultiscatterNames = {"off", "lut", "walk"};
+constexpr std::array kLightSamplerNames = {"uniform", "power", "bvh"};
+constexpr std::array kMisNames = {"balance", "power", "off"};
+
+template <typename T, size_t N>
+void SetChoice(T& value, std::string_view text, const std::array<const char*, N>& names) {
+    value = static_cast<T>(ParseChoice(text, {names.begin(), names.end()}));
+}
+
+template <typename T, size_t N>
+std::string ChoiceText(T value, const std::array<const char*, N>& names) {
+    return names[static_cast<size_t>(value)];
+}
+
+// "throughput", "off", "constant:P" or "frame:P".
+void SetRoulette(passes::RouletteSettings& roulette, std::string_view text) {
+    const size_t colon = text.find(':');
+    const std::string_view name = text.substr(0, colon);
+    const size_t kind = ParseChoice(name, {"throughput", "constant", "frame", "off"});
+    roulette.kind = static_cast<Roulette>(kind);
+    const bool hasProbability = roulette.kind == Roulette::Constant || roulette.kind == Roulette::Frame;
+    if (hasProbability != (colon != std::string_view::npos))
+        throw Error(ErrorKind::Usage, "\"" + std::string(text) + "\" " +
+                                          (hasProbability ? "needs a probability, as in " : "takes none: ") +
+                                          std::string(name) + (hasProbability ? ":0.8" : ""));
+    if (hasProbability)
+        roulette.survival = static_cast<float>(ParseNumber(text.substr(colon + 1), 0.01, 1.0));
+}
+
+std::string RouletteText(const passes::RouletteSettings& roulette) {
+    switch (roulette.kind) {
+        case Roulette::Throughput:
+            return "throughput";
+        case Roulette::Constant:
+            return "constant:" + ToText(roulette.survival);
+        case Roulette::Frame:
+            return "frame:" + ToText(roulette.survival);
+        case Roulette::Off:
+            return "off";
+    }
+    return "throughput";
 }
 
 constexpr PictureSetting kTable[] = {
@@ -44,24 +90,99 @@ constexpr PictureSetting kTable[] = {
      [](const PictureSettings& settings) { return std::to_string(settings.seed); }},
     {"sampler", "SAMPLER", "Random numbers: sobol (Owen-scrambled; default), pcg or tea",
      [](PictureSettings& settings, std::string_view text) {
-         settings.sampler = static_cast<SamplerKind>(ParseChoice(text, SamplerNames()));
+         SetChoice(settings.sampler, text, kSamplerNames);
      },
-     [](const PictureSettings& settings) {
-         return std::string(SamplerNames()[static_cast<size_t>(settings.sampler)]);
-     }},
-    {"brdf", "BRDF", "How surfaces scatter: lambert (base colour as albedo, nothing else; default)",
-     [](PictureSettings&, std::string_view text) { ParseChoice(text, {"lambert"}); },
-     [](const PictureSettings&) { return std::string("lambert"); }},
-    {"max-depth", "N", "End paths after N bounces; this darkens the picture. Default: none, no limit",
+     [](const PictureSettings& settings) { return ChoiceText(settings.sampler, kSamplerNames); }},
+    {"brdf", "BRDF",
+     "How surfaces scatter: gltf (default), lambert (base colour as albedo, nothing else) or lafortune "
+     "(modified Phong)",
      [](PictureSettings& settings, std::string_view text) {
-         settings.maxDepth = text == "none" ? std::nullopt : std::optional(ParseCount(text, 0, 0xFFFFFFFEu));
+         SetChoice(settings.scattering.brdf, text, kBrdfNames);
+     },
+     [](const PictureSettings& settings) { return ChoiceText(settings.scattering.brdf, kBrdfNames); }},
+    {"distribution", "D", "Microfacets: ggx (default), beckmann or phong",
+     [](PictureSettings& settings, std::string_view text) {
+         SetChoice(settings.scattering.distribution, text, kDistributionNames);
      },
      [](const PictureSettings& settings) {
-         return settings.maxDepth ? std::to_string(*settings.maxDepth) : std::string("none");
+         return ChoiceText(settings.scattering.distribution, kDistributionNames);
      }},
+    {"masking", "G", "Shadowing of microfacets: correlated (Smith; default), separable or shortcut",
+     [](PictureSettings& settings, std::string_view text) {
+         SetChoice(settings.scattering.masking, text, kMaskingNames);
+     },
+     [](const PictureSettings& settings) { return ChoiceText(settings.scattering.masking, kMaskingNames); }},
+    {"fresnel", "F", "Reflectance over angle: schlick (default), dielectric, conductor or lazanyi",
+     [](PictureSettings& settings, std::string_view text) {
+         SetChoice(settings.scattering.fresnel, text, kFresnelNames);
+     },
+     [](const PictureSettings& settings) { return ChoiceText(settings.scattering.fresnel, kFresnelNames); }},
+    {"multiscatter", "M",
+     "Light between microfacets: lut (compensated by tables; default), walk (simulated) or off (lost)",
+     [](PictureSettings& settings, std::string_view text) {
+         SetChoice(settings.scattering.multiscatter, text, kMultiscatterNames);
+     },
+     [](const PictureSettings& settings) {
+         return ChoiceText(settings.scattering.multiscatter, kMultiscatterNames);
+     }},
+    {"nee", "on|off", "Sample the lights (on); off finds light by chance alone, and no punctual light",
+     [](PictureSettings& settings, std::string_view text) {
+         settings.lights.isOn = ParseChoice(text, {"off", "on"}) == 1;
+     },
+     [](const PictureSettings& settings) { return std::string(settings.lights.isOn ? "on" : "off"); }},
+    {"light-sampler", "L", "How a light is chosen: bvh (by its possible contribution; default), power or uniform",
+     [](PictureSettings& settings, std::string_view text) {
+         SetChoice(settings.lights.sampler, text, kLightSamplerNames);
+     },
+     [](const PictureSettings& settings) { return ChoiceText(settings.lights.sampler, kLightSamplerNames); }},
+    {"mis", "HEURISTIC", "Weighing of sampled lights and sampled surfaces: power (default), balance or off",
+     [](PictureSettings& settings, std::string_view text) {
+         SetChoice(settings.lights.mis, text, kMisNames);
+     },
+     [](const PictureSettings& settings) { return ChoiceText(settings.lights.mis, kMisNames); }},
+    {"rr", "ROULETTE",
+     "How paths end: throughput (default), constant:P (each bounce survives with P), frame:P (one depth a "
+     "sample, drawn so) or off",
+     [](PictureSettings& settings, std::string_view text) { SetRoulette(settings.roulette, text); },
+     [](const PictureSettings& settings) { return RouletteText(settings.roulette); }},
     {"rr-start", "N", "First bounce at which Russian roulette may end a path (2)",
-     [](PictureSettings& settings, std::string_view text) { settings.rouletteStart = ParseCount(text); },
-     [](const PictureSettings& settings) { return std::to_string(settings.rouletteStart); }},
+     [](PictureSettings& settings, std::string_view text) { settings.roulette.start = ParseCount(text); },
+     [](const PictureSettings& settings) { return std::to_string(settings.roulette.start); }},
+    {"max-depth", "N", "Bias: end paths after N bounces; this darkens the picture. Default: none, no limit",
+     [](PictureSettings& settings, std::string_view text) {
+         settings.biases.maxDepth =
+             text == "none" ? passes::kNoDepthLimit : ParseCount(text, 0, passes::kNoDepthLimit - 1);
+     },
+     [](const PictureSettings& settings) {
+         return settings.biases.maxDepth == passes::kNoDepthLimit ? std::string("none")
+                                                                   : std::to_string(settings.biases.maxDepth);
+     }},
+    {"clamp-indirect", "RADIANCE",
+     "Bias: cut what a sample brings from behind the first bounce at this radiance. Default: none",
+     [](PictureSettings& settings, std::string_view text) {
+         settings.biases.clampIndirect = text == "none" ? std::numeric_limits<float>::infinity()
+                                                        : static_cast<float>(ParseNumber(text, 1e-6, 1e30));
+     },
+     [](const PictureSettings& settings) {
+         return std::isinf(settings.biases.clampIndirect) ? std::string("none")
+                                                          : ToText(settings.biases.clampIndirect);
+     }},
+    {"regularize", "ALPHA",
+     "Bias: roughen surfaces behind the first bounce to at least this GGX alpha (0)",
+     [](PictureSettings& settings, std::string_view text) {
+         settings.biases.regularize = static_cast<float>(ParseNumber(text, 0.0, 1.0));
+     },
+     [](const PictureSettings& settings) { return ToText(settings.biases.regularize); }},
+    {"aperture", "RADIUS", "Radius of the camera's lens in metres (0: a pinhole, all is sharp)",
+     [](PictureSettings& settings, std::string_view text) {
+         settings.aperture = static_cast<float>(ParseNumber(text, 0.0, 1e6));
+     },
+     [](const PictureSettings& settings) { return ToText(settings.aperture); }},
+    {"focus", "DISTANCE", "Distance that is sharp, in metres (0: to the middle of the scene's bounds)",
+     [](PictureSettings& settings, std::string_view text) {
+         settings.focusDistance = static_cast<float>(ParseNumber(text, 0.0, 1e9));
+     },
+     [](const PictureSettings& settings) { return ToText(settings.focusDistance); }},
     {"env-rotation", "DEG", "Turns the environment map about +y (0)",
      [](PictureSettings& settings, std::string_view text) {
          settings.environmentRotation = static_cast<float>(ParseNumber(text, -36000.0, 36000.0));

@@ -13,7 +13,7 @@
 #include <string_view>
 
 #include "editor/cli/parse.h"
-#include "shaders/shared/sampler_kinds.h"
+#include "passes/trace.h"
 
 namespace raygraph::cli {
 
@@ -26,10 +26,14 @@ struct PictureSettings {
     View view = View::PathTraced;
     std::string camera;  // as given: name, index or "eye target up fov"; "": the file's first, else framing
     std::string scene;   // glTF scene by name or index; "": the file's default
+    float aperture = 0.0f;       // lens radius, metres; 0: a pinhole
+    float focusDistance = 0.0f;  // metres; 0: to what is seen in the middle of the scene's bounds
     uint32_t seed = 0;
     SamplerKind sampler = SamplerKind::Sobol;
-    std::optional<uint32_t> maxDepth;  // bounces; none: no limit
-    uint32_t rouletteStart = 2;
+    passes::ScatteringSettings scattering{};
+    passes::LightSamplingSettings lights{};
+    passes::RouletteSettings roulette{};
+    passes::BiasSettings biases{};
     float environmentRotation = 0.0f;  // degrees about +y
     std::array<float, 3> background{0.0f, 0.0f, 0.0f};
 };

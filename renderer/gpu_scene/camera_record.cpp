@@ -13,6 +13,8 @@ gpu::CameraRecord ToRecord(const scene::CameraView& view) {
         .right = halfHeight * view.aspect * view.right,
         .up = halfHeight * view.up,
         .forward = view.forward,
+        .lensRadius = 0.0f,
+        .focusDistance = 1.0f,
     };
 }
 

@@ -33,6 +33,11 @@ struct SceneIds {
     TextureSetId textures;     // set 1
     TextureId environmentMap;  // "environmentMap": equirectangular; a black texel when there is none
     gpu::EnvironmentRecord environment;
+    BufferId lights;            // "lights": gpu::LightRecord[]
+    BufferId lightNodes;        // "lightNodes": gpu::LightNode[]
+    BufferId lightAlias;        // "lightAlias": gpu::AliasEntry[]
+    BufferId environmentAlias;  // "environmentAlias": gpu::AliasEntry[]
+    gpu::LightSetRecord lightSet{};
 };
 
 // Light from everywhere else: a constant, times an equirectangular map if there is one.

@@ -11,6 +11,8 @@
 #ifndef RAYGRAPH_SHARED_SCENE_RECORDS_H
 #define RAYGRAPH_SHARED_SCENE_RECORDS_H
 
+#include "light_records.h"
+
 #ifdef __cplusplus
 
 #include <cstdint>
@@ -46,8 +48,12 @@ struct InstanceRecord {
     RAYGRAPH_ADDRESS indices;    // uint, three a triangle, in the order of the BLAS
     RAYGRAPH_ADDRESS
     triangleGeometries;  // uint a triangle: its geometry, from firstGeometry; 0: the first for all
+    RAYGRAPH_ADDRESS
+        triangleLights;  // uint a triangle: its light, from firstLight, or kNoLight; 0: no lights
     uint firstGeometry;  // index of the group's first GeometryRecord
     uint instance;       // index of the scene's instance
+    uint firstLight;     // number of the group's first light
+    uint padding;
 };
 
 struct GeometryRecord {
@@ -113,6 +119,7 @@ struct EnvironmentRecord {
 struct TraceParameters {
     CameraRecord camera;
     EnvironmentRecord environment;
+    LightSetRecord lights;
     uint seed;
     uint sampleIndex;
     uint maxDepth;        // bounces; 0xFFFFFFFF: no limit
@@ -128,7 +135,7 @@ struct TraceParameters {
 #ifdef __cplusplus
 #undef RAYGRAPH_ADDRESS
 
-static_assert(sizeof(InstanceRecord) == 20 * 4);
+static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 30 * 4);
 static_assert(sizeof(TraceParameters) == 37 * 4);
