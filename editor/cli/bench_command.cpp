@@ -63,7 +63,7 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
 void BenchCommand(const BenchArguments& arguments) {
     if (!arguments.json.empty()) CheckWritable(std::vector{arguments.json}, std::vector{arguments.scene});
     PictureSettings settings = SettingsFrom(arguments.given);
-    if (!arguments.given.contains("max-depth")) settings.maxDepth = kDefaultDepth;
+    if (!arguments.given.contains("max-depth")) settings.biases.maxDepth = kDefaultDepth;
 
     Progress progress(stderr, arguments.isQuiet);
     SceneInput input = LoadInput(arguments.scene, settings.scene, arguments.environment);

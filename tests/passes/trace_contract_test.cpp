@@ -52,8 +52,8 @@ TEST_F(TraceContract, Trace_IsAFunctionOfSeedPixelAndSample) {
 TEST_F(TraceContract, Trace_CountsItsRays) {
     SetBoxes();
     TraceSettings settings = InsideBoxes();
-    settings.maxDepth = 2;
-    settings.rouletteStart = 100;
+    settings.biases.maxDepth = 2;
+    settings.roulette.start = 100;
     render.renderer.BeginFrame();
     const SceneIds ids = render.scene.Declare(render.renderer);
     TextureId rayCounts;

@@ -116,7 +116,7 @@ TEST_F(TracePhysics, Trace_EmptySceneShowsTheEnvironmentOnly) {
 TEST_F(TracePhysics, Trace_DepthZeroSeesEmissionOnly) {
     render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.8f), glm::vec3(1.0f, 2.0f, 3.0f))}));
     TraceSettings settings = LookAt({0, 0, 0}, {1, 0, 0}, 1.5f, 16);
-    settings.maxDepth = 0;
+    settings.biases.maxDepth = 0;
     for (const glm::vec4& texel : render.TraceOnce(settings).values) EXPECT_EQ(texel, glm::vec4(1, 2, 3, 1));
 }
 
@@ -127,7 +127,7 @@ TEST_F(TracePhysics, Trace_EverySamplerAndRouletteConvergesToOneImage) {
                 {glm::mat4x3(1.0f), Translation({0.4f, -0.5f, 0.1f})}));
     TraceSettings settings = LookAt({-0.8f, 0.1f, 0.3f}, {1.0f, -0.5f, 0.0f}, 1.2f, 64);
     settings.sampler = SamplerKind::Sobol;
-    settings.rouletteStart = 8;
+    settings.roulette.start = 8;
     const RenderedImage reference = render.Render(settings, 48);
     struct Variant {
         SamplerKind sampler;
@@ -136,7 +136,7 @@ TEST_F(TracePhysics, Trace_EverySamplerAndRouletteConvergesToOneImage) {
     for (const Variant variant : {Variant{SamplerKind::Pcg, 8}, Variant{SamplerKind::Tea, 8},
                                   Variant{SamplerKind::Sobol, 1}, Variant{SamplerKind::Sobol, 30}}) {
         settings.sampler = variant.sampler;
-        settings.rouletteStart = variant.rouletteStart;
+        settings.roulette.start = variant.rouletteStart;
         settings.seed = 1;
         const RenderedImage image = render.Render(settings, 48);
         const glm::dvec3 difference = image.mean.Mean() - reference.mean.Mean();

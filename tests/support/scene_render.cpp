@@ -171,6 +171,7 @@ passes::TraceSettings LookAt(const glm::vec3& eye, const glm::vec3& target, floa
     passes::TraceSettings settings;
     settings.extent = {size, size};
     settings.camera = ToRecord(view);
+    settings.scattering.brdf = BrdfModel::Lambert;
     return settings;
 }
 

@@ -63,7 +63,7 @@ glm::mat4x3 Translation(const glm::vec3& offset);
 scene::SceneData SceneOf(std::vector<scene::Mesh> meshes, std::vector<scene::Material> materials,
                          std::vector<glm::mat4x3> transforms = {});
 
-// A perspective camera's settings over a square picture.
+// A perspective camera's settings over a square picture. Surfaces are Lambert's: closed forms know no gloss.
 passes::TraceSettings LookAt(const glm::vec3& eye, const glm::vec3& target, float yFov, uint32_t size);
 
 }  // namespace raygraph::testing
