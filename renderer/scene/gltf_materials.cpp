@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -75,6 +76,10 @@ struct FileTexture {
     Sampler sampler;
 };
 
+constexpr float kUnbounded = std::numeric_limits<float>::max();
+constexpr float kMostIor = 1e4f;  // A mirror to four digits, and its square far from a float's end.
+constexpr uint64_t kMostPriority = std::numeric_limits<uint32_t>::max();
+
 class MaterialImporter {
   public:
     MaterialImporter(GltfContext& context, const JsonValue& root, SceneData& scene)
@@ -121,10 +126,17 @@ class MaterialImporter {
         }
     }
 
+    // Checks a reference to a texture that nothing reads: its image is not opened for it. Returns the index.
+    uint32_t CheckTexture(const JsonValue& value) {
+        if (!value.IsPresent()) return kNone;
+        value.RequireObject()["texCoord"].UnsignedOr(0);
+        return value["index"].Index(m_fileTextures.size(), "textures");
+    }
+
     TextureRef ReadTexture(const JsonValue& value, ColorSpace colorSpace) {
         TextureRef ref;
-        if (!value.IsPresent()) return ref;
-        const uint32_t index = value.RequireObject()["index"].Index(m_fileTextures.size(), "textures");
+        const uint32_t index = CheckTexture(value);
+        if (index == kNone) return ref;
         const uint64_t texCoord = value["texCoord"].UnsignedOr(0);
         if (texCoord > 1) {
             m_context.Warn(
@@ -165,8 +177,13 @@ class MaterialImporter {
         return Clamped(value, value.FloatOr(absent), 0.0f, max);
     }
 
+    // A colour whose channels are clamped to [0, max]; left as it is when absent.
+    void ColorFactor(const JsonValue& value, glm::vec3& color, float max) {
+        value.FloatsIfPresent({&color.x, 3});
+        for (int i = 0; i < 3; ++i) color[i] = Clamped(value, color[i], 0.0f, max);
+    }
+
     Material ReadMaterial(const JsonValue& value) {
-        constexpr float kUnbounded = std::numeric_limits<float>::max();
         Material material;
         material.name = value.RequireObject()["name"].StringOr("");
         const JsonValue pbr = value["pbrMetallicRoughness"];
@@ -184,17 +201,60 @@ class MaterialImporter {
         material.occlusionStrength = Factor(value["occlusionTexture"]["strength"], 1.0f, 1.0f);
         // Above 1 is out of the standard's range, but files from before KHR_materials_emissive_strength mean
         // it.
-        const JsonValue emissive = value["emissiveFactor"];
-        emissive.FloatsIfPresent({&material.emissiveFactor.x, 3});
-        for (int i = 0; i < 3; ++i)
-            material.emissiveFactor[i] = Clamped(emissive, material.emissiveFactor[i], 0.0f, kUnbounded);
+        ColorFactor(value["emissiveFactor"], material.emissiveFactor, kUnbounded);
         material.emissiveTexture = ReadTexture(value["emissiveTexture"], ColorSpace::Srgb);
-        const JsonValue strength = value["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"];
-        material.emissiveStrength = Factor(strength, 1.0f, kUnbounded);
         material.alphaMode = ReadAlphaMode(value["alphaMode"]);
         material.alphaCutoff = Factor(value["alphaCutoff"], 0.5f, kUnbounded);
         material.isDoubleSided = value["doubleSided"].BoolOr(false);
+        ReadExtensions(value["extensions"], material);
+        material.priority = ReadPriority(value["extras"]);
         return material;
+    }
+
+    void ReadExtensions(const JsonValue& extensions, Material& material) {
+        const JsonValue strength = extensions["KHR_materials_emissive_strength"]["emissiveStrength"];
+        material.emissiveStrength = Factor(strength, 1.0f, kUnbounded);
+
+        const JsonValue ior = extensions["KHR_materials_ior"]["ior"];
+        material.ior = ior.FloatOr(1.5f);
+        if (material.ior != 0.0f) material.ior = Clamped(ior, material.ior, 1.0f, kMostIor);
+
+        const JsonValue specular = extensions["KHR_materials_specular"];
+        material.specularFactor = Factor(specular["specularFactor"], 1.0f, 1.0f);
+        material.specularTexture = ReadTexture(specular["specularTexture"], ColorSpace::Linear);
+        ColorFactor(specular["specularColorFactor"], material.specularColorFactor, kUnbounded);
+        material.specularColorTexture = ReadTexture(specular["specularColorTexture"], ColorSpace::Srgb);
+
+        const JsonValue transmission = extensions["KHR_materials_transmission"];
+        material.transmissionFactor = Factor(transmission["transmissionFactor"], 0.0f, 1.0f);
+        material.transmissionTexture = ReadTexture(transmission["transmissionTexture"], ColorSpace::Linear);
+
+        const JsonValue volume = extensions["KHR_materials_volume"];
+        material.thicknessFactor = Factor(volume["thicknessFactor"], 0.0f, kUnbounded);
+        CheckTexture(volume["thicknessTexture"]);
+        ColorFactor(volume["attenuationColor"], material.attenuationColor, 1.0f);
+        const JsonValue distance = volume["attenuationDistance"];
+        material.attenuationDistance = distance.FloatOr(0.0f);
+        if (distance.IsPresent() && !(material.attenuationDistance > 0.0f)) {
+            m_context.Warn(distance, "distance",
+                           "is " + distance.Shown() + ", must be above 0, taken as infinite");
+            material.attenuationDistance = 0.0f;
+        }
+
+        const JsonValue unlit = extensions["KHR_materials_unlit"];
+        material.isUnlit = unlit.IsPresent() && unlit.RequireObject().IsPresent();
+    }
+
+    // `extras` belongs to applications: what is no priority as we mean it may be another's, and only warns.
+    uint32_t ReadPriority(const JsonValue& extras) {
+        if (!extras.IsObject() || !extras["priority"].IsPresent()) return 0;
+        const JsonValue priority = extras["priority"];
+        const std::optional<uint64_t> number = priority.TryUnsigned();
+        if (number && *number <= kMostPriority) return static_cast<uint32_t>(*number);
+        m_context.Warn(priority, "priority",
+                       "is " + priority.Shown() + ", must be a whole number of 0 to " +
+                           std::to_string(kMostPriority) + ", taken as 0");
+        return 0;
     }
 
     static AlphaMode ReadAlphaMode(const JsonValue& value) {

@@ -70,13 +70,18 @@ float JsonValue::Float() const {
     return static_cast<float>(value);
 }
 
-uint64_t JsonValue::Unsigned() const {
+std::optional<uint64_t> JsonValue::TryUnsigned() const {
     if (m_json && m_json->is_number_unsigned()) return m_json->get<uint64_t>();
     if (m_json && m_json->is_number_float()) {
         const double value = m_json->get<double>();
         if (value >= 0.0 && value <= 9007199254740992.0 && value == std::floor(value))
             return static_cast<uint64_t>(value);
     }
+    return std::nullopt;
+}
+
+uint64_t JsonValue::Unsigned() const {
+    if (const std::optional<uint64_t> value = TryUnsigned()) return *value;
     Fail("is " + Shown() + ", must be a whole number of at least 0");
 }
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,6 +42,8 @@ class JsonValue {
     float Float() const;
     // A whole number, also when written 2.0 or 2e0, up to 2^53 in those forms.
     uint64_t Unsigned() const;
+    // The same; nothing if the value is absent or no such number.
+    std::optional<uint64_t> TryUnsigned() const;
     // An index below `count` of the array named `what`: "is 7, but there are 3 accessors".
     uint32_t Index(size_t count, const char* what) const;
     // An array of exactly out.size() floats.

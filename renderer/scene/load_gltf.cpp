@@ -21,8 +21,10 @@
 namespace raygraph::scene {
 namespace {
 
-constexpr std::array<std::string_view, 4> kSupportedExtensions{
-    "KHR_mesh_quantization", "KHR_materials_emissive_strength", "KHR_lights_punctual", "EXT_texture_webp"};
+constexpr std::array<std::string_view, 9> kSupportedExtensions{
+    "KHR_mesh_quantization",           "KHR_lights_punctual",  "EXT_texture_webp",
+    "KHR_materials_emissive_strength", "KHR_materials_ior",    "KHR_materials_specular",
+    "KHR_materials_transmission",      "KHR_materials_volume", "KHR_materials_unlit"};
 
 bool IsSupported(const std::string& extension) {
     return std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), extension) !=

@@ -1,6 +1,7 @@
 #include "renderer/scene/scene_data.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/check.h"
@@ -45,6 +46,15 @@ Bounds Bounds::Transformed(const glm::mat4x3& transform) const {
         result.Extend(transform * glm::vec4(point, 1.0f));
     }
     return result;
+}
+
+glm::vec3 Material::Absorption() const {
+    glm::vec3 absorption(0.0f);
+    if (attenuationDistance == 0.0f) return absorption;
+    for (int i = 0; i < 3; ++i)
+        if (attenuationColor[i] < 1.0f)  // The logarithm of 0 is minus infinity.
+            absorption[i] = std::min(-std::log(attenuationColor[i]) / attenuationDistance, kMostAbsorption);
+    return absorption;
 }
 
 glm::mat4x3 Node::LocalTransform() const {

@@ -78,7 +78,8 @@ struct TextureRef {
 
 enum class AlphaMode : uint8_t { Opaque, Mask, Blend };
 
-// glTF's metallic-roughness material. Each texture is multiplied with the factor beside it.
+// glTF's metallic-roughness material with those of its extensions that are read. Each texture is multiplied
+// with the factor beside it.
 struct Material {
     std::string name;
     glm::vec4 baseColorFactor{1.0f};  // Linear rgb, alpha.
@@ -86,7 +87,7 @@ struct Material {
     float metallicFactor = 1.0f;
     float roughnessFactor = 1.0f;         // Perceptual: alpha = roughness^2.
     TextureRef metallicRoughnessTexture;  // g = roughness, b = metallic.
-    TextureRef normalTexture;     // Tangent space, rgb in [0,1] -> [-1,1], +y up the v axis (green up).
+    TextureRef normalTexture;     // Tangent space, rgb in [0,1] -> [-1,1], +y to the image's top (green up).
     float normalScale = 1.0f;     // On the x and y of the unpacked normal.
     TextureRef occlusionTexture;  // r. Kept for raster views; a path tracer has no use for it.
     float occlusionStrength = 1.0f;
@@ -97,8 +98,35 @@ struct Material {
     float alphaCutoff = 0.5f;  // Of AlphaMode::Mask: alpha below it is a hole.
     bool isDoubleSided = false;
 
-    // Emitted radiance before the texture.
-    glm::vec3 EmittedRadiance() const { return emissiveFactor * emissiveStrength; }
+    float ior = 1.5f;                     // KHR_materials_ior: at least 1; or 0: reflects everything.
+    float specularFactor = 1.0f;          // KHR_materials_specular: strength of the dielectric's reflection,
+    TextureRef specularTexture;           // alpha;
+    glm::vec3 specularColorFactor{1.0f};  // and its colour at normal incidence, not bounded by 1,
+    TextureRef specularColorTexture;      // sRGB.
+    float transmissionFactor = 0.0f;      // KHR_materials_transmission: share that is not diffuse but passes,
+    TextureRef transmissionTexture;       // r.
+    float thicknessFactor = 0.0f;         // KHR_materials_volume: above 0, the surface bounds a medium.
+    glm::vec3 attenuationColor{1.0f};     // What white light turns to on its way through the medium,
+    float attenuationDistance = 0.0f;     // of this length, metres; 0 = infinite.
+    bool isUnlit = false;                 // KHR_materials_unlit: shows its base colour and nothing else.
+    // Where closed surfaces with media overlap, the medium of the higher priority is there. Not glTF's: a
+    // whole number `priority` in the material's `extras`.
+    uint32_t priority = 0;
+
+    // Emitted radiance before the texture. An unlit material emits its base colour instead.
+    glm::vec3 EmittedRadiance() const {
+        return isUnlit ? glm::vec3(0.0f) : emissiveFactor * emissiveStrength;
+    }
+    // Light passes, so that backs count as much as fronts do.
+    bool IsTransmissive() const { return transmissionFactor > 0.0f; }
+    bool BoundsMedium() const { return thicknessFactor > 0.0f; }
+    // Absorption coefficient of the medium, 1/m: exp(-absorption d) of the light passes d metres. At most
+    // kMostAbsorption, which an attenuationColor of 0 means.
+    glm::vec3 Absorption() const;
+    // Whether rays pass through the back of the surface as if it were not there (glTF 2.0, 3.9.5).
+    bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive() && !BoundsMedium(); }
+
+    static constexpr float kMostAbsorption = 1e9f;
 };
 
 enum class WrapMode : uint8_t { Repeat, MirroredRepeat, ClampToEdge };

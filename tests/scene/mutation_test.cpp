@@ -31,7 +31,16 @@ GltfDocument RichDocument() {
     primitive["material"] = document.AddMaterial(
         {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"metallicFactor", 0.5}}},
          {"normalTexture", {{"index", 0}, {"scale", 2}}},
-         {"alphaMode", "MASK"}});
+         {"alphaMode", "MASK"},
+         {"extensions",
+          {{"KHR_materials_ior", {{"ior", 1.3}}},
+           {"KHR_materials_specular",
+            {{"specularColorFactor", {1, 2, 3}}, {"specularTexture", {{"index", 0}}}}},
+           {"KHR_materials_transmission", {{"transmissionFactor", 0.5}}},
+           {"KHR_materials_volume",
+            {{"thicknessFactor", 1}, {"attenuationColor", {0, 0.5, 1}}, {"attenuationDistance", 2}}},
+           {"KHR_materials_unlit", Json::object()}}},
+         {"extras", {{"priority", 3}}}});
     document.Add("images", {{"uri", DataUri(MakePng(3, 3, {1, 2, 3, 4}))}});
     document.Add("samplers", {{"minFilter", 9987}, {"wrapS", 33071}});
     document.Add("textures", {{"source", 0}, {"sampler", 0}});

@@ -85,7 +85,6 @@ const std::map<std::string, std::string> kRefused{
     {"BoxMeshopt.glb", "EXT_meshopt_compression"},
     {"Box_draco.glb", "KHR_draco_mesh_compression"},
     {"SheenCloth.glb", "KHR_texture_transform"},
-    {"UnlitTest.glb", "KHR_materials_unlit"},
 };
 
 TEST(ReferenceScenes, HaveTheTriangleCountsOfTheirManifest) {
