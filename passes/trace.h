@@ -8,6 +8,7 @@
 #include "renderer/graph/renderer.h"
 #include "shaders/shared/light_samplers.h"
 #include "shaders/shared/microfacet_models.h"
+#include "shaders/shared/multiscatter_kinds.h"
 #include "shaders/shared/sampler_kinds.h"
 #include "shaders/shared/trace_options.h"
 
@@ -21,7 +22,7 @@ struct ScatteringSettings {
     Distribution distribution = Distribution::Ggx;
     Masking masking = Masking::Correlated;
     Fresnel fresnel = Fresnel::Schlick;
-    Multiscatter multiscatter = Multiscatter::Lut;
+    MultiscatterKind multiscatter = MultiscatterKind::Lut;
 };
 
 // How light is found. Every setting converges to the same picture, but for Off without a light that sampling

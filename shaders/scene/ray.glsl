@@ -3,6 +3,14 @@
 #define RAYGRAPH_SCENE_RAY_GLSL
 
 #include "core/glue.h"
+#include "shared/scene_records.h"
+
+#ifdef __cplusplus
+namespace raygraph::shading {
+using gpu::kMaterialUnlit;
+using gpu::kMaterialVolume;
+}  // namespace raygraph::shading
+#endif
 
 SHADING_BEGIN
 

@@ -187,7 +187,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.sampler = SamplerKind::Tea;
     settings.biases = {.maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f};
     settings.scattering = {BrdfModel::Lafortune, Distribution::Phong, Masking::Separable, Fresnel::Lazanyi,
-                           Multiscatter::Walk};
+                           MultiscatterKind::Walk};
     settings.lights = {false, LightSampler::Power, MisHeuristic::Balance};
     settings.aperture = 0.125f;
     settings.focusDistance = 3.5f;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "lights/light_types.glsl"
 #include "scene/ray.glsl"
 
 namespace raygraph::shading {
@@ -18,7 +19,7 @@ struct SphereScene {
 };
 thread_local SphereScene scene;
 
-Hit Intersect(Ray ray) {
+Hit Intersect(Ray ray, uint) {
     Hit hit{};
     hit.t = -1.0f;
     const float b = dot(ray.origin, ray.direction);
@@ -33,11 +34,45 @@ Hit Intersect(Ray ray) {
 SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     const vec3 outward = normalize(ray.origin + hit.t * ray.direction);
     const vec3 normal = dot(outward, ray.direction) < 0.0f ? outward : -outward;
-    return {.position = scene.radius * outward,
-            .geometricNormal = normal,
-            .shadingNormal = normal,
-            .emission = scene.emission,
-            .albedo = scene.albedo};
+    SurfaceInteraction surface{};
+    surface.position = scene.radius * outward;
+    surface.geometricNormal = normal;
+    surface.shadingNormal = normal;
+    surface.emission = scene.emission;
+    surface.light = kNoLight;
+    surface.isFront = normal == outward;
+    surface.material.baseColor = scene.albedo;
+    surface.material.ior = 1.5f;
+    return surface;
+}
+
+bool Unoccluded(Ray ray, float distance, uint) {
+    const Hit hit = Intersect(ray, 0u);
+    return !IsHit(hit) || hit.t > distance;
+}
+
+Medium MediumAt(uint) {
+    return {};
+}
+
+// No lights but what the sphere and the environment are
+LightSetRecord LightSet() {
+    return {};
+}
+LightRecord LightAt(uint) {
+    return {};
+}
+LightNode LightNodeAt(uint) {
+    return {};
+}
+AliasEntry LightAliasAt(uint) {
+    return {};
+}
+AliasEntry EnvironmentAliasAt(uint) {
+    return {};
+}
+vec3 TriangleEmission(LightRecord, vec2, vec3) {
+    return vec3(0.0f);
 }
 
 vec3 EnvironmentRadiance(vec3) {
@@ -57,6 +92,17 @@ namespace {
 
 constexpr uint kNoLimit = 0xFFFFFFFFu;
 
+// Unbiased, and all materials Lambert's.
+PathSettings Unbiased(uint maxDepth, uint rouletteStart) {
+    threadTraceOptions = {.brdf = BrdfModel::Lambert, .features = 0u};
+    return {.maxDepth = maxDepth,
+            .rouletteStart = rouletteStart,
+            .survival = 1.0f,
+            .frameDepth = 0u,
+            .clampIndirect = kInfinity,
+            .regularize = 0.0f};
+}
+
 struct Mean {
     double radiance = 0.0;
     double standardError = 0.0;
@@ -72,7 +118,7 @@ Mean MeanRadiance(Ray ray, PathSettings settings, uint sampleCount) {
         }
         sum += path.radiance.y;
         squares += double(path.radiance.y) * path.radiance.y;
-        rays += path.depth + 1;
+        rays += path.rayCount;
     }
     const double n = sampleCount;
     const double mean = sum / n;
@@ -88,7 +134,7 @@ Ray FromCenter() {
 TEST(Path, ClosedSphereHasRadianceOneOverOneMinusAlbedo) {
     for (const float albedo : {0.2f, 0.5f, 0.8f}) {
         scene = {.albedo = vec3(albedo), .emission = vec3(1.0f)};
-        const Mean mean = MeanRadiance(FromCenter(), {.maxDepth = kNoLimit, .rouletteStart = 3u}, 1u << 18);
+        const Mean mean = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 3u), 1u << 18);
         const double expected = 1.0 / (1.0 - albedo);
         EXPECT_NEAR(mean.radiance, expected, 4.0 * mean.standardError + 1e-4) << "albedo " << albedo;
         EXPECT_LT(mean.standardError, 0.005 * expected) << "too noisy to prove anything";
@@ -98,15 +144,15 @@ TEST(Path, ClosedSphereHasRadianceOneOverOneMinusAlbedo) {
 TEST(Path, SphereInUnitEnvironmentReflectsItsAlbedo) {
     scene = {.albedo = vec3(0.7f), .environment = vec3(1.0f)};
     const Ray ray{.origin = vec3(0.2f, 0.1f, 5.0f), .direction = vec3(0.0f, 0.0f, -1.0f)};
-    const Mean mean = MeanRadiance(ray, {.maxDepth = kNoLimit, .rouletteStart = 100u}, 4096);
+    const Mean mean = MeanRadiance(ray, Unbiased(kNoLimit, 100u), 4096);
     EXPECT_NEAR(mean.radiance, 0.7, 1e-5);
     EXPECT_EQ(mean.rays, 2.0) << "a convex body sends every path out after one bounce";
 }
 
 TEST(Path, RouletteChangesTheNoiseAndNotTheMean) {
     scene = {.albedo = vec3(0.5f), .emission = vec3(1.0f)};
-    const Mean early = MeanRadiance(FromCenter(), {.maxDepth = kNoLimit, .rouletteStart = 1u}, 1u << 18);
-    const Mean late = MeanRadiance(FromCenter(), {.maxDepth = kNoLimit, .rouletteStart = 16u}, 1u << 16);
+    const Mean early = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 1u), 1u << 18);
+    const Mean late = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 16u), 1u << 16);
     EXPECT_NEAR(early.radiance, 2.0, 4.0 * early.standardError);
     EXPECT_NEAR(late.radiance, 2.0, 4.0 * late.standardError + 1e-3);
     EXPECT_LT(early.rays, late.rays);
@@ -115,7 +161,7 @@ TEST(Path, RouletteChangesTheNoiseAndNotTheMean) {
 TEST(Path, DepthLimitCutsTheGeometricSeries) {
     scene = {.albedo = vec3(0.5f), .emission = vec3(1.0f)};
     for (const uint depth : {0u, 1u, 2u, 5u}) {
-        const Mean mean = MeanRadiance(FromCenter(), {.maxDepth = depth, .rouletteStart = kNoLimit}, 64);
+        const Mean mean = MeanRadiance(FromCenter(), Unbiased(depth, kNoLimit), 64);
         EXPECT_NEAR(mean.radiance, (1.0 - std::pow(0.5, depth + 1.0)) / 0.5, 1e-5) << "depth " << depth;
         EXPECT_EQ(mean.rays, depth + 1.0);
     }
@@ -123,7 +169,7 @@ TEST(Path, DepthLimitCutsTheGeometricSeries) {
 
 TEST(Path, BlackSurfaceEndsThePath) {
     scene = {.emission = vec3(3.0f), .environment = vec3(1.0f)};
-    const Mean mean = MeanRadiance(FromCenter(), {.maxDepth = kNoLimit, .rouletteStart = 3u}, 16);
+    const Mean mean = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 3u), 16);
     EXPECT_EQ(mean.radiance, 3.0);
     EXPECT_EQ(mean.rays, 1.0);
 }
@@ -132,7 +178,7 @@ TEST(Path, MissSeesTheEnvironmentWithoutAlpha) {
     scene = {.environment = vec3(2.0f)};
     const Ray ray{.origin = vec3(0.0f, 0.0f, 5.0f), .direction = vec3(0.0f, 0.0f, 1.0f)};
     PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
-    EXPECT_FALSE(ExtendPath(path, {kNoLimit, 3u}));
+    EXPECT_FALSE(ExtendPath(path, Unbiased(kNoLimit, 3u)));
     EXPECT_EQ(path.radiance, vec3(2.0f));
     EXPECT_EQ(path.alpha, 0.0f);
 }
