@@ -1,6 +1,8 @@
 #include "passes/accumulate.h"
 
 #include <cstring>
+#include <functional>
+#include <utility>
 
 #include "base/error.h"
 
@@ -32,15 +34,53 @@ const char* Name(ResetCause cause) {
     return "unknown";
 }
 
-// The passes' way to an Accumulation's count and extent.
-struct AccumulationAccess {
-    static uint32_t& SampleCount(Accumulation& a) { return a.m_sampleCount; }
-    static Extent2D& Extent(Accumulation& a) { return a.m_extent; }
-    static bool& HasVariance(Accumulation& a) { return a.m_hasVariance; }
+// What a declared pass will have made of an Accumulation; takes effect when the frame is submitted.
+class AccumulationStep {
+  public:
+    AccumulationStep(Accumulation& accumulation, Extent2D extent, bool hasVariance)
+        : m_accumulation(accumulation),
+          m_extent(extent),
+          m_hasVariance(hasVariance),
+          m_sampleCount(accumulation.m_sampleCount),
+          m_resetCount(accumulation.m_resetCount) {}
+
+    Extent2D Extent() const { return m_extent; }
+    // Samples in the mean before the pass.
+    uint32_t SampleCount() const { return m_sampleCount; }
+
+    // `isLost`: the persistent textures are without contents.
+    void StartAnewIfNeeded(bool isLost) {
+        if (m_sampleCount == 0) return;
+        if (m_hasVariance && !m_accumulation.m_hasVariance)
+            m_cause = ResetCause::Settings;
+        else if (isLost || !(m_accumulation.m_extent == m_extent))
+            m_cause = ResetCause::Resize;
+        if (m_cause != ResetCause::Count) m_sampleCount = 0;
+    }
+    void Take(CommandList& commands, uint32_t sampleCount) {
+        commands.OnSubmitted([step = *this, sampleCount] { step.Apply(sampleCount); });
+    }
+
+  private:
+    void Apply(uint32_t sampleCount) const {
+        if (m_cause != ResetCause::Count) m_accumulation.m_resets[static_cast<size_t>(m_cause)]++;
+        m_accumulation.m_extent = m_extent;
+        m_accumulation.m_hasVariance = m_hasVariance;
+        const bool isResetSince = m_accumulation.m_resetCount != m_resetCount;
+        m_accumulation.m_sampleCount = isResetSince ? 0 : sampleCount;
+    }
+
+    Accumulation& m_accumulation;
+    Extent2D m_extent;
+    bool m_hasVariance;
+    uint32_t m_sampleCount;
+    uint64_t m_resetCount;
+    ResetCause m_cause = ResetCause::Count;  // Count: it goes on
 };
 
 void Accumulation::Reset(ResetCause cause) {
     m_sampleCount = 0;
+    m_resetCount++;
     m_resets[static_cast<size_t>(cause)]++;
 }
 
@@ -51,36 +91,29 @@ AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& ac
     result.mean = renderer.Persist(accumulation.Name() + ".mean", desc);
     if (withVariance) result.variance = renderer.Persist(accumulation.Name() + ".variance", desc);
 
-    if (accumulation.SampleCount() > 0 && withVariance && !AccumulationAccess::HasVariance(accumulation))
-        accumulation.Reset(ResetCause::Settings);
-    // The persistent textures hold `count` samples, unless they were made for this frame or cover another
-    // extent
-    const bool isResized = !(AccumulationAccess::Extent(accumulation) == desc.extent);
-    const bool isLost = renderer.IsFresh(result.mean) || (withVariance && renderer.IsFresh(result.variance));
-    if (accumulation.SampleCount() > 0 && (isResized || isLost)) accumulation.Reset(ResetCause::Resize);
-    AccumulationAccess::Extent(accumulation) = desc.extent;
-
+    AccumulationStep step(accumulation, desc.extent, withVariance);
+    step.StartAnewIfNeeded(renderer.IsFresh(result.mean) ||
+                           (withVariance && renderer.IsFresh(result.variance)));
     renderer.AddPass(
         "Accumulate", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute(withVariance ? "post/accumulate_variance.comp" : "post/accumulate.comp");
             pass.Reads("newSample", sample);
-            pass.Constants(accumulation.SampleCount());
+            pass.Constants(step.SampleCount());
             result.mean = pass.Updates("mean", result.mean);
             if (withVariance) result.variance = pass.Updates("variance", result.variance);
         },
-        [extent = desc.extent, withVariance, &accumulation](CommandList& commands) {
-            commands.DispatchOver(extent);
-            AccumulationAccess::SampleCount(accumulation)++;
-            AccumulationAccess::HasVariance(accumulation) = withVariance;
+        [step](CommandList& commands) mutable {
+            commands.DispatchOver(step.Extent());
+            step.Take(commands, step.SampleCount() + 1);
         });
     return result;
 }
 
 namespace {
 
-TextureId Upload(Renderer& renderer, const std::string& name, Extent2D extent,
-                 std::span<const float> texels) {
+void Upload(Renderer& renderer, const std::string& name, Extent2D extent, std::span<const float> texels,
+            std::function<void(CommandList&)> andThen) {
     const size_t expected = size_t{4} * extent.width * extent.height;
     if (texels.size() != expected)
         throw Error(ErrorKind::Usage, "accumulation \"" + name + "\": " + std::to_string(texels.size()) +
@@ -97,25 +130,24 @@ TextureId Upload(Renderer& renderer, const std::string& name, Extent2D extent,
             target = pass.CopiesTo(target);
             pass.KeepAlive();
         },
-        [staging, target, texels = std::vector<float>(texels.begin(), texels.end())](
-            CommandList& commands, const PassResources& resources) {
+        [staging, target, texels = std::vector<float>(texels.begin(), texels.end()),
+         andThen = std::move(andThen)](CommandList& commands, const PassResources& resources) {
             const rhi::Buffer& buffer = resources.Buffer(staging);
             std::memcpy(buffer.Mapped().data(), texels.data(), texels.size() * sizeof(float));
             commands.CopyToTexture(buffer, 0, resources.Texture(target));
+            andThen(commands);
         });
-    return target;
 }
 
 }  // namespace
 
 void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, uint32_t sampleCount,
              std::span<const float> mean, std::span<const float> variance) {
-    std::ignore = Upload(renderer, accumulation.Name() + ".mean", extent, mean);
+    AccumulationStep step(accumulation, extent, !variance.empty());
     if (!variance.empty())
-        std::ignore = Upload(renderer, accumulation.Name() + ".variance", extent, variance);
-    AccumulationAccess::SampleCount(accumulation) = sampleCount;
-    AccumulationAccess::HasVariance(accumulation) = !variance.empty();
-    AccumulationAccess::Extent(accumulation) = extent;
+        Upload(renderer, accumulation.Name() + ".variance", extent, variance, [](CommandList&) {});
+    Upload(renderer, accumulation.Name() + ".mean", extent, mean,
+           [step, sampleCount](CommandList& commands) mutable { step.Take(commands, sampleCount); });
 }
 
 }  // namespace raygraph::passes

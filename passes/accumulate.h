@@ -25,12 +25,14 @@ enum class ResetCause : uint8_t {
 const char* Name(ResetCause cause);
 
 // What one accumulation remembers between frames. One object per accumulated image; `name` keys the
-// persistent textures. The count advances when the pass runs: a culled Accumulate adds nothing.
+// persistent textures. Count and resets follow the frames that were submitted: an Accumulate that is culled,
+// or whose frame is dropped, adds nothing and resets nothing.
 class Accumulation {
   public:
     explicit Accumulation(std::string name) : m_name(std::move(name)) {}
 
-    // The next sample starts from nothing.
+    // The next sample starts from nothing. A frame that has been declared but not executed may still show its
+    // sample within the old mean; it is not counted.
     void Reset(ResetCause cause);
     // Samples in the mean.
     uint32_t SampleCount() const { return m_sampleCount; }
@@ -38,8 +40,9 @@ class Accumulation {
     const std::string& Name() const { return m_name; }
 
   private:
-    friend struct AccumulationAccess;
+    friend class AccumulationStep;
     std::string m_name;
+    uint64_t m_resetCount = 0;  // tells a declaration that a reset came after it
     uint32_t m_sampleCount = 0;
     bool m_hasVariance = false;  // of all samples in the mean
     Extent2D m_extent;
@@ -56,13 +59,13 @@ struct AccumulatedIds {
 // "Note on a Method for Calculating Corrected Sums of Squares and Products"), in float32. The state is
 // exactly (mean, variance, n): storing and restoring the three continues bit for bit. A changed extent resets
 // with ResetCause::Resize; asking for the variance of samples that were taken without it resets with
-// ResetCause::Settings. `accumulation` outlives the frame's Execute and is not reset between here and there.
+// ResetCause::Settings. `accumulation` outlives the frame.
 [[nodiscard]] AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& accumulation,
                                         bool withVariance = false);
 
 // Continues from stored state: rgba32f texels of mean and variance (may be empty if it is not accumulated)
 // after `sampleCount` samples. Declares an upload into the persistent textures: in a frame of its own,
-// executed before the first Accumulate.
+// executed before the first Accumulate. `accumulation` outlives the frame and changes when it is submitted.
 void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, uint32_t sampleCount,
              std::span<const float> mean, std::span<const float> variance);
 

@@ -1,6 +1,7 @@
 #include "rhi/blas_builder.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/check.h"
 #include "base/error.h"
@@ -35,6 +36,15 @@ struct BlasBuilder::Impl {
             return *geometries.emplace_back(std::move(geometry));
         }
     };
+    // A build that is not recorded yet.
+    struct Build {
+        std::shared_ptr<Blas> blas;
+        VkBuildAccelerationStructureFlagsKHR flags = 0;
+        VkAccelerationStructureBuildSizesInfoKHR sizes{};
+        AccelerationStructure structure{};
+    };
+    Build Prepare(std::shared_ptr<Blas> blas, Steps& steps);
+    void NoteBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount);
     void RecordBatches(CommandList& commands, Steps& steps, const BatchPlan& plan,
                        const BuildScratch& scratch);
 
@@ -69,7 +79,7 @@ void BlasBuilder::Impl::RecordBatches(CommandList& commands, Steps& steps, const
 }
 
 BlasBuilder::BlasBuilder(Device& device, const BlasBuilderDesc& desc)
-    : m_impl(std::make_unique<Impl>(device, desc)) {}
+    : m_impl(std::make_shared<Impl>(device, desc)) {}
 
 BlasBuilder::~BlasBuilder() = default;
 
@@ -81,38 +91,75 @@ std::shared_ptr<Blas> BlasBuilder::Add(const BlasDesc& desc) {
     return blas;
 }
 
+BlasBuilder::Impl::Build BlasBuilder::Impl::Prepare(std::shared_ptr<Blas> blas, Steps& steps) {
+    Build build{.blas = std::move(blas)};
+    build.flags = FlagsFor(build.blas->Kind());
+    auto geometry = std::make_unique<BlasGeometry>(build.blas->m_desc, build.flags);
+    build.sizes = geometry->Sizes(device);
+    build.structure =
+        AccelerationStructure(device, build.blas->Name(), VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                              build.sizes.accelerationStructureSize);
+    geometry->Info().dstAccelerationStructure = build.structure.Handle();
+    steps.Add(std::move(geometry), ScratchShare(device, build.sizes.buildScratchSize));
+    return build;
+}
+
 void BlasBuilder::RecordBuilds(CommandList& commands) {
     Impl& impl = *m_impl;
-    std::vector<std::shared_ptr<Blas>> blases;
+    // What can fail comes first and touches no BLAS: what was added stays added until its build is recorded.
+    std::vector<Impl::Build> builds;
+    std::vector<Compaction::Query> queries;
     Impl::Steps steps;
-    for (const std::weak_ptr<Blas>& added : impl.added) {
-        std::shared_ptr<Blas> blas = added.lock();
-        if (!blas) continue;
-        blas->m_flags = impl.FlagsFor(blas->Kind());
-        auto geometry = std::make_unique<BlasGeometry>(blas->m_desc, blas->m_flags);
-        const VkAccelerationStructureBuildSizesInfoKHR sizes = geometry->Sizes(impl.device);
-        blas->m_structure =
-            AccelerationStructure(impl.device, blas->Name(), VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                                  sizes.accelerationStructureSize);
-        blas->m_bytesBuilt = sizes.accelerationStructureSize;
-        blas->m_updateScratch = sizes.updateScratchSize;
-        ++blas->m_version;
-        geometry->Info().dstAccelerationStructure = blas->Handle();
-        steps.Add(std::move(geometry), ScratchShare(impl.device, sizes.buildScratchSize));
-        blases.push_back(std::move(blas));
+    for (const std::weak_ptr<Blas>& added : impl.added)
+        if (std::shared_ptr<Blas> blas = added.lock()) {
+            const Impl::Build& build = builds.emplace_back(impl.Prepare(std::move(blas), steps));
+            if (build.blas->Kind() == BlasKind::Static)
+                queries.push_back({build.blas, build.structure.Handle()});
+        }
+    if (builds.empty()) {
+        impl.added.clear();
+        return;
     }
-    impl.added.clear();
-    if (blases.empty()) return;
-
     const BatchPlan plan = PlanBatches(steps.scratchShares, impl.desc.scratchBudget);
     const BuildScratch scratch(impl.device, impl.desc.name, plan.scratchBytes);
-    impl.RecordBatches(commands, steps, plan, scratch);
-    impl.buildCount += static_cast<uint32_t>(blases.size());
-    impl.batchCount += static_cast<uint32_t>(plan.batches.size());
-    impl.built.insert(impl.built.end(), blases.begin(), blases.end());
+    const VkQueryPool pool = impl.compaction.CreatePool(queries.size());
 
-    std::erase_if(blases, [](const auto& blas) { return blas->Kind() != BlasKind::Static; });
-    impl.compaction.RecordQueries(commands, blases);
+    impl.RecordBatches(commands, steps, plan, scratch);
+    impl.compaction.RecordQueries(commands, pool, queries);
+    impl.added.clear();
+    std::vector<std::weak_ptr<Blas>> added;
+    for (Impl::Build& build : builds) {
+        Blas& blas = *build.blas;
+        added.push_back(build.blas);
+        blas.m_structure = std::move(build.structure);
+        blas.m_flags = build.flags;
+        blas.m_bytesBuilt = build.sizes.accelerationStructureSize;
+        blas.m_updateScratch = build.sizes.updateScratchSize;
+        ++blas.m_version;
+    }
+    const std::weak_ptr<Impl> owner = m_impl;
+    commands.OnSubmitted([owner, added, batchCount = static_cast<uint32_t>(plan.batches.size())] {
+        if (const std::shared_ptr<Impl> known = owner.lock()) known->NoteBuilt(added, batchCount);
+    });
+    commands.OnDropped([owner, added, pool] {
+        for (const std::weak_ptr<Blas>& entry : added)
+            if (const std::shared_ptr<Blas> blas = entry.lock()) {
+                blas->m_structure = {};
+                blas->m_bytesBuilt = 0;
+                ++blas->m_version;
+            }
+        const std::shared_ptr<Impl> known = owner.lock();
+        if (!known) return;
+        known->compaction.GiveUp(pool);
+        known->added.insert(known->added.begin(), added.begin(), added.end());
+    });
+}
+
+void BlasBuilder::Impl::NoteBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount) {
+    buildCount += static_cast<uint32_t>(blases.size());
+    batchCount += newBatchCount;
+    std::erase_if(built, [](const auto& blas) { return blas.expired(); });
+    built.insert(built.end(), blases.begin(), blases.end());
 }
 
 bool BlasBuilder::Poll() {
@@ -120,20 +167,37 @@ bool BlasBuilder::Poll() {
 }
 
 void BlasBuilder::RecordCompaction(CommandList& commands) {
+    Impl& impl = *m_impl;
+    const std::vector<Compaction::Ready> ready = impl.compaction.ReadyOnes();
+    std::vector<AccelerationStructure> structures;
+    structures.reserve(ready.size());
+    for (const Compaction::Ready& entry : ready)
+        structures.emplace_back(impl.device, entry.blas->Name(),
+                                VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, entry.bytes);
+    impl.compaction.ClearReady();
+
     BarrierBetweenBuilds(commands);  // the copies read what builds wrote
-    for (Compaction::Ready& ready : m_impl->compaction.TakeReady()) {
-        AccelerationStructure compacted(m_impl->device, ready.blas->Name(),
-                                        VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, ready.bytes);
+    for (size_t i = 0; i < ready.size(); ++i) {
         VkCopyAccelerationStructureInfoKHR copy{};
         copy.sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR;
-        copy.src = ready.blas->Handle();
-        copy.dst = compacted.Handle();
+        copy.src = ready[i].blas->Handle();
+        copy.dst = structures[i].Handle();
         copy.mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
-        m_impl->device.Vk().vkCmdCopyAccelerationStructureKHR(commands.Handle(), &copy);
-        ready.blas->m_structure = std::move(compacted);
-        ready.blas->m_isCompacted = true;
-        ++ready.blas->m_version;
+        impl.device.Vk().vkCmdCopyAccelerationStructureKHR(commands.Handle(), &copy);
+        std::swap(ready[i].blas->m_structure, structures[i]);
+        ready[i].blas->m_isCompacted = true;
+        ++ready[i].blas->m_version;
     }
+    // The old ones are kept for a way back until the list is submitted.
+    auto old = std::make_shared<std::vector<AccelerationStructure>>(std::move(structures));
+    commands.OnDropped([owner = std::weak_ptr<Impl>(m_impl), ready, old] {
+        for (size_t i = 0; i < ready.size(); ++i) {
+            std::swap(ready[i].blas->m_structure, (*old)[i]);
+            ready[i].blas->m_isCompacted = false;
+            ++ready[i].blas->m_version;
+        }
+        if (const std::shared_ptr<Impl> known = owner.lock()) known->compaction.PutBack(ready);
+    });
 }
 
 void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitRequest> requests) {
@@ -163,15 +227,18 @@ void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitReque
     if (impl.refitScratch.Bytes() < plan.scratchBytes)
         impl.refitScratch = BuildScratch(impl.device, impl.desc.name + " refit", plan.scratchBytes);
     impl.RecordBatches(commands, steps, plan, impl.refitScratch);
-    impl.refitCount += static_cast<uint32_t>(requests.size());
+    commands.OnSubmitted([owner = std::weak_ptr<Impl>(m_impl), count = requests.size()] {
+        if (const std::shared_ptr<Impl> known = owner.lock())
+            known->refitCount += static_cast<uint32_t>(count);
+    });
 }
 
 CompactionStatistics BlasBuilder::Statistics() const {
-    Impl& impl = *m_impl;
-    std::erase_if(impl.built, [](const auto& blas) { return blas.expired(); });
+    const Impl& impl = *m_impl;
     CompactionStatistics statistics;
     for (const std::weak_ptr<Blas>& built : impl.built) {
         const std::shared_ptr<Blas> blas = built.lock();
+        if (!blas) continue;
         ++statistics.blasCount;
         statistics.bytesBuilt += blas->BytesBuilt();
         statistics.bytesCompacted += blas->Bytes();

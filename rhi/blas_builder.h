@@ -4,6 +4,9 @@
 //     builder.RecordBuilds(cmd);                   // builds, and asks for the compacted sizes
 //     each frame: if (builder.Poll()) builder.RecordCompaction(cmd);   // never waits for the device
 //
+// A list that is dropped, or whose submission fails, undoes what was recorded into it: its builds and
+// compactions are due again. Statistics count what has been submitted.
+//
 // The builder orders its own steps on the device; making the results visible to their readers (a TLAS build,
 // a trace) is the work of who records the list. Not thread-safe.
 #pragma once
@@ -31,13 +34,13 @@ struct BlasBuilderDesc {
 };
 
 struct CompactionStatistics {
-    uint32_t blasCount = 0;       // live BLASes that were built
+    uint32_t blasCount = 0;       // live BLASes whose build was submitted
     uint64_t bytesBuilt = 0;      // what their builds made
     uint64_t bytesCompacted = 0;  // what they take now; equals bytesBuilt where nothing was compacted
     uint32_t pending = 0;         // Static ones whose compaction is not yet recorded
-    uint32_t buildCount = 0;      // builds recorded so far
-    uint32_t batchCount = 0;      // build batches recorded so far
-    uint32_t refitCount = 0;      // updates recorded so far
+    uint32_t buildCount = 0;      // builds submitted so far
+    uint32_t batchCount = 0;      // build batches submitted so far
+    uint32_t refitCount = 0;      // updates submitted so far
     bool isOff = false;
     std::string whyOff;  // one line; empty while it is on
 };
@@ -56,13 +59,15 @@ class BlasBuilder {
     [[nodiscard]] std::shared_ptr<Blas> Add(const BlasDesc& desc);
 
     // Builds everything added since the last call, in batches whose scratch stays under the budget; a single
-    // BLAS that needs more has a batch and scratch of its own.
+    // BLAS that needs more has a batch and scratch of its own. On an Error nothing is recorded and everything
+    // stays added.
     void RecordBuilds(CommandList& commands);
 
     // Looks for compacted sizes that have arrived; never waits. True: RecordCompaction has something to do.
     bool Poll();
     // Copies every BLAS whose size has arrived into a smaller one, which takes its place at once for
-    // everything recorded after this call; the old one is retired.
+    // everything recorded after this call; the old one is retired
+    // once the list has been submitted. On an Error nothing is recorded and everything stays due.
     void RecordCompaction(CommandList& commands);
 
     // Updates Deforming BLASes in place. Addresses and strides of `desc` may differ from the build's; index
@@ -79,7 +84,7 @@ class BlasBuilder {
 
   private:
     struct Impl;
-    std::unique_ptr<Impl> m_impl;
+    std::shared_ptr<Impl> m_impl;  // lists that are being recorded hold it weakly
 };
 
 }  // namespace raygraph::rhi

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "base/check.h"
 #include "base/error.h"
@@ -42,6 +43,8 @@ CommandList& CommandList::operator=(CommandList&& other) noexcept {
     m_commands = std::exchange(other.m_commands, VK_NULL_HANDLE);
     m_pool = std::exchange(other.m_pool, VK_NULL_HANDLE);
     m_serial = std::exchange(other.m_serial, 0);
+    m_onSubmitted = std::exchange(other.m_onSubmitted, {});
+    m_onDropped = std::exchange(other.m_onDropped, {});
     m_pipeline = std::exchange(other.m_pipeline, nullptr);
     m_tracing = std::exchange(other.m_tracing, nullptr);
     m_compute = std::exchange(other.m_compute, nullptr);

@@ -5,8 +5,10 @@
 // body usually is one call: TraceRays, Dispatch or Draw*. Each call names its native twin. Not thread-safe.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "rhi/pipeline.h"
 #include "rhi/resources.h"
@@ -103,6 +105,13 @@ class CommandList {
     // vkCmdClearColorImage, texture in TRANSFER_DST_OPTIMAL.
     void Clear(const Texture& texture, const float (&rgba)[4]);
 
+    // State on the host that goes with what is recorded here. Once the list has been submitted, the functions
+    // of OnSubmitted run in order and those of OnDropped are forgotten; once it is known that it will not be,
+    // because it is dropped or its submission failed, those of OnDropped run, the last one first, and those
+    // of OnSubmitted are forgotten. What they capture lives until then; they must not throw.
+    void OnSubmitted(std::function<void()> run) { m_onSubmitted.push_back(std::move(run)); }
+    void OnDropped(std::function<void()> undo) { m_onDropped.push_back(std::move(undo)); }
+
     void BeginLabel(const std::string& name);
     void EndLabel();
     void WriteTimestamp(VkQueryPool pool, uint32_t query, VkPipelineStageFlags2 stage);
@@ -116,6 +125,8 @@ class CommandList {
     VkCommandBuffer m_commands = VK_NULL_HANDLE;
     VkCommandPool m_pool = VK_NULL_HANDLE;
     uint64_t m_serial = 0;  // among the lists begun
+    std::vector<std::function<void()>> m_onSubmitted;
+    std::vector<std::function<void()>> m_onDropped;
     const Pipeline* m_pipeline = nullptr;
     const RayTracingPipeline* m_tracing = nullptr;
     const ComputePipeline* m_compute = nullptr;

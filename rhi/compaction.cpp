@@ -17,31 +17,45 @@ Compaction::~Compaction() {
     for (Batch& batch : m_waiting) Release(batch);
 }
 
-void Compaction::RecordQueries(CommandList& commands, std::span<const std::shared_ptr<Blas>> blases) {
-    if (IsOff() || blases.empty()) return;
-    Batch batch;
-    std::vector<VkAccelerationStructureKHR> structures;
-    for (const std::shared_ptr<Blas>& blas : blases) {
-        structures.push_back(blas->Handle());
-        batch.entries.push_back({blas, 0});
-    }
-    const uint32_t count = static_cast<uint32_t>(structures.size());
-    const DeviceFunctions& vk = m_device.Vk();
+VkQueryPool Compaction::CreatePool(size_t count) {
+    if (IsOff() || count == 0) return VK_NULL_HANDLE;
     VkQueryPoolCreateInfo create{};
     create.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
     create.queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
-    create.queryCount = count;
+    create.queryCount = static_cast<uint32_t>(count);
+    VkQueryPool pool = VK_NULL_HANDLE;
     m_device.Check(
-        vk.vkCreateQueryPool(m_device.Handle(), &create, m_device.AllocationCallbacks(), &batch.pool),
+        m_device.Vk().vkCreateQueryPool(m_device.Handle(), &create, m_device.AllocationCallbacks(), &pool),
         "compacted sizes: vkCreateQueryPool");
-    vk.vkCmdResetQueryPool(commands.Handle(), batch.pool, 0, count);
+    return pool;
+}
+
+void Compaction::RecordQueries(CommandList& commands, VkQueryPool pool, std::span<const Query> queries) {
+    if (!pool) return;
+    Batch batch{.pool = pool};
+    std::vector<VkAccelerationStructureKHR> structures;
+    for (const Query& query : queries) {
+        structures.push_back(query.structure);
+        batch.entries.push_back({query.blas, 0});
+    }
+    const auto count = static_cast<uint32_t>(structures.size());
+    const DeviceFunctions& vk = m_device.Vk();
+    vk.vkCmdResetQueryPool(commands.Handle(), pool, 0, count);
     BarrierBetweenBuilds(commands);
     vk.vkCmdWriteAccelerationStructuresPropertiesKHR(commands.Handle(), count, structures.data(),
                                                      VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR,
-                                                     batch.pool, 0);
+                                                     pool, 0);
     batch.isCompleted = std::make_shared<std::atomic<bool>>(false);
     m_device.Retire([flag = batch.isCompleted] { flag->store(true); });
     m_waiting.push_back(std::move(batch));
+}
+
+void Compaction::GiveUp(VkQueryPool pool) {
+    const auto batch =
+        std::find_if(m_waiting.begin(), m_waiting.end(), [&](const Batch& b) { return b.pool == pool; });
+    if (batch == m_waiting.end()) return;
+    Release(*batch);
+    m_waiting.erase(batch);
 }
 
 bool Compaction::Poll() {
@@ -91,15 +105,18 @@ void Compaction::Judge(const Batch& batch) {
     m_device.Say(MessageSeverity::Info, "BLAS compaction is off: " + m_whyOff);
 }
 
-std::vector<Compaction::Ready> Compaction::TakeReady() {
+std::vector<Compaction::Ready> Compaction::ReadyOnes() const {
     std::vector<Ready> ready;
     for (const Entry& entry : m_ready) {
         std::shared_ptr<Blas> blas = entry.blas.lock();
         if (!blas || (entry.bytes >= blas->BytesBuilt() && !m_compactsWithoutGain)) continue;
         ready.push_back({std::move(blas), entry.bytes});
     }
-    m_ready.clear();
     return ready;
+}
+
+void Compaction::PutBack(std::span<const Ready> ready) {
+    for (const Ready& entry : ready) m_ready.push_back({entry.blas, entry.bytes});
 }
 
 uint32_t Compaction::PendingCount() const {

@@ -25,12 +25,24 @@ class Compaction {
     Compaction(const Compaction&) = delete;
     Compaction& operator=(const Compaction&) = delete;
 
-    // Nothing when compaction is off.
-    void RecordQueries(CommandList& commands, std::span<const std::shared_ptr<Blas>> blases);
-    // True: TakeReady has something.
+    // A BLAS whose build has been recorded as this structure.
+    struct Query {
+        std::weak_ptr<Blas> blas;
+        VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
+    };
+    // For as many queries; null for none, and when compaction is off.
+    VkQueryPool CreatePool(size_t count);
+    // Takes the pool over; nothing with a null one.
+    void RecordQueries(CommandList& commands, VkQueryPool pool, std::span<const Query> queries);
+    // The list with these queries is not going to run.
+    void GiveUp(VkQueryPool pool);
+
+    // True: ReadyOnes has something.
     bool Poll();
-    // BLASes whose size has arrived; those dropped meanwhile are left out.
-    std::vector<Ready> TakeReady();
+    // BLASes whose size has arrived and which are worth a copy; those dropped meanwhile are left out.
+    std::vector<Ready> ReadyOnes() const;
+    void ClearReady() { m_ready.clear(); }
+    void PutBack(std::span<const Ready> ready);
 
     bool IsOff() const { return !m_whyOff.empty(); }
     const std::string& WhyOff() const { return m_whyOff; }

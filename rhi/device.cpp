@@ -167,20 +167,24 @@ void Device::Check(VkResult result, std::string_view what) const {
         case VK_ERROR_OUT_OF_HOST_MEMORY:
         case VK_ERROR_OUT_OF_DEVICE_MEMORY:
             throw Error(ErrorKind::OutOfMemory, text, result);
-        case VK_ERROR_DEVICE_LOST: {
-            m_impl->isLost = true;
-            const std::lock_guard lock(m_impl->reportMutex);
-            const std::string report = m_impl->lastPassReport ? m_impl->lastPassReport() : "no pass is known";
-            throw Error(ErrorKind::DeviceLost, text + "; " + report, result);
-        }
+        case VK_ERROR_DEVICE_LOST:
+            throw Error(ErrorKind::DeviceLost, text + "; " + m_impl->lastPassReports->Text(), result);
         default:
             throw Error(ErrorKind::Vulkan, text, result);
     }
 }
 
-void Device::SetLastPassReport(std::function<std::string()> report) {
-    const std::lock_guard lock(m_impl->reportMutex);
-    m_impl->lastPassReport = std::move(report);
+std::string LastPassReports::Text() {
+    const std::lock_guard lock(m_mutex);
+    std::string all;
+    for (const Report& report : m_reports)
+        if (const std::string text = report(); !text.empty()) all += (all.empty() ? "" : "; ") + text;
+    return all.empty() ? "no pass is known" : all;
+}
+
+std::shared_ptr<const void> Device::AddLastPassReport(std::function<std::string()> report) {
+    const auto entry = m_impl->lastPassReports->Add(std::move(report));
+    return {&*entry, [reports = m_impl->lastPassReports, entry](const void*) { reports->Remove(entry); }};
 }
 
 bool Device::SavePipelineCache() {

@@ -176,7 +176,7 @@ class Device {
     // Begin a command list in the recording state; its pool is recycled once its submission has completed.
     CommandList BeginCommands(const std::string& name);
     // Ends and submits; returns the value that the timeline reaches when it has completed. Throws
-    // Error{DeviceLost} (see SetLastPassReport) or Error{Vulkan}.
+    // Error{DeviceLost} (see AddLastPassReport) or Error{Vulkan}.
     uint64_t Submit(CommandList&& commands, std::span<const SemaphoreUse> waits = {},
                     std::span<const SemaphoreUse> signals = {});
     uint64_t CompletedValue() const;
@@ -199,8 +199,10 @@ class Device {
     void Say(MessageSeverity severity, const std::string& text) const;
     // Throws the Error that fits `result` unless it is a success; `what` names object and call.
     void Check(VkResult result, std::string_view what) const;
-    // Who to ask which pass was reached when the device is lost; its text goes into the Error.
-    void SetLastPassReport(std::function<std::string()> report);
+    // Who to ask which pass was reached when the device is lost; what all of them say goes into the Error, an
+    // empty text says nothing. `report` is called from any thread, never after the result has gone, and must
+    // not call back into the Device.
+    [[nodiscard]] std::shared_ptr<const void> AddLastPassReport(std::function<std::string()> report);
     // Validation messages seen so far, core and synchronization. An adopted device has none: the messages of
     // a host's instance reach the host's own messenger.
     uint64_t ValidationMessageCount() const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <list>
 #include <mutex>
 #include <vector>
 
@@ -42,6 +43,26 @@ class MemoryCounter {
 
   private:
     std::atomic<uint64_t> m_used{0}, m_peak{0};
+};
+
+// Those who know which pass was reached. Thread-safe; shared with them, as they may outlive the device.
+class LastPassReports {
+  public:
+    using Report = std::function<std::string()>;
+    std::list<Report>::iterator Add(Report report) {
+        const std::lock_guard lock(m_mutex);
+        return m_reports.insert(m_reports.end(), std::move(report));
+    }
+    void Remove(std::list<Report>::iterator entry) {
+        const std::lock_guard lock(m_mutex);
+        m_reports.erase(entry);
+    }
+    // What all of them say.
+    std::string Text();
+
+  private:
+    std::mutex m_mutex;
+    std::list<Report> m_reports;
 };
 
 struct Device::Impl {
@@ -85,13 +106,11 @@ struct Device::Impl {
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
     std::atomic<uint64_t> lastSubmitted{0};
     std::atomic<uint64_t> lastCompleted{0};  // as far as we have asked
-    std::atomic<bool> isLost{false};
     std::mutex slotMutex;
     std::vector<CommandSlot> slots;  // not being recorded
     RetireQueue retired;
 
-    mutable std::mutex reportMutex;
-    std::function<std::string()> lastPassReport;
+    std::shared_ptr<LastPassReports> lastPassReports = std::make_shared<LastPassReports>();
 
     bool savesPipelineCache = false;
     std::mutex pipelineCacheMutex;

@@ -1,6 +1,7 @@
 // The timeline: command lists in, timeline values out, and what is destroyed when a value is reached.
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "rhi/command_list.h"
 #include "rhi/device_impl.h"
@@ -34,8 +35,9 @@ CommandList Device::BeginCommands(const std::string& name) {
         }
     }
     if (slot.pool) {
-        Check(vk.vkResetCommandPool(Handle(), slot.pool, 0),
-              "command list '" + name + "': vkResetCommandPool");
+        const VkResult result = vk.vkResetCommandPool(Handle(), slot.pool, 0);
+        if (result != VK_SUCCESS) vk.vkDestroyCommandPool(Handle(), slot.pool, AllocationCallbacks());
+        Check(result, "command list '" + name + "': vkResetCommandPool");
     } else {
         VkCommandPoolCreateInfo poolInfo{};
         poolInfo.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
@@ -65,7 +67,8 @@ CommandList Device::BeginCommands(const std::string& name) {
     return list;
 }
 
-// Takes the Vulkan objects out of the list, for reuse once the timeline has reached `value` (0: now).
+// Takes the Vulkan objects out of the list, for reuse once the timeline has reached `value` (0: now, the list
+// was not submitted), and tells those who wait for its outcome.
 void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
     {
         const std::lock_guard lock(m_impl->slotMutex);
@@ -75,6 +78,13 @@ void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
     commands.m_device = nullptr;
     commands.m_commands = VK_NULL_HANDLE;
     commands.m_pool = VK_NULL_HANDLE;
+    // Either may retire what it holds: the list is closed by now, so that nothing waits for it in vain.
+    const std::vector<std::function<void()>> onSubmitted = std::exchange(commands.m_onSubmitted, {});
+    const std::vector<std::function<void()>> onDropped = std::exchange(commands.m_onDropped, {});
+    if (value != 0)
+        for (const std::function<void()>& run : onSubmitted) run();
+    else
+        for (auto undo = onDropped.rbegin(); undo != onDropped.rend(); ++undo) (*undo)();
 }
 
 uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> waits,

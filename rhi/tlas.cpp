@@ -32,8 +32,7 @@ VkAccelerationStructureBuildGeometryInfoKHR BuildInfo(const TlasDesc& desc,
     VkAccelerationStructureBuildGeometryInfoKHR info{};
     info.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_BUILD_GEOMETRY_INFO_KHR;
     info.type = VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR;
-    info.flags = desc.prefersFastBuild ? VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR
-                                       : VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
+    info.flags = VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
     if (desc.allowsUpdate) info.flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
     info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_BUILD_KHR;
     info.geometryCount = 1;
@@ -83,6 +82,7 @@ Tlas::Tlas(Device& device, const TlasDesc& desc) : m_device(&device), m_desc(des
     m_structure = AccelerationStructure(device, desc.name, VK_ACCELERATION_STRUCTURE_TYPE_TOP_LEVEL_KHR,
                                         sizes.accelerationStructureSize);
     m_scratch = BuildScratch(device, desc.name, std::max(sizes.buildScratchSize, sizes.updateScratchSize));
+    m_built = std::make_shared<Built>();
 }
 
 void Tlas::Build(CommandList& commands, const Buffer& instances, uint32_t count) {
@@ -93,10 +93,10 @@ void Tlas::Update(CommandList& commands, const Buffer& instances, uint32_t count
     const std::string name = "TLAS '" + m_desc.name + "': ";
     if (!m_desc.allowsUpdate)
         throw Error(ErrorKind::Usage, name + "update, but it was made without allowsUpdate");
-    if (!m_isBuilt) throw Error(ErrorKind::Usage, name + "update before its first build");
-    if (count != m_count)
+    if (!m_built || !m_built->isBuilt) throw Error(ErrorKind::Usage, name + "update before its first build");
+    if (count != m_built->count)
         throw Error(ErrorKind::Usage, name + "update with " + std::to_string(count) +
-                                          " instances, built with " + std::to_string(m_count));
+                                          " instances, built with " + std::to_string(m_built->count));
     Record(commands, instances, count, true);
 }
 
@@ -123,8 +123,8 @@ void Tlas::Record(CommandList& commands, const Buffer& instances, uint32_t count
     const VkAccelerationStructureBuildRangeInfoKHR* ranges = &range;
     BarrierBetweenBuilds(commands);  // BLASes, and the builds that used the same scratch
     m_device->Vk().vkCmdBuildAccelerationStructuresKHR(commands.Handle(), 1, &info, &ranges);
-    m_count = count;
-    m_isBuilt = true;
+    commands.OnDropped([built = m_built, before = *m_built] { *built = before; });
+    *m_built = {true, count};
 }
 
 }  // namespace raygraph::rhi

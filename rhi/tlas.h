@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -38,13 +39,13 @@ void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte
 
 struct TlasDesc {
     std::string name = "tlas";
-    uint32_t capacity = 0;          // most instances it can hold; more needs a new Tlas
-    bool allowsUpdate = true;       // Update may be called
-    bool prefersFastBuild = false;  // for scenes rebuilt every frame
+    uint32_t capacity = 0;     // most instances it can hold; more needs a new Tlas
+    bool allowsUpdate = true;  // Update may be called
 };
 
 // An owner as in rhi/resources.h. Scratch memory is its own. Build and Update order themselves after earlier
-// builds on the device; readers of the structure are ordered by who records the list.
+// builds on the device; readers of the structure are ordered by who records the list. A list that is dropped
+// takes its builds back.
 class Tlas {
   public:
     Tlas() = default;
@@ -63,7 +64,7 @@ class Tlas {
     VkDeviceAddress Address() const { return m_structure.Address(); }
     uint64_t Bytes() const { return m_structure.Bytes(); }
     uint32_t Capacity() const { return m_desc.capacity; }
-    uint32_t InstanceCount() const { return m_count; }  // of the last build
+    uint32_t InstanceCount() const { return m_built ? m_built->count : 0; }  // of the last build
     const std::string& Name() const { return m_desc.name; }
     explicit operator bool() const { return static_cast<bool>(m_structure); }
 
@@ -73,8 +74,12 @@ class Tlas {
     TlasDesc m_desc;
     AccelerationStructure m_structure;
     BuildScratch m_scratch;
-    uint32_t m_count = 0;
-    bool m_isBuilt = false;
+    // What is built as far as lists have been recorded; shared with those that may be dropped.
+    struct Built {
+        bool isBuilt = false;
+        uint32_t count = 0;
+    };
+    std::shared_ptr<Built> m_built;
 };
 
 }  // namespace raygraph::rhi

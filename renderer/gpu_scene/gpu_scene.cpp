@@ -94,6 +94,14 @@ struct GpuScene::Impl {
             statistics.trianglesPlaced += resources->meshes[instance.mesh].triangleCount;
     }
 
+    // Edits would pull what was declared from under a frame.
+    void RequireNoFrame(const char* call) const {
+        if (!declaredIn.expired())
+            throw Error(ErrorKind::Usage,
+                        std::string("GpuScene: ") + call +
+                            " between Declare and Execute; it comes before Declare or after Execute");
+    }
+
     void DeclareBlasWork(Renderer& r, SceneIds& ids) {
         const bool hasCompactions = builder.Poll();
         // The addresses are known once the passes record: the instances are written after that
@@ -104,7 +112,7 @@ struct GpuScene::Impl {
                 [&](PassBuilder& pass) { ids.blases = pass.Builds(ids.blases); },
                 [this](CommandList& commands) {
                     builder.RecordBuilds(commands);
-                    hasUnbuiltBlases = false;
+                    commands.OnSubmitted([this] { hasUnbuiltBlases = false; });
                 });
         if (hasCompactions)
             r.AddPass(
@@ -126,7 +134,7 @@ struct GpuScene::Impl {
                                                            .memory = rhi::MemoryKind::Upload});
                 std::copy(bytes.begin(), bytes.end(), staging.Mapped().begin());
                 commands.CopyBuffer(staging, 0, resources->materials, 0, bytes.size());
-                materialsAreDirty = false;
+                commands.OnSubmitted([this] { materialsAreDirty = false; });
             });
     }
 
@@ -151,6 +159,7 @@ struct GpuScene::Impl {
     std::optional<rhi::TextureTable> textureTable;
     std::unique_ptr<SceneResources> resources;
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
+    std::weak_ptr<const void> declaredIn;    // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
     bool materialsAreDirty = false;
 
@@ -168,10 +177,12 @@ GpuScene::GpuScene(Renderer& renderer, const GpuSceneDesc& desc)
 GpuScene::~GpuScene() = default;
 
 void GpuScene::SetScene(scene::SceneData&& scene) {
+    m_impl->RequireNoFrame("SetScene");
     m_impl->Replace(std::move(scene));
 }
 
 void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
+    m_impl->RequireNoFrame("SetTransform");
     CheckIndex("instance", instance, m_impl->instances->Count());
     m_impl->instances->SetTransform(instance, objectToWorld);
 }
@@ -182,11 +193,13 @@ glm::mat4x3 GpuScene::Transform(uint32_t instance) const {
 }
 
 void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
+    m_impl->RequireNoFrame("SetVisible");
     CheckIndex("instance", instance, m_impl->instances->Count());
     m_impl->instances->SetVisible(instance, isVisible);
 }
 
 void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
+    m_impl->RequireNoFrame("SetMaterial");
     std::vector<gpu::MaterialRecord>& records = m_impl->resources->materialRecords;
     CheckIndex("material", material, records.size());
     records[material] = ToRecord(values, records[material]);
@@ -194,10 +207,12 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
 }
 
 void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
+    m_impl->RequireNoFrame("SetEnvironment");
     m_impl->environment = settings;
 }
 
 void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
+    m_impl->RequireNoFrame("SetEnvironmentMap");
     rhi::Texture map =
         m_impl->device.CreateTexture({.name = "environment map",
                                       .extent = {equirectangular.width, equirectangular.height},
@@ -214,12 +229,15 @@ void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
 }
 
 void GpuScene::RemoveEnvironmentMap() {
+    m_impl->RequireNoFrame("RemoveEnvironmentMap");
     m_impl->environmentMap = {};
     m_impl->environmentState = SampledState();
 }
 
 SceneIds GpuScene::Declare(Renderer& renderer) {
     Impl& impl = *m_impl;
+    impl.RequireNoFrame("Declare");
+    impl.declaredIn = renderer.OpenFrame();
     const bool hasMap = static_cast<bool>(impl.environmentMap);
     SceneIds ids;
     ids.environment = {.radiance = impl.environment.radiance,

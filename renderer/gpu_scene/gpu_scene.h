@@ -9,8 +9,9 @@
 //
 // The TLAS is refreshed every frame: nothing when nothing moved, an update when only transforms moved, a
 // rebuild when the set of instances changed; Statistics() says which. Compaction is polled and never waited
-// for. An empty scene is legal: every ray misses. Edits come before Declare or after Execute, never between
-// the two. Threads: that of the Renderer.
+// for. An empty scene is legal: every ray misses. Edits come before Declare or after Execute; between the two
+// they are refused with Error{Usage} (Renderer::DropFrame gives such a frame up). What a frame does counts
+// when it has been submitted: one that is dropped leaves everything due. Threads: that of the Renderer.
 #pragma once
 
 #include <memory>
@@ -91,7 +92,8 @@ class GpuScene {
     glm::mat4x3 Transform(uint32_t instance) const;
     // No ray hits an invisible instance. A change rebuilds the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
-    // Factors change; the textures stay those of SetScene.
+    // Factors change. What SetScene has sorted by stays: textures, and how rays treat the surface: whether its
+    // back is there, and whether its alpha is looked at at all.
     void SetMaterial(uint32_t material, const scene::Material& values);
 
     void SetEnvironment(const EnvironmentSettings& settings);

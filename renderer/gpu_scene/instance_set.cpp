@@ -76,12 +76,15 @@ TlasWork InstanceSet::PendingWork() const {
 
 rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t placement) const {
     const Instance& instance = m_instances[m_placements[placement].instance];
+    const GroupResources& group = m_resources.groups[m_placements[placement].group];
     rhi::TlasInstance result;
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 4; column++)
             result.objectToWorld[static_cast<size_t>(4 * row + column)] = instance.objectToWorld[column][row];
     result.customIndex = placement;
-    result.blas = instance.isVisible ? m_resources.groups[m_placements[placement].group].blas->Address() : 0;
+    result.blas = instance.isVisible ? group.blas->Address() : 0;
+    // A face keeps its side under a mirroring transform, for Vulkan as for glTF: nothing to flip
+    result.isCullingDisabled = !group.kind.isBackCulled;
     return result;
 }
 
@@ -159,7 +162,7 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
     ids.instances = renderer.Import("instances", m_records, m_recordsState);
     const TlasWork work = PendingWork();
     if (work == TlasWork::None) {
-        done(work);
+        renderer.OnSubmitted([done = std::move(done)] { done(TlasWork::None); });
         return;
     }
 
@@ -179,9 +182,11 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
                     RecordFullUpload(commands);
                 else if (!m_moved.empty())
                     RecordMovedUpload(commands);
-                for (const uint32_t placement : m_moved)
-                    m_instances[m_placements[placement].instance].isMoved = false;
-                m_moved.clear();
+                commands.OnSubmitted([this] {
+                    for (const uint32_t placement : m_moved)
+                        m_instances[m_placements[placement].instance].isMoved = false;
+                    m_moved.clear();
+                });
             });
     renderer.AddPass(
         "RefreshTlas", PassKind::AccelerationStructure,
@@ -195,10 +200,11 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
                 m_tlas.Update(commands, m_tlasInstances, PlacementCount());
             else
                 m_tlas.Build(commands, m_tlasInstances, PlacementCount());
-            // A change of visibility since the declaration still wants its rebuild
-            if (work == TlasWork::Rebuild) m_needsRebuild = false;
-            m_needsUpdate = false;
-            done(work);
+            commands.OnSubmitted([this, work, done] {
+                if (work == TlasWork::Rebuild) m_needsRebuild = false;
+                m_needsUpdate = false;
+                done(work);
+            });
         });
 }
 

@@ -29,7 +29,8 @@ class InstanceSet {
     // What the next refresh will do.
     TlasWork PendingWork() const;
     // Declares the passes that bring the instance records and the TLAS up to date, and sets `tlas` and
-    // `instances`. `done` hears of the work when it is recorded: a culled refresh stays pending.
+    // `instances`. `done` hears of the work once it has been submitted: a refresh that is culled, or whose
+    // frame is dropped, stays pending.
     void DeclareRefresh(Renderer& renderer, SceneIds& ids, std::function<void(TlasWork)> done);
 
     uint64_t TlasBytes() const { return m_tlas.Bytes(); }

@@ -245,7 +245,10 @@ void Compiler::Finish() {
         if (root.kind == RootKind::Presented &&
             std::any_of(m_graph.roots.begin(), m_graph.roots.end(), isExportOfIt))
             continue;
-        if (!m_plan.lifetimes[root.resource].IsUsed() && root.kind != RootKind::Exported) continue;
+        // A transient that no pass wrote is nothing; what the host or an earlier frame left is shown as it
+        // is.
+        const bool isTransient = m_graph.resources[root.resource].origin == Origin::Transient;
+        if (isTransient && !m_plan.lifetimes[root.resource].IsUsed()) continue;
         AccessRequest request{.masks = root.kind == RootKind::Presented ? kPresentMasks : kHostReadMasks};
         if (root.kind == RootKind::Exported) {
             request.masks = {kOwnerStages, kOwnerAccess, root.layout};

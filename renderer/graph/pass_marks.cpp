@@ -44,9 +44,10 @@ std::string PassMarks::Report() const {
             reached = pass;
         }
     }
-    if (!newest) return "no pass of a frame";
-    return "pass " + Quoted(newest->passes[reached]) + " (" + std::to_string(reached + 1) + " of " +
-           std::to_string(newest->passes.size()) + ") of frame " + std::to_string(newest->number);
+    if (!newest) return {};
+    return "the last pass reached was pass " + Quoted(newest->passes[reached]) + " (" +
+           std::to_string(reached + 1) + " of " + std::to_string(newest->passes.size()) + ") of frame " +
+           std::to_string(newest->number);
 }
 
 }  // namespace raygraph

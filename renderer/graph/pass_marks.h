@@ -25,7 +25,8 @@ class PassMarks {
     void BeginFrame(uint64_t frame);
     // The next pass begins: outside of rendering, after its barriers, which have to hold back transfers too.
     void Mark(rhi::CommandList& commands, const std::string& pass);
-    // `pass "Trace" (2 of 3) of frame 12`, of the newest frame with a mark. Any thread.
+    // `the last pass reached was pass "Trace" (2 of 3) of frame 12`, of the newest frame with a mark; empty
+    // without any. Any thread.
     std::string Report() const;
 
   private:

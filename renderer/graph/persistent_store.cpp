@@ -28,41 +28,41 @@ constexpr rhi::BufferUsage kBufferUsage = rhi::BufferUsage::Storage | rhi::Buffe
 
 }  // namespace
 
-Persistent& PersistentStore::FindKind(std::string_view name, ResourceKind kind) {
-    auto entry = m_entries.find(name);
-    if (entry != m_entries.end() && entry->second.kind == kind) return entry->second;
-    if (entry != m_entries.end()) m_entries.erase(entry);
-    entry = m_entries.emplace(std::string(name), Persistent{}).first;
-    entry->second.name = entry->first;
-    entry->second.kind = kind;
-    return entry->second;
+template <typename Desc>
+Persistent& PersistentStore::Find(std::string_view name, ResourceKind kind, Desc Persistent::*member,
+                                  const Desc& desc) {
+    const auto known = m_entries.find(name);
+    if (known != m_entries.end() && known->second.Is(desc)) return known->second;
+    Persistent& made = (known == m_entries.end() ? m_entries : m_replacements)[std::string(name)];
+    made = Persistent{};
+    made.name = name;
+    made.kind = kind;
+    made.*member = desc;
+    return made;
 }
 
 Persistent& PersistentStore::Find(std::string_view name, const GraphTextureDesc& desc) {
-    Persistent& found = FindKind(name, ResourceKind::Texture);
-    if (found.textureDesc != desc) {
-        found = Persistent{};
-        found.name = name;
-        found.kind = ResourceKind::Texture;
-        found.textureDesc = desc;
-    }
-    return found;
+    return Find(name, ResourceKind::Texture, &Persistent::textureDesc, desc);
 }
 
 Persistent& PersistentStore::Find(std::string_view name, const GraphBufferDesc& desc) {
-    Persistent& found = FindKind(name, ResourceKind::Buffer);
-    if (found.bufferDesc != desc) {
-        found = Persistent{};
-        found.name = name;
-        found.kind = ResourceKind::Buffer;
-        found.bufferDesc = desc;
-    }
-    return found;
+    return Find(name, ResourceKind::Buffer, &Persistent::bufferDesc, desc);
 }
 
 Persistent* PersistentStore::Declared(std::string_view name, uint64_t frame) {
-    const auto entry = m_entries.find(name);
-    return entry != m_entries.end() && entry->second.lastFrame == frame ? &entry->second : nullptr;
+    for (Entries* entries : {&m_replacements, &m_entries})
+        if (const auto entry = entries->find(name);
+            entry != entries->end() && entry->second.lastFrame == frame)
+            return &entry->second;
+    return nullptr;
+}
+
+void PersistentStore::CommitReplacements() {
+    while (!m_replacements.empty()) {
+        Entries::node_type replacement = m_replacements.extract(m_replacements.begin());
+        m_entries.erase(replacement.key());
+        m_entries.insert(std::move(replacement));
+    }
 }
 
 void PersistentStore::Ensure(rhi::Device& device, Persistent& persistent) {

@@ -32,9 +32,12 @@ struct Persistent {
     bool Is(const GraphBufferDesc& desc) const { return kind == ResourceKind::Buffer && bufferDesc == desc; }
 };
 
+// Declaring a frame loses nothing: an entry that the frame makes anew takes the place of the old one when the
+// frame is submitted.
 class PersistentStore {
   public:
-    // The entry of that name, made anew if its kind or description differ.
+    // The entry of that name; a new one that waits to replace it if its kind or description differ. Once a
+    // frame for each name.
     Persistent& Find(std::string_view name, const GraphTextureDesc& desc);
     Persistent& Find(std::string_view name, const GraphBufferDesc& desc);
     // The entry of that name if that frame has declared it; null otherwise.
@@ -42,10 +45,16 @@ class PersistentStore {
     // Makes the Vulkan object if there is none.
     void Ensure(rhi::Device& device, Persistent& persistent);
     void Forget(std::string_view name);
+    // The frame was submitted, or dropped. Entries keep their addresses.
+    void CommitReplacements();
+    void DropReplacements() { m_replacements.clear(); }
 
   private:
-    Persistent& FindKind(std::string_view name, ResourceKind kind);
-    std::map<std::string, Persistent, std::less<>> m_entries;
+    using Entries = std::map<std::string, Persistent, std::less<>>;
+    template <typename Desc>
+    Persistent& Find(std::string_view name, ResourceKind kind, Desc Persistent::*member, const Desc& desc);
+    Entries m_entries;
+    Entries m_replacements;  // made by the frame at hand
 };
 
 }  // namespace raygraph

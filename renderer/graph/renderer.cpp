@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "renderer/graph/plan_text.h"
 #include "renderer/graph/renderer_impl.h"
+#include "renderer/graph/text.h"
 
 namespace raygraph {
 
@@ -17,11 +18,10 @@ Renderer::Impl::Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc
       uniformBuffers(rhiDevice.FramesInFlight()) {
     graph.queueFamily = device.QueueFamily();
     if (!desc.passMarks) return;
-    marks = std::make_shared<PassMarks>(device);
-    // The report outlives this Renderer, and a later Renderer of the device may replace it.
-    device.SetLastPassReport([weak = std::weak_ptr<PassMarks>(marks)]() -> std::string {
-        const std::shared_ptr<PassMarks> known = weak.lock();
-        return known ? "the last pass reached was " + known->Report() : "no pass is known";
+    marks = std::make_unique<PassMarks>(device);
+    lastPassReport = device.AddLastPassReport([this, name = desc.name] {
+        const std::string report = marks->Report();
+        return name.empty() || report.empty() ? report : "renderer " + Quoted(name) + ": " + report;
     });
 }
 
@@ -73,11 +73,33 @@ void Renderer::BeginFrame() {
     impl.whyBroken.clear();
     impl.compileMs = 0.0;
     impl.isOpen = true;
+    impl.openFrame = std::make_shared<const uint64_t>(next);
     impl.sinceBegin = {};
+}
+
+void Renderer::DropFrame() {
+    if (m_impl->isOpen) m_impl->DropFrame();
+}
+
+std::weak_ptr<const void> Renderer::OpenFrame() const {
+    return m_impl->openFrame;
+}
+
+void Renderer::OnSubmitted(std::function<void()> run) {
+    m_impl->RequireOpen("OnSubmitted");
+    m_impl->onSubmitted.push_back(std::move(run));
+}
+
+void Renderer::Impl::GiveUp(std::string why) {
+    whyBroken = std::move(why);
+    openFrame = nullptr;
 }
 
 void Renderer::Impl::DropFrame() {
     isOpen = false;
+    openFrame = nullptr;
+    onSubmitted.clear();
+    persistents.DropReplacements();
     // Declarations hold what the execute functions captured.
     for (PassDeclaration& pass : passes) pass.execute = nullptr;
     for (const std::shared_ptr<Readback::State>& readback : readbacks)
@@ -120,6 +142,9 @@ uint32_t Renderer::PipelineCount() const {
 }
 
 std::vector<std::string> Renderer::ReloadShaders() {
+    if (m_impl->openFrame)
+        throw Error(ErrorKind::Usage,
+                    "ReloadShaders: a frame is open; it comes before BeginFrame or after Execute");
     ShaderLibrary::ReloadResult reloaded = m_impl->shaders.Reload();
     std::vector<std::string> messages = m_impl->programs.Rebuild(reloaded.changed);
     messages.insert(messages.begin(), reloaded.messages.begin(), reloaded.messages.end());

@@ -36,6 +36,7 @@ using rhi::Extent2D;
 using rhi::Format;
 
 struct RendererDesc {
+    std::string name = {};  // tells several Renderers of one Device apart in the report of a lost device
     // Root of shader sources to reload from; "" uses the SPIR-V built into the library.
     std::filesystem::path shaderRoot;
     bool gpuTimes = true;   // a timestamp between passes
@@ -110,22 +111,33 @@ class Renderer {
 
     rhi::Device& Device() const;
 
-    // Waits until at most framesInFlight - 1 frames are pending, then starts declaring.
+    // Waits until at most framesInFlight - 1 frames are pending, then starts declaring. A frame that is open
+    // is dropped.
     void BeginFrame();
     uint64_t FrameNumber() const;
+    // Gives up the frame at hand: for a program that goes on after an Error of its own while declaring. Does
+    // nothing when there is none.
+    void DropFrame();
+    // Expires when the frame at hand has been executed, dropped or given up: while it lives, what the frame
+    // was declared from must stay as it is. Expired already when no frame is open.
+    std::weak_ptr<const void> OpenFrame() const;
+    // Runs once the frame at hand has been submitted; forgotten when it is dropped. Changes of state that
+    // stand for the whole frame belong here, those of a pass into CommandList::OnSubmitted, which a culled
+    // pass never reaches. Must not throw.
+    void OnSubmitted(std::function<void()> run);
 
     // --- Resources ---
     // Transient: contents live within the frame; memory is shared by resources with disjoint lifetimes.
     TextureId CreateTexture(std::string_view name, const GraphTextureDesc& desc);
     BufferId CreateBuffer(std::string_view name, const GraphBufferDesc& desc);
     // Persistent: found again by name in later frames, with contents and last access. A changed desc makes it
-    // anew.
+    // anew, once the frame has been submitted.
     TextureId Persist(std::string_view name, const GraphTextureDesc& desc,
                       Persistence persistence = Persistence::OnDemand);
     BufferId PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
                            Persistence persistence = Persistence::OnDemand);
     // True for a persistent resource without contents: neither a submitted frame nor, before this id, a pass
-    // of this one has written it.
+    // of this one has written it. For ids of the open frame.
     bool IsFresh(TextureId texture) const;
     bool IsFresh(BufferId buffer) const;
     // Forgets a persistent resource.
@@ -180,7 +192,8 @@ class Renderer {
     double PipelineCreationMs() const;
     uint32_t PipelineCount() const;
     // Reloads shaders whose source changed under RendererDesc::shaderRoot. A shader that fails to compile
-    // leaves its last good pipeline in use; the messages ("file:line: text") are returned.
+    // leaves its last good pipeline in use; the messages ("file:line: text") are returned. Error{Usage} while
+    // a frame is open: its passes were checked against the shaders as they are.
     std::vector<std::string> ReloadShaders();
 
     // Shaders of passes outside the library: SPIR-V under a name, copied.

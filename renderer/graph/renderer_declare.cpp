@@ -155,6 +155,7 @@ BufferId Renderer::PersistBuffer(std::string_view name, const GraphBufferDesc& d
 }
 
 bool Renderer::Impl::HasNoContents(AnyId id) const {
+    RequireOpen("IsFresh");
     const Persistent* persistent = resources[graph.ResolveAnyVersion(id, "IsFresh asks about")].persistent;
     return persistent && !persistent->isWritten && id.version == 0;
 }
@@ -249,7 +250,7 @@ PassId Renderer::AddPassErased(std::string_view name, PassKind kind, const Setup
         impl.FinishPass(pass);
     } catch (...) {
         // Half a pass cannot be taken back: its writes have made ids stale.
-        impl.whyBroken = "pass " + Quoted(name) + " was not declared";
+        impl.GiveUp("pass " + Quoted(name) + " was not declared");
         throw;
     }
     pass.execute = std::move(execute);

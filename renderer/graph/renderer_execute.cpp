@@ -68,9 +68,14 @@ void Renderer::Compile() {
 // Finds or makes what the executed passes use: memory, persistent resources, pipelines.
 void Renderer::Impl::Prepare() {
     transients.Reserve(plan.blocks, frameNumber);
+    // A view may stand still: what is shown need not be touched by a pass of this frame.
+    for (const Root& root : graph.roots)
+        if (resources[root.resource].persistent)
+            persistents.Ensure(device, *resources[root.resource].persistent);
     for (uint32_t r = 0; r < resources.size(); ++r) {
         const Lifetime& lifetime = plan.lifetimes[r];
-        if (!lifetime.IsUsed()) continue;
+        const bool isShown = resources[r].persistent && resources[r].persistent->IsMade();
+        if (!lifetime.IsUsed() && !isShown) continue;
         const GraphResource& resource = graph.resources[r];
         FrameResource& behind = resources[r];
         if (behind.persistent) {
@@ -247,6 +252,7 @@ void Renderer::Impl::Commit(uint64_t value) {
             if (Persistent* persistent = resources[graph.uses[u].resource].persistent)
                 persistent->isWritten = persistent->isWritten || Writes(graph.uses[u].access);
     }
+    persistents.CommitReplacements();
     for (const std::shared_ptr<Readback::State>& readback : readbacks) {
         if (readback->stage != Readback::State::Stage::Declared) continue;
         readback->stage = Readback::State::Stage::Submitted;
@@ -267,18 +273,20 @@ uint64_t Renderer::Execute() {
         impl.Prepare();
         rhi::CommandList commands = impl.device.BeginCommands("frame");
         impl.Record(commands, timing);
+        for (std::function<void()>& run : impl.onSubmitted) commands.OnSubmitted(std::move(run));
         timing.recordMs = recording.Milliseconds();
         const Stopwatch submission;
         value = impl.device.Submit(std::move(commands), impl.waits, impl.signals);
         timing.submitMs = submission.Milliseconds();
-        impl.Commit(value);
     } catch (...) {
         impl.DropFrame();
         throw;
     }
+    // The frame is closed before anything that is not part of it.
+    impl.Commit(value);
+    impl.DropFrame();
     timing.compileMs = impl.compileMs;
     impl.timer.EndFrame(value, std::move(timing));
-    impl.DropFrame();
     impl.transients.Trim(impl.frameNumber);
     return value;
 }

@@ -81,6 +81,7 @@ struct Renderer::Impl {
     void BindPass(rhi::CommandList& commands, const PassDeclaration& pass);
     void BeginTargets(rhi::CommandList& commands, const PassDeclaration& pass);
     void Commit(uint64_t value);
+    void GiveUp(std::string why);
     // The resource behind an id that the pass declared; Error{Usage} otherwise.
     uint32_t DeclaredBy(uint32_t pass, AnyId id) const;
     void DropFrame();
@@ -93,14 +94,16 @@ struct Renderer::Impl {
     PersistentStore persistents;
     std::vector<std::pair<rhi::SamplerDesc, std::unique_ptr<rhi::Sampler>>> samplers;
     FrameTimer timer;
-    std::shared_ptr<PassMarks> marks;  // null: off. The device's report holds it weakly.
+    std::unique_ptr<PassMarks> marks;            // null: off
+    std::shared_ptr<const void> lastPassReport;  // keeps the device asking `marks`
     std::vector<std::shared_ptr<Readback::State>> readbacks;
 
     // The frame at hand.
     uint64_t frameNumber = 0;
-    bool isOpen = false;      // between BeginFrame and Execute
-    std::string whyBroken;    // why the open frame cannot be executed; empty: it can
-    bool isCompiled = false;  // `plan` is that of `graph`
+    bool isOpen = false;                        // between BeginFrame and Execute
+    std::shared_ptr<const uint64_t> openFrame;  // its number; null once it cannot be executed any more
+    std::string whyBroken;                      // why the open frame cannot be executed; empty: it can
+    bool isCompiled = false;                    // `plan` is that of `graph`
     FrameGraph graph;
     Plan plan;
     std::vector<FrameResource> resources;  // by FrameGraph::resources
@@ -108,6 +111,7 @@ struct Renderer::Impl {
     std::vector<std::byte> uniformBytes;   // all uniform data of the frame
     std::vector<rhi::SemaphoreUse> waits;
     std::vector<rhi::SemaphoreUse> signals;
+    std::vector<std::function<void()>> onSubmitted;
     Stopwatch sinceBegin;
     double compileMs = 0.0;
 
@@ -123,7 +127,6 @@ struct Renderer::Impl {
     std::vector<uint8_t> wasExecuted;  // by pass, of the frame executed last
 
     // Kept for their memory.
-    std::vector<VkMemoryBarrier2> memoryBarriers;
     std::vector<VkImageMemoryBarrier2> imageBarriers;
     std::vector<rhi::BoundResource> bound;
     std::vector<rhi::ColorTarget> colorTargets;

@@ -127,6 +127,7 @@ TEST_F(GpuSceneTest, MeshOfSeveralPrimitivesShowsThemAllWithTheirMaterials) {
     std::vector<scene::Material> materials{Lambert(glm::vec3(0.1f)), Lambert(glm::vec3(0.2f)),
                                            Lambert(glm::vec3(0.3f))};
     materials[1].alphaMode = scene::AlphaMode::Mask;            // another group, another BLAS
+    mesh.primitives[1].colors.assign(4, glm::vec4(1.0f));       // whose alpha has to be looked at
     mesh.primitives[2].uv0 = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};  // a stream that the others lack
     mesh.primitives[2].colors.assign(4, glm::vec4(0.5f, 1.0f, 1.0f, 1.0f));
     render.scene.SetScene(SceneOf({mesh}, materials, {Translation({-1, 0, 0})}));
@@ -179,6 +180,37 @@ TEST_F(GpuSceneTest, SetMaterial_ChangesTheNextFrame) {
     EXPECT_EQ(glm::vec3(render.TraceOnce(settings).At(0, 0)), glm::vec3(1.0f));
     render.scene.SetMaterial(0, Lambert(glm::vec3(0.0f), glm::vec3(4.0f)));
     EXPECT_EQ(glm::vec3(render.TraceOnce(settings).At(0, 0)), glm::vec3(4.0f));
+}
+
+TEST_F(GpuSceneTest, EditsOfASceneThatIsDeclaredAreRefused) {
+    render.scene.SetScene(SceneOf({QuadMesh(1.4f)}, {Lambert(glm::vec3(0.5f))}));
+    render.renderer.BeginFrame();
+    render.renderer.Present(passes::Trace(render.renderer, render.scene.Declare(render.renderer),
+                                          LookAt({0, 0, 2}, {}, 0.3f, 2)));
+    try {
+        render.scene.SetTransform(0, Translation({1, 0, 0}));
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+        EXPECT_STREQ(error.what(),
+                     "GpuScene: SetTransform between Declare and Execute; it comes before Declare or after "
+                     "Execute");
+    }
+    EXPECT_THROW(render.scene.SetVisible(0, false), Error);
+    EXPECT_THROW(render.scene.SetMaterial(0, {}), Error);
+    EXPECT_THROW(render.scene.SetScene({}), Error);
+    EXPECT_THROW(render.scene.SetEnvironment({}), Error);
+    EXPECT_THROW(render.scene.RemoveEnvironmentMap(), Error);
+    EXPECT_THROW(render.scene.Declare(render.renderer), Error) << "once a frame";
+    render.renderer.Execute();
+    render.scene.SetTransform(0, Translation({1, 0, 0}));
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, 0, 0})) << "nothing of the refused edits";
+
+    render.renderer.BeginFrame();
+    render.scene.Declare(render.renderer);
+    render.renderer.DropFrame();
+    render.scene.SetVisible(0, false);
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, kMiss, kMiss}));
 }
 
 TEST_F(GpuSceneTest, IndicesOutOfRangeAreUsageErrorsThatNameTheCount) {

@@ -239,11 +239,12 @@ struct DeviceLostTest : ::testing::Test {
         desc.getInstanceProcAddr = loader.Entry();
         desc.onMessage = log.Callback();
         device = rhi::Device::Create(desc);
-        device->SetLastPassReport([] { return std::string("last pass reached: Trace"); });
+        report = device->AddLastPassReport([] { return std::string("last pass reached: Trace"); });
     }
     FakeLoader loader;
     MessageLog log;
     std::unique_ptr<rhi::Device> device;
+    std::shared_ptr<const void> report;
 };
 
 TEST_F(DeviceLostTest, Submit_NamesTheLastPass) {
