@@ -4,6 +4,7 @@
 #include <chrono>
 #include <optional>
 
+#include "renderer/gpu_scene/energy_tables.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/scene_resources.h"
 #include "rhi/blas_builder.h"
@@ -58,6 +59,12 @@ struct GpuScene::Impl {
         blackEnvironment = SolidTexture(device, uploader, "no environment map", rhi::Format::Rgba32Float,
                                         std::as_bytes(std::span(&black, 1)));
         defaultSampler = device.CreateSampler({.name = "default sampler"});
+        const std::span<const std::byte> tables = std::as_bytes(EnergyTables());
+        energyTables =
+            device.CreateBuffer({.name = "energy tables",
+                                 .size = tables.size(),
+                                 .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+        uploader.UploadBuffer(energyTables, 0, tables);
         textureTable.emplace(device, desc.textureCapacity, defaultTexture, defaultSampler);
         Replace(scene::SceneData{});
     }
@@ -156,6 +163,7 @@ struct GpuScene::Impl {
     rhi::Texture defaultTexture;
     rhi::Texture blackEnvironment;
     rhi::Sampler defaultSampler;
+    rhi::Buffer energyTables;
     std::optional<rhi::TextureTable> textureTable;
     std::unique_ptr<SceneResources> resources;
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
@@ -168,6 +176,7 @@ struct GpuScene::Impl {
     ResourceState environmentState = SampledState();
     ResourceState geometriesState;
     ResourceState materialsState;
+    ResourceState energyTablesState;
     ResourceState blasState;
     GpuSceneStatistics statistics;
 };
@@ -247,6 +256,11 @@ SceneIds GpuScene::Declare(Renderer& renderer) {
         "environmentMap", hasMap ? impl.environmentMap : impl.blackEnvironment, impl.environmentState);
     ids.geometries = renderer.Import("geometries", impl.resources->geometries, impl.geometriesState);
     ids.materials = renderer.Import("materials", impl.resources->materials, impl.materialsState);
+    ids.energyTables = renderer.Import("energyTables", impl.energyTables, impl.energyTablesState);
+    for (const gpu::MaterialRecord& material : impl.resources->materialRecords) {
+        ids.hasAlpha |= material.alphaMode != 0u;
+        ids.hasVolumes |= (material.flags & gpu::kMaterialVolume) != 0u;
+    }
     ids.textures = renderer.Import("textures", *impl.textureTable);
     ids.blases = renderer.ImportBlasSet("BLASes", impl.blasState);
     impl.DeclareBlasWork(renderer, ids);

@@ -39,6 +39,9 @@ struct SceneIds {
     BufferId lightAlias;        // "lightAlias": gpu::AliasEntry[]
     BufferId environmentAlias;  // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
+    BufferId energyTables;    // "energyTables": float[], see shaders/shared/energy_tables.h
+    bool hasAlpha = false;    // a material is not opaque
+    bool hasVolumes = false;  // a material bounds a medium
 };
 
 // Light from everywhere else: a constant, times an equirectangular map if there is one.
