@@ -19,9 +19,9 @@ inline constexpr uint32_t kNoDepthLimit = 0xFFFFFFFFu;
 // How surfaces scatter. The defaults are glTF's material with nothing lost between microfacets.
 struct ScatteringSettings {
     BrdfModel brdf = BrdfModel::Gltf;
-    Distribution distribution = Distribution::Ggx;
-    Masking masking = Masking::Correlated;
-    Fresnel fresnel = Fresnel::Schlick;
+    MicrofacetModel distribution = MicrofacetModel::Ggx;
+    MaskingModel masking = MaskingModel::Correlated;
+    FresnelModel fresnel = FresnelModel::Schlick;
     MultiscatterKind multiscatter = MultiscatterKind::Lut;
 };
 

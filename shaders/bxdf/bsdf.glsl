@@ -1,30 +1,93 @@
-// The BSDF of a surface, by the model in use.
+// The BSDF of a surface as seen from one direction, by the model in use (shared/trace_options.h).
+//     SurfaceBSDF BSDFOf(material, wo, ...)
+//     vec3 Evaluate(bsdf, wi, pdf)        f, and the density of wi in Sample_f
+//     BSDFSample Sample_f(bsdf, uc, u)    conventions of bxdf/bxdf.glsl
 #ifndef RAYGRAPH_BXDF_BSDF_GLSL
 #define RAYGRAPH_BXDF_BSDF_GLSL
 
 #include "bxdf/diffuse.glsl"
+#include "bxdf/gltf.glsl"
+#include "bxdf/lafortune.glsl"
 #include "scene/ray.glsl"
 #include "shared/trace_options.h"
-#include "shared/microfacet_models.h"
-#include "shared/multiscatter_kinds.h"
 
 SHADING_BEGIN
 
 struct SurfaceBSDF {
+    uint flags;
+    vec3 wo;
+    PreparedGltf gltf;  // of these three, the one in use is set
     DiffuseBxDF lambert;
+    LafortuneBxDF lafortune;
 };
 
-INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, float eta, bool isThin, float leastAlpha) {
+// What is around a surface, beside its material.
+struct SurfaceSetting {
+    float eta;         // index of refraction of the other side over that of wo's side
+    bool isThin;       // no medium begins behind it
+    float leastAlpha;  // roughened to this; 0: as it is
+    uint seed;         // for lobes that walk at random
+};
+
+// The glTF material on the modified Phong model: the base colour of what is not metal is diffuse, the rest a
+// specular lobe whose exponent is that of an equally rough Phong distribution.
+INLINE LafortuneBxDF LafortuneOf(SurfaceMaterial material) {
+    float f0 = Sqr((material.ior - 1.0f) / (material.ior + 1.0f)) * material.specular;
+    float alpha = max(Sqr(material.roughness), 1e-2f);
+    LafortuneBxDF lobe;
+    lobe.specular = mix(min(f0 * material.specularColor, vec3(1.0f)), material.baseColor, material.metallic);
+    lobe.diffuse = material.baseColor * (1.0f - material.metallic) * (vec3(1.0f) - lobe.specular);
+    lobe.exponent = max(2.0f / Sqr(alpha) - 2.0f, 0.0f);
+    return lobe;
+}
+
+INLINE GltfBxDF GltfOf(SurfaceMaterial material, SurfaceSetting setting) {
+    GltfBxDF lobe;
+    lobe.baseColor = clamp(material.baseColor, vec3(0.0f), vec3(1.0f));
+    lobe.metallic = material.metallic;
+    lobe.transmission = material.transmission;
+    lobe.alpha = vec2(max(Sqr(material.roughness), setting.leastAlpha));
+    lobe.specular = material.specular;
+    lobe.specularColor = material.specularColor;
+    lobe.eta = setting.eta;
+    lobe.isThin = setting.isThin ? 1u : 0u;
+    lobe.seed = setting.seed;
+    return lobe;
+}
+
+INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting setting) {
     SurfaceBSDF bsdf;
-    bsdf.lambert.albedo = material.baseColor;
+    bsdf.wo = wo;
+    if (ActiveBrdf() == kBrdfLambert) {
+        bsdf.lambert.albedo = material.baseColor;
+        bsdf.flags = Flags(bsdf.lambert);
+    } else if (ActiveBrdf() == kBrdfLafortune) {
+        bsdf.lafortune = LafortuneOf(material);
+        bsdf.flags = Flags(bsdf.lafortune);
+    } else {
+        GltfBxDF lobe = GltfOf(material, setting);
+        bsdf.gltf = Prepare(lobe, wo);
+        bsdf.flags = Flags(lobe);
+    }
     return bsdf;
 }
 
-INLINE uint Flags(SurfaceBSDF bsdf) { return Flags(bsdf.lambert); }
-INLINE vec3 f(SurfaceBSDF bsdf, vec3 wo, vec3 wi) { return f(bsdf.lambert, wo, wi); }
-INLINE float PDF(SurfaceBSDF bsdf, vec3 wo, vec3 wi) { return PDF(bsdf.lambert, wo, wi); }
-INLINE BSDFSample Sample_f(SurfaceBSDF bsdf, vec3 wo, float uc, vec2 u) {
-    return Sample_f(bsdf.lambert, wo, uc, u);
+INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf) {
+    if (ActiveBrdf() == kBrdfLambert) {
+        pdf = PDF(bsdf.lambert, bsdf.wo, wi);
+        return f(bsdf.lambert, bsdf.wo, wi);
+    }
+    if (ActiveBrdf() == kBrdfLafortune) {
+        pdf = PDF(bsdf.lafortune, bsdf.wo, wi);
+        return f(bsdf.lafortune, bsdf.wo, wi);
+    }
+    return Evaluate(bsdf.gltf, wi, pdf);
+}
+
+INLINE BSDFSample Sample_f(SurfaceBSDF bsdf, float uc, vec2 u) {
+    if (ActiveBrdf() == kBrdfLambert) return Sample_f(bsdf.lambert, bsdf.wo, uc, u);
+    if (ActiveBrdf() == kBrdfLafortune) return Sample_f(bsdf.lafortune, bsdf.wo, uc, u);
+    return Sample_f(bsdf.gltf, uc, u);
 }
 
 SHADING_END

@@ -106,14 +106,15 @@ INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, PathSettings 
 
 // Light scattered at a surface from one point of one light. `beyond`: the media on its other side.
 INLINE void CollectDirect(INOUT(PathState) path, SurfaceInteraction surface, MediumStack beyond,
-                          SurfaceBSDF bsdf, Frame frame, vec3 wo, PathSettings settings) {
+                          SurfaceBSDF bsdf, Frame frame, PathSettings settings) {
     float choice = Get1D(path.rng);
     LightSample light = SampleLight(path.scatter, choice, Get2D(path.rng));
     if (!(light.pdf > 0.0f)) return;
     vec3 wi = ToLocal(frame, light.wi);
     float side = dot(light.wi, surface.geometricNormal);
     if (side * wi.z <= 0.0f) return;  // the shading normal leaks
-    vec3 scattered = f(bsdf, wo, wi) * abs(wi.z);
+    float scatterPDF = 0.0f;
+    vec3 scattered = Evaluate(bsdf, wi, scatterPDF) * abs(wi.z);
     if (!(MaxComponent(scattered) > 0.0f)) return;
     Ray shadow;
     shadow.origin = OffsetRayOrigin(surface.position, side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
@@ -122,7 +123,7 @@ INLINE void CollectDirect(INOUT(PathState) path, SurfaceInteraction surface, Med
     if (!Unoccluded(shadow, light.distance * kShadowShare, AlphaSeed(path.rng, path.rayCount))) return;
     if (HasTraceFeature(kTraceVolumes))
         scattered *= Transmittance(CurrentMedium(wi.z > 0.0f ? path.media : beyond), light.distance);
-    float weight = LightWeight(light, PDF(bsdf, wo, wi)) / light.pdf;
+    float weight = LightWeight(light, scatterPDF) / light.pdf;
     Collect(path, path.throughput * scattered * light.radiance * weight, path.depth + 1u, settings);
 }
 
@@ -197,22 +198,24 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     if (path.depth >= settings.maxDepth || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
     // What the surface does to light
-    SurfaceBSDF bsdf = BSDFOf(surface.material, boundary.eta, !isVolume,
-                              path.depth > 0u ? settings.regularize : 0.0f);
-    uint flags = Flags(bsdf);
     Frame frame = FrameFromZ(surface.shadingNormal);
-    vec3 wo = ToLocal(frame, -path.ray.direction);
+    SurfaceSetting setting;
+    setting.eta = boundary.eta;
+    setting.isThin = !isVolume;
+    setting.leastAlpha = path.depth > 0u ? settings.regularize : 0.0f;
+    setting.seed = AlphaSeed(path.rng, path.rayCount);
+    SurfaceBSDF bsdf = BSDFOf(surface.material, ToLocal(frame, -path.ray.direction), setting);
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
     uint firstDimension = path.rng.dimension;
     path.scatter.position = surface.position;
-    path.scatter.normal = IsTransmissive(flags) ? vec3(0.0f) : surface.geometricNormal;
-    if (HasTraceFeature(kTraceLightSampling) && IsNonSpecular(flags))
-        CollectDirect(path, surface, boundary.beyond, bsdf, frame, wo, settings);
+    path.scatter.normal = IsTransmissive(bsdf.flags) ? vec3(0.0f) : surface.geometricNormal;
+    if (HasTraceFeature(kTraceLightSampling) && IsNonSpecular(bsdf.flags))
+        CollectDirect(path, surface, boundary.beyond, bsdf, frame, settings);
 
     // Sample the BSDF for the next direction
     path.rng.dimension = firstDimension + 3u;
     float choice = Get1D(path.rng);
-    BSDFSample scattered = Sample_f(bsdf, wo, choice, Get2D(path.rng));
+    BSDFSample scattered = Sample_f(bsdf, choice, Get2D(path.rng));
     if (!(scattered.pdf > 0.0f)) return false;
     vec3 direction = FromLocal(frame, scattered.wi);
     float side = dot(direction, surface.geometricNormal);

@@ -186,7 +186,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.seed = 4294967295u;
     settings.sampler = SamplerKind::Tea;
     settings.biases = {.maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f};
-    settings.scattering = {BrdfModel::Lafortune, Distribution::Phong, Masking::Separable, Fresnel::Lazanyi,
+    settings.scattering = {BrdfModel::Lafortune, MicrofacetModel::Phong, MaskingModel::Separable, FresnelModel::Lazanyi,
                            MultiscatterKind::Walk};
     settings.lights = {false, LightSampler::Power, MisHeuristic::Balance};
     settings.aperture = 0.125f;
