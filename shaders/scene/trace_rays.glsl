@@ -12,9 +12,10 @@ layout(location = 0) rayPayloadEXT Hit hitPayload;
 // The nearest surface along a ray. Origins are moved off their surface beforehand (core/ray_offset.glsl): no
 // tMin.
 Hit Intersect(Ray ray) {
-    // Stride 0: every geometry of an instance takes the instance's hit set
-    traceRayEXT(sceneTlas, gl_RayFlagsNoneEXT, 0xFFu, kRayTypeRadiance, 0u, kRayTypeRadiance, ray.origin,
-                0.0f, ray.direction, 3.0e38f, 0);
+    // Backs are culled where the instance allows it. Stride 0: every geometry of an instance takes the
+    // instance's hit set
+    traceRayEXT(sceneTlas, gl_RayFlagsCullBackFacingTrianglesEXT, 0xFFu, kRayTypeRadiance, 0u,
+                kRayTypeRadiance, ray.origin, 0.0f, ray.direction, 3.0e38f, 0);
     return hitPayload;
 }
 
