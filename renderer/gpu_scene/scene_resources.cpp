@@ -84,11 +84,24 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
     return merged;
 }
 
+// Whether no ray needs to look at alpha: there is none, or it lets nothing through anywhere.
+bool IsOpaque(const scene::Primitive& primitive, const scene::Material& material) {
+    if (material.alphaMode == scene::AlphaMode::Opaque) return true;
+    if (material.baseColorTexture.IsPresent() || !primitive.colors.empty()) return false;
+    const float solid = material.alphaMode == scene::AlphaMode::Mask ? material.alphaCutoff : 1.0f;
+    return material.baseColorFactor.a >= solid;
+}
+
+GroupKind KindOf(const scene::Primitive& primitive, const scene::Material& material) {
+    return {.isOpaque = IsOpaque(primitive, material), .isBackCulled = material.IsBackCulled()};
+}
+
 // Uploads one group and appends its geometry records. Empties the primitives.
 GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
                            const std::string& name, std::span<scene::Primitive* const> primitives,
-                           bool isOpaque, std::vector<gpu::GeometryRecord>& records) {
+                           const GroupKind& kind, std::vector<gpu::GeometryRecord>& records) {
     GroupResources result;
+    result.kind = kind;
     for (const scene::Primitive* primitive : primitives) result.bounds.Extend(primitive->bounds);
     const GroupTriangles triangles = MergeTriangles(primitives);
     result.triangleCount = triangles.indices.size() / 3;
@@ -141,7 +154,7 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
                               .vertexCount = static_cast<uint32_t>(triangles.positions.size()),
                               .indices = result.record.indices,
                               .triangleCount = static_cast<uint32_t>(result.triangleCount),
-                              .isOpaque = isOpaque});
+                              .isOpaque = kind.isOpaque});
     result.blas = builder.Add(blas);
     return result;
 }
@@ -152,16 +165,15 @@ MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::Blas
                          SceneResources& resources, std::vector<gpu::GeometryRecord>& records) {
     MeshResources result;
     result.firstGroup = static_cast<uint32_t>(resources.groups.size());
-    for (const bool isOpaque : {true, false}) {
+    for (const GroupKind kind :
+         {GroupKind{true, true}, GroupKind{true, false}, GroupKind{false, true}, GroupKind{false, false}}) {
         std::vector<scene::Primitive*> primitives;
         for (scene::Primitive& primitive : mesh.primitives)
-            if (!primitive.indices.empty() &&
-                isOpaque == (materials[primitive.material].alphaMode == scene::AlphaMode::Opaque))
+            if (!primitive.indices.empty() && kind == KindOf(primitive, materials[primitive.material]))
                 primitives.push_back(&primitive);
         if (primitives.empty()) continue;
         const std::string name = mesh.name.empty() ? "mesh" : mesh.name;
-        resources.groups.push_back(
-            UploadGroup(device, uploader, builder, name, primitives, isOpaque, records));
+        resources.groups.push_back(UploadGroup(device, uploader, builder, name, primitives, kind, records));
         resources.geometryBytes += resources.groups.back().streams.Size();
         result.triangleCount += resources.groups.back().triangleCount;
     }
@@ -261,7 +273,15 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.normalScale = values.normalScale;
     record.alphaCutoff = values.alphaCutoff;
     record.alphaMode = static_cast<uint32_t>(values.alphaMode);
-    record.flags = values.isDoubleSided ? gpu::kMaterialDoubleSided : 0u;
+    record.flags = (values.isDoubleSided ? gpu::kMaterialDoubleSided : 0u) |
+                   (values.isUnlit ? gpu::kMaterialUnlit : 0u) |
+                   (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
+    record.ior = values.ior;
+    record.specular = values.specularFactor;
+    record.specularColor = values.specularColorFactor;
+    record.transmission = values.transmissionFactor;
+    record.absorption = values.Absorption();
+    record.priority = values.priority;
     return record;
 }
 
@@ -281,6 +301,9 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
             TextureField(material.metallicRoughnessTexture, resources->textures);
         textures.normalTexture = TextureField(material.normalTexture, resources->textures);
         textures.emissiveTexture = TextureField(material.emissiveTexture, resources->textures);
+        textures.specularTexture = TextureField(material.specularTexture, resources->textures);
+        textures.specularColorTexture = TextureField(material.specularColorTexture, resources->textures);
+        textures.transmissionTexture = TextureField(material.transmissionTexture, resources->textures);
         resources->materialRecords.push_back(ToRecord(material, textures));
     }
     resources->geometryCount = static_cast<uint32_t>(records.size());

@@ -15,9 +15,18 @@
 
 namespace raygraph {
 
-// The primitives of a mesh that rays treat alike (opaque, or not), as one list of triangles in one BLAS: a
-// mesh has one or two groups, or none.
+// How rays treat a primitive.
+struct GroupKind {
+    bool isOpaque = true;      // no any-hit shader looks at its alpha
+    bool isBackCulled = true;  // its back faces are not there
+
+    bool operator==(const GroupKind&) const = default;
+};
+
+// The primitives of a mesh that are of one kind, as one list of triangles in one BLAS: a mesh has up to four
+// groups.
 struct GroupResources {
+    GroupKind kind;
     rhi::Buffer streams;
     std::shared_ptr<rhi::Blas> blas;
     gpu::InstanceRecord record{};  // but for transform and instance

@@ -142,6 +142,7 @@ scene::Material Lambert(const glm::vec3& albedo, const glm::vec3& emission) {
     scene::Material material;
     material.baseColorFactor = glm::vec4(albedo, 1.0f);
     material.emissiveFactor = emission;
+    material.isDoubleSided = true;
     return material;
 }
 
