@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <utility>
 
 #include "base/check.h"
@@ -32,6 +33,35 @@ VkImageLayout LayoutFor(VkDescriptorType type) {
 
 std::string TextOf(Extent2D extent) {
     return std::to_string(extent.width) + "x" + std::to_string(extent.height);
+}
+
+// "'albedo' (640x360 rgba8)"
+std::string TextOf(const Texture& texture) {
+    return "'" + texture.Desc().name + "' (" + TextOf(texture.Extent()) + " " + Name(texture.Desc().format) +
+           ")";
+}
+
+// Rows of a mip level, tightly packed in a buffer.
+void CheckBufferCopy(const char* call, const Buffer& buffer, uint64_t offset, const Texture& texture,
+                     uint32_t mipLevel, uint32_t firstRow, uint32_t rowCount) {
+    const auto fail = [&](const std::string& why) {
+        throw Error(ErrorKind::Usage, std::string(call) + ": buffer '" + buffer.Desc().name + "' (" +
+                                          std::to_string(buffer.Size()) + " bytes) and texture " +
+                                          TextOf(texture) + ": " + why);
+    };
+    if (mipLevel >= texture.Desc().mipLevels)
+        fail("mip level " + std::to_string(mipLevel) + " of " + std::to_string(texture.Desc().mipLevels));
+    const Extent2D extent = MipExtent(texture.Extent(), mipLevel);
+    if (firstRow > extent.height || rowCount > extent.height - firstRow)
+        fail(std::to_string(rowCount) + " rows from " + std::to_string(firstRow) + " on, there are " +
+             std::to_string(extent.height));
+    const uint32_t texelBytes = TexelBytes(texture.Desc().format);
+    const uint32_t alignment = std::lcm(texelBytes, 4u);
+    if (offset % alignment != 0)
+        fail("offset " + std::to_string(offset) + " is not a multiple of " + std::to_string(alignment));
+    const uint64_t bytes = uint64_t{texelBytes} * extent.width * rowCount;
+    if (bytes > buffer.Size() || offset > buffer.Size() - bytes)
+        fail(std::to_string(bytes) + " bytes at " + std::to_string(offset) + " do not fit");
 }
 
 }  // namespace
@@ -293,6 +323,8 @@ void CommandList::CopyToTexture(const Buffer& source, uint64_t offset, const Tex
 
 void CommandList::CopyRowsToTexture(const Buffer& source, uint64_t offset, const Texture& target,
                                     uint32_t mipLevel, uint32_t firstRow, uint32_t rowCount) {
+    CheckBufferCopy("CopyToTexture", source, offset, target, mipLevel, firstRow, rowCount);
+    if (rowCount == 0) return;
     VkBufferImageCopy2 region{};
     region.sType = VK_STRUCTURE_TYPE_BUFFER_IMAGE_COPY_2;
     region.bufferOffset = offset;
@@ -308,6 +340,7 @@ void CommandList::CopyRowsToTexture(const Buffer& source, uint64_t offset, const
 void CommandList::CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset,
                                uint32_t mipLevel) {
     const Extent2D extent = MipExtent(source.Extent(), mipLevel);
+    CheckBufferCopy("CopyToBuffer", target, offset, source, mipLevel, 0, extent.height);
     VkBufferImageCopy2 region{};
     region.sType = VK_STRUCTURE_TYPE_BUFFER_IMAGE_COPY_2;
     region.bufferOffset = offset;
@@ -324,10 +357,11 @@ void CommandList::CopyToBuffer(const Texture& source, const Buffer& target, uint
 }
 
 void CommandList::CopyTexture(const Texture& source, const Texture& target) {
-    if (source.Extent() != target.Extent())
-        throw Error(ErrorKind::Usage, "CopyTexture: '" + source.Desc().name + "' is " +
-                                          TextOf(source.Extent()) + ", '" + target.Desc().name + "' is " +
-                                          TextOf(target.Extent()));
+    const Format from = source.Desc().format;
+    const Format to = target.Desc().format;
+    if (source.Extent() != target.Extent() || TexelBytes(from) != TexelBytes(to) ||
+        IsDepth(from) != IsDepth(to))
+        throw Error(ErrorKind::Usage, "CopyTexture: " + TextOf(source) + " does not fit " + TextOf(target));
     VkImageCopy2 region{};
     region.sType = VK_STRUCTURE_TYPE_IMAGE_COPY_2;
     region.srcSubresource = Layers(source, 0);

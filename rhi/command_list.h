@@ -89,7 +89,9 @@ class CommandList {
     void DrawIndexed(const Buffer& indices, uint32_t indexCount, uint32_t instanceCount = 1,
                      uint32_t firstIndex = 0, int32_t vertexOffset = 0, uint32_t firstInstance = 0);
 
-    // Transfers. Textures are expected in the TRANSFER_SRC/DST_OPTIMAL layout.
+    // Transfers. Textures are expected in the TRANSFER_SRC/DST_OPTIMAL layout. Each throws Error{Usage}
+    // naming both sides, before anything is recorded, for what does not fit: ranges, rows, mip levels,
+    // offsets that are no multiple of the texel's size (and of 4), formats with texels of another size.
     void CopyBuffer(const Buffer& source, uint64_t sourceOffset, const Buffer& target, uint64_t targetOffset,
                     uint64_t size);
     void CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel = 0);

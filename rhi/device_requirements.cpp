@@ -101,12 +101,14 @@ const std::array kFeatures{
     FeatureEntry{{"shaderStorageImageWriteWithoutFormat", true, "passes that work on any texel format"},
                  nullptr,
                  RAYGRAPH_FLAG_(root.features.shaderStorageImageWriteWithoutFormat)},
-    FeatureEntry{{"multiDrawIndirect", true, "a scene drawn by one command"},
+    FeatureEntry{{"multiDrawIndirect", false, "a scene drawn by one command"},
                  nullptr,
-                 RAYGRAPH_FLAG_(root.features.multiDrawIndirect)},
-    FeatureEntry{{"drawIndirectFirstInstance", true, "a scene drawn by one command"},
+                 RAYGRAPH_FLAG_(root.features.multiDrawIndirect),
+                 &OptionalFeatures::multiDrawIndirect},
+    FeatureEntry{{"drawIndirectFirstInstance", false, "a scene drawn by one command"},
                  nullptr,
-                 RAYGRAPH_FLAG_(root.features.drawIndirectFirstInstance)},
+                 RAYGRAPH_FLAG_(root.features.drawIndirectFirstInstance),
+                 &OptionalFeatures::drawIndirectFirstInstance},
     FeatureEntry{{"fillModeNonSolid", false, "wireframe views"},
                  nullptr,
                  RAYGRAPH_FLAG_(root.features.fillModeNonSolid),
@@ -154,6 +156,14 @@ const std::array kLimits{
                }},
     LimitEntry{{"maxRayRecursionDepth", 1, "tracing from ray generation"},
                [](auto&, auto&, auto&, auto& tracing) { return uint64_t{tracing.maxRayRecursionDepth}; }},
+};
+
+constexpr std::array kFormats{
+    FormatRequirement{"linear filtering of rgba32f", VK_FORMAT_R32G32B32A32_SFLOAT,
+                      VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT | VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT,
+                      "environment maps, whose radiance exceeds what 16 bits hold"},
+    FormatRequirement{"storage images of rgba32f", VK_FORMAT_R32G32B32A32_SFLOAT,
+                      VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT, "radiance and its mean"},
 };
 
 // What is asked of one physical device.
@@ -239,6 +249,18 @@ class Probe {
         return refusals;
     }
 
+    std::vector<std::string> FormatRefusals() const {
+        std::vector<std::string> refusals;
+        for (const FormatRequirement& requirement : kFormats) {
+            VkFormatProperties2 properties{VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2, nullptr, {}};
+            m_vk.vkGetPhysicalDeviceFormatProperties2(m_device, requirement.format, &properties);
+            const VkFormatFeatureFlags has = properties.formatProperties.optimalTilingFeatures;
+            if ((has & requirement.features) != requirement.features)
+                refusals.push_back(std::string("lacks ") + requirement.name);
+        }
+        return refusals;
+    }
+
     std::optional<uint32_t> QueueFamily() const {
         uint32_t count = 0;
         m_vk.vkGetPhysicalDeviceQueueFamilyProperties2(m_device, &count, nullptr);
@@ -274,6 +296,7 @@ const RequirementList& Requirements() {
                 list.extensions.push_back({entry.extension, false, entry.requirement.why});
         }
         for (const LimitEntry& entry : kLimits) list.limits.push_back(entry.requirement);
+        list.formats.assign(kFormats.begin(), kFormats.end());
         return list;
     }();
     return kList;
@@ -361,6 +384,7 @@ std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstancePr
             refusals.push_back(std::string("lacks the feature ") + entry.requirement.name);
     // A limit of an extension that is not there would read as 0: the missing extension says it all.
     if (refusals.empty()) refusals = probe.LimitRefusals();
+    for (std::string& refusal : probe.FormatRefusals()) refusals.push_back(std::move(refusal));
     if (!probe.QueueFamily()) refusals.emplace_back("has no queue family for graphics, compute and transfer");
     return refusals;
 }

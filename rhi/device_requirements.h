@@ -30,11 +30,19 @@ struct FeatureRequirement {
     const char* why;
 };
 
+struct FormatRequirement {
+    const char* name;  // "linear filtering of rgba32f"
+    VkFormat format;
+    VkFormatFeatureFlags features;  // of optimal tiling
+    const char* why;
+};
+
 struct RequirementList {
     uint32_t apiVersion = VK_API_VERSION_1_3;
     std::vector<ExtensionRequirement> extensions;
     std::vector<FeatureRequirement> features;
     std::vector<LimitRequirement> limits;
+    std::vector<FormatRequirement> formats;
     VkQueueFlags queueFlags = VK_QUEUE_GRAPHICS_BIT | VK_QUEUE_COMPUTE_BIT | VK_QUEUE_TRANSFER_BIT;
 };
 
@@ -49,6 +57,8 @@ struct OptionalFeatures {
     bool invocationReorder = false;
     bool opacityMicromap = false;
     bool wireframe = false;  // fillModeNonSolid
+    bool multiDrawIndirect = false;
+    bool drawIndirectFirstInstance = false;
 };
 
 // The chained feature structures that turn the requirements on: pass Root() as VkDeviceCreateInfo::pNext.

@@ -62,7 +62,6 @@ void ShaderLibrary::Add(std::string_view name, std::span<const uint32_t> spirv) 
     }
     Shader& old = *known->second;
     shader.index = old.index;
-    shader.generation = old.generation + 1;
     old = std::move(shader);
     old.words = old.ownWords;
 }
@@ -110,7 +109,6 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
                 shader->ownWords = std::move(words);
                 shader->words = shader->ownWords;
                 shader->reflection = std::move(reflection);
-                ++shader->generation;
                 result.changed.push_back(shader.get());
             }
         } catch (const Error& error) {

@@ -23,8 +23,7 @@ struct Shader {
     std::string name;
     std::span<const uint32_t> words{};
     rhi::ShaderReflection reflection{};
-    uint32_t generation = 0;  // counts the times that the words changed
-    uint32_t index = 0;       // in its library
+    uint32_t index = 0;  // in its library
 
     // Where it comes from: nothing of this for SPIR-V that was built in or handed in.
     std::vector<uint32_t> ownWords{};

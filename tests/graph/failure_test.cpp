@@ -149,6 +149,58 @@ TEST_F(Failure, LostDevice_NamesTheLastPassReached) {
                 HasSubstr(R"(the last pass reached was pass "Scale b" (2 of 2) of frame 1)"));
 }
 
+TEST_F(Failure, LostDevice_NamesThePassOfEveryRenderer) {
+    Renderer first(Device(), {.name = "viewport"});
+    Renderer second(Device(), {.name = "thumbnails"});
+    const Renderer idle(Device(), {.name = "idle"});
+    AddTestShaders(first);
+    AddTestShaders(second);
+    for (Renderer* renderer : {&first, &second}) {
+        renderer->BeginFrame();
+        renderer->Present(Fill(*renderer, renderer == &first ? "a" : "b", kExtent, 1.0f));
+        renderer->Execute();
+    }
+    Device().WaitIdle();
+    EXPECT_EQ(
+        MessageOf([&] { Device().Check(VK_ERROR_DEVICE_LOST, "x"); }),
+        R"(x: VK_ERROR_DEVICE_LOST; renderer "viewport": the last pass reached was pass "Fill a" (1 of 1) )"
+        R"(of frame 1; renderer "thumbnails": the last pass reached was pass "Fill b" (1 of 1) of frame 1)");
+}
+
+TEST_F(Failure, LostDevice_AfterAnotherRendererIsGone) {
+    m_renderer.BeginFrame();
+    m_renderer.Present(Fill(m_renderer, "a", kExtent, 1.0f));
+    m_renderer.Execute();
+    Device().WaitIdle();
+    { Renderer other(Device()); }
+    EXPECT_THAT(MessageOf([&] { Device().Check(VK_ERROR_DEVICE_LOST, "x"); }), HasSubstr(R"(pass "Fill a")"));
+}
+
+TEST_F(Failure, OnSubmitted_RunsOnceForASubmittedFrameOnly) {
+    int count = 0;
+    const auto frame = [&](bool throws) {
+        m_renderer.BeginFrame();
+        m_renderer.OnSubmitted([&] { ++count; });
+        m_renderer.AddPass(
+            "May throw", PassKind::Transfer, [](PassBuilder& pass) { pass.KeepAlive(); },
+            [&count, throws](CommandList&) {
+                EXPECT_EQ(count, 0);
+                if (throws) throw std::runtime_error("mine");
+            });
+        const std::weak_ptr<const void> open = m_renderer.OpenFrame();
+        EXPECT_FALSE(open.expired());
+        if (throws)
+            EXPECT_THROW(m_renderer.Execute(), std::runtime_error);
+        else
+            m_renderer.Execute();
+        EXPECT_TRUE(open.expired());
+    };
+    frame(true);
+    EXPECT_EQ(count, 0);
+    frame(false);
+    EXPECT_EQ(count, 1);
+}
+
 TEST_F(Failure, LostDevice_AfterTheRendererIsGone) {
     { Renderer other(Device()); }
     EXPECT_THAT(MessageOf([&] { Device().Check(VK_ERROR_DEVICE_LOST, "vkQueueSubmit2"); }),

@@ -145,6 +145,57 @@ TEST_F(Frame, IsFresh_UntilASubmittedFrameWrote) {
     m_renderer.Execute();
 }
 
+TEST_F(Frame, IsFresh_OutsideOfAFrameIsRefused) {
+    m_renderer.BeginFrame();
+    const TextureId sum = m_renderer.Persist("sum", {.extent = kExtent, .format = Format::R32Float});
+    m_renderer.Execute();
+    m_renderer.Forget("sum");
+    EXPECT_THROW(std::ignore = m_renderer.IsFresh(sum), Error) << "what it asks about may be gone";
+}
+
+TEST_F(Frame, PausedView_ShowsWhatAnEarlierFrameLeft) {
+    const GraphTextureDesc desc{.extent = kExtent, .format = Format::R32Float};
+    m_renderer.BeginFrame();
+    const Readback before =
+        m_renderer.ReadBack(AddTo(m_renderer, "sum", Fill(m_renderer, "one", kExtent, 1.0f)));
+    m_renderer.Execute();
+    for (int frame = 0; frame < 2; ++frame) {
+        m_renderer.BeginFrame();
+        m_renderer.Present(m_renderer.Persist("sum", desc));
+        m_renderer.Execute();
+        EXPECT_EQ(m_renderer.DescribePlan().find("-> ShaderReadOnly") != std::string::npos, frame == 0)
+            << m_renderer.DescribePlan();
+    }
+    m_renderer.BeginFrame();
+    const Readback after =
+        m_renderer.ReadBack(AddTo(m_renderer, "sum", Fill(m_renderer, "one", kExtent, 1.0f)));
+    m_renderer.Execute();
+    EXPECT_TRUE(IsRamp(Read(before), 1.0f));
+    EXPECT_TRUE(IsRamp(Read(after), 1.0f, 2.0f));
+}
+
+TEST_F(Frame, ChangedDescription_TakesEffectWhenTheFrameIsSubmitted) {
+    const GraphTextureDesc small{.extent = {4, 4}, .format = Format::R32Float};
+    const auto isFresh = [&](const GraphTextureDesc& desc) {
+        return m_renderer.IsFresh(m_renderer.Persist("sum", desc));
+    };
+    const GraphTextureDesc desc{.extent = kExtent, .format = Format::R32Float};
+    m_renderer.BeginFrame();
+    m_renderer.Present(FillInto(m_renderer, "Fill", m_renderer.Persist("sum", desc), 1.0f));
+    m_renderer.Execute();
+    m_renderer.BeginFrame();
+    EXPECT_TRUE(isFresh(small));
+    m_renderer.DropFrame();
+    m_renderer.BeginFrame();
+    EXPECT_FALSE(isFresh(desc));
+    m_renderer.DropFrame();
+    m_renderer.BeginFrame();
+    EXPECT_TRUE(isFresh(small));
+    m_renderer.Execute();
+    m_renderer.BeginFrame();
+    EXPECT_TRUE(isFresh(desc));
+}
+
 TEST_F(Frame, ToggledView_CostsNothingAndKeepsItsSum) {
     PassId adding{};
     const auto frame = [&](bool isSumShown) {

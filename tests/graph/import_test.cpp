@@ -40,6 +40,22 @@ TEST_F(Import, ExportedTexture_IsLeftInTheLayoutAskedFor) {
     }
 }
 
+TEST_F(Import, PresentedAndTouchedByNoPass_IsReadable) {
+    const rhi::Texture host = HostTexture();
+    rhi::CommandList commands = Device().BeginCommands("host");
+    commands.Transition(host, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL);
+    commands.Clear(host, {5.0f, 0.0f, 0.0f, 0.0f});
+    Device().Submit(std::move(commands));
+    ResourceState state{.writeStages = VK_PIPELINE_STAGE_2_CLEAR_BIT,
+                        .writeAccess = VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                        .layout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
+    m_renderer.BeginFrame();
+    m_renderer.Present(m_renderer.Import("host", host, state));
+    m_renderer.Execute();
+    EXPECT_EQ(state.layout, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+    EXPECT_EQ(TexelsOf(host, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL).At(3, 2)[0], 5.0f);
+}
+
 // The host fills the image in a submission of its own, signals a semaphore, and waits for ours.
 TEST_F(Import, Semaphores_OrderTheHostsWorkAroundTheFrame) {
     rhi::Device& device = Device();

@@ -104,6 +104,22 @@ TEST_F(Reload, UnchangedText_MakesNothingAnew) {
     EXPECT_EQ(m_renderer->PipelineCount(), 1u);
 }
 
+TEST_F(Reload, WhileAFrameIsOpen_IsRefused) {
+    EXPECT_EQ(Value(), 1.0f);
+    m_renderer->BeginFrame();
+    try {
+        m_renderer->ReloadShaders();
+        ADD_FAILURE();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+        EXPECT_STREQ(error.what(),
+                     "ReloadShaders: a frame is open; it comes before BeginFrame or after Execute");
+    }
+    m_renderer->DropFrame();
+    EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
+    EXPECT_EQ(Value(), 1.0f);
+}
+
 TEST_F(Reload, BrokenFromTheStart_IsAnErrorOfThePass) {
     Write("fill.comp", Text("kValu"));
     try {

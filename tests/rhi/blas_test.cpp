@@ -3,6 +3,7 @@
 
 #include "rhi/blas_builder.h"
 #include "rhi/device.h"
+#include "tests/rhi/fake_loader.h"
 #include "tests/rhi/trace_test.h"
 #include "tests/rhi/usage_error.h"
 
@@ -129,6 +130,114 @@ TEST_F(BlasTest, BuilderMayGoWhileCompactionIsPending) {
         Device().WaitFor(Device().Submit(std::move(commands)));
     }
     EXPECT_GT(HitCount(Hits(blases)), 2000u);
+}
+
+TEST_F(BlasTest, DroppedList_LeavesItsBuildsDue) {
+    BlasBuilder builder(Device(), {.name = "dropped", .compactsWithoutGain = true});
+    const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 2);
+    {
+        CommandList commands = Device().BeginCommands("dropped");
+        builder.RecordBuilds(commands);
+        EXPECT_TRUE(blases[0]->IsBuilt()) << "for what else is recorded into the list";
+        builder.RecordBuilds(commands);
+    }
+    EXPECT_FALSE(blases[0]->IsBuilt());
+    EXPECT_EQ(blases[0]->Address(), 0u);
+    EXPECT_FALSE(builder.Poll());
+    EXPECT_EQ(builder.Statistics().pending, 0u);
+    EXPECT_EQ(builder.Statistics().buildCount, 0u);
+    EXPECT_EQ(builder.Statistics().blasCount, 0u);
+
+    Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
+    EXPECT_EQ(builder.Statistics().buildCount, 2u);
+    EXPECT_EQ(builder.Statistics().batchCount, 1u);
+    EXPECT_EQ(builder.Statistics().pending, 2u);
+    EXPECT_GT(HitCount(Hits(blases)), 2000u);
+}
+
+TEST_F(BlasTest, DroppedList_LeavesItsCompactionsDue) {
+    BlasBuilder builder(Device(), {.name = "dropped", .compactsWithoutGain = true});
+    const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 3);
+    Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
+    const std::vector<TestResult> before = Hits(blases);
+    ASSERT_TRUE(builder.Poll());
+    const VkDeviceAddress address = blases[0]->Address();
+    const uint32_t version = blases[0]->Version();
+    {
+        CommandList commands = Device().BeginCommands("dropped");
+        builder.RecordCompaction(commands);
+        EXPECT_NE(blases[0]->Address(), address);
+    }
+    EXPECT_EQ(blases[0]->Address(), address);
+    EXPECT_GT(blases[0]->Version(), version) << "who saw the compacted one has to look again";
+    EXPECT_FALSE(blases[0]->IsCompacted());
+    EXPECT_EQ(builder.Statistics().pending, 3u);
+    EXPECT_EQ(Hits(blases), before);
+
+    ASSERT_TRUE(builder.Poll());
+    Run([&](CommandList& commands) { builder.RecordCompaction(commands); });
+    EXPECT_EQ(builder.Statistics().pending, 0u);
+    EXPECT_TRUE(blases[2]->IsCompacted());
+    EXPECT_EQ(Hits(blases), before);
+}
+
+TEST_F(BlasTest, DroppedList_MayOutliveTheBuilder) {
+    CommandList commands = Device().BeginCommands("dropped");
+    std::vector<std::shared_ptr<Blas>> blases;
+    {
+        BlasBuilder builder(Device(), {.name = "short-lived"});
+        blases = AddWaves(builder, 1);
+        builder.RecordBuilds(commands);
+    }
+    commands = {};
+    EXPECT_FALSE(blases[0]->IsBuilt());
+}
+
+// Every buffer that the builds need is refused once; what was added is built by the next call.
+TEST(BlasAllocationTest, FailedAllocation_LosesNoBuild) {
+    testing::FakeLoader loader;
+    DeviceDesc desc;
+    desc.getInstanceProcAddr = loader.Entry();
+    desc.savePipelineCache = false;
+    const std::unique_ptr<Device> device = Device::Create(desc);
+    const std::vector<float> vertices{0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const std::vector<uint32_t> indices{0, 1, 2};
+    const auto upload = [&](const char* name, std::span<const std::byte> bytes) {
+        Buffer buffer = device->CreateBuffer({.name = name,
+                                              .size = bytes.size(),
+                                              .usage = BufferUsage::BuildInput,
+                                              .memory = MemoryKind::Upload});
+        std::copy(bytes.begin(), bytes.end(), buffer.Mapped().begin());
+        return buffer;
+    };
+    const Buffer vertexBuffer = upload("vertices", testing::BytesOf(vertices));
+    const Buffer indexBuffer = upload("indices", testing::BytesOf(indices));
+    const BlasDesc triangle{.name = "triangle",
+                            .triangles = {{.vertices = vertexBuffer.Address(),
+                                           .vertexCount = 3,
+                                           .indices = indexBuffer.Address(),
+                                           .triangleCount = 1}}};
+    int32_t failureCount = 0;
+    for (bool hasFailed = true; hasFailed && failureCount < 100;) {
+        BlasBuilder builder(*device, {.name = "builder"});
+        const std::array blases{builder.Add(triangle), builder.Add(triangle)};
+        loader.Tell().buffersBeforeFailure = failureCount;
+        CommandList commands = device->BeginCommands("builds");
+        try {
+            builder.RecordBuilds(commands);
+            hasFailed = false;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
+            EXPECT_FALSE(blases[0]->IsBuilt() || blases[1]->IsBuilt());
+            ++failureCount;
+        }
+        loader.Tell().buffersBeforeFailure = -1;
+        if (hasFailed) builder.RecordBuilds(commands);
+        device->WaitFor(device->Submit(std::move(commands)));
+        EXPECT_EQ(builder.Statistics().buildCount, 2u);
+        EXPECT_TRUE(blases[0]->IsBuilt() && blases[1]->IsBuilt());
+    }
+    EXPECT_GE(failureCount, 3) << "two structures and their scratch memory";
 }
 
 TEST_F(BlasTest, BuildsInBatchesUnderTheScratchBudgetHitTheSame) {

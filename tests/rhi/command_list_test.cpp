@@ -76,6 +76,51 @@ TEST_F(CommandListTest, CopyBeyondTheEnd_IsRefusedWithBothBuffers) {
     EXPECT_EQ(ErrorOf([&] { commands.CopyBuffer(b, 0, a, ~uint64_t{0} - 3, 8); }).Kind(), ErrorKind::Usage);
 }
 
+TEST_F(CommandListTest, CopiesOfTextures_ThatDoNotFitAreRefusedWithBothSides) {
+    const auto texture = [&](const char* name, Extent2D extent, Format format, uint32_t mipLevels = 1) {
+        return Device().CreateTexture({.name = name,
+                                       .extent = extent,
+                                       .format = format,
+                                       .usage = kTextureCopies,
+                                       .mipLevels = mipLevels});
+    };
+    const rhi::Texture target = texture("target", {4, 4}, Format::Rgba32Float, 2);
+    const rhi::Texture bytes = texture("bytes", {4, 4}, Format::R8Unorm);
+    const rhi::Buffer buffer = Device().CreateBuffer({.name = "b", .size = 256, .usage = kCopies});
+    const rhi::Buffer small = Device().CreateBuffer({.name = "small", .size = 255, .usage = kCopies});
+    CommandList commands = Device().BeginCommands("copies");
+    const auto message = [&](auto&& copy) {
+        const Error error = ErrorOf(copy);
+        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+        return std::string(error.what());
+    };
+    EXPECT_EQ(
+        message([&] { commands.CopyToTexture(small, 0, target); }),
+        "CopyToTexture: buffer 'small' (255 bytes) and texture 'target' (4x4 rgba32f): 256 bytes at 0 do "
+        "not fit");
+    EXPECT_THAT(message([&] { commands.CopyToTexture(buffer, 16, target); }),
+                HasSubstr("256 bytes at 16 do not fit"));
+    EXPECT_EQ(
+        message([&] { commands.CopyToBuffer(target, small); }),
+        "CopyToBuffer: buffer 'small' (255 bytes) and texture 'target' (4x4 rgba32f): 256 bytes at 0 do "
+        "not fit");
+    EXPECT_THAT(message([&] { commands.CopyToBuffer(target, buffer, ~uint64_t{0} - 15, 1); }),
+                HasSubstr("64 bytes at 18446744073709551600 do not fit"));
+    EXPECT_THAT(message([&] { commands.CopyToBuffer(target, buffer, 0, 2); }), HasSubstr("mip level 2 of 2"));
+    EXPECT_THAT(message([&] { commands.CopyToTexture(buffer, 8, target, 1); }),
+                HasSubstr("offset 8 is not a multiple of 16"));
+    EXPECT_THAT(message([&] { commands.CopyToBuffer(bytes, buffer, 2); }),
+                HasSubstr("offset 2 is not a multiple of 4"));
+    EXPECT_THAT(message([&] { commands.CopyRowsToTexture(buffer, 0, target, 0, 3, 2); }),
+                HasSubstr("2 rows from 3 on, there are 4"));
+    EXPECT_EQ(message([&] { commands.CopyTexture(bytes, target); }),
+              "CopyTexture: 'bytes' (4x4 r8) does not fit 'target' (4x4 rgba32f)");
+    EXPECT_EQ(message([&] {
+                  commands.CopyTexture(texture("wide", {5, 4}, Format::Rgba32Float), target);
+              }),
+              "CopyTexture: 'wide' (5x4 rgba32f) does not fit 'target' (4x4 rgba32f)");
+}
+
 TEST_F(CommandListTest, ClearCopyTexture_AndBack) {
     const rhi::TextureDesc desc{
         .name = "t", .extent = {5, 3}, .format = Format::Rgba32Float, .usage = kTextureCopies};

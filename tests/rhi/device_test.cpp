@@ -208,6 +208,11 @@ TEST_F(RefusalTest, LowLimit_IsNamedWithBothNumbers) {
     EXPECT_THAT(CreateError().what(), HasSubstr("maxPushDescriptors is 8, needs 32"));
 }
 
+TEST_F(RefusalTest, MissingFormatFeature_IsNamed) {
+    loader.Tell().hasNoFloatFilter = true;
+    EXPECT_THAT(CreateError().what(), HasSubstr("lacks linear filtering of rgba32f"));
+}
+
 TEST_F(RefusalTest, OldVulkan_IsNamed) {
     loader.Tell().apiVersion = VK_API_VERSION_1_2;
     EXPECT_THAT(CreateError().what(), HasSubstr("has Vulkan 1.2, needs 1.3"));
@@ -229,6 +234,23 @@ TEST(NoDriverTest, Create_SaysThatThereIsNoDriver) {
     const Error error = ErrorOf([] { rhi::Device::Create(Quiet()); });
     EXPECT_EQ(error.Kind(), ErrorKind::NoDevice);
     EXPECT_THAT(error.what(), HasSubstr("no Vulkan driver is installed"));
+}
+
+TEST(CommandPoolTest, ResetThatFails_LosesNoPool) {
+    FakeLoader loader;
+    MessageLog log;
+    DeviceDesc desc = Quiet();
+    desc.getInstanceProcAddr = loader.Entry();
+    desc.validation = true;
+    desc.onMessage = log.Callback();
+    std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    device->WaitFor(device->Submit(device->BeginCommands("first")));
+    loader.Tell().resetPoolResult = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    EXPECT_THAT(ErrorOf([&] { device->BeginCommands("second"); }).what(), HasSubstr("vkResetCommandPool"));
+    loader.Tell().resetPoolResult = VK_SUCCESS;
+    device->WaitFor(device->Submit(device->BeginCommands("third")));
+    device.reset();
+    EXPECT_EQ(log.Text(), "") << "the layers tell of objects that are left";
 }
 
 // ---- Loss of the device, as the driver would report it.
@@ -263,6 +285,19 @@ TEST_F(DeviceLostTest, WaitFor_NamesTheLastPass) {
     const Error error = ErrorOf([&] { device->WaitFor(value); });
     EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost);
     EXPECT_THAT(error.what(), HasSubstr("last pass reached: Trace"));
+}
+
+TEST_F(DeviceLostTest, EveryReporterIsHeardUntilItGoes) {
+    std::shared_ptr<const void> other = device->AddLastPassReport([] { return std::string("of another"); });
+    const std::shared_ptr<const void> idle = device->AddLastPassReport([] { return std::string(); });
+    const auto message = [&] {
+        return std::string(ErrorOf([&] { device->Check(VK_ERROR_DEVICE_LOST, "x"); }).what());
+    };
+    EXPECT_EQ(message(), "x: VK_ERROR_DEVICE_LOST; last pass reached: Trace; of another");
+    report.reset();
+    EXPECT_EQ(message(), "x: VK_ERROR_DEVICE_LOST; of another");
+    other.reset();
+    EXPECT_EQ(message(), "x: VK_ERROR_DEVICE_LOST; no pass is known");
 }
 
 TEST_F(DeviceLostTest, DestroyingTheDeviceAfterwards_FreesEverything) {

@@ -19,6 +19,9 @@ struct State {
     PFN_vkGetPhysicalDeviceProperties2 properties = nullptr;
     PFN_vkQueueSubmit2 submit = nullptr;
     PFN_vkWaitSemaphores wait = nullptr;
+    PFN_vkGetPhysicalDeviceFormatProperties2 formats = nullptr;
+    PFN_vkCreateBuffer createBuffer = nullptr;
+    PFN_vkResetCommandPool resetPool = nullptr;
 };
 State* activeState = nullptr;
 
@@ -70,6 +73,26 @@ VKAPI_ATTR VkResult VKAPI_CALL Wait(VkDevice device, const VkSemaphoreWaitInfo* 
     return activeState->wait(device, info, timeout);
 }
 
+VKAPI_ATTR void VKAPI_CALL Formats(VkPhysicalDevice device, VkFormat format,
+                                   VkFormatProperties2* properties) {
+    activeState->formats(device, format, properties);
+    if (activeState->lies.hasNoFloatFilter && format == VK_FORMAT_R32G32B32A32_SFLOAT)
+        properties->formatProperties.optimalTilingFeatures &=
+            ~VkFormatFeatureFlags{VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT};
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL CreateBuffer(VkDevice device, const VkBufferCreateInfo* info,
+                                            const VkAllocationCallbacks* allocation, VkBuffer* buffer) {
+    int32_t& left = activeState->lies.buffersBeforeFailure;
+    if (left >= 0 && left-- == 0) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    return activeState->createBuffer(device, info, allocation, buffer);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL ResetPool(VkDevice device, VkCommandPool pool, VkCommandPoolResetFlags flags) {
+    if (activeState->lies.resetPoolResult != VK_SUCCESS) return activeState->lies.resetPoolResult;
+    return activeState->resetPool(device, pool, flags);
+}
+
 template <typename Function>
 PFN_vkVoidFunction Fake(PFN_vkVoidFunction real, Function& kept, Function fake) {
     if (!real) return nullptr;
@@ -81,6 +104,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
     const PFN_vkVoidFunction real = activeState->getDeviceProcAddr(device, name);
     if (std::strcmp(name, "vkQueueSubmit2") == 0) return Fake(real, activeState->submit, Submit);
     if (std::strcmp(name, "vkWaitSemaphores") == 0) return Fake(real, activeState->wait, Wait);
+    if (std::strcmp(name, "vkCreateBuffer") == 0) return Fake(real, activeState->createBuffer, CreateBuffer);
+    if (std::strcmp(name, "vkResetCommandPool") == 0) return Fake(real, activeState->resetPool, ResetPool);
     return real;
 }
 
@@ -91,6 +116,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetInstanceProcAddr(VkInstance instance
     if (is("vkEnumerateDeviceExtensionProperties"))
         return Fake(real, activeState->enumerateExtensions, EnumerateExtensions);
     if (is("vkGetPhysicalDeviceFeatures2")) return Fake(real, activeState->features, Features);
+    if (is("vkGetPhysicalDeviceFormatProperties2")) return Fake(real, activeState->formats, Formats);
     if (is("vkGetPhysicalDeviceProperties2")) return Fake(real, activeState->properties, Properties);
     return real;
 }

@@ -27,6 +27,28 @@ TEST_F(TimelineTest, SubmissionsCountUp) {
     EXPECT_EQ(Device().CompletedValue(), second);
 }
 
+TEST_F(TimelineTest, OutcomeOfAList_IsTold) {
+    std::string told;
+    const auto note = [&](rhi::CommandList& commands, const std::string& name) {
+        commands.OnSubmitted([&told, name] { told += name + " runs, "; });
+        commands.OnDropped([&told, name] { told += name + " is undone, "; });
+    };
+    rhi::CommandList submitted = Device().BeginCommands("submitted");
+    note(submitted, "a");
+    note(submitted, "b");
+    EXPECT_EQ(told, "") << "not before it is known";
+    Device().Submit(std::move(submitted));
+    EXPECT_EQ(told, "a runs, b runs, ");
+    told.clear();
+    {
+        rhi::CommandList dropped = Device().BeginCommands("dropped");
+        note(dropped, "a");
+        note(dropped, "b");
+        const rhi::CommandList moved = std::move(dropped);
+    }
+    EXPECT_EQ(told, "b is undone, a is undone, ") << "backwards, and once";
+}
+
 TEST_F(TimelineTest, WaitingForTheFuture_IsRefused) {
     const uint64_t next = Device().LastSubmittedValue() + 1;
     EXPECT_EQ(ErrorOf([&] { Device().WaitFor(next); }).Kind(), ErrorKind::Usage);

@@ -49,6 +49,25 @@ TEST_F(TlasTest, BuildAndUpdateInOneListAreOrdered) {
     EXPECT_EQ(Trace(PlainPipeline(), tlas, {{.origin = {5, 0.1f, -4}}})[0].code, 1u);
 }
 
+TEST_F(TlasTest, DroppedList_TakesItsBuildsBack) {
+    const Buffer one = Instances({Instance(*m_quad, 0)});
+    const Buffer two = Instances({Instance(*m_quad, 0), Instance(*m_quad, 5)});
+    Tlas tlas(Device(), {.name = "dropped", .capacity = 2});
+    {
+        CommandList commands = Device().BeginCommands("dropped");
+        tlas.Build(commands, two, 2);
+        tlas.Update(commands, two, 2);
+    }
+    EXPECT_EQ(tlas.InstanceCount(), 0u);
+    CommandList commands = Device().BeginCommands("update");
+    EXPECT_EQ(UsageErrorOf([&] { tlas.Update(commands, two, 2); }),
+              "TLAS 'dropped': update before its first build");
+    tlas.Build(commands, one, 1);
+    Device().WaitFor(Device().Submit(std::move(commands)));
+    EXPECT_EQ(tlas.InstanceCount(), 1u);
+    EXPECT_EQ(Trace(PlainPipeline(), tlas, {{.origin = {0, 0.1f, -4}}})[0].code, 1u);
+}
+
 TEST_F(TlasTest, TransformIsRowMajorObjectToWorld) {
     TlasInstance instance = Instance(*m_quad);
     // x' = 2 z + 3, y' = y, z' = x: the quad turns into the plane x = 3 and faces along x.

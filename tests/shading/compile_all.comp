@@ -3,7 +3,10 @@
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
 
+#include "bxdf/conductor.glsl"
+#include "bxdf/dielectric.glsl"
 #include "bxdf/diffuse.glsl"
+#include "bxdf/lafortune.glsl"
 #include "core/color.glsl"
 #include "core/equirect.glsl"
 #include "core/frame.glsl"
@@ -40,6 +43,28 @@ vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
 }
 #include "lights/lights.glsl"
 
+vec3 MicrofacetLobes(vec3 wo, float uc, vec2 u) {
+    ConductorBxDF metal;
+    metal.distribution = MakeMicrofacetDistribution(u);
+    metal.fresnel = uc < 0.5f ? ConductorFromColor(wo, vec3(1.0f)) : ConductorFromIndices(wo, wo);
+    DielectricBxDF glass;
+    glass.distribution = metal.distribution;
+    glass.eta = 1.0f + uc;
+    glass.isThin = u.x < 0.5f;
+    LafortuneBxDF phong;
+    phong.diffuse = vec3(u, uc);
+    phong.specular = vec3(uc, u);
+    phong.exponent = LafortuneExponent(u.x);
+    BSDFSample a = Sample_f(metal, wo, uc, u);
+    BSDFSample b = Sample_f(glass, wo, uc, u);
+    BSDFSample c = Sample_f(phong, wo, uc, u);
+    float pdf = PDF(metal, wo, a.wi) + PDF(glass, wo, b.wi) + PDF(phong, wo, c.wi);
+    uint flags = Flags(metal) | Flags(glass) | Flags(phong);
+    float masking = G(glass.distribution, wo, b.wi, a.wi) * Lambda(glass.distribution, wo) *
+                    G1(glass.distribution, wo);
+    return f(metal, wo, a.wi) + f(glass, wo, b.wi) + f(phong, wo, c.wi) + vec3(pdf, float(flags), masking);
+}
+
 void main() {
     uint i = gl_GlobalInvocationID.x;
     Sampler rng = StartPixelSample(uvec2(i % width, i / width), 0u, seed);
@@ -51,6 +76,7 @@ void main() {
     BSDFSample s = Sample_f(lobe, wo, Get1D(rng), Get2D(rng));
     float ratio = s.pdf > 0.0f ? PDF(lobe, wo, s.wi) / s.pdf : 0.0f;
     vec3 difference = f(lobe, wo, s.wi) - s.f;
+    difference += MicrofacetLobes(wo, Get1D(rng), Get2D(rng));
 
     vec3 direction = FromLocal(frame, s.wi);
     vec2 uv = EquirectFromDirection(direction, 0.5f);
