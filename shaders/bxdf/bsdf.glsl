@@ -30,14 +30,13 @@ struct SurfaceSetting {
 };
 
 // The glTF material on the modified Phong model: the base colour of what is not metal is diffuse, the rest a
-// specular lobe whose exponent is that of an equally rough Phong distribution.
+// specular lobe about as wide as the microfacets of that roughness make it.
 INLINE LafortuneBxDF LafortuneOf(SurfaceMaterial material) {
     float f0 = Sqr((material.ior - 1.0f) / (material.ior + 1.0f)) * material.specular;
-    float alpha = max(Sqr(material.roughness), 1e-2f);
     LafortuneBxDF lobe;
     lobe.specular = mix(min(f0 * material.specularColor, vec3(1.0f)), material.baseColor, material.metallic);
     lobe.diffuse = material.baseColor * (1.0f - material.metallic) * (vec3(1.0f) - lobe.specular);
-    lobe.exponent = max(2.0f / Sqr(alpha) - 2.0f, 0.0f);
+    lobe.exponent = LafortuneExponent(Sqr(material.roughness));
     return lobe;
 }
 
