@@ -24,7 +24,8 @@ uint32_t MixBits(uint32_t x) {
 uint32_t FrameDepth(const TraceSettings& settings) {
     const uint32_t before = std::max(settings.roulette.start, 1u) - 1u;
     if (settings.roulette.survival >= 1.0f) return kNoDepthLimit;
-    const double u = (MixBits(settings.seed ^ MixBits(settings.sampleIndex + 0x9e3779b9u)) + 1.0) / 4294967297.0;
+    const double u =
+        (MixBits(settings.seed ^ MixBits(settings.sampleIndex + 0x9e3779b9u)) + 1.0) / 4294967297.0;
     return before + static_cast<uint32_t>(std::log(u) / std::log(double{settings.roulette.survival}));
 }
 

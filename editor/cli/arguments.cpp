@@ -111,6 +111,10 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               [&](const std::string& text) { arguments.samples = ParseCount(text, 1); });
     AddOption(*render, "--time", "SECONDS", "Render for so long, instead of --spp",
               [&](const std::string& text) { arguments.seconds = ParseNumber(text, 0.0, 1e9); });
+    AddOption(*render, "--error", "E",
+              "Render until the estimated relative error of the picture is E, 0.01 say; --spp or --time stop "
+              "it earlier",
+              [&](const std::string& text) { arguments.error = ParseNumber(text, 1e-6, 1.0); });
     AddOption(*render, "--sample-offset", "N",
               "Index of the first sample (0): renders of disjoint ranges can be merged",
               [&](const std::string& text) { arguments.sampleOffset = ParseCount(text); });
@@ -142,9 +146,9 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
 CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     CLI::App* bench = app.add_subcommand("bench", "Time the passes against the barest ray tracing");
     AddScene(*bench, arguments.scene)->required();
-    AddSettings(
-        *bench, arguments.given,
-        {"size", "camera", "scene", "sampler", "max-depth", "rr-start", "background", "env-rotation"});
+    AddSettings(*bench, arguments.given,
+                {"size", "camera", "scene", "sampler", "brdf", "multiscatter", "nee", "light-sampler", "mis",
+                 "rr", "rr-start", "max-depth", "background", "env-rotation"});
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", "Timed frames of each kind in a round (8)",
               [&](const std::string& text) { arguments.frames = ParseCount(text, 1, 100000); });

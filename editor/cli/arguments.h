@@ -40,6 +40,7 @@ struct RenderArguments {
     std::filesystem::path environment;  // "": none
     std::optional<uint32_t> samples;    // of the picture in all; for a resumed one too
     std::optional<double> seconds;
+    std::optional<double> error;  // relative, of the whole picture
     std::optional<uint32_t> sampleOffset;
     float exposureEv = 0.0f;
     TonemapOperator tonemap = TonemapOperator::Neutral;

@@ -130,7 +130,8 @@ constexpr PictureSetting kTable[] = {
          settings.lights.isOn = ParseChoice(text, {"off", "on"}) == 1;
      },
      [](const PictureSettings& settings) { return std::string(settings.lights.isOn ? "on" : "off"); }},
-    {"light-sampler", "L", "How a light is chosen: bvh (by its possible contribution; default), power or uniform",
+    {"light-sampler", "L",
+     "How a light is chosen: bvh (by its possible contribution; default), power or uniform",
      [](PictureSettings& settings, std::string_view text) {
          SetChoice(settings.lights.sampler, text, kLightSamplerNames);
      },
@@ -155,7 +156,7 @@ constexpr PictureSetting kTable[] = {
      },
      [](const PictureSettings& settings) {
          return settings.biases.maxDepth == passes::kNoDepthLimit ? std::string("none")
-                                                                   : std::to_string(settings.biases.maxDepth);
+                                                                  : std::to_string(settings.biases.maxDepth);
      }},
     {"clamp-indirect", "RADIANCE",
      "Bias: cut what a sample brings from behind the first bounce at this radiance. Default: none",
@@ -167,8 +168,7 @@ constexpr PictureSetting kTable[] = {
          return std::isinf(settings.biases.clampIndirect) ? std::string("none")
                                                           : ToText(settings.biases.clampIndirect);
      }},
-    {"regularize", "ALPHA",
-     "Bias: roughen surfaces behind the first bounce to at least this GGX alpha (0)",
+    {"regularize", "ALPHA", "Bias: roughen surfaces behind the first bounce to at least this GGX alpha (0)",
      [](PictureSettings& settings, std::string_view text) {
          settings.biases.regularize = static_cast<float>(ParseNumber(text, 0.0, 1.0));
      },

@@ -1,5 +1,7 @@
 // raygraph render: from the command line to the files.
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <limits>
 
 #include "editor/cli/commands.h"
@@ -53,8 +55,9 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
         throw Error(ErrorKind::Usage, "--view " + std::string(Name(settings.view)) + ": " + what);
     };
     const bool isAverage = settings.view == View::Albedo || settings.view == View::Normals;
-    if (!isAverage && (arguments.seconds || arguments.samples.value_or(1) > 1))
-        refuse("it is not averaged over samples; leave out --spp and --time");
+    if (!isAverage && (arguments.seconds || arguments.error || arguments.samples.value_or(1) > 1))
+        refuse("it is not averaged over samples; leave out --spp, --time and --error");
+    if (arguments.error) refuse("only light has an error to estimate");
     if (WritesKind(arguments, OutputKind::Hdr)) refuse("an .hdr holds radiance; write an .exr");
     if (arguments.exposureEv != 0.0f) refuse("there is no light that --exposure could scale");
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
@@ -80,7 +83,8 @@ Job PlanJob(const RenderArguments& arguments) {
                     "--aov: its channels are written to an .exr, and there is no -o OUT.exr");
     const View view = job.settings.view;
     const bool isSingle = view == View::Depth || view == View::Instance || view == View::Material;
-    if (!arguments.seconds) job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(kDefaultSamples);
+    const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
+    if (!isOpenEnded) job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(kDefaultSamples);
     const uint64_t last = uint64_t{job.firstSample} + job.samplesWanted.value_or(1) - 1;
     if (last > std::numeric_limits<uint32_t>::max())
         throw Error(ErrorKind::Usage, "--sample-offset " + std::to_string(job.firstSample) + ": sample " +
@@ -112,12 +116,11 @@ void RequireSameInputs(const ResumedRender& resumed, const RenderFile& render) {
 void WarnOfDarkness(Progress& progress, const RenderArguments& arguments, const Job& job,
                     const SceneInput& input) {
     if (arguments.isQuiet || job.settings.view != View::PathTraced) return;
-    const size_t lights = input.data.lights.size();
-    if (lights > 0)
-        Warn(progress, input.file + ": " + std::to_string(lights) +
-                           (lights == 1 ? " punctual light is" : " punctual lights are") + " not rendered");
+    const bool hasPunctual = !input.data.lights.empty();
+    if (hasPunctual && !job.settings.lights.isOn)
+        Warn(progress, input.file + ": --nee off finds no punctual light; they are not rendered");
     const bool hasBackground = job.settings.background != std::array<float, 3>{};
-    if (!hasBackground && input.environmentFile.empty() && !HasEmission(input.data))
+    if (!hasBackground && input.environmentFile.empty() && !HasEmission(input.data) && !hasPunctual)
         Warn(progress, input.file +
                            ": nothing emits light, the picture will be black; give --env FILE or "
                            "--background R,G,B");
@@ -147,8 +150,33 @@ ProgressState StateOf(RenderSession& session, const Job& job, const Rendered& so
     return state;
 }
 
-Rendered RenderSamples(RenderSession& session, const Job& job, const std::optional<double>& timeLimit,
+// Says after how many samples the relative error will be at the one that is wanted. The number depends on
+// the samples' own variance: that biases the picture, by an amount that falls with their number, so no
+// render stops before kLeast.
+class ErrorGoal {
+  public:
+    explicit ErrorGoal(const std::optional<double>& wanted) : m_wanted(wanted) {}
+
+    bool IsMeasuringAt(uint32_t samples) const {
+        return m_wanted && samples >= kLeast && (std::has_single_bit(samples) || samples == m_needed);
+    }
+    void Measured(uint32_t samples, const std::optional<double>& error) {
+        if (!error) return;
+        const double needed = std::ceil(samples * (*error / *m_wanted) * (*error / *m_wanted));
+        m_needed = static_cast<uint32_t>(std::clamp(needed, double{kLeast}, 4294967294.0));
+    }
+    bool IsReachedAt(uint32_t samples) const { return m_needed && samples >= *m_needed; }
+
+  private:
+    static constexpr uint32_t kLeast = 64;
+    std::optional<double> m_wanted;
+    std::optional<uint32_t> m_needed;
+};
+
+Rendered RenderSamples(RenderSession& session, const Job& job, const RenderArguments& arguments,
                        Progress& progress) {
+    const std::optional<double>& timeLimit = arguments.seconds;
+    ErrorGoal goal(arguments.error);
     const InterruptWatch interrupt;
     const Stopwatch watch;
     Rendered rendered;
@@ -158,8 +186,14 @@ Rendered RenderSamples(RenderSession& session, const Job& job, const std::option
         const bool isStopped = interrupt.IsRequested();
         const bool isComplete = job.samplesWanted && samples >= *job.samplesWanted;
         const bool isLate = timeLimit && watch.Seconds() >= *timeLimit;
-        isLast = isComplete || isStopped || isLate || job.firstSample + samples == 0;  // no index left
-        session.RenderSample(isLast, progress.IsOn() && (samples & (samples - 1)) == 0);
+        isLast = isComplete || isStopped || isLate || goal.IsReachedAt(samples) ||
+                 job.firstSample + samples == 0;  // no index left
+        const bool isMeasuring = goal.IsMeasuringAt(samples) && !isLast;
+        session.RenderSample(isLast, isMeasuring || (progress.IsOn() && std::has_single_bit(samples)));
+        if (isMeasuring) {
+            session.WaitForSamples();
+            goal.Measured(samples, session.RelativeError());
+        }
         if (samples == job.samplesBefore + 1) {
             session.WaitForSamples();
             rendered.firstSampleSeconds = watch.Seconds();
@@ -203,7 +237,8 @@ void WriteOutputs(const RenderArguments& arguments, RenderSession& session, Rend
 }
 
 void PrintSummary(const RenderArguments& arguments, const RenderFile& render, const Job& job,
-                  const Rendered& rendered, const std::optional<double>& samplesPerSecond) {
+                  const Rendered& rendered, const std::optional<double>& samplesPerSecond,
+                  const ImageStatistics& statistics) {
     for (const OutputFile& output : arguments.outputs) PrintLine(output.path.string());
     if (!arguments.report.empty()) PrintLine(arguments.report.string());
     const uint64_t samples = SampleCount(render.samples);
@@ -211,6 +246,8 @@ void PrintSummary(const RenderArguments& arguments, const RenderFile& render, co
     if (job.samplesBefore > 0) line += ", " + std::to_string(samples - job.samplesBefore) + " of them new";
     line += ", " + ToText(render.size) + ", in " + FormatDuration(rendered.seconds);
     if (samplesPerSecond) line += ", " + FormatRate(*samplesPerSecond);
+    if (arguments.error && statistics.relativeError)
+        line += ", relative error " + ToText(static_cast<float>(*statistics.relativeError));
     PrintLine(line + ", on " + render.device);
 }
 
@@ -238,13 +275,13 @@ void RenderCommand(RenderArguments arguments) {
     RenderSession session(
         scene, {.view = job.settings.view,
                 .aovs = job.aovs,
-                .withVariance =
-                    WritesKind(arguments, OutputKind::Exr) || !arguments.report.empty() || progress.IsOn(),
+                .withVariance = WritesKind(arguments, OutputKind::Exr) || !arguments.report.empty() ||
+                                progress.IsOn() || arguments.error.has_value(),
                 .firstSample = job.firstSample,
                 .tonemap = {.exposureEv = arguments.exposureEv, .tonemapOperator = arguments.tonemap},
                 .continues = job.resumed ? &job.resumed->render : nullptr});
     job.resumed.reset();
-    const Rendered rendered = RenderSamples(session, job, arguments.seconds, progress);
+    const Rendered rendered = RenderSamples(session, job, arguments, progress);
     session.TakePicture(render);
 
     const ImageStatistics statistics =
@@ -278,7 +315,7 @@ void RenderCommand(RenderArguments arguments) {
     if (arguments.isQuiet) return;
     if (statistics.nonFinitePixels > 0)
         Warn(progress, std::to_string(statistics.nonFinitePixels) + " pixels are not finite");
-    PrintSummary(arguments, render, job, rendered, samplesPerSecond);
+    PrintSummary(arguments, render, job, rendered, samplesPerSecond, statistics);
 }
 
 }  // namespace raygraph::cli

@@ -186,8 +186,8 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.seed = 4294967295u;
     settings.sampler = SamplerKind::Tea;
     settings.biases = {.maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f};
-    settings.scattering = {BrdfModel::Lafortune, MicrofacetModel::Phong, MaskingModel::Separable, FresnelModel::Lazanyi,
-                           MultiscatterKind::Walk};
+    settings.scattering = {BrdfModel::Lafortune, MicrofacetModel::Phong, MaskingModel::Separable,
+                           FresnelModel::Lazanyi, MultiscatterKind::Walk};
     settings.lights = {false, LightSampler::Power, MisHeuristic::Balance};
     settings.aperture = 0.125f;
     settings.focusDistance = 3.5f;
@@ -199,7 +199,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     EXPECT_EQ(FirstDifference(texts, texts), "");
     for (const PictureSetting& setting : PictureSettingTable()) {
         SettingTexts other = texts;
-        other.erase(setting.name);                          // its default
+        other.erase(setting.name);  // its default
         EXPECT_EQ(FirstDifference(texts, other).find(setting.name), 0u) << setting.name;
     }
 }

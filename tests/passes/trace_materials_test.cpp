@@ -1,0 +1,254 @@
+// glTF materials on the device: energy, alpha, media and what the file's flags say.
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+using passes::TraceSettings;
+
+namespace {
+
+class TraceMaterials : public VulkanTest {
+  protected:
+    // The middle of a picture of a body in an environment of unit radiance.
+    glm::dvec3 InUnitEnvironment(scene::Mesh mesh, const scene::Material& material,
+                                 const TraceSettings& settings, uint32_t samples) {
+        render.scene.SetScene(SceneOf({std::move(mesh)}, {material}));
+        render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+        return render.Render(settings, samples).mean.Mean();
+    }
+    static TraceSettings Gltf(const glm::vec3& eye, const glm::vec3& target, float yFov, uint32_t size) {
+        TraceSettings settings = LookAt(eye, target, yFov, size);
+        settings.scattering.brdf = BrdfModel::Gltf;
+        return settings;
+    }
+
+    SceneRender render{Device()};
+};
+
+scene::Material Metal(float roughness, const glm::vec3& color = glm::vec3(1.0f)) {
+    scene::Material material;
+    material.baseColorFactor = glm::vec4(color, 1.0f);
+    material.metallicFactor = 1.0f;
+    material.roughnessFactor = roughness;
+    material.isDoubleSided = true;
+    return material;
+}
+
+scene::Material Glass(float roughness, float ior, float thickness) {
+    scene::Material material;
+    material.metallicFactor = 0.0f;
+    material.roughnessFactor = roughness;
+    material.transmissionFactor = 1.0f;
+    material.ior = ior;
+    material.thicknessFactor = thickness;
+    return material;
+}
+
+// A camera far off that sees the middle of a quad of the xy plane at an angle whose cosine is given.
+glm::vec3 EyeAt(float cosTheta) {
+    return 100.0f * glm::vec3(std::sqrt(1.0f - cosTheta * cosTheta), 0.0f, cosTheta);
+}
+
+}  // namespace
+
+TEST_F(TraceMaterials, Trace_WhiteMetalHasTheAlbedoOfQuadrature) {
+    const char* assets = std::getenv("RAYGRAPH_ASSETS");
+    if (!assets) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set";
+    std::ifstream file(std::string(assets) + "/references/ggx_white_metal_albedo.json");
+    const nlohmann::json table = nlohmann::json::parse(file);
+    for (const auto& [key, value] : table.items()) {
+        const float roughness = std::stof(key), cosTheta = std::stof(key.substr(key.find(',') + 1));
+        for (const auto& [masking, name] :
+             {std::pair(MaskingModel::Correlated, "corr"), std::pair(MaskingModel::Separable, "sep")}) {
+            TraceSettings settings = Gltf(EyeAt(cosTheta), {0, 0, 0}, 1e-4f, 16);
+            settings.scattering.multiscatter = MultiscatterKind::Off;
+            settings.scattering.masking = masking;
+            const glm::dvec3 albedo = InUnitEnvironment(QuadMesh(1.0f), Metal(roughness), settings, 64);
+            const double expected = value[name];
+            EXPECT_NEAR(albedo.y, expected, 0.003 * expected) << key << ", " << name;
+        }
+    }
+}
+
+TEST_F(TraceMaterials, Trace_WhiteMetalReturnsAllLightWithMultiscatter) {
+    for (const float roughness : {0.0f, 0.3f, 0.7f, 1.0f})
+        for (const float cosTheta : {0.9f, 0.3f}) {
+            TraceSettings settings = Gltf(EyeAt(cosTheta), {0, 0, 0}, 1e-4f, 16);
+            settings.scattering.multiscatter = MultiscatterKind::Lut;
+            EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), Metal(roughness), settings, 64).y, 1.0, 0.015)
+                << "lut, roughness " << roughness << ", cosine " << cosTheta;
+            settings.scattering.multiscatter = MultiscatterKind::Walk;
+            EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), Metal(roughness), settings, 64).y, 1.0, 0.005)
+                << "walk, roughness " << roughness << ", cosine " << cosTheta;
+        }
+}
+
+TEST_F(TraceMaterials, Trace_WhiteDielectricReturnsAllLight) {
+    for (const float roughness : {0.0f, 0.5f, 1.0f}) {
+        scene::Material material;
+        material.metallicFactor = 0.0f;
+        material.roughnessFactor = roughness;
+        const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.45f, 48);
+        EXPECT_NEAR(InUnitEnvironment(SphereMesh(1.0f, 64), material, settings, 48).y, 1.0, 0.015)
+            << "roughness " << roughness;
+    }
+}
+
+TEST_F(TraceMaterials, Trace_SmoothGlassSphereVanishesInUnitEnvironment) {
+    const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.7f, 64);
+    for (const float ior : {1.1f, 1.5f, 2.4f}) {
+        const glm::dvec3 seen = InUnitEnvironment(SphereMesh(1.0f, 64), Glass(0.0f, ior, 1.0f), settings, 64);
+        EXPECT_NEAR(seen.y, 1.0, 0.005) << "ior " << ior;
+    }
+}
+
+TEST_F(TraceMaterials, Trace_RoughGlassSphereVanishesInUnitEnvironment) {
+    TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.7f, 48);
+    for (const float roughness : {0.3f, 0.8f}) {
+        settings.scattering.multiscatter = MultiscatterKind::Lut;
+        EXPECT_NEAR(InUnitEnvironment(SphereMesh(1.0f, 48), Glass(roughness, 1.5f, 1.0f), settings, 64).y,
+                    1.0, 0.02)
+            << "lut, roughness " << roughness;
+        settings.scattering.multiscatter = MultiscatterKind::Walk;
+        EXPECT_NEAR(InUnitEnvironment(SphereMesh(1.0f, 48), Glass(roughness, 1.5f, 1.0f), settings, 64).y,
+                    1.0, 0.01)
+            << "walk, roughness " << roughness;
+    }
+}
+
+TEST_F(TraceMaterials, Trace_ThinWallPassesWhatItDoesNotReflect) {
+    const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.2f, 32);
+    const glm::dvec3 seen = InUnitEnvironment(QuadMesh(1.0f), Glass(0.0f, 1.5f, 0.0f), settings, 16);
+    EXPECT_NEAR(seen.y, 1.0, 1e-3);
+    // Tinted, with no light on the viewer's side but what comes through
+    scene::Material tinted = Glass(0.0f, 1.5f, 0.0f);
+    tinted.baseColorFactor = {0.25f, 0.5f, 1.0f, 1.0f};
+    render.scene.SetScene(SceneOf({QuadMesh(1.0f, 0), QuadMesh(3.0f, 1)},
+                                  {tinted, Lambert(glm::vec3(0.0f), glm::vec3(2.0f))},
+                                  {glm::mat4x3(1.0f), Translation({0, 0, -1})}));
+    render.scene.SetEnvironment({.radiance = glm::vec3(0.0f)});
+    const glm::dvec3 through = render.Render(settings, 32).mean.Mean();
+    const double passed = 2.0 * (1.0 - 0.04);
+    EXPECT_NEAR(through.x, 0.25 * passed, 0.01 * passed);
+    EXPECT_NEAR(through.y, 0.5 * passed, 0.01 * passed);
+    EXPECT_NEAR(through.z, passed, 0.01 * passed);
+}
+
+TEST_F(TraceMaterials, Trace_MediumAbsorbsAsBeerAndLambertSay) {
+    // Through two metres of a medium that hardly refracts, face on
+    scene::Material medium = Glass(0.0f, 1.0f, 1.0f);
+    medium.attenuationColor = {0.25f, 0.5f, 0.9f};
+    medium.attenuationDistance = 4.0f;
+    const TraceSettings settings = Gltf({0, 0, 20}, {0, 0, 0}, 0.01f, 16);
+    const glm::dvec3 seen = InUnitEnvironment(BoxMesh(1.0f), medium, settings, 16);
+    for (int channel = 0; channel < 3; channel++)
+        EXPECT_NEAR(seen[channel], std::sqrt(double{medium.attenuationColor[channel]}), 0.005);
+}
+
+TEST_F(TraceMaterials, Trace_CameraInsideAMediumLooksThroughIt) {
+    scene::Material medium = Glass(0.0f, 1.0f, 1.0f);
+    medium.attenuationColor = glm::vec3(0.5f);
+    medium.attenuationDistance = 1.0f;
+    const TraceSettings settings = Gltf({0, 0, 0.5f}, {0, 0, -1}, 0.01f, 16);
+    EXPECT_NEAR(InUnitEnvironment(BoxMesh(1.0f), medium, settings, 16).y, std::pow(0.5, 1.5), 0.005);
+}
+
+TEST_F(TraceMaterials, Trace_MediumOfHigherPriorityIsThereWhereTwoOverlap) {
+    // Boxes from z = -1 to 1 and from 0 to 2 seen along z: 1 m of the first alone, 1 m of both, 1 m of the
+    // second alone
+    const double first = 0.5, second = 0.8;  // of what passes a metre
+    for (const uint32_t priority : {0u, 2u}) {
+        scene::Material a = Glass(0.0f, 1.0f, 1.0f), b = a;
+        a.attenuationColor = glm::vec3(float(first));
+        b.attenuationColor = glm::vec3(float(second));
+        a.attenuationDistance = b.attenuationDistance = 1.0f;
+        a.priority = priority;
+        b.priority = 1;
+        render.scene.SetScene(SceneOf({BoxMesh(1.0f, 0), BoxMesh(1.0f, 1)}, {a, b},
+                                      {glm::mat4x3(1.0f), Translation({0, 0, 1})}));
+        render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+        const double expected = first * second * (priority > 1 ? first : second);
+        EXPECT_NEAR(render.Render(Gltf({0, 0, 20}, {0, 0, 0}, 0.01f, 8), 16).mean.Mean().y, expected,
+                    0.01 * expected)
+            << "priority of the first: " << priority;
+    }
+}
+
+TEST_F(TraceMaterials, Trace_BlendStopsItsShareOfRaysOfBothKinds) {
+    scene::Material card = Lambert(glm::vec3(0.0f), glm::vec3(1.0f));
+    card.alphaMode = scene::AlphaMode::Blend;
+    card.baseColorFactor = {0.0f, 0.0f, 0.0f, 0.25f};
+    render.scene.SetScene(SceneOf({QuadMesh(1.0f, 0), QuadMesh(3.0f, 1)},
+                                  {card, Lambert(glm::vec3(0.0f), glm::vec3(3.0f))},
+                                  {glm::mat4x3(1.0f), Translation({0, 0, -1})}));
+    const double seen = render.Render(LookAt({0, 0, 4}, {0, 0, 0}, 0.1f, 64), 64).mean.Mean().y;
+    EXPECT_NEAR(seen, 0.25 * 1.0 + 0.75 * 3.0, 0.01);
+
+    // The card's shadow on a floor under a point light passes three quarters
+    card.emissiveFactor = glm::vec3(0.0f);
+    scene::SceneData scene =
+        SceneOf({QuadMesh(0.001f, 1), QuadMesh(0.2f, 0)}, {card, Lambert(glm::vec3(1.0f))},
+                {glm::mat4x3(1.0f), Translation({0, 0, 1})});
+    scene::Light light;
+    light.intensity = 4.0f;
+    light.lightToWorld = Translation({0, 0, 2});
+    scene.lights = {light};
+    render.scene.SetScene(std::move(scene));
+    TraceSettings settings = LookAt({0.5f, 0.0f, 0.5f}, {0, 0, 0}, 0.0005f, 32);
+    settings.biases.maxDepth = 1;
+    EXPECT_NEAR(render.Render(settings, 64).mean.Mean().y, 0.75 / M_PI, 0.01 / M_PI);
+}
+
+TEST_F(TraceMaterials, Trace_MaskStopsAllOrNothing) {
+    scene::Material card = Lambert(glm::vec3(0.0f), glm::vec3(1.0f));
+    card.alphaMode = scene::AlphaMode::Mask;
+    for (const float alpha : {0.39f, 0.41f}) {
+        card.alphaCutoff = 0.4f;
+        card.baseColorFactor.w = alpha;
+        render.scene.SetScene(SceneOf({QuadMesh(1.0f)}, {card}));
+        EXPECT_EQ(render.Render(LookAt({0, 0, 4}, {0, 0, 0}, 0.1f, 8), 4).mean.Mean().y,
+                  alpha > 0.4f ? 1.0 : 0.0);
+    }
+}
+
+TEST_F(TraceMaterials, Trace_UnlitShowsItsBaseColourAndNothingElse) {
+    scene::Material material = Lambert(glm::vec3(0.2f, 0.4f, 0.6f), glm::vec3(7.0f));
+    material.isUnlit = true;
+    const glm::dvec3 seen =
+        InUnitEnvironment(QuadMesh(1.0f), material, Gltf({0, 0, 4}, {0, 0, 0}, 0.1f, 4), 4);
+    EXPECT_NEAR(seen.x, 0.2, 1e-6);
+    EXPECT_NEAR(seen.y, 0.4, 1e-6);
+    EXPECT_NEAR(seen.z, 0.6, 1e-6);
+}
+
+TEST_F(TraceMaterials, Trace_LafortuneKeepsItsShares) {
+    TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.2f, 32);
+    settings.scattering.brdf = BrdfModel::Lafortune;
+    scene::Material material = Metal(0.5f, glm::vec3(0.7f));
+    const double metal = InUnitEnvironment(QuadMesh(1.0f), material, settings, 64).y;
+    EXPECT_LE(metal, 0.7 + 1e-3);
+    EXPECT_GT(metal, 0.6) << "face on, little of the lobe is cut off by the surface";
+}
+
+TEST_F(TraceMaterials, Trace_EveryMicrofacetModelRendersAndLosesOnlyLight) {
+    for (const auto distribution : {MicrofacetModel::Ggx, MicrofacetModel::Beckmann, MicrofacetModel::Phong})
+        for (const auto masking : {MaskingModel::Correlated, MaskingModel::Separable, MaskingModel::Shortcut})
+            for (const auto fresnel : {FresnelModel::Schlick, FresnelModel::Lazanyi}) {
+                TraceSettings settings = Gltf(EyeAt(0.8f), {0, 0, 0}, 1e-4f, 16);
+                settings.scattering.distribution = distribution;
+                settings.scattering.masking = masking;
+                settings.scattering.fresnel = fresnel;
+                settings.scattering.multiscatter = MultiscatterKind::Off;
+                const double albedo = InUnitEnvironment(QuadMesh(1.0f), Metal(0.4f), settings, 32).y;
+                EXPECT_LT(albedo, masking == MaskingModel::Shortcut ? 1.1 : 1.005)
+                    << int(distribution) << int(masking) << int(fresnel);
+                EXPECT_GT(albedo, 0.8) << int(distribution) << int(masking) << int(fresnel);
+            }
+}
+
+}  // namespace raygraph::testing
