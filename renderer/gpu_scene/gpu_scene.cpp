@@ -5,7 +5,9 @@
 #include <optional>
 
 #include "renderer/gpu_scene/energy_tables.h"
+#include "renderer/gpu_scene/environment_alias.h"
 #include "renderer/gpu_scene/instance_set.h"
+#include "renderer/gpu_scene/light_set.h"
 #include "renderer/gpu_scene/scene_resources.h"
 #include "rhi/blas_builder.h"
 #include "rhi/texture_table.h"
@@ -66,6 +68,8 @@ struct GpuScene::Impl {
                                  .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
         uploader.UploadBuffer(energyTables, 0, tables);
         textureTable.emplace(device, desc.textureCapacity, defaultTexture, defaultSampler);
+        const EnvironmentAlias constant = ConstantEnvironmentAlias();
+        constantAlias = UploadAlias(constant);
         Replace(scene::SceneData{});
     }
 
@@ -74,14 +78,17 @@ struct GpuScene::Impl {
         const auto start = std::chrono::steady_clock::now();
         std::unique_ptr<SceneResources> newResources;
         std::unique_ptr<InstanceSet> newInstances;
+        std::unique_ptr<LightSet> newLights;
         try {
             newResources = UploadScene(device, uploader, builder, *textureTable, data);
             newInstances = std::make_unique<InstanceSet>(device, *newResources, data.instances);
+            newLights = std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
         } catch (...) {
             uploader.Flush();  // its lists refer to what has just been given up
             throw;
         }
         uploader.Flush();
+        lights = std::move(newLights);
         instances = std::move(newInstances);
         resources = std::move(newResources);
         hasUnbuiltBlases = true;
@@ -99,6 +106,28 @@ struct GpuScene::Impl {
         statistics.trianglesPlaced = 0;
         for (const scene::Instance& instance : data.instances)
             statistics.trianglesPlaced += resources->meshes[instance.mesh].triangleCount;
+    }
+
+    rhi::Buffer UploadAlias(const EnvironmentAlias& alias) {
+        const std::span<const std::byte> bytes = std::as_bytes(std::span(alias.entries));
+        rhi::Buffer buffer =
+            device.CreateBuffer({.name = "environment alias",
+                                 .size = bytes.size(),
+                                 .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+        uploader.UploadBuffer(buffer, 0, bytes);
+        return buffer;
+    }
+
+    void DeclareEnvironment(Renderer& r, SceneIds& ids) {
+        const bool hasMap = static_cast<bool>(environmentMap);
+        ids.environment = {
+            .radiance = environment.radiance, .rotation = environment.rotation, .hasMap = hasMap ? 1u : 0u};
+        ids.environmentMap =
+            r.Import("environmentMap", hasMap ? environmentMap : blackEnvironment, environmentState);
+        ids.environmentAlias =
+            r.Import("environmentAlias", hasMap ? mapAlias : constantAlias, environmentAliasState);
+        lights->SetEnvironment(environment.radiance * (hasMap ? mapMeanRadiance : glm::vec3(1.0f)),
+                               environment.rotation, hasMap ? mapCells : glm::uvec2(1));
     }
 
     // Edits would pull what was declared from under a frame.
@@ -155,6 +184,9 @@ struct GpuScene::Impl {
         statistics.whyCompactionOff = blas.whyOff;
         statistics.blasBuilds = blas.buildCount;
         statistics.tlasBytes = instances->TlasBytes();
+        statistics.lightCount = lights->LightCount();
+        statistics.emissiveTriangleCount = lights->EmissiveTriangleCount();
+        statistics.lightRebuilds = lights->RebuildCount();
     }
 
     rhi::Device& device;
@@ -167,13 +199,19 @@ struct GpuScene::Impl {
     std::optional<rhi::TextureTable> textureTable;
     std::unique_ptr<SceneResources> resources;
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
-    std::weak_ptr<const void> declaredIn;    // the frame that is open; expired: none
+    std::unique_ptr<LightSet> lights;
+    std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
     bool materialsAreDirty = false;
 
     EnvironmentSettings environment;
     rhi::Texture environmentMap;  // empty: none
     ResourceState environmentState = SampledState();
+    rhi::Buffer constantAlias;  // for directions to an environment without a map
+    rhi::Buffer mapAlias;       // likewise to environmentMap
+    glm::uvec2 mapCells{1};
+    glm::vec3 mapMeanRadiance{1.0f};
+    ResourceState environmentAliasState;
     ResourceState geometriesState;
     ResourceState materialsState;
     ResourceState energyTablesState;
@@ -194,6 +232,7 @@ void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld)
     m_impl->RequireNoFrame("SetTransform");
     CheckIndex("instance", instance, m_impl->instances->Count());
     m_impl->instances->SetTransform(instance, objectToWorld);
+    m_impl->lights->SetTransform(instance, objectToWorld);
 }
 
 glm::mat4x3 GpuScene::Transform(uint32_t instance) const {
@@ -205,6 +244,7 @@ void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
     m_impl->RequireNoFrame("SetVisible");
     CheckIndex("instance", instance, m_impl->instances->Count());
     m_impl->instances->SetVisible(instance, isVisible);
+    m_impl->lights->SetVisible(instance, isVisible);
 }
 
 void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
@@ -213,6 +253,7 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     CheckIndex("material", material, records.size());
     records[material] = ToRecord(values, records[material]);
     m_impl->materialsAreDirty = true;
+    m_impl->lights->SetEmission(material, values.EmittedRadiance());
 }
 
 void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
@@ -226,7 +267,10 @@ void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
         m_impl->device.CreateTexture({.name = "environment map",
                                       .extent = {equirectangular.width, equirectangular.height},
                                       .format = rhi::Format::Rgba32Float});
+    const EnvironmentAlias alias = BuildEnvironmentAlias(equirectangular);
+    rhi::Buffer mapAlias;
     try {
+        mapAlias = m_impl->UploadAlias(alias);
         m_impl->uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
     } catch (...) {
         m_impl->uploader.Flush();  // closes its list, which would keep what is retired from being freed
@@ -235,25 +279,26 @@ void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
     m_impl->uploader.Flush();
     m_impl->environmentMap = std::move(map);
     m_impl->environmentState = SampledState();
+    m_impl->mapAlias = std::move(mapAlias);
+    m_impl->mapCells = {alias.width, alias.height};
+    m_impl->mapMeanRadiance = alias.meanRadiance;
+    m_impl->environmentAliasState = {};
 }
 
 void GpuScene::RemoveEnvironmentMap() {
     m_impl->RequireNoFrame("RemoveEnvironmentMap");
     m_impl->environmentMap = {};
     m_impl->environmentState = SampledState();
+    m_impl->mapAlias = {};
+    m_impl->environmentAliasState = {};
 }
 
 SceneIds GpuScene::Declare(Renderer& renderer) {
     Impl& impl = *m_impl;
     impl.RequireNoFrame("Declare");
     impl.declaredIn = renderer.OpenFrame();
-    const bool hasMap = static_cast<bool>(impl.environmentMap);
     SceneIds ids;
-    ids.environment = {.radiance = impl.environment.radiance,
-                       .rotation = impl.environment.rotation,
-                       .hasMap = hasMap ? 1u : 0u};
-    ids.environmentMap = renderer.Import(
-        "environmentMap", hasMap ? impl.environmentMap : impl.blackEnvironment, impl.environmentState);
+    impl.DeclareEnvironment(renderer, ids);
     ids.geometries = renderer.Import("geometries", impl.resources->geometries, impl.geometriesState);
     ids.materials = renderer.Import("materials", impl.resources->materials, impl.materialsState);
     ids.energyTables = renderer.Import("energyTables", impl.energyTables, impl.energyTablesState);
@@ -265,6 +310,7 @@ SceneIds GpuScene::Declare(Renderer& renderer) {
     ids.blases = renderer.ImportBlasSet("BLASes", impl.blasState);
     impl.DeclareBlasWork(renderer, ids);
     impl.DeclareMaterialUpload(renderer, ids);
+    impl.lights->Declare(renderer, ids);
     impl.instances->DeclareRefresh(renderer, ids, [&statistics = impl.statistics](TlasWork work) {
         statistics.lastTlasWork = work;
         statistics.tlasUpdates += work == TlasWork::Update ? 1 : 0;

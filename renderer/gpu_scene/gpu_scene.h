@@ -71,7 +71,10 @@ struct GpuSceneStatistics {
     uint64_t tlasUpdates = 0;
     uint64_t tlasRebuilds = 0;
     uint64_t blasBuilds = 0;
-    double uploadMs = 0.0;  // host time of the last SetScene: sorting and staging
+    uint32_t lightCount = 0;             // those that shine, the environment included, when last declared
+    uint32_t emissiveTriangleCount = 0;  // of these
+    uint64_t lightRebuilds = 0;          // of this scene's tables
+    double uploadMs = 0.0;               // host time of the last SetScene: sorting and staging
 };
 
 struct GpuSceneDesc {
@@ -95,8 +98,8 @@ class GpuScene {
     glm::mat4x3 Transform(uint32_t instance) const;
     // No ray hits an invisible instance. A change rebuilds the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
-    // Factors change. What SetScene has sorted by stays: textures, and how rays treat the surface: whether its
-    // back is there, and whether its alpha is looked at at all.
+    // Factors change. What SetScene has sorted by stays: textures, and how rays treat the surface: whether
+    // its back is there, and whether its alpha is looked at at all.
     void SetMaterial(uint32_t material, const scene::Material& values);
 
     void SetEnvironment(const EnvironmentSettings& settings);

@@ -27,14 +27,17 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
                          std::span<const scene::Instance> instances)
     : m_device(device), m_resources(resources) {
     m_instances.reserve(instances.size());
+    uint32_t lightCount = 0;
     for (const scene::Instance& instance : instances) {
         const MeshResources& mesh = resources.meshes[instance.mesh];
         const auto index = static_cast<uint32_t>(m_instances.size());
         m_instances.push_back({.objectToWorld = instance.objectToWorld,
                                .mesh = instance.mesh,
                                .firstPlacement = PlacementCount()});
-        for (uint32_t group = 0; group < mesh.groupCount; group++)
-            m_placements.push_back({.instance = index, .group = mesh.firstGroup + group});
+        for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; group++) {
+            m_placements.push_back({.instance = index, .group = group, .firstLight = lightCount});
+            lightCount += static_cast<uint32_t>(resources.groups[group].emitters.size());
+        }
     }
     m_slotToPlacement.resize(m_placements.size());
     std::iota(m_slotToPlacement.begin(), m_slotToPlacement.end(), 0u);
@@ -93,6 +96,7 @@ gpu::InstanceRecord InstanceSet::RecordOf(uint32_t placement) const {
     gpu::InstanceRecord record = m_resources.groups[placed.group].record;
     record.objectToWorld = m_instances[placed.instance].objectToWorld;
     record.instance = placed.instance;
+    record.firstLight = placed.firstLight;
     return record;
 }
 

@@ -15,10 +15,18 @@ namespace raygraph {
 
 class InstanceSet {
   public:
-    // `resources` outlives the set.
+    // What the TLAS holds: one group of one instance. Its index is the custom index, and that of its record.
+    struct Placement {
+        uint32_t instance = 0;
+        uint32_t group = 0;
+        uint32_t firstLight = 0;  // of the group's emitters, as numbered over all placements in their order
+    };
+
+    // `resources` outlives the set, and still has its emitters.
     InstanceSet(rhi::Device& device, const SceneResources& resources,
                 std::span<const scene::Instance> instances);
 
+    std::span<const Placement> Placements() const { return m_placements; }
     uint32_t Count() const { return static_cast<uint32_t>(m_instances.size()); }
     const glm::mat4x3& Transform(uint32_t index) const { return m_instances[index].objectToWorld; }
     void SetTransform(uint32_t index, const glm::mat4x3& objectToWorld);
@@ -42,11 +50,6 @@ class InstanceSet {
         uint32_t firstPlacement = 0;  // one for each group of the mesh
         bool isVisible = true;
         bool isMoved = false;  // its placements are listed in m_moved
-    };
-    // What the TLAS holds: one group of one instance. Its index is the custom index, and that of its record.
-    struct Placement {
-        uint32_t instance = 0;
-        uint32_t group = 0;
     };
 
     rhi::TlasInstance TlasInstanceOf(uint32_t placement) const;

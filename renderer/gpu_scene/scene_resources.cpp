@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/spatial_order.h"
 
 namespace raygraph {
@@ -38,15 +39,7 @@ class StreamPacker {
     std::vector<std::byte> m_bytes;
 };
 
-// The triangles of a group: one list over the vertices of all its primitives, in spatial order.
-struct GroupTriangles {
-    std::vector<glm::vec3> positions;
-    std::vector<uint32_t> indices;
-    std::vector<uint32_t> geometries;  // a triangle's primitive within the group; empty if there is one only
-    std::vector<uint32_t> originals;   // a triangle's index in its primitive; empty if nothing moved
-    std::vector<uint32_t> firstVertices;  // by primitive
-};
-
+// One list over the vertices of all primitives, in spatial order. Takes positions and indices.
 GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
     GroupTriangles merged;
     if (primitives.size() == 1) {
@@ -99,12 +92,14 @@ GroupKind KindOf(const scene::Primitive& primitive, const scene::Material& mater
 // Uploads one group and appends its geometry records. Empties the primitives.
 GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
                            const std::string& name, std::span<scene::Primitive* const> primitives,
-                           const GroupKind& kind, std::vector<gpu::GeometryRecord>& records) {
+                           const GroupKind& kind, EmitterFinder& finder,
+                           std::vector<gpu::GeometryRecord>& records) {
     GroupResources result;
     result.kind = kind;
     for (const scene::Primitive* primitive : primitives) result.bounds.Extend(primitive->bounds);
     const GroupTriangles triangles = MergeTriangles(primitives);
     result.triangleCount = triangles.indices.size() / 3;
+    result.emitters = finder.Find(triangles, primitives, !kind.isBackCulled);
 
     // Offsets now, addresses once the buffer exists
     StreamPacker packer;
@@ -112,6 +107,7 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
     const uint64_t indices = packer.Append(triangles.indices);
     const uint64_t geometries = packer.Append(triangles.geometries);
     const uint64_t originals = packer.Append(triangles.originals);
+    const uint64_t lights = packer.Append(TriangleLights(result.emitters, result.triangleCount));
     const size_t firstRecord = records.size();
     for (scene::Primitive* primitive : primitives) {
         records.push_back({
@@ -146,6 +142,7 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
     result.record.positions = StreamPacker::Address(positions, base);
     result.record.indices = StreamPacker::Address(indices, base);
     result.record.triangleGeometries = StreamPacker::Address(geometries, base);
+    result.record.triangleLights = StreamPacker::Address(lights, base);
     result.record.firstGeometry = static_cast<uint32_t>(firstRecord);
 
     rhi::BlasDesc blas;
@@ -161,7 +158,7 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
 
 // Uploads the groups of one mesh.
 MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                         scene::Mesh& mesh, std::span<const scene::Material> materials,
+                         scene::Mesh& mesh, std::span<const scene::Material> materials, EmitterFinder& finder,
                          SceneResources& resources, std::vector<gpu::GeometryRecord>& records) {
     MeshResources result;
     result.firstGroup = static_cast<uint32_t>(resources.groups.size());
@@ -173,7 +170,8 @@ MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::Blas
                 primitives.push_back(&primitive);
         if (primitives.empty()) continue;
         const std::string name = mesh.name.empty() ? "mesh" : mesh.name;
-        resources.groups.push_back(UploadGroup(device, uploader, builder, name, primitives, kind, records));
+        resources.groups.push_back(
+            UploadGroup(device, uploader, builder, name, primitives, kind, finder, records));
         resources.geometryBytes += resources.groups.back().streams.Size();
         result.triangleCount += resources.groups.back().triangleCount;
     }
@@ -290,9 +288,10 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
                                             scene::SceneData& scene) {
     auto resources = std::make_unique<SceneResources>(table);
     std::vector<gpu::GeometryRecord> records;
+    EmitterFinder finder(scene);
     for (scene::Mesh& mesh : scene.meshes)
         resources->meshes.push_back(
-            UploadMesh(device, uploader, builder, mesh, scene.materials, *resources, records));
+            UploadMesh(device, uploader, builder, mesh, scene.materials, finder, *resources, records));
     UploadTextures(device, uploader, scene, *resources);
     for (const scene::Material& material : scene.materials) {
         gpu::MaterialRecord textures{};

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "renderer/gpu_scene/light_table.h"
 #include "renderer/scene/scene_data.h"
 #include "rhi/blas_builder.h"
 #include "rhi/device.h"
@@ -29,7 +30,8 @@ struct GroupResources {
     GroupKind kind;
     rhi::Buffer streams;
     std::shared_ptr<rhi::Blas> blas;
-    gpu::InstanceRecord record{};  // but for transform and instance
+    gpu::InstanceRecord record{};   // but for transform, instance and firstLight
+    std::vector<Emitter> emitters;  // until the light set takes them
     uint64_t triangleCount = 0;
     scene::Bounds bounds;  // object space
 };

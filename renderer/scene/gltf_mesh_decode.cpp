@@ -3,14 +3,16 @@
 #include <string>
 
 #include "renderer/scene/gltf_meshes.h"
+#include "renderer/scene/tangents.h"
 
 namespace raygraph::scene {
 namespace {
 
 class PrimitiveDecoder {
   public:
-    PrimitiveDecoder(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout)
-        : m_context(context), m_reader(reader), m_layout(layout) {}
+    PrimitiveDecoder(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
+                     const Material& material)
+        : m_context(context), m_reader(reader), m_layout(layout), m_material(material) {}
 
     Primitive Decode() {
         Primitive primitive;
@@ -47,6 +49,7 @@ class PrimitiveDecoder {
             const size_t lostTangents = NormalizeTangents(primitive.tangents, primitive.normals);
             if (lostTangents > 0) WarnLost("TANGENT", lostTangents, "made perpendicular to the normal");
         }
+        if (primitive.tangents.empty()) MakeTangents(primitive);
         for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
         return primitive;
     }
@@ -97,6 +100,34 @@ class PrimitiveDecoder {
         return m_reader.ReadVectors<Vector>(m_layout.Accessor(attribute), vertices, where, fill);
     }
 
+    // For a normal map and the texture coordinates it is read by; without either nothing wants tangents.
+    void MakeTangents(Primitive& primitive) {
+        const TextureRef& map = m_material.normalTexture;
+        const std::vector<glm::vec2>& uv = map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
+        if (!map.IsPresent() || uv.empty() || primitive.indices.empty()) return;
+        // What its working tables take, and at most as many vertices as there are indices.
+        constexpr uint64_t kBytesAnIndex = 64, kBytesAVertex = 64;
+        m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * kBytesAnIndex +
+                                                     primitive.positions.size() * kBytesAVertex);
+        TangentMesh mesh = GenerateTangents(primitive.positions, primitive.normals, uv, primitive.indices);
+        const std::span<const uint32_t> added = std::span(mesh.sources).subspan(primitive.positions.size());
+        AppendVertices(primitive.positions, added);
+        AppendVertices(primitive.normals, added);
+        AppendVertices(primitive.uv0, added);
+        AppendVertices(primitive.uv1, added);
+        AppendVertices(primitive.colors, added);
+        primitive.indices = std::move(mesh.indices);
+        primitive.tangents = std::move(mesh.tangents);
+    }
+
+    // Copies of the vertices named, at the end of a stream that is there.
+    template <typename Vector>
+    static void AppendVertices(std::vector<Vector>& stream, std::span<const uint32_t> sources) {
+        if (stream.empty()) return;
+        stream.reserve(stream.size() + sources.size());
+        for (const uint32_t source : sources) stream.push_back(stream[source]);
+    }
+
     void ClampColors(std::vector<glm::vec4>& colors) {
         size_t count = 0;
         for (glm::vec4& color : colors) {
@@ -117,17 +148,19 @@ class PrimitiveDecoder {
     GltfContext& m_context;
     AccessorReader& m_reader;
     const PrimitiveLayout& m_layout;
+    const Material& m_material;
 };
 
 }  // namespace
 
 Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& layout,
-                uint32_t defaultMaterial) {
+                std::span<const Material> materials, uint32_t defaultMaterial) {
     Mesh mesh{.name = layout.name, .primitives = {}};
     for (const PrimitiveLayout& part : layout.primitives) {
-        Primitive primitive = PrimitiveDecoder(context, reader, part).Decode();
+        const uint32_t material = part.material == kNone ? defaultMaterial : part.material;
+        Primitive primitive = PrimitiveDecoder(context, reader, part, materials[material]).Decode();
         if (primitive.indices.empty()) continue;
-        primitive.material = part.material == kNone ? defaultMaterial : part.material;
+        primitive.material = material;
         mesh.primitives.push_back(std::move(primitive));
     }
     return mesh;

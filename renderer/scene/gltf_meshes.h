@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "renderer/scene/gltf_accessors.h"
@@ -39,8 +40,9 @@ struct MeshLayout {
 std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const JsonValue& root,
                                         const AccessorTables& tables, size_t materialCount);
 
-// Decodes a mesh. Primitives without a material get `defaultMaterial`.
+// Decodes a mesh. Primitives without a material get `defaultMaterial`; those whose material has a normal map
+// get tangents if they have none.
 Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& layout,
-                uint32_t defaultMaterial);
+                std::span<const Material> materials, uint32_t defaultMaterial);
 
 }  // namespace raygraph::scene

@@ -88,8 +88,9 @@ void DecodeMeshes(GltfContext& context, AccessorReader& reader, const std::vecto
         if (scene.nodes[node].mesh != kNone) isPlaced[scene.nodes[node].mesh] = true;
     for (size_t i = 0; i < layouts.size(); ++i) {
         context.Progress("meshes", 0.1f + 0.4f * static_cast<float>(i) / static_cast<float>(layouts.size()));
-        scene.meshes.push_back(isPlaced[i] ? DecodeMesh(context, reader, layouts[i], defaultMaterial)
-                                           : Mesh{.name = layouts[i].name, .primitives = {}});
+        scene.meshes.push_back(isPlaced[i]
+                                   ? DecodeMesh(context, reader, layouts[i], scene.materials, defaultMaterial)
+                                   : Mesh{.name = layouts[i].name, .primitives = {}});
     }
 }
 

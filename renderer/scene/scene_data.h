@@ -49,7 +49,8 @@ struct Primitive {
     std::vector<glm::vec3>
         normals;  // Unit length. Never empty after import: flat ones are made, vertices then split.
     std::vector<glm::vec4>
-        tangents;  // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w.
+        tangents;  // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w. There if the
+                   // material has a normal map and there are the texture coordinates to read it by.
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;
     std::vector<glm::vec4>

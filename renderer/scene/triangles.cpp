@@ -21,13 +21,12 @@ glm::dvec3 AreaNormal(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c
     return glm::cross(glm::dvec3(b) - origin, glm::dvec3(c) - origin);
 }
 
-// Some unit vector perpendicular to the unit vector n.
+}  // namespace
+
 glm::vec3 Perpendicular(const glm::vec3& n) {
     const glm::vec3 axis = std::abs(n.x) < 0.6f ? glm::vec3(1, 0, 0) : glm::vec3(0, 1, 0);
     return glm::normalize(glm::cross(n, axis));
 }
-
-}  // namespace
 
 std::vector<uint32_t> TriangleList(PrimitiveMode mode, std::vector<uint32_t> indices) {
     RG_CHECK(mode >= PrimitiveMode::Triangles);

@@ -37,4 +37,7 @@ size_t NormalizeNormals(std::span<glm::vec3> normals, std::span<const glm::vec3>
 // to the normal. Returns how many of those there were.
 size_t NormalizeTangents(std::span<glm::vec4> tangents, std::span<const glm::vec3> normals);
 
+// Some unit vector perpendicular to the unit vector n.
+glm::vec3 Perpendicular(const glm::vec3& n);
+
 }  // namespace raygraph::scene

@@ -135,6 +135,39 @@ TEST(ReferenceScenes, PrimitiveModesDrawTwoTrianglesOrNone) {
     }
 }
 
+TEST(ReferenceScenes, NormalTangentTestGetsTangentsThatFollowItsTextureCoordinates) {
+    SKIP_WITHOUT_ASSETS();
+    const scene::SceneData scene = scene::LoadGltf(*Assets() / "scenes/known/NormalTangentTest.glb");
+    size_t triangleCount = 0;
+    for (const scene::Mesh& mesh : scene.meshes)
+        for (const scene::Primitive& primitive : mesh.primitives) {
+            ASSERT_EQ(primitive.tangents.size(), primitive.positions.size());
+            for (size_t i = 0; i < primitive.tangents.size(); ++i) {
+                const glm::vec3 tangent(primitive.tangents[i]);
+                ASSERT_NEAR(glm::length(tangent), 1.0f, 1e-5f);
+                ASSERT_NEAR(glm::dot(tangent, primitive.normals[i]), 0.0f, 1e-4f);
+            }
+            for (size_t i = 0; i < primitive.indices.size(); i += 3) {
+                const uint32_t* corner = &primitive.indices[i];
+                const glm::vec2 a = primitive.uv0[corner[1]] - primitive.uv0[corner[0]];
+                const glm::vec2 b = primitive.uv0[corner[2]] - primitive.uv0[corner[0]];
+                const float area = a.x * b.y - a.y * b.x;
+                if (area == 0.0f) continue;
+                const glm::vec3 alongU =
+                    (b.y * (primitive.positions[corner[1]] - primitive.positions[corner[0]]) -
+                     a.y * (primitive.positions[corner[2]] - primitive.positions[corner[0]])) /
+                    area;
+                for (size_t k = 0; k < 3; ++k) {
+                    const glm::vec4& tangent = primitive.tangents[corner[k]];
+                    EXPECT_GT(glm::dot(glm::vec3(tangent), glm::normalize(alongU)), 0.5f);
+                    EXPECT_EQ(tangent.w, area < 0.0f ? 1.0f : -1.0f);
+                }
+                ++triangleCount;
+            }
+        }
+    EXPECT_GT(triangleCount, 7000u);
+}
+
 // A reader that refuses nothing but writes down what is read.
 class Recorder final : public scene::FileReader {
   public:

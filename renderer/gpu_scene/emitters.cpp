@@ -1,0 +1,175 @@
+#include "renderer/gpu_scene/emitters.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/check.h"
+
+namespace raygraph {
+
+namespace {
+
+// Small meshes may look at more of their texture.
+constexpr uint32_t kFewTriangles = 1024, kManyCuts = 32, kFewCuts = 6;
+// What an estimate of 0 becomes where the texture is not black: importance must not be lost.
+constexpr float kLeastMean = 1e-4f;
+
+float DecodeSrgb(uint8_t value) {
+    static const std::array<float, 256> kTable = [] {
+        std::array<float, 256> table{};
+        for (size_t i = 0; i < table.size(); i++) {
+            const double v = static_cast<double>(i) / 255.0;
+            table[i] = static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+        }
+        return table;
+    }();
+    return kTable[value];
+}
+
+// The texel that coordinate x of the endless texture shows.
+uint32_t Wrap(int64_t x, uint32_t size, scene::WrapMode mode) {
+    const auto n = static_cast<int64_t>(size);
+    if (mode == scene::WrapMode::ClampToEdge) return static_cast<uint32_t>(std::clamp<int64_t>(x, 0, n - 1));
+    const int64_t period = mode == scene::WrapMode::Repeat ? n : 2 * n;
+    const int64_t within = (x % period + period) % period;
+    return static_cast<uint32_t>(within < n ? within : period - 1 - within);
+}
+
+// Texels along one axis that a sampler may look at for coordinates between low and high. One range that
+// covers them: the whole axis where the edge is crossed.
+glm::uvec2 TexelRange(float low, float high, uint32_t size, scene::WrapMode mode) {
+    const double begin = std::floor(double{low} * size - 0.5),
+                 end = std::floor(double{high} * size - 0.5) + 2.0;
+    constexpr double kFar = 1e15;
+    if (!(begin > -kFar && end < kFar) || end - begin >= size) return {0, size};
+    const uint32_t first = Wrap(static_cast<int64_t>(begin), size, mode);
+    const uint32_t last = Wrap(static_cast<int64_t>(end) - 1, size, mode);
+    const auto count = static_cast<uint32_t>(end - begin);
+    const bool isClamped = mode == scene::WrapMode::ClampToEdge;
+    if (isClamped || (last >= first && last - first + 1 == count)) return {first, last + 1};
+    return {0, size};
+}
+
+glm::vec3 Texel(const scene::ImageData& image, uint32_t x, uint32_t y, bool isSrgb) {
+    const uint8_t* rgba = &image.rgba[4 * (size_t{y} * image.width + x)];
+    glm::vec3 color;
+    for (int c = 0; c < 3; c++)
+        color[c] = isSrgb ? DecodeSrgb(rgba[c]) : static_cast<float>(rgba[c]) / 255.0f;
+    return color;
+}
+
+// As the sampler looks it up, without mip levels; nearest filters are treated as linear ones.
+glm::vec3 Lookup(const scene::Texture& texture, const scene::ImageData& image, glm::vec2 uv) {
+    const double x = double{uv.x} * image.width - 0.5, y = double{uv.y} * image.height - 0.5;
+    if (!(std::abs(x) < 1e15 && std::abs(y) < 1e15)) return glm::vec3(0.0f);
+    const auto column = static_cast<int64_t>(std::floor(x)), row = static_cast<int64_t>(std::floor(y));
+    const auto at = [&](int64_t dx, int64_t dy) {
+        return Texel(image, Wrap(column + dx, image.width, texture.sampler.wrapU),
+                     Wrap(row + dy, image.height, texture.sampler.wrapV),
+                     texture.colorSpace == scene::ColorSpace::Srgb);
+    };
+    const auto shareX = static_cast<float>(x - std::floor(x)), shareY = static_cast<float>(y - std::floor(y));
+    return glm::mix(glm::mix(at(0, 0), at(1, 0), shareX), glm::mix(at(0, 1), at(1, 1), shareX), shareY);
+}
+
+}  // namespace
+
+uint32_t EmitterFinder::LitTexels::Count(uint32_t width, glm::uvec2 begin, glm::uvec2 end) const {
+    const size_t stride = size_t{width} + 1;
+    // Modulo 2^32, which is above any count
+    return sums[end.y * stride + end.x] - sums[begin.y * stride + end.x] - sums[end.y * stride + begin.x] +
+           sums[begin.y * stride + begin.x];
+}
+
+const EmitterFinder::LitTexels& EmitterFinder::LitTexelsOf(uint32_t image) {
+    const auto [found, isNew] = m_litTexels.try_emplace(image);
+    if (!isNew) return found->second;
+    const scene::ImageData& data = m_scene.images[image];
+    std::vector<uint32_t>& sums = found->second.sums;
+    const size_t stride = size_t{data.width} + 1;
+    sums.assign(stride * (size_t{data.height} + 1), 0);
+    for (uint32_t y = 0; y < data.height; y++) {
+        uint32_t inRow = 0;
+        for (uint32_t x = 0; x < data.width; x++) {
+            const uint8_t* rgba = &data.rgba[4 * (size_t{y} * data.width + x)];
+            inRow += (rgba[0] | rgba[1] | rgba[2]) != 0;
+            sums[(y + size_t{1}) * stride + x + 1] = sums[y * stride + x + 1] + inRow;
+        }
+    }
+    return found->second;
+}
+
+glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&uv)[3], uint32_t maxCuts) {
+    const scene::ImageData& image = m_scene.images[texture.image];
+    const glm::vec2 low = glm::min(uv[0], glm::min(uv[1], uv[2]));
+    const glm::vec2 high = glm::max(uv[0], glm::max(uv[1], uv[2]));
+    const glm::uvec2 columns = TexelRange(low.x, high.x, image.width, texture.sampler.wrapU);
+    const glm::uvec2 rows = TexelRange(low.y, high.y, image.height, texture.sampler.wrapV);
+    if (LitTexelsOf(texture.image).Count(image.width, {columns.x, rows.x}, {columns.y, rows.y}) == 0)
+        return glm::vec3(0.0f);
+
+    // One point in the middle of each of cuts^2 equal triangles, about as many as there are texels
+    const glm::vec2 size(image.width, image.height);
+    const glm::vec2 a = (uv[1] - uv[0]) * size, b = (uv[2] - uv[0]) * size;
+    const float texels = 0.5f * std::abs(a.x * b.y - a.y * b.x);
+    const float wanted = std::ceil(std::sqrt(texels));
+    const auto cuts =
+        wanted < static_cast<float>(maxCuts) ? std::max(static_cast<uint32_t>(wanted), 2u) : maxCuts;
+    glm::vec3 sum(0.0f);
+    const auto add = [&](float i, float j) {
+        sum += Lookup(texture, image, uv[0] + (i * (uv[1] - uv[0]) + j * (uv[2] - uv[0])) / float(cuts));
+    };
+    for (uint32_t i = 0; i < cuts; i++)
+        for (uint32_t j = 0; i + j < cuts; j++) {
+            add(float(i) + 1.0f / 3.0f, float(j) + 1.0f / 3.0f);
+            if (i + j + 1 < cuts) add(float(i) + 2.0f / 3.0f, float(j) + 2.0f / 3.0f);
+        }
+    return glm::max(sum / float(cuts * cuts), glm::vec3(kLeastMean));
+}
+
+std::vector<Emitter> EmitterFinder::Find(const GroupTriangles& triangles,
+                                         std::span<scene::Primitive* const> primitives, bool isDoubleSided) {
+    const auto mayEmit = [&](const scene::Primitive* primitive) {
+        const scene::Material& material = m_scene.materials[primitive->material];
+        return material.emissiveTexture.IsPresent() || material.EmittedRadiance() != glm::vec3(0.0f);
+    };
+    std::vector<Emitter> emitters;
+    if (std::none_of(primitives.begin(), primitives.end(), mayEmit)) return emitters;
+    const size_t triangleCount = triangles.indices.size() / 3;
+    for (uint32_t triangle = 0; triangle < triangleCount; triangle++) {
+        const uint32_t part = triangles.geometries.empty() ? 0 : triangles.geometries[triangle];
+        const scene::Primitive& primitive = *primitives[part];
+        if (!mayEmit(&primitive)) continue;
+        const scene::Material& material = m_scene.materials[primitive.material];
+        const uint32_t* corners = &triangles.indices[size_t{3} * triangle];
+        Emitter emitter{.p0 = triangles.positions[corners[0]],
+                        .p1 = triangles.positions[corners[1]],
+                        .p2 = triangles.positions[corners[2]],
+                        .primitive = triangle,
+                        .material = primitive.material,
+                        .isDoubleSided = isDoubleSided};
+        if (material.emissiveTexture.IsPresent()) {
+            const std::vector<glm::vec2>& stream =
+                material.emissiveTexture.texCoord == 1 ? primitive.uv1 : primitive.uv0;
+            glm::vec2 uv[3]{};
+            if (!stream.empty())
+                for (size_t i = 0; i < 3; i++) uv[i] = stream[corners[i] - triangles.firstVertices[part]];
+            const auto texture = static_cast<size_t>(material.emissiveTexture.texture);
+            emitter.meanTexture =
+                Mean(m_scene.textures[texture], uv, triangleCount <= kFewTriangles ? kManyCuts : kFewCuts);
+            if (emitter.meanTexture == glm::vec3(0.0f)) continue;
+        }
+        emitters.push_back(emitter);
+    }
+    return emitters;
+}
+
+std::vector<uint32_t> TriangleLights(std::span<const Emitter> emitters, size_t triangleCount) {
+    if (emitters.empty()) return {};
+    std::vector<uint32_t> lights(triangleCount, gpu::kNoLight);
+    for (uint32_t i = 0; i < emitters.size(); i++) lights[emitters[i].primitive] = i;
+    return lights;
+}
+
+}  // namespace raygraph

@@ -1,0 +1,54 @@
+// Finds the triangles of a mesh that may emit, while its host copy is there.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu_scene/light_table.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph {
+
+// The triangles of a group, as its BLAS has them.
+struct GroupTriangles {
+    std::vector<glm::vec3> positions;
+    std::vector<uint32_t> indices;
+    std::vector<uint32_t> geometries;  // a triangle's primitive within the group; empty if there is one only
+    std::vector<uint32_t> originals;   // a triangle's index in its primitive; empty if nothing moved
+    std::vector<uint32_t> firstVertices;  // by primitive
+};
+
+class EmitterFinder {
+  public:
+    // Refers to the materials, textures and images of `scene`, and to no mesh.
+    explicit EmitterFinder(const scene::SceneData& scene) : m_scene(scene) {}
+
+    // Those of a material that emits, or has a texture to emit by, but for those whose part of the texture is
+    // black. Positions and indices are taken from `triangles`, the rest from `primitives`. Linear in
+    // triangles and, a few times over, in the texels they cover.
+    std::vector<Emitter> Find(const GroupTriangles& triangles, std::span<scene::Primitive* const> primitives,
+                              bool isDoubleSided);
+
+  private:
+    // How many texels of a rectangle from the origin are not black: (width + 1) * (height + 1) sums.
+    struct LitTexels {
+        std::vector<uint32_t> sums;
+        uint32_t Count(uint32_t width, glm::uvec2 begin, glm::uvec2 end) const;
+    };
+    const LitTexels& LitTexelsOf(uint32_t image);
+    // Mean of the texture over a triangle of texture coordinates; 0 only if it is black all over. An estimate
+    // from up to maxCuts^2 points.
+    glm::vec3 Mean(const scene::Texture& texture, const glm::vec2 (&uv)[3], uint32_t maxCuts);
+
+    const scene::SceneData& m_scene;
+    std::map<uint32_t, LitTexels> m_litTexels;  // by image
+};
+
+// For InstanceRecord::triangleLights: each triangle's place among the emitters, or gpu::kNoLight. Empty if
+// there are no emitters.
+std::vector<uint32_t> TriangleLights(std::span<const Emitter> emitters, size_t triangleCount);
+
+}  // namespace raygraph

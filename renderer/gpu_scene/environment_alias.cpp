@@ -1,0 +1,100 @@
+#include "renderer/gpu_scene/environment_alias.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "base/check.h"
+#include "renderer/gpu_scene/alias_table.h"
+
+namespace raygraph {
+
+namespace {
+
+// Luminance of Rec. 709.
+double Luminance(const glm::dvec3& color) {
+    return 0.2126 * color.x + 0.7152 * color.y + 0.0722 * color.z;
+}
+
+// One row of the map's means over its texels' cells: of the interpolated map a cell takes 3/4 from its own
+// texel and 1/8 from each neighbour, in both axes.
+class TexelMeans {
+  public:
+    explicit TexelMeans(const image::ImageF& map) : m_map(map), m_column(map.width), m_row(map.width) {}
+
+    const std::vector<glm::dvec3>& Row(uint32_t y) {
+        const uint32_t above = y > 0 ? y - 1 : 0;
+        const uint32_t below = y + 1 < m_map.height ? y + 1 : y;
+        for (uint32_t x = 0; x < m_map.width; x++)
+            m_column[x] = 0.125 * (Texel(x, above) + Texel(x, below)) + 0.75 * Texel(x, y);
+        for (uint32_t x = 0; x < m_map.width; x++) {
+            const glm::dvec3& left = m_column[x > 0 ? x - 1 : m_map.width - 1];
+            const glm::dvec3& right = m_column[x + 1 < m_map.width ? x + 1 : 0];
+            m_row[x] = 0.125 * (left + right) + 0.75 * m_column[x];
+        }
+        return m_row;
+    }
+
+  private:
+    glm::dvec3 Texel(uint32_t x, uint32_t y) const {
+        const float* texel = &m_map.rgba[4 * (size_t{y} * m_map.width + x)];
+        return {texel[0], texel[1], texel[2]};
+    }
+
+    const image::ImageF& m_map;
+    std::vector<glm::dvec3> m_column, m_row;
+};
+
+}  // namespace
+
+EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCells) {
+    RG_CHECK(map.width > 0 && map.height > 0);
+    uint32_t step = 1;
+    while (uint64_t{map.width / step} * (map.height / step) > maxCells && map.width % (2 * step) == 0 &&
+           map.height % (2 * step) == 0)
+        step *= 2;
+    EnvironmentAlias result{.width = map.width / step, .height = map.height / step, .entries = {}};
+    result.entries.resize(size_t{result.height} * (result.width + 1));
+    const std::span<gpu::AliasEntry> rows = std::span(result.entries).first(result.height);
+
+    TexelMeans means(map);
+    glm::dvec3 flux(0.0);  // integral over the sphere
+    std::vector<double> rowWeights(result.height);
+    std::vector<double> weights(result.width);
+    for (uint32_t row = 0; row < result.height; row++) {
+        std::fill(weights.begin(), weights.end(), 0.0);
+        for (uint32_t y = row * step; y < (row + 1) * step; y++) {
+            const double theta0 = std::numbers::pi * y / map.height;
+            const double theta1 = std::numbers::pi * (y + 1) / map.height;
+            const double solidAngle = 4.0 * std::numbers::pi / map.width * std::sin(0.5 * (theta0 + theta1)) *
+                                      std::sin(0.5 * (theta1 - theta0));
+            const std::vector<glm::dvec3>& texels = means.Row(y);
+            for (uint32_t x = 0; x < map.width; x++) {
+                flux += solidAngle * texels[x];
+                weights[x / step] += solidAngle * Luminance(texels[x]);
+            }
+        }
+        const size_t first = result.height + size_t{row} * result.width;
+        rowWeights[row] = BuildAliasTable(weights, std::span(result.entries).subspan(first, result.width));
+    }
+    BuildAliasTable(rowWeights, rows);
+    for (uint32_t row = 0; row < result.height; row++) {
+        const size_t first = result.height + size_t{row} * result.width;
+        for (gpu::AliasEntry& cell : std::span(result.entries).subspan(first, result.width))
+            if (cell.probability > 0.0f)
+                cell.probability =
+                    std::max(cell.probability * rows[row].probability, std::numeric_limits<float>::min());
+    }
+    result.meanRadiance = glm::vec3(flux / (4.0 * std::numbers::pi));
+    return result;
+}
+
+EnvironmentAlias ConstantEnvironmentAlias() {
+    const gpu::AliasEntry all{.keep = 1.0f, .alias = 0, .probability = 1.0f};
+    EnvironmentAlias result;
+    result.entries.assign(2, all);
+    return result;
+}
+
+}  // namespace raygraph

@@ -1,0 +1,29 @@
+// The environment's importance: an alias table over the cells of its equirectangular map.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "renderer/image/image.h"
+#include "shaders/shared/light_records.h"
+
+namespace raygraph {
+
+struct EnvironmentAlias {
+    uint32_t width = 1, height = 1;        // cells
+    std::vector<gpu::AliasEntry> entries;  // over the rows, then over the cells of each row
+    glm::vec3 meanRadiance{1.0f};          // of the map over the sphere, linear Rec. 709
+};
+
+inline constexpr uint64_t kMaxEnvironmentCells = uint64_t{1} << 22;
+
+// A cell is a texel, or a square of 2^k x 2^k where the map is larger than `maxCells` and its size allows.
+// Its weight is the integral of the luminance of the map as a sampler interpolates it (bilinear, repeated in
+// u, clamped in v) times solid angle: it is 0 only where the map, so looked up, is black all over the cell.
+// Values of the map are finite and not negative. Linear time; needs no device.
+EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCells = kMaxEnvironmentCells);
+
+// Of an environment without a map: one cell, every direction alike.
+EnvironmentAlias ConstantEnvironmentAlias();
+
+}  // namespace raygraph

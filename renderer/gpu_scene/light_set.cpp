@@ -1,0 +1,126 @@
+#include "renderer/gpu_scene/light_set.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace raygraph {
+
+namespace {
+
+rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, uint64_t recordBytes) {
+    return device.CreateBuffer({.name = name,
+                                .size = std::max<uint64_t>(1, count) * recordBytes,
+                                .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+}
+
+}  // namespace
+
+LightSet::LightSet(rhi::Device& device, SceneResources& resources,
+                   std::span<const InstanceSet::Placement> placements, const scene::SceneData& data)
+    : m_device(device) {
+    m_isEmitterInstance.resize(data.instances.size());
+    m_isEmitterMaterial.resize(data.materials.size());
+    for (GroupResources& group : resources.groups) {
+        for (const Emitter& emitter : group.emitters) m_isEmitterMaterial[emitter.material] = true;
+        m_scene.groups.push_back(std::move(group.emitters));
+    }
+    for (uint32_t i = 0; i < placements.size(); i++) {
+        const InstanceSet::Placement& placement = placements[i];
+        if (m_scene.groups[placement.group].empty()) continue;
+        m_scene.placements.push_back({.record = i,
+                                      .instance = placement.instance,
+                                      .group = placement.group,
+                                      .firstLight = placement.firstLight});
+        m_isEmitterInstance[placement.instance] = true;
+    }
+    for (const scene::Instance& instance : data.instances)
+        m_scene.instances.push_back({.objectToWorld = instance.objectToWorld});
+    for (const scene::Material& material : data.materials)
+        m_scene.emission.push_back(material.EmittedRadiance());
+    m_scene.punctual = data.lights;
+    m_scene.radius = data.bounds.Radius();
+
+    uint64_t lightCount = data.lights.size();
+    for (const EmitterPlacement& placement : m_scene.placements)
+        lightCount += m_scene.groups[placement.group].size();
+    m_lights = TableBuffer(device, "lights", lightCount, sizeof(gpu::LightRecord));
+    m_nodes = TableBuffer(device, "light nodes", 2 * lightCount, sizeof(gpu::LightNode));
+    m_alias = TableBuffer(device, "light alias", 3 * (lightCount + 1), sizeof(gpu::AliasEntry));
+}
+
+void LightSet::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
+    glm::mat4x3& transform = m_scene.instances[instance].objectToWorld;
+    if (transform == objectToWorld) return;
+    transform = objectToWorld;
+    m_isTableDue |= m_isEmitterInstance[instance];
+}
+
+void LightSet::SetVisible(uint32_t instance, bool isVisible) {
+    bool& old = m_scene.instances[instance].isVisible;
+    if (old == isVisible) return;
+    old = isVisible;
+    m_isTableDue |= m_isEmitterInstance[instance];
+}
+
+void LightSet::SetEmission(uint32_t material, const glm::vec3& radiance) {
+    glm::vec3& old = m_scene.emission[material];
+    if (old == radiance) return;
+    old = radiance;
+    m_isTableDue |= m_isEmitterMaterial[material];
+}
+
+void LightSet::SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm::uvec2 cells) {
+    m_isTableDue |= m_scene.environmentRadiance != meanRadiance;
+    m_scene.environmentRadiance = meanRadiance;
+    m_scene.environmentRotation = m_table.set.environmentRotation = rotation;
+    m_scene.environmentWidth = m_table.set.environmentWidth = cells.x;
+    m_scene.environmentHeight = m_table.set.environmentHeight = cells.y;
+}
+
+void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
+    if (m_isTableDue) {
+        m_table = BuildLightTable(m_scene);
+        m_isTableDue = false;
+        m_isUploadDue = true;
+        m_rebuildCount++;
+    }
+    ids.lightSet = m_table.set;
+    ids.lights = renderer.Import("lights", m_lights, m_lightsState);
+    ids.lightNodes = renderer.Import("lightNodes", m_nodes, m_nodesState);
+    ids.lightAlias = renderer.Import("lightAlias", m_alias, m_aliasState);
+    if (!m_isUploadDue) return;
+    renderer.AddPass(
+        "UploadLights", PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            ids.lights = pass.CopiesTo(ids.lights);
+            ids.lightNodes = pass.CopiesTo(ids.lightNodes);
+            ids.lightAlias = pass.CopiesTo(ids.lightAlias);
+        },
+        [this](CommandList& commands) {
+            RecordUpload(commands);
+            commands.OnSubmitted([this] { m_isUploadDue = false; });
+        });
+}
+
+void LightSet::RecordUpload(CommandList& commands) {
+    const uint64_t lightBytes = m_table.lights.size() * sizeof(gpu::LightRecord);
+    const uint64_t nodeBytes = m_table.nodes.size() * sizeof(gpu::LightNode);
+    const uint64_t aliasBytes = m_table.alias.size() * sizeof(gpu::AliasEntry);
+    // Freed by the device once this frame has completed
+    rhi::Buffer staging = m_device.CreateBuffer({.name = "light staging",
+                                                 .size = lightBytes + nodeBytes + aliasBytes,
+                                                 .usage = rhi::BufferUsage::CopySource,
+                                                 .memory = rhi::MemoryKind::Upload});
+    uint64_t offset = 0;
+    const auto copy = [&](const void* from, uint64_t bytes, rhi::Buffer& to) {
+        if (bytes == 0) return;
+        std::memcpy(staging.Mapped().data() + offset, from, bytes);
+        commands.CopyBuffer(staging, offset, to, 0, bytes);
+        offset += bytes;
+    };
+    copy(m_table.lights.data(), lightBytes, m_lights);
+    copy(m_table.nodes.data(), nodeBytes, m_nodes);
+    copy(m_table.alias.data(), aliasBytes, m_alias);
+}
+
+}  // namespace raygraph

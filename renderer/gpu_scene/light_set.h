@@ -1,0 +1,60 @@
+// LightSet: the lights of the scene on the device. It knows what has changed since its tables were built, and
+// builds them anew only when an emitter did: its transform, its visibility, its emission.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/gpu_scene/instance_set.h"
+#include "renderer/gpu_scene/light_table.h"
+#include "renderer/gpu_scene/scene_resources.h"
+#include "rhi/device.h"
+
+namespace raygraph {
+
+class LightSet {
+  public:
+    // Takes the emitters of `resources`; of `data` the materials, lights, instances and bounds.
+    LightSet(rhi::Device& device, SceneResources& resources,
+             std::span<const InstanceSet::Placement> placements, const scene::SceneData& data);
+
+    // Indices are those of the scene, and in range.
+    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
+    void SetVisible(uint32_t instance, bool isVisible);
+    void SetEmission(uint32_t material, const glm::vec3& radiance);
+    // Mean radiance over the sphere, and the table that chooses directions.
+    void SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm::uvec2 cells);
+
+    // Builds the tables if something has changed, declares their upload, and sets the fields of `ids` that
+    // have to do with lights but for environmentAlias. An upload that is culled, or whose frame is dropped,
+    // stays due.
+    void Declare(Renderer& renderer, SceneIds& ids);
+
+    uint32_t LightCount() const { return m_table.set.activeCount; }  // those that shine
+    uint32_t EmissiveTriangleCount() const { return m_table.emissiveTriangleCount; }
+    uint64_t RebuildCount() const { return m_rebuildCount; }
+
+  private:
+    void RecordUpload(CommandList& commands);
+
+    rhi::Device& m_device;
+    LightScene m_scene;
+    std::vector<bool> m_isEmitterInstance;
+    std::vector<bool> m_isEmitterMaterial;
+    LightTable m_table;
+    bool m_isTableDue = true;
+    bool m_isUploadDue = true;
+    uint64_t m_rebuildCount = 0;
+
+    rhi::Buffer m_lights;  // as many as the scene can have; likewise the others
+    rhi::Buffer m_nodes;
+    rhi::Buffer m_alias;
+    ResourceState m_lightsState;
+    ResourceState m_nodesState;
+    ResourceState m_aliasState;
+};
+
+}  // namespace raygraph

@@ -1,0 +1,158 @@
+#include "renderer/gpu_scene/light_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "base/check.h"
+#include "renderer/gpu_scene/alias_table.h"
+#include "renderer/gpu_scene/light_bvh.h"
+
+namespace raygraph {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+// Powers in floats, and sums of them, stay finite and normal within these.
+constexpr double kMinPower = 1e-36, kMaxPower = 1e30;
+// Likewise squares of twice a triangle's area.
+constexpr float kMinAreaSquare = 1e-36f, kMaxAreaSquare = 1e36f;
+
+double Luminance(const glm::vec3& color) {
+    return 0.2126 * double{color.x} + 0.7152 * double{color.y} + 0.0722 * double{color.z};
+}
+
+double Representable(double power) {
+    return power >= kMinPower ? std::min(power, kMaxPower) : 0.0;  // a NaN becomes 0
+}
+
+gpu::LightRecord TriangleLight(const Emitter& emitter, const EmitterPlacement& placement,
+                               const glm::mat4x3& objectToWorld) {
+    const glm::vec3 p0 = objectToWorld * glm::vec4(emitter.p0, 1.0f);
+    const bool isMirrored = glm::determinant(glm::mat3(objectToWorld)) < 0.0f;
+    return {.p0 = p0,
+            .kind = gpu::kLightTriangle,
+            .e1 = objectToWorld * glm::vec4(emitter.p1, 1.0f) - p0,
+            .flags = (emitter.isDoubleSided ? gpu::kLightDoubleSided : 0u) |
+                     (isMirrored ? gpu::kLightMirrored : 0u),
+            .e2 = objectToWorld * glm::vec4(emitter.p2, 1.0f) - p0,
+            .instance = placement.record,
+            .primitive = emitter.primitive,
+            .bitTrail = 0,
+            .spotScale = 0.0f,
+            .spotOffset = 0.0f};
+}
+
+double TrianglePower(const gpu::LightRecord& light, const glm::vec3& meanRadiance) {
+    const glm::vec3 normal = glm::cross(light.e1, light.e2);
+    const float square = glm::dot(normal, normal);
+    if (!(square >= kMinAreaSquare && square <= kMaxAreaSquare)) return 0.0;
+    const double sides = (light.flags & gpu::kLightDoubleSided) != 0 ? 2.0 : 1.0;
+    return sides * kPi * 0.5 * std::sqrt(double{square}) * Luminance(meanRadiance);
+}
+
+// Falloff by KHR_lights_punctual, inner and outer cone angle.
+gpu::LightRecord PunctualLight(const scene::Light& light) {
+    const float cosOuter = std::cos(light.outerConeAngle);
+    const float scale = 1.0f / std::max(0.001f, std::cos(light.innerConeAngle) - cosOuter);
+    const bool isSpot = light.type == scene::LightType::Spot;
+    const bool isDirectional = light.type == scene::LightType::Directional;
+    return {.p0 = light.lightToWorld[3],
+            .kind = isDirectional ? gpu::kLightDirectional
+                    : isSpot      ? gpu::kLightSpot
+                                  : gpu::kLightPoint,
+            .e1 = glm::vec3(glm::normalize(-glm::dvec3(light.lightToWorld[2]))),
+            .flags = 0,
+            .e2 = light.color * light.intensity,
+            .instance = 0,
+            .primitive = 0,
+            .bitTrail = 0,
+            .spotScale = isSpot ? scale : 0.0f,
+            .spotOffset = isSpot ? -cosOuter * scale : 0.0f};
+}
+
+double PunctualPower(const gpu::LightRecord& light, double sceneRadius) {
+    const double intensity = Luminance(light.e2);
+    if (light.kind == gpu::kLightDirectional) return kPi * sceneRadius * sceneRadius * intensity;
+    if (light.kind == gpu::kLightPoint) return 4.0 * kPi * intensity;
+    // The integral of clamp(c scale + offset, 0, 1)^2 over c up to 1: a parabola, then a constant
+    const double end = double{light.spotScale} + double{light.spotOffset};  // before the clamp, at c = 1
+    const double ramp = std::min(end, 1.0);
+    const double integral = (ramp * ramp * ramp / 3.0 + (end - ramp)) / double{light.spotScale};
+    return 2.0 * kPi * intensity * integral;
+}
+
+void AppendAlias(std::vector<gpu::AliasEntry>& alias, std::span<const double> power) {
+    const size_t first = alias.size();
+    alias.resize(first + power.size());
+    BuildAliasTable(power, std::span(alias).subspan(first));
+}
+
+}  // namespace
+
+uint32_t LightScene::NumberEmitters() {
+    uint32_t count = 0;
+    for (EmitterPlacement& placement : placements) {
+        placement.firstLight = count;
+        count += static_cast<uint32_t>(groups[placement.group].size());
+    }
+    return count;
+}
+
+LightTable BuildLightTable(const LightScene& scene) {
+    LightTable table;
+    std::vector<double> power;
+    const auto add = [&](const gpu::LightRecord& light, double lightPower) {
+        table.lights.push_back(light);
+        power.push_back(Representable(lightPower));
+    };
+    for (const EmitterPlacement& placement : scene.placements) {
+        RG_CHECK_EQ(placement.firstLight, table.lights.size());
+        const LightScene::Instance& instance = scene.instances[placement.instance];
+        for (const Emitter& emitter : scene.groups[placement.group]) {
+            const gpu::LightRecord light = TriangleLight(emitter, placement, instance.objectToWorld);
+            const glm::vec3 radiance = scene.emission[emitter.material] * emitter.meanTexture;
+            add(light, instance.isVisible ? TrianglePower(light, radiance) : 0.0);
+        }
+    }
+    table.emissiveTriangleCount =
+        static_cast<uint32_t>(std::count_if(power.begin(), power.end(), [](double p) { return p > 0.0; }));
+    const double radius = scene.radius > 0.0f ? double{scene.radius} : 1.0;
+    for (const bool isDirectional : {false, true}) {
+        for (const scene::Light& light : scene.punctual) {
+            if (isDirectional != (light.type == scene::LightType::Directional)) continue;
+            const gpu::LightRecord record = PunctualLight(light);
+            add(record, PunctualPower(record, radius));
+        }
+        if (!isDirectional) table.set.boundedCount = static_cast<uint32_t>(table.lights.size());
+    }
+    const double environmentPower =
+        Representable(4.0 * kPi * kPi * radius * radius * Luminance(scene.environmentRadiance));
+    power.push_back(environmentPower);
+
+    const uint32_t boundedCount = table.set.boundedCount;
+    const std::vector<float> boundedPower(power.begin(), power.begin() + boundedCount);
+    table.nodes = BuildLightTree(std::span(table.lights).first(boundedCount), boundedPower);
+    AppendAlias(table.alias, power);
+    AppendAlias(table.alias, std::span(power).subspan(boundedCount));
+    double bounded = 0.0, unbounded = 0.0;
+    for (uint32_t i = 0; i < power.size(); i++) {
+        if (power[i] == 0.0) continue;
+        table.alias.push_back({.keep = 1.0f, .alias = i, .probability = 0.0f});
+        table.set.activeCount++;
+        (i < boundedCount ? bounded : unbounded) += power[i];
+    }
+    double share = unbounded > 0.0 ? unbounded / (bounded + unbounded) : 0.0;
+    if (bounded > 0.0 && unbounded > 0.0) share = std::clamp(share, kMinLightShare, 1.0 - kMinLightShare);
+
+    table.set.lightCount = static_cast<uint32_t>(table.lights.size());
+    table.set.nodeCount = static_cast<uint32_t>(table.nodes.size());
+    table.set.unboundedShare = static_cast<float>(share);
+    table.set.environmentRotation = scene.environmentRotation;
+    table.set.hasEnvironment = environmentPower > 0.0 ? 1u : 0u;
+    table.set.environmentWidth = scene.environmentWidth;
+    table.set.environmentHeight = scene.environmentHeight;
+    return table;
+}
+
+}  // namespace raygraph

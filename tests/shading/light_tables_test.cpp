@@ -1,0 +1,267 @@
+// The tables behind light sampling, as the host builds them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "renderer/gpu_scene/alias_table.h"
+#include "renderer/gpu_scene/light_bvh.h"
+#include "tests/shading/light_scene.h"
+
+namespace raygraph::shading {
+namespace {
+
+// What a table's slots come to, outcome by outcome.
+std::vector<double> Outcomes(std::span<const AliasEntry> slots) {
+    std::vector<double> result(slots.size(), 0.0);
+    for (size_t i = 0; i < slots.size(); i++) {
+        result[i] += double(slots[i].keep) / double(slots.size());
+        result[slots[i].alias] += (1.0 - double(slots[i].keep)) / double(slots.size());
+    }
+    return result;
+}
+
+TEST(AliasTable, OutcomesHaveTheSharesOfTheWeights) {
+    std::mt19937 random(1);
+    for (const size_t count : {1u, 2u, 3u, 1000u}) {
+        std::vector<double> weights(count);
+        double sum = 0.0;
+        for (double& weight : weights) {
+            weight = random() % 4 == 0 ? 0.0 : std::pow(10.0, double(random() % 9));
+            sum += weight;
+        }
+        if (sum == 0.0) weights[0] = sum = 1.0;
+        std::vector<AliasEntry> slots(count);
+        EXPECT_NEAR(BuildAliasTable(weights, slots), sum, 1e-9 * sum);
+        const std::vector<double> outcomes = Outcomes(slots);
+        for (size_t i = 0; i < count; i++) {
+            EXPECT_NEAR(outcomes[i], weights[i] / sum, 1e-6 / double(count));
+            EXPECT_NEAR(double(slots[i].probability), weights[i] / sum, 1e-6 * weights[i] / sum);
+            if (weights[i] == 0.0) {
+                EXPECT_EQ(outcomes[i], 0.0) << "never chosen";
+            }
+        }
+    }
+}
+
+TEST(AliasTable, WithoutWeightsEverySlotHasProbabilityZero) {
+    std::vector<AliasEntry> slots(3);
+    EXPECT_EQ(BuildAliasTable(std::vector<double>(3, 0.0), slots), 0.0);
+    for (const AliasEntry& slot : slots) EXPECT_EQ(slot.probability, 0.0f);
+}
+
+image::ImageF BlackMap(uint32_t width, uint32_t height) {
+    return {.width = width, .height = height, .rgba = std::vector<float>(size_t{4} * width * height, 0.0f)};
+}
+
+void SetTexel(image::ImageF& map, uint32_t x, uint32_t y, vec3 color) {
+    for (int c = 0; c < 3; c++) map.rgba[4 * (y * map.width + x) + size_t(c)] = color[c];
+}
+
+TEST(EnvironmentAlias, WhereInterpolationLeavesLightThereIsDensity) {
+    // One bright texel at the seam, in the top row, in the middle: its light reaches the cells around it
+    for (const uvec2 bright : {uvec2(0u, 3u), uvec2(7u, 0u), uvec2(4u, 6u), uvec2(15u, 7u)}) {
+        testLights = {};
+        image::ImageF map = BlackMap(16, 8);
+        SetTexel(map, bright.x, bright.y, vec3(1e5f));
+        testLights.SetEnvironment(map, vec3(1.0f));
+        testLights.Build();
+        std::mt19937 random(2);
+        int litCount = 0;
+        for (int i = 0; i < 100'000; i++) {
+            const vec3 wi =
+                SampleUniformSphere(vec2(float(random() >> 8) * 0x1p-24f, float(random() >> 8) * 0x1p-24f));
+            const bool isLit = MaxComponent(EnvironmentRadiance(wi)) > 0.0f;
+            litCount += isLit;
+            if (isLit) {
+                ASSERT_GT(EnvironmentLightPDF(LightSet(), wi), 0.0f);
+            }
+        }
+        EXPECT_GT(litCount, 100);
+    }
+}
+
+TEST(EnvironmentAlias, MeanRadianceIsThatOverTheSphere) {
+    image::ImageF map = BlackMap(64, 32);
+    for (uint32_t y = 0; y < 16; y++)
+        for (uint32_t x = 0; x < 64; x++) SetTexel(map, x, y, vec3(2.0f, 4.0f, 100'000.0f));
+    const EnvironmentAlias alias = BuildEnvironmentAlias(map);
+    EXPECT_NEAR(alias.meanRadiance.x, 1.0f, 1e-4f);
+    EXPECT_NEAR(alias.meanRadiance.z, 50'000.0f, 5.0f) << "beyond half floats";
+}
+
+TEST(EnvironmentAlias, LargeMapsShareCells) {
+    image::ImageF map = BlackMap(64, 32);
+    std::mt19937 random(3);
+    for (float& value : map.rgba) value = float(random() % 100);
+    const EnvironmentAlias fine = BuildEnvironmentAlias(map);
+    const EnvironmentAlias coarse = BuildEnvironmentAlias(map, 200);
+    ASSERT_EQ(coarse.width, 16u);
+    ASSERT_EQ(coarse.height, 8u);
+    double sum = 0.0;
+    for (uint32_t y = 0; y < 4; y++)
+        for (uint32_t x = 0; x < 4; x++) sum += double(fine.entries[32 + (8 + y) * 64 + 20 + x].probability);
+    EXPECT_NEAR(double(coarse.entries[8 + 2 * 16 + 5].probability), sum, 1e-6);
+    EXPECT_NEAR(coarse.meanRadiance.y, fine.meanRadiance.y, 1e-4f);
+}
+
+// Checks a subtree, returns the lights below.
+uint32_t CheckNode(const std::vector<LightNode>& nodes, std::span<const LightRecord> lights, uint32_t index,
+                   uint32_t depth, uint32_t trail) {
+    const LightNode& node = nodes.at(index);
+    EXPECT_NEAR(length(node.axis), 1.0f, 1e-5f);
+    if ((node.link & kLightNodeLeaf) != 0u) {
+        const LightRecord& light = lights[node.link & kLightNodeIndex];
+        EXPECT_EQ(light.bitTrail, trail);
+        return 1;
+    }
+    EXPECT_LT(depth, 32u);
+    const uint32_t first = node.link & kLightNodeIndex;
+    EXPECT_GT(first, index);
+    double power = 0.0;
+    for (uint32_t child = first; child < first + 2; child++) {
+        power += double(nodes.at(child).power);
+        for (int axis = 0; axis < 3; axis++) {
+            EXPECT_LE(node.boundsMin[axis], nodes[child].boundsMin[axis]);
+            EXPECT_GE(node.boundsMax[axis], nodes[child].boundsMax[axis]);
+        }
+        // The child's cone lies within the parent's
+        const float childO = acos(unpackSnorm2x16(nodes[child].cones).x);
+        const float parentO = acos(unpackSnorm2x16(node.cones).x);
+        const float between = acos(clamp(dot(node.axis, nodes[child].axis), -1.0f, 1.0f));
+        EXPECT_LE(min(between + childO, kPi), parentO + 2e-2f);
+        EXPECT_GE(unpackSnorm2x16(nodes[child].cones).y, unpackSnorm2x16(node.cones).y);
+    }
+    EXPECT_NEAR(double(node.power), power, 1e-5 * power);
+    return CheckNode(nodes, lights, first, depth + 1, trail) +
+           CheckNode(nodes, lights, first + 1, depth + 1, trail | (1u << depth));
+}
+
+LightRecord PointAt(vec3 position) {
+    LightRecord light{};
+    light.p0 = position;
+    light.kind = kLightPoint;
+    light.e2 = vec3(1.0f);
+    return light;
+}
+
+TEST(LightTree, NodesBoundWhatIsBelowAndTrailsLeadToTheLeaves) {
+    std::mt19937 random(4);
+    const auto coordinate = [&] { return float(random() % 20'000) * 0.001f - 10.0f; };
+    std::vector<LightRecord> lights;
+    std::vector<float> power;
+    uint32_t shiningCount = 0;
+    for (int i = 0; i < 3000; i++) {
+        LightRecord light = PointAt(vec3(coordinate(), coordinate(), coordinate()));
+        light.kind = uint(i % 3);
+        light.e1 = normalize(vec3(coordinate(), coordinate(), coordinate()));
+        light.e2 = vec3(coordinate(), coordinate(), coordinate());
+        light.spotScale = 4.0f;
+        light.spotOffset = -2.0f;
+        light.flags = random() % 4;
+        lights.push_back(light);
+        power.push_back(random() % 5 == 0 ? 0.0f : float(random() % 100 + 1));
+        shiningCount += power.back() > 0.0f;
+    }
+    const std::vector<LightNode> nodes = BuildLightTree(lights, power);
+    EXPECT_EQ(nodes.size(), 2 * shiningCount - 1);
+    EXPECT_EQ(CheckNode(nodes, lights, 0, 0, 0), shiningCount);
+}
+
+TEST(LightTree, DepthStaysWithinATrailForTheWorstOfScenes) {
+    // All in one place; and each a fiftieth nearer to a corner than the last
+    for (const bool isOnePlace : {true, false}) {
+        std::vector<LightRecord> lights;
+        for (int i = 0; i < 4000; i++)
+            lights.push_back(PointAt(vec3(isOnePlace ? 1.0f : float(std::pow(0.98, i) * 1e6), 0.0f, 0.0f)));
+        const std::vector<float> power(lights.size(), 1.0f);
+        const std::vector<LightNode> nodes = BuildLightTree(lights, power);
+        EXPECT_EQ(CheckNode(nodes, lights, 0, 0, 0), 4000u);
+    }
+}
+
+TEST(LightTree, NoLightsNoNodes) {
+    EXPECT_TRUE(BuildLightTree({}, {}).empty());
+    std::vector<LightRecord> dark{PointAt(vec3(0.0f))};
+    EXPECT_TRUE(BuildLightTree(dark, std::vector<float>{0.0f}).empty());
+}
+
+TEST(LightTable, HiddenAndDarkTrianglesKeepTheirNumberAndNeverShine) {
+    testLights = {};
+    const vec3 x(1, 0, 0), y(0, 1, 0), o(0.0f);
+    testLights.AddTriangle(o, x, y, vec3(0.0f));
+    testLights.AddTriangle(o, x, x, vec3(1.0f));  // without area
+    testLights.AddTriangle(o, x, y, vec3(1.0f));
+    testLights.scene.placements = {{.record = 7}, {.record = 9, .instance = 1}};
+    testLights.scene.instances = {{.objectToWorld = glm::mat4x3(1.0f), .isVisible = false}, {}};
+    testLights.Build();
+    const LightTable& table = testLights.table;
+    EXPECT_EQ(testLights.scene.placements[1].firstLight, 3u);
+    ASSERT_EQ(table.lights.size(), 6u);
+    EXPECT_EQ(table.lights[5].instance, 9u);
+    EXPECT_EQ(table.lights[5].primitive, 2u);
+    EXPECT_EQ(table.emissiveTriangleCount, 1u);
+    EXPECT_EQ(table.set.activeCount, 1u);
+    for (uint light = 0; light < 6; light++)
+        EXPECT_EQ(table.alias[light].probability, light == 5 ? 1.0f : 0.0f);
+    EXPECT_EQ(table.nodes.size(), 1u);
+}
+
+TEST(LightTable, MirroringATriangleKeepsItsFront) {
+    testLights = {};
+    testLights.AddTriangle(vec3(0.0f), vec3(1, 0, 0), vec3(0, 1, 0), vec3(1.0f));  // front: +z
+    testLights.scene.instances[0].objectToWorld =
+        glm::mat4x3(vec3(-2, 0, 0), vec3(0, 1, 0), vec3(0, 0, 1), vec3(0.0f));
+    testLights.Build();
+    const LightRecord light = LightAt(0u);
+    EXPECT_TRUE(EmitsTowards(light, vec3(0, 0, 1)));
+    EXPECT_FALSE(EmitsTowards(light, vec3(0, 0, -1)));
+    EXPECT_NEAR(testLights.table.nodes[0].axis.z, 1.0f, 1e-6f);
+    EXPECT_NEAR(testLights.table.nodes[0].power, 3.14159265f, 1e-5f) << "pi times area 1";
+}
+
+TEST(LightTable, PowersAreThoseOfRadiometry) {
+    testLights = {};
+    testLights.scene.radius = 3.0f;
+    testLights.AddPunctual(scene::LightType::Point, vec3(0.0f), vec3(0, 0, 1), vec3(1.0f));
+    testLights.AddPunctual(scene::LightType::Spot, vec3(0.0f), vec3(0, 0, 1), vec3(1.0f), 0.3f, 0.9f);
+    testLights.AddPunctual(scene::LightType::Directional, vec3(0.0f), vec3(0, 0, 1), vec3(1.0f));
+    testLights.environmentTint = vec3(1.0f);
+    testLights.Build();
+    double spot = 0.0;  // by quadrature over the sphere
+    for (int i = 0; i < 100'000; i++) {
+        const double c = (i + 0.5) / 100'000;
+        const double falloff = std::clamp((c - std::cos(0.9)) / (std::cos(0.3) - std::cos(0.9)), 0.0, 1.0);
+        spot += 2.0 * M_PI * falloff * falloff / 100'000;
+    }
+    const double powers[] = {4.0 * M_PI, spot, M_PI * 9.0, 4.0 * M_PI * M_PI * 9.0};
+    const double sum = powers[0] + powers[1] + powers[2] + powers[3];
+    for (size_t i = 0; i < 4; i++)
+        EXPECT_NEAR(double(testLights.table.alias[i].probability), powers[i] / sum, 2e-6) << i;
+    EXPECT_NEAR(double(testLights.table.set.unboundedShare), 1.0 - kMinLightShare, 1e-6);
+}
+
+TEST(LightTable, ManyEmittersTakeNoMoreThanSortingDoes) {
+    testLights = {};
+    std::mt19937 random(5);
+    const auto coordinate = [&] { return float(random() % 100'000) * 0.01f; };
+    testLights.AddTriangle(vec3(0.0f), vec3(1, 0, 0), vec3(0, 1, 0), vec3(1.0f));
+    testLights.AddTriangle(vec3(0.0f), vec3(0, 1, 0), vec3(0, 0, 1), vec3(1.0f));
+    testLights.scene.placements.clear();
+    testLights.scene.instances.clear();
+    for (uint32_t i = 0; i < 65'536; i++) {
+        testLights.scene.placements.push_back({.record = i, .instance = i});
+        testLights.scene.instances.push_back(
+            {.objectToWorld = glm::mat4x3(vec3(1, 0, 0), vec3(0, 1, 0), vec3(0, 0, 1),
+                                          vec3(coordinate(), coordinate(), coordinate()))});
+    }
+    const auto start = std::chrono::steady_clock::now();
+    testLights.Build();
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    EXPECT_EQ(CheckNode(testLights.table.nodes, testLights.table.lights, 0, 0, 0), 131'072u);
+    RecordProperty("seconds", std::to_string(seconds.count()));
+    EXPECT_LT(seconds.count(), 20.0) << "a square of the count would take minutes";
+}
+
+}  // namespace
+}  // namespace raygraph::shading
