@@ -165,12 +165,12 @@ class ErrorGoal {
         const double needed = std::ceil(samples * (*error / *m_wanted) * (*error / *m_wanted));
         m_needed = static_cast<uint32_t>(std::clamp(needed, double{kLeast}, 4294967294.0));
     }
-    bool IsReachedAt(uint32_t samples) const { return m_needed && samples >= *m_needed; }
+    bool IsReachedAt(uint32_t samples) const { return m_needed > 0 && samples >= m_needed; }
 
   private:
     static constexpr uint32_t kLeast = 64;
     std::optional<double> m_wanted;
-    std::optional<uint32_t> m_needed;
+    uint32_t m_needed = 0;  // 0: not known yet
 };
 
 Rendered RenderSamples(RenderSession& session, const Job& job, const RenderArguments& arguments,
