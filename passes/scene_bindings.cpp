@@ -96,7 +96,7 @@ void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettin
     specialize("kDistribution", settings.scattering.distribution);
     specialize("kMasking", settings.scattering.masking);
     specialize("kFresnel", settings.scattering.fresnel);
-    specialize("kMultiscatter", settings.scattering.multiscatter);
+    specialize("kMultiscatterKind", settings.scattering.multiscatter);
     specialize("kLightSampler", settings.lights.sampler);
     specialize("kMis", settings.lights.mis);
     specialize("kRoulette", settings.roulette.kind);
