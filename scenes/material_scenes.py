@@ -47,7 +47,7 @@ def material_row():
     above = [tuple(reversed(floor_quad(3, 0.5, 4.0)))]
     writer.node(name="lamp", mesh=writer.mesh("lamp", [writer.quads(above, lamp)]), translation=[0, 0, 1.5])
     eye = (0, 4.5, 8)
-    writer.camera("camera", eye, math.radians(36), aspect=1.6, rotation=looking(eye, (0, 0.35, 0)))
+    writer.camera("camera", eye, math.radians(28), aspect=1.6, rotation=looking(eye, (0, 0.35, 0)))
     return writer.text()
 
 
