@@ -1,6 +1,9 @@
 // The lights of GpuScene: the tables on the device are those of the scene, rebuilt when an emitter changes.
+#include <cmath>
 #include <cstring>
 
+#include "rhi/shader_compiler.h"
+#include "shared/light_samplers.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -58,6 +61,54 @@ scene::SceneData Lamps() {
     scene.lights.push_back({.name = {}, .intensity = 3.0f});
     return scene;
 }
+
+// Irradiance at the origin facing +z by one light sample a texel: shaders/lights over the tables of GpuScene.
+constexpr std::string_view kIrradianceShader = R"(#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#include "core/equirect.glsl"
+#include "core/rng.glsl"
+#include "lights/light_types.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 0, r32f) uniform writeonly image2D target;
+layout(binding = 1, scalar) readonly buffer Lights { LightRecord at[]; } lights;
+layout(binding = 2, scalar) readonly buffer Nodes { LightNode at[]; } lightNodes;
+layout(binding = 3, scalar) readonly buffer Alias { AliasEntry at[]; } lightAlias;
+layout(binding = 4, scalar) readonly buffer EnvironmentAlias { AliasEntry at[]; } environmentAlias;
+layout(binding = 5, scalar) uniform Set { LightSetRecord value; } lightSet;
+layout(binding = 6) uniform sampler2D environmentMap;
+
+LightSetRecord LightSet() { return lightSet.value; }
+LightRecord LightAt(uint light) { return lights.at[light]; }
+LightNode LightNodeAt(uint node) { return lightNodes.at[node]; }
+AliasEntry LightAliasAt(uint slot) { return lightAlias.at[slot]; }
+AliasEntry EnvironmentAliasAt(uint slot) { return environmentAlias.at[slot]; }
+vec3 EnvironmentRadiance(vec3 d) {
+    vec2 uv = EquirectFromDirection(d, LightSet().environmentRotation);
+    return 0.2f * textureLod(environmentMap, uv, 0.0f).xyz;
+}
+vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) { return vec3(2.0f); }
+#include "lights/lights.glsl"
+
+void main() {
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(texel, imageSize(target)))) return;
+    Sampler rng = StartPixelSample(uvec2(0u), uint(texel.y * imageSize(target).x + texel.x), 1u);
+    LightContext context;
+    context.position = vec3(0.0f);
+    context.normal = vec3(0.0f, 0.0f, 1.0f);
+    float uc = Get1D(rng);
+    LightSample s = SampleLight(context, uc, Get2D(rng));
+    float value = s.pdf > 0.0f ? s.radiance.y * max(s.wi.z, 0.0f) / s.pdf : 0.0f;
+    // A sample whose density is not that of its hit counts for nothing
+    if (s.pdf > 0.0f && s.isDelta == 0u) {
+        float pdf = s.light == LightSet().lightCount ? EnvironmentPDF(context, s.wi)
+                                                     : EmitterPDF(context, s.light, s.wi, s.distance);
+        if (abs(pdf / s.pdf - 1.0f) > 1e-3f) value = -1e6f;
+    }
+    imageStore(target, texel, vec4(value));
+})";
 
 }  // namespace
 
@@ -144,6 +195,59 @@ TEST_F(LightSetTest, EnvironmentIsOneMoreLight) {
     EXPECT_GT(tables.environment[2].probability, tables.environment[3].probability);
     render.scene.RemoveEnvironmentMap();
     EXPECT_EQ(Frame().set.environmentWidth, 1u);
+}
+
+TEST_F(LightSetTest, IrradianceOnTheDeviceIsTheSumOfTheClosedForms) {
+    rhi::GlslSource source;
+    source.name = "test/irradiance.comp";
+    source.text = kIrradianceShader;
+    source.includeRoot = RAYGRAPH_SOURCE_DIR "/shaders";
+    render.renderer.AddShader("test/irradiance.comp", rhi::CompileGlsl(source));
+
+    // A lamp of radiance 2 facing down, 2 m above; a point light; light from above; a grey sky
+    scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert({}, glm::vec3(2.0f))});
+    scene.instances[0].objectToWorld =
+        glm::mat4x3(glm::vec3(1, 0, 0), glm::vec3(0, -1, 0), glm::vec3(0, 0, -1), glm::vec3(0, 0, 2));
+    scene.lights.resize(2);
+    scene.lights[0].lightToWorld[3] = glm::vec3(1, 0, 1);
+    scene.lights[1].type = scene::LightType::Directional;
+    scene.lights[1].intensity = 0.5f;
+    render.scene.SetScene(std::move(scene));
+    render.scene.SetEnvironmentMap({.width = 8, .height = 4, .rgba = std::vector<float>(128, 1.0f)});
+    render.scene.SetEnvironment({.radiance = glm::vec3(0.2f), .rotation = 0.3f});
+    // A small patch under a square of half its height's side: J. R. Howell's catalogue, B-4, four times
+    const double factor = 4.0 * 2.0 * 0.5 / std::sqrt(1.25) * std::atan(0.5 / std::sqrt(1.25)) / (2.0 * M_PI);
+    const double expected = 2.0 * M_PI * factor + 1.0 / (2.0 * std::sqrt(2.0)) + 0.5 + 0.2 * M_PI;
+
+    for (const LightSampler sampler : {LightSampler::Uniform, LightSampler::Power, LightSampler::Bvh}) {
+        constexpr Extent2D kExtent{256, 256};
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        TextureId target =
+            render.renderer.CreateTexture("irradiance", {.extent = kExtent, .format = Format::R32Float});
+        render.renderer.AddPass(
+            "Irradiance", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("test/irradiance.comp");
+                pass.Reads("lights", ids.lights);
+                pass.Reads("lightNodes", ids.lightNodes);
+                pass.Reads("lightAlias", ids.lightAlias);
+                pass.Reads("environmentAlias", ids.environmentAlias);
+                pass.Reads("environmentMap", ids.environmentMap, {.addressV = rhi::AddressMode::ClampToEdge});
+                pass.Uniform("lightSet", ids.lightSet);
+                pass.Specialize("kLightSampler", static_cast<uint32_t>(sampler));
+                target = pass.Writes("target", target);
+            },
+            [](CommandList& commands) { commands.DispatchOver(kExtent); });
+        const std::vector<float> values = [&] {
+            const Readback readback = render.renderer.ReadBack(target);
+            render.renderer.Execute();
+            return Records<float>(readback);
+        }();
+        double sum = 0.0;
+        for (const float value : values) sum += static_cast<double>(value);
+        EXPECT_NEAR(sum / double(values.size()), expected, 0.005 * expected) << "sampler " << int(sampler);
+    }
 }
 
 TEST_F(LightSetTest, UploadThatLeadsNowhereStaysDue) {
