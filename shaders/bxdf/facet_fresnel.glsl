@@ -1,31 +1,35 @@
-// What one facet reflects, by the parameters that materials have: the reflectance at normal incidence and
-// that at grazing, with Fresnel's curve between them.
+// What one facet of a material reflects: the curves of bxdf/fresnel.glsl between the reflectances that
+// materials give, f0 at normal incidence and f90 at grazing.
 #ifndef RAYGRAPH_BXDF_FACET_FRESNEL_GLSL
 #define RAYGRAPH_BXDF_FACET_FRESNEL_GLSL
 
-#include "core/math.glsl"
+#include "bxdf/fresnel.glsl"
 
 SHADING_BEGIN
 
 struct FacetFresnel {
     vec3 f0;
     vec3 f90;
-    float eta;  // n below the surface / n above it; 1 where no light passes
+    bool isMetal;
 };
 
-// The share that a facet reflects of light that makes cosI > 0 with it; eta is n(far side) / n(this side) as
-// seen from here. Schlick's curve (Schlick 1994) takes the cosine on the thinner side, so that both sides
-// agree; beyond the critical angle everything is reflected.
+// Of light that makes cosI > 0 with the facet; eta is n(far side) / n(this side) as seen from here, and not
+// read for metals. Total reflection is whole whatever f90. Dielectrics with an exact model have the shape of
+// the exact curve, moved to f0 and f90 at its ends; f0 is then that of eta times a tint.
 INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
-    float c = cosI;
-    if (eta < 1.0f) {
-        float cos2T = 1.0f - (1.0f - cosI * cosI) / (eta * eta);
-        if (cos2T <= 0.0f) return vec3(1.0f);
-        c = sqrt(cos2T);
+    if (fresnel.isMetal) {
+        if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(cosI, fresnel.f0, fresnel.f90);
+        return ConductorReflectance(ConductorFromColor(fresnel.f0, fresnel.f90), cosI);
     }
-    float x = clamp(1.0f - c, 0.0f, 1.0f);
-    float x2 = x * x;
-    return mix(fresnel.f0, fresnel.f90, x2 * x2 * x);
+    float c = min(cosI, 1.0f);
+    if (eta < 1.0f) {
+        c = RefractedCosine(c, eta);
+        if (c < 0.0f) return vec3(1.0f);
+    }
+    if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(c, fresnel.f0, fresnel.f90);
+    float f0 = DielectricF0(eta);
+    float exact = FresnelDielectric(cosI, eta);
+    return mix(fresnel.f0, fresnel.f90, clamp((exact - f0) / (1.0f - f0), 0.0f, 1.0f));
 }
 
 SHADING_END

@@ -36,6 +36,7 @@ CONST uint kWalkPassesThin = 2u;
 struct WalkSurface {
     vec2 alpha;  // GGX along x and y, at least 1e-4
     uint kind;   // kWalk*
+    float eta;   // n(below) / n(above); where nothing is refracted, at least 1
     FacetFresnel fresnel;
 };
 
@@ -134,11 +135,11 @@ INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRn
         return;
     }
     if (surface.kind == kWalkAbsorbs) {
-        ray.weight *= FacetReflectance(surface.fresnel, cosI, 1.0f);
+        ray.weight *= FacetReflectance(surface.fresnel, cosI, surface.eta);
         ray.view = ray.view - 2.0f * cosI * m;
         return;
     }
-    float eta = ray.side > 0.0f ? surface.fresnel.eta : 1.0f / surface.fresnel.eta;
+    float eta = ray.side > 0.0f ? surface.eta : 1.0f / surface.eta;
     vec3 reflected = FacetReflectance(surface.fresnel, cosI, eta);
     float chance = clamp((reflected.x + reflected.y + reflected.z) * (1.0f / 3.0f), 0.0f, 1.0f);
     if (WalkGet1D(rng) < chance) {
@@ -170,7 +171,7 @@ INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
     result.wi = -ray.side * ray.view;
     result.weight = ray.weight;
     if (surface.kind == kWalkPassesThin) {
-        vec3 reflected = FacetReflectance(surface.fresnel, ray.firstCos, 1.0f);
+        vec3 reflected = FacetReflectance(surface.fresnel, ray.firstCos, surface.eta);
         float chance = clamp((reflected.x + reflected.y + reflected.z) * (1.0f / 3.0f), 0.0f, 1.0f);
         bool isReflected = WalkGet1D(rng) < chance;
         result.weight = isReflected ? reflected / chance : (vec3(1.0f) - reflected) / (1.0f - chance);
@@ -195,14 +196,14 @@ INLINE vec3 ConnectReflected(WalkRay ray, WalkSurface surface, vec3 w) {
     vec3 reflected = vec3(1.0f);
     if (surface.kind != kWalkPassesThin) {
         float cosI = dot(ray.view, normalize(ray.view + w));
-        float eta = ray.side > 0.0f ? surface.fresnel.eta : 1.0f / surface.fresnel.eta;
-        reflected = FacetReflectance(surface.fresnel, cosI, surface.kind == kWalkAbsorbs ? 1.0f : eta);
+        float eta = ray.side > 0.0f ? surface.eta : 1.0f / surface.eta;
+        reflected = FacetReflectance(surface.fresnel, cosI, eta);
     }
     return reflected * (phase * leaves);
 }
 
 INLINE vec3 ConnectRefracted(WalkRay ray, WalkSurface surface, vec3 w) {
-    float eta = ray.side > 0.0f ? surface.fresnel.eta : 1.0f / surface.fresnel.eta;
+    float eta = ray.side > 0.0f ? surface.eta : 1.0f / surface.eta;
     vec3 h = ray.view + eta * w;
     float square = dot(h, h);
     if (!(square > 0.0f)) return vec3(0.0f);
@@ -240,8 +241,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
         float single = SingleReflection(surface.alpha, wo, target);
         if (single > 0.0f) {
             float cosI = dot(wo, normalize(wo + target));
-            float eta = surface.kind == kWalkRefracts ? surface.fresnel.eta : 1.0f;
-            vec3 reflected = FacetReflectance(surface.fresnel, cosI, eta);
+            vec3 reflected = FacetReflectance(surface.fresnel, cosI, surface.eta);
             sum = (isThin && isThrough ? vec3(1.0f) - reflected : reflected) * single;
         }
     }
@@ -259,7 +259,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
         ScatterAtFacet(ray, surface, rng, i == 0u);
     }
     if (isThin) {
-        vec3 reflected = FacetReflectance(surface.fresnel, ray.firstCos, 1.0f);
+        vec3 reflected = FacetReflectance(surface.fresnel, ray.firstCos, surface.eta);
         multiple *= isThrough ? vec3(1.0f) - reflected : reflected;
     }
     return sum + multiple;

@@ -2,7 +2,7 @@
 // shaders/bxdf/bake_energy_tables.cpp, read by bxdf/energy.glsl. Smith masking is height-correlated; Fresnel
 // is Schlick's curve, so that each albedo is linear in F0 and F90. All entries are in [0, 1].
 //
-// Axes, evenly spaced: sqrt(cos theta) in [0, 1]; sqrt(alpha) in [0, 1]; |eta - 1| / (eta + 1) in [0, 1/2].
+// Axes, evenly spaced over [0, 1]: sqrt(cos theta); sqrt(alpha); sqrt(2 |eta - 1| / (eta + 1)), up to eta 3.
 #ifndef RAYGRAPH_SHARED_ENERGY_TABLES_H
 #define RAYGRAPH_SHARED_ENERGY_TABLES_H
 
@@ -15,29 +15,35 @@ using uint = uint32_t;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-// Reflection, [alpha][cos]: A, B of the albedo F0 A + F90 B.
+// Reflection, [alpha][cos]: A and B of the albedo F0 A + F90 B of one bounce. Then of light that meets a
+// second facet, with s1 and s2 Schlick's curve at the two: the means of (s1 + s2) / 2 and of s1 s2, times the
+// share of such light; and the chance that it meets a third, a fourth, ...
 RAYGRAPH_CONSTANT uint kEnergyCosCount = 32u;
 RAYGRAPH_CONSTANT uint kEnergyAlphaCount = 32u;
-RAYGRAPH_CONSTANT uint kEnergyAlbedoOffset = 0u;
-RAYGRAPH_CONSTANT uint kEnergyAlbedoStride = 2u;
+RAYGRAPH_CONSTANT uint kEnergyReflectionOffset = 0u;
+RAYGRAPH_CONSTANT uint kEnergyReflectionStride = 5u;
 
-// Means of reflection, [alpha]: cosine-weighted means over the hemisphere of A, B, A L and B L, where L is
-// (1 - A - B) / (A + B); and the chance that light which met two facets meets a third, a fourth, ...
+// [alpha]: the means of those five over the hemisphere, weighted by the cosine (the last also by the light
+// that meets a second facet); and that of Schlick's curve from the third facet on.
 RAYGRAPH_CONSTANT uint kEnergyMeanOffset =
-    kEnergyAlbedoOffset + kEnergyAlbedoStride * kEnergyCosCount * kEnergyAlphaCount;
-RAYGRAPH_CONSTANT uint kEnergyMeanStride = 5u;
+    kEnergyReflectionOffset + kEnergyReflectionStride * kEnergyCosCount * kEnergyAlphaCount;
+RAYGRAPH_CONSTANT uint kEnergyMeanStride = 6u;
 
-// Reflection and transmission together, [eta > 1, eta < 1][eta][alpha][cos]: the sums for (F0, F90) = (0, 0),
-// (1, 0) and (0, 1). Total internal reflection is whole in each of them.
-RAYGRAPH_CONSTANT uint kEnergyGlassCosCount = 16u;
-RAYGRAPH_CONSTANT uint kEnergyGlassAlphaCount = 16u;
-RAYGRAPH_CONSTANT uint kEnergyGlassEtaCount = 8u;
-RAYGRAPH_CONSTANT uint kEnergyGlassStride = 3u;
-RAYGRAPH_CONSTANT uint kEnergyGlassOffset = kEnergyMeanOffset + kEnergyMeanStride * kEnergyAlphaCount;
+// Glass, [eta][alpha][cos], from the thinner side (eta > 1 lies beyond) and from the denser one. C and D of
+// the transmission (1 - F0) C + (1 - F90) D of one bounce, masked as reflection is; the share of all light
+// that the walk reflects, for the F0 of eta and F90 = 1. From the denser side also what one bounce reflects,
+// K + F0 A + F90 B, as K, A and B.
+RAYGRAPH_CONSTANT uint kEnergyGlassCosCount = 13u;
+RAYGRAPH_CONSTANT uint kEnergyGlassAlphaCount = 13u;
+RAYGRAPH_CONSTANT uint kEnergyGlassEtaCount = 9u;
+RAYGRAPH_CONSTANT uint kEnergyGlassEntries =
+    kEnergyGlassCosCount * kEnergyGlassAlphaCount * kEnergyGlassEtaCount;
+RAYGRAPH_CONSTANT uint kEnergyEnterOffset = kEnergyMeanOffset + kEnergyMeanStride * kEnergyAlphaCount;
+RAYGRAPH_CONSTANT uint kEnergyEnterStride = 3u;
+RAYGRAPH_CONSTANT uint kEnergyLeaveOffset = kEnergyEnterOffset + kEnergyEnterStride * kEnergyGlassEntries;
+RAYGRAPH_CONSTANT uint kEnergyLeaveStride = 6u;
 
-RAYGRAPH_CONSTANT uint kEnergyTableSize =
-    kEnergyGlassOffset +
-    kEnergyGlassStride * kEnergyGlassCosCount * kEnergyGlassAlphaCount * kEnergyGlassEtaCount * 2u;
+RAYGRAPH_CONSTANT uint kEnergyTableSize = kEnergyLeaveOffset + kEnergyLeaveStride * kEnergyGlassEntries;
 
 #undef RAYGRAPH_CONSTANT
 #ifdef __cplusplus
