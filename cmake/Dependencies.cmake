@@ -1,8 +1,9 @@
 # What the libraries stand on, all of it from the distribution's packages (see `./dev`). Used twice: while the project
-# is built, and by raygraphConfig.cmake, since whoever links static libraries links what they stand on.
+# is built, and by raygraphConfig.cmake.
 include(CMakeFindDependencyMacro)
 
-# Inside find_package(raygraph) a missing package is the caller's to report, so find_dependency passes it on.
+# What the public headers include. Inside find_package(raygraph) a missing package is the caller's to report, so
+# find_dependency passes it on.
 macro(_raygraph_needs)
     if("${CMAKE_FIND_PACKAGE_NAME}" STREQUAL "raygraph")
         find_dependency(${ARGN})
@@ -11,15 +12,33 @@ macro(_raygraph_needs)
     endif()
 endmacro()
 
-_raygraph_needs(Threads)
+# What the libraries are linked with. They are static, so that a program is linked with it too, but one that uses
+# raygraph::scene alone has no need of a shader compiler: inside find_package(raygraph) a missing package is no fault,
+# and CMake names it when something is linked that stands on it.
+macro(_raygraph_links)
+    if("${CMAKE_FIND_PACKAGE_NAME}" STREQUAL "raygraph")
+        find_package(${ARGN} QUIET)
+    else()
+        find_package(${ARGN} REQUIRED)
+    endif()
+endmacro()
+
 _raygraph_needs(glm)
-_raygraph_needs(nlohmann_json)
-_raygraph_needs(meshoptimizer)
-_raygraph_needs(PNG)
-_raygraph_needs(JPEG)
-_raygraph_needs(OpenEXR)
 _raygraph_needs(VulkanHeaders CONFIG)
-_raygraph_needs(spirv_cross_core)
-_raygraph_needs(glslang)
-_raygraph_needs(PkgConfig)
-pkg_check_modules(WEBP REQUIRED QUIET IMPORTED_TARGET libwebp)
+
+_raygraph_links(Threads)
+_raygraph_links(nlohmann_json)
+_raygraph_links(meshoptimizer)
+_raygraph_links(PNG)
+_raygraph_links(JPEG)
+_raygraph_links(OpenEXR)
+_raygraph_links(spirv_cross_core)
+_raygraph_links(glslang)
+_raygraph_links(PkgConfig)
+if("${CMAKE_FIND_PACKAGE_NAME}" STREQUAL "raygraph")
+    if(PkgConfig_FOUND)
+        pkg_check_modules(WEBP QUIET IMPORTED_TARGET libwebp)
+    endif()
+else()
+    pkg_check_modules(WEBP REQUIRED QUIET IMPORTED_TARGET libwebp)
+endif()

@@ -1,4 +1,4 @@
-# `cmake --install`: libraries, headers as they lie in the source tree, the shaders' text, the program, and the package
+# `cmake --install`: libraries, public headers as they lie in the source tree, the shaders' text, the program, and the package
 # files for find_package(raygraph).
 include(CMakePackageConfigHelpers)
 
@@ -11,15 +11,9 @@ if(TARGET raygraph)
     install(TARGETS raygraph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 
-foreach(folder base rhi renderer passes)
-    install(DIRECTORY ${PROJECT_SOURCE_DIR}/${folder}
-        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/raygraph
-        FILES_MATCHING PATTERN "*.h")
-endforeach()
-install(FILES ${PROJECT_SOURCE_DIR}/shaders/embedded.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/raygraph/shaders)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/shaders/shared
-    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/raygraph/shaders
-    FILES_MATCHING PATTERN "*.h")
+install(CODE "set(RAYGRAPH_SOURCE_DIR \"${PROJECT_SOURCE_DIR}\")
+    set(RAYGRAPH_INCLUDE_DIR \"${CMAKE_INSTALL_INCLUDEDIR}/raygraph\")")
+install(SCRIPT ${PROJECT_SOURCE_DIR}/cmake/InstallHeaders.cmake)
 
 set(RAYGRAPH_INSTALL_SHADER_DIR ${CMAKE_INSTALL_DATADIR}/raygraph/shaders)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/shaders/

@@ -55,10 +55,11 @@ DeviceFunctions LoadDeviceFunctions(PFN_vkGetDeviceProcAddr loader, VkDevice dev
 #undef RAYGRAPH_LOAD_OPTIONAL_
 
 std::shared_ptr<VulkanLoader> VulkanLoader::Open() {
-    // dlopen counts its users by itself: every holder has a reference of its own.
+    // It stays loaded to the end of the process: drivers start threads and register handlers that may outlive
+    // the last instance, and unloading the code under them ends in a crash.
     constexpr const char* kLibrary = "libvulkan.so.1";
     std::shared_ptr<VulkanLoader> loader(new VulkanLoader);
-    loader->m_library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL);
+    loader->m_library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (!loader->m_library) {
         const char* reason = dlerror();
         throw Error(ErrorKind::NoDevice, std::string("no Vulkan loader: ") + (reason ? reason : kLibrary));

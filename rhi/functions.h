@@ -156,7 +156,7 @@ InstanceFunctions LoadInstanceFunctions(PFN_vkGetInstanceProcAddr loader, VkInst
                                         bool debugUtils);
 DeviceFunctions LoadDeviceFunctions(PFN_vkGetDeviceProcAddr loader, VkDevice device, bool debugUtils);
 
-// The system's Vulkan loader (libvulkan.so.1), opened at first use and closed with its last holder.
+// The system's Vulkan loader (libvulkan.so.1), opened at first use; it stays loaded.
 class VulkanLoader {
   public:
     // Throws Error{NoDevice} when there is no loader on this machine.

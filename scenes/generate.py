@@ -15,56 +15,20 @@ sys.dont_write_bytecode = True
 
 from cornell_box import cornell
 from gltf_writer import GltfWriter, png_rgb
+from light_scenes import many_lights, small_light
+from material_scenes import glass_sphere, material_row, nested_dielectrics
+from shapes import Picker, box_quads, icosphere
 
 
 def furnace_sphere():
     """A Lambert sphere of radius 1 and albedo 0.8: five times subdivided icosahedron, smooth normals."""
     writer = GltfWriter()
-    t = (1.0 + math.sqrt(5.0)) / 2.0
-
-    def unit(v):
-        length = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-        return (v[0] / length, v[1] / length, v[2] / length)
-
-    positions = [unit(v) for v in (
-        (-1, t, 0), (1, t, 0), (-1, -t, 0), (1, -t, 0), (0, -1, t), (0, 1, t), (0, -1, -t), (0, 1, -t),
-        (t, 0, -1), (t, 0, 1), (-t, 0, -1), (-t, 0, 1))]
-    triangles = [
-        (0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4), (11, 10, 2),
-        (10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9), (4, 9, 5),
-        (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
-    for _ in range(5):
-        middles, finer = {}, []
-
-        def middle(a, b):
-            key = (min(a, b), max(a, b))
-            if key not in middles:
-                middles[key] = len(positions)
-                positions.append(unit([(positions[a][i] + positions[b][i]) / 2.0 for i in range(3)]))
-            return middles[key]
-
-        for a, b, c in triangles:
-            ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
-            finer += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
-        triangles = finer
+    positions, triangles = icosphere(5)
     material = writer.material("white", [0.8] * 3)
     mesh = writer.mesh("sphere", [writer.primitive(positions, triangles, material, normals=positions)])
     writer.node(name="sphere", mesh=mesh)
     writer.camera("camera", (0, 0, 4), math.radians(40))
     return writer.text()
-
-
-def box_quads(lower, upper, is_inward=False):
-    """The six sides of an axis-aligned box, fronts outwards unless asked."""
-    x0, y0, z0 = lower
-    x1, y1, z1 = upper
-    quads = [((x1, y0, z1), (x1, y0, z0), (x1, y1, z0), (x1, y1, z1)),
-             ((x0, y0, z0), (x0, y0, z1), (x0, y1, z1), (x0, y1, z0)),
-             ((x0, y1, z1), (x1, y1, z1), (x1, y1, z0), (x0, y1, z0)),
-             ((x0, y0, z0), (x1, y0, z0), (x1, y0, z1), (x0, y0, z1)),
-             ((x0, y0, z1), (x1, y0, z1), (x1, y1, z1), (x0, y1, z1)),
-             ((x1, y0, z0), (x0, y0, z0), (x0, y1, z0), (x1, y1, z0))]
-    return [tuple(reversed(quad)) for quad in quads] if is_inward else quads
 
 
 def closed_box(albedo):
@@ -163,13 +127,7 @@ def instanced_field():
     # The top drawn in: no two faces alike.
     obelisk = [[(x * 0.6, y, z * 0.4) if y == 1 else (x, y, z) for x, y, z in quad] for quad in obelisk]
     mesh = writer.mesh("obelisk", [writer.quads(obelisk, stone)])
-    state = 1
-
-    def pick(low, high):
-        nonlocal state
-        state = (state * 1664525 + 1013904223) % 2 ** 32  # Numerical Recipes' generator
-        return low + (high - low) * (state >> 8) / 2 ** 24
-
+    pick = Picker()
     for row in range(100):
         children = []
         for column in range(100):
@@ -199,6 +157,11 @@ SCENES = {
     "closed_box_a80.gltf": lambda: closed_box(0.8),
     "texture_orientation.gltf": texture_orientation,
     "instanced_field.gltf": instanced_field,
+    "small_light.gltf": small_light,
+    "many_lights.gltf": many_lights,
+    "glass_sphere.gltf": glass_sphere,
+    "material_row.gltf": material_row,
+    "nested_dielectrics.gltf": nested_dielectrics,
 }
 
 

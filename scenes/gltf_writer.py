@@ -85,8 +85,9 @@ class GltfWriter:
                 triangles.append((first, first + 1, first + 2))
         return self.primitive(positions, triangles, material, normals)
 
-    def material(self, name, color, emission=None, **fields):
-        """As near to Lambert as glTF comes: no metal, roughness 1. `emission` is a radiance, linear RGB."""
+    def material(self, name, color, emission=None, extensions=None, **fields):
+        """As near to Lambert as glTF comes, unless fields say otherwise: no metal, roughness 1. `emission` is
+        a radiance, linear RGB."""
         material = {"name": name, "pbrMetallicRoughness": {
             "baseColorFactor": rounded(color) + [1], "metallicFactor": 0, "roughnessFactor": 1}}
         if emission is not None:
@@ -97,9 +98,35 @@ class GltfWriter:
                                           {"emissiveStrength": rounded([strength])[0]}}
                 self.extensions.add("KHR_materials_emissive_strength")
         for key, value in fields.items():
-            target = material["pbrMetallicRoughness"] if key == "baseColorTexture" else material
+            is_core = key in ("baseColorTexture", "metallicFactor", "roughnessFactor")
+            target = material["pbrMetallicRoughness"] if is_core else material
             target[key] = value
+        for key, value in (extensions or {}).items():
+            material.setdefault("extensions", {})[key] = value
+            self.extensions.add(key)
         return self.add("materials", material)
+
+    def glass(self, name, ior, priority=None, attenuation=None, **fields):
+        """The surface of a clear medium, for closed meshes; `attenuation` is (color, distance) or nothing."""
+        volume = {"thicknessFactor": 1}
+        if attenuation is not None:
+            color, distance = attenuation
+            volume.update(attenuationColor=rounded(color), attenuationDistance=distance)
+        if priority is not None:
+            fields["extras"] = {"priority": priority}
+        fields = {"roughnessFactor": 0, **fields}
+        return self.material(name, [1, 1, 1], None, {
+            "KHR_materials_ior": {"ior": ior}, "KHR_materials_transmission": {"transmissionFactor": 1},
+            "KHR_materials_volume": volume}, **fields)
+
+    def point_light(self, color, intensity, translation):
+        """`color` has a largest channel of 1, `intensity` is in candela."""
+        extensions = self.root.setdefault("extensions", {})
+        lights = extensions.setdefault("KHR_lights_punctual", {"lights": []})["lights"]
+        lights.append({"type": "point", "color": rounded(color, 3), "intensity": rounded([intensity], 3)[0]})
+        self.extensions.add("KHR_lights_punctual")
+        return self.node(translation=rounded(translation, 4),
+                         extensions={"KHR_lights_punctual": {"light": len(lights) - 1}})
 
     def mesh(self, name, primitives):
         return self.add("meshes", {"name": name, "primitives": primitives})

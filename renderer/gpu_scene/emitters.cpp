@@ -36,19 +36,24 @@ uint32_t Wrap(int64_t x, uint32_t size, scene::WrapMode mode) {
     return static_cast<uint32_t>(within < n ? within : period - 1 - within);
 }
 
-// Texels along one axis that a sampler may look at for coordinates between low and high. One range that
-// covers them: the whole axis where the edge is crossed.
-glm::uvec2 TexelRange(float low, float high, uint32_t size, scene::WrapMode mode) {
-    const double begin = std::floor(double{low} * size - 0.5),
-                 end = std::floor(double{high} * size - 0.5) + 2.0;
+// The texels along one axis, as two ranges, that a sampler may look at for coordinates between low and high.
+std::array<glm::uvec2, 2> TexelRanges(float low, float high, uint32_t size, scene::WrapMode mode) {
+    const glm::uvec2 none(0, 0);
     constexpr double kFar = 1e15;
-    if (!(begin > -kFar && end < kFar) || end - begin >= size) return {0, size};
-    const uint32_t first = Wrap(static_cast<int64_t>(begin), size, mode);
-    const uint32_t last = Wrap(static_cast<int64_t>(end) - 1, size, mode);
-    const auto count = static_cast<uint32_t>(end - begin);
+    const glm::uvec2 all(0, size);
+    const double begin = std::floor(double{low} * size - 0.5),
+                 last = std::floor(double{high} * size - 0.5) + 1.0;
+    if (!(begin > -kFar && last < kFar)) return {all, none};
     const bool isClamped = mode == scene::WrapMode::ClampToEdge;
-    if (isClamped || (last >= first && last - first + 1 == count)) return {first, last + 1};
-    return {0, size};
+    if (!isClamped && last - begin + 1.0 >= size) return {all, none};
+    const uint32_t a = Wrap(static_cast<int64_t>(begin), size, mode);
+    const uint32_t b = Wrap(static_cast<int64_t>(last), size, mode);
+    const double fold = std::floor(last / size);  // the edge crossed, if one is
+    if (isClamped || std::floor(begin / size) == fold)
+        return {glm::uvec2(std::min(a, b), std::max(a, b) + 1), none};
+    if (mode == scene::WrapMode::Repeat) return {glm::uvec2(0, b + 1), glm::uvec2(a, size)};
+    const bool isAtZero = std::fmod(fold, 2.0) == 0.0;
+    return {isAtZero ? glm::uvec2(0, std::max(a, b) + 1) : glm::uvec2(std::min(a, b), size), none};
 }
 
 glm::vec3 Texel(const scene::ImageData& image, uint32_t x, uint32_t y, bool isSrgb) {
@@ -104,10 +109,12 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
     const scene::ImageData& image = m_scene.images[texture.image];
     const glm::vec2 low = glm::min(uv[0], glm::min(uv[1], uv[2]));
     const glm::vec2 high = glm::max(uv[0], glm::max(uv[1], uv[2]));
-    const glm::uvec2 columns = TexelRange(low.x, high.x, image.width, texture.sampler.wrapU);
-    const glm::uvec2 rows = TexelRange(low.y, high.y, image.height, texture.sampler.wrapV);
-    if (LitTexelsOf(texture.image).Count(image.width, {columns.x, rows.x}, {columns.y, rows.y}) == 0)
-        return glm::vec3(0.0f);
+    const LitTexels& litTexels = LitTexelsOf(texture.image);
+    uint32_t litCount = 0;
+    for (const glm::uvec2& columns : TexelRanges(low.x, high.x, image.width, texture.sampler.wrapU))
+        for (const glm::uvec2& rows : TexelRanges(low.y, high.y, image.height, texture.sampler.wrapV))
+            litCount += litTexels.Count(image.width, {columns.x, rows.x}, {columns.y, rows.y});
+    if (litCount == 0) return glm::vec3(0.0f);
 
     // One point in the middle of each of cuts^2 equal triangles, about as many as there are texels
     const glm::vec2 size(image.width, image.height);

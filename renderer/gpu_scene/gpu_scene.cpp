@@ -113,7 +113,8 @@ struct GpuScene::Impl {
         rhi::Buffer buffer =
             device.CreateBuffer({.name = "environment alias",
                                  .size = bytes.size(),
-                                 .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+                                 .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
+                                          rhi::BufferUsage::CopyDestination});
         uploader.UploadBuffer(buffer, 0, bytes);
         return buffer;
     }

@@ -183,7 +183,8 @@ class TreeBuilder {
 
     static uint32_t BucketOf(const Item& item, int axis, const glm::vec3& low, const glm::vec3& extent) {
         const float place = (item.center[axis] - low[axis]) / extent[axis] * float{kBucketCount};
-        return std::min(static_cast<uint32_t>(std::max(place, 0.0f)), kBucketCount - 1);
+        // A NaN, where the extent is beyond floats, goes to bucket 0
+        return std::min(static_cast<uint32_t>(std::max(0.0f, place)), kBucketCount - 1);
     }
 
     static size_t SplitByCost(std::span<Item> items, const glm::vec3& low, const glm::vec3& extent) {

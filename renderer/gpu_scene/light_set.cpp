@@ -10,7 +10,8 @@ namespace {
 rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, uint64_t recordBytes) {
     return device.CreateBuffer({.name = name,
                                 .size = std::max<uint64_t>(1, count) * recordBytes,
-                                .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+                                .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
+                                         rhi::BufferUsage::CopyDestination});
 }
 
 }  // namespace

@@ -51,6 +51,13 @@ double TrianglePower(const gpu::LightRecord& light, const glm::vec3& meanRadianc
     return sides * kPi * 0.5 * std::sqrt(double{square}) * Luminance(meanRadiance);
 }
 
+// Along the node's -z, whatever its scale; a node scaled to nothing has no direction of its own.
+glm::vec3 DirectionOf(const scene::Light& light) {
+    const glm::dvec3 direction(-light.lightToWorld[2]);
+    const double length = glm::length(direction);
+    return length > 0.0 ? glm::vec3(direction / length) : glm::vec3(0.0f, 0.0f, -1.0f);
+}
+
 // Falloff by KHR_lights_punctual, inner and outer cone angle.
 gpu::LightRecord PunctualLight(const scene::Light& light) {
     const float cosOuter = std::cos(light.outerConeAngle);
@@ -61,7 +68,7 @@ gpu::LightRecord PunctualLight(const scene::Light& light) {
             .kind = isDirectional ? gpu::kLightDirectional
                     : isSpot      ? gpu::kLightSpot
                                   : gpu::kLightPoint,
-            .e1 = glm::vec3(glm::normalize(-glm::dvec3(light.lightToWorld[2]))),
+            .e1 = DirectionOf(light),
             .flags = 0,
             .e2 = light.color * light.intensity,
             .instance = 0,

@@ -18,10 +18,12 @@
 namespace raygraph {
 namespace {
 
-// Facets per axis of the quadratures, and walks per alpha.
-constexpr int kAlbedoPoints = 400;
-constexpr int kGlassPoints = 160;
-constexpr uint32_t kWalkCount = 400'000;
+// Facets per axis of the quadratures, and walks per entry.
+constexpr int kAlbedoPoints = 300;
+constexpr int kGlassPoints = 120;
+constexpr uint32_t kReflectionWalks = 40'000;
+constexpr uint32_t kMeanWalks = 400'000;
+constexpr uint32_t kGlassWalks = 40'000;
 
 double Lambda(double alpha, double z) {
     return 0.5 * (std::sqrt(1.0 + alpha * alpha * std::max(0.0, 1.0 - z * z) / (z * z)) - 1.0);
@@ -96,79 +98,183 @@ Albedo ReflectionAlbedo(double mu, double alpha) {
     return albedo;
 }
 
-// Reflection and transmission for (F0, F90) = (0, 0), (1, 0), (0, 1).
-std::array<double, kEnergyGlassStride> GlassEnergy(double mu, double alpha, double eta) {
-    mu = std::max(mu, 1e-5);
-    if (alpha == 0.0) return {1.0, 1.0, 1.0};
-    std::array<double, kEnergyGlassStride> sums{};
+double Square(double x) {
+    return x * x;
+}
+
+// One bounce of glass: transmission (1 - F0) c + (1 - F90) d, reflection k + F0 a + F90 b.
+struct GlassBounce {
+    double c = 0.0;
+    double d = 0.0;
+    double k = 0.0;
+    double a = 0.0;
+    double b = 0.0;
+};
+
+GlassBounce OneBounceOfGlass(double mu, double alpha, double eta) {
+    GlassBounce bounce;
+    if (alpha == 0.0) {
+        const double cos2T = 1.0 - (1.0 - mu * mu) / (eta * eta);
+        const double s = SchlickCurve(eta > 1.0 ? mu : std::sqrt(std::max(cos2T, 0.0)));
+        if (cos2T <= 0.0) return {.k = 1.0};
+        return {.c = 1.0 - s, .d = s, .a = 1.0 - s, .b = s};
+    }
     const double lambdaO = Lambda(alpha, mu);
     const auto masking = [&](double z) { return (1.0 + lambdaO) / (1.0 + lambdaO + Lambda(alpha, z)); };
     ForEachVisibleFacet(mu, alpha, eta, kGlassPoints, [&](const FacetPath& path) {
         const double reflected = path.reflectedZ > 0.0 ? path.share * masking(path.reflectedZ) : 0.0;
         if (path.cosT == 0.0) {
-            for (double& sum : sums) sum += reflected;
+            bounce.k += reflected;
             return;
         }
         const double refracted = path.refractedZ < 0.0 ? path.share * masking(path.refractedZ) : 0.0;
         const double s = SchlickCurve(eta < 1.0 ? path.cosT : path.cosI);
-        sums[0] += refracted;
-        sums[1] += (1.0 - s) * reflected + s * refracted;
-        sums[2] += s * reflected + (1.0 - s) * refracted;
+        bounce.c += (1.0 - s) * refracted;
+        bounce.d += s * refracted;
+        bounce.a += (1.0 - s) * reflected;
+        bounce.b += s * reflected;
     });
-    return sums;
+    return bounce;
 }
 
-// The chance q of one more facet after the second, such that facets of reflectance 1/2 return as much light
-// in all later bounces as the walk does: sum over n >= 2 of e(n) F^(n - 1) = (1 - e(1)) F (1 - q) / (1 - q
-// F).
-double ContinuationChance(double alpha) {
-    using namespace shading;
-    if (alpha == 0.0) return 0.0;
-    WalkSurface surface;
-    surface.alpha = vec2(static_cast<float>(alpha));
-    surface.kind = kWalkAbsorbs;
-    surface.fresnel.f0 = surface.fresnel.f90 = vec3(0.5f);
-    surface.fresnel.eta = 1.0f;
-    double count = 0.0;
-    double sum = 0.0;
-    for (uint32_t i = 0; i < kWalkCount; ++i) {
-        WalkRng rng = StartWalkRng(i + 0x40000000u);
-        const vec3 wo = SampleCosineHemisphere(WalkGet2D(rng));
-        if (wo.z <= 0.0f) continue;
-        const WalkSample s = SampleWalk(surface, wo, i);
-        if (s.bounceCount < 2) continue;
-        count += 1.0;
-        sum += 2.0 * static_cast<double>(s.weight.x);
+shading::vec3 ViewAt(double mu) {
+    return {static_cast<float>(std::sqrt(std::max(0.0, 1.0 - mu * mu))), 0.0f, static_cast<float>(mu)};
+}
+
+shading::WalkSurface Surface(double alpha, uint kind, float f0, float f90, double eta) {
+    shading::WalkSurface surface;
+    surface.alpha = shading::vec2(static_cast<float>(alpha));
+    surface.kind = kind;
+    surface.eta = static_cast<float>(eta);
+    surface.fresnel.f0 = shading::vec3(f0);
+    surface.fresnel.f90 = shading::vec3(f90);
+    surface.fresnel.isMetal = false;
+    return surface;
+}
+
+// Schlick's curve at the facets of one walk.
+struct WalkedFacets {
+    uint32_t count = 0;
+    double first = 0.0;
+    double second = 0.0;
+    double later = 0.0;  // sum over the rest
+};
+
+WalkedFacets WalkFacets(const shading::WalkSurface& white, shading::vec3 wo, uint32_t seed) {
+    WalkedFacets facets;
+    shading::WalkRng rng = shading::StartWalkRng(seed);
+    shading::WalkRay ray = shading::StartWalkRay(wo);
+    while (facets.count < shading::kWalkBounceLimit &&
+           shading::MoveToFacet(ray, white.alpha, shading::WalkGet1D(rng))) {
+        const shading::vec3 before = ray.view;
+        shading::ScatterAtFacet(ray, white, rng, false);
+        // A mirror moves the direction by twice the cosine
+        const double curve = SchlickCurve(0.5 * static_cast<double>(shading::length(before - ray.view)));
+        (facets.count == 0 ? facets.first : facets.count == 1 ? facets.second : facets.later) += curve;
+        ++facets.count;
     }
-    const double share = count > 0.0 ? sum / count : 0.5;
-    return std::clamp((1.0 - 2.0 * share) / (1.0 - share), 0.0, 1.0);
+    return facets;
 }
 
-double Square(double x) {
-    return x * x;
+// What happens to light of one roughness and direction after its first facet.
+struct LaterFacets {
+    double curveMean = 0.0;     // of (s1 + s2) / 2, s Schlick's curve
+    double curveProduct = 0.0;  // of s1 s2
+    double continuation = 0.0;  // q
+    double laterCurve = 0.0;    // mean of s from the third facet on
+};
+
+// q is such that facets of reflectance F = 1/2 return as much in all bounces from the second on as the walk
+// does: sum over n >= 2 of e(n) F^(n - 1) = (1 - e(1)) F (1 - q) / (1 - q F), e(n) leaving after n.
+template <typename View>
+LaterFacets WalkLaterFacets(double alpha, uint32_t walkCount, View&& view) {
+    LaterFacets result;
+    if (alpha == 0.0) return result;
+    const shading::WalkSurface white = Surface(alpha, shading::kWalkAbsorbs, 1.0f, 1.0f, 1.0);
+    double count = 0.0;
+    double dimmed = 0.0;
+    double laterCount = 0.0;
+    for (uint32_t i = 0; i < walkCount; ++i) {
+        const shading::vec3 wo = view(i);
+        if (wo.z <= 0.0f) continue;
+        const WalkedFacets facets = WalkFacets(white, wo, i);
+        if (facets.count < 2) continue;
+        count += 1.0;
+        result.curveMean += 0.5 * (facets.first + facets.second);
+        result.curveProduct += facets.first * facets.second;
+        dimmed += std::exp2(1.0 - facets.count);
+        laterCount += facets.count - 2;
+        result.laterCurve += facets.later;
+    }
+    if (count == 0.0) return result;
+    result.curveMean /= count;
+    result.curveProduct /= count;
+    const double share = dimmed / count;
+    result.continuation = std::clamp((1.0 - 2.0 * share) / (1.0 - share), 0.0, 1.0);
+    if (laterCount > 0.0) result.laterCurve /= laterCount;
+    return result;
 }
 
-// The mean over the hemisphere, weighted by the cosine, of each quantity as the device interpolates the
-// albedos: linearly in sqrt(cos).
-std::array<double, 4> Means(const std::vector<Albedo>& row) {
+// One entry of the reflection tables.
+std::array<double, kEnergyReflectionStride> Reflection(double mu, double alpha) {
+    const Albedo albedo = ReflectionAlbedo(mu, alpha);
+    const shading::vec3 wo = ViewAt(std::max(mu, 1e-5));
+    const LaterFacets later = WalkLaterFacets(alpha, kReflectionWalks, [&](uint32_t) { return wo; });
+    // The walks say how the curve is distributed, the quadrature how much light there is
+    const double second = std::max(0.0, 1.0 - albedo.a - albedo.b);
+    return {albedo.a, albedo.b, later.curveMean * second, later.curveProduct * second, later.continuation};
+}
+
+// One entry of the tables of glass.
+std::vector<double> Glass(double mu, double alpha, double eta) {
+    mu = std::max(mu, 1e-5);
+    const GlassBounce bounce = OneBounceOfGlass(mu, alpha, eta);
+    const double f0 = Square((eta - 1.0) / (eta + 1.0));
+    double reflected = bounce.k + f0 * bounce.a + bounce.b;
+    if (alpha > 0.0) {
+        const shading::WalkSurface surface =
+            Surface(alpha, shading::kWalkRefracts, static_cast<float>(f0), 1.0f, eta);
+        double count = 0.0;
+        for (uint32_t i = 0; i < kGlassWalks; ++i)
+            count += shading::SampleWalk(surface, ViewAt(mu), i).wi.z > 0.0f ? 1.0 : 0.0;
+        reflected = count / kGlassWalks;
+    }
+    if (eta > 1.0) return {bounce.c, bounce.d, reflected};
+    return {bounce.c, bounce.d, reflected, bounce.k, bounce.a, bounce.b};
+}
+
+// The mean over the hemisphere, weighted by the cosine, of what the device interpolates linearly in
+// sqrt(cos).
+template <size_t kSize>
+std::array<double, kSize> Means(const std::vector<std::array<double, kSize>>& row) {
     constexpr int kPerCell = 32;
     const int cells = static_cast<int>(row.size()) - 1;
-    std::array<double, 4> sums{};
+    std::array<double, kSize> sums{};
     for (int i = 0; i < cells * kPerCell; ++i) {
         const double x = (i + 0.5) / kPerCell;
         const auto cell = static_cast<size_t>(x);
         const double t = x - static_cast<double>(cell);
-        const double a = row[cell].a * (1.0 - t) + row[cell + 1].a * t;
-        const double b = row[cell].b * (1.0 - t) + row[cell + 1].b * t;
-        const double loss = (1.0 - a - b) / (a + b);
         // 2 mu dmu with mu = (x / cells)^2
         const double weight = 4.0 * std::pow(x / cells, 3.0) / (cells * kPerCell);
-        sums[0] += a * weight;
-        sums[1] += b * weight;
-        sums[2] += a * loss * weight;
-        sums[3] += b * loss * weight;
+        for (size_t j = 0; j < kSize; ++j)
+            sums[j] += weight * (row[cell][j] * (1.0 - t) + row[cell + 1][j] * t);
     }
     return sums;
+}
+
+void AppendGlass(std::vector<double>& table, bool isEntering) {
+    for (uint etaIndex = 0; etaIndex < kEnergyGlassEtaCount; ++etaIndex) {
+        // Matched media have no facets to speak of: take those that are nearly so
+        const double x = std::max(0.5 * Square(etaIndex / (kEnergyGlassEtaCount - 1.0)), 1e-4);
+        const double eta = isEntering ? (1.0 + x) / (1.0 - x) : (1.0 - x) / (1.0 + x);
+        for (uint alphaIndex = 0; alphaIndex < kEnergyGlassAlphaCount; ++alphaIndex) {
+            const double alpha = Square(alphaIndex / (kEnergyGlassAlphaCount - 1.0));
+            for (uint i = 0; i < kEnergyGlassCosCount; ++i) {
+                const auto entry = Glass(Square(i / (kEnergyGlassCosCount - 1.0)), alpha, eta);
+                table.insert(table.end(), entry.begin(), entry.end());
+            }
+        }
+    }
 }
 
 std::vector<double> BakeTables() {
@@ -176,29 +282,23 @@ std::vector<double> BakeTables() {
     std::vector<double> means;
     for (uint alphaIndex = 0; alphaIndex < kEnergyAlphaCount; ++alphaIndex) {
         const double alpha = Square(alphaIndex / (kEnergyAlphaCount - 1.0));
-        std::vector<Albedo> row;
+        std::vector<std::array<double, kEnergyReflectionStride>> row;
         for (uint i = 0; i < kEnergyCosCount; ++i) {
-            row.push_back(ReflectionAlbedo(Square(i / (kEnergyCosCount - 1.0)), alpha));
-            table.insert(table.end(), {row.back().a, row.back().b});
+            row.push_back(Reflection(Square(i / (kEnergyCosCount - 1.0)), alpha));
+            table.insert(table.end(), row.back().begin(), row.back().end());
         }
-        const std::array<double, 4> mean = Means(row);
+        auto mean = Means(row);
+        const LaterFacets later = WalkLaterFacets(alpha, kMeanWalks, [](uint32_t i) {
+            shading::WalkRng rng = shading::StartWalkRng(i + 0x40000000u);
+            return shading::SampleCosineHemisphere(shading::WalkGet2D(rng));
+        });
+        mean.back() = later.continuation;
         means.insert(means.end(), mean.begin(), mean.end());
-        means.push_back(ContinuationChance(alpha));
+        means.push_back(later.laterCurve);
     }
     table.insert(table.end(), means.begin(), means.end());
-    for (const bool isDenser : {true, false}) {
-        for (uint etaIndex = 0; etaIndex < kEnergyGlassEtaCount; ++etaIndex) {
-            const double x = 0.5 * etaIndex / (kEnergyGlassEtaCount - 1.0);
-            const double eta = isDenser ? (1.0 + x) / (1.0 - x) : (1.0 - x) / (1.0 + x);
-            for (uint alphaIndex = 0; alphaIndex < kEnergyGlassAlphaCount; ++alphaIndex) {
-                const double alpha = Square(alphaIndex / (kEnergyGlassAlphaCount - 1.0));
-                for (uint i = 0; i < kEnergyGlassCosCount; ++i) {
-                    const auto energy = GlassEnergy(Square(i / (kEnergyGlassCosCount - 1.0)), alpha, eta);
-                    table.insert(table.end(), energy.begin(), energy.end());
-                }
-            }
-        }
-    }
+    AppendGlass(table, true);
+    AppendGlass(table, false);
     return table;
 }
 

@@ -96,7 +96,7 @@ INLINE vec3 FresnelConductor(float cosTheta, vec3 eta, vec3 k) {
     vec3 t3 = c2 * a2b2 + vec3(s2 * s2);
     vec3 t4 = s2 * t2;
     vec3 parallel = perpendicular * (t3 - t4) / max(t3 + t4, vec3(1e-20f));
-    return 0.5f * (perpendicular + parallel);
+    return max(0.5f * (perpendicular + parallel), vec3(0.0f));
 }
 
 INLINE vec3 ConductorF0(vec3 eta, vec3 k) {

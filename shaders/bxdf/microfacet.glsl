@@ -7,8 +7,10 @@
 //     ggx       Trowbridge and Reitz 1975; Walter et al. 2007, "Microfacet Models for Refraction through
 //               Rough Surfaces", eq. 33. Draws visible normals.
 //     beckmann  Walter eq. 25, masked by his rational fit. Draws by D cos.
-//     phong     Walter eq. 30 with exponent 2 / alpha^2 - 2, at which his masking of it is Beckmann's. Draws
-//               by D cos. Alpha is at most 1.
+//     phong     Walter eq. 30 with exponent 2 / alpha^2 - 2. He masks it as the Beckmann distribution of
+//               this alpha, which is right for small alpha; at alpha = 1 it is the GGX distribution, and
+//               Beckmann's masking would have it reflect 1.5 times what comes in. So its Lambda goes from one
+//               to the other. Draws by D cos. Alpha is at most 1.
 // Anisotropy stretches slopes along x and y (Heitz 2014, "Understanding the Masking-Shadowing Function in
 // Microfacet-Based BRDFs"); for phong it is Ashikhmin and Shirley's 2000.
 //
@@ -101,12 +103,21 @@ INLINE float LambdaCos(MicrofacetDistribution d, vec3 w) {
     float c = abs(w.z);
     float stretched2 = Sqr(d.alpha.x * w.x) + Sqr(d.alpha.y * w.y);
     // Walter eq. 34 in Heitz's form, 2 Lambda = sqrt(1 + alpha^2 tan^2) - 1.
-    if (ActiveDistribution() == kDistributionGgx) return 0.5f * (sqrt(c * c + stretched2) - c);
+    float ggx = 0.5f * (sqrt(c * c + stretched2) - c);
+    if (ActiveDistribution() == kDistributionGgx) return ggx;
     // Walter eq. 27 with a = 1 / (alpha tan).
+    float beckmann = 0.0f;
     float s = sqrt(stretched2);
-    if (c >= 1.6f * s) return 0.0f;
-    float a = c / s;
-    return s * (1.0f + a * (-1.259f + a * 0.396f)) / (3.535f + a * 2.181f);
+    if (c < 1.6f * s) {
+        float a = c / s;
+        beckmann = s * max(1.0f + a * (-1.259f + a * 0.396f), 0.0f) / (3.535f + a * 2.181f);
+    }
+    if (ActiveDistribution() == kDistributionBeckmann) return beckmann;
+    // At grazing angles this weight makes it exact (to 1 %): there LambdaCos is Gamma(N - 1/2) / (2 sqrt(pi)
+    // Gamma(N)), N = 1 / alpha^2.
+    float alpha2 = stretched2 / max(w.x * w.x + w.y * w.y, 1e-20f);
+    float weight = min(alpha2 * (0.485f + 0.515f * alpha2 * sqrt(alpha2)), 1.0f);
+    return mix(beckmann, ggx, weight);
 }
 
 INLINE float Lambda(MicrofacetDistribution d, vec3 w) { return LambdaCos(d, w) / max(abs(w.z), 1e-12f); }
@@ -135,19 +146,23 @@ INLINE float BetaOnePlus(float a, float b) {
     return beta * (sum - 2.0f) * (sum - 1.0f) / ((x - 1.0f) * (y - 1.0f));
 }
 
-// The share of facets wm visible from both wo and wi, over the product of their cosines, for wo and wi that
-// see the facet from its proper side. They are not both at z = 0.
+// The share of facets visible from both wo and wi, over the product of their cosines, among those that either
+// sees from the proper side. They are not both at z = 0.
 //
 // Correlated: Heitz 2014 eq. 99 on one side of the surface. On either side a facet high up is seen from above
 // and hidden from below, and the shares come to Euler's beta function: Heitz et al. 2016,
 // "Multiple-Scattering Microfacet BSDFs with the Smith Model". Separable: Walter eq. 23. Shortcut: Kelemen
 // and Szirmay-Kalos 2001, "A Microfacet Based Coupled Specular-Matte BRDF Model", for reflection; it has no
 // form for transmission, which stays separable.
-INLINE float GOverCosines(MicrofacetDistribution d, vec3 wo, vec3 wi, vec3 wm) {
+INLINE float GOverCosines(MicrofacetDistribution d, vec3 wo, vec3 wi) {
     float co = abs(wo.z);
     float ci = abs(wi.z);
     bool isReflection = SameHemisphere(wo, wi);
-    if (ActiveMasking() == kMaskingShortcut && isReflection) return 1.0f / max(Sqr(dot(wi, wm)), 1e-12f);
+    if (ActiveMasking() == kMaskingShortcut && isReflection) {
+        // L.H is half the length of L + V.
+        vec3 sum = wo + wi;
+        return 4.0f / max(dot(sum, sum), 1e-12f);
+    }
     float lo = LambdaCos(d, wo);
     float li = LambdaCos(d, wi);
     if (ActiveMasking() == kMaskingCorrelated && isReflection) return 1.0f / (co * ci + lo * ci + li * co);
@@ -161,7 +176,7 @@ INLINE float GOverCosines(MicrofacetDistribution d, vec3 wo, vec3 wi, vec3 wm) {
 // The share of facets wm visible from both; 0 where either sees the back of the facet.
 INLINE float G(MicrofacetDistribution d, vec3 wo, vec3 wi, vec3 wm) {
     if (dot(wo, wm) * wo.z <= 0.0f || dot(wi, wm) * wi.z <= 0.0f) return 0.0f;
-    return GOverCosines(d, wo, wi, wm) * abs(wo.z * wi.z);
+    return GOverCosines(d, wo, wi) * abs(wo.z * wi.z);
 }
 
 // A normal, wm.z >= 0, by the density that PDF gives. w.z > 0; w is the viewer's direction.
@@ -190,10 +205,13 @@ INLINE vec3 Sample_wm(MicrofacetDistribution d, vec3 w, vec2 u) {
     return normalize(vec3(x * r, y * r, 1.0f));
 }
 
-// The density of Sample_wm per solid angle of wm.
+// The density of Sample_wm per solid angle of wm. w and wm may each be turned around the surface, to -w and
+// -wm.
 INLINE float PDF(MicrofacetDistribution d, vec3 w, vec3 wm) {
     if (ActiveDistribution() != kDistributionGgx) return D(d, wm) * abs(wm.z);
-    return D(d, wm) * max(dot(w, wm), 0.0f) / (abs(w.z) + LambdaCos(d, w));
+    float facing = dot(w, wm);
+    if (w.z * wm.z < 0.0f) facing = -facing;
+    return D(d, wm) * max(facing, 0.0f) / (abs(w.z) + LambdaCos(d, w));
 }
 
 // ------------------------------------------------------------------------------- reflection and refraction
@@ -230,7 +248,7 @@ INLINE vec3 RefractionNormal(vec3 wo, vec3 wi, float eta) {
 
 // D G / (4 cos cos), the reflection lobe of facets that reflect everything (Walter eq. 20).
 INLINE float ReflectionLobe(MicrofacetDistribution d, vec3 wo, vec3 wi, vec3 wm) {
-    return 0.25f * D(d, wm) * GOverCosines(d, wo, wi, wm);
+    return 0.25f * D(d, wm) * GOverCosines(d, wo, wi);
 }
 
 // The density of wo reflected at the normals of Sample_wm (Walter eq. 14).
@@ -248,7 +266,7 @@ INLINE float RefractionJacobian(vec3 wo, vec3 wi, vec3 wm, float eta) {
 // The refraction lobe of facets that refract everything (Walter eq. 21), for radiance: it holds the factor
 // 1 / eta^2 by which radiance that comes from the side of wi changes. Refracts from wo.z > 0 alone.
 INLINE float RefractionLobe(MicrofacetDistribution d, vec3 wo, vec3 wi, vec3 wm, float eta) {
-    return D(d, wm) * GOverCosines(d, wo, wi, wm) * abs(dot(wo, wm)) * RefractionJacobian(wo, wi, wm, eta) /
+    return D(d, wm) * GOverCosines(d, wo, wi) * abs(dot(wo, wm)) * RefractionJacobian(wo, wi, wm, eta) /
            (eta * eta);
 }
 

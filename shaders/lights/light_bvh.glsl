@@ -71,11 +71,10 @@ INLINE float FirstChildProbability(uint first, LightContext context) {
     return sum > 0.0f ? importance0 / sum : -1.0f;
 }
 
-// u decides at each node. A tree of one leaf is chosen if it can matter.
+// u decides at each node. A lone light is chosen whether or not it can matter.
 INLINE ChosenLight SampleLightTree(LightContext context, float u) {
     LightNode node = LightNodeAt(0u);
     ChosenLight result = NoChosenLight();
-    if (!(Importance(node, context) > 0.0f)) return result;
     float probability = 1.0f;
     while ((node.link & kLightNodeLeaf) == 0u) {
         uint first = node.link & kLightNodeIndex;
@@ -93,7 +92,6 @@ INLINE ChosenLight SampleLightTree(LightContext context, float u) {
 // The probability with which SampleLightTree chooses the light of a bit trail.
 INLINE float LightTreeProbability(LightContext context, uint bitTrail) {
     LightNode node = LightNodeAt(0u);
-    if (!(Importance(node, context) > 0.0f)) return 0.0f;
     float probability = 1.0f;
     while ((node.link & kLightNodeLeaf) == 0u) {
         uint first = node.link & kLightNodeIndex;

@@ -15,27 +15,27 @@ using uint = uint32_t;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-// Reflection, [alpha][cos]: A and B of the albedo F0 A + F90 B of one bounce. Then of light that meets a second
-// facet, with s1 and s2 Schlick's curve at the two: the means of (s1 + s2) / 2 and of s1 s2, times the share
-// of such light; and the chance that it meets a third, a fourth, ...
+// Reflection, [alpha][cos]: A and B of the albedo F0 A + F90 B of one bounce. Then of light that meets a
+// second facet, with s1 and s2 Schlick's curve at the two: the means of (s1 + s2) / 2 and of s1 s2, times the
+// share of such light; and the chance that it meets a third, a fourth, ...
 RAYGRAPH_CONSTANT uint kEnergyCosCount = 32u;
 RAYGRAPH_CONSTANT uint kEnergyAlphaCount = 32u;
 RAYGRAPH_CONSTANT uint kEnergyReflectionOffset = 0u;
 RAYGRAPH_CONSTANT uint kEnergyReflectionStride = 5u;
 
-// [alpha]: the means of those five over the hemisphere, weighted by the cosine (the last also by the light that
-// meets a second facet); and that of Schlick's curve from the third facet on.
+// [alpha]: the means of those five over the hemisphere, weighted by the cosine (the last also by the light
+// that meets a second facet); and that of Schlick's curve from the third facet on.
 RAYGRAPH_CONSTANT uint kEnergyMeanOffset =
     kEnergyReflectionOffset + kEnergyReflectionStride * kEnergyCosCount * kEnergyAlphaCount;
 RAYGRAPH_CONSTANT uint kEnergyMeanStride = 6u;
 
-// Glass, [eta][alpha][cos], from the thinner side (eta > 1 lies beyond) and from the denser one. C and D of the
-// transmission (1 - F0) C + (1 - F90) D of one bounce, masked as reflection is; the share of all light that the
-// walk reflects, for the F0 of eta and F90 = 1. From the denser side also what one bounce reflects,
+// Glass, [eta][alpha][cos], from the thinner side (eta > 1 lies beyond) and from the denser one. C and D of
+// the transmission (1 - F0) C + (1 - F90) D of one bounce, masked as reflection is; the share of all light
+// that the walk reflects, for the F0 of eta and F90 = 1. From the denser side also what one bounce reflects,
 // K + F0 A + F90 B, as K, A and B.
-RAYGRAPH_CONSTANT uint kEnergyGlassCosCount = 14u;
-RAYGRAPH_CONSTANT uint kEnergyGlassAlphaCount = 14u;
-RAYGRAPH_CONSTANT uint kEnergyGlassEtaCount = 7u;
+RAYGRAPH_CONSTANT uint kEnergyGlassCosCount = 13u;
+RAYGRAPH_CONSTANT uint kEnergyGlassAlphaCount = 13u;
+RAYGRAPH_CONSTANT uint kEnergyGlassEtaCount = 9u;
 RAYGRAPH_CONSTANT uint kEnergyGlassEntries =
     kEnergyGlassCosCount * kEnergyGlassAlphaCount * kEnergyGlassEtaCount;
 RAYGRAPH_CONSTANT uint kEnergyEnterOffset = kEnergyMeanOffset + kEnergyMeanStride * kEnergyAlphaCount;

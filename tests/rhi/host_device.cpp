@@ -69,11 +69,35 @@ void CountingAllocator::Free(void* user, void* memory) {
 }
 
 HostDevice::HostDevice() : m_loader(rhi::VulkanLoader::Open()) {
-    const PFN_vkGetInstanceProcAddr entry = m_loader->GetInstanceProcAddr();
-    const rhi::GlobalFunctions global = rhi::LoadGlobalFunctions(entry);
-    const char* layer = "VK_LAYER_KHRONOS_validation";
-    const std::array<const char*, 2> extensions{VK_EXT_DEBUG_UTILS_EXTENSION_NAME,
-                                                VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME};
+    try {
+        CreateInstance(rhi::LoadGlobalFunctions(m_loader->GetInstanceProcAddr()));
+        CreateDevice();
+    } catch (...) {
+        Destroy();
+        throw;
+    }
+}
+
+void HostDevice::CreateInstance(const rhi::GlobalFunctions& global) {
+    constexpr const char* kLayer = "VK_LAYER_KHRONOS_validation";
+    uint32_t layerCount = 0;
+    global.vkEnumerateInstanceLayerProperties(&layerCount, nullptr);
+    std::vector<VkLayerProperties> layers(layerCount);
+    global.vkEnumerateInstanceLayerProperties(&layerCount, layers.data());
+    const bool hasLayer = std::any_of(layers.begin(), layers.end(), [&](const VkLayerProperties& layer) {
+        return std::strcmp(layer.layerName, kLayer) == 0;
+    });
+    uint32_t extensionCount = 0;
+    global.vkEnumerateInstanceExtensionProperties(nullptr, &extensionCount, nullptr);
+    std::vector<VkExtensionProperties> known(extensionCount);
+    global.vkEnumerateInstanceExtensionProperties(nullptr, &extensionCount, known.data());
+    m_hasDebugUtils = std::any_of(known.begin(), known.end(), [](const VkExtensionProperties& extension) {
+        return std::strcmp(extension.extensionName, VK_EXT_DEBUG_UTILS_EXTENSION_NAME) == 0;
+    });
+    std::vector<const char*> extensions;
+    if (m_hasDebugUtils) extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    if (hasLayer) extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+
     const auto synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
     VkValidationFeaturesEXT validation{};
     validation.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;
@@ -85,14 +109,16 @@ HostDevice::HostDevice() : m_loader(rhi::VulkanLoader::Open()) {
     application.apiVersion = rhi::Requirements().apiVersion;
     VkInstanceCreateInfo instanceInfo{};
     instanceInfo.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
-    instanceInfo.pNext = &validation;
+    instanceInfo.pNext = hasLayer ? &validation : nullptr;
     instanceInfo.pApplicationInfo = &application;
-    instanceInfo.enabledLayerCount = 1;
-    instanceInfo.ppEnabledLayerNames = &layer;
+    instanceInfo.enabledLayerCount = hasLayer ? 1 : 0;
+    instanceInfo.ppEnabledLayerNames = &kLayer;
     instanceInfo.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
     instanceInfo.ppEnabledExtensionNames = extensions.data();
     Require(global.vkCreateInstance(&instanceInfo, nullptr, &m_instance), "vkCreateInstance");
-    m_instanceFunctions = rhi::LoadInstanceFunctions(entry, m_instance, true);
+    m_instanceFunctions =
+        rhi::LoadInstanceFunctions(m_loader->GetInstanceProcAddr(), m_instance, m_hasDebugUtils);
+    if (!m_hasDebugUtils) return;
     VkDebugUtilsMessengerCreateInfoEXT messenger{};
     messenger.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT;
     messenger.messageSeverity =
@@ -102,7 +128,10 @@ HostDevice::HostDevice() : m_loader(rhi::VulkanLoader::Open()) {
     messenger.pUserData = &m_validationText;
     Require(m_instanceFunctions.vkCreateDebugUtilsMessengerEXT(m_instance, &messenger, nullptr, &m_messenger),
             "vkCreateDebugUtilsMessengerEXT");
+}
 
+void HostDevice::CreateDevice() {
+    const PFN_vkGetInstanceProcAddr entry = m_loader->GetInstanceProcAddr();
     uint32_t count = 0;
     m_instanceFunctions.vkEnumeratePhysicalDevices(m_instance, &count, nullptr);
     std::vector<VkPhysicalDevice> devices(count);
@@ -131,14 +160,20 @@ HostDevice::HostDevice() : m_loader(rhi::VulkanLoader::Open()) {
     deviceInfo.ppEnabledExtensionNames = names.data();
     Require(m_instanceFunctions.vkCreateDevice(m_physicalDevice, &deviceInfo, nullptr, &m_device),
             "vkCreateDevice");
-    m_functions = rhi::LoadDeviceFunctions(m_instanceFunctions.vkGetDeviceProcAddr, m_device, true);
+    m_functions =
+        rhi::LoadDeviceFunctions(m_instanceFunctions.vkGetDeviceProcAddr, m_device, m_hasDebugUtils);
     m_functions.vkGetDeviceQueue(m_device, m_queueFamily, 0, &m_queue);
 }
 
 HostDevice::~HostDevice() {
-    if (m_device) m_functions.vkDestroyDevice(m_device, nullptr);
+    Destroy();
+}
+
+void HostDevice::Destroy() {
+    if (m_device && m_functions.vkDestroyDevice) m_functions.vkDestroyDevice(m_device, nullptr);
     if (m_messenger) m_instanceFunctions.vkDestroyDebugUtilsMessengerEXT(m_instance, m_messenger, nullptr);
-    if (m_instance) m_instanceFunctions.vkDestroyInstance(m_instance, nullptr);
+    if (m_instance && m_instanceFunctions.vkDestroyInstance)
+        m_instanceFunctions.vkDestroyInstance(m_instance, nullptr);
 }
 
 rhi::AdoptedDeviceDesc HostDevice::Desc() const {
@@ -151,7 +186,7 @@ rhi::AdoptedDeviceDesc HostDevice::Desc() const {
     desc.queueFamily = m_queueFamily;
     desc.getInstanceProcAddr = m_loader->GetInstanceProcAddr();
     desc.enabledExtensions = m_extensions;
-    desc.debugUtilsEnabled = true;
+    desc.debugUtilsEnabled = m_hasDebugUtils;
     return desc;
 }
 

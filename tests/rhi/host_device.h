@@ -29,7 +29,7 @@ class CountingAllocator {
     std::atomic<int64_t> m_live{0}, m_total{0};
 };
 
-// With validation layers; what they say is counted.
+// With validation layers where they are installed; what they say is kept.
 class HostDevice {
   public:
     HostDevice();
@@ -46,7 +46,12 @@ class HostDevice {
     const std::string& ValidationText() const { return m_validationText; }
 
   private:
+    void CreateInstance(const rhi::GlobalFunctions& global);
+    void CreateDevice();
+    void Destroy();
+
     std::shared_ptr<rhi::VulkanLoader> m_loader;
+    bool m_hasDebugUtils = false;
     VkInstance m_instance = VK_NULL_HANDLE;
     VkDebugUtilsMessengerEXT m_messenger = VK_NULL_HANDLE;
     VkPhysicalDevice m_physicalDevice = VK_NULL_HANDLE;

@@ -241,6 +241,28 @@ TEST(LightTable, PowersAreThoseOfRadiometry) {
     EXPECT_NEAR(double(testLights.table.set.unboundedShare), 1.0 - kMinLightShare, 1e-6);
 }
 
+TEST(LightTable, ScalesAndPlacesBeyondReasonGiveNoNumbersThatAreNot) {
+    testLights = {};
+    for (const float far : {0.0f, 1.0f, 1e19f, 3e38f, -3e38f}) {
+        testLights.AddPunctual(scene::LightType::Spot, vec3(far), vec3(0.0f), vec3(1.0f));
+        testLights.AddPunctual(scene::LightType::Directional, vec3(far), vec3(0.0f), vec3(1.0f));
+        testLights.AddTriangle(vec3(far), vec3(far, 1, 0), vec3(0, far, 1), vec3(1.0f));
+        testLights.AddTriangle(vec3(far), vec3(far), vec3(far), vec3(1e38f));
+    }
+    testLights.scene.instances[0].objectToWorld = glm::mat4x3(1e3f);
+    testLights.Build();
+    for (const LightRecord& light : testLights.table.lights) {
+        if (light.kind != kLightTriangle) {
+            EXPECT_NEAR(length(light.e1), 1.0f, 1e-6f);
+        }
+    }
+    for (int i = 0; i < 10'000; i++) {
+        const vec3 u(float(i % 100) * 0.01f, float(i / 100) * 0.01f, float(i * 37 % 100) * 0.01f);
+        const LightSample s = SampleLight({vec3(0.0f), vec3(0, 1, 0)}, u.x, vec2(u.y, u.z));
+        ASSERT_FALSE(std::isnan(s.pdf) || std::isnan(s.radiance.x) || std::isnan(s.wi.x)) << s.light;
+    }
+}
+
 TEST(LightTable, ManyEmittersTakeNoMoreThanSortingDoes) {
     testLights = {};
     std::mt19937 random(5);

@@ -1,0 +1,170 @@
+// Energy of rough surfaces: how much one bounce returns, by the tables of shared/energy_tables.h, and what
+// single scattering is multiplied by so that later bounces are in it.
+//
+// E. Turquin 2019, "Practical multiple scattering compensation for microfacet models", with his factor
+// 1 + F0 (1 - E) / E refined, which returns too much from rough and half-bright facets. Light that meets a
+// second facet is reflected by the mean of what Schlick's curve says at the two, and goes on to a third, a
+// fourth, ... with a chance q that walks were asked for: of reflectance F there, (1 - q) / (1 - q F) of it is
+// returned. White facets return all, and the factor is 1 / E as in the paper.
+//
+// The tables are the includer's to provide, declared beforehand:
+//     float EnergyTableAt(uint index)
+#ifndef RAYGRAPH_BXDF_ENERGY_GLSL
+#define RAYGRAPH_BXDF_ENERGY_GLSL
+
+#include "core/math.glsl"
+#include "shared/energy_tables.h"
+#include "shared/multiscatter_kinds.h"
+
+#ifdef __cplusplus
+namespace raygraph::shading {
+// As in core/rng.glsl: of this thread; a specialization constant on the device.
+inline thread_local MultiscatterKind threadMultiscatterKind = MultiscatterKind::Lut;
+inline constexpr uint kMultiscatterKindOff = uint(MultiscatterKind::Off);
+inline constexpr uint kMultiscatterKindLut = uint(MultiscatterKind::Lut);
+inline constexpr uint kMultiscatterKindWalk = uint(MultiscatterKind::Walk);
+inline uint ActiveMultiscatterKind() { return uint(threadMultiscatterKind); }
+}  // namespace raygraph::shading
+#else
+layout(constant_id = kMultiscatterConstantId) const uint kMultiscatterKind = kMultiscatterKindLut;
+uint ActiveMultiscatterKind() { return kMultiscatterKind; }
+#endif
+
+SHADING_BEGIN
+
+// A place between two entries of an evenly spaced axis.
+struct TableSpan {
+    uint first;  // at most count - 2
+    float t;     // 0: the first, 1: the one after it
+};
+
+// x in [0, 1] runs from the first of `count` entries to the last; others are clamped.
+INLINE TableSpan SpanAt(float x, uint count) {
+    float place = clamp(x, 0.0f, 1.0f) * float(count - 1u);
+    TableSpan span;
+    span.first = min(uint(place), count - 2u);
+    span.t = place - float(span.first);
+    return span;
+}
+
+// The row of the reflection tables for a roughness. Anisotropic surfaces take the geometric mean.
+INLINE TableSpan EnergyRow(vec2 alpha) { return SpanAt(sqrt(sqrt(alpha.x * alpha.y)), kEnergyAlphaCount); }
+
+INLINE vec3 EnergyVec3(uint index) {
+    return vec3(EnergyTableAt(index), EnergyTableAt(index + 1u), EnergyTableAt(index + 2u));
+}
+
+INLINE vec4 EnergyVec4(uint index) { return vec4(EnergyVec3(index), EnergyTableAt(index + 3u)); }
+
+// How white and Schlick-curved facets reflect from one direction, or on average over all of them.
+struct FacetEnergy {
+    vec2 single;         // A, B of one bounce, F0 A + F90 B
+    float second;        // share that meets a second facet, 1 - A - B
+    float curveMean;     // there, of Schlick's curve s1 and s2 at the two: (s1 + s2) / 2, times the share
+    float curveProduct;  // s1 s2, times the share
+    float continuation;  // chance of a third facet, a fourth, ...
+};
+
+INLINE FacetEnergy MakeFacetEnergy(vec4 entry, float continuation) {
+    FacetEnergy energy;
+    energy.single = vec2(entry.x, entry.y);
+    energy.second = max(1.0f - entry.x - entry.y, 0.0f);
+    energy.curveMean = entry.z;
+    energy.curveProduct = entry.w;
+    energy.continuation = continuation;
+    return energy;
+}
+
+INLINE FacetEnergy FacetEnergyAt(TableSpan row, float cosTheta) {
+    TableSpan column = SpanAt(sqrt(max(cosTheta, 0.0f)), kEnergyCosCount);
+    uint first = row.first * kEnergyCosCount + column.first;
+    uint at = kEnergyReflectionOffset + kEnergyReflectionStride * first;
+    uint next = at + kEnergyReflectionStride * kEnergyCosCount;
+    vec4 low = mix(EnergyVec4(at), EnergyVec4(at + kEnergyReflectionStride), column.t);
+    vec4 high = mix(EnergyVec4(next), EnergyVec4(next + kEnergyReflectionStride), column.t);
+    float qLow = mix(EnergyTableAt(at + 4u), EnergyTableAt(at + kEnergyReflectionStride + 4u), column.t);
+    float qHigh = mix(EnergyTableAt(next + 4u), EnergyTableAt(next + kEnergyReflectionStride + 4u), column.t);
+    return MakeFacetEnergy(mix(low, high, row.t), mix(qLow, qHigh, row.t));
+}
+
+INLINE float MeanEntry(TableSpan row, uint which) {
+    uint at = kEnergyMeanOffset + kEnergyMeanStride * row.first + which;
+    return mix(EnergyTableAt(at), EnergyTableAt(at + kEnergyMeanStride), row.t);
+}
+
+INLINE FacetEnergy MeanFacetEnergy(TableSpan row) {
+    vec4 entry = vec4(MeanEntry(row, 0u), MeanEntry(row, 1u), MeanEntry(row, 2u), MeanEntry(row, 3u));
+    return MakeFacetEnergy(entry, MeanEntry(row, 4u));
+}
+
+// The mean of Schlick's curve from the third facet on.
+INLINE float LaterCurve(TableSpan row) { return MeanEntry(row, 5u); }
+
+INLINE vec3 SingleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90) {
+    return f0 * energy.single.x + f90 * energy.single.y;
+}
+
+// The albedo of all bounces from the second on.
+INLINE vec3 MultipleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90, float laterCurve) {
+    vec3 rise = f90 - f0;
+    vec3 two = f0 * f0 * energy.second + f0 * rise * (2.0f * energy.curveMean) +
+               rise * rise * energy.curveProduct;
+    float q = energy.continuation;
+    return two * (1.0f - q) / max(vec3(1.0f) - q * mix(f0, f90, laterCurve), vec3(1e-4f));
+}
+
+// What reflection and transmission of a refracting surface are multiplied by, and the albedo of a diffuse
+// reflection that comes on top.
+struct GlassScale {
+    vec3 reflected;
+    vec3 transmitted;
+    vec3 diffuse;
+};
+
+INLINE float CornerWeight(TableSpan span, uint isNext) { return isNext != 0u ? span.t : 1.0f - span.t; }
+
+// eta is n(beyond) / n(here); `single` is that of FacetEnergy for the same direction. All three together come
+// to 1, and light is reflected and transmitted in the shares that the walk has. From the denser side it
+// reflects far more than one bounce does (facets send back what others let pass): that is broad, and made up
+// by the diffuse part.
+INLINE GlassScale GlassScaleAt(vec3 f0, vec3 f90, vec2 single, vec2 alpha, float eta, float cosTheta) {
+    TableSpan column = SpanAt(sqrt(max(cosTheta, 0.0f)), kEnergyGlassCosCount);
+    TableSpan row = SpanAt(sqrt(sqrt(alpha.x * alpha.y)), kEnergyGlassAlphaCount);
+    TableSpan slab = SpanAt(sqrt(2.0f * abs(eta - 1.0f) / (eta + 1.0f)), kEnergyGlassEtaCount);
+    bool isLeaving = eta < 1.0f;
+    uint offset = isLeaving ? kEnergyLeaveOffset : kEnergyEnterOffset;
+    uint stride = isLeaving ? kEnergyLeaveStride : kEnergyEnterStride;
+    vec3 entry = vec3(0.0f);  // C, D, share that the walk reflects
+    vec3 total = vec3(0.0f);  // K, A, B
+    for (uint i = 0u; i < 8u; i++) {
+        uint slabAt = (slab.first + (i >> 2u)) * kEnergyGlassAlphaCount;
+        uint rowAt = (slabAt + row.first + ((i >> 1u) & 1u)) * kEnergyGlassCosCount;
+        uint at = offset + stride * (rowAt + column.first + (i & 1u));
+        float weight = CornerWeight(slab, i >> 2u) * CornerWeight(row, (i >> 1u) & 1u) *
+                       CornerWeight(column, i & 1u);
+        entry += weight * EnergyVec3(at);
+        if (isLeaving) total += weight * EnergyVec3(at + 3u);
+    }
+    if (!isLeaving) total = vec3(0.0f, single.x, single.y);
+
+    // What the walk makes of the two parts, for the Fresnel of eta
+    float own = Sqr((eta - 1.0f) / (eta + 1.0f));
+    float reflected = total.x + own * total.y + total.z;
+    float share = reflected / max(reflected + (1.0f - own) * entry.x, 1e-4f);
+    float toReflected = min(entry.z / max(share, 1e-3f), 1.0f);
+    float toTransmitted = (1.0f - entry.z) / max(1.0f - share, 1e-3f);
+    // The same for this Fresnel, and nothing lost
+    vec3 reflection = vec3(total.x) + f0 * total.y + f90 * total.z;
+    vec3 transmission = (vec3(1.0f) - f0) * entry.x + (vec3(1.0f) - f90) * entry.y;
+    vec3 shifted = toReflected * reflection + toTransmitted * transmission;
+    vec3 scale = vec3(1.0f) / max(max(reflection + transmission, shifted), vec3(0.02f));
+    GlassScale result;
+    result.reflected = toReflected * scale;
+    result.transmitted = toTransmitted * scale;
+    result.diffuse = vec3(1.0f) - scale * shifted;
+    return result;
+}
+
+SHADING_END
+
+#endif

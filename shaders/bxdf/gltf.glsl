@@ -1,0 +1,470 @@
+// The material of glTF 2.0 (appendix B) with KHR_materials_ior, specular and transmission, at one point:
+//     mix(dielectric, metal, metallic)
+//     dielectric = a Fresnel layer over mix(diffuse, transmitted, transmission)
+//
+// Layer and metal are rough GGX reflection; light is transmitted by refraction, or by a thin wall, where it
+// goes straight on but for the roughness. Both take their colour from baseColor.
+//
+// The layer takes from the diffuse base what it reflects: with E its albedo, the base is multiplied by
+// (1 - E(wo)) (1 - E(wi)) / (1 - mean E), which is reciprocal and returns everything where the base is white
+// (Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks").
+//
+// Later bounces among the facets, by kMultiscatter: `off` loses them; `lut` scales each lobe by what wo says
+// (bxdf/energy.glsl), so f(wo, wi) and f(wi, wo) differ by the ratio of two such factors; `walk` walks
+// (bxdf/multiscatter_walk.glsl): f is then an unbiased estimate that depends on `seed`, and PDF, made of
+// single scattering and a diffuse share, is only near the density of Sample_f. It serves for the weights of
+// multiple importance sampling, which need to add up to one and nothing else; f |wi.z| / pdf of the sample
+// estimates without bias, but is not f(wo, wi) |wi.z| / PDF(wo, wi).
+//
+// wo.z > 0 always: the integrator turns the frame to the viewer's side and gives eta for it. Light that is
+// transmitted is radiance scaled by 1 / eta^2, and the sample returns eta.
+//
+// Prepare(bxdf, wo) does once what f, PDF and Sample_f at wo share; prefer the overloads on what it returns.
+#ifndef RAYGRAPH_BXDF_GLTF_GLSL
+#define RAYGRAPH_BXDF_GLTF_GLSL
+
+#include "bxdf/bxdf.glsl"
+#include "bxdf/energy.glsl"
+#include "bxdf/facet_fresnel.glsl"
+#include "bxdf/microfacet.glsl"
+#include "bxdf/multiscatter_walk.glsl"
+#include "core/warp.glsl"
+
+SHADING_BEGIN
+
+// Surfaces that refract are kept this far from matched media, where no facet could be told from a direction.
+CONST float kGltfMinRefraction = 1e-3f;
+
+struct GltfBxDF {
+    vec3 baseColor;  // in [0, 1], as are the next two
+    float metallic;
+    float transmission;
+    vec2 alpha;  // roughness^2, along x and y
+    float specular;
+    vec3 specularColor;
+    float eta;    // n(other side) / n(side of wo)
+    uint isThin;  // 1: a thin wall of that index
+    uint seed;    // of the walk; another one for each sample
+};
+
+// A GltfBxDF as seen from one direction.
+struct PreparedGltf {
+    vec3 wo;
+    MicrofacetDistribution facets;
+    float eta;
+    bool isSmooth;
+    bool isThin;
+    // Opaque reflection, metal and layer: at normal incidence and grazing, scaled
+    vec3 reflect0;
+    vec3 reflect90;
+    vec3 metalScale;
+    vec3 layerScale;
+    // The dielectric's own Fresnel
+    FacetFresnel dielectric;
+    // Scales of glass: of what facets reflect, and of what they let pass
+    vec3 glassReflect;
+    vec3 glassPass;
+    vec3 glassDiffuse;  // over pi
+    // Diffuse base over pi, but for 1 - E(wi)
+    vec3 diffuse;
+    TableSpan row;
+    float laterCurve;
+    // What Sample_f chooses by; they sum to 1, or all are 0
+    float opaqueChance;
+    float glassChance;
+    float diffuseChance;
+    // For the walk
+    GltfBxDF bxdf;
+    float rescattered;  // share of light that meets a second facet, about
+    float metalShare;   // of opaqueChance
+};
+
+INLINE float Average(vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
+
+INLINE uint Flags(GltfBxDF lobe) {
+    uint rough = max(lobe.alpha.x, lobe.alpha.y) < kSmoothAlpha ? kBxDFSpecular : kBxDFGlossy;
+    uint flags = kBxDFReflection | rough;
+    if (lobe.metallic < 1.0f && lobe.transmission < 1.0f) flags |= kBxDFDiffuse;
+    if (lobe.metallic < 1.0f && lobe.transmission > 0.0f) flags |= kBxDFTransmission;
+    return flags;
+}
+
+INLINE FacetFresnel DielectricFresnel(GltfBxDF lobe) {
+    FacetFresnel fresnel;
+    float f0 = Sqr((lobe.eta - 1.0f) / (lobe.eta + 1.0f));
+    fresnel.f0 = min(f0 * lobe.specularColor, vec3(1.0f)) * lobe.specular;
+    fresnel.f90 = vec3(lobe.specular);
+    fresnel.isMetal = false;
+    return fresnel;
+}
+
+INLINE FacetFresnel MetalFresnel(GltfBxDF lobe) {
+    FacetFresnel fresnel;
+    fresnel.f0 = lobe.baseColor;
+    fresnel.f90 = vec3(1.0f);
+    fresnel.isMetal = true;
+    return fresnel;
+}
+
+// The tables are those of GGX with correlated masking; other surfaces are left as they are.
+INLINE bool HasCompensation() {
+    return ActiveMultiscatterKind() == kMultiscatterKindLut && ActiveDistribution() == kDistributionGgx &&
+           ActiveMasking() == kMaskingCorrelated;
+}
+
+INLINE bool IsWalked() {
+    return ActiveMultiscatterKind() == kMultiscatterKindWalk && ActiveDistribution() == kDistributionGgx;
+}
+
+// What makes single scattering of albedo `single` include `multiple`.
+INLINE vec3 LaterBounces(vec3 single, vec3 multiple) {
+    return HasCompensation() ? vec3(1.0f) + multiple / max(single, vec3(1e-4f)) : vec3(1.0f);
+}
+
+// MultipleAlbedo, if there is any.
+INLINE vec3 LaterAlbedo(PreparedGltf g, FacetEnergy energy, vec3 f0, vec3 f90) {
+    if (ActiveMultiscatterKind() == kMultiscatterKindOff) return vec3(0.0f);
+    return MultipleAlbedo(energy, f0, f90, g.laterCurve);
+}
+
+INLINE PreparedGltf Prepare(GltfBxDF lobe, vec3 wo) {
+    PreparedGltf g;
+    g.wo = wo;
+    g.facets = MakeMicrofacetDistribution(lobe.alpha);
+    g.isSmooth = IsEffectivelySmooth(g.facets);
+    g.isThin = lobe.isThin != 0u;
+    g.eta = lobe.eta;
+    g.reflect0 = vec3(0.0f);
+    g.reflect90 = vec3(0.0f);
+    g.metalScale = vec3(0.0f);
+    g.layerScale = vec3(0.0f);
+    g.dielectric = DielectricFresnel(lobe);
+    g.glassReflect = vec3(0.0f);
+    g.glassPass = vec3(0.0f);
+    g.glassDiffuse = vec3(0.0f);
+    g.diffuse = vec3(0.0f);
+    g.laterCurve = 0.0f;
+    g.row = EnergyRow(g.facets.alpha);
+    g.opaqueChance = 0.0f;
+    g.glassChance = 0.0f;
+    g.diffuseChance = 0.0f;
+    g.bxdf = lobe;
+    g.rescattered = 0.0f;
+    g.metalShare = 0.0f;
+    if (!(wo.z > 0.0f)) return g;
+
+    FacetEnergy energy = FacetEnergyAt(g.row, wo.z);
+    g.laterCurve = LaterCurve(g.row);
+    g.rescattered = max(energy.second, 0.01f);
+    float layered = 1.0f - lobe.metallic;
+    float glass = layered * lobe.transmission;
+    float opaque = layered - glass;
+
+    if (lobe.metallic > 0.0f) {
+        vec3 single = SingleAlbedo(energy, lobe.baseColor, vec3(1.0f));
+        vec3 multiple = LaterAlbedo(g, energy, lobe.baseColor, vec3(1.0f));
+        g.metalScale = lobe.metallic * LaterBounces(single, multiple);
+        g.reflect0 = g.metalScale * lobe.baseColor;
+        g.reflect90 = g.metalScale;
+        g.opaqueChance = Average(g.metalScale * single);
+        g.metalShare = g.opaqueChance;
+    }
+    vec3 f0 = g.dielectric.f0;
+    vec3 f90 = g.dielectric.f90;
+    vec3 single = SingleAlbedo(energy, f0, f90);
+    if (opaque > 0.0f) {
+        vec3 multiple = LaterAlbedo(g, energy, f0, f90);
+        g.layerScale = opaque * LaterBounces(single, multiple);
+        g.reflect0 += g.layerScale * f0;
+        g.reflect90 += g.layerScale * f90;
+        FacetEnergy mean = MeanFacetEnergy(g.row);
+        vec3 passed = vec3(1.0f) - SingleAlbedo(mean, f0, f90) - LaterAlbedo(g, mean, f0, f90);
+        vec3 base = opaque * lobe.baseColor * max(vec3(1.0f) - single - multiple, vec3(0.0f));
+        g.diffuse = base * kInvPi / max(passed, vec3(1e-3f));
+        g.opaqueChance += Average(g.layerScale * single);
+        g.diffuseChance = Average(base);
+    }
+    if (glass > 0.0f) {
+        if (!g.isThin) {
+            bool isDenser = g.eta >= 1.0f;
+            g.eta = isDenser ? max(g.eta, 1.0f + kGltfMinRefraction) : min(g.eta, 1.0f - kGltfMinRefraction);
+        }
+        float glassDiffuse = 0.0f;
+        g.glassReflect = vec3(glass);
+        g.glassPass = glass * lobe.baseColor;
+        if (HasCompensation() && !g.isSmooth) {
+            GlassScale scale;
+            if (g.isThin) {
+                scale.reflected = vec3(1.0f / max(energy.single.x + energy.single.y, 0.05f));
+                scale.transmitted = scale.reflected;
+                scale.diffuse = vec3(0.0f);
+            } else {
+                scale = GlassScaleAt(f0, f90, energy.single, g.facets.alpha, g.eta, wo.z);
+            }
+            g.glassReflect *= scale.reflected;
+            g.glassPass *= scale.transmitted;
+            g.glassDiffuse = scale.diffuse * (glass * kInvPi);
+            glassDiffuse = glass * Average(scale.diffuse);
+        }
+        // From the denser side much is reflected totally
+        vec3 layer = g.eta < 1.0f && !g.isThin ? max(single, vec3(0.5f)) : single;
+        float returned = glass * Average(mix(lobe.baseColor, vec3(1.0f), layer));
+        g.glassChance = max(returned - glassDiffuse, 0.01f * glass);
+        g.diffuseChance += glassDiffuse;
+    }
+
+    float sum = g.opaqueChance + g.glassChance + g.diffuseChance;
+    float scale = sum > 0.0f ? 1.0f / sum : 0.0f;
+    g.metalShare = g.opaqueChance > 0.0f ? g.metalShare / g.opaqueChance : 0.0f;
+    g.opaqueChance *= scale;
+    g.glassChance *= scale;
+    g.diffuseChance *= scale;
+    return g;
+}
+
+// The index as seen from the thinner side, where nothing is reflected totally.
+INLINE float OutsideEta(PreparedGltf g) { return max(g.bxdf.eta, 1.0f / g.bxdf.eta); }
+
+// What the dielectric's facet reflects, seen from wo.
+INLINE vec3 GlassReflectance(PreparedGltf g, float cosI) {
+    return FacetReflectance(g.dielectric, cosI, g.isThin ? OutsideEta(g) : g.eta);
+}
+
+// What facets of opaque matter reflect. From inside a denser medium they act as from outside.
+INLINE vec3 OpaqueReflectance(PreparedGltf g, float cosI) {
+    if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(cosI, g.reflect0, g.reflect90);
+    return g.metalScale * FacetReflectance(MetalFresnel(g.bxdf), cosI, 1.0f) +
+           g.layerScale * FacetReflectance(g.dielectric, cosI, OutsideEta(g));
+}
+
+INLINE bool HasDiffuseBase(PreparedGltf g) { return MaxComponent(g.diffuse) > 0.0f; }
+
+// The chance that Sample_f reflects at a facet of glass.
+INLINE float GlassReflectChance(PreparedGltf g, vec3 reflectance) {
+    float reflected = Average(g.glassReflect * reflectance);
+    float passed = Average(g.glassPass * (vec3(1.0f) - reflectance));
+    float sum = reflected + passed;
+    return sum > 0.0f ? reflected / sum : 1.0f;
+}
+
+INLINE vec3 GltfDiffuse(PreparedGltf g, vec3 wi) {
+    if (!HasDiffuseBase(g)) return g.glassDiffuse;
+    FacetEnergy energy = FacetEnergyAt(g.row, wi.z);
+    vec3 layer = SingleAlbedo(energy, g.dielectric.f0, g.dielectric.f90) +
+                 LaterAlbedo(g, energy, g.dielectric.f0, g.dielectric.f90);
+    return g.diffuse * max(vec3(1.0f) - layer, vec3(0.0f)) + g.glassDiffuse;
+}
+
+// The refraction that the tables scale: masked as reflection is, which is nearer in shape to all bounces
+// together than one bounce alone.
+INLINE float CompensatedRefractionLobe(PreparedGltf g, vec3 wi, vec3 wm) {
+    float ci = abs(wi.z);
+    float visible = 1.0f / (g.wo.z * ci + LambdaCos(g.facets, g.wo) * ci + LambdaCos(g.facets, wi) * g.wo.z);
+    return D(g.facets, wm) * visible * dot(g.wo, wm) * RefractionJacobian(g.wo, wi, wm, g.eta) / Sqr(g.eta);
+}
+
+// f of all that facets do by one bounce, and its part of the density.
+INLINE vec3 GltfFacets(PreparedGltf g, vec3 wi, OUT(float) pdf) {
+    pdf = 0.0f;
+    bool isThrough = wi.z < 0.0f;
+    if (isThrough && !g.isThin) {
+        vec3 wm = RefractionNormal(g.wo, wi, g.eta);
+        if (!IsRefractedBy(g.wo, wi, wm)) return vec3(0.0f);
+        vec3 reflectance = GlassReflectance(g, dot(g.wo, wm));
+        pdf = g.glassChance * (1.0f - GlassReflectChance(g, reflectance)) *
+              RefractionPDF(g.facets, g.wo, wi, wm, g.eta);
+        float lobe = HasCompensation() ? CompensatedRefractionLobe(g, wi, wm)
+                                       : RefractionLobe(g.facets, g.wo, wi, wm, g.eta);
+        return g.glassPass * (vec3(1.0f) - reflectance) * lobe;
+    }
+    vec3 mirrored = vec3(wi.x, wi.y, abs(wi.z));
+    vec3 wm = ReflectionNormal(g.wo, mirrored);
+    float cosI = dot(g.wo, wm);
+    if (!(cosI > 0.0f)) return vec3(0.0f);
+    vec3 value = vec3(0.0f);
+    float chance = 0.0f;
+    if (!isThrough) {
+        value = OpaqueReflectance(g, cosI);
+        chance = g.opaqueChance;
+    }
+    if (g.glassChance > 0.0f) {
+        vec3 reflectance = GlassReflectance(g, cosI);
+        float reflectChance = GlassReflectChance(g, reflectance);
+        value += isThrough ? g.glassPass * (vec3(1.0f) - reflectance) : g.glassReflect * reflectance;
+        chance += g.glassChance * (isThrough ? 1.0f - reflectChance : reflectChance);
+    }
+    pdf = chance * ReflectionPDF(g.facets, g.wo, wm);
+    return value * ReflectionLobe(g.facets, g.wo, mirrored, wm);
+}
+
+// One of the surfaces that the walk may take place in, chosen with a chance that `weight` makes up for.
+INLINE WalkSurface ChooseWalk(PreparedGltf g, float uc, OUT(vec3) weight) {
+    float chance = uc * (g.opaqueChance + g.glassChance);
+    float metalChance = g.opaqueChance * g.metalShare;
+    float layerChance = g.opaqueChance - metalChance;
+    float layered = 1.0f - g.bxdf.metallic;
+    WalkSurface surface;
+    surface.alpha = g.facets.alpha;
+    surface.kind = kWalkAbsorbs;
+    surface.eta = OutsideEta(g);
+    surface.fresnel = g.dielectric;
+    if (g.glassChance > 0.0f && chance >= g.opaqueChance) {
+        surface.kind = g.isThin ? kWalkPassesThin : kWalkRefracts;
+        if (!g.isThin) surface.eta = g.eta;
+        weight = vec3(layered * g.bxdf.transmission / g.glassChance);
+    } else if (layerChance > 1e-6f && chance >= metalChance) {
+        weight = vec3(layered * (1.0f - g.bxdf.transmission) / layerChance);
+    } else {
+        surface.fresnel = MetalFresnel(g.bxdf);
+        weight = vec3(g.bxdf.metallic / max(metalChance, 1e-20f));
+    }
+    return surface;
+}
+
+// What light takes on by passing: the base's colour, and the scale of radiance.
+INLINE vec3 PassedTint(PreparedGltf g) {
+    return g.isThin ? g.bxdf.baseColor : g.bxdf.baseColor / (g.eta * g.eta);
+}
+
+// The walk's estimate of f, all but diffuse; `pdf` has single scattering's density and is made the walk's.
+INLINE vec3 GltfWalkEstimate(PreparedGltf g, vec3 wi) {
+    WalkRng rng = StartWalkRng(g.bxdf.seed ^ 0x5bd1e995u);
+    vec3 weight = vec3(0.0f);
+    WalkSurface surface = ChooseWalk(g, WalkGet1D(rng), weight);
+    weight *= g.opaqueChance + g.glassChance;
+    vec3 value = EstimateWalk(surface, g.wo, wi, rng.state);
+    if (wi.z < 0.0f) value *= PassedTint(g);
+    return value * weight / abs(wi.z);
+}
+
+// The density that stands for the walk's: single scattering, and for the rest a cosine.
+INLINE float GltfWalkPDF(PreparedGltf g, vec3 wi, float singlePdf) {
+    float glassHalf = 0.5f * g.glassChance;
+    float chance = wi.z > 0.0f ? g.opaqueChance + glassHalf : glassHalf;
+    return mix(singlePdf, chance * CosineHemispherePDF(abs(wi.z)), g.rescattered);
+}
+
+// f and PDF at once.
+INLINE vec3 Evaluate(PreparedGltf g, vec3 wi, OUT(float) pdf) {
+    pdf = 0.0f;
+    vec3 value = vec3(0.0f);
+    if (!(g.wo.z > 0.0f) || wi.z == 0.0f) return value;
+    if (!g.isSmooth && g.opaqueChance + g.glassChance > 0.0f && (wi.z > 0.0f || g.glassChance > 0.0f)) {
+        value = GltfFacets(g, wi, pdf);
+        if (IsWalked()) {
+            value = GltfWalkEstimate(g, wi);
+            pdf = GltfWalkPDF(g, wi, pdf);
+        }
+    }
+    if (wi.z > 0.0f && g.diffuseChance > 0.0f) {
+        value += GltfDiffuse(g, wi);
+        pdf += g.diffuseChance * CosineHemispherePDF(wi.z);
+    }
+    return value;
+}
+
+INLINE vec3 f(PreparedGltf g, vec3 wi) {
+    float pdf = 0.0f;
+    return Evaluate(g, wi, pdf);
+}
+
+INLINE float PDF(PreparedGltf g, vec3 wi) {
+    float pdf = 0.0f;
+    Evaluate(g, wi, pdf);
+    return pdf;
+}
+
+// A sample's f such that f |wi.z| / pdf is `estimate`, pdf being PDF.
+INLINE BSDFSample WalkedSample(PreparedGltf g, BSDFSample s, vec3 estimate) {
+    float single = 0.0f;
+    if (!g.isSmooth) GltfFacets(g, s.wi, single);
+    s.pdf = GltfWalkPDF(g, s.wi, single);
+    if (s.wi.z > 0.0f) s.pdf += g.diffuseChance * CosineHemispherePDF(s.wi.z);
+    s.f = estimate * (s.pdf / abs(s.wi.z));
+    return s;
+}
+
+INLINE BSDFSample SampleGltfWalk(PreparedGltf g, float uc, vec2 u) {
+    BSDFSample result = NoSample();
+    if (uc < g.diffuseChance) {
+        result.wi = SampleCosineHemisphere(u);
+        if (!(result.wi.z > 0.0f)) return NoSample();
+        result.flags = kBxDFReflection | kBxDFDiffuse;
+        return WalkedSample(g, result, GltfDiffuse(g, result.wi) * (kPi / g.diffuseChance));
+    }
+    float facetChance = g.opaqueChance + g.glassChance;
+    vec3 weight = vec3(0.0f);
+    WalkSurface surface = ChooseWalk(g, min((uc - g.diffuseChance) / facetChance, 1.0f), weight);
+    WalkSample walked = SampleWalk(surface, g.wo, g.bxdf.seed ^ floatBitsToUint(u.x + 1.0f) * 31u);
+    if (!(MaxComponent(walked.weight) > 0.0f) || walked.wi.z == 0.0f) return NoSample();
+    result.wi = walked.wi;
+    result.flags = kBxDFReflection | kBxDFGlossy;
+    if (walked.wi.z < 0.0f) {
+        result.flags = kBxDFTransmission | kBxDFGlossy;
+        result.eta = g.isThin ? 1.0f : g.eta;
+        weight *= PassedTint(g);
+    }
+    return WalkedSample(g, result, walked.weight * weight);
+}
+
+INLINE BSDFSample Sample_f(PreparedGltf g, float uc, vec2 u) {
+    BSDFSample result = NoSample();
+    float facetChance = g.opaqueChance + g.glassChance;
+    if (!(facetChance + g.diffuseChance > 0.0f)) return result;
+    if (IsWalked() && !g.isSmooth) return SampleGltfWalk(g, uc, u);
+
+    if (uc < g.diffuseChance || !(facetChance > 0.0f)) {
+        result.wi = SampleCosineHemisphere(u);
+        result.flags = kBxDFReflection | (HasDiffuseBase(g) ? kBxDFDiffuse : kBxDFGlossy);
+    } else {
+        // A facet, and then which way
+        vec3 m = g.isSmooth ? vec3(0.0f, 0.0f, 1.0f) : Sample_wm(g.facets, g.wo, u);
+        float cosI = dot(g.wo, m);
+        vec3 reflectance = vec3(1.0f);
+        float reflectChance = 1.0f;
+        if (g.glassChance > 0.0f) {
+            reflectance = GlassReflectance(g, cosI);
+            reflectChance = GlassReflectChance(g, reflectance);
+        }
+        float reflected = g.opaqueChance + g.glassChance * reflectChance;
+        uint kind = g.isSmooth ? kBxDFSpecular : kBxDFGlossy;
+        if (uc - g.diffuseChance < reflected) {
+            result.wi = 2.0f * cosI * m - g.wo;
+            if (!(result.wi.z > 0.0f)) return NoSample();
+            result.flags = kBxDFReflection | kind;
+            result.pdf = reflected;
+            result.f = OpaqueReflectance(g, cosI) + g.glassReflect * reflectance;
+        } else {
+            result.flags = kBxDFTransmission | kind;
+            result.pdf = facetChance - reflected;
+            result.f = g.glassPass * (vec3(1.0f) - reflectance);
+            if (g.isThin) {
+                result.wi = 2.0f * cosI * m - g.wo;
+                result.wi.z = -result.wi.z;
+            } else {
+                if (!Refract(g.wo, m, g.eta, result.wi)) return NoSample();
+                result.eta = g.eta;
+                result.f /= g.eta * g.eta;
+            }
+            if (!(result.wi.z < 0.0f)) return NoSample();
+        }
+        if (g.isSmooth) {
+            result.f /= abs(result.wi.z);
+            return result;
+        }
+    }
+    result.f = Evaluate(g, result.wi, result.pdf);
+    return result;
+}
+
+INLINE vec3 f(GltfBxDF lobe, vec3 wo, vec3 wi) { return f(Prepare(lobe, wo), wi); }
+
+INLINE float PDF(GltfBxDF lobe, vec3 wo, vec3 wi) { return PDF(Prepare(lobe, wo), wi); }
+
+INLINE BSDFSample Sample_f(GltfBxDF lobe, vec3 wo, float uc, vec2 u) {
+    return Sample_f(Prepare(lobe, wo), uc, u);
+}
+
+SHADING_END
+
+#endif

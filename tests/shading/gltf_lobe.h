@@ -1,0 +1,107 @@
+// glTF lobes for tests, and estimates of their albedo.
+#pragma once
+
+#include <cmath>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "tests/support/energy_bridge.h"
+
+#include "bxdf/gltf.glsl"
+#include "core/rng.glsl"
+
+namespace raygraph::shading {
+
+inline vec3 DirectionAt(float cosTheta, float phi = 0.0f) {
+    const float sinTheta = std::sqrt(1.0f - cosTheta * cosTheta);
+    return vec3(sinTheta * std::cos(phi), sinTheta * std::sin(phi), cosTheta);
+}
+
+inline GltfBxDF GltfLobe(float alpha) {
+    GltfBxDF lobe;
+    lobe.baseColor = vec3(1.0f);
+    lobe.metallic = 0.0f;
+    lobe.transmission = 0.0f;
+    lobe.alpha = vec2(alpha);
+    lobe.specular = 1.0f;
+    lobe.specularColor = vec3(1.0f);
+    lobe.eta = 1.5f;
+    lobe.isThin = 0u;
+    lobe.seed = 1u;
+    return lobe;
+}
+
+inline GltfBxDF Metal(float alpha, vec3 color = vec3(1.0f)) {
+    GltfBxDF lobe = GltfLobe(alpha);
+    lobe.metallic = 1.0f;
+    lobe.baseColor = color;
+    return lobe;
+}
+
+inline GltfBxDF Glass(float alpha, float eta) {
+    GltfBxDF lobe = GltfLobe(alpha);
+    lobe.transmission = 1.0f;
+    lobe.eta = eta;
+    return lobe;
+}
+
+inline GltfBxDF ThinGlass(float alpha) {
+    GltfBxDF lobe = Glass(alpha, 1.5f);
+    lobe.isThin = 1u;
+    return lobe;
+}
+
+inline GltfBxDF Blend(float alpha) {
+    GltfBxDF lobe = GltfLobe(alpha);
+    lobe.baseColor = vec3(0.9f, 0.6f, 0.3f);
+    lobe.metallic = 0.4f;
+    lobe.transmission = 0.5f;
+    lobe.specularColor = vec3(0.5f, 1.0f, 1.5f);
+    return lobe;
+}
+
+// The way that later bounces are treated, for as long as this lives.
+class MultiscatterScope {
+  public:
+    explicit MultiscatterScope(MultiscatterKind kind) : m_before(threadMultiscatterKind) {
+        threadMultiscatterKind = kind;
+    }
+    ~MultiscatterScope() { threadMultiscatterKind = m_before; }
+    MultiscatterScope(const MultiscatterScope&) = delete;
+    MultiscatterScope& operator=(const MultiscatterScope&) = delete;
+
+  private:
+    MultiscatterKind m_before;
+};
+
+struct Albedo {
+    glm::dvec3 reflected{0.0};
+    glm::dvec3 transmitted{0.0};  // of light, not of radiance: without 1 / eta^2
+    glm::dvec3 Sum() const { return reflected + transmitted; }
+};
+
+// By so many samples of Sample_f, stratified over the sample's numbers.
+inline Albedo EstimateAlbedo(GltfBxDF lobe, vec3 wo, uint sampleCount) {
+    Albedo albedo;
+    for (uint i = 0; i < sampleCount; ++i) {
+        Sampler rng = StartPixelSample(uvec2(3u, 7u), i, 11u);
+        lobe.seed = MixBits(i + 77u);
+        const float uc = Get1D(rng);
+        const BSDFSample s = Sample_f(lobe, wo, uc, Get2D(rng));
+        if (s.pdf == 0.0f) continue;
+        const glm::dvec3 weight =
+            glm::dvec3(s.f) * static_cast<double>(std::abs(s.wi.z) * s.eta * s.eta / s.pdf);
+        (s.wi.z > 0.0f ? albedo.reflected : albedo.transmitted) += weight;
+    }
+    albedo.reflected /= sampleCount;
+    albedo.transmitted /= sampleCount;
+    return albedo;
+}
+
+// Tests run a fuller grid when RAYGRAPH_LONG_TESTS is set.
+inline bool IsLongRun() {
+    return std::getenv("RAYGRAPH_LONG_TESTS") != nullptr;
+}
+
+}  // namespace raygraph::shading

@@ -1,0 +1,301 @@
+#include "tests/shading/gltf_lobe.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+#include <random>
+
+#include "tests/support/chi_square.h"
+
+namespace raygraph::shading {
+namespace {
+
+struct View {
+    std::string name;
+    GltfBxDF lobe;
+    vec3 wo;
+};
+
+// Each kind of material, rough and less so, from above to grazing.
+std::vector<View> Views() {
+    std::vector<View> views;
+    const auto add = [&](const char* name, const GltfBxDF& lobe, std::initializer_list<float> cosines) {
+        for (const float c : cosines)
+            views.push_back(
+                {std::string(name) + " alpha " + std::to_string(lobe.alpha.x) + " cos " + std::to_string(c),
+                 lobe, DirectionAt(c, 0.8f)});
+    };
+    GltfBxDF brushed = Metal(0.6f, vec3(1.0f, 0.7f, 0.3f));
+    brushed.alpha.y = 0.15f;
+    add("metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), {0.8f, 0.05f});
+    add("brushed metal", brushed, {0.5f});
+    add("dielectric", GltfLobe(0.3f), {0.9f, 0.1f});
+    add("glass from outside", Glass(0.3f, 1.5f), {0.9f, 0.1f});
+    add("glass from inside", Glass(0.3f, 1.0f / 1.5f), {0.9f, 0.3f});
+    add("thin wall", ThinGlass(0.3f), {0.6f});
+    add("blend", Blend(0.3f), {0.6f});
+    add("metal", Metal(1.0f), {0.7f});
+    add("glass from inside", Glass(1.0f, 1.0f / 1.5f), {0.7f});
+    add("blend", Blend(1.0f), {0.2f});
+    if (!IsLongRun()) return views;
+    for (const float alpha : {0.1f, 0.2f, 0.5f, 0.8f}) {
+        GltfBxDF thinBlend = Blend(alpha);
+        thinBlend.isThin = 1u;
+        add("metal", Metal(alpha), {1.0f, 0.4f, 0.02f});
+        add("dielectric", GltfLobe(alpha), {1.0f, 0.4f, 0.02f});
+        add("glass", Glass(alpha, 1.1f), {1.0f, 0.4f});
+        add("glass", Glass(alpha, 2.4f), {1.0f, 0.4f, 0.05f});
+        add("glass from inside", Glass(alpha, 1.0f / 2.4f), {1.0f, 0.4f, 0.05f});
+        add("thin blend", thinBlend, {1.0f, 0.4f, 0.05f});
+        add("blend", Blend(alpha), {1.0f, 0.4f, 0.05f});
+    }
+    return views;
+}
+
+template <typename Visit>
+void ForEachSample(const View& view, uint count, Visit&& visit) {
+    GltfBxDF lobe = view.lobe;
+    for (uint i = 0; i < count; ++i) {
+        Sampler rng = StartPixelSample(uvec2(5u, 2u), i, 9u);
+        lobe.seed = MixBits(i);
+        const float uc = Get1D(rng);
+        const PreparedGltf prepared = Prepare(lobe, view.wo);
+        visit(prepared, Sample_f(prepared, uc, Get2D(rng)));
+    }
+}
+
+// The density over cells of equal solid angle, z from -1 to 1 by rows, by the midpoint rule. Adaptive
+// quadrature would chase the edges of refraction for minutes.
+std::vector<double> IntegrateOverCells(const PreparedGltf& prepared, int zCount, int phiCount) {
+    constexpr int kPoints = 64;
+    std::vector<double> cells;
+    for (int cell = 0; cell < zCount * phiCount; ++cell) {
+        double sum = 0.0;
+        for (int i = 0; i < kPoints * kPoints; ++i) {
+            const double z = -1.0 + 2.0 * (cell / phiCount + (i / kPoints + 0.5) / kPoints) / zCount;
+            const double phi = 2.0 * M_PI * (cell % phiCount + (i % kPoints + 0.5) / kPoints) / phiCount;
+            sum += static_cast<double>(
+                PDF(prepared, DirectionAt(static_cast<float>(z), static_cast<float>(phi))));
+        }
+        cells.push_back(sum * 4.0 * M_PI / (zCount * phiCount * kPoints * kPoints));
+    }
+    return cells;
+}
+
+// Facets send some samples to the wrong side of the surface. They form one more cell, which expects what the
+// density leaves below 1: so that it integrates to one with them is tested, too.
+TEST(Gltf, SampledDirectionsFollowPDF) {
+    constexpr int kZCount = 20;
+    constexpr int kPhiCount = 40;
+    constexpr int kSampleCount = 1'000'000;
+    const std::vector<View> views = Views();
+    const double level = test::SidakLevel(0.01, static_cast<int>(views.size()));
+    std::mt19937 generator(500);
+    const auto unit = [&] { return static_cast<float>(generator() >> 8) * 0x1p-24f; };
+    for (const View& view : views) {
+        const PreparedGltf prepared = Prepare(view.lobe, view.wo);
+        std::vector<double> expected = IntegrateOverCells(prepared, kZCount, kPhiCount);
+        std::vector<double> observed(expected.size() + 1, 0.0);
+        for (int i = 0; i < kSampleCount; ++i) {
+            const float uc = unit();
+            const float u0 = unit();
+            const BSDFSample s = Sample_f(prepared, uc, vec2(u0, unit()));
+            size_t cell = expected.size();
+            if (s.pdf > 0.0f) {
+                const double turn = std::atan2(s.wi.y, s.wi.x) / (2.0 * M_PI);
+                const auto z = static_cast<int>((s.wi.z + 1.0) * 0.5 * kZCount);
+                const auto phi = static_cast<int>((turn < 0.0 ? turn + 1.0 : turn) * kPhiCount);
+                cell =
+                    static_cast<size_t>(std::min(z, kZCount - 1) * kPhiCount + std::min(phi, kPhiCount - 1));
+            }
+            observed[cell] += 1.0;
+        }
+        const double integral = std::accumulate(expected.begin(), expected.end(), 0.0);
+        EXPECT_LE(integral, 1.001) << view.name;
+        for (double& share : expected) share *= kSampleCount;
+        expected.push_back(std::max(1.0 - integral, 1e-6) * kSampleCount);
+        EXPECT_GT(test::ChiSquareTest(observed, expected).pValue, level) << view.name;
+    }
+}
+
+TEST(Gltf, SampleAgreesWithFAndPDF) {
+    for (const View& view : Views()) {
+        ForEachSample(view, 4000u, [&](const PreparedGltf& prepared, const BSDFSample& s) {
+            if (s.pdf == 0.0f) return;
+            ASSERT_EQ(s.f, f(view.lobe, view.wo, s.wi)) << view.name;
+            ASSERT_EQ(s.pdf, PDF(view.lobe, view.wo, s.wi)) << view.name;
+            ASSERT_EQ(s.f, f(prepared, s.wi)) << view.name;
+            ASSERT_GE(min(s.f.x, min(s.f.y, s.f.z)), 0.0f) << view.name;
+            ASSERT_NEAR(length(s.wi), 1.0f, 1e-5f) << view.name;
+            ASSERT_EQ(IsTransmissive(s.flags), s.wi.z < 0.0f) << view.name;
+            const bool isRefracted = s.wi.z < 0.0f && view.lobe.isThin == 0u;
+            ASSERT_EQ(s.eta, isRefracted ? view.lobe.eta : 1.0f) << view.name;
+        });
+    }
+}
+
+vec3 RandomDirection(std::mt19937& generator, bool isAbove) {
+    const auto unit = [&] { return static_cast<float>(generator() >> 8) * 0x1p-24f; };
+    const float z = 0.02f + 0.98f * unit();
+    return DirectionAt(isAbove ? z : -z, 6.2831f * unit());
+}
+
+// The largest ratio of f one way to f the other way, in any channel.
+double WorstRatio(GltfBxDF lobe) {
+    std::mt19937 generator(17);
+    double worst = 1.0;
+    const auto note = [&](vec3 a, vec3 b) {
+        for (int c = 0; c < 3; ++c) {
+            // Values in the tail of the floats say nothing
+            if (std::max(a[c], b[c]) < 1e-5f) continue;
+            const double ratio = static_cast<double>(a[c]) / static_cast<double>(b[c]);
+            worst = std::max(worst, std::max(ratio, 1.0 / ratio));
+        }
+    };
+    for (int i = 0; i < 20'000; ++i) {
+        const vec3 a = RandomDirection(generator, true);
+        vec3 b = RandomDirection(generator, true);
+        note(f(lobe, a, b), f(lobe, b, a));
+        if (lobe.transmission == 0.0f) continue;
+        b = RandomDirection(generator, false);
+        if (lobe.isThin != 0u) {
+            note(f(lobe, a, b), f(lobe, -b, -a));
+            continue;
+        }
+        // From the other side the frame is turned over; radiance scales by the square of the index
+        GltfBxDF behind = lobe;
+        behind.eta = 1.0f / lobe.eta;
+        note(f(lobe, a, b) * Sqr(lobe.eta), f(behind, -b, -a));
+    }
+    return worst;
+}
+
+TEST(Gltf, SingleScatteringIsReciprocal) {
+    const MultiscatterScope scope(MultiscatterKind::Off);
+    for (const float alpha : {0.2f, 0.5f, 1.0f}) {
+        EXPECT_LT(WorstRatio(Metal(alpha, vec3(1.0f, 0.5f, 0.1f))), 1.001);
+        EXPECT_LT(WorstRatio(GltfLobe(alpha)), 1.001);
+        EXPECT_LT(WorstRatio(Glass(alpha, 1.5f)), 1.1);  // rounding of half vectors at grazing angles
+        EXPECT_LT(WorstRatio(ThinGlass(alpha)), 1.001);
+    }
+}
+
+// The bounds that the documentation states.
+TEST(Gltf, CompensatedLobesAreReciprocalWithinTheirBound) {
+    const MultiscatterScope scope(MultiscatterKind::Lut);
+    struct Bound {
+        float alpha, metal, dielectric, thin;
+    };
+    for (const Bound bound :
+         {Bound{0.2f, 1.4f, 1.1f, 1.4f}, {0.5f, 1.8f, 1.1f, 1.8f}, {1.0f, 3.3f, 1.1f, 3.3f}}) {
+        EXPECT_LT(WorstRatio(Metal(bound.alpha)), bound.metal) << bound.alpha;
+        EXPECT_LT(WorstRatio(GltfLobe(bound.alpha)), bound.dielectric) << bound.alpha;
+        EXPECT_LT(WorstRatio(ThinGlass(bound.alpha)), bound.thin) << bound.alpha;
+        // It is not reciprocal: the bounds above are of something
+        EXPECT_GT(WorstRatio(Metal(bound.alpha)), 1.1f) << bound.alpha;
+    }
+}
+
+TEST(Gltf, SmoothSurfacesAreDeltas) {
+    for (const float eta : {1.5f, 1.0f / 1.5f}) {
+        const View view{"smooth glass", Glass(0.0f, eta), DirectionAt(0.9f, 1.0f)};
+        double transmitted = 0.0;
+        constexpr uint kCount = 1u << 14;
+        ForEachSample(view, kCount, [&](const PreparedGltf& prepared, const BSDFSample& s) {
+            ASSERT_GT(s.pdf, 0.0f);
+            ASSERT_TRUE(IsSpecular(s.flags));
+            ASSERT_EQ(f(prepared, s.wi), vec3(0.0f));
+            ASSERT_EQ(PDF(prepared, s.wi), 0.0f);
+            const float weight = s.f.y * std::abs(s.wi.z) / s.pdf;
+            if (s.wi.z > 0.0f) {
+                ASSERT_NEAR(s.wi.x, -view.wo.x, 1e-6f);
+                ASSERT_NEAR(weight, 1.0f, 1e-5f);
+            } else {
+                ASSERT_NEAR(eta * s.wi.x, -view.wo.x, 1e-6f);  // Snell
+                ASSERT_NEAR(weight * eta * eta, 1.0f, 1e-5f);
+                transmitted += 1.0;
+            }
+        });
+        const float cosine = eta > 1.0f ? 0.9f : RefractedCosine(0.9f, eta);
+        EXPECT_NEAR(transmitted / kCount, 0.96f * (1.0f - SchlickWeight(cosine)), 1e-3);
+    }
+    // Beyond the critical angle
+    const Albedo inside = EstimateAlbedo(Glass(0.0f, 1.0f / 1.5f), DirectionAt(0.5f), 1u << 10);
+    EXPECT_NEAR(inside.reflected.x, 1.0, 1e-6);
+    // Smooth over diffuse: the base is still there for lights
+    EXPECT_GT(f(GltfLobe(0.0f), DirectionAt(0.8f), DirectionAt(0.3f)).x, 0.2f);
+    EXPECT_TRUE(IsNonSpecular(Flags(GltfLobe(0.0f))));
+    EXPECT_TRUE(IsSpecular(Flags(GltfLobe(0.0f))));
+}
+
+TEST(Gltf, SpecularAndColorSetTheLayer) {
+    const vec3 up = DirectionAt(1.0f);
+    GltfBxDF lobe = GltfLobe(0.0f);
+    lobe.baseColor = vec3(0.0f);
+    lobe.specularColor = vec3(0.5f, 1.0f, 100.0f);
+    lobe.specular = 0.5f;
+    const Albedo albedo = EstimateAlbedo(lobe, up, 1u << 10);
+    EXPECT_NEAR(albedo.reflected.x, 0.01, 1e-4);
+    EXPECT_NEAR(albedo.reflected.y, 0.02, 1e-4);
+    EXPECT_NEAR(albedo.reflected.z, 0.5, 1e-4);
+    lobe.specular = 0.0f;
+    lobe.baseColor = vec3(0.3f);
+    // Nothing but Lambert is left
+    EXPECT_NEAR(f(lobe, DirectionAt(0.4f), DirectionAt(0.2f, 2.0f)).x, 0.3f / 3.14159265f, 1e-3f);
+}
+
+TEST(Gltf, ViewerBelowOrEdgeOnSeesNothing) {
+    for (const float z : {0.0f, -0.5f}) {
+        EXPECT_EQ(Sample_f(Blend(0.3f), DirectionAt(z), 0.5f, vec2(0.3f, 0.6f)).pdf, 0.0f);
+        EXPECT_EQ(f(Blend(0.3f), DirectionAt(z), DirectionAt(0.5f)), vec3(0.0f));
+        EXPECT_EQ(PDF(Blend(0.3f), DirectionAt(z), DirectionAt(0.5f)), 0.0f);
+    }
+    GltfBxDF black = Metal(0.3f, vec3(0.0f));
+    black.metallic = 0.0f;
+    black.specular = 0.0f;
+    EXPECT_EQ(Sample_f(black, DirectionAt(0.5f), 0.5f, vec2(0.3f, 0.6f)).pdf, 0.0f);
+}
+
+TEST(Gltf, NothingIsInfiniteAtTheEnds) {
+    std::mt19937 generator(3);
+    const auto pick = [&](std::initializer_list<float> values) {
+        return values.begin()[generator() % values.size()];
+    };
+    for (const MultiscatterKind kind :
+         {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
+        const MultiscatterScope scope(kind);
+        for (int i = 0; i < 20'000; ++i) {
+            GltfBxDF lobe = GltfLobe(pick({0.0f, 0.001f, 0.0011f, 0.02f, 1.0f}));
+            lobe.baseColor = vec3(pick({0.0f, 1.0f}), 0.5f, pick({0.0f, 1.0f}));
+            lobe.metallic = pick({0.0f, 0.5f, 1.0f});
+            lobe.transmission = pick({0.0f, 0.5f, 1.0f});
+            lobe.specular = pick({0.0f, 1.0f});
+            lobe.specularColor = vec3(pick({0.0f, 1.0f, 1e4f}));
+            lobe.eta = pick({0.1f, 0.999f, 1.0f, 1.0001f, 1.5f, 10.0f, 1e6f});
+            lobe.isThin = generator() % 2;
+            lobe.seed = static_cast<uint>(generator());
+            const vec3 wo = DirectionAt(pick({1.0f, 0.9999999f, 0.5f, 1e-3f, 1e-6f, 1e-20f}), 1.0f);
+            const vec2 u(pick({0.0f, 0.5f, 0.99999994f}), pick({0.0f, 0.3f, 0.99999994f}));
+            const PreparedGltf prepared = Prepare(lobe, wo);
+            const BSDFSample s = Sample_f(prepared, pick({0.0f, 0.4f, 0.99999994f}), u);
+            const auto isGood = [](float x) { return std::isfinite(x) && x >= 0.0f; };
+            ASSERT_TRUE(isGood(s.pdf)) << i;
+            if (s.pdf == 0.0f) continue;
+            float pdf = 0.0f;
+            const vec3 value = Evaluate(prepared, s.wi, pdf);
+            for (int c = 0; c < 3; ++c) {
+                ASSERT_TRUE(isGood(s.f[c]))
+                    << i << " " << s.f[c] << " kind " << int(kind) << " alpha " << lobe.alpha.x
+                    << " metallic " << lobe.metallic << " transmission " << lobe.transmission << " specular "
+                    << lobe.specular << " tint " << lobe.specularColor.x << " eta " << lobe.eta << " thin "
+                    << lobe.isThin << " cos " << wo.z << " to " << s.wi.z << " base " << lobe.baseColor[c]
+                    << " pdf " << s.pdf;
+                ASSERT_TRUE(isGood(value[c])) << i;
+            }
+            ASSERT_TRUE(isGood(pdf)) << i;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace raygraph::shading
