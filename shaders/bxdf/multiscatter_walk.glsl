@@ -28,8 +28,8 @@ CONST uint kWalkBounceLimit = 64u;
 // What a facet does with the light that it does not reflect.
 CONST uint kWalkAbsorbs = 0u;
 CONST uint kWalkRefracts = 1u;
-// A thin sheet: light that passes the first facet goes on as if reflected and leaves mirrored on the far
-// side, so that all of it does.
+// A thin sheet: all light goes on as if reflected. In the end a part leaves mirrored on the far side: what
+// the first facet and the last let pass, on average of the two.
 CONST uint kWalkPassesThin = 2u;
 
 // wo of the functions below has z > 0.
@@ -103,7 +103,8 @@ struct WalkRay {
     float depth;     // t above, 0 at the top
     float side;      // 1 above, -1 below: where `view` is inverted
     vec3 weight;
-    float firstCos;  // at the first facet
+    float firstCos;  // at the first facet, and at the last so far
+    float lastCos;
 };
 
 INLINE WalkRay StartWalkRay(vec3 wo) {
@@ -113,6 +114,7 @@ INLINE WalkRay StartWalkRay(vec3 wo) {
     ray.side = 1.0f;
     ray.weight = vec3(1.0f);
     ray.firstCos = 1.0f;
+    ray.lastCos = 1.0f;
     return ray;
 }
 
@@ -130,6 +132,7 @@ INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRn
     vec3 m = SampleFacetSeen(surface.alpha, ray.view, WalkGet2D(rng));
     float cosI = dot(ray.view, m);
     if (isFirst) ray.firstCos = cosI;
+    ray.lastCos = cosI;
     if (surface.kind == kWalkPassesThin) {
         ray.view = ray.view - 2.0f * cosI * m;
         return;
@@ -155,6 +158,12 @@ INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRn
     }
 }
 
+// The share of light that a thin sheet reflects.
+INLINE vec3 ThinReflectance(WalkSurface surface, float firstCos, float lastCos) {
+    return 0.5f * (FacetReflectance(surface.fresnel, firstCos, surface.eta) +
+                   FacetReflectance(surface.fresnel, lastCos, surface.eta));
+}
+
 INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
     WalkSample result;
     result.wi = vec3(0.0f, 0.0f, 1.0f);
@@ -171,7 +180,7 @@ INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
     result.wi = -ray.side * ray.view;
     result.weight = ray.weight;
     if (surface.kind == kWalkPassesThin) {
-        vec3 reflected = FacetReflectance(surface.fresnel, ray.firstCos, surface.eta);
+        vec3 reflected = ThinReflectance(surface, ray.firstCos, ray.lastCos);
         float chance = clamp((reflected.x + reflected.y + reflected.z) * (1.0f / 3.0f), 0.0f, 1.0f);
         bool isReflected = WalkGet1D(rng) < chance;
         result.weight = isReflected ? reflected / chance : (vec3(1.0f) - reflected) / (1.0f - chance);
@@ -189,15 +198,18 @@ INLINE float ReflectionPhase(vec2 alpha, vec3 v, vec3 w) {
 }
 
 // Light that single facets send from w to a ray at v and that leaves unhindered, and the same for refraction.
-INLINE vec3 ConnectReflected(WalkRay ray, WalkSurface surface, vec3 w) {
+INLINE vec3 ConnectReflected(WalkRay ray, WalkSurface surface, vec3 w, bool isThrough) {
     float phase = ReflectionPhase(surface.alpha, ray.view, w);
     if (!(phase > 0.0f)) return vec3(0.0f);
     float leaves = exp2(-ray.depth * WalkLambda(surface.alpha, w));
-    vec3 reflected = vec3(1.0f);
-    if (surface.kind != kWalkPassesThin) {
-        float cosI = dot(ray.view, normalize(ray.view + w));
-        float eta = ray.side > 0.0f ? surface.eta : 1.0f / surface.eta;
-        reflected = FacetReflectance(surface.fresnel, cosI, eta);
+    float cosI = dot(ray.view, normalize(ray.view + w));
+    vec3 reflected = vec3(0.0f);
+    if (surface.kind == kWalkPassesThin) {
+        reflected = ThinReflectance(surface, ray.firstCos, cosI);
+        if (isThrough) reflected = vec3(1.0f) - reflected;
+    } else {
+        reflected =
+            FacetReflectance(surface.fresnel, cosI, ray.side > 0.0f ? surface.eta : 1.0f / surface.eta);
     }
     return reflected * (phase * leaves);
 }
@@ -255,12 +267,8 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
         if (here.z < 0.0f)
             multiple += ray.weight * ConnectRefracted(ray, surface, here);
         else if (i > 0u)
-            multiple += ray.weight * ConnectReflected(ray, surface, here);
+            multiple += ray.weight * ConnectReflected(ray, surface, here, isThrough);
         ScatterAtFacet(ray, surface, rng, i == 0u);
-    }
-    if (isThin) {
-        vec3 reflected = FacetReflectance(surface.fresnel, ray.firstCos, surface.eta);
-        multiple *= isThrough ? vec3(1.0f) - reflected : reflected;
     }
     return sum + multiple;
 }

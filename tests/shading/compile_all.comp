@@ -43,6 +43,30 @@ vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
 }
 #include "lights/lights.glsl"
 
+// The bridge of bxdf/energy.glsl
+layout(set = 0, binding = 6, scalar) readonly buffer EnergyTables { float at[]; } energyTables;
+float EnergyTableAt(uint index) { return energyTables.at[index]; }
+#include "bxdf/gltf.glsl"
+
+vec3 GltfMaterial(vec3 wo, float uc, vec2 u) {
+    GltfBxDF lobe;
+    lobe.baseColor = vec3(u, uc);
+    lobe.metallic = uc;
+    lobe.transmission = u.x;
+    lobe.alpha = u;
+    lobe.specular = u.y;
+    lobe.specularColor = wo;
+    lobe.eta = 1.0f + uc;
+    lobe.isThin = u.x < 0.5f ? 1u : 0u;
+    lobe.seed = seed;
+    BSDFSample s = Sample_f(lobe, wo, uc, u);
+    PreparedGltf prepared = Prepare(lobe, wo);
+    float pdf = 0.0f;
+    vec3 value = Evaluate(prepared, s.wi, pdf) + f(prepared, s.wi) + f(lobe, wo, s.wi);
+    value += Sample_f(prepared, uc, u).f;
+    return value * (PDF(prepared, s.wi) + PDF(lobe, wo, s.wi) + pdf + float(Flags(lobe)));
+}
+
 vec3 MicrofacetLobes(vec3 wo, float uc, vec2 u) {
     ConductorBxDF metal;
     metal.distribution = MakeMicrofacetDistribution(u);
@@ -77,6 +101,7 @@ void main() {
     float ratio = s.pdf > 0.0f ? PDF(lobe, wo, s.wi) / s.pdf : 0.0f;
     vec3 difference = f(lobe, wo, s.wi) - s.f;
     difference += MicrofacetLobes(wo, Get1D(rng), Get2D(rng));
+    difference += GltfMaterial(wo, Get1D(rng), Get2D(rng));
 
     vec3 direction = FromLocal(frame, s.wi);
     vec2 uv = EquirectFromDirection(direction, 0.5f);

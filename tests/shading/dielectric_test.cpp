@@ -63,8 +63,10 @@ constexpr std::array kCurves = {FresnelModel::Schlick, FresnelModel::Dielectric}
 
 // A grid on which one side of the lobe is smooth: light reflected, or light that passes.
 PolarGrid GridOf(const GlassCase& c, bool isReflection) {
-    const float least = std::min(c.surface.alpha.x, c.surface.alpha.y);
-    if (least >= 0.2f) return {};
+    float least = std::min(c.surface.alpha.x, c.surface.alpha.y);
+    // Facets turn light that passes by the less, the closer the indices.
+    if (!isReflection && !c.isThin) least *= std::min(std::abs(c.eta - 1.0f), 1.0f);
+    if (least >= 0.15f) return {};
     const vec3 wo = c.surface.wo;
     const vec3 up(0.0f, 0.0f, wo.z < 0.0f ? -1.0f : 1.0f);
     vec3 axis = isReflection ? Reflect(wo, up) : -wo;

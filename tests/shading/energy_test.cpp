@@ -21,7 +21,7 @@ void ForEachAlphaAndCosine(Check&& check) {
 }
 
 uint SampleCount() {
-    return IsLongRun() ? 1u << 18 : 1u << 14;
+    return AreTestsLong() ? 1u << 18 : 1u << 14;
 }
 
 struct NamedLobe {
@@ -88,7 +88,7 @@ TEST(Energy, WalkReturnsAllLight) {
         for (const NamedLobe& white : WhiteLobes(alpha)) {
             // The diffuse base takes the layer's albedo from the tables
             const double bound = white.lobe.metallic < 1.0f && white.lobe.transmission < 1.0f ? 0.015 : 0.005;
-            EXPECT_NEAR(EstimateAlbedo(white.lobe, wo, SampleCount()).Sum().y, 1.0, bound) << white.name;
+            EXPECT_NEAR(MeasureAlbedo(white.lobe, wo, SampleCount()).Sum().y, 1.0, bound) << white.name;
         }
     });
 }
@@ -99,7 +99,7 @@ TEST(Energy, TablesReturnAllLight) {
         for (const NamedLobe& white : WhiteLobes(alpha)) {
             // The tables are coarse where the refraction all but ends
             const double bound = std::abs(white.lobe.eta - 1.0f) < 0.03f ? 0.025 : 0.015;
-            EXPECT_NEAR(EstimateAlbedo(white.lobe, wo, SampleCount()).Sum().y, 1.0, bound) << white.name;
+            EXPECT_NEAR(MeasureAlbedo(white.lobe, wo, SampleCount()).Sum().y, 1.0, bound) << white.name;
         }
     });
 }
@@ -107,9 +107,10 @@ TEST(Energy, TablesReturnAllLight) {
 TEST(Energy, WithoutEitherRoughSurfacesAreDark) {
     const MultiscatterScope scope(MultiscatterKind::Off);
     // Reference: 1 - ln 2 for alpha = 1 from above
-    EXPECT_NEAR(EstimateAlbedo(Metal(1.0f), DirectionAt(1.0f), 1u << 16).Sum().x, 1.0 - std::log(2.0), 1e-3);
+    EXPECT_NEAR(MeasureAlbedo(Metal(1.0f), DirectionAt(1.0f, 0.0f), 1u << 16).Sum().x, 1.0 - std::log(2.0),
+                1e-3);
     // The layer over a diffuse base loses nothing even so: what it does not reflect goes down
-    EXPECT_NEAR(EstimateAlbedo(GltfLobe(1.0f), DirectionAt(0.7f), 1u << 16).Sum().x, 1.0, 0.005);
+    EXPECT_NEAR(MeasureAlbedo(GltfLobe(1.0f), DirectionAt(0.7f, 0.0f), 1u << 16).Sum().x, 1.0, 0.005);
 }
 
 TEST(Energy, TablesAndWalkHaveTheSameAlbedo) {
@@ -118,11 +119,11 @@ TEST(Energy, TablesAndWalkHaveTheSameAlbedo) {
         Albedo lut;
         {
             const MultiscatterScope scope(MultiscatterKind::Walk);
-            walk = EstimateAlbedo(lobe, wo, 2u * SampleCount());
+            walk = MeasureAlbedo(lobe, wo, 2u * SampleCount());
         }
         {
             const MultiscatterScope scope(MultiscatterKind::Lut);
-            lut = EstimateAlbedo(lobe, wo, 2u * SampleCount());
+            lut = MeasureAlbedo(lobe, wo, 2u * SampleCount());
         }
         for (int c = 0; c < 3; ++c) {
             EXPECT_NEAR(lut.reflected[c], walk.reflected[c], bound) << name << ", reflected " << c;
@@ -144,7 +145,7 @@ TEST(Energy, TablesAndWalkHaveTheSameAlbedo) {
 TEST(Energy, FurnaceIsNeverAboveOne) {
     Sampler rng = StartPixelSample(uvec2(0u, 0u), 0u, 1u);
     const MultiscatterScope scope(MultiscatterKind::Lut);
-    const int materialCount = IsLongRun() ? 3000 : 300;
+    const int materialCount = AreTestsLong() ? 3000 : 300;
     for (int i = 0; i < materialCount; ++i) {
         GltfBxDF lobe = GltfLobe(Sqr(Get1D(rng)));
         const auto extreme = [&] { return clamp(2.0f * Get1D(rng) - 0.5f, 0.0f, 1.0f); };
@@ -159,7 +160,7 @@ TEST(Energy, FurnaceIsNeverAboveOne) {
         const vec3 wo = DirectionAt(0.02f + 0.98f * Get1D(rng), 6.28f * Get1D(rng));
         // Anisotropic surfaces are compensated by the mean of their roughnesses
         const double bound = i % 4 == 0 ? 1.1 : 1.015;
-        const glm::dvec3 albedo = EstimateAlbedo(lobe, wo, 1u << 12).Sum();
+        const glm::dvec3 albedo = MeasureAlbedo(lobe, wo, 1u << 12).Sum();
         for (int c = 0; c < 3; ++c) {
             ASSERT_LE(albedo[c], bound)
                 << "material " << i << " alpha " << lobe.alpha.x << "," << lobe.alpha.y << " metallic "

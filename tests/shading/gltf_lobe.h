@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -10,13 +9,9 @@
 
 #include "bxdf/gltf.glsl"
 #include "core/rng.glsl"
+#include "tests/shading/lobe_checks.h"
 
 namespace raygraph::shading {
-
-inline vec3 DirectionAt(float cosTheta, float phi = 0.0f) {
-    const float sinTheta = std::sqrt(1.0f - cosTheta * cosTheta);
-    return vec3(sinTheta * std::cos(phi), sinTheta * std::sin(phi), cosTheta);
-}
 
 inline GltfBxDF GltfLobe(float alpha) {
     GltfBxDF lobe;
@@ -82,7 +77,7 @@ struct Albedo {
 };
 
 // By so many samples of Sample_f, stratified over the sample's numbers.
-inline Albedo EstimateAlbedo(GltfBxDF lobe, vec3 wo, uint sampleCount) {
+inline Albedo MeasureAlbedo(GltfBxDF lobe, vec3 wo, uint sampleCount) {
     Albedo albedo;
     for (uint i = 0; i < sampleCount; ++i) {
         Sampler rng = StartPixelSample(uvec2(3u, 7u), i, 11u);
@@ -97,11 +92,6 @@ inline Albedo EstimateAlbedo(GltfBxDF lobe, vec3 wo, uint sampleCount) {
     albedo.reflected /= sampleCount;
     albedo.transmitted /= sampleCount;
     return albedo;
-}
-
-// Tests run a fuller grid when RAYGRAPH_LONG_TESTS is set.
-inline bool IsLongRun() {
-    return std::getenv("RAYGRAPH_LONG_TESTS") != nullptr;
 }
 
 }  // namespace raygraph::shading

@@ -37,7 +37,7 @@ std::vector<View> Views() {
     add("metal", Metal(1.0f), {0.7f});
     add("glass from inside", Glass(1.0f, 1.0f / 1.5f), {0.7f});
     add("blend", Blend(1.0f), {0.2f});
-    if (!IsLongRun()) return views;
+    if (!AreTestsLong()) return views;
     for (const float alpha : {0.1f, 0.2f, 0.5f, 0.8f}) {
         GltfBxDF thinBlend = Blend(alpha);
         thinBlend.isThin = 1u;
@@ -220,40 +220,87 @@ TEST(Gltf, SmoothSurfacesAreDeltas) {
         EXPECT_NEAR(transmitted / kCount, 0.96f * (1.0f - SchlickWeight(cosine)), 1e-3);
     }
     // Beyond the critical angle
-    const Albedo inside = EstimateAlbedo(Glass(0.0f, 1.0f / 1.5f), DirectionAt(0.5f), 1u << 10);
+    const Albedo inside = MeasureAlbedo(Glass(0.0f, 1.0f / 1.5f), DirectionAt(0.5f, 0.0f), 1u << 10);
     EXPECT_NEAR(inside.reflected.x, 1.0, 1e-6);
     // Smooth over diffuse: the base is still there for lights
-    EXPECT_GT(f(GltfLobe(0.0f), DirectionAt(0.8f), DirectionAt(0.3f)).x, 0.2f);
+    EXPECT_GT(f(GltfLobe(0.0f), DirectionAt(0.8f, 0.0f), DirectionAt(0.3f, 0.0f)).x, 0.2f);
     EXPECT_TRUE(IsNonSpecular(Flags(GltfLobe(0.0f))));
     EXPECT_TRUE(IsSpecular(Flags(GltfLobe(0.0f))));
 }
 
 TEST(Gltf, SpecularAndColorSetTheLayer) {
-    const vec3 up = DirectionAt(1.0f);
+    const vec3 up = DirectionAt(1.0f, 0.0f);
     GltfBxDF lobe = GltfLobe(0.0f);
     lobe.baseColor = vec3(0.0f);
     lobe.specularColor = vec3(0.5f, 1.0f, 100.0f);
     lobe.specular = 0.5f;
-    const Albedo albedo = EstimateAlbedo(lobe, up, 1u << 10);
+    const Albedo albedo = MeasureAlbedo(lobe, up, 1u << 10);
     EXPECT_NEAR(albedo.reflected.x, 0.01, 1e-4);
     EXPECT_NEAR(albedo.reflected.y, 0.02, 1e-4);
     EXPECT_NEAR(albedo.reflected.z, 0.5, 1e-4);
     lobe.specular = 0.0f;
     lobe.baseColor = vec3(0.3f);
     // Nothing but Lambert is left
-    EXPECT_NEAR(f(lobe, DirectionAt(0.4f), DirectionAt(0.2f, 2.0f)).x, 0.3f / 3.14159265f, 1e-3f);
+    EXPECT_NEAR(f(lobe, DirectionAt(0.4f, 0.0f), DirectionAt(0.2f, 2.0f)).x, 0.3f / 3.14159265f, 1e-3f);
+}
+
+// The light of a soft lamp, by samples of the BSDF, by directions towards everywhere, and by both with their
+// densities as weights: walks are estimated without bias by each, though PDF is not their density.
+TEST(Gltf, WalksAreUnbiasedUnderMultipleImportanceSampling) {
+    const MultiscatterScope scope(MultiscatterKind::Walk);
+    const auto lamp = [](vec3 w) { return Sqr(Sqr(0.5f + 0.5f * dot(w, DirectionAt(-0.1f, 2.0f)))); };
+    for (const View& view : Views()) {
+        constexpr uint kCount = 100'000;
+        double sums[3] = {};
+        double squares[3] = {};
+        const auto add = [&](int which, double x) {
+            sums[which] += x;
+            squares[which] += x * x;
+        };
+        Uniform uniform(40);
+        GltfBxDF lobe = view.lobe;
+        for (uint i = 0; i < kCount; ++i) {
+            lobe.seed = MixBits(i + 1u);
+            const PreparedGltf prepared = Prepare(lobe, view.wo);
+            const float uc = uniform();
+            const BSDFSample s = Sample_f(prepared, uc, uniform.Pair());
+            double both = 0.0;
+            double alone = 0.0;
+            if (s.pdf > 0.0f) {
+                alone = static_cast<double>(s.f.y * std::abs(s.wi.z) / s.pdf * lamp(s.wi));
+                both = alone * static_cast<double>(s.pdf / (s.pdf + UniformSpherePDF()));
+            }
+            add(0, alone);
+            const vec3 wi = SampleUniformSphere(uniform.Pair());
+            float pdf = 0.0f;
+            const vec3 value = Evaluate(prepared, wi, pdf);
+            const double direct =
+                static_cast<double>(value.y * std::abs(wi.z) * lamp(wi) / UniformSpherePDF());
+            add(1, direct);
+            add(2, both + direct * static_cast<double>(UniformSpherePDF() / (pdf + UniformSpherePDF())));
+        }
+        const auto variance = [&](int i) {
+            const double mean = sums[i] / kCount;
+            return (squares[i] / kCount - mean * mean) / kCount;
+        };
+        for (const int other : {1, 2}) {
+            EXPECT_NEAR(sums[0] / kCount, sums[other] / kCount,
+                        4.5 * std::sqrt(variance(0) + variance(other)))
+                << view.name << " strategy " << other;
+        }
+    }
 }
 
 TEST(Gltf, ViewerBelowOrEdgeOnSeesNothing) {
     for (const float z : {0.0f, -0.5f}) {
-        EXPECT_EQ(Sample_f(Blend(0.3f), DirectionAt(z), 0.5f, vec2(0.3f, 0.6f)).pdf, 0.0f);
-        EXPECT_EQ(f(Blend(0.3f), DirectionAt(z), DirectionAt(0.5f)), vec3(0.0f));
-        EXPECT_EQ(PDF(Blend(0.3f), DirectionAt(z), DirectionAt(0.5f)), 0.0f);
+        EXPECT_EQ(Sample_f(Blend(0.3f), DirectionAt(z, 0.0f), 0.5f, vec2(0.3f, 0.6f)).pdf, 0.0f);
+        EXPECT_EQ(f(Blend(0.3f), DirectionAt(z, 0.0f), DirectionAt(0.5f, 0.0f)), vec3(0.0f));
+        EXPECT_EQ(PDF(Blend(0.3f), DirectionAt(z, 0.0f), DirectionAt(0.5f, 0.0f)), 0.0f);
     }
     GltfBxDF black = Metal(0.3f, vec3(0.0f));
     black.metallic = 0.0f;
     black.specular = 0.0f;
-    EXPECT_EQ(Sample_f(black, DirectionAt(0.5f), 0.5f, vec2(0.3f, 0.6f)).pdf, 0.0f);
+    EXPECT_EQ(Sample_f(black, DirectionAt(0.5f, 0.0f), 0.5f, vec2(0.3f, 0.6f)).pdf, 0.0f);
 }
 
 TEST(Gltf, NothingIsInfiniteAtTheEnds) {
