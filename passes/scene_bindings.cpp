@@ -85,7 +85,15 @@ void BindLights(PassBuilder& pass, const SceneIds& scene) {
 
 void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
     uint32_t features = 0;
-    if (settings.lights.isOn && scene.lightSet.activeCount > 0) features |= kTraceLightSampling;
+    const gpu::LightSetRecord& lights = scene.lightSet;
+    if (settings.lights.isOn && lights.activeCount > 0) {
+        features |= kTraceLightSampling;
+        if (scene.triangleLights > 0) features |= kTraceTriangleLights;
+        if (scene.punctualLights > 0) features |= kTracePunctualLights;
+        if (lights.hasEnvironment != 0u) features |= kTraceEnvironmentLight;
+    }
+    if (scene.hasTextures) features |= kTraceTextures;
+    if (scene.hasGlass) features |= kTraceGlass;
     if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
     const auto specialize = [&](const char* name, auto value) {
         pass.Specialize(name, static_cast<uint32_t>(value));

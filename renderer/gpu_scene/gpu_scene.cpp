@@ -305,8 +305,10 @@ SceneIds GpuScene::Declare(Renderer& renderer) {
     ids.energyTables = renderer.Import("energyTables", impl.energyTables, impl.energyTablesState);
     for (const gpu::MaterialRecord& material : impl.resources->materialRecords) {
         ids.hasAlpha |= material.alphaMode != 0u;
+        ids.hasGlass |= material.transmission > 0.0f;
         ids.hasVolumes |= (material.flags & gpu::kMaterialVolume) != 0u;
     }
+    ids.hasTextures = !impl.resources->textures.empty();
     ids.textures = renderer.Import("textures", *impl.textureTable);
     ids.blases = renderer.ImportBlasSet("BLASes", impl.blasState);
     impl.DeclareBlasWork(renderer, ids);

@@ -40,8 +40,12 @@ struct SceneIds {
     BufferId environmentAlias;  // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
     BufferId energyTables;    // "energyTables": float[], see shaders/shared/energy_tables.h
-    bool hasAlpha = false;    // a material is not opaque
-    bool hasVolumes = false;  // a material bounds a medium
+    bool hasAlpha = false;        // a material is not opaque
+    bool hasTextures = false;     // a material has one
+    bool hasGlass = false;        // a material lets light through
+    bool hasVolumes = false;      // a material bounds a medium
+    uint32_t triangleLights = 0;  // of the lights
+    uint32_t punctualLights = 0;
 };
 
 // Light from everywhere else: a constant, times an equirectangular map if there is one.

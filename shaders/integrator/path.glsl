@@ -104,6 +104,16 @@ INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, PathSettings 
     path.radiance += value;
 }
 
+// Light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find it.
+INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float distance,
+                         PathSettings settings) {
+    float lightPDF = 0.0f;
+    if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
+        lightPDF = LightPDF(path.scatter, light, path.ray.direction, distance);
+    float weight = ScatterWeight(path.scatterPDF, lightPDF);
+    Collect(path, path.throughput * radiance * weight, path.depth, settings);
+}
+
 // Light scattered at a surface from one point of one light. `beyond`: the media on its other side.
 INLINE void CollectDirect(INOUT(PathState) path, SurfaceInteraction surface, MediumStack beyond,
                           SurfaceBSDF bsdf, Frame frame, PathSettings settings) {
@@ -157,22 +167,22 @@ INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
 INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     path.rayCount++;
     Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
-    if (!IsHit(hit)) {
-        float lightPDF = 0.0f;
-        if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f)
-            lightPDF = EnvironmentPDF(path.scatter, path.ray.direction);
-        float weight = ScatterWeight(path.scatterPDF, lightPDF);
-        if (weight > 0.0f)
-            Collect(path, path.throughput * EnvironmentRadiance(path.ray.direction) * weight, path.depth, settings);
-        return false;
+    // What the ray found: a surface, or the environment
+    bool isHit = IsHit(hit);
+    SurfaceInteraction surface;
+    if (isHit) {
+        surface = SurfaceAt(hit, path.ray);
+    } else {
+        surface.emission = EnvironmentRadiance(path.ray.direction);
+        surface.light = LightSet().lightCount;
+        surface.material.flags = 0u;
     }
-    SurfaceInteraction surface = SurfaceAt(hit, path.ray);
     bool isVolume = (surface.material.flags & kMaterialVolume) != 0u;
     Boundary boundary;
     boundary.beyond = path.media;
     boundary.isReal = true;
     boundary.eta = surface.material.ior;
-    if (HasTraceFeature(kTraceVolumes)) {
+    if (HasTraceFeature(kTraceVolumes) && isHit) {
         path.throughput *= Transmittance(CurrentMedium(path.media), hit.t);
         if (isVolume) {
             boundary = CrossBoundary(path.media, surface.material.id, surface.isFront);
@@ -185,16 +195,10 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
             boundary.eta = surface.material.ior / MediumIor(CurrentMedium(path.media));
         }
     }
+    if (MaxComponent(surface.emission) > 0.0f)
+        CollectFound(path, surface.emission, surface.light, isHit ? hit.t : kInfinity, settings);
+    if (!isHit) return false;
     path.alpha = 1.0f;
-
-    // Light from the surface itself
-    if (MaxComponent(surface.emission) > 0.0f) {
-        float lightPDF = 0.0f;
-        if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && surface.light != kNoLight)
-            lightPDF = EmitterPDF(path.scatter, surface.light, path.ray.direction, hit.t);
-        Collect(path, path.throughput * surface.emission * ScatterWeight(path.scatterPDF, lightPDF), path.depth,
-                settings);
-    }
     if (path.depth >= settings.maxDepth || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
     // What the surface does to light

@@ -5,6 +5,7 @@
 #include "core/math.glsl"
 #include "shared/light_records.h"
 #include "shared/light_samplers.h"
+#include "shared/trace_options.h"
 
 #ifdef __cplusplus
 namespace raygraph::shading {

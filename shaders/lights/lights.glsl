@@ -1,8 +1,7 @@
 // One sampler over all lights: emissive triangles, KHR_lights_punctual, the environment.
 //
 //     LightSample SampleLight(context, uc, u)          light that may arrive: uc chooses the light, u within
-//     it float EmitterPDF(context, light, wi, distance)   density with which SampleLight gives a ray its hit
-//     float EnvironmentPDF(context, wi)                the same for a ray that leaves the scene
+//     float LightPDF(context, light, wi, distance)     density with which SampleLight gives a ray what it found
 //
 // Densities are per solid angle and include the chance of the light, so that they weigh against a BSDF's.
 // Directions and distances are those from context.position; nothing is said of what is in between.
@@ -26,6 +25,10 @@
 #include "lights/triangle_light.glsl"
 
 SHADING_BEGIN
+
+// What the scene may have at all; folds.
+INLINE bool HasBoundedLights() { return HasTraceFeature(kTraceTriangleLights | kTracePunctualLights); }
+INLINE bool HasUnboundedLights() { return HasTraceFeature(kTraceEnvironmentLight | kTracePunctualLights); }
 
 // A light by an alias table of `count` entries from `first`; u chooses the slot, `choice` whether it is kept.
 // Both are left uniform.
@@ -57,7 +60,7 @@ INLINE ChosenLight ChooseLight(LightSetRecord lights, LightContext context, INOU
     }
     if (ActiveLightSampler() == kLightSamplerPower)
         return SampleLightAlias(0u, lights.lightCount + 1u, uc, ux);
-    if (Decide(uc, lights.unboundedShare)) {
+    if (!HasBoundedLights() || (HasUnboundedLights() && Decide(uc, lights.unboundedShare))) {
         ChosenLight result = SampleLightAlias(unboundedFirst, unboundedCount, uc, ux);
         result.light += lights.boundedCount;
         result.probability *= lights.unboundedShare;
@@ -74,7 +77,7 @@ INLINE float LightProbability(LightSetRecord lights, LightContext context, uint 
     if (byPower.probability == 0.0f) return 0.0f;  // dark
     if (ActiveLightSampler() == kLightSamplerUniform) return 1.0f / float(lights.activeCount);
     if (ActiveLightSampler() == kLightSamplerPower) return byPower.probability;
-    if (light < lights.boundedCount)
+    if (HasBoundedLights() && light < lights.boundedCount)
         return (1.0f - lights.unboundedShare) * LightTreeProbability(context, bitTrail);
     uint slot = lights.lightCount + 1u + light - lights.boundedCount;
     return lights.unboundedShare * LightAliasAt(slot).probability;
@@ -124,34 +127,37 @@ INLINE LightSample SampleLight(LightContext context, float uc, vec2 u) {
     ChosenLight chosen = ChooseLight(lights, context, uc, u.x);
     LightSample result = NoLightSample();
     if (!(chosen.probability > 0.0f)) return result;
-    if (chosen.light == lights.lightCount) {
+    if (HasTraceFeature(kTraceEnvironmentLight) && chosen.light == lights.lightCount) {
         EnvironmentSample environment = SampleEnvironmentLight(lights, uc, u);
         result.wi = environment.wi;
         result.radiance = EnvironmentRadiance(environment.wi);
         result.pdf = environment.pdf;
     } else {
         LightRecord light = LightAt(chosen.light);
-        if (light.kind == kLightTriangle)
-            result = SampleTriangle(light, context, u);
-        else
-            result = SamplePunctual(light, context);
+        bool isTriangle = HasTraceFeature(kTraceTriangleLights) && light.kind == kLightTriangle;
+        if (isTriangle) result = SampleTriangle(light, context, u);
+        if (HasTraceFeature(kTracePunctualLights) && !isTriangle) result = SamplePunctual(light, context);
     }
     result.pdf *= chosen.probability;
     result.light = chosen.light;
     return result;
 }
 
-// `light` is the number of a triangle that a ray from context.position along wi hit at `distance`.
-INLINE float EmitterPDF(LightContext context, uint light, vec3 wi, float distance) {
-    LightRecord record = LightAt(light);
-    float probability = LightProbability(LightSet(), context, light, record.bitTrail);
-    return probability > 0.0f ? probability * TriangleLightPDF(record, context.position, wi, distance) : 0.0f;
-}
-
-INLINE float EnvironmentPDF(LightContext context, vec3 wi) {
+// `light` is the number of a triangle that a ray from context.position along wi hit at `distance`, or that of
+// the environment, lightCount, for a ray that hit nothing.
+INLINE float LightPDF(LightContext context, uint light, vec3 wi, float distance) {
     LightSetRecord lights = LightSet();
-    if (lights.hasEnvironment == 0u) return 0.0f;
-    return LightProbability(lights, context, lights.lightCount, 0u) * EnvironmentLightPDF(lights, wi);
+    bool isEnvironment = light == lights.lightCount;
+    if (isEnvironment && lights.hasEnvironment == 0u) return 0.0f;
+    uint bitTrail = 0u;
+    float pdf = 0.0f;
+    if (HasTraceFeature(kTraceEnvironmentLight) && isEnvironment) pdf = EnvironmentLightPDF(lights, wi);
+    if (HasTraceFeature(kTraceTriangleLights) && !isEnvironment) {
+        LightRecord record = LightAt(light);
+        bitTrail = record.bitTrail;
+        pdf = TriangleLightPDF(record, context.position, wi, distance);
+    }
+    return pdf > 0.0f ? pdf * LightProbability(lights, context, light, bitTrail) : 0.0f;
 }
 
 SHADING_END

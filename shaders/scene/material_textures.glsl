@@ -3,6 +3,7 @@
 #define RAYGRAPH_SCENE_MATERIAL_TEXTURES_GLSL
 
 #include "scene/bindings.glsl"
+#include "shared/trace_options.h"
 
 struct Triangle {
     uvec3 vertices;
@@ -46,7 +47,7 @@ vec4 InterpolateVec4(Vec4Stream values, Triangle triangle) {
 
 // One texture of a material; white where it has none.
 vec4 SampleTexture(uint slot, GeometryRecord geometry, Triangle triangle) {
-    if (slot == kNoTexture) return vec4(1.0f);
+    if (!HasTraceFeature(kTraceTextures) || slot == kNoTexture) return vec4(1.0f);
     uvec2 stream = (slot & kSecondTexCoord) != 0u ? geometry.uv1 : geometry.uv0;
     vec2 uv = IsPresent(stream) ? InterpolateVec2(Vec2Stream(stream), triangle) : vec2(0.0f);
     return textureLod(textures[nonuniformEXT(slot & ~kSecondTexCoord)], uv, 0.0f);
@@ -73,7 +74,6 @@ vec3 EmissionAt(GeometryRecord geometry, MaterialRecord material, Triangle trian
     vec3 emission = material.emission;
     if (material.emissiveTexture != kNoTexture)
         emission *= SampleTexture(material.emissiveTexture, geometry, triangle).xyz;
-    if ((material.flags & kMaterialUnlit) != 0u) emission += BaseColor(geometry, material, triangle).xyz;
     return emission;
 }
 

@@ -100,6 +100,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.emission = EmissionAt(geometry, material, triangle);
     surface.light = LightOf(instance, hit.primitive);
     surface.material = MaterialInputs(geometry, material, triangle);
+    if ((material.flags & kMaterialUnlit) != 0u) surface.emission += surface.material.baseColor;
     return surface;
 }
 

@@ -30,12 +30,22 @@
     X(Frame, 2)               \
     X(Off, 3)
 
-// What a scene needs of the integrator: bits of kTraceFeatures. A bit that is off takes its code away.
+// What a scene needs of the integrator: bits of kTraceFeatures. A bit that is off takes its code away, which
+// is time on a device and, on one that is a CPU, seconds of compilation.
+//   LightSampling:    lights are sampled, of which there are
+//   TriangleLights, PunctualLights, EnvironmentLight
+//   Textures, Glass:  materials have textures, let light through
+//   Volumes:          surfaces enclose media
+//   ProbeMedia:       the camera may be inside of some
 #define RAYGRAPH_TRACE_FEATURES(X) \
     X(LightSampling, 1)            \
-    X(Volumes, 2)                  \
-    X(ProbeMedia, 4)               \
-    X(AlphaTest, 8)
+    X(TriangleLights, 2)           \
+    X(PunctualLights, 4)           \
+    X(EnvironmentLight, 8)         \
+    X(Textures, 16)                \
+    X(Glass, 32)                   \
+    X(Volumes, 64)                 \
+    X(ProbeMedia, 128)
 
 #ifdef __cplusplus
 
@@ -69,7 +79,7 @@ struct TraceOptions {
     BrdfModel brdf = BrdfModel::Gltf;
     MisHeuristic mis = MisHeuristic::Power;
     Roulette roulette = Roulette::Throughput;
-    uint32_t features = kTraceLightSampling;
+    uint32_t features = ~kTraceProbeMedia;
 };
 inline thread_local TraceOptions threadTraceOptions;
 inline uint32_t ActiveBrdf() { return static_cast<uint32_t>(threadTraceOptions.brdf); }

@@ -103,8 +103,7 @@ void main() {
     float value = s.pdf > 0.0f ? s.radiance.y * max(s.wi.z, 0.0f) / s.pdf : 0.0f;
     // A sample whose density is not that of its hit counts for nothing
     if (s.pdf > 0.0f && s.isDelta == 0u) {
-        float pdf = s.light == LightSet().lightCount ? EnvironmentPDF(context, s.wi)
-                                                     : EmitterPDF(context, s.light, s.wi, s.distance);
+        float pdf = LightPDF(context, s.light, s.wi, s.distance);
         if (abs(pdf / s.pdf - 1.0f) > 1e-3f) value = -1e6f;
     }
     imageStore(target, texel, vec4(value));

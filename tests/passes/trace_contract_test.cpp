@@ -54,6 +54,7 @@ TEST_F(TraceContract, Trace_CountsItsRays) {
     TraceSettings settings = InsideBoxes();
     settings.biases.maxDepth = 2;
     settings.roulette.start = 100;
+    settings.lights.isOn = false;  // shadow rays count, too
     render.renderer.BeginFrame();
     const SceneIds ids = render.scene.Declare(render.renderer);
     TextureId rayCounts;

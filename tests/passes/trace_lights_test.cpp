@@ -28,7 +28,7 @@ class TraceLights : public VulkanTest {
         render.scene.SetScene(std::move(scene));
     }
     TraceSettings Settings() const {
-        TraceSettings settings = LookAt({0.5f, 0.0f, 0.5f}, {0, 0, 0}, 0.0005f, 32);
+        TraceSettings settings = LookAt({0.5f, 0.0f, 0.5f}, {0, 0, 0}, 0.0005f, 64);
         settings.biases.maxDepth = 1;  // direct light: what the forms are of
         return settings;
     }

@@ -113,7 +113,7 @@ void main() {
     context.position = back;
     context.normal = frame.z;
     LightSample light = SampleLight(context, Get1D(rng), Get2D(rng));
-    color += light.radiance * light.pdf * EmitterPDF(context, light.light, light.wi, light.distance) *
-             EnvironmentPDF(context, light.wi);
+    color += light.radiance * light.pdf * LightPDF(context, light.light, light.wi, light.distance) *
+             LightPDF(context, LightSet().lightCount, light.wi, light.distance);
     texels[i] = Tonemap(color, exposureEv, op) * EquirectSolidAnglePDF(1.0f, uv.y);
 }

@@ -151,7 +151,7 @@ TEST_P(LightSampling, SamplesHaveTheDensityOfWhatTheirRayHits) {
                 environments++;
                 ASSERT_EQ(s.distance, kInfinity);
                 // A direction may fall off the edge of its cell by rounding
-                disagreements += std::abs(EnvironmentPDF(context, s.wi) / s.pdf - 1.0f) > 1e-3f;
+                disagreements += std::abs(LightPDF(context, LightSet().lightCount, s.wi, kInfinity) / s.pdf - 1.0f) > 1e-3f;
                 continue;
             }
             const LightRecord light = LightAt(s.light);
@@ -165,7 +165,7 @@ TEST_P(LightSampling, SamplesHaveTheDensityOfWhatTheirRayHits) {
             const double distance = Meet(light, context.position, s.wi);
             ASSERT_NEAR(distance, double(s.distance), 1e-3 * double(s.distance));
             ASSERT_EQ(s.radiance, TriangleEmission(light, vec2(0.0f), -s.wi));
-            ASSERT_NEAR(EmitterPDF(context, s.light, s.wi, float(distance)), s.pdf, 5e-3f * s.pdf);
+            ASSERT_NEAR(LightPDF(context, s.light, s.wi, float(distance)), s.pdf, 5e-3f * s.pdf);
         }
     }
     EXPECT_GT(triangles, 1000);
@@ -178,11 +178,11 @@ TEST_P(LightSampling, NothingIsChosenWhereNothingShines) {
     testLights = {};
     testLights.Build();
     EXPECT_EQ(SampleLight(Contexts()[0], 0.5f, vec2(0.5f)).pdf, 0.0f);
-    EXPECT_EQ(EnvironmentPDF(Contexts()[0], vec3(0, 1, 0)), 0.0f);
+    EXPECT_EQ(LightPDF(Contexts()[0], LightSet().lightCount, vec3(0, 1, 0), kInfinity), 0.0f);
     testLights.AddTriangle(vec3(0, 0, 1), vec3(1, 0, 1), vec3(0, 1, 1), vec3(0.0f));
     testLights.Build();
     EXPECT_EQ(SampleLight(Contexts()[0], 0.5f, vec2(0.5f)).pdf, 0.0f);
-    EXPECT_EQ(EmitterPDF(Contexts()[0], 0u, vec3(0, 0, 1), 1.0f), 0.0f);
+    EXPECT_EQ(LightPDF(Contexts()[0], 0u, vec3(0, 0, 1), 1.0f), 0.0f);
 }
 
 TEST_P(LightSampling, BacksOfSingleSidedTrianglesGiveNoLight) {
@@ -191,9 +191,9 @@ TEST_P(LightSampling, BacksOfSingleSidedTrianglesGiveNoLight) {
     testLights.Build();
     const LightContext below{vec3(0.0f), vec3(0.0f)}, above{vec3(0, 0, 4), vec3(0.0f)};
     EXPECT_EQ(SampleLight(below, 0.5f, vec2(0.4f)).pdf, 0.0f);
-    EXPECT_EQ(EmitterPDF(below, 0u, vec3(0, 0, 1), 2.0f), 0.0f);
+    EXPECT_EQ(LightPDF(below, 0u, vec3(0, 0, 1), 2.0f), 0.0f);
     EXPECT_GT(SampleLight(above, 0.5f, vec2(0.4f)).pdf, 0.0f);
-    EXPECT_GT(EmitterPDF(above, 0u, vec3(0, 0, -1), 2.0f), 0.0f);
+    EXPECT_GT(LightPDF(above, 0u, vec3(0, 0, -1), 2.0f), 0.0f);
 }
 
 INSTANTIATE_TEST_SUITE_P(Samplers, LightSampling, ::testing::ValuesIn(kSamplers));
@@ -332,7 +332,7 @@ TEST(EnvironmentLight, PDFIntegratesToOne) {
         for (int i = 0; i < kCount; i++)
             for (int j = 0; j < kCount; j++) {
                 const vec3 d = SampleUniformSphere((vec2(float(i), float(j)) + 0.5f) / float(kCount));
-                integral += double(EnvironmentPDF({d, d}, vec3(d.x, d.z, d.y)));
+                integral += double(LightPDF({d, d}, LightSet().lightCount, vec3(d.x, d.z, d.y), kInfinity));
             }
         EXPECT_NEAR(integral * 4.0 * M_PI / (kCount * kCount), 1.0, 2e-3) << size.x;
     }
