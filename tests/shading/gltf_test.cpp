@@ -5,6 +5,7 @@
 #include <numeric>
 #include <random>
 
+#include "core/frame.glsl"
 #include "tests/support/chi_square.h"
 
 namespace raygraph::shading {
@@ -64,57 +65,72 @@ void ForEachSample(const View& view, uint count, Visit&& visit) {
     }
 }
 
-// The density over cells of equal solid angle, z from -1 to 1 by rows, by the midpoint rule. Adaptive
-// quadrature would chase the edges of refraction for minutes.
-std::vector<double> IntegrateOverCells(const PreparedGltf& prepared, int zCount, int phiCount) {
+// The density over the cells of a grid (squared once) on one side of the surface, by the midpoint rule.
+// Adaptive quadrature would chase the edges of refraction for minutes.
+std::vector<double> IntegrateOverCells(const PreparedGltf& prepared, const PolarGrid& grid, bool isAbove) {
     constexpr int kPoints = 64;
+    const Frame frame = FrameFromZ(grid.axis);
     std::vector<double> cells;
-    for (int cell = 0; cell < zCount * phiCount; ++cell) {
+    for (int cell = 0; cell < grid.ringCount * grid.sectorCount; ++cell) {
         double sum = 0.0;
         for (int i = 0; i < kPoints * kPoints; ++i) {
-            const double z = -1.0 + 2.0 * (cell / phiCount + (i / kPoints + 0.5) / kPoints) / zCount;
-            const double phi = 2.0 * M_PI * (cell % phiCount + (i % kPoints + 0.5) / kPoints) / phiCount;
-            sum += static_cast<double>(
-                PDF(prepared, DirectionAt(static_cast<float>(z), static_cast<float>(phi))));
+            const double s = (cell / grid.sectorCount + (i / kPoints + 0.5) / kPoints) / grid.ringCount;
+            const double phi =
+                2.0 * M_PI * (cell % grid.sectorCount + (i % kPoints + 0.5) / kPoints) / grid.sectorCount;
+            const double theta = M_PI * s * s;
+            const vec3 local(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
+                             std::cos(theta));
+            const vec3 wi = FromLocal(frame, local);
+            if ((wi.z > 0.0f) != isAbove) continue;
+            sum += static_cast<double>(PDF(prepared, wi)) * std::sin(theta) * 2.0 * M_PI * s;
         }
-        cells.push_back(sum * 4.0 * M_PI / (zCount * phiCount * kPoints * kPoints));
+        cells.push_back(sum * 2.0 * M_PI / (grid.ringCount * grid.sectorCount * kPoints * kPoints));
     }
     return cells;
+}
+
+// A grid about where a smooth surface would send the light.
+PolarGrid GridAbout(const View& view, bool isAbove) {
+    const vec3 up(0.0f, 0.0f, 1.0f);
+    PolarGrid grid;
+    grid.squarings = 1;
+    grid.axis = isAbove ? Reflect(view.wo, up) : -view.wo;
+    if (!isAbove && view.lobe.isThin == 0u && !Refract(view.wo, up, view.lobe.eta, grid.axis))
+        grid.axis = -up;
+    return grid;
 }
 
 // Facets send some samples to the wrong side of the surface. They form one more cell, which expects what the
 // density leaves below 1: so that it integrates to one with them is tested, too.
 TEST(Gltf, SampledDirectionsFollowPDF) {
-    constexpr int kZCount = 20;
-    constexpr int kPhiCount = 40;
     constexpr int kSampleCount = 1'000'000;
     const std::vector<View> views = Views();
     const double level = test::SidakLevel(0.01, static_cast<int>(views.size()));
-    std::mt19937 generator(500);
-    const auto unit = [&] { return static_cast<float>(generator() >> 8) * 0x1p-24f; };
+    Uniform uniform(500);
     for (const View& view : views) {
         const PreparedGltf prepared = Prepare(view.lobe, view.wo);
-        std::vector<double> expected = IntegrateOverCells(prepared, kZCount, kPhiCount);
+        const PolarGrid above = GridAbout(view, true);
+        const PolarGrid below = GridAbout(view, false);
+        std::vector<double> expected = IntegrateOverCells(prepared, above, true);
+        const std::vector<double> transmitted = IntegrateOverCells(prepared, below, false);
+        expected.insert(expected.end(), transmitted.begin(), transmitted.end());
         std::vector<double> observed(expected.size() + 1, 0.0);
         for (int i = 0; i < kSampleCount; ++i) {
-            const float uc = unit();
-            const float u0 = unit();
-            const BSDFSample s = Sample_f(prepared, uc, vec2(u0, unit()));
+            const float uc = uniform();
+            const BSDFSample s = Sample_f(prepared, uc, uniform.Pair());
             size_t cell = expected.size();
-            if (s.pdf > 0.0f) {
-                const double turn = std::atan2(s.wi.y, s.wi.x) / (2.0 * M_PI);
-                const auto z = static_cast<int>((s.wi.z + 1.0) * 0.5 * kZCount);
-                const auto phi = static_cast<int>((turn < 0.0 ? turn + 1.0 : turn) * kPhiCount);
-                cell =
-                    static_cast<size_t>(std::min(z, kZCount - 1) * kPhiCount + std::min(phi, kPhiCount - 1));
-            }
+            if (s.pdf > 0.0f) cell = s.wi.z > 0.0f ? above.Cell(s.wi) : above.CellCount() + below.Cell(s.wi);
             observed[cell] += 1.0;
         }
         const double integral = std::accumulate(expected.begin(), expected.end(), 0.0);
         EXPECT_LE(integral, 1.001) << view.name;
-        for (double& share : expected) share *= kSampleCount;
+        // The midpoint rule may miss the sliver of a cell that an edge cuts off
+        for (double& share : expected) share = std::max(share, 1e-8) * kSampleCount;
         expected.push_back(std::max(1.0 - integral, 1e-6) * kSampleCount);
-        EXPECT_GT(test::ChiSquareTest(observed, expected).pValue, level) << view.name;
+        const test::ChiSquareResult result = test::ChiSquareTest(observed, expected);
+        EXPECT_GT(result.degreesOfFreedom, 50) << view.name;
+        EXPECT_GT(result.pValue, level) << view.name << ", chi-squared " << result.statistic << " of "
+                                        << result.degreesOfFreedom << ", integral " << integral;
     }
 }
 
