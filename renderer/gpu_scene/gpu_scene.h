@@ -44,7 +44,7 @@ struct SceneIds {
     bool hasTextures = false;     // a material has one
     bool hasGlass = false;        // a material lets light through
     bool hasVolumes = false;      // a material bounds a medium
-    uint32_t triangleLights = 0;  // of the lights
+    uint32_t triangleLights = 0;  // of the lights, dark ones included
     uint32_t punctualLights = 0;
 };
 

@@ -86,6 +86,8 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
         m_rebuildCount++;
     }
     ids.lightSet = m_table.set;
+    ids.punctualLights = static_cast<uint32_t>(m_scene.punctual.size());
+    ids.triangleLights = m_table.set.lightCount - ids.punctualLights;
     ids.lights = renderer.Import("lights", m_lights, m_lightsState);
     ids.lightNodes = renderer.Import("lightNodes", m_nodes, m_nodesState);
     ids.lightAlias = renderer.Import("lightAlias", m_alias, m_aliasState);

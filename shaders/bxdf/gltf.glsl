@@ -76,7 +76,7 @@ INLINE float CompensatedRefractionLobe(PreparedGltf g, vec3 wi, vec3 wm) {
 // f of all that facets do by one bounce, and its part of the density.
 INLINE vec3 GltfFacets(PreparedGltf g, vec3 wi, OUT(float) pdf) {
     pdf = 0.0f;
-    bool isThrough = wi.z < 0.0f;
+    bool isThrough = HasTraceFeature(kTraceGlass) && wi.z < 0.0f;
     if (isThrough && !g.isThin) {
         vec3 wm = RefractionNormal(g.wo, wi, g.eta);
         if (!IsRefractedBy(g.wo, wi, wm)) return vec3(0.0f);
@@ -97,7 +97,7 @@ INLINE vec3 GltfFacets(PreparedGltf g, vec3 wi, OUT(float) pdf) {
         value = OpaqueReflectance(g, cosI);
         chance = g.opaqueChance;
     }
-    if (g.glassChance > 0.0f) {
+    if (HasGlass(g)) {
         vec3 reflectance = GlassReflectance(g, cosI);
         float reflectChance = GlassReflectChance(g, reflectance);
         value += isThrough ? g.glassPass * (vec3(1.0f) - reflectance) : g.glassReflect * reflectance;
@@ -118,7 +118,7 @@ INLINE WalkSurface ChooseWalk(PreparedGltf g, float uc, OUT(vec3) weight) {
     surface.kind = kWalkAbsorbs;
     surface.eta = OutsideEta(g);
     surface.fresnel = g.dielectric;
-    if (g.glassChance > 0.0f && chance >= g.opaqueChance) {
+    if (HasGlass(g) && chance >= g.opaqueChance) {
         surface.kind = g.isThin ? kWalkPassesThin : kWalkRefracts;
         if (!g.isThin) surface.eta = g.eta;
         weight = vec3(layered * g.bxdf.transmission / g.glassChance);
@@ -159,7 +159,7 @@ INLINE vec3 Evaluate(PreparedGltf g, vec3 wi, OUT(float) pdf) {
     pdf = 0.0f;
     vec3 value = vec3(0.0f);
     if (!(g.wo.z > 0.0f) || wi.z == 0.0f) return value;
-    if (!g.isSmooth && g.opaqueChance + g.glassChance > 0.0f && (wi.z > 0.0f || g.glassChance > 0.0f)) {
+    if (!g.isSmooth && (g.opaqueChance > 0.0f || HasGlass(g)) && (wi.z > 0.0f || HasGlass(g))) {
         value = GltfFacets(g, wi, pdf);
         if (IsWalked()) {
             value = GltfWalkEstimate(g, wi);
@@ -232,7 +232,7 @@ INLINE BSDFSample Sample_f(PreparedGltf g, float uc, vec2 u) {
         float cosI = dot(g.wo, m);
         vec3 reflectance = vec3(1.0f);
         float reflectChance = 1.0f;
-        if (g.glassChance > 0.0f) {
+        if (HasGlass(g)) {
             reflectance = GlassReflectance(g, cosI);
             reflectChance = GlassReflectChance(g, reflectance);
         }

@@ -6,6 +6,7 @@
 #include "bxdf/energy.glsl"
 #include "bxdf/facet_fresnel.glsl"
 #include "bxdf/microfacet.glsl"
+#include "shared/trace_options.h"
 
 SHADING_BEGIN
 
@@ -62,7 +63,7 @@ INLINE uint Flags(GltfBxDF lobe) {
     uint rough = max(lobe.alpha.x, lobe.alpha.y) < kSmoothAlpha ? kBxDFSpecular : kBxDFGlossy;
     uint flags = kBxDFReflection | rough;
     if (lobe.metallic < 1.0f && lobe.transmission < 1.0f) flags |= kBxDFDiffuse;
-    if (lobe.metallic < 1.0f && lobe.transmission > 0.0f) flags |= kBxDFTransmission;
+    if (HasTraceFeature(kTraceGlass) && lobe.metallic < 1.0f && lobe.transmission > 0.0f) flags |= kBxDFTransmission;
     return flags;
 }
 
@@ -134,7 +135,7 @@ INLINE PreparedGltf Prepare(GltfBxDF lobe, vec3 wo) {
     g.laterCurve = LaterCurve(g.row);
     g.rescattered = max(energy.second, 0.01f);
     float layered = 1.0f - lobe.metallic;
-    float glass = layered * lobe.transmission;
+    float glass = HasTraceFeature(kTraceGlass) ? layered * lobe.transmission : 0.0f;
     float opaque = layered - glass;
 
     if (lobe.metallic > 0.0f) {
@@ -198,6 +199,9 @@ INLINE PreparedGltf Prepare(GltfBxDF lobe, vec3 wo) {
     g.diffuseChance *= scale;
     return g;
 }
+
+// Folds where the scene has none.
+INLINE bool HasGlass(PreparedGltf g) { return HasTraceFeature(kTraceGlass) && g.glassChance > 0.0f; }
 
 SHADING_END
 

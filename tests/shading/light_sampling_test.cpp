@@ -151,7 +151,8 @@ TEST_P(LightSampling, SamplesHaveTheDensityOfWhatTheirRayHits) {
                 environments++;
                 ASSERT_EQ(s.distance, kInfinity);
                 // A direction may fall off the edge of its cell by rounding
-                disagreements += std::abs(LightPDF(context, LightSet().lightCount, s.wi, kInfinity) / s.pdf - 1.0f) > 1e-3f;
+                disagreements += std::abs(LightPDF(context, LightSet().lightCount, s.wi, kInfinity) / s.pdf -
+                                          1.0f) > 1e-3f;
                 continue;
             }
             const LightRecord light = LightAt(s.light);

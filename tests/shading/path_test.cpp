@@ -3,8 +3,9 @@
 
 #include <cmath>
 
-#include "lights/light_types.glsl"
 #include "scene/ray.glsl"
+#include "tests/shading/light_scene.h"
+#include "tests/support/energy_bridge.h"
 
 namespace raygraph::shading {
 
@@ -15,9 +16,15 @@ struct SphereScene {
     float radius = 1.0f;
     vec3 albedo{0.0f};
     vec3 emission{0.0f};
-    vec3 environment{0.0f};
 };
 thread_local SphereScene scene;
+
+// Radiance from everywhere, which the path finds by chance: the light table is left empty.
+void SetScene(const SphereScene& values, float environment = 0.0f) {
+    scene = values;
+    testLights = {};
+    testLights.environmentTint = vec3(environment);
+}
 
 Hit Intersect(Ray ray, uint) {
     Hit hit{};
@@ -53,30 +60,6 @@ bool Unoccluded(Ray ray, float distance, uint) {
 
 Medium MediumAt(uint) {
     return {};
-}
-
-// No lights but what the sphere and the environment are
-LightSetRecord LightSet() {
-    return {};
-}
-LightRecord LightAt(uint) {
-    return {};
-}
-LightNode LightNodeAt(uint) {
-    return {};
-}
-AliasEntry LightAliasAt(uint) {
-    return {};
-}
-AliasEntry EnvironmentAliasAt(uint) {
-    return {};
-}
-vec3 TriangleEmission(LightRecord, vec2, vec3) {
-    return vec3(0.0f);
-}
-
-vec3 EnvironmentRadiance(vec3) {
-    return scene.environment;
 }
 
 }  // namespace
@@ -133,7 +116,7 @@ Ray FromCenter() {
 
 TEST(Path, ClosedSphereHasRadianceOneOverOneMinusAlbedo) {
     for (const float albedo : {0.2f, 0.5f, 0.8f}) {
-        scene = {.albedo = vec3(albedo), .emission = vec3(1.0f)};
+        SetScene({.albedo = vec3(albedo), .emission = vec3(1.0f)});
         const Mean mean = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 3u), 1u << 18);
         const double expected = 1.0 / (1.0 - albedo);
         EXPECT_NEAR(mean.radiance, expected, 4.0 * mean.standardError + 1e-4) << "albedo " << albedo;
@@ -142,7 +125,7 @@ TEST(Path, ClosedSphereHasRadianceOneOverOneMinusAlbedo) {
 }
 
 TEST(Path, SphereInUnitEnvironmentReflectsItsAlbedo) {
-    scene = {.albedo = vec3(0.7f), .environment = vec3(1.0f)};
+    SetScene({.albedo = vec3(0.7f)}, 1.0f);
     const Ray ray{.origin = vec3(0.2f, 0.1f, 5.0f), .direction = vec3(0.0f, 0.0f, -1.0f)};
     const Mean mean = MeanRadiance(ray, Unbiased(kNoLimit, 100u), 4096);
     EXPECT_NEAR(mean.radiance, 0.7, 1e-5);
@@ -150,7 +133,7 @@ TEST(Path, SphereInUnitEnvironmentReflectsItsAlbedo) {
 }
 
 TEST(Path, RouletteChangesTheNoiseAndNotTheMean) {
-    scene = {.albedo = vec3(0.5f), .emission = vec3(1.0f)};
+    SetScene({.albedo = vec3(0.5f), .emission = vec3(1.0f)});
     const Mean early = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 1u), 1u << 18);
     const Mean late = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 16u), 1u << 16);
     EXPECT_NEAR(early.radiance, 2.0, 4.0 * early.standardError);
@@ -159,7 +142,7 @@ TEST(Path, RouletteChangesTheNoiseAndNotTheMean) {
 }
 
 TEST(Path, DepthLimitCutsTheGeometricSeries) {
-    scene = {.albedo = vec3(0.5f), .emission = vec3(1.0f)};
+    SetScene({.albedo = vec3(0.5f), .emission = vec3(1.0f)});
     for (const uint depth : {0u, 1u, 2u, 5u}) {
         const Mean mean = MeanRadiance(FromCenter(), Unbiased(depth, kNoLimit), 64);
         EXPECT_NEAR(mean.radiance, (1.0 - std::pow(0.5, depth + 1.0)) / 0.5, 1e-5) << "depth " << depth;
@@ -168,14 +151,14 @@ TEST(Path, DepthLimitCutsTheGeometricSeries) {
 }
 
 TEST(Path, BlackSurfaceEndsThePath) {
-    scene = {.emission = vec3(3.0f), .environment = vec3(1.0f)};
+    SetScene({.emission = vec3(3.0f)}, 1.0f);
     const Mean mean = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 3u), 16);
     EXPECT_EQ(mean.radiance, 3.0);
     EXPECT_EQ(mean.rays, 1.0);
 }
 
 TEST(Path, MissSeesTheEnvironmentWithoutAlpha) {
-    scene = {.environment = vec3(2.0f)};
+    SetScene({}, 2.0f);
     const Ray ray{.origin = vec3(0.0f, 0.0f, 5.0f), .direction = vec3(0.0f, 0.0f, 1.0f)};
     PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
     EXPECT_FALSE(ExtendPath(path, Unbiased(kNoLimit, 3u)));
