@@ -1,7 +1,8 @@
 // The BSDF of a surface as seen from one direction, by the model in use (shared/trace_options.h).
 //     SurfaceBSDF BSDFOf(material, wo, ...)
 //     vec3 Evaluate(bsdf, wi, pdf)        f, and the density of wi in Sample_f
-//     BSDFSample Sample_f(bsdf, uc, u)    conventions of bxdf/bxdf.glsl
+//     BSDFSample SampleDirection(bsdf, uc, u, isEvaluated)
+// Conventions are those of bxdf/bxdf.glsl.
 #ifndef RAYGRAPH_BXDF_BSDF_GLSL
 #define RAYGRAPH_BXDF_BSDF_GLSL
 
@@ -83,10 +84,13 @@ INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf) {
     return Evaluate(bsdf.gltf, wi, pdf);
 }
 
-INLINE BSDFSample Sample_f(SurfaceBSDF bsdf, float uc, vec2 u) {
+// Sample_f without its evaluation: of the sample, f and pdf are still to be had from Evaluate unless
+// isEvaluated says that they are there.
+INLINE BSDFSample SampleDirection(SurfaceBSDF bsdf, float uc, vec2 u, OUT(bool) isEvaluated) {
+    isEvaluated = true;
     if (ActiveBrdf() == kBrdfLambert) return Sample_f(bsdf.lambert, bsdf.wo, uc, u);
     if (ActiveBrdf() == kBrdfLafortune) return Sample_f(bsdf.lafortune, bsdf.wo, uc, u);
-    return Sample_f(bsdf.gltf, uc, u);
+    return SampleDirection(bsdf.gltf, uc, u, isEvaluated);
 }
 
 SHADING_END

@@ -217,8 +217,10 @@ INLINE BSDFSample SampleGltfWalk(PreparedGltf g, float uc, vec2 u) {
     return WalkedSample(g, result, walked.weight * weight);
 }
 
-INLINE BSDFSample Sample_f(PreparedGltf g, float uc, vec2 u) {
+// Sample_f but for f and pdf, which Evaluate has, unless isEvaluated says that they are there.
+INLINE BSDFSample SampleDirection(PreparedGltf g, float uc, vec2 u, OUT(bool) isEvaluated) {
     BSDFSample result = NoSample();
+    isEvaluated = true;
     float facetChance = g.opaqueChance + g.glassChance;
     if (!(facetChance + g.diffuseChance > 0.0f)) return result;
     if (IsWalked() && !g.isSmooth) return SampleGltfWalk(g, uc, u);
@@ -263,7 +265,14 @@ INLINE BSDFSample Sample_f(PreparedGltf g, float uc, vec2 u) {
             return result;
         }
     }
-    result.f = Evaluate(g, result.wi, result.pdf);
+    isEvaluated = false;
+    return result;
+}
+
+INLINE BSDFSample Sample_f(PreparedGltf g, float uc, vec2 u) {
+    bool isEvaluated = false;
+    BSDFSample result = SampleDirection(g, uc, u, isEvaluated);
+    if (!isEvaluated) result.f = Evaluate(g, result.wi, result.pdf);
     return result;
 }
 

@@ -11,7 +11,8 @@
 //   - a file starts with its #includes (paths from shaders/), then SHADING_BEGIN ... SHADING_END;
 //   - bindings, specialization constants and extensions stay behind #ifndef __cplusplus.
 //
-// The shader that includes this text enables GL_GOOGLE_include_directive. `sampler` is a keyword of GLSL:
+// The shader that includes this text enables GL_GOOGLE_include_directive and GL_EXT_control_flow_attributes.
+// DONT_UNROLL stands before a loop that is there to have its body compiled once. `sampler` is a keyword of GLSL:
 // variables of type Sampler are called `rng`.
 #ifndef RAYGRAPH_CORE_GLUE_H
 #define RAYGRAPH_CORE_GLUE_H
@@ -24,6 +25,7 @@
 #define OUT(T)   T&
 #define CONST    inline constexpr
 #define INLINE   inline
+#define DONT_UNROLL
 
 #define SHADING_BEGIN namespace raygraph::shading {
 #define SHADING_END   }
@@ -69,6 +71,7 @@ using glm::uintBitsToFloat;
 #define OUT(T)   out T
 #define CONST    const
 #define INLINE
+#define DONT_UNROLL [[dont_unroll]]
 
 #define SHADING_BEGIN
 #define SHADING_END

@@ -114,28 +114,12 @@ INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float
     Collect(path, path.throughput * radiance * weight, path.depth, settings);
 }
 
-// Light scattered at a surface from one point of one light. `beyond`: the media on its other side.
-INLINE void CollectDirect(INOUT(PathState) path, SurfaceInteraction surface, MediumStack beyond,
-                          SurfaceBSDF bsdf, Frame frame, PathSettings settings) {
-    float choice = Get1D(path.rng);
-    LightSample light = SampleLight(path.scatter, choice, Get2D(path.rng));
-    if (!(light.pdf > 0.0f)) return;
-    vec3 wi = ToLocal(frame, light.wi);
-    float side = dot(light.wi, surface.geometricNormal);
-    if (side * wi.z <= 0.0f) return;  // the shading normal leaks
-    float scatterPDF = 0.0f;
-    vec3 scattered = Evaluate(bsdf, wi, scatterPDF) * abs(wi.z);
-    if (!(MaxComponent(scattered) > 0.0f)) return;
-    Ray shadow;
-    shadow.origin = OffsetRayOrigin(surface.position, side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
-    shadow.direction = light.wi;
-    path.rayCount++;
-    if (!Unoccluded(shadow, light.distance * kShadowShare, AlphaSeed(path.rng, path.rayCount))) return;
-    if (HasTraceFeature(kTraceVolumes))
-        scattered *= Transmittance(CurrentMedium(wi.z > 0.0f ? path.media : beyond), light.distance);
-    float weight = LightWeight(light, scatterPDF) / light.pdf;
-    Collect(path, path.throughput * scattered * light.radiance * weight, path.depth + 1u, settings);
-}
+// Light that one point of one light may send to the camera by way of a surface, if nothing is in between.
+struct DirectLight {
+    Ray ray;
+    float distance;  // that has to be free
+    vec3 radiance;   // 0: no light
+};
 
 // False: the path ends here, so that the estimate stays right on average.
 INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
@@ -155,6 +139,91 @@ INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
     return true;
 }
 
+// A surface as the path meets it.
+struct Vertex {
+    SurfaceInteraction surface;
+    MediumStack beyond;  // the media on its other side
+    SurfaceBSDF bsdf;
+    Frame frame;
+};
+
+INLINE vec3 OriginTowards(SurfaceInteraction surface, float side) {
+    return OffsetRayOrigin(surface.position, side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
+}
+
+// What a light sends, `scattered` being f |cos| towards it and `scatterPDF` the density of its direction.
+INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light, vec3 scattered,
+                                float scatterPDF) {
+    DirectLight direct;
+    float side = dot(light.wi, vertex.surface.geometricNormal);
+    direct.ray.origin = OriginTowards(vertex.surface, side);
+    direct.ray.direction = light.wi;
+    direct.distance = light.distance * kShadowShare;
+    direct.radiance = path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
+    if (HasTraceFeature(kTraceVolumes))
+        direct.radiance *= Transmittance(CurrentMedium(side > 0.0f ? path.media : vertex.beyond), light.distance);
+    return direct;
+}
+
+// Gives the path its next ray. False: it has none.
+INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, PathSettings settings) {
+    if (!(scattered.pdf > 0.0f)) return false;
+    vec3 direction = FromLocal(vertex.frame, scattered.wi);
+    float side = dot(direction, vertex.surface.geometricNormal);
+    if (side * scattered.wi.z <= 0.0f) return false;  // the shading normal leaks
+    path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
+    path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
+    path.ray.direction = direction;
+    path.ray.origin = OriginTowards(vertex.surface, side);
+    if (IsTransmissive(scattered.flags)) {
+        path.etaScale *= scattered.eta * scattered.eta;
+        if (HasTraceFeature(kTraceVolumes)) path.media = vertex.beyond;
+    }
+    if (!SurviveRoulette(path, settings)) return false;
+    path.depth++;
+    return true;
+}
+
+// Draws a direction to a light and one from the BSDF, and follows both. False: the path ends here.
+INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings settings, INOUT(DirectLight) direct) {
+    path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
+    LightSample light = NoLightSample();
+    vec3 toLight = vec3(0.0f);
+    if (HasTraceFeature(kTraceLightSampling)) {
+        float choice = Get1D(path.rng);
+        vec2 u = Get2D(path.rng);
+        if (IsNonSpecular(vertex.bsdf.flags)) light = SampleLight(path.scatter, choice, u);
+        toLight = ToLocal(vertex.frame, light.wi);
+        // Where the shading normal leaks there is no light
+        if (dot(light.wi, vertex.surface.geometricNormal) * toLight.z <= 0.0f) light.pdf = 0.0f;
+    } else {
+        path.rng.dimension += 3u;
+    }
+    float choice = Get1D(path.rng);
+    bool isEvaluated = false;
+    BSDFSample scattered = SampleDirection(vertex.bsdf, choice, Get2D(path.rng), isEvaluated);
+
+    if (!HasTraceFeature(kTraceLightSampling)) {
+        if (!isEvaluated) scattered.f = Evaluate(vertex.bsdf, scattered.wi, scattered.pdf);
+        return Scatter(path, vertex, scattered, settings);
+    }
+    // Evaluate the BSDF for both from one place in the text: a device compiles it for each place
+    DONT_UNROLL
+    for (uint turn = 0u; turn < 2u; turn++) {
+        bool isLight = turn == 0u;
+        if (isLight ? !(light.pdf > 0.0f) : isEvaluated) continue;
+        float pdf = 0.0f;
+        vec3 value = Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, pdf);
+        if (isLight) {
+            direct = ScatterLight(path, vertex, light, value * abs(toLight.z), pdf);
+        } else {
+            scattered.f = value;
+            scattered.pdf = pdf;
+        }
+    }
+    return Scatter(path, vertex, scattered, settings);
+}
+
 // Moves the path's ray to the other side of the surface it has found. Light sampling cannot follow: to its
 // rays, the surfaces of volumes are opaque.
 INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
@@ -162,11 +231,9 @@ INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
     path.ray.origin = OffsetRayOrigin(surface.position, -surface.geometricNormal);
 }
 
-// Traces the path's next ray. False: the path has ended, and path.radiance is an unbiased estimate of the
-// radiance along its first ray (unless a named bias is on).
-INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
-    path.rayCount++;
-    Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
+// Adds what the path's ray found, and scatters it there. `direct` becomes the light that a shadow ray may
+// confirm. False: the path ends here.
+INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, INOUT(DirectLight) direct) {
     // What the ray found: a surface, or the environment
     bool isHit = IsHit(hit);
     SurfaceInteraction surface;
@@ -202,40 +269,36 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     if (path.depth >= settings.maxDepth || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
     // What the surface does to light
-    Frame frame = FrameFromZ(surface.shadingNormal);
+    Vertex vertex;
+    vertex.surface = surface;
+    vertex.beyond = boundary.beyond;
+    vertex.frame = FrameFromZ(surface.shadingNormal);
     SurfaceSetting setting;
     setting.eta = boundary.eta;
     setting.isThin = !isVolume;
     setting.leastAlpha = path.depth > 0u ? settings.regularize : 0.0f;
     setting.seed = AlphaSeed(path.rng, path.rayCount);
-    SurfaceBSDF bsdf = BSDFOf(surface.material, ToLocal(frame, -path.ray.direction), setting);
-    path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
-    uint firstDimension = path.rng.dimension;
+    vertex.bsdf = BSDFOf(surface.material, ToLocal(vertex.frame, -path.ray.direction), setting);
     path.scatter.position = surface.position;
-    path.scatter.normal = IsTransmissive(bsdf.flags) ? vec3(0.0f) : surface.geometricNormal;
-    if (HasTraceFeature(kTraceLightSampling) && IsNonSpecular(bsdf.flags))
-        CollectDirect(path, surface, boundary.beyond, bsdf, frame, settings);
+    path.scatter.normal = IsTransmissive(vertex.bsdf.flags) ? vec3(0.0f) : surface.geometricNormal;
+    return ScatterBoth(path, vertex, settings, direct);
+}
 
-    // Sample the BSDF for the next direction
-    path.rng.dimension = firstDimension + 3u;
-    float choice = Get1D(path.rng);
-    BSDFSample scattered = Sample_f(bsdf, choice, Get2D(path.rng));
-    if (!(scattered.pdf > 0.0f)) return false;
-    vec3 direction = FromLocal(frame, scattered.wi);
-    float side = dot(direction, surface.geometricNormal);
-    if (side * scattered.wi.z <= 0.0f) return false;  // the shading normal leaks
-    path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
-    path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
-    path.ray.direction = direction;
-    path.ray.origin =
-        OffsetRayOrigin(surface.position, side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
-    if (IsTransmissive(scattered.flags)) {
-        path.etaScale *= scattered.eta * scattered.eta;
-        if (HasTraceFeature(kTraceVolumes)) path.media = boundary.beyond;
+// Traces the path's next ray, and a shadow ray from where it ended. False: the path has ended, and
+// path.radiance is an unbiased estimate of the radiance along its first ray (unless a named bias is on).
+INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
+    DirectLight direct;
+    direct.radiance = vec3(0.0f);
+    uint depth = path.depth;
+    path.rayCount++;
+    Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
+    bool isGoingOn = ShadeVertex(path, hit, settings, direct);
+    if (MaxComponent(direct.radiance) > 0.0f) {
+        path.rayCount++;
+        if (Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount)))
+            Collect(path, direct.radiance, depth + 1u, settings);
     }
-    if (!SurviveRoulette(path, settings)) return false;
-    path.depth++;
-    return true;
+    return isGoingOn;
 }
 
 SHADING_END

@@ -65,8 +65,16 @@ INLINE float Importance(LightNode node, LightContext context) {
 
 // The chance of the first of two children, which are neighbours from `first`; negative: neither can matter.
 INLINE float FirstChildProbability(uint first, LightContext context) {
-    float importance0 = Importance(LightNodeAt(first), context);
-    float importance1 = Importance(LightNodeAt(first + 1u), context);
+    float importance0 = 0.0f;
+    float importance1 = 0.0f;
+    DONT_UNROLL
+    for (uint child = 0u; child < 2u; child++) {
+        float importance = Importance(LightNodeAt(first + child), context);
+        if (child == 0u)
+            importance0 = importance;
+        else
+            importance1 = importance;
+    }
     float sum = importance0 + importance1;
     return sum > 0.0f ? importance0 / sum : -1.0f;
 }

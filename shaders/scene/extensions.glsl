@@ -1,5 +1,6 @@
 // What every shader that includes the scene's text needs to enable.
 #extension GL_EXT_ray_tracing : require
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require

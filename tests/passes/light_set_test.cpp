@@ -65,6 +65,7 @@ scene::SceneData Lamps() {
 // Irradiance at the origin facing +z by one light sample a texel: shaders/lights over the tables of GpuScene.
 constexpr std::string_view kIrradianceShader = R"(#version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_scalar_block_layout : require
 #include "core/equirect.glsl"
 #include "core/rng.glsl"

@@ -1,6 +1,7 @@
 // Every text of the GLSL and C++ subset in one shader: what the CPU tests compile, glslang compiles too.
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_scalar_block_layout : require
 
 #include "bxdf/conductor.glsl"
