@@ -57,13 +57,16 @@ struct PreparedGltf {
     float metalShare;   // of opaqueChance
 };
 
-INLINE float Average(vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
+INLINE float Average(vec3 v) {
+    return (v.x + v.y + v.z) * (1.0f / 3.0f);
+}
 
 INLINE uint Flags(GltfBxDF lobe) {
     uint rough = max(lobe.alpha.x, lobe.alpha.y) < kSmoothAlpha ? kBxDFSpecular : kBxDFGlossy;
     uint flags = kBxDFReflection | rough;
     if (lobe.metallic < 1.0f && lobe.transmission < 1.0f) flags |= kBxDFDiffuse;
-    if (HasTraceFeature(kTraceGlass) && lobe.metallic < 1.0f && lobe.transmission > 0.0f) flags |= kBxDFTransmission;
+    if (HasTraceFeature(kTraceGlass) && lobe.metallic < 1.0f && lobe.transmission > 0.0f)
+        flags |= kBxDFTransmission;
     return flags;
 }
 
@@ -201,7 +204,9 @@ INLINE PreparedGltf Prepare(GltfBxDF lobe, vec3 wo) {
 }
 
 // Folds where the scene has none.
-INLINE bool HasGlass(PreparedGltf g) { return HasTraceFeature(kTraceGlass) && g.glassChance > 0.0f; }
+INLINE bool HasGlass(PreparedGltf g) {
+    return HasTraceFeature(kTraceGlass) && g.glassChance > 0.0f;
+}
 
 SHADING_END
 

@@ -11,8 +11,8 @@
 //   - a file starts with its #includes (paths from shaders/), then SHADING_BEGIN ... SHADING_END;
 //   - bindings, specialization constants and extensions stay behind #ifndef __cplusplus.
 //
-// The shader that includes this text enables GL_GOOGLE_include_directive and GL_EXT_control_flow_attributes.
-// DONT_UNROLL stands before a loop that is there to have its body compiled once. `sampler` is a keyword of GLSL:
+// DONT_UNROLL stands before a loop that is there to have its body compiled once. The shader that includes
+// this text enables GL_GOOGLE_include_directive and GL_EXT_control_flow_attributes. `sampler` is a keyword of GLSL:
 // variables of type Sampler are called `rng`.
 #ifndef RAYGRAPH_CORE_GLUE_H
 #define RAYGRAPH_CORE_GLUE_H

@@ -157,8 +157,8 @@ INLINE Sampler StartPixelSample(uvec2 pixel, uint sampleIndex, uint seed) {
     return rng;
 }
 
-// Seed of what is decided along ray `rayIndex` of a sample outside of its dimensions: which partly transparent
-// surfaces stop it.
+// Seed of what is decided along ray `rayIndex` of a sample outside of its dimensions: which partly
+// transparent surfaces stop it.
 INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
     return MixBits(rng.pixelSeed ^ MixBits(rng.index * 0x9e3779b9u + rayIndex));
 }

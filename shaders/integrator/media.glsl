@@ -81,7 +81,9 @@ INLINE uint CurrentMedium(MediumStack media) {
     return PreferredMedium(PreferredMedium(PreferredMedium(media.m0, media.m1), media.m2), media.m3);
 }
 
-INLINE float MediumIor(uint material) { return material == kVacuum ? 1.0f : MediumAt(material).ior; }
+INLINE float MediumIor(uint material) {
+    return material == kVacuum ? 1.0f : MediumAt(material).ior;
+}
 
 // Share of light that passes `distance` metres of the medium. Beer and Lambert.
 INLINE vec3 Transmittance(uint material, float distance) {

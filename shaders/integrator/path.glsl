@@ -32,17 +32,17 @@ SHADING_BEGIN
 CONST uint kCameraDimensions = 4u;  // 0, 1: film; 2, 3: lens
 // 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
 CONST uint kBounceDimensions = 7u;
-CONST float kMaxSurvival = 0.99f;  // even a path that loses nothing ends some day
+CONST float kMaxSurvival = 0.99f;    // even a path that loses nothing ends some day
 CONST float kShadowShare = 0.9999f;  // of the way to a light that has to be free
-CONST uint kMaxRays = 4096u;  // of one path: a guard against meshes that cannot be left
+CONST uint kMaxRays = 4096u;         // of one path: a guard against meshes that cannot be left
 
 struct PathSettings {
-    uint maxDepth;         // bounces
-    uint rouletteStart;    // first bounce that roulette may end
-    float survival;        // of a bounce, for roulettes of constant probability
-    uint frameDepth;       // bounces of this sample, for Roulette::Frame
-    float clampIndirect;   // largest component of one contribution after the first bounce
-    float regularize;      // least alpha of the BSDFs after the first bounce
+    uint maxDepth;        // bounces
+    uint rouletteStart;   // first bounce that roulette may end
+    float survival;       // of a bounce, for roulettes of constant probability
+    uint frameDepth;      // bounces of this sample, for Roulette::Frame
+    float clampIndirect;  // largest component of one contribution after the first bounce
+    float regularize;     // least alpha of the BSDFs after the first bounce
 };
 
 // A path on its way: made by StartPath, moved on by one ray with ExtendPath until that returns false.
@@ -148,7 +148,8 @@ struct Vertex {
 };
 
 INLINE vec3 OriginTowards(SurfaceInteraction surface, float side) {
-    return OffsetRayOrigin(surface.position, side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
+    return OffsetRayOrigin(surface.position,
+                           side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
 }
 
 // What a light sends, `scattered` being f |cos| towards it and `scatterPDF` the density of its direction.
@@ -159,9 +160,11 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     direct.ray.origin = OriginTowards(vertex.surface, side);
     direct.ray.direction = light.wi;
     direct.distance = light.distance * kShadowShare;
-    direct.radiance = path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
+    direct.radiance =
+        path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
     if (HasTraceFeature(kTraceVolumes))
-        direct.radiance *= Transmittance(CurrentMedium(side > 0.0f ? path.media : vertex.beyond), light.distance);
+        direct.radiance *=
+            Transmittance(CurrentMedium(side > 0.0f ? path.media : vertex.beyond), light.distance);
     return direct;
 }
 
@@ -185,7 +188,8 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
 }
 
 // Draws a direction to a light and one from the BSDF, and follows both. False: the path ends here.
-INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings settings, INOUT(DirectLight) direct) {
+INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings settings,
+                        INOUT(DirectLight) direct) {
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
     LightSample light = NoLightSample();
     vec3 toLight = vec3(0.0f);

@@ -1,7 +1,7 @@
 // One sampler over all lights: emissive triangles, KHR_lights_punctual, the environment.
 //
 //     LightSample SampleLight(context, uc, u)          light that may arrive: uc chooses the light, u within
-//     float LightPDF(context, light, wi, distance)     density with which SampleLight gives a ray what it found
+//     float LightPDF(context, light, wi, distance)     density in SampleLight of what a ray found
 //
 // Densities are per solid angle and include the chance of the light, so that they weigh against a BSDF's.
 // Directions and distances are those from context.position; nothing is said of what is in between.
