@@ -12,7 +12,8 @@
 //   - bindings, specialization constants and extensions stay behind #ifndef __cplusplus.
 //
 // DONT_UNROLL stands before a loop that is there to have its body compiled once. The shader that includes
-// this text enables GL_GOOGLE_include_directive and GL_EXT_control_flow_attributes. `sampler` is a keyword of GLSL:
+// this text enables GL_GOOGLE_include_directive and
+// GL_EXT_control_flow_attributes. `sampler` is a keyword of GLSL:
 // variables of type Sampler are called `rng`.
 #ifndef RAYGRAPH_CORE_GLUE_H
 #define RAYGRAPH_CORE_GLUE_H
