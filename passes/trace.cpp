@@ -1,17 +1,38 @@
 #include "passes/trace.h"
 
+#include "base/error.h"
 #include "passes/scene_bindings.h"
 
 namespace raygraph::passes {
 
+namespace {
+
+constexpr std::array<const char*, kPathPartCount> kPathPartNames{"emission", "direct",   "indirect",
+                                                                 "diffuse",  "specular", "transmission"};
+
+const char* RayGenOf(bool isCounting, bool isSplitting) {
+    if (isSplitting) return "pathtrace/pathtrace_parts.rgen";
+    return isCounting ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen";
+}
+
+}  // namespace
+
+const char* Name(PathPart part) {
+    return kPathPartNames[static_cast<size_t>(part)];
+}
+
 TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                TextureId* rayCounts) {
+                TextureId* rayCounts, PathPartIds* parts) {
+    if (rayCounts && parts)
+        throw Error(ErrorKind::Usage, "Trace: ray counts and parts were asked for; it gives one of them");
     TextureId radiance = renderer.CreateTexture("radiance", {settings.extent, Format::Rgba32Float});
     if (rayCounts) *rayCounts = renderer.CreateTexture("rayCounts", {settings.extent, Format::R32Float});
+    for (size_t i = 0; parts && i < kPathPartCount; i++)
+        (*parts)[i] = renderer.CreateTexture(kPathPartNames[i], {settings.extent, Format::Rgba32Float});
     renderer.AddPass(
         "Trace", PassKind::RayTracing,
         [&](PassBuilder& pass) {
-            pass.RayGen(rayCounts ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen");
+            pass.RayGen(RayGenOf(rayCounts != nullptr, parts != nullptr));
             SpecializeTrace(pass, scene, settings);
             BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
             BindShadowRays(pass, scene);
@@ -22,6 +43,8 @@ TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
             pass.Reads("energyTables", scene.energyTables);
             radiance = pass.Writes("radiance", radiance);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
+            for (size_t i = 0; parts && i < kPathPartCount; i++)
+                (*parts)[i] = pass.Writes(kPathPartNames[i], (*parts)[i]);
         },
         [extent = settings.extent](CommandList& commands) { commands.TraceRays(extent); });
     return radiance;

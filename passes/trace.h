@@ -1,6 +1,8 @@
 // Trace: one path-traced sample per pixel of the scene's radiance.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -63,12 +65,28 @@ struct TraceSettings {
     BiasSettings biases{};
 };
 
+// Parts of the radiance, by the path that the light took: how often it was scattered, and which lobe
+// scattered it first on the way from the camera. Emission + Direct + Indirect is the radiance, and so is
+// Emission + Diffuse + Specular + Transmission, to rounding.
+enum class PathPart : uint8_t {
+    Emission,      // not scattered: seen directly
+    Direct,        // scattered once
+    Indirect,      // scattered more often
+    Diffuse,       // scattered first by a diffuse lobe
+    Specular,      // reflected first by facets, of any roughness
+    Transmission,  // let through first
+};
+inline constexpr size_t kPathPartCount = 6;
+const char* Name(PathPart part);  // "emission"
+using PathPartIds = std::array<TextureId, kPathPartCount>;
+
 // Returns linear radiance, rgba32f, alpha 1 where the camera ray hit a surface and 0 where it escaped. A
 // function of (scene, settings) alone: the same device gives the same bits. Unbiased but for
-// settings.biases. `rayCounts`, if given, receives a texture (r32f) with the rays traced in each pixel,
-// shadow rays included.
+// settings.biases. One of these may be given: `rayCounts` receives a texture (r32f) with the rays traced in
+// each pixel, shadow rays included; `parts` textures (rgba32f) with the parts of the radiance, alpha as
+// there.
 [[nodiscard]] TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                              TextureId* rayCounts = nullptr);
+                              TextureId* rayCounts = nullptr, PathPartIds* parts = nullptr);
 
 // The camera's first hits, without light: what AOVs and the diagnostic views show. All from one ray per
 // pixel.

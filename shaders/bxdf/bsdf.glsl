@@ -1,7 +1,8 @@
 // The BSDF of a surface as seen from one direction, by the model in use (shared/trace_options.h).
 //     SurfaceBSDF BSDFOf(material, wo, ...)
-//     vec3 Evaluate(bsdf, wi, pdf)        f, and the density of wi in Sample_f
+//     vec3 Evaluate(bsdf, wi, pdf, diffuse)  f, the density of wi in Sample_f, and the diffuse part of f
 //     BSDFSample SampleDirection(bsdf, uc, u, isEvaluated)
+//     vec3 DiffuseOf(bsdf, sample)           the diffuse part of the f of a sample that is evaluated
 // Conventions are those of bxdf/bxdf.glsl.
 #ifndef RAYGRAPH_BXDF_BSDF_GLSL
 #define RAYGRAPH_BXDF_BSDF_GLSL
@@ -72,16 +73,19 @@ INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting sett
     return bsdf;
 }
 
-INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf) {
+INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf, OUT(vec3) diffuse) {
     if (ActiveBrdf() == kBrdfLambert) {
         pdf = PDF(bsdf.lambert, bsdf.wo, wi);
-        return f(bsdf.lambert, bsdf.wo, wi);
+        diffuse = f(bsdf.lambert, bsdf.wo, wi);
+        return diffuse;
     }
     if (ActiveBrdf() == kBrdfLafortune) {
         pdf = PDF(bsdf.lafortune, bsdf.wo, wi);
-        return f(bsdf.lafortune, bsdf.wo, wi);
+        vec3 value = f(bsdf.lafortune, bsdf.wo, wi);
+        diffuse = min(bsdf.lafortune.diffuse * kInvPi, value);
+        return value;
     }
-    return Evaluate(bsdf.gltf, wi, pdf);
+    return Evaluate(bsdf.gltf, wi, pdf, diffuse);
 }
 
 // Sample_f without its evaluation: of the sample, f and pdf are still to be had from Evaluate unless
@@ -91,6 +95,12 @@ INLINE BSDFSample SampleDirection(SurfaceBSDF bsdf, float uc, vec2 u, OUT(bool) 
     if (ActiveBrdf() == kBrdfLambert) return Sample_f(bsdf.lambert, bsdf.wo, uc, u);
     if (ActiveBrdf() == kBrdfLafortune) return Sample_f(bsdf.lafortune, bsdf.wo, uc, u);
     return SampleDirection(bsdf.gltf, uc, u, isEvaluated);
+}
+
+INLINE vec3 DiffuseOf(SurfaceBSDF bsdf, BSDFSample evaluated) {
+    if (ActiveBrdf() == kBrdfLafortune) return min(bsdf.lafortune.diffuse * kInvPi, evaluated.f);
+    // The others evaluate samples of one lobe alone
+    return (evaluated.flags & kBxDFDiffuse) != 0u ? evaluated.f : vec3(0.0f);
 }
 
 SHADING_END

@@ -57,13 +57,17 @@ INLINE float GlassReflectChance(PreparedGltf g, vec3 reflectance) {
     return sum > 0.0f ? reflected / sum : 1.0f;
 }
 
-INLINE vec3 GltfDiffuse(PreparedGltf g, vec3 wi) {
-    if (!HasDiffuseBase(g)) return g.glassDiffuse;
+// The diffuse base under the layer.
+INLINE vec3 GltfBase(PreparedGltf g, vec3 wi) {
+    if (!HasDiffuseBase(g)) return vec3(0.0f);
     FacetEnergy energy = FacetEnergyAt(g.row, wi.z);
     vec3 layer = SingleAlbedo(energy, g.dielectric.f0, g.dielectric.f90) +
                  LaterAlbedo(g, energy, g.dielectric.f0, g.dielectric.f90);
-    return g.diffuse * max(vec3(1.0f) - layer, vec3(0.0f)) + g.glassDiffuse;
+    return g.diffuse * max(vec3(1.0f) - layer, vec3(0.0f));
 }
+
+// All that is sampled by the cosine: the base, and what facets of glass return after many bounces.
+INLINE vec3 GltfDiffuse(PreparedGltf g, vec3 wi) { return GltfBase(g, wi) + g.glassDiffuse; }
 
 // The refraction that the tables scale: masked as reflection is, which is nearer in shape to all bounces
 // together than one bounce alone.
@@ -154,9 +158,10 @@ INLINE float GltfWalkPDF(PreparedGltf g, vec3 wi, float singlePdf) {
     return mix(singlePdf, chance * CosineHemispherePDF(abs(wi.z)), g.rescattered);
 }
 
-// f and PDF at once.
-INLINE vec3 Evaluate(PreparedGltf g, vec3 wi, OUT(float) pdf) {
+// f and PDF at once, and the part of f that is the diffuse base's; the rest is the facets'.
+INLINE vec3 Evaluate(PreparedGltf g, vec3 wi, OUT(float) pdf, OUT(vec3) diffuse) {
     pdf = 0.0f;
+    diffuse = vec3(0.0f);
     vec3 value = vec3(0.0f);
     if (!(g.wo.z > 0.0f) || wi.z == 0.0f) return value;
     if (!g.isSmooth && (g.opaqueChance > 0.0f || HasGlass(g)) && (wi.z > 0.0f || HasGlass(g))) {
@@ -167,10 +172,16 @@ INLINE vec3 Evaluate(PreparedGltf g, vec3 wi, OUT(float) pdf) {
         }
     }
     if (wi.z > 0.0f && g.diffuseChance > 0.0f) {
-        value += GltfDiffuse(g, wi);
+        diffuse = GltfBase(g, wi);
+        value += diffuse + g.glassDiffuse;
         pdf += g.diffuseChance * CosineHemispherePDF(wi.z);
     }
     return value;
+}
+
+INLINE vec3 Evaluate(PreparedGltf g, vec3 wi, OUT(float) pdf) {
+    vec3 diffuse = vec3(0.0f);
+    return Evaluate(g, wi, pdf, diffuse);
 }
 
 INLINE vec3 f(PreparedGltf g, vec3 wi) {

@@ -22,6 +22,7 @@
 #include "core/ray_offset.glsl"
 #include "core/rng.glsl"
 #include "integrator/media.glsl"
+#include "integrator/path_parts.glsl"
 #include "lights/lights.glsl"
 #include "scene/ray.glsl"
 #include "shared/scene_records.h"
@@ -58,6 +59,8 @@ struct PathState {
     uint depth;     // bounces so far
     uint rayCount;  // rays traced
     float alpha;    // 1: the camera ray hit a surface
+    PathParts parts;  // of radiance; these two if kKeepsParts
+    FirstLobe lobe;   // of the first bounce
 };
 
 INLINE PathState StartPath(Ray ray, Sampler rng) {
@@ -74,6 +77,8 @@ INLINE PathState StartPath(Ray ray, Sampler rng) {
     path.depth = 0u;
     path.rayCount = 0u;
     path.alpha = 0.0f;
+    if (kKeepsParts) path.parts = NoParts();
+    path.lobe = NoLobe();
     return path;
 }
 
@@ -95,13 +100,14 @@ INLINE float LightWeight(LightSample light, float scatterPDF) {
     return MISWeight(light.pdf, scatterPDF);
 }
 
-// Adds what `value` of light at vertex `depth` of the path brings to the camera.
-INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, PathSettings settings) {
+// Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`.
+INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, PathSettings settings) {
     if (depth > 0u) {
         float largest = MaxComponent(value);
         if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
     }
     path.radiance += value;
+    if (kKeepsParts) AddPart(path.parts, value, depth, lobe);
 }
 
 // Light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find it.
@@ -111,7 +117,7 @@ INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
         lightPDF = LightPDF(path.scatter, light, path.ray.direction, distance);
     float weight = ScatterWeight(path.scatterPDF, lightPDF);
-    Collect(path, path.throughput * radiance * weight, path.depth, settings);
+    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, settings);
 }
 
 // Light that one point of one light may send to the camera by way of a surface, if nothing is in between.
@@ -119,6 +125,7 @@ struct DirectLight {
     Ray ray;
     float distance;  // that has to be free
     vec3 radiance;   // 0: no light
+    FirstLobe lobe;  // of the path, if kKeepsParts
 };
 
 // False: the path ends here, so that the estimate stays right on average.
@@ -160,6 +167,7 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     direct.ray.origin = OriginTowards(vertex.surface, side);
     direct.ray.direction = light.wi;
     direct.distance = light.distance * kShadowShare;
+    direct.lobe = path.lobe;
     direct.radiance =
         path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
     if (HasTraceFeature(kTraceVolumes))
@@ -168,9 +176,12 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     return direct;
 }
 
-// Gives the path its next ray. False: it has none.
-INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, PathSettings settings) {
+// Gives the path its next ray. `diffuse` is the part of scattered.f. False: it has none.
+INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, vec3 diffuse,
+                    PathSettings settings) {
     if (!(scattered.pdf > 0.0f)) return false;
+    if (kKeepsParts && path.depth == 0u)
+        path.lobe = FirstLobeOf(scattered.f, diffuse, IsTransmissive(scattered.flags));
     vec3 direction = FromLocal(vertex.frame, scattered.wi);
     float side = dot(direction, vertex.surface.geometricNormal);
     if (side * scattered.wi.z <= 0.0f) return false;  // the shading normal leaks
@@ -206,10 +217,11 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     float choice = Get1D(path.rng);
     bool isEvaluated = false;
     BSDFSample scattered = SampleDirection(vertex.bsdf, choice, Get2D(path.rng), isEvaluated);
+    vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // of scattered.f
 
     if (!HasTraceFeature(kTraceLightSampling)) {
-        if (!isEvaluated) scattered.f = Evaluate(vertex.bsdf, scattered.wi, scattered.pdf);
-        return Scatter(path, vertex, scattered, settings);
+        if (!isEvaluated) scattered.f = Evaluate(vertex.bsdf, scattered.wi, scattered.pdf, diffuse);
+        return Scatter(path, vertex, scattered, diffuse, settings);
     }
     // Evaluate the BSDF for both from one place in the text: a device compiles it for each place
     DONT_UNROLL
@@ -217,15 +229,19 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         bool isLight = turn == 0u;
         if (isLight ? !(light.pdf > 0.0f) : isEvaluated) continue;
         float pdf = 0.0f;
-        vec3 value = Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, pdf);
+        vec3 part = vec3(0.0f);
+        vec3 value = Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, pdf, part);
         if (isLight) {
             direct = ScatterLight(path, vertex, light, value * abs(toLight.z), pdf);
+            if (kKeepsParts && path.depth == 0u)
+                direct.lobe = FirstLobeOf(value, part, !SameHemisphere(vertex.bsdf.wo, toLight));
         } else {
             scattered.f = value;
             scattered.pdf = pdf;
+            diffuse = part;
         }
     }
-    return Scatter(path, vertex, scattered, settings);
+    return Scatter(path, vertex, scattered, diffuse, settings);
 }
 
 // Moves the path's ray to the other side of the surface it has found. Light sampling cannot follow: to its
@@ -293,6 +309,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
 INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     DirectLight direct;
     direct.radiance = vec3(0.0f);
+    direct.lobe = path.lobe;
     uint depth = path.depth;
     path.rayCount++;
     Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
@@ -300,7 +317,7 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     if (MaxComponent(direct.radiance) > 0.0f) {
         path.rayCount++;
         if (Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount)))
-            Collect(path, direct.radiance, depth + 1u, settings);
+            Collect(path, direct.radiance, depth + 1u, direct.lobe, settings);
     }
     return isGoingOn;
 }

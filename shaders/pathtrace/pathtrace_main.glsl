@@ -1,4 +1,5 @@
-// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS.
+// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS
+// and PATH_PARTS.
 #define TRACES_SHADOW_RAYS
 #include "scene/extensions.glsl"
 
@@ -14,6 +15,14 @@
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
 #ifdef COUNT_RAYS
 layout(set = 0, binding = 17, r32f) writeonly uniform image2D rayCounts;
+#endif
+#ifdef PATH_PARTS
+layout(set = 0, binding = 18, rgba32f) writeonly uniform image2D emission;
+layout(set = 0, binding = 19, rgba32f) writeonly uniform image2D direct;
+layout(set = 0, binding = 20, rgba32f) writeonly uniform image2D indirect;
+layout(set = 0, binding = 21, rgba32f) writeonly uniform image2D diffuse;
+layout(set = 0, binding = 22, rgba32f) writeonly uniform image2D specular;
+layout(set = 0, binding = 23, rgba32f) writeonly uniform image2D transmission;
 #endif
 
 PathSettings SettingsOf(TraceParameters from) {
@@ -39,5 +48,13 @@ void main() {
     imageStore(radiance, ivec2(pixel), vec4(path.radiance, path.alpha));
 #ifdef COUNT_RAYS
     imageStore(rayCounts, ivec2(pixel), vec4(float(path.rayCount)));
+#endif
+#ifdef PATH_PARTS
+    imageStore(emission, ivec2(pixel), vec4(path.parts.emission, path.alpha));
+    imageStore(direct, ivec2(pixel), vec4(path.parts.direct, path.alpha));
+    imageStore(indirect, ivec2(pixel), vec4(path.parts.indirect, path.alpha));
+    imageStore(diffuse, ivec2(pixel), vec4(path.parts.diffuse, path.alpha));
+    imageStore(specular, ivec2(pixel), vec4(path.parts.specular, path.alpha));
+    imageStore(transmission, ivec2(pixel), vec4(path.parts.transmission, path.alpha));
 #endif
 }
