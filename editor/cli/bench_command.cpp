@@ -7,6 +7,7 @@
 #include "editor/cli/device_setup.h"
 #include "editor/cli/report.h"
 #include "editor/cli/version.h"
+#include "passes/recursion.h"
 
 namespace raygraph::cli {
 
@@ -25,6 +26,7 @@ Json ResultJson(const BenchResult& result, const PictureSettings& settings, cons
                     {"rays_per_sample", speed.raysPerSample},
                     {"mrays_per_s", speed.raysPerSecond * 1e-6}};
     };
+    const auto orNull = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
     return {{"schema", 1},
             {"version", kVersion},
             {"scene", input.file},
@@ -37,9 +39,23 @@ Json ResultJson(const BenchResult& result, const PictureSettings& settings, cons
             {"limit", tracing(result.limit)},
             {"limit_path", tracing(result.limitPath)},
             {"trace_efficiency", result.traceEfficiency},
+            {"recursion",
+             {{"loop_ms", result.recursion.loopMs},
+              {"recursive_ms", orNull(result.recursion.recursiveMs)},
+              {"loop_speedup", orNull(result.recursion.loopSpeedup)}}},
             {"ms_per_sample", result.secondsPerFrame * 1e3},
             {"msamples_per_s", result.samplesPerSecond * 1e-6},
             {"msamples_per_cpu_s", result.samplesPerCpuSecond * 1e-6}};
+}
+
+void PrintRecursion(const RecursionSpeed& speed, const rhi::DeviceInfo& device) {
+    std::fprintf(stderr, "  recursion: loop %.3f ms, ", speed.loopMs);
+    if (speed.recursiveMs)
+        std::fprintf(stderr, "recursive %.3f ms, loop is %.2f times faster\n", *speed.recursiveMs,
+                     *speed.loopSpeedup);
+    else
+        std::fprintf(stderr, "recursive not measured: it needs a depth of %u, the device allows %u\n",
+                     kLambertRecursion, device.maxRayRecursionDepth);
 }
 
 void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
@@ -54,6 +70,7 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
     tracing("limit", result.limit);
     tracing("limit_path", result.limitPath);
     std::fprintf(stderr, "  %-16s %9.3f\n", "efficiency", result.traceEfficiency);
+    PrintRecursion(result.recursion, device);
     std::fprintf(stderr, "  %-16s %9.3f Msamples/s, %.3f a CPU second\n", "throughput",
                  result.samplesPerSecond * 1e-6, result.samplesPerCpuSecond * 1e-6);
 }

@@ -8,6 +8,7 @@
 #include "editor/cli/stopwatch.h"
 #include "passes/accumulate.h"
 #include "passes/limit.h"
+#include "passes/recursion.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
@@ -76,6 +77,16 @@ class Bench {
     uint32_t m_sampleIndex = 0;
 };
 
+RecursionSpeed RecursionOf(const PassTimes& times) {
+    RecursionSpeed speed{.loopMs = times.MedianMs("LambertLoop"), .recursiveMs = {}, .loopSpeedup = {}};
+    const double recursiveMs = times.MedianMs("LambertRecursive");
+    if (recursiveMs > 0.0 && speed.loopMs > 0.0) {
+        speed.recursiveMs = recursiveMs;
+        speed.loopSpeedup = recursiveMs / speed.loopMs;
+    }
+    return speed;
+}
+
 TracingSpeed SpeedOf(double gpuMs, double raysPerSample, double pixels) {
     return {gpuMs, raysPerSample, gpuMs > 0.0 ? raysPerSample * pixels / (gpuMs * 1e-3) : 0.0};
 }
@@ -96,13 +107,20 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
             renderer.Present(passes::Limit(renderer, ids, settings, kind));
         };
     };
-    const DeclareFrame limit = limitOf(passes::LimitKind::CameraRays);
-    const DeclareFrame limitPath = limitOf(passes::LimitKind::Path);
+    const auto lambertOf = [&](passes::PathForm form) -> DeclareFrame {
+        return [&renderer, form](const SceneIds& ids, const passes::TraceSettings& settings) {
+            renderer.Present(passes::LambertPath(renderer, ids, settings, form));
+        };
+    };
+    std::vector<DeclareFrame> yardsticks{limitOf(passes::LimitKind::CameraRays),
+                                         limitOf(passes::LimitKind::Path), lambertOf(passes::PathForm::Loop)};
+    if (passes::CanRecurse(renderer.Device())) yardsticks.push_back(lambertOf(passes::PathForm::Recursive));
 
     progress.Show("  warming up");
-    for (const DeclareFrame* kind : {&picture, &limit, &limitPath}) bench.WarmUp(*kind);
+    bench.WarmUp(picture);
+    for (const DeclareFrame& yardstick : yardsticks) bench.WarmUp(yardstick);
 
-    PassTimes times, limitTimes;
+    PassTimes times, yardstickTimes;
     double seconds = 0.0, cpuSeconds = 0.0;
     for (uint32_t round = 0; round < plan.rounds; round++) {
         progress.Show("  round " + std::to_string(round + 1) + "/" + std::to_string(plan.rounds));
@@ -112,9 +130,8 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
         seconds += watch.Seconds();
         cpuSeconds += ProcessCpuSeconds() - cpuBefore;
         times.Add(renderer.TakeTimings());
-        bench.RunFrames(limit, plan.frames);
-        bench.RunFrames(limitPath, plan.frames);
-        limitTimes.Add(renderer.TakeTimings());
+        for (const DeclareFrame& yardstick : yardsticks) bench.RunFrames(yardstick, plan.frames);
+        yardstickTimes.Add(renderer.TakeTimings());
     }
     if (times.MedianMs("Trace") <= 0.0)
         throw Error(ErrorKind::Vulkan, "bench: the device " + renderer.Device().Info().name +
@@ -134,13 +151,16 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     BenchResult result;
     result.frames = plan.frames * plan.rounds;
     result.passes = times.Summary();
-    for (const PassTime& pass : limitTimes.Summary())
-        if (pass.name.starts_with("Limit")) result.passes.push_back(pass);
+    for (const PassTime& pass : yardstickTimes.Summary())
+        if (pass.name.starts_with("Limit") || pass.name.starts_with("Lambert")) result.passes.push_back(pass);
     result.trace = SpeedOf(times.MedianMs("Trace"), traceRays, pixels);
-    result.limit = SpeedOf(limitTimes.MedianMs("Limit"), limitRays(passes::LimitKind::CameraRays), pixels);
-    result.limitPath = SpeedOf(limitTimes.MedianMs("LimitPath"), limitRays(passes::LimitKind::Path), pixels);
+    result.limit =
+        SpeedOf(yardstickTimes.MedianMs("Limit"), limitRays(passes::LimitKind::CameraRays), pixels);
+    result.limitPath =
+        SpeedOf(yardstickTimes.MedianMs("LimitPath"), limitRays(passes::LimitKind::Path), pixels);
     if (result.limitPath.raysPerSecond > 0.0)
         result.traceEfficiency = result.trace.raysPerSecond / result.limitPath.raysPerSecond;
+    result.recursion = RecursionOf(yardstickTimes);
     result.secondsPerFrame = seconds / result.frames;
     result.samplesPerSecond = pixels * result.frames / seconds;
     result.samplesPerCpuSecond = cpuSeconds > 0.0 ? pixels * result.frames / cpuSeconds : 0.0;

@@ -1,6 +1,7 @@
 // Times the passes of a path-traced frame against what tracing costs on this device by itself.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "editor/cli/device_scene.h"
@@ -20,6 +21,14 @@ struct TracingSpeed {
     double raysPerSecond = 0.0;
 };
 
+// The same paths by a loop in ray generation and by recursion from the closest hit (passes/recursion.h).
+struct RecursionSpeed {
+    double loopMs = 0.0;  // GPU times, medians
+    // None: the device does not trace as deep.
+    std::optional<double> recursiveMs;
+    std::optional<double> loopSpeedup;  // recursiveMs over loopMs
+};
+
 struct BenchResult {
     uint32_t frames = 0;  // behind each median
     std::vector<PassTime> passes;
@@ -27,6 +36,7 @@ struct BenchResult {
     TracingSpeed limit;            // camera rays alone
     TracingSpeed limitPath;        // four cosine bounces more, no shading
     double traceEfficiency = 0.0;  // rays per second of trace over those of limitPath
+    RecursionSpeed recursion;
     double secondsPerFrame = 0.0;  // of whole path-traced frames, wall clock, mean
     double samplesPerSecond = 0.0;
     // Over the processor time of the whole process: what a CPU driver achieves per core.

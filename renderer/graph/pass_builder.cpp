@@ -55,6 +55,20 @@ PassBuilder& PassBuilder::Callable(std::string_view shader) {
     return *this;
 }
 
+PassBuilder& PassBuilder::MaxRecursion(uint32_t depth) {
+    const rhi::DeviceInfo& device = m_renderer.Device().Info();
+    if (depth == 0)
+        throw Error(ErrorKind::Usage, PassText(m_graph) +
+                                          " asks for a ray recursion of 0; ray generation "
+                                          "itself traces at 1");
+    if (depth > device.maxRayRecursionDepth)
+        throw Error(ErrorKind::Usage, PassText(m_graph) + " asks for a ray recursion of " +
+                                          std::to_string(depth) + "; the device " + device.name + " allows " +
+                                          std::to_string(device.maxRayRecursionDepth));
+    m_pass.request.maxRecursion = depth;
+    return *this;
+}
+
 PassBuilder& PassBuilder::Compute(std::string_view shader) {
     m_pass.request.compute = FindShader(shader);
     return *this;

@@ -73,6 +73,10 @@ class PassBuilder {
     // `hitSet` tells geometries apart (TlasInstance::hitSet); one group per ray type in each set.
     PassBuilder& HitGroup(RayType rayType, const HitGroupShaders& shaders, uint32_t hitSet = 0);
     PassBuilder& Callable(std::string_view shader);
+    // How deep rays may trace rays: 1, the default, is ray generation alone; a closest hit that traces needs
+    // one more. More than the device's maxRayRecursionDepth, or 0, is an error; deeper tracing than asked for
+    // is undefined.
+    PassBuilder& MaxRecursion(uint32_t depth);
     PassBuilder& Compute(std::string_view shader);
     PassBuilder& Vertex(std::string_view shader);
     PassBuilder& Fragment(std::string_view shader);

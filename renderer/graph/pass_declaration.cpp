@@ -196,6 +196,8 @@ void CheckShaders(const GraphPass& pass, const ProgramRequest& request) {
     if (isTracing && !request.rayGen) Fail(pass, kind + " and names no ray-generation shader (RayGen)");
     if (isCompute && !request.compute) Fail(pass, kind + " and names no compute shader (Compute)");
     if (isRaster && !request.vertex) Fail(pass, kind + " and names no vertex shader (Vertex)");
+    if (request.maxRecursion != 1 && !isTracing)
+        Fail(pass, kind + " and cannot have a ray recursion (MaxRecursion)");
     std::vector<const Shader*> shaders;
     request.ListShaders(shaders);
     for (const Shader* shader : shaders) {

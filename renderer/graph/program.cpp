@@ -40,6 +40,7 @@ void ProgramRequest::Clear(PassKind newKind) {
     miss = {};
     hitSets.clear();
     callables.clear();
+    maxRecursion = 1;
     specialization.clear();
     raster = {};
     colorFormats.clear();
@@ -85,6 +86,7 @@ void ProgramCache::MakeKey(const ProgramRequest& request) {
     }
     Append(m_key, static_cast<uint32_t>(request.callables.size()));
     for (const Shader* shader : request.callables) Append(m_key, shader);
+    Append(m_key, request.maxRecursion);
     Append(m_key, request.compute);
     Append(m_key, request.vertex);
     Append(m_key, request.fragment);
@@ -207,6 +209,7 @@ void ProgramCache::MakePipeline(Program& program) {
             for (const Shader* callable : request.callables)
                 desc.callables.push_back({.stage = StageOf(callable), .recordData = {}});
             desc.specialization = program.m_specialization;
+            desc.maxRecursion = request.maxRecursion;
             program.m_rayTracing = rhi::CreateRayTracingPipeline(m_device, desc);
             made = &program.m_rayTracing;
             break;

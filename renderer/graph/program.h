@@ -43,6 +43,7 @@ struct ProgramRequest {
     std::array<const Shader*, kRayTypeCount> miss{};
     std::vector<std::array<HitShaders, kRayTypeCount>> hitSets;
     std::vector<const Shader*> callables;
+    uint32_t maxRecursion = 1;
     const Shader* compute = nullptr;
     const Shader* vertex = nullptr;
     const Shader* fragment = nullptr;

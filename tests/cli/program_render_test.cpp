@@ -333,7 +333,17 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     EXPECT_DOUBLE_EQ(json.at("limit").at("rays_per_sample"), 1.0);
     EXPECT_GT(json.at("trace").at("rays_per_sample").get<double>(), 1.0);
     EXPECT_GT(json.at("msamples_per_cpu_s").get<double>(), 0.0);
-    for (const char* pass : {"Trace", "Accumulate", "Tonemap", "Limit", "LimitPath"})
+    const nlohmann::json& recursion = json.at("recursion");
+    const double loop = recursion.at("loop_ms");
+    EXPECT_GT(loop, 0.0);
+    if (recursion.at("recursive_ms").is_null()) {
+        EXPECT_TRUE(recursion.at("loop_speedup").is_null());
+        EXPECT_NE(result.messages.find("recursive not measured"), std::string::npos) << result.messages;
+    } else {
+        EXPECT_NEAR(recursion.at("loop_speedup"), recursion.at("recursive_ms").get<double>() / loop, 1e-6);
+        EXPECT_NE(result.messages.find("recursion: loop "), std::string::npos) << result.messages;
+    }
+    for (const char* pass : {"Trace", "Accumulate", "Tonemap", "Limit", "LimitPath", "LambertLoop"})
         EXPECT_GT(json.at("gpu_ms_median").at(pass).get<double>(), 0.0) << pass;
 }
 

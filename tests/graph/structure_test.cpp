@@ -137,6 +137,41 @@ TEST_F(Structures, RebuiltWhileFramesAreInFlight_HitWhereTheyWereThen) {
     }
 }
 
+TEST_F(Structures, RecursionBeyondTheDevice_NamesBoth) {
+    const rhi::DeviceInfo& device = Device().Info();
+    const auto message = [&](PassKind kind, uint32_t depth) {
+        m_renderer.BeginFrame();
+        try {
+            m_renderer.AddPass(
+                "Deep", kind,
+                [&](PassBuilder& pass) {
+                    if (kind == PassKind::Compute)
+                        pass.Compute("test/fill.comp");
+                    else
+                        pass.RayGen("test/hits.rgen");
+                    pass.MaxRecursion(depth);
+                },
+                [](CommandList&) {});
+        } catch (const Error& error) {
+            EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+            return std::string(error.what());
+        }
+        return std::string("accepted");
+    };
+    const uint32_t most = device.maxRayRecursionDepth;
+    EXPECT_EQ(message(PassKind::RayTracing, most + 1), "pass \"Deep\" asks for a ray recursion of " +
+                                                           std::to_string(most + 1) + "; the device " +
+                                                           device.name + " allows " + std::to_string(most));
+    EXPECT_EQ(message(PassKind::RayTracing, 0),
+              "pass \"Deep\" asks for a ray recursion of 0; ray generation itself traces at 1");
+    EXPECT_THAT(message(PassKind::RayTracing, most), HasSubstr("does not bind what its shaders use"))
+        << "the limit itself is not refused";
+    if (most > 1) {
+        EXPECT_EQ(message(PassKind::Compute, 2),
+                  "pass \"Deep\" is of kind compute and cannot have a ray recursion (MaxRecursion)");
+    }
+}
+
 TEST_F(Structures, BindlessTextures_AreSampledThroughSetOne) {
     m_renderer.AddShader("test/bindless.comp", CompileText("test/bindless.comp", R"(
 #extension GL_EXT_nonuniform_qualifier : enable

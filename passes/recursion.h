@@ -1,0 +1,25 @@
+// LambertPath: one plain path traced in two forms, to measure on a device what a loop in ray generation saves
+// against recursion from the closest hit. Both give the same picture, to rounding.
+#pragma once
+
+#include "passes/trace.h"
+#include "shaders/shared/lambert_path.h"
+
+namespace raygraph::passes {
+
+enum class PathForm : uint8_t {
+    Loop,       // in ray generation, with the hit and miss shaders of Trace
+    Recursive,  // each closest hit traces the next ray: a recursion of kLambertRecursion
+};
+
+// If the device traces from closest hits as deep as PathForm::Recursive needs.
+[[nodiscard]] bool CanRecurse(const rhi::Device& device);
+
+// Returns linear radiance, rgba32f, of paths of kLambertBounces bounces: Lambert surfaces of their base
+// colour with flat normals, emission found by chance, alpha taken as opaque, the environment without its map.
+// Of `settings`, extent, camera, sampler, seed and sampleIndex count. Throws Error{Usage} for
+// PathForm::Recursive where the device cannot (CanRecurse).
+[[nodiscard]] TextureId LambertPath(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                                    PathForm form);
+
+}  // namespace raygraph::passes
