@@ -16,7 +16,7 @@ sys.dont_write_bytecode = True
 from cornell_box import cornell
 from gltf_writer import GltfWriter, png_rgb
 from light_scenes import many_lights, small_light
-from material_scenes import glass_sphere, material_row, nested_dielectrics
+from material_scenes import furnace_row, glass_sphere, material_row, nested_dielectrics
 from shapes import Picker, box_quads, icosphere
 
 
@@ -161,6 +161,7 @@ SCENES = {
     "many_lights.gltf": many_lights,
     "glass_sphere.gltf": glass_sphere,
     "material_row.gltf": material_row,
+    "furnace_row.gltf": furnace_row,
     "nested_dielectrics.gltf": nested_dielectrics,
 }
 

@@ -51,6 +51,22 @@ def material_row():
     return writer.text()
 
 
+def furnace_row():
+    """Five spheres of radius 0.45 of white metal, roughness 0.2 to 1 from left to right in steps of 0.2, alone:
+    in an environment of one radiance those that lose nothing cannot be seen."""
+    writer = GltfWriter()
+    positions, triangles = icosphere(4)
+    shape = writer.primitive(positions, triangles, 0, normals=positions)
+    for i in range(5):
+        roughness = round((i + 1) / 5, 1)
+        name = f"white metal {roughness}"
+        material = writer.material(name, [1, 1, 1], roughnessFactor=roughness, metallicFactor=1)
+        mesh = writer.mesh(name, [{**shape, "material": material}])
+        writer.node(name=name, mesh=mesh, translation=[i - 2, 0, 0], scale=[0.45, 0.45, 0.45])
+    writer.camera("camera", (0, 0, 12), 2.0 * math.atan(0.055), aspect=4)
+    return writer.text()
+
+
 def nested_dielectrics():
     """A tumbler 12 cm high (glass, index 1.5), a drink in it (1.33, amber) whose surface runs inside the
     glass, and a cube of ice (1.31) half out of the drink. Priorities: glass 3, ice 2, drink 1; the higher one
