@@ -39,7 +39,7 @@ struct SceneIds {
     BufferId lightAlias;        // "lightAlias": gpu::AliasEntry[]
     BufferId environmentAlias;  // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
-    BufferId energyTables;    // "energyTables": float[], see shaders/shared/energy_tables.h
+    BufferId energyTables;        // "energyTables": float[], see shaders/shared/energy_tables.h
     bool hasAlpha = false;        // a material is not opaque
     bool hasTextures = false;     // a material has one
     bool hasGlass = false;        // a material lets light through

@@ -1,8 +1,8 @@
 // Tracing by ray type: the only place that turns a ray type into numbers of the shader binding table.
 // Group order is that of rhi/shader_binding_table.h. Stride 0: every geometry of an instance takes the
 // instance's hit set. Backs are culled where the instance allows it. Origins are moved off their surface
-// beforehand (core/ray_offset.glsl): no tMin. A pass whose radiance rays carry something of their own declares
-// it at location 0, defines OWN_RADIANCE_PAYLOAD, and traces by TraceRadiance.
+// beforehand (core/ray_offset.glsl): no tMin. A pass whose radiance rays carry something of their own
+// declares it at location 0, defines OWN_RADIANCE_PAYLOAD, and traces by TraceRadiance.
 #ifndef RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 #define RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 

@@ -49,7 +49,7 @@ struct InstanceRecord {
     RAYGRAPH_ADDRESS
     triangleGeometries;  // uint a triangle: its geometry, from firstGeometry; 0: the first for all
     RAYGRAPH_ADDRESS
-        triangleLights;  // uint a triangle: its light, from firstLight, or kNoLight; 0: no lights
+    triangleLights;      // uint a triangle: its light, from firstLight, or kNoLight; 0: no lights
     uint firstGeometry;  // index of the group's first GeometryRecord
     uint instance;       // index of the scene's instance
     uint firstLight;     // number of the group's first light
@@ -101,11 +101,11 @@ struct MaterialRecord {
 
 struct CameraRecord {
     vec3 origin;
-    uint orthographic;  // 1: rays are parallel, origin moves over the film
-    vec3 right;         // half the film's width at distance 1 (perspective), or in metres (orthographic)
-    vec3 up;            // half the film's height, likewise; points to the top row
-    vec3 forward;       // unit length
-    float lensRadius;   // metres; 0: a pinhole. An orthographic camera has none
+    uint orthographic;    // 1: rays are parallel, origin moves over the film
+    vec3 right;           // half the film's width at distance 1 (perspective), or in metres (orthographic)
+    vec3 up;              // half the film's height, likewise; points to the top row
+    vec3 forward;         // unit length
+    float lensRadius;     // metres; 0: a pinhole. An orthographic camera has none
     float focusDistance;  // metres along forward to the plane that is sharp
 };
 

@@ -82,10 +82,18 @@ struct TraceOptions {
     uint32_t features = ~kTraceProbeMedia;
 };
 inline thread_local TraceOptions threadTraceOptions;
-inline uint32_t ActiveBrdf() { return static_cast<uint32_t>(threadTraceOptions.brdf); }
-inline uint32_t ActiveMis() { return static_cast<uint32_t>(threadTraceOptions.mis); }
-inline uint32_t ActiveRoulette() { return static_cast<uint32_t>(threadTraceOptions.roulette); }
-inline bool HasTraceFeature(uint32_t bit) { return (threadTraceOptions.features & bit) != 0u; }
+inline uint32_t ActiveBrdf() {
+    return static_cast<uint32_t>(threadTraceOptions.brdf);
+}
+inline uint32_t ActiveMis() {
+    return static_cast<uint32_t>(threadTraceOptions.mis);
+}
+inline uint32_t ActiveRoulette() {
+    return static_cast<uint32_t>(threadTraceOptions.roulette);
+}
+inline bool HasTraceFeature(uint32_t bit) {
+    return (threadTraceOptions.features & bit) != 0u;
+}
 }  // namespace shading
 
 }  // namespace raygraph
@@ -109,10 +117,18 @@ layout(constant_id = 5) const uint kBrdf = kBrdfGltf;
 layout(constant_id = 7) const uint kMis = kMisPower;
 layout(constant_id = 8) const uint kRoulette = kRouletteThroughput;
 layout(constant_id = 9) const uint kTraceFeatures = 0xFFFFFFFFu;
-uint ActiveBrdf() { return kBrdf; }
-uint ActiveMis() { return kMis; }
-uint ActiveRoulette() { return kRoulette; }
-bool HasTraceFeature(uint bit) { return (kTraceFeatures & bit) != 0u; }
+uint ActiveBrdf() {
+    return kBrdf;
+}
+uint ActiveMis() {
+    return kMis;
+}
+uint ActiveRoulette() {
+    return kRoulette;
+}
+bool HasTraceFeature(uint bit) {
+    return (kTraceFeatures & bit) != 0u;
+}
 
 #endif
 
