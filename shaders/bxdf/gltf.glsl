@@ -137,7 +137,7 @@ INLINE WalkSurface ChooseWalk(PreparedGltf g, float uc, OUT(vec3) weight) {
 
 // What light takes on by passing: the base's colour, and the scale of radiance.
 INLINE vec3 PassedTint(PreparedGltf g) {
-    return g.isThin ? g.bxdf.baseColor : g.bxdf.baseColor / (g.eta * g.eta);
+    return g.isThin ? g.bxdf.baseColor : g.bxdf.baseColor / Sqr(g.bxdf.eta);
 }
 
 // The walk's estimate of f, all but diffuse; `pdf` has single scattering's density and is made the walk's.
@@ -222,7 +222,7 @@ INLINE BSDFSample SampleGltfWalk(PreparedGltf g, float uc, vec2 u) {
     result.flags = kBxDFReflection | kBxDFGlossy;
     if (walked.wi.z < 0.0f) {
         result.flags = kBxDFTransmission | kBxDFGlossy;
-        result.eta = g.isThin ? 1.0f : g.eta;
+        result.eta = g.isThin ? 1.0f : g.bxdf.eta;
         weight *= PassedTint(g);
     }
     return WalkedSample(g, result, walked.weight * weight);
@@ -266,8 +266,8 @@ INLINE BSDFSample SampleDirection(PreparedGltf g, float uc, vec2 u, OUT(bool) is
                 result.wi.z = -result.wi.z;
             } else {
                 if (!Refract(g.wo, m, g.eta, result.wi)) return NoSample();
-                result.eta = g.eta;
-                result.f /= g.eta * g.eta;
+                result.eta = g.bxdf.eta;
+                result.f /= Sqr(g.eta);
             }
             if (!(result.wi.z < 0.0f)) return NoSample();
         }

@@ -166,13 +166,14 @@ INLINE PreparedGltf Prepare(GltfBxDF lobe, vec3 wo) {
         g.diffuseChance = Average(base);
     }
     if (glass > 0.0f) {
-        if (!g.isThin) {
+        if (!g.isThin && !g.isSmooth) {
             bool isDenser = g.eta >= 1.0f;
             g.eta = isDenser ? max(g.eta, 1.0f + kGltfMinRefraction) : min(g.eta, 1.0f - kGltfMinRefraction);
         }
         float glassDiffuse = 0.0f;
         g.glassReflect = vec3(glass);
-        g.glassPass = glass * lobe.baseColor;
+        // Radiance is scaled by the true index
+        g.glassPass = lobe.baseColor * (g.isThin ? glass : glass * Sqr(g.eta / lobe.eta));
         if (HasCompensation() && !g.isSmooth) {
             GlassScale scale;
             if (g.isThin) {

@@ -129,7 +129,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage({"render"}, "FILE");
     ExpectUsage({"render", "a.gltf", "b.gltf"}, "b.gltf");
     ExpectUsage({"render", "a.gltf", "--bogus"}, "--bogus");
-    ExpectUsage({"render", "a.gltf", "--nee", "off"}, "--nee");
+    ExpectUsage({"render", "a.gltf", "--nee", "no"}, "--nee", "off");
     ExpectUsage({"render", "a.gltf", "--size"}, "--size");
     ExpectUsage({"render", "a.gltf", "--size", "64"}, "--size", "\"64\"");
     ExpectUsage({"render", "a.gltf", "--size", "64x64", "--size", "32x32"}, "--size");
@@ -141,7 +141,11 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage({"render", "a.gltf", "-o", "a"}, "-o", ".png, .exr or .hdr");
     ExpectUsage({"render", "a.gltf", "--tonemap", "filmic"}, "--tonemap", "neutral");
     ExpectUsage({"render", "a.gltf", "--view", "raster"}, "--view", "path-traced");
-    ExpectUsage({"render", "a.gltf", "--brdf", "gltf"}, "--brdf", "lambert");
+    ExpectUsage({"render", "a.gltf", "--brdf", "phong"}, "--brdf", "lambert");
+    ExpectUsage({"render", "a.gltf", "--light-sampler", "tree"}, "--light-sampler", "bvh");
+    ExpectUsage({"render", "a.gltf", "--rr", "constant:2"}, "--rr", "\"2\"");
+    ExpectUsage({"render", "a.gltf", "--error", "0"}, "--error");
+    ExpectUsage({"render", "a.gltf", "--aperture", "-1"}, "--aperture");
     ExpectUsage({"render", "a.gltf", "--aov", "albedo,,N"}, "--aov");
     ExpectUsage({"render", "a.gltf", "--aov", "uv"}, "--aov", "albedo");
     ExpectUsage({"render", "a.gltf", "--background", "1,1"}, "--background");

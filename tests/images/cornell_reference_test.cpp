@@ -46,6 +46,7 @@ class CornellReference : public VulkanTest {
         scene::SceneData data = scene::LoadGltf(assets / "references/scenes/cornell_lambert.gltf");
         passes::TraceSettings settings;
         settings.extent = {size, size};
+        settings.scattering.brdf = BrdfModel::Lambert;
         settings.camera = ToRecord(scene::ChooseView(data, "", 1.0f));
         render.scene.SetScene(std::move(data));
         return render.Render(settings, samples);

@@ -1,6 +1,7 @@
 // Every kind of light against its closed form, on the device, by light sampling.
 #include <cmath>
 
+#include "tests/support/same_image.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -158,59 +159,17 @@ TEST_F(TraceLights, Trace_HiddenOrDarkenedLightGivesNothing) {
     EXPECT_EQ(render.Render(Settings(), 4).mean.Mean().y, 0.0);
 }
 
-TEST_F(TraceLights, Trace_EveryStrategyConvergesToOneImage) {
-    // An occluded room with a small lamp, a glossy floor, a point light and a dim sky
-    scene::Material floor = Lambert(glm::vec3(0.7f, 0.5f, 0.3f));
-    floor.roughnessFactor = 0.4f;
-    floor.metallicFactor = 0.5f;
-    scene::SceneData scene =
-        SceneOf({QuadMesh(2.0f, 0), BoxMesh(0.3f, 1), QuadMesh(0.3f, 2)},
-                {floor, Lambert(glm::vec3(0.6f, 0.7f, 0.8f)), Lambert(glm::vec3(0.0f), glm::vec3(8.0f))},
-                {glm::mat4x3(1.0f), Translation({0.2f, -0.3f, 0.3f}), Translation({0.5f, 0.6f, 1.5f})});
-    scene.lights = {Punctual(scene::LightType::Point, 1.0f, {-1.0f, 0.5f, 1.0f})};
-    render.scene.SetScene(std::move(scene));
+// The rest of the strategies: tests/long.
+TEST_F(TraceLights, Trace_HowLightIsFoundLeavesTheImage) {
+    render.scene.SetScene(RoomUnderALamp());
     render.scene.SetEnvironment({.radiance = glm::vec3(0.2f)});
-    TraceSettings settings = LookAt({0.0f, -2.0f, 1.5f}, {0, 0, 0}, 0.9f, 48);
-    settings.scattering.brdf = BrdfModel::Gltf;
+    TraceSettings settings = ViewOfRoom(48);
     const RenderedImage reference = render.Render(settings, 256);
-
-    struct Variant {
-        const char* name;
-        void (*change)(TraceSettings&);
-    };
-    const Variant variants[] = {
-        {"balance heuristic", [](TraceSettings& s) { s.lights.mis = MisHeuristic::Balance; }},
-        {"light sampling alone", [](TraceSettings& s) { s.lights.mis = MisHeuristic::Off; }},
-        {"uniform lights", [](TraceSettings& s) { s.lights.sampler = LightSampler::Uniform; }},
-        {"lights by power", [](TraceSettings& s) { s.lights.sampler = LightSampler::Power; }},
-        {"pcg", [](TraceSettings& s) { s.sampler = SamplerKind::Pcg; }},
-        {"tea", [](TraceSettings& s) { s.sampler = SamplerKind::Tea; }},
-        {"constant roulette",
-         [](TraceSettings& s) { s.roulette = {.kind = Roulette::Constant, .start = 1, .survival = 0.7f}; }},
-        {"a depth a frame",
-         [](TraceSettings& s) { s.roulette = {.kind = Roulette::Frame, .start = 1, .survival = 0.7f}; }},
-        {"no roulette",
-         [](TraceSettings& s) {
-             s.roulette.kind = Roulette::Off;
-             s.biases.maxDepth = 24;
-         }},
-    };
-    for (const Variant& variant : variants) {
-        TraceSettings changed = settings;
-        changed.seed = 1;
-        variant.change(changed);
-        const RenderedImage image = render.Render(changed, 96);
-        const glm::dvec3 difference = image.mean.Mean() - reference.mean.Mean();
-        const glm::dvec3 a = image.StandardErrorOfMean(), b = reference.StandardErrorOfMean();
-        // All pixels of a sample share the depth that is drawn for it: their errors do not average out
-        const double allowed =
-            changed.roulette.kind == Roulette::Frame ? 0.05 * reference.mean.Mean().y : 0.0;
-        for (int channel = 0; channel < 3; channel++) {
-            EXPECT_LT(std::abs(difference[channel]), 4.5 * std::hypot(a[channel], b[channel]) + allowed)
-                << variant.name << ", channel " << channel;
-            EXPECT_LT(a[channel], 0.02 * reference.mean.Mean()[channel]) << variant.name << " is too noisy";
-        }
-    }
+    settings.seed = 1;
+    settings.lights.mis = MisHeuristic::Off;
+    ExpectSameImage(render.Render(settings, 96), reference, "light sampling alone");
+    settings.lights.isOn = false;
+    ExpectSameImage(render.Render(settings, 512), reference, "BSDF sampling alone");
 }
 
 TEST_F(TraceLights, Trace_ChanceAndLightSamplingAgreeOnWhatBothCanFind) {

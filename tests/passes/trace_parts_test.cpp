@@ -160,10 +160,10 @@ TEST_F(TraceParts, Trace_PartsDoNotDependOnHowLightIsFound) {
     // Lamps sampled or met by chance: each part converges to the same
     TraceSettings settings = SetScene();
     settings.extent = {32, 32};
-    const SplitImage sampled = Split(settings, 64);
+    const SplitImage sampled = Split(settings, 128);
     settings.seed = 1;
     settings.lights.isOn = false;
-    const SplitImage met = Split(settings, 512);
+    const SplitImage met = Split(settings, 1024);
     for (const PathPart part : kScatteredParts) {
         const glm::dvec3 a = sampled.Mean(part), b = met.Mean(part);
         const double error = std::hypot(sampled.StandardErrorOfMean(part).y, met.StandardErrorOfMean(part).y);

@@ -1,0 +1,99 @@
+#include "tests/support/same_image.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace raygraph::testing {
+
+namespace {
+
+constexpr uint32_t kBlock = 8;
+constexpr double kSigmas = 4.0;
+constexpr double kLeastShare = 0.9975;
+constexpr double kMostError = 0.02;
+
+// Sums over a block of the mean and of what makes its error.
+struct BlockSums {
+    glm::dvec3 mean{0.0};
+    glm::dvec3 squaredError{0.0};  // of the sum, errors being independent
+    glm::dvec3 error{0.0};         // of the sum, errors being shared
+};
+
+BlockSums SumsOf(const RenderedImage& image, uint32_t left, uint32_t top) {
+    BlockSums sums;
+    for (uint32_t y = top; y < std::min(top + kBlock, image.mean.extent.height); y++)
+        for (uint32_t x = left; x < std::min(left + kBlock, image.mean.extent.width); x++) {
+            sums.mean += glm::dvec3(image.mean.At(x, y));
+            const glm::dvec3 squared = glm::dvec3(image.variance.At(x, y)) / double(image.sampleCount);
+            sums.squaredError += squared;
+            sums.error += glm::sqrt(squared);
+        }
+    return sums;
+}
+
+double ErrorOf(const BlockSums& sums, PixelErrors errors, int channel) {
+    return errors == PixelErrors::Shared ? sums.error[channel] : std::sqrt(sums.squaredError[channel]);
+}
+
+}  // namespace
+
+void ExpectSameImage(const RenderedImage& image, const RenderedImage& reference, const std::string& name,
+                     PixelErrors errors) {
+    ASSERT_EQ(image.mean.extent.width, reference.mean.extent.width) << name;
+    ASSERT_EQ(image.mean.extent.height, reference.mean.extent.height) << name;
+    size_t count = 0, passed = 0;
+    BlockSums all, allOfReference;
+    for (uint32_t top = 0; top < image.mean.extent.height; top += kBlock)
+        for (uint32_t left = 0; left < image.mean.extent.width; left += kBlock) {
+            const BlockSums a = SumsOf(image, left, top), b = SumsOf(reference, left, top);
+            for (int channel = 0; channel < 3; channel++) {
+                const double sigma =
+                    std::hypot(ErrorOf(a, errors, channel), ErrorOf(b, PixelErrors::Independent, channel));
+                count++;
+                if (std::abs(a.mean[channel] - b.mean[channel]) <= kSigmas * sigma + 1e-6) passed++;
+            }
+            all.mean += a.mean, all.squaredError += a.squaredError, all.error += a.error;
+            allOfReference.mean += b.mean, allOfReference.squaredError += b.squaredError;
+        }
+    EXPECT_GE(double(passed), kLeastShare * double(count))
+        << name << ": of " << count << " blocks and channels";
+    for (int channel = 0; channel < 3; channel++) {
+        const double error = ErrorOf(all, errors, channel);
+        const double sigma = std::hypot(error, ErrorOf(allOfReference, PixelErrors::Independent, channel));
+        EXPECT_LE(std::abs(all.mean[channel] - allOfReference.mean[channel]), kSigmas * sigma)
+            << name << ", channel " << channel << ", sums over the image " << all.mean[channel] << " and "
+            << allOfReference.mean[channel];
+        if (errors == PixelErrors::Independent) {
+            EXPECT_LT(error, kMostError * all.mean[channel]) << name << " is too noisy to prove anything";
+        }
+    }
+}
+
+scene::SceneData RoomUnderALamp() {
+    scene::Material floor = Lambert(glm::vec3(0.7f, 0.5f, 0.3f));
+    floor.roughnessFactor = 0.4f;
+    floor.metallicFactor = 0.5f;
+    return SceneOf({QuadMesh(2.0f, 0), BoxMesh(0.3f, 1), QuadMesh(0.3f, 2)},
+                   {floor, Lambert(glm::vec3(0.6f, 0.7f, 0.8f)), Lambert(glm::vec3(0.0f), glm::vec3(8.0f))},
+                   {glm::mat4x3(1.0f), Translation({0.2f, -0.3f, 0.3f}), Translation({0.5f, 0.6f, 1.5f})});
+}
+
+passes::TraceSettings ViewOfRoom(uint32_t size) {
+    passes::TraceSettings settings = LookAt({0.0f, -2.0f, 1.5f}, {0, 0, 0}, 0.9f, size);
+    settings.scattering.brdf = BrdfModel::Gltf;
+    return settings;
+}
+
+scene::SceneData ShiningRoom() {
+    return SceneOf({BoxMesh(1.0f), BoxMesh(0.4f, 1)},
+                   {Lambert(glm::vec3(0.6f, 0.3f, 0.7f), glm::vec3(0.3f)), Lambert(glm::vec3(0.8f))},
+                   {glm::mat4x3(1.0f), Translation({0.4f, -0.5f, 0.1f})});
+}
+
+passes::TraceSettings ViewOfShiningRoom(uint32_t size) {
+    return LookAt({-0.8f, 0.1f, 0.3f}, {1.0f, -0.5f, 0.0f}, 1.2f, size);
+}
+
+}  // namespace raygraph::testing

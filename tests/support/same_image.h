@@ -1,0 +1,28 @@
+// That two renders, each with a variance of its own, are estimates of one image; and the scenes that are
+// rendered in many ways.
+#pragma once
+
+#include <string>
+
+#include "tests/support/scene_render.h"
+
+namespace raygraph::testing {
+
+// How the errors of a render's pixels hang together.
+enum class PixelErrors { Independent, Shared };
+
+// A z-test on blocks of 8 x 8 pixels: all but 0.25 % of them differ by less than 4 standard errors, and so
+// does the mean of the image; and the errors are small enough to tell something (2 % of the mean image).
+// Shared: a block's error is taken to be as large as its pixels'.
+void ExpectSameImage(const RenderedImage& image, const RenderedImage& reference, const std::string& name,
+                     PixelErrors errors = PixelErrors::Independent);
+
+// A glossy floor and a box under a small lamp, in the open.
+scene::SceneData RoomUnderALamp();
+passes::TraceSettings ViewOfRoom(uint32_t size);
+
+// A closed box that shines, of Lambert's, with another box in it.
+scene::SceneData ShiningRoom();
+passes::TraceSettings ViewOfShiningRoom(uint32_t size);
+
+}  // namespace raygraph::testing
