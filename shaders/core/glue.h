@@ -25,7 +25,7 @@
 #define INOUT(T) T&
 #define OUT(T)   T&
 #define CONST    inline constexpr
-#define INLINE   inline
+#define INLINE   static inline  // what they call of a bridge differs between translation units
 #define DONT_UNROLL
 
 #define SHADING_BEGIN namespace raygraph::shading {
@@ -53,6 +53,7 @@ using glm::exp2;
 using glm::floatBitsToUint;
 using glm::floor;
 using glm::fract;
+using glm::inversesqrt;
 using glm::length;
 using glm::log2;
 using glm::max;

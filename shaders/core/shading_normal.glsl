@@ -13,15 +13,11 @@ SHADING_BEGIN
 INLINE vec3 AdaptShadingNormal(vec3 ns, vec3 ng, vec3 wo) {
     // The least height of the mirror direction; a grazing viewer's own height, so that ng itself is legal
     float least = min(0.9f * dot(wo, ng), 0.01f);
-    vec3 mirrored = 2.0f * dot(ns, wo) * ns - wo;
+    float facing = max(dot(ns, wo), 0.0f);  // turned away: as if seen edge-on
+    vec3 mirrored = 2.0f * facing * ns - wo;
     float height = dot(mirrored, ng);
-    if (dot(ns, wo) > 0.0f && height >= least) return ns;
-    if (dot(ns, wo) <= 0.0f) {  // first to the viewer's side, keeping what can be kept of its tilt
-        vec3 tangential = ns - dot(ns, wo) * wo;
-        mirrored = tangential;
-        height = dot(mirrored, ng);
-    }
-    mirrored += (max(least, height) - height) * ng;
+    if (facing > 0.0f && height >= least) return ns;
+    mirrored += (least - height) * ng;
     float square = dot(mirrored, mirrored);
     if (!(square > 0.0f)) return ng;
     vec3 halfway = wo + mirrored * inversesqrt(square);
