@@ -22,7 +22,8 @@ INLINE vec3 AdaptShadingNormal(vec3 ns, vec3 ng, vec3 wo) {
     if (!(square > 0.0f)) return ng;
     vec3 halfway = wo + mirrored * inversesqrt(square);
     float halfwaySquare = dot(halfway, halfway);
-    return halfwaySquare > 0.0f ? halfway * inversesqrt(halfwaySquare) : ng;
+    // Nearly opposite directions: what is left is rounding
+    return halfwaySquare > 1e-6f ? halfway * inversesqrt(halfwaySquare) : ng;
 }
 
 SHADING_END
