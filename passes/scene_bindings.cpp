@@ -29,6 +29,27 @@ uint32_t FrameDepth(const TraceSettings& settings) {
     return before + static_cast<uint32_t>(std::log(u) / std::log(double{settings.roulette.survival}));
 }
 
+// What materials need of the text; bits of kTraceFeatures.
+uint32_t MaterialFeatures(const SceneIds& scene) {
+    uint32_t features = 0;
+    if (scene.hasTextures) features |= kTraceTextures;
+    if (scene.hasGlass) features |= kTraceGlass;
+    return features;
+}
+
+void SpecializeModels(PassBuilder& pass, const TraceSettings& settings, uint32_t features) {
+    const auto specialize = [&](const char* name, auto value) {
+        pass.Specialize(name, static_cast<uint32_t>(value));
+    };
+    specialize("kTraceFeatures", features);
+    specialize("kSamplerKind", settings.sampler);
+    specialize("kBrdf", settings.scattering.brdf);
+    specialize("kDistribution", settings.scattering.distribution);
+    specialize("kMasking", settings.scattering.masking);
+    specialize("kFresnel", settings.scattering.fresnel);
+    specialize("kMultiscatterKind", settings.scattering.multiscatter);
+}
+
 }  // namespace
 
 gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings) {
@@ -83,8 +104,12 @@ void BindLights(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("environmentAlias", scene.environmentAlias);
 }
 
+void SpecializeScattering(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
+    SpecializeModels(pass, settings, MaterialFeatures(scene));
+}
+
 void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
-    uint32_t features = 0;
+    uint32_t features = MaterialFeatures(scene);
     const gpu::LightSetRecord& lights = scene.lightSet;
     if (settings.lights.isOn && lights.activeCount > 0) {
         features |= kTraceLightSampling;
@@ -92,22 +117,11 @@ void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettin
         if (scene.punctualLights > 0) features |= kTracePunctualLights;
         if (lights.hasEnvironment != 0u) features |= kTraceEnvironmentLight;
     }
-    if (scene.hasTextures) features |= kTraceTextures;
-    if (scene.hasGlass) features |= kTraceGlass;
     if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
-    const auto specialize = [&](const char* name, auto value) {
-        pass.Specialize(name, static_cast<uint32_t>(value));
-    };
-    specialize("kTraceFeatures", features);
-    specialize("kSamplerKind", settings.sampler);
-    specialize("kBrdf", settings.scattering.brdf);
-    specialize("kDistribution", settings.scattering.distribution);
-    specialize("kMasking", settings.scattering.masking);
-    specialize("kFresnel", settings.scattering.fresnel);
-    specialize("kMultiscatterKind", settings.scattering.multiscatter);
-    specialize("kLightSampler", settings.lights.sampler);
-    specialize("kMis", settings.lights.mis);
-    specialize("kRoulette", settings.roulette.kind);
+    SpecializeModels(pass, settings, features);
+    pass.Specialize("kLightSampler", static_cast<uint32_t>(settings.lights.sampler));
+    pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));
+    pass.Specialize("kRoulette", static_cast<uint32_t>(settings.roulette.kind));
 }
 
 }  // namespace raygraph::passes

@@ -12,6 +12,7 @@
 #include "rhi/raster_pipeline.h"
 #include "rhi/ray_tracing_pipeline.h"
 #include "rhi/texture_table.h"
+#include "shaders/shared/draw_records.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -296,6 +297,25 @@ void CommandList::DrawIndexed(const Buffer& indices, uint32_t indexCount, uint32
     RequirePipeline("DrawIndexed");
     Vk().vkCmdBindIndexBuffer(m_commands, indices.Handle(), 0, VK_INDEX_TYPE_UINT32);
     Vk().vkCmdDrawIndexed(m_commands, indexCount, instanceCount, firstIndex, vertexOffset, firstInstance);
+}
+
+void CommandList::DrawIndirect(const Buffer& commands, uint32_t firstDraw, uint32_t drawCount) {
+    RequirePipeline("DrawIndirect");
+    constexpr uint32_t kStride = sizeof(gpu::DrawCommand);
+    static_assert(kStride == sizeof(VkDrawIndirectCommand));
+    if ((uint64_t{firstDraw} + drawCount) * kStride > commands.Size())
+        throw Error(ErrorKind::Usage, "DrawIndirect: draws " + std::to_string(firstDraw) + " to " +
+                                          std::to_string(uint64_t{firstDraw} + drawCount) + " of '" +
+                                          commands.Desc().name + "', which holds " +
+                                          std::to_string(commands.Size() / kStride));
+    if (drawCount == 0) return;
+    if (m_device->Info().optional.multiDrawIndirect) {
+        Vk().vkCmdDrawIndirect(m_commands, commands.Handle(), uint64_t{firstDraw} * kStride, drawCount,
+                               kStride);
+        return;
+    }
+    for (uint32_t draw = firstDraw; draw < firstDraw + drawCount; draw++)
+        Vk().vkCmdDrawIndirect(m_commands, commands.Handle(), uint64_t{draw} * kStride, 1, kStride);
 }
 
 void CommandList::CopyBuffer(const Buffer& source, uint64_t sourceOffset, const Buffer& target,

@@ -114,6 +114,7 @@
     X(vkCmdBindIndexBuffer)                             \
     X(vkCmdDraw)                                        \
     X(vkCmdDrawIndexed)                                 \
+    X(vkCmdDrawIndirect)                                \
     X(vkCmdCopyBuffer2)                                 \
     X(vkCmdCopyImage2)                                  \
     X(vkCmdCopyBufferToImage2)                          \

@@ -95,6 +95,7 @@ Texels Grey(const std::vector<Value>& values, IsHit&& isHit) {
 image::Image8 ShowView(View view, const RenderFile& render) {
     switch (view) {
         case View::PathTraced:
+        case View::Raster:
             break;
         case View::Albedo:
             return Paint(render.size, [&](size_t i) {
@@ -119,6 +120,7 @@ Texels ViewTexels(View view, const RenderFile& render) {
     const auto isId = [](uint32_t id) { return id != kMiss; };
     switch (view) {
         case View::PathTraced:
+        case View::Raster:
             return render.radiance;
         case View::Albedo:
             return render.albedo;

@@ -12,7 +12,8 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr std::array kViewNames = {"path-traced", "albedo", "normals", "depth", "instance", "material"};
+constexpr std::array kViewNames = {"path-traced", "raster",   "albedo",  "normals",
+                                   "depth",       "instance", "material"};
 
 // Names of an enum's values, in their order.
 constexpr std::array kSamplerNames = {"sobol", "pcg", "tea"};
@@ -68,7 +69,8 @@ constexpr PictureSetting kTable[] = {
      [](PictureSettings& settings, std::string_view text) { settings.size = ParseSize(text); },
      [](const PictureSettings& settings) { return ToText(settings.size); }},
     {"view", "VIEW",
-     "What the picture shows: path-traced (default), albedo, normals, depth, instance or material",
+     "What the picture shows: path-traced (default), raster (drawn, lit by punctual lights without shadows), "
+     "albedo, normals, depth, instance or material",
      [](PictureSettings& settings, std::string_view text) {
          settings.view = static_cast<View>(ParseChoice(text, {kViewNames.begin(), kViewNames.end()}));
      },
@@ -197,6 +199,10 @@ constexpr PictureSetting kTable[] = {
 
 const char* Name(View view) {
     return kViewNames[static_cast<size_t>(view)];
+}
+
+bool ShowsLight(View view) {
+    return view == View::PathTraced || view == View::Raster;
 }
 
 std::span<const PictureSetting> PictureSettingTable() {

@@ -18,8 +18,10 @@
 namespace raygraph::cli {
 
 // What the picture's RGB shows.
-enum class View : uint8_t { PathTraced, Albedo, Normals, Depth, Instance, Material };
+enum class View : uint8_t { PathTraced, Raster, Albedo, Normals, Depth, Instance, Material };
 const char* Name(View view);
+// The picture is radiance.
+bool ShowsLight(View view);
 
 struct PictureSettings {
     ImageSize size{640, 360};

@@ -48,19 +48,24 @@ void CheckFiles(const RenderArguments& arguments) {
     CheckWritable(written, read);
 }
 
-// A view without light has no use for some options and outputs: they are refused, not ignored.
+// Views other than the path-traced one have no use for some options and outputs: they are refused, not
+// ignored.
 void CheckView(const RenderArguments& arguments, const PictureSettings& settings) {
     if (settings.view == View::PathTraced) return;
     const auto refuse = [&](const std::string& what) {
         throw Error(ErrorKind::Usage, "--view " + std::string(Name(settings.view)) + ": " + what);
     };
+    if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
+    if (settings.view == View::Raster) {
+        if (arguments.error) refuse("it has no noise whose error could be estimated; give --spp");
+        return;
+    }
     const bool isAverage = settings.view == View::Albedo || settings.view == View::Normals;
     if (!isAverage && (arguments.seconds || arguments.error || arguments.samples.value_or(1) > 1))
         refuse("it is not averaged over samples; leave out --spp, --time and --error");
     if (arguments.error) refuse("only light has an error to estimate");
     if (WritesKind(arguments, OutputKind::Hdr)) refuse("an .hdr holds radiance; write an .exr");
     if (arguments.exposureEv != 0.0f) refuse("there is no light that --exposure could scale");
-    if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
 }
 
 Job PlanJob(const RenderArguments& arguments) {
@@ -115,8 +120,15 @@ void RequireSameInputs(const ResumedRender& resumed, const RenderFile& render) {
 
 void WarnOfDarkness(Progress& progress, const RenderArguments& arguments, const Job& job,
                     const SceneInput& input) {
-    if (arguments.isQuiet || job.settings.view != View::PathTraced) return;
+    if (arguments.isQuiet || !ShowsLight(job.settings.view)) return;
     const bool hasPunctual = !input.data.lights.empty();
+    if (job.settings.view == View::Raster) {
+        if (!hasPunctual)
+            Warn(progress, input.file +
+                               ": no punctual lights; --view raster shows what emits light and the "
+                               "background, all else is black");
+        return;
+    }
     if (hasPunctual && !job.settings.lights.isOn)
         Warn(progress, input.file + ": --nee off finds no punctual light; they are not rendered");
     const bool hasBackground = job.settings.background != std::array<float, 3>{};

@@ -44,7 +44,7 @@ Report DescribeRun(const RunSources& sources) {
     report.timingsMs.pipelines = sources.scene.GraphRenderer().PipelineCreationMs();
     DescribeAcceleration(report, statistics);
 
-    if (sources.session.ShowsLight())
+    if (sources.session.TracesPaths())
         report.throughput.raysPerSample = sources.session.MeasureRaysPerSample();
     report.memory = {sources.device.Memory().peakBytes, PeakResidentBytes()};
     return report;

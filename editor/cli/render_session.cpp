@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "editor/cli/diagnostic_view.h"
+#include "passes/raster.h"
 
 namespace raygraph::cli {
 
@@ -61,9 +62,16 @@ void RenderSession::Keep(TextureId sample, Accumulated& into, bool isLast) {
     if (isLast) into.mean = m_renderer.ReadBack(ids.mean);
 }
 
+TextureId RenderSession::DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings) {
+    if (TracesPaths()) return passes::Trace(m_renderer, ids, settings);
+    const passes::RasterVisibility seen =
+        passes::DrawVisibility(m_renderer, ids, settings, passes::FilmPosition::Jittered);
+    return passes::RasterShade(m_renderer, ids, settings, seen);
+}
+
 void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
                                     bool isMeasuring) {
-    const TextureId sample = passes::Trace(m_renderer, ids, settings);
+    const TextureId sample = DeclareSample(ids, settings);
     const passes::AccumulatedIds sums =
         passes::Accumulate(m_renderer, sample, m_radiance.accumulation, m_plan.withVariance);
     m_renderer.Present(sums.mean);

@@ -48,10 +48,12 @@ class RenderSession {
     image::Image8 TakeDisplay(const RenderFile& render);
 
     // Rays that a path of the last sample takes, on average over the pixels. Renders that sample once more.
+    // Only if TracesPaths().
     double MeasureRaysPerSample();
     // GPU times of all frames of samples.
     const PassTimes& Times();
-    bool ShowsLight() const { return m_plan.view == View::PathTraced; }
+    bool ShowsLight() const { return cli::ShowsLight(m_plan.view); }
+    bool TracesPaths() const { return m_plan.view == View::PathTraced; }
 
   private:
     // An accumulated picture; `mean` is set by the last sample.
@@ -66,6 +68,7 @@ class RenderSession {
     };
 
     void RestoreFrom(const RenderFile& render);
+    TextureId DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
     void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
                          bool isMeasuring);
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);

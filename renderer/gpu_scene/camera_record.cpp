@@ -4,6 +4,12 @@
 
 namespace raygraph {
 
+namespace {
+
+constexpr float kDefaultZFar = 1e4f;  // metres
+
+}  // namespace
+
 gpu::CameraRecord ToRecord(const scene::CameraView& view) {
     const bool isOrthographic = view.projection == scene::Projection::Orthographic;
     const float halfHeight = isOrthographic ? 0.5f * view.height : std::tan(0.5f * view.yFov);
@@ -15,6 +21,8 @@ gpu::CameraRecord ToRecord(const scene::CameraView& view) {
         .forward = view.forward,
         .lensRadius = 0.0f,
         .focusDistance = 1.0f,
+        .zNear = view.zNear,
+        .zFar = view.zFar > 0.0f ? view.zFar : kDefaultZFar,
     };
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <optional>
 
+#include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
 #include "renderer/gpu_scene/environment_alias.h"
 #include "renderer/gpu_scene/instance_set.h"
@@ -79,8 +80,10 @@ struct GpuScene::Impl {
         std::unique_ptr<SceneResources> newResources;
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;
+        DrawTable newDraws;
         try {
             newResources = UploadScene(device, uploader, builder, *textureTable, data);
+            newDraws = MakeDrawTable(device, uploader, *newResources, data.instances);
             newInstances = std::make_unique<InstanceSet>(device, *newResources, data.instances);
             newLights = std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
         } catch (...) {
@@ -91,6 +94,8 @@ struct GpuScene::Impl {
         lights = std::move(newLights);
         instances = std::move(newInstances);
         resources = std::move(newResources);
+        draws = std::move(newDraws);
+        drawsState = {};
         hasUnbuiltBlases = true;
         materialsAreDirty = false;
         geometriesState = {};
@@ -201,6 +206,7 @@ struct GpuScene::Impl {
     std::unique_ptr<SceneResources> resources;
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
     std::unique_ptr<LightSet> lights;
+    DrawTable draws;
     std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
     bool materialsAreDirty = false;
@@ -215,6 +221,7 @@ struct GpuScene::Impl {
     ResourceState environmentAliasState;
     ResourceState geometriesState;
     ResourceState materialsState;
+    ResourceState drawsState;
     ResourceState energyTablesState;
     ResourceState blasState;
     GpuSceneStatistics statistics;
@@ -302,6 +309,9 @@ SceneIds GpuScene::Declare(Renderer& renderer) {
     impl.DeclareEnvironment(renderer, ids);
     ids.geometries = renderer.Import("geometries", impl.resources->geometries, impl.geometriesState);
     ids.materials = renderer.Import("materials", impl.resources->materials, impl.materialsState);
+    ids.draws = renderer.Import("draws", impl.draws.records, impl.drawsState);
+    ids.drawsOfKind = impl.draws.drawsOfKind;
+    ids.placementCount = impl.draws.placementCount;
     ids.energyTables = renderer.Import("energyTables", impl.energyTables, impl.energyTablesState);
     for (const gpu::MaterialRecord& material : impl.resources->materialRecords) {
         ids.hasAlpha |= material.alphaMode != 0u;

@@ -14,6 +14,7 @@
 // when it has been submitted: one that is dropped leaves everything due. Threads: that of the Renderer.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 
@@ -23,6 +24,20 @@
 #include "shaders/shared/scene_records.h"
 
 namespace raygraph {
+
+// How triangles are drawn: as rays treat them.
+enum class DrawKind : uint8_t {
+    Opaque,  // no alpha to look at; backs are not there
+    OpaqueTwoSided,
+    AlphaTested,  // there by their alpha; backs are not there
+    AlphaTestedTwoSided,
+};
+inline constexpr size_t kDrawKindCount = 4;
+
+struct DrawRange {
+    uint32_t first = 0;
+    uint32_t count = 0;
+};
 
 // The scene of one frame, for passes.
 struct SceneIds {
@@ -46,6 +61,9 @@ struct SceneIds {
     bool hasVolumes = false;      // a material bounds a medium
     uint32_t triangleLights = 0;  // of the lights, dark ones included
     uint32_t punctualLights = 0;
+    BufferId draws;               // "draws": gpu::DrawRecord[], one a group of triangles
+    uint32_t placementCount = 0;  // records of `instances`
+    std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, one after the other from 0 on
 };
 
 // Light from everywhere else: a constant, times an equirectangular map if there is one.

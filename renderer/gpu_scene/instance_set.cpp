@@ -23,6 +23,16 @@ void ForEachRun(std::span<const uint32_t> values, Copy&& copy) {
 
 }  // namespace
 
+void InstanceSet::MovedPlacements::Add(uint32_t placement) {
+    if (!m_isListed[placement]) m_list.push_back(placement);
+    m_isListed[placement] = true;
+}
+
+void InstanceSet::MovedPlacements::Clear() {
+    for (const uint32_t placement : m_list) m_isListed[placement] = false;
+    m_list.clear();
+}
+
 InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
                          std::span<const scene::Instance> instances)
     : m_device(device), m_resources(resources) {
@@ -42,6 +52,7 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
     m_slotToPlacement.resize(m_placements.size());
     std::iota(m_slotToPlacement.begin(), m_slotToPlacement.end(), 0u);
     m_placementToSlot = m_slotToPlacement;
+    m_movedInRecords = m_movedInTlas = MovedPlacements(m_placements.size());
 
     const uint64_t capacity = std::max<uint64_t>(1, m_placements.size());
     m_tlasInstances =
@@ -59,16 +70,17 @@ void InstanceSet::SetTransform(uint32_t index, const glm::mat4x3& objectToWorld)
     Instance& instance = m_instances[index];
     if (instance.objectToWorld == objectToWorld) return;
     instance.objectToWorld = objectToWorld;
-    if (!instance.isMoved)
-        for (uint32_t group = 0; group < m_resources.meshes[instance.mesh].groupCount; group++)
-            m_moved.push_back(instance.firstPlacement + group);
-    instance.isMoved = true;
+    for (uint32_t group = 0; group < m_resources.meshes[instance.mesh].groupCount; group++) {
+        m_movedInRecords.Add(instance.firstPlacement + group);
+        m_movedInTlas.Add(instance.firstPlacement + group);
+    }
     m_needsUpdate = true;
 }
 
 void InstanceSet::SetVisible(uint32_t index, bool isVisible) {
     if (m_instances[index].isVisible == isVisible) return;
     m_instances[index].isVisible = isVisible;
+    m_areRecordsDue = true;
     m_needsRebuild = true;
 }
 
@@ -97,6 +109,7 @@ gpu::InstanceRecord InstanceSet::RecordOf(uint32_t placement) const {
     record.objectToWorld = m_instances[placed.instance].objectToWorld;
     record.instance = placed.instance;
     record.firstLight = placed.firstLight;
+    if (!m_instances[placed.instance].isVisible) record.draw = gpu::kNotDrawn;
     return record;
 }
 
@@ -111,59 +124,71 @@ void InstanceSet::OrderSlots() {
         m_placementToSlot[m_slotToPlacement[slot]] = slot;
 }
 
-void InstanceSet::RecordFullUpload(CommandList& commands) {
-    const size_t count = m_placements.size();
-    const uint64_t tlasBytes = count * rhi::kTlasInstanceBytes;
-    const uint64_t recordBytes = count * sizeof(gpu::InstanceRecord);
+void InstanceSet::RecordUpload(CommandList& commands, std::span<const uint32_t> elements, uint64_t bytes,
+                               const rhi::Buffer& target,
+                               const std::function<void(std::span<std::byte>)>& write) {
+    if (elements.empty()) return;
     // Freed by the device once this frame has completed
     rhi::Buffer staging = m_device.CreateBuffer({.name = "instance staging",
-                                                 .size = tlasBytes + recordBytes,
+                                                 .size = elements.size() * bytes,
                                                  .usage = rhi::BufferUsage::CopySource,
                                                  .memory = rhi::MemoryKind::Upload});
-    std::vector<rhi::TlasInstance> instances(count);
-    for (uint32_t slot = 0; slot < count; slot++) instances[slot] = TlasInstanceOf(m_slotToPlacement[slot]);
-    rhi::WriteInstances(instances, staging.Mapped().first(tlasBytes));
-    std::vector<gpu::InstanceRecord> records(count);
-    for (uint32_t i = 0; i < count; i++) records[i] = RecordOf(i);
-    std::memcpy(staging.Mapped().data() + tlasBytes, records.data(), recordBytes);
-    commands.CopyBuffer(staging, 0, m_tlasInstances, 0, tlasBytes);
-    commands.CopyBuffer(staging, tlasBytes, m_records, 0, recordBytes);
+    write(staging.Mapped());
+    ForEachRun(elements, [&](size_t begin, size_t runLength) {
+        commands.CopyBuffer(staging, begin * bytes, target, elements[begin] * bytes, runLength * bytes);
+    });
 }
 
-void InstanceSet::RecordMovedUpload(CommandList& commands) {
-    const size_t count = m_moved.size();
-    const uint64_t tlasBytes = count * rhi::kTlasInstanceBytes;
-    rhi::Buffer staging = m_device.CreateBuffer({.name = "moved instance staging",
-                                                 .size = tlasBytes + count * sizeof(gpu::InstanceRecord),
-                                                 .usage = rhi::BufferUsage::CopySource,
-                                                 .memory = rhi::MemoryKind::Upload});
-    std::vector<uint32_t> slots(count);
-    std::transform(m_moved.begin(), m_moved.end(), slots.begin(),
-                   [&](uint32_t i) { return m_placementToSlot[i]; });
+void InstanceSet::RecordInstanceUpload(CommandList& commands) {
+    std::vector<uint32_t> placements = m_movedInRecords.List();
+    if (m_areRecordsDue || IsMany(m_movedInRecords)) {
+        placements.resize(m_placements.size());
+        std::iota(placements.begin(), placements.end(), 0u);
+    }
+    std::sort(placements.begin(), placements.end());
+    RecordUpload(commands, placements, sizeof(gpu::InstanceRecord), m_records,
+                 [&](std::span<std::byte> staging) {
+                     std::vector<gpu::InstanceRecord> records(placements.size());
+                     for (size_t i = 0; i < placements.size(); i++) records[i] = RecordOf(placements[i]);
+                     std::memcpy(staging.data(), records.data(), staging.size());
+                 });
+}
+
+void InstanceSet::RecordTlasInstanceUpload(CommandList& commands, TlasWork work) {
+    std::vector<uint32_t> slots = m_movedInTlas.List();
+    for (uint32_t& slot : slots) slot = m_placementToSlot[slot];
+    if (work == TlasWork::Rebuild || IsMany(m_movedInTlas)) {
+        slots.resize(m_placements.size());
+        std::iota(slots.begin(), slots.end(), 0u);
+    }
     std::sort(slots.begin(), slots.end());
-    std::sort(m_moved.begin(), m_moved.end());
+    RecordUpload(commands, slots, rhi::kTlasInstanceBytes, m_tlasInstances,
+                 [&](std::span<std::byte> staging) {
+                     std::vector<rhi::TlasInstance> instances(slots.size());
+                     for (size_t i = 0; i < slots.size(); i++)
+                         instances[i] = TlasInstanceOf(m_slotToPlacement[slots[i]]);
+                     rhi::WriteInstances(instances, staging);
+                 });
+}
 
-    std::vector<rhi::TlasInstance> instances(count);
-    for (size_t i = 0; i < count; i++) instances[i] = TlasInstanceOf(m_slotToPlacement[slots[i]]);
-    rhi::WriteInstances(instances, staging.Mapped().first(tlasBytes));
-    std::vector<gpu::InstanceRecord> records(count);
-    for (size_t i = 0; i < count; i++) records[i] = RecordOf(m_moved[i]);
-    std::memcpy(staging.Mapped().data() + tlasBytes, records.data(), count * sizeof(gpu::InstanceRecord));
-
-    ForEachRun(slots, [&](size_t begin, size_t runLength) {
-        commands.CopyBuffer(staging, begin * rhi::kTlasInstanceBytes, m_tlasInstances,
-                            slots[begin] * rhi::kTlasInstanceBytes, runLength * rhi::kTlasInstanceBytes);
-    });
-    ForEachRun(m_moved, [&](size_t begin, size_t runLength) {
-        commands.CopyBuffer(staging, tlasBytes + begin * sizeof(gpu::InstanceRecord), m_records,
-                            m_moved[begin] * sizeof(gpu::InstanceRecord),
-                            runLength * sizeof(gpu::InstanceRecord));
-    });
+void InstanceSet::DeclareInstanceUpload(Renderer& renderer, SceneIds& ids) {
+    ids.instances = renderer.Import("instances", m_records, m_recordsState);
+    if (m_placements.empty() || (!m_areRecordsDue && m_movedInRecords.List().empty())) return;
+    renderer.AddPass(
+        "UploadInstances", PassKind::Transfer,
+        [&](PassBuilder& pass) { ids.instances = pass.CopiesTo(ids.instances); },
+        [this](CommandList& commands) {
+            RecordInstanceUpload(commands);
+            commands.OnSubmitted([this] {
+                m_movedInRecords.Clear();
+                m_areRecordsDue = false;
+            });
+        });
 }
 
 void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::function<void(TlasWork)> done) {
     ids.tlas = renderer.Import("sceneTlas", m_tlas, m_tlasState);
-    ids.instances = renderer.Import("instances", m_records, m_recordsState);
+    DeclareInstanceUpload(renderer, ids);
     const TlasWork work = PendingWork();
     if (work == TlasWork::None) {
         renderer.OnSubmitted([done = std::move(done)] { done(TlasWork::None); });
@@ -173,24 +198,12 @@ void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::functio
     BufferId tlasInstances = renderer.Import("TLAS instances", m_tlasInstances, m_tlasInstancesState);
     if (!m_placements.empty())
         renderer.AddPass(
-            "UploadInstances", PassKind::Transfer,
-            [&](PassBuilder& pass) {
-                tlasInstances = pass.CopiesTo(tlasInstances);
-                ids.instances = pass.CopiesTo(ids.instances);
-            },
+            "UploadTlasInstances", PassKind::Transfer,
+            [&](PassBuilder& pass) { tlasInstances = pass.CopiesTo(tlasInstances); },
             [this, work](CommandList& commands) {
                 if (work == TlasWork::Rebuild) OrderSlots();
-                // Beyond a quarter of the scene one large copy beats many small ones
-                const bool isFull = work == TlasWork::Rebuild || m_moved.size() > m_placements.size() / 4;
-                if (isFull)
-                    RecordFullUpload(commands);
-                else if (!m_moved.empty())
-                    RecordMovedUpload(commands);
-                commands.OnSubmitted([this] {
-                    for (const uint32_t placement : m_moved)
-                        m_instances[m_placements[placement].instance].isMoved = false;
-                    m_moved.clear();
-                });
+                RecordTlasInstanceUpload(commands, work);
+                commands.OnSubmitted([this] { m_movedInTlas.Clear(); });
             });
     renderer.AddPass(
         "RefreshTlas", PassKind::AccelerationStructure,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/glm.hpp>
 #include <span>
 #include <vector>
@@ -49,15 +50,32 @@ class InstanceSet {
         uint32_t mesh = 0;
         uint32_t firstPlacement = 0;  // one for each group of the mesh
         bool isVisible = true;
-        bool isMoved = false;  // its placements are listed in m_moved
+    };
+    // Placements that have moved since they were last written to one of the buffers.
+    class MovedPlacements {
+      public:
+        explicit MovedPlacements(size_t placementCount) : m_isListed(placementCount) {}
+        void Add(uint32_t placement);
+        void Clear();
+        const std::vector<uint32_t>& List() const { return m_list; }
+
+      private:
+        std::vector<uint32_t> m_list;
+        std::vector<bool> m_isListed;
     };
 
     rhi::TlasInstance TlasInstanceOf(uint32_t placement) const;
     gpu::InstanceRecord RecordOf(uint32_t placement) const;
     uint32_t PlacementCount() const { return static_cast<uint32_t>(m_placements.size()); }
     void OrderSlots();
-    void RecordFullUpload(CommandList& commands);
-    void RecordMovedUpload(CommandList& commands);
+    // Beyond a quarter of the scene one large copy beats many small ones.
+    bool IsMany(const MovedPlacements& moved) const { return moved.List().size() > m_placements.size() / 4; }
+    // Copies what `write` puts into staging memory for the sorted `elements` of a buffer, of `bytes` each.
+    void RecordUpload(CommandList& commands, std::span<const uint32_t> elements, uint64_t bytes,
+                      const rhi::Buffer& target, const std::function<void(std::span<std::byte>)>& write);
+    void RecordInstanceUpload(CommandList& commands);
+    void RecordTlasInstanceUpload(CommandList& commands, TlasWork work);
+    void DeclareInstanceUpload(Renderer& renderer, SceneIds& ids);
 
     rhi::Device& m_device;
     const SceneResources& m_resources;
@@ -65,7 +83,8 @@ class InstanceSet {
     std::vector<Placement> m_placements;
     std::vector<uint32_t> m_slotToPlacement;  // TLAS order: spatial
     std::vector<uint32_t> m_placementToSlot;
-    std::vector<uint32_t> m_moved;  // placements
+    MovedPlacements m_movedInRecords{0}, m_movedInTlas{0};
+    bool m_areRecordsDue = true;  // all of them
     bool m_needsRebuild = true;
     bool m_needsUpdate = false;  // a transform has changed since the TLAS was built
 

@@ -1,12 +1,14 @@
 // The scene's bindings in set 0 and its textures in set 1, the same in every pass that traces it.
-// C++ side: passes/scene_bindings.h.
+// C++ side: passes/scene_bindings.h. Shaders of other pipelines than ray-tracing ones define NO_TLAS.
 #ifndef RAYGRAPH_SCENE_BINDINGS_GLSL
 #define RAYGRAPH_SCENE_BINDINGS_GLSL
 
 #include "shared/light_records.h"
 #include "shared/scene_records.h"
 
+#ifndef NO_TLAS
 layout(set = 0, binding = 0) uniform accelerationStructureEXT sceneTlas;
+#endif
 layout(set = 0, binding = 1, scalar) readonly buffer Instances { InstanceRecord at[]; } instances;
 layout(set = 0, binding = 2, scalar) readonly buffer Geometries { GeometryRecord at[]; } geometries;
 layout(set = 0, binding = 3, scalar) readonly buffer Materials { MaterialRecord at[]; } materials;

@@ -1,5 +1,7 @@
 // What every shader that includes the scene's text needs to enable.
+#ifndef NO_TLAS
 #extension GL_EXT_ray_tracing : require
+#endif
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_buffer_reference : require

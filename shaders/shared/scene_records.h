@@ -42,6 +42,8 @@ using uint = uint32_t;
 RAYGRAPH_CONSTANT uint kNoTexture = 0xFFFFFFFFu;
 RAYGRAPH_CONSTANT uint kSecondTexCoord = 0x80000000u;
 
+RAYGRAPH_CONSTANT uint kNotDrawn = 0xFFFFFFFFu;
+
 struct InstanceRecord {
     mat4x3 objectToWorld;        // columns: x, y, z axes and translation
     RAYGRAPH_ADDRESS positions;  // vec3 a vertex of the group
@@ -53,7 +55,7 @@ struct InstanceRecord {
     uint firstGeometry;  // index of the group's first GeometryRecord
     uint instance;       // index of the scene's instance
     uint firstLight;     // number of the group's first light
-    uint padding;
+    uint draw;           // index of the group's DrawRecord, or kNotDrawn: it is hidden
 };
 
 struct GeometryRecord {
@@ -107,6 +109,9 @@ struct CameraRecord {
     vec3 forward;         // unit length
     float lensRadius;     // metres; 0: a pinhole. An orthographic camera has none
     float focusDistance;  // metres along forward to the plane that is sharp
+    // Raster views alone, which see nothing nearer (perspective) or farther (orthographic); metres
+    float zNear;
+    float zFar;
 };
 
 struct EnvironmentRecord {
@@ -138,7 +143,7 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 30 * 4);
-static_assert(sizeof(TraceParameters) == 37 * 4);
+static_assert(sizeof(TraceParameters) == 39 * 4);
 }  // namespace raygraph::gpu
 #endif
 

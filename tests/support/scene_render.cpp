@@ -59,8 +59,10 @@ FloatImage SceneRender::TraceOnce(const passes::TraceSettings& settings) {
 SceneRender::Hits SceneRender::PrimaryHits(const passes::TraceSettings& settings) {
     renderer.BeginFrame();
     const SceneIds ids = scene.Declare(renderer);
-    const passes::PrimaryHitIds hits =
-        passes::PrimaryHits(renderer, ids, settings, passes::FilmPosition::Center);
+    return TakeHits(passes::PrimaryHits(renderer, ids, settings, passes::FilmPosition::Center));
+}
+
+SceneRender::Hits SceneRender::TakeHits(const passes::PrimaryHitIds& hits) {
     const Readback albedo = renderer.ReadBack(hits.albedo);
     const Readback normal = renderer.ReadBack(hits.normal);
     const Readback position = renderer.ReadBack(hits.position);

@@ -46,6 +46,8 @@ class SceneRender {
         std::vector<glm::uvec4> ids;
     };
     Hits PrimaryHits(const passes::TraceSettings& settings);
+    // Executes the open frame and reads these textures of it.
+    Hits TakeHits(const passes::PrimaryHitIds& hits);
 
     Renderer renderer;
     GpuScene scene;

@@ -1,0 +1,42 @@
+// The raster view: the scene drawn, with the instances, materials and BSDFs of the path tracer.
+//
+//   RasterVisibility seen = DrawVisibility(renderer, scene, settings, FilmPosition::Center);
+//   renderer.Present(Tonemap(renderer, RasterShade(renderer, scene, settings, seen)));
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "passes/trace.h"
+
+namespace raygraph::passes {
+
+// What is nearest in each pixel.
+struct RasterVisibility {
+    TextureId hits;              // rgba32ui, see shaders/raster/visibility.glsl
+    TextureId depth;             // d32f, reversed: see shaders/raster/projection.glsl
+    BufferId drawCommands;       // gpu::DrawCommand[], as drawn: what culling has left, for statistics
+    glm::vec2 filmOffset{0.5f};  // of the place in each pixel that was drawn
+};
+
+// Draws all instances that may be in the picture: placements outside of it are left out on the device, and
+// each group of triangles is one indirect draw, whatever the number of its placements. Backs are culled as
+// rays cull them; MASK and BLEND are there as they are to the camera ray of the same pixel and sample
+// (settings.seed, sampleIndex), so that a mean over samples is blended, in any order.
+// FilmPosition::Jittered draws one place for all pixels of a sample: a mean over samples is smooth at edges.
+// The camera has no lens here, and sees nothing nearer than its zNear. Where surfaces coincide, either may be
+// seen. Throws Error{Usage} on a device without drawIndirectFirstInstance.
+[[nodiscard]] RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene,
+                                              const TraceSettings& settings, FilmPosition film);
+
+// The outputs of PrimaryHits, of what was drawn. `settings` are those of DrawVisibility.
+[[nodiscard]] PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,
+                                       const TraceSettings& settings, const RasterVisibility& seen);
+
+// Returns linear radiance, rgba32f, alpha as in Trace: what surfaces emit, what they scatter of the punctual
+// lights by settings.scattering, and the environment behind them. Beside Trace it lacks shadows, light from
+// emitting surfaces and from the environment, all that is scattered more than once or let through glass, and
+// the media around the camera.
+[[nodiscard]] TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                                    const RasterVisibility& seen);
+
+}  // namespace raygraph::passes

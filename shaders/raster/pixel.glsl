@@ -1,0 +1,28 @@
+// The pixel of an invocation that looks at the visibility texture: one invocation a pixel.
+#ifndef RAYGRAPH_RASTER_PIXEL_GLSL
+#define RAYGRAPH_RASTER_PIXEL_GLSL
+
+#include "raster/visibility.glsl"
+#include "scene/bindings.glsl"
+#include "scene/camera.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 20, rgba32ui) readonly uniform uimage2D visibility;
+layout(push_constant, scalar) uniform Constants {
+    vec2 filmOffset;  // of a pixel, from its upper left corner: (0.5, 0.5) is its centre
+    uint punctualLights;
+} constants;
+
+ivec2 Pixel() { return ivec2(gl_GlobalInvocationID.xy); }
+
+bool IsInPicture() { return all(lessThan(Pixel(), imageSize(visibility))); }
+
+// Through the place of the film that was drawn.
+Ray PixelRay() {
+    vec2 film = (vec2(Pixel()) + constants.filmOffset) / vec2(imageSize(visibility));
+    return CameraRay(parameters.value.camera, film, vec2(0.5f));
+}
+
+Hit PixelHit() { return UnpackVisibility(imageLoad(visibility, Pixel())); }
+
+#endif

@@ -1,0 +1,21 @@
+// Where raster views put a point of the scene: the inverse of scene/camera.glsl, for a camera without lens.
+#ifndef RAYGRAPH_RASTER_PROJECTION_GLSL
+#define RAYGRAPH_RASTER_PROJECTION_GLSL
+
+#include "shared/scene_records.h"
+
+// Clip space, depth reversed: 1 at zNear and 0 at infinity (perspective), 1 at the film and 0 at zFar
+// (orthographic). `shift` moves the picture, in clip units: (2, 2) is its whole size.
+vec4 ClipPosition(CameraRecord camera, vec3 position, vec2 shift) {
+    // offset = x right + y up + depth forward, by Cramer's rule: the three need not be orthogonal
+    vec3 offset = position - camera.origin;
+    vec3 film = cross(camera.right, camera.up);
+    float scale = 1.0f / dot(film, camera.forward);
+    float x = scale * dot(offset, cross(camera.up, camera.forward));
+    float y = -scale * dot(offset, cross(camera.forward, camera.right));  // rows run downwards
+    float depth = scale * dot(offset, film);
+    if (camera.orthographic != 0u) return vec4(vec2(x, y) + shift, 1.0f - depth / camera.zFar, 1.0f);
+    return vec4(vec2(x, y) + shift * depth, camera.zNear, depth);
+}
+
+#endif

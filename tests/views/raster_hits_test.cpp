@@ -1,0 +1,239 @@
+// What the raster view draws is what camera rays hit: instance, primitive, normal.
+#include <cmath>
+
+#include "passes/raster.h"
+#include "renderer/scene/load_gltf.h"
+#include "shaders/shared/draw_records.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+using passes::FilmPosition;
+using passes::TraceSettings;
+
+namespace {
+
+constexpr uint32_t kMiss = 0xFFFFFFFFu;
+
+class RasterHits : public VulkanTest {
+  protected:
+    // Loads one of our own scenes and looks through its camera.
+    TraceSettings Load(const char* name, Extent2D extent) {
+        scene::SceneData data = scene::LoadGltf(std::filesystem::path(RAYGRAPH_SOURCE_DIR) / "scenes" / name);
+        TraceSettings settings;
+        settings.extent = extent;
+        settings.camera = ToRecord(scene::ChooseView(data, "", float(extent.width) / float(extent.height)));
+        render.scene.SetScene(std::move(data));
+        return settings;
+    }
+
+    SceneRender::Hits Draw(const TraceSettings& settings) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, settings, FilmPosition::Center);
+        return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
+    }
+
+    // Placements that are drawn, those outside of the picture left out.
+    uint32_t DrawnPlacements(const TraceSettings& settings) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, settings, FilmPosition::Center);
+        const Readback commands = render.renderer.ReadBack(seen.drawCommands);
+        render.renderer.Execute();
+        commands.Wait();
+        uint32_t count = 0;
+        for (const gpu::DrawCommand& command : As<gpu::DrawCommand>(commands.Bytes()))
+            count += command.instanceCount;
+        return count;
+    }
+
+    // Both views of the scene: pixels that differ see an instance that the other view sees right beside, and
+    // are at most `edges` of the picture; the others agree in surface, normal, colour and place. Returns the
+    // share of pixels that see a surface.
+    double ExpectAgreement(const TraceSettings& settings, double edges) {
+        const SceneRender::Hits traced = render.PrimaryHits(settings);
+        const SceneRender::Hits drawn = Draw(settings);
+        const auto width = static_cast<int>(settings.extent.width);
+        const auto height = static_cast<int>(settings.extent.height);
+        const auto isBeside = [&](const std::vector<glm::uvec4>& ids, int x, int y, uint32_t instance) {
+            for (int j = std::max(0, y - 1); j <= std::min(height - 1, y + 1); j++)
+                for (int i = std::max(0, x - 1); i <= std::min(width - 1, x + 1); i++)
+                    if (ids[size_t(j * width + i)].x == instance) return true;
+            return false;
+        };
+        uint32_t surfaces = 0, different = 0, misplaced = 0, bent = 0;
+        for (int y = 0; y < height; y++)
+            for (int x = 0; x < width; x++) {
+                const auto i = size_t(y * width + x);
+                surfaces += traced.ids[i].x != kMiss;
+                if (traced.ids[i] != drawn.ids[i]) {
+                    different++;
+                    misplaced += !isBeside(traced.ids, x, y, drawn.ids[i].x) ||
+                                 !isBeside(drawn.ids, x, y, traced.ids[i].x);
+                    continue;
+                }
+                if (traced.ids[i].x == kMiss) continue;
+                const float depth = traced.position.values[i].w;
+                bent += glm::distance(traced.normal.values[i], drawn.normal.values[i]) > 5e-3f ||
+                        glm::distance(traced.albedo.values[i], drawn.albedo.values[i]) > 2e-2f ||
+                        glm::distance(traced.position.values[i], drawn.position.values[i]) > 2e-4f * depth;
+            }
+        const double pixels = double(width) * height;
+        EXPECT_LE(different, edges * pixels);
+        EXPECT_LE(misplaced, 2e-4 * pixels) << "instances thinner than a pixel may be";
+        EXPECT_LE(bent, 1e-3 * pixels);
+        RecordProperty("different", std::to_string(different) + " of " + std::to_string(width * height));
+        return surfaces / pixels;
+    }
+
+    SceneRender render{Device()};
+};
+
+scene::Material OneSided(const glm::vec3& albedo) {
+    scene::Material material = Lambert(albedo);
+    material.isDoubleSided = false;
+    return material;
+}
+
+glm::mat4x3 Placed(const glm::vec3& scale, const glm::vec3& at) {
+    return {glm::vec3(scale.x, 0, 0), glm::vec3(0, scale.y, 0), glm::vec3(0, 0, scale.z), at};
+}
+
+// A quad whose alpha runs from 0 on its left to 1 on its right, in front of a solid one.
+scene::SceneData Veil(scene::AlphaMode mode, bool isDoubleSided) {
+    scene::Material veil = OneSided({1.0f, 0.5f, 0.2f});
+    veil.alphaMode = mode;
+    veil.isDoubleSided = isDoubleSided;
+    scene::Mesh mesh = QuadMesh(1.0f, 0);
+    for (const glm::vec3& position : mesh.primitives[0].positions)
+        mesh.primitives[0].colors.emplace_back(1.0f, 1.0f, 1.0f, 0.5f + 0.5f * position.x);
+    return SceneOf({mesh, QuadMesh(1.5f, 1)}, {veil, Lambert(glm::vec3(0.5f))},
+                   {glm::mat4x3(1.0f), Translation({0, 0, -1})});
+}
+
+}  // namespace
+
+TEST_F(RasterHits, OwnScenesAreSeenAsRaysSeeThem) {
+    const struct {
+        const char* name;
+        double edges;
+        double surfaces;  // at least
+    } kScenes[] = {{"cornell.gltf", 0.001, 0.6},
+                   {"material_row.gltf", 0.005, 0.5},
+                   {"texture_orientation.gltf", 0.001, 0.1},
+                   {"nested_dielectrics.gltf", 0.005, 0.1},
+                   {"closed_box_a50.gltf", 0.001, 0.999},
+                   {"many_lights.gltf", 0.005, 0.3}};
+    for (const auto& scene : kScenes) {
+        SCOPED_TRACE(scene.name);
+        EXPECT_GE(ExpectAgreement(Load(scene.name, {160, 120}), scene.edges), scene.surfaces);
+    }
+}
+
+TEST_F(RasterHits, AFieldOfInstancesIsSeenAsRaysSeeIt) {
+    const TraceSettings settings = Load("instanced_field.gltf", {320, 240});
+    EXPECT_GE(ExpectAgreement(settings, 0.02), 0.3);
+    const uint32_t drawn = DrawnPlacements(settings);
+    EXPECT_GT(drawn, 0u);
+    EXPECT_LE(drawn, render.scene.Statistics().instanceCount);
+}
+
+TEST_F(RasterHits, MirroredAndSquashedInstancesKeepTheirSides) {
+    for (const bool isDoubleSided : {false, true}) {
+        SCOPED_TRACE(isDoubleSided ? "double-sided" : "single-sided");
+        scene::Material material = OneSided(glm::vec3(0.7f));
+        material.isDoubleSided = isDoubleSided;
+        std::vector<scene::Mesh> meshes(5, SphereMesh(0.5f, 8));
+        meshes.push_back(QuadMesh(1.0f));  // its back
+        meshes.push_back(QuadMesh(1.0f));  // mirrored along its normal: its front where the back was
+        render.scene.SetScene(SceneOf(
+            std::move(meshes), {material},
+            {Placed({1, 1, 1}, {-2, 0, 0}), Placed({-1, 1, 1}, {-1, 0, 0}), Placed({1, 1, -1}, {0, 0, 0}),
+             Placed({-1, -0.4f, 1}, {1, 0, 0}), Placed({-0.3f, -1, -1}, {2, 0, 0}),
+             Placed({-1, 1, -1}, {-1.5f, 2, 0}), Placed({1, 1, 1}, {1.5f, 2, 0})}));
+        EXPECT_GE(ExpectAgreement(LookAt({0.3f, 0.9f, 6}, {0, 0.7f, 0}, 0.9f, 128), 0.005), 0.1);
+    }
+}
+
+TEST_F(RasterHits, MaskAndBlendAreThereWhereRaysFindThem) {
+    for (const auto mode : {scene::AlphaMode::Mask, scene::AlphaMode::Blend})
+        for (const bool isDoubleSided : {false, true}) {
+            SCOPED_TRACE(int(mode));
+            render.scene.SetScene(Veil(mode, isDoubleSided));
+            for (const float side : {1.0f, -1.0f})
+                EXPECT_GE(ExpectAgreement(LookAt({0.1f, 0.2f, 4 * side}, {0, 0, 0}, 0.6f, 96), 0.002), 0.2);
+        }
+}
+
+TEST_F(RasterHits, OrthographicCameraSeesWhatItsRaysHit) {
+    render.scene.SetScene(SceneOf({SphereMesh(0.5f, 12), BoxMesh(0.4f)}, {OneSided(glm::vec3(0.5f))},
+                                  {Translation({-0.4f, 0, 0}), Translation({0.5f, 0.1f, -1})}));
+    scene::CameraView view = scene::CameraView::LookAt({0.4f, 0.5f, 3}, {0, 0, 0}, {0, 1, 0});
+    view.projection = scene::Projection::Orthographic;
+    view.height = 2.0f;
+    view.zFar = 20.0f;
+    TraceSettings settings;
+    settings.extent = {96, 96};
+    settings.camera = ToRecord(view);
+    EXPECT_GE(ExpectAgreement(settings, 0.005), 0.2);
+}
+
+TEST_F(RasterHits, MovedAndHiddenInstancesAreDrawnAsTheyAre) {
+    render.scene.SetScene(SceneOf({SphereMesh(0.5f, 8), BoxMesh(0.4f)}, {OneSided(glm::vec3(0.5f))},
+                                  {Translation({-1, 0, 0}), Translation({1, 0, 0})}));
+    const TraceSettings settings = LookAt({0, 0, 5}, {0, 0, 0}, 0.6f, 64);
+    const double both = ExpectAgreement(settings, 0.005);
+    EXPECT_EQ(DrawnPlacements(settings), 2u);
+    render.scene.SetVisible(0, false);
+    EXPECT_LT(ExpectAgreement(settings, 0.005), both);
+    EXPECT_EQ(DrawnPlacements(settings), 1u);
+    render.scene.SetVisible(0, true);
+    render.scene.SetTransform(1, Translation({0.2f, 0.1f, 1}));
+    ExpectAgreement(settings, 0.005);
+    EXPECT_EQ(DrawnPlacements(settings), 2u);
+}
+
+TEST_F(RasterHits, PlacementsOutsideOfThePictureAreLeftOut) {
+    std::vector<scene::Mesh> meshes(4, BoxMesh(0.4f));
+    render.scene.SetScene(SceneOf(
+        meshes, {OneSided(glm::vec3(0.5f))},
+        {Translation({0, 0, 0}), Translation({9, 0, 0}), Translation({0, -9, 0}), Translation({0, 0, 12})}));
+    EXPECT_EQ(DrawnPlacements(LookAt({0, 0, 5}, {0, 0, 0}, 0.6f, 64)), 1u);
+    EXPECT_EQ(DrawnPlacements(LookAt({0, 0, 5}, {0, 0, 9}, 0.6f, 64)), 1u) << "the one behind it before";
+    EXPECT_EQ(DrawnPlacements(LookAt({0, 0, 40}, {0, 0, 0}, 1.0f, 64)), 4u);
+    EXPECT_EQ(DrawnPlacements(LookAt({0, 0, 40}, {0, 0, 90}, 1.0f, 64)), 0u);
+}
+
+TEST_F(RasterHits, AnEmptySceneIsAllMisses) {
+    render.scene.SetScene({});
+    const SceneRender::Hits hits = Draw(LookAt({0, 0, 5}, {0, 0, 0}, 0.6f, 8));
+    for (const glm::uvec4& id : hits.ids) EXPECT_EQ(id, glm::uvec4(kMiss));
+}
+
+TEST_F(RasterHits, NothingIsBuiltThatOnlyRaysNeed) {
+    render.scene.SetScene(SceneOf({BoxMesh(0.4f)}, {OneSided(glm::vec3(0.5f))}));
+    EXPECT_EQ(Draw(LookAt({0, 0, 5}, {0, 0, 0}, 0.2f, 8)).ids[36].x, 0u);
+    EXPECT_EQ(render.scene.Statistics().blasBuilds, 0u);
+    EXPECT_EQ(render.scene.Statistics().tlasRebuilds, 0u);
+    EXPECT_EQ(render.PrimaryHits(LookAt({0, 0, 5}, {0, 0, 0}, 0.2f, 8)).ids[36].x, 0u) << "rays come later";
+}
+
+TEST_F(RasterHits, RaysSeeWhatMovedWhileOnlyTheRasterViewWasShown) {
+    const TraceSettings settings = LookAt({0, 0, 5}, {0, 0, 0}, 0.2f, 8);
+    render.scene.SetScene(SceneOf({BoxMesh(0.4f), BoxMesh(0.4f)}, {OneSided(glm::vec3(0.5f))},
+                                  {Translation({0, 0, 0}), Translation({5, 0, 0})}));
+    for (int frame = 0; frame < 8; frame++) render.PrimaryHits(settings);  // past compaction: updates follow
+    EXPECT_EQ(render.PrimaryHits(settings).ids[36].x, 0u);
+    render.scene.SetTransform(0, Translation({-5, 0, 0}));
+    EXPECT_EQ(Draw(settings).ids[36].x, kMiss);
+    render.scene.SetTransform(1, Translation({0, 0, 0}));
+    EXPECT_EQ(Draw(settings).ids[36].x, 1u);
+    EXPECT_EQ(Draw(settings).ids[36].x, 1u);
+    EXPECT_EQ(render.PrimaryHits(settings).ids[36].x, 1u);
+}
+
+}  // namespace raygraph::testing
