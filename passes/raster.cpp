@@ -179,7 +179,8 @@ PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene, const TraceS
 }
 
 TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                      const RasterVisibility& seen) {
+                      const RasterVisibility& seen, FilteredEnvironment& environment) {
+    const TextureId filtered = FilterEnvironment(renderer, scene, environment);
     TextureId radiance = renderer.CreateTexture("radiance", {settings.extent, Format::Rgba32Float});
     renderer.AddPass(
         "RasterShade", PassKind::Compute,
@@ -187,9 +188,10 @@ TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSett
             pass.Compute("raster/shade.comp");
             BindPixels(pass, scene, settings, seen);
             BindEnvironment(pass, scene);
-            pass.Reads("lights", scene.lights);
+            pass.Reads("filteredEnvironment", filtered, {.addressV = rhi::AddressMode::ClampToEdge});
+            BindLights(pass, scene);
             pass.Reads("energyTables", scene.energyTables);
-            SpecializeScattering(pass, scene, settings);
+            SpecializeDirect(pass, scene, settings);
             radiance = pass.Writes("radiance", radiance);
         },
         [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });

@@ -1,11 +1,12 @@
 // The raster view: the scene drawn, with the instances, materials and BSDFs of the path tracer.
 //
 //   RasterVisibility seen = DrawVisibility(renderer, scene, settings, FilmPosition::Center);
-//   renderer.Present(Tonemap(renderer, RasterShade(renderer, scene, settings, seen)));
+//   renderer.Present(Tonemap(renderer, RasterShade(renderer, scene, settings, seen, environment)));
 #pragma once
 
 #include <glm/glm.hpp>
 
+#include "passes/filter_environment.h"
 #include "passes/trace.h"
 
 namespace raygraph::passes {
@@ -32,11 +33,13 @@ struct RasterVisibility {
 [[nodiscard]] PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,
                                        const TraceSettings& settings, const RasterVisibility& seen);
 
-// Returns linear radiance, rgba32f, alpha as in Trace: what surfaces emit, what they scatter of the punctual
-// lights by settings.scattering, and the environment behind them. Beside Trace it lacks shadows, light from
-// emitting surfaces and from the environment, all that is scattered more than once or let through glass, and
-// the media around the camera.
+// Returns linear radiance, rgba32f, alpha as in Trace: what surfaces emit, what they scatter of the lights by
+// settings.scattering, and the environment behind them. Punctual lights are added up; of the emitting
+// triangles one is sampled, as Trace would (settings.lights, seed, sampleIndex): its noise falls in a mean
+// over samples, and smooth surfaces do not show it. Of the environment, a lobe takes its mean over the lobe
+// (`environment`, see shaders/raster/environment_lobes.glsl), glass as if it began right behind the surface.
+// Beside Trace it lacks shadows, all that is scattered more than once, and the media around the camera.
 [[nodiscard]] TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                                    const RasterVisibility& seen);
+                                    const RasterVisibility& seen, FilteredEnvironment& environment);
 
 }  // namespace raygraph::passes

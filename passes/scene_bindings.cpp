@@ -29,9 +29,16 @@ uint32_t FrameDepth(const TraceSettings& settings) {
     return before + static_cast<uint32_t>(std::log(u) / std::log(double{settings.roulette.survival}));
 }
 
-// What materials need of the text; bits of kTraceFeatures.
-uint32_t MaterialFeatures(const SceneIds& scene) {
+// What lights and materials need of the text; bits of kTraceFeatures.
+uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
     uint32_t features = 0;
+    const gpu::LightSetRecord& lights = scene.lightSet;
+    if (settings.lights.isOn && lights.activeCount > 0) {
+        features |= kTraceLightSampling;
+        if (scene.triangleLights > 0) features |= kTraceTriangleLights;
+        if (scene.punctualLights > 0) features |= kTracePunctualLights;
+        if (lights.hasEnvironment != 0u) features |= kTraceEnvironmentLight;
+    }
     if (scene.hasTextures) features |= kTraceTextures;
     if (scene.hasGlass) features |= kTraceGlass;
     return features;
@@ -48,6 +55,7 @@ void SpecializeModels(PassBuilder& pass, const TraceSettings& settings, uint32_t
     specialize("kMasking", settings.scattering.masking);
     specialize("kFresnel", settings.scattering.fresnel);
     specialize("kMultiscatterKind", settings.scattering.multiscatter);
+    specialize("kLightSampler", settings.lights.sampler);
 }
 
 }  // namespace
@@ -104,22 +112,14 @@ void BindLights(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("environmentAlias", scene.environmentAlias);
 }
 
-void SpecializeScattering(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
-    SpecializeModels(pass, settings, MaterialFeatures(scene));
+void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
+    SpecializeModels(pass, settings, FeaturesOf(scene, {}));
 }
 
 void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
-    uint32_t features = MaterialFeatures(scene);
-    const gpu::LightSetRecord& lights = scene.lightSet;
-    if (settings.lights.isOn && lights.activeCount > 0) {
-        features |= kTraceLightSampling;
-        if (scene.triangleLights > 0) features |= kTraceTriangleLights;
-        if (scene.punctualLights > 0) features |= kTracePunctualLights;
-        if (lights.hasEnvironment != 0u) features |= kTraceEnvironmentLight;
-    }
+    uint32_t features = FeaturesOf(scene, settings);
     if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
     SpecializeModels(pass, settings, features);
-    pass.Specialize("kLightSampler", static_cast<uint32_t>(settings.lights.sampler));
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));
     pass.Specialize("kRoulette", static_cast<uint32_t>(settings.roulette.kind));
 }

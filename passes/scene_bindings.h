@@ -26,8 +26,8 @@ void BindMaterials(PassBuilder& pass, const SceneIds& scene);
 void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
 // What light sampling looks up.
 void BindLights(PassBuilder& pass, const SceneIds& scene);
-// Those of how surfaces scatter: settings.scattering and what the scene's materials have.
-void SpecializeScattering(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
+// Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has.
+void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 // The choices that TraceSettings makes when a pipeline is created.
 void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 

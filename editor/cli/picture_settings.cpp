@@ -69,7 +69,7 @@ constexpr PictureSetting kTable[] = {
      [](PictureSettings& settings, std::string_view text) { settings.size = ParseSize(text); },
      [](const PictureSettings& settings) { return ToText(settings.size); }},
     {"view", "VIEW",
-     "What the picture shows: path-traced (default), raster (drawn, lit by punctual lights without shadows), "
+     "What the picture shows: path-traced (default), raster (drawn, lit directly and without shadows), "
      "albedo, normals, depth, instance or material",
      [](PictureSettings& settings, std::string_view text) {
          settings.view = static_cast<View>(ParseChoice(text, {kViewNames.begin(), kViewNames.end()}));

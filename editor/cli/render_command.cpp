@@ -57,7 +57,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     };
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (settings.view == View::Raster) {
-        if (arguments.error) refuse("it has no noise whose error could be estimated; give --spp");
+        if (arguments.error) refuse("it is not rendered to an error; give --spp");
         return;
     }
     const bool isAverage = settings.view == View::Albedo || settings.view == View::Normals;
@@ -122,14 +122,7 @@ void WarnOfDarkness(Progress& progress, const RenderArguments& arguments, const 
                     const SceneInput& input) {
     if (arguments.isQuiet || !ShowsLight(job.settings.view)) return;
     const bool hasPunctual = !input.data.lights.empty();
-    if (job.settings.view == View::Raster) {
-        if (!hasPunctual)
-            Warn(progress, input.file +
-                               ": no punctual lights; --view raster shows what emits light and the "
-                               "background, all else is black");
-        return;
-    }
-    if (hasPunctual && !job.settings.lights.isOn)
+    if (job.settings.view == View::PathTraced && hasPunctual && !job.settings.lights.isOn)
         Warn(progress, input.file + ": --nee off finds no punctual light; they are not rendered");
     const bool hasBackground = job.settings.background != std::array<float, 3>{};
     if (!hasBackground && input.environmentFile.empty() && !HasEmission(input.data) && !hasPunctual)

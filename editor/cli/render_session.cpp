@@ -66,7 +66,7 @@ TextureId RenderSession::DeclareSample(const SceneIds& ids, const passes::TraceS
     if (TracesPaths()) return passes::Trace(m_renderer, ids, settings);
     const passes::RasterVisibility seen =
         passes::DrawVisibility(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    return passes::RasterShade(m_renderer, ids, settings, seen);
+    return passes::RasterShade(m_renderer, ids, settings, seen, m_filteredEnvironment);
 }
 
 void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,

@@ -12,6 +12,7 @@
 #include "editor/cli/pass_times.h"
 #include "editor/cli/render_file.h"
 #include "passes/accumulate.h"
+#include "passes/filter_environment.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
@@ -83,6 +84,7 @@ class RenderSession {
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
 
     Accumulated m_radiance{"radiance"}, m_albedo{"albedo"}, m_normal{"normal"};
+    passes::FilteredEnvironment m_filteredEnvironment{"filtered environment"};
     Readback m_variance, m_display, m_position, m_ids;
     std::optional<Measurement> m_measurement;
     std::optional<double> m_errorOfOneSample;

@@ -128,6 +128,7 @@ struct GpuScene::Impl {
         const bool hasMap = static_cast<bool>(environmentMap);
         ids.environment = {
             .radiance = environment.radiance, .rotation = environment.rotation, .hasMap = hasMap ? 1u : 0u};
+        ids.environmentVersion = environmentVersion;
         ids.environmentMap =
             r.Import("environmentMap", hasMap ? environmentMap : blackEnvironment, environmentState);
         ids.environmentAlias =
@@ -213,6 +214,7 @@ struct GpuScene::Impl {
 
     EnvironmentSettings environment;
     rhi::Texture environmentMap;  // empty: none
+    uint64_t environmentVersion = 0;
     ResourceState environmentState = SampledState();
     rhi::Buffer constantAlias;  // for directions to an environment without a map
     rhi::Buffer mapAlias;       // likewise to environmentMap
@@ -286,6 +288,7 @@ void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
     }
     m_impl->uploader.Flush();
     m_impl->environmentMap = std::move(map);
+    m_impl->environmentVersion++;
     m_impl->environmentState = SampledState();
     m_impl->mapAlias = std::move(mapAlias);
     m_impl->mapCells = {alias.width, alias.height};
@@ -296,6 +299,7 @@ void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
 void GpuScene::RemoveEnvironmentMap() {
     m_impl->RequireNoFrame("RemoveEnvironmentMap");
     m_impl->environmentMap = {};
+    m_impl->environmentVersion++;
     m_impl->environmentState = SampledState();
     m_impl->mapAlias = {};
     m_impl->environmentAliasState = {};

@@ -49,6 +49,7 @@ struct SceneIds {
     TextureSetId textures;     // set 1
     TextureId environmentMap;  // "environmentMap": equirectangular; a black texel when there is none
     gpu::EnvironmentRecord environment;
+    uint64_t environmentVersion = 0;  // changes with environmentMap's content
     BufferId lights;            // "lights": gpu::LightRecord[]
     BufferId lightNodes;        // "lightNodes": gpu::LightNode[]
     BufferId lightAlias;        // "lightAlias": gpu::AliasEntry[]

@@ -1,5 +1,5 @@
-// RasterShade: light that what was drawn sends to the camera: its own, and what it scatters of the punctual
-// lights, by the path tracer's own material, BSDF and lights, without shadows.
+// RasterShade: light that what was drawn sends to the camera: its own, and what it scatters of the lights, by
+// the path tracer's own material, BSDF and lights, without shadows.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
@@ -15,7 +15,11 @@
 #include "core/rng.glsl"
 #include "lights/lights.glsl"
 
+#include "raster/environment_lobes.glsl"
+
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
+
+const uint kCameraDimensions = 4u;  // of integrator/path.glsl
 
 // As seen from vacuum.
 SurfaceSetting SettingOf(SurfaceInteraction surface, uint seed) {
@@ -28,22 +32,40 @@ SurfaceSetting SettingOf(SurfaceInteraction surface, uint seed) {
     return setting;
 }
 
-// What a surface scatters towards wo of all punctual lights.
-vec3 ScatteredPunctual(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf) {
+// Light from one point of one emitting triangle, by the numbers that Trace takes for its first bounce. None
+// where punctual lights or the environment are drawn: they are added whole.
+LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rng) {
+    LightContext context;
+    context.position = surface.position;
+    context.normal = IsTransmissive(bsdfFlags) ? vec3(0.0f) : surface.geometricNormal;
+    rng.dimension = kCameraDimensions;
+    float choice = Get1D(rng);
+    LightSample result = SampleLight(context, choice, Get2D(rng));
+    return result.light < LightSet().lightCount - constants.punctualLights ? result : NoLightSample();
+}
+
+// What a surface scatters towards wo of all punctual lights, and of one point of the emitting triangles.
+vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, Sampler rng) {
     vec3 sum = vec3(0.0f);
     if (!IsNonSpecular(bsdf.flags)) return sum;
     LightContext context;
     context.position = surface.position;
     context.normal = vec3(0.0f);
-    LightSetRecord set = LightSet();
+    uint first = LightSet().lightCount - constants.punctualLights;
+    uint count = constants.punctualLights + (HasTraceFeature(kTraceTriangleLights) ? 1u : 0u);
     DONT_UNROLL
-    for (uint light = set.lightCount - constants.punctualLights; light < set.lightCount; light++) {
-        LightSample arriving = SamplePunctual(LightAt(light), context);
-        vec3 wi = ToLocal(frame, arriving.wi);
-        if (dot(arriving.wi, surface.geometricNormal) * wi.z <= 0.0f) continue;  // the shading normal leaks
+    for (uint i = 0u; i < count; i++) {
+        LightSample light;
+        if (i < constants.punctualLights)
+            light = SamplePunctual(LightAt(first + i), context);
+        else
+            light = SampleEmitter(surface, bsdf.flags, rng);
+        vec3 wi = ToLocal(frame, light.wi);
+        bool isLeaking = dot(light.wi, surface.geometricNormal) * wi.z <= 0.0f;  // of the shading normal
+        if (isLeaking || !(light.pdf > 0.0f)) continue;
         float pdf = 0.0f;
         vec3 diffuse = vec3(0.0f);
-        sum += Evaluate(bsdf, wi, pdf, diffuse) * (abs(wi.z) * arriving.radiance);
+        sum += Evaluate(bsdf, wi, pdf, diffuse) * light.radiance * (abs(wi.z) / light.pdf);
     }
     return sum;
 }
@@ -56,7 +78,10 @@ vec4 Shade(Hit hit, Ray ray) {
     Frame frame = FrameFromZ(surface.shadingNormal);
     SurfaceBSDF bsdf =
         BSDFOf(surface.material, ToLocal(frame, -ray.direction), SettingOf(surface, AlphaSeed(rng, 1u)));
-    return vec4(surface.emission + ScatteredPunctual(surface, frame, bsdf), 1.0f);
+    vec3 scattered = ScatteredLight(surface, frame, bsdf, rng);
+    if (HasTraceFeature(kTraceEnvironmentLight))
+        scattered += ScatteredEnvironment(bsdf, surface.material.roughness, frame);
+    return vec4(surface.emission + scattered, 1.0f);
 }
 
 void main() {

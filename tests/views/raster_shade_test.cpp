@@ -24,7 +24,8 @@ class RasterShade : public VulkanTest {
             const passes::RasterVisibility seen =
                 passes::DrawVisibility(render.renderer, ids, settings, film);
             const TextureId mean =
-                passes::Accumulate(render.renderer, passes::RasterShade(render.renderer, ids, settings, seen),
+                passes::Accumulate(render.renderer,
+                                   passes::RasterShade(render.renderer, ids, settings, seen, environment),
                                    accumulation)
                     .mean;
             settings.sampleIndex++;
@@ -68,7 +69,32 @@ class RasterShade : public VulkanTest {
         EXPECT_LE(edges, 1u);
     }
 
+    // Each of the first `count` instances alone, as two halves of the picture: the mean of the direct light
+    // that it sends is the same in both views, to `tolerance`.
+    void ExpectSameSurfaces(TraceSettings settings, uint32_t count, double tolerance) {
+        settings.biases.maxDepth = 1;
+        const uint32_t all = render.scene.Statistics().instanceCount;
+        for (uint32_t instance = 0; instance < count; instance++) {
+            for (uint32_t i = 0; i < all; i++) render.scene.SetVisible(i, i == instance);
+            const FloatImage traced = render.Render(settings, 16).mean;
+            const FloatImage drawn = Draw(settings, 16);
+            const std::vector<glm::uvec4> ids = render.PrimaryHits(settings).ids;
+            glm::dvec3 a[2] = {}, b[2] = {};
+            for (size_t i = 0; i < ids.size(); i++) {
+                if (ids[i].x != instance) continue;
+                const bool isLower = i / settings.extent.width >= settings.extent.height / 2;
+                a[isLower] += glm::dvec3(traced.values[i]);
+                b[isLower] += glm::dvec3(drawn.values[i]);
+            }
+            for (int part = 0; part < 2; part++)
+                for (int c = 0; c < 3; c++)
+                    EXPECT_NEAR(b[part][c], a[part][c], tolerance * a[part][c])
+                        << "instance " << instance << ", half " << part;
+        }
+    }
+
     SceneRender render{Device()};
+    passes::FilteredEnvironment environment{"environment"};
 };
 
 scene::Material Glossy(const glm::vec3& color, float metallic, float roughness) {
@@ -148,6 +174,59 @@ TEST_F(RasterShade, GltfMaterialsUnderEachPunctualLightAreAsPathTraced) {
     }
 }
 
+TEST_F(RasterShade, AnEvenEnvironmentLightsAsPathTraced) {
+    for (const BrdfModel brdf : {BrdfModel::Lambert, BrdfModel::Gltf}) {
+        render.scene.SetScene(Row({}));
+        render.scene.SetEnvironment({.radiance = {1.0f, 0.8f, 0.6f}});
+        // Each surface alone, and where it is seen face on and from the side
+        ExpectSameSurfaces(ViewOfRow(brdf), 4, 0.03);
+    }
+}
+
+TEST_F(RasterShade, AnEnvironmentMapLightsAboutAsPathTraced) {
+    // A bright patch in a blue sky over a dark ground
+    const uint32_t width = 64, height = 32;
+    image::ImageF map{.width = width, .height = height, .rgba = {}};
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            glm::vec3 value = y < 16 ? glm::vec3(0.4f, 0.6f, 1.0f) : glm::vec3(0.1f);
+            if (y >= 8 && y < 12 && x >= 40 && x < 46) value = glm::vec3(30.0f);
+            map.rgba.insert(map.rgba.end(), {value.x, value.y, value.z, 1.0f});
+        }
+    render.scene.SetScene(Row({}));
+    render.scene.SetEnvironmentMap(map);
+    for (const float rotation : {0.0f, 1.0f}) {
+        render.scene.SetEnvironment({.radiance = glm::vec3(0.7f), .rotation = rotation});
+        ExpectSameSurfaces(ViewOfRow(BrdfModel::Gltf), 3, 0.2);  // of the spheres
+    }
+}
+
+TEST_F(RasterShade, AMapIsFilteredOnce) {
+    image::ImageF map{.width = 4, .height = 2, .rgba = std::vector<float>(32, 0.5f)};
+    const auto wasFiltered = [&] {
+        render.renderer.BeginFrame();
+        const TextureId filtered =
+            passes::FilterEnvironment(render.renderer, render.scene.Declare(render.renderer), environment);
+        const Readback readback = render.renderer.ReadBack(filtered);
+        render.renderer.Execute();
+        float worst = 0.0f;
+        for (const glm::vec4& value : ToFloatImage(readback).values)
+            worst = std::max(worst, glm::distance(glm::vec3(value), glm::vec3(map.rgba[0])));
+        EXPECT_LT(worst, 1e-4f);
+        return render.renderer.DescribePlan().find("FilterEnvironment") != std::string::npos;
+    };
+    render.scene.SetEnvironment({.radiance = glm::vec3(2.0f)});
+    render.scene.SetEnvironmentMap(map);
+    EXPECT_TRUE(wasFiltered());
+    EXPECT_FALSE(wasFiltered());
+    render.scene.SetEnvironment({.radiance = glm::vec3(3.0f), .rotation = 1.0f});
+    EXPECT_FALSE(wasFiltered());
+    map.rgba.assign(32, 0.25f);
+    render.scene.SetEnvironmentMap(map);
+    EXPECT_TRUE(wasFiltered());
+    EXPECT_FALSE(wasFiltered());
+}
+
 TEST_F(RasterShade, LightsAddUp) {
     const TraceSettings settings = ViewOfRow(BrdfModel::Gltf);
     const auto drawn = [&](std::vector<scene::Light> lights) {
@@ -161,6 +240,22 @@ TEST_F(RasterShade, LightsAddUp) {
         const glm::vec4 sum = parts[0].values[i] + parts[1].values[i] + parts[2].values[i];
         for (int c = 0; c < 3; c++) ASSERT_NEAR(all.values[i][c], sum[c], 1e-4f * (1.0f + sum[c]));
     }
+}
+
+TEST_F(RasterShade, EmittingSurfacesLightAsPathTracedWithoutOccluders) {
+    // A glossy floor under a lamp that is out of the picture
+    const glm::mat4x3 floor(glm::vec3(1, 0, 0), glm::vec3(0, 0, -1), glm::vec3(0, 1, 0), glm::vec3(0.0f));
+    const glm::mat4x3 lamp(glm::vec3(1, 0, 0), glm::vec3(0, 0, 1), glm::vec3(0, -1, 0), glm::vec3(0, 2, 0));
+    render.scene.SetScene(SceneOf(
+        {QuadMesh(2.0f, 0), QuadMesh(0.3f, 1)},
+        {Glossy({0.7f, 0.4f, 0.2f}, 0.3f, 0.5f), Lambert(glm::vec3(0.0f), glm::vec3(5.0f))}, {floor, lamp}));
+    TraceSettings settings = LookAt({0, 1, 2}, {0, 0, 0.3f}, 0.4f, 64);
+    settings.scattering.brdf = BrdfModel::Gltf;
+    settings.biases.maxDepth = 1;
+    const RenderedImage traced = render.Render(settings, 64);
+    const glm::dvec3 drawn = Draw(settings, 64).Mean();
+    for (int c = 0; c < 3; c++) EXPECT_NEAR(drawn[c], traced.mean.Mean()[c], 0.01 * traced.mean.Mean()[c]);
+    EXPECT_LT(3.0 * traced.StandardErrorOfMean().y, 0.01 * traced.mean.Mean().y) << "too noisy";
 }
 
 TEST_F(RasterShade, EmissionUnlitColorAndBackgroundAreShownAsTheyAre) {

@@ -1,0 +1,81 @@
+// What a surface scatters of the environment, without shadows: for each lobe its albedo, by the tables of
+// bxdf/energy.glsl, times the environment's mean over the lobe (shared/filtered_environment.h). Exact where
+// the environment is the same in all directions.
+#ifndef RAYGRAPH_RASTER_ENVIRONMENT_LOBES_GLSL
+#define RAYGRAPH_RASTER_ENVIRONMENT_LOBES_GLSL
+
+#include "bxdf/bsdf.glsl"
+#include "core/frame.glsl"
+#include "scene/environment.glsl"
+#include "shared/filtered_environment.h"
+
+layout(set = 0, binding = 17) uniform sampler2D filteredEnvironment;
+
+vec3 FilteredLevel(vec2 uv, uint level) {
+    const float rim = 0.5f / float(kFilteredHeight);
+    float v = (float(level) + clamp(uv.y, rim, 1.0f - rim)) / float(kFilteredLevels);
+    return textureLod(filteredEnvironment, vec2(uv.x, v), 0.0f).xyz;
+}
+
+vec3 DiffuseEnvironment(vec3 normal) {
+    EnvironmentRecord environment = parameters.value.environment;
+    if (environment.hasMap == 0u) return environment.radiance;
+    return environment.radiance *
+           FilteredLevel(EquirectFromDirection(normal, environment.rotation), kFilteredDiffuse);
+}
+
+vec3 GlossyEnvironment(vec3 direction, float roughness) {
+    EnvironmentRecord environment = parameters.value.environment;
+    if (environment.hasMap == 0u) return environment.radiance;
+    vec2 uv = EquirectFromDirection(direction, environment.rotation);
+    float place = clamp(roughness, 0.0f, 1.0f) / kFilteredStep;  // 0: the map itself; 1: level 0
+    uint above = min(uint(place), kFilteredDiffuse - 1u);
+    vec3 sharper = above == 0u ? textureLod(environmentMap, uv, 0.0f).xyz : FilteredLevel(uv, above - 1u);
+    return environment.radiance * mix(sharper, FilteredLevel(uv, above), place - float(above));
+}
+
+// Where a rough surface reflects most from, between the mirror direction and the normal. S. Lagarde and C. de
+// Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section 4.9.3.
+vec3 DominantReflection(vec3 wo, float roughness) {
+    float smoothness = 1.0f - roughness;
+    vec3 mirrored = vec3(-wo.x, -wo.y, wo.z);
+    return normalize(mix(vec3(0.0f, 0.0f, 1.0f), mirrored, smoothness * (sqrt(smoothness) + roughness)));
+}
+
+vec3 GltfEnvironment(PreparedGltf g, float roughness, Frame frame) {
+    if (!(g.wo.z > 0.0f)) return vec3(0.0f);
+    GltfBxDF lobe = g.bxdf;
+    FacetEnergy energy = FacetEnergyAt(g.row, g.wo.z);
+    vec3 f0 = g.dielectric.f0;
+    vec3 f90 = g.dielectric.f90;
+    vec3 layer = SingleAlbedo(energy, f0, f90) + LaterAlbedo(g, energy, f0, f90);
+    vec3 metal =
+        SingleAlbedo(energy, lobe.baseColor, vec3(1.0f)) + LaterAlbedo(g, energy, lobe.baseColor, vec3(1.0f));
+    vec3 below = (1.0f - lobe.metallic) * lobe.baseColor * max(vec3(1.0f) - layer, vec3(0.0f));
+    float glass = HasTraceFeature(kTraceGlass) ? lobe.transmission : 0.0f;
+
+    vec3 reflected = FromLocal(frame, DominantReflection(g.wo, roughness));
+    vec3 sum = mix(layer, metal, lobe.metallic) * GlossyEnvironment(reflected, roughness);
+    if (glass < 1.0f)
+        sum += (1.0f - glass) * below * DiffuseEnvironment(FromLocal(frame, vec3(0.0f, 0.0f, 1.0f)));
+    if (glass > 0.0f) {
+        // As if the environment began right behind the surface
+        vec3 through = -g.wo;
+        vec3 refracted = vec3(0.0f);
+        if (!g.isThin && Refract(g.wo, vec3(0.0f, 0.0f, 1.0f), g.eta, refracted)) through = refracted;
+        sum += glass * below * GlossyEnvironment(FromLocal(frame, through), roughness);
+    }
+    return sum;
+}
+
+vec3 ScatteredEnvironment(SurfaceBSDF bsdf, float roughness, Frame frame) {
+    vec3 normal = FromLocal(frame, vec3(0.0f, 0.0f, 1.0f));
+    if (ActiveBrdf() == kBrdfLambert) return bsdf.lambert.albedo * DiffuseEnvironment(normal);
+    if (ActiveBrdf() == kBrdfLafortune)
+        return bsdf.lafortune.diffuse * DiffuseEnvironment(normal) +
+               bsdf.lafortune.specular *
+                   GlossyEnvironment(FromLocal(frame, DominantReflection(bsdf.wo, roughness)), roughness);
+    return GltfEnvironment(bsdf.gltf, roughness, frame);
+}
+
+#endif

@@ -1,0 +1,84 @@
+// FilterEnvironment: the levels of shared/filtered_environment.h. Each texel is the mean of the map over the
+// lobe of a surface that is seen face on, along its normal: for facets, directions by their distribution,
+// weighed by the cosine (Karis 2013, "Real Shading in Unreal Engine 4"); for diffuse ones, by the cosine. The
+// map is looked up both where the lobe is and where the map is bright, weighed by the balance heuristic.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define NO_TLAS
+#include "scene/extensions.glsl"
+
+#include "scene/environment.glsl"
+#include "scene/light_bridge.glsl"
+
+#include "bxdf/microfacet.glsl"
+#include "core/frame.glsl"
+#include "core/rng.glsl"
+#include "core/warp.glsl"
+#include "lights/environment_light.glsl"
+#include "shared/filtered_environment.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D filtered;
+
+const uint kSamples = 64u;  // of each strategy
+
+struct Lobe {
+    bool isDiffuse;
+    MicrofacetDistribution facets;
+};
+
+// Density of wi, in the frame of the normal.
+float LobePDF(Lobe lobe, vec3 wi) {
+    if (wi.z <= 0.0f) return 0.0f;
+    if (lobe.isDiffuse) return CosineHemispherePDF(wi.z);
+    return 0.25f * D(lobe.facets, normalize(wi + vec3(0.0f, 0.0f, 1.0f)));
+}
+
+vec3 SampleLobe(Lobe lobe, vec2 u) {
+    if (lobe.isDiffuse) return SampleCosineHemisphere(u);
+    float square = Sqr(lobe.facets.alpha.x);
+    float cosine = sqrt((1.0f - u.x) / (1.0f + (square - 1.0f) * u.x));
+    float sine = SafeSqrt(1.0f - Sqr(cosine));
+    vec2 azimuth = CosSinTurn(u.y);
+    return Reflect(vec3(0.0f, 0.0f, 1.0f), vec3(sine * azimuth.x, sine * azimuth.y, cosine));
+}
+
+// What counts of a sample, beside its density.
+float LobeWeight(Lobe lobe, vec3 wi) { return lobe.isDiffuse ? 1.0f : max(wi.z, 0.0f); }
+
+void main() {
+    uvec2 texel = gl_GlobalInvocationID.xy;
+    if (texel.x >= kFilteredWidth || texel.y >= kFilteredHeight * kFilteredLevels) return;
+    uint level = texel.y / kFilteredHeight;
+    vec2 place = vec2(float(texel.x), float(texel.y - level * kFilteredHeight)) + 0.5f;
+    Frame frame = FrameFromZ(
+        DirectionFromEquirect(place / vec2(float(kFilteredWidth), float(kFilteredHeight)), 0.0f));
+    Lobe lobe;
+    lobe.isDiffuse = level == kFilteredDiffuse;
+    lobe.facets = MakeMicrofacetDistribution(vec2(Sqr(float(level + 1u) * kFilteredStep)));
+
+    LightSetRecord lights = LightSet();
+    vec3 sum = vec3(0.0f);
+    float whole = 0.0f;
+    for (uint i = 0u; i < kSamples; i++) {
+        Sampler rng = StartPixelSample(uvec2(0u), i, 0u);
+        vec3 wi = SampleLobe(lobe, Get2D(rng));
+        float pdf = LobePDF(lobe, wi);
+        if (pdf > 0.0f) {
+            vec3 direction = FromLocal(frame, wi);
+            float weight = LobeWeight(lobe, wi) * pdf / (pdf + EnvironmentLightPDF(lights, direction));
+            sum += EnvironmentRadiance(direction) * weight;
+            whole += weight;
+        }
+        float choice = Get1D(rng);
+        EnvironmentSample bright = SampleEnvironmentLight(lights, choice, Get2D(rng));
+        wi = ToLocal(frame, bright.wi);
+        pdf = LobePDF(lobe, wi);
+        if (pdf > 0.0f) {
+            float weight = LobeWeight(lobe, wi) * pdf / (pdf + bright.pdf);
+            sum += EnvironmentRadiance(bright.wi) * weight;
+            whole += weight;
+        }
+    }
+    imageStore(filtered, ivec2(texel), vec4(sum / whole, 1.0f));
+}
