@@ -35,7 +35,7 @@ struct RasterVisibility {
 
 // Returns linear radiance, rgba32f, alpha as in Trace: what surfaces emit, what they scatter of the lights by
 // settings.scattering, and the environment behind them. Punctual lights are added up; of the emitting
-// triangles one is sampled, as Trace would (settings.lights, seed, sampleIndex): its noise falls in a mean
+// triangles one is sampled by the light tree (settings.seed, sampleIndex): its noise falls in a mean
 // over samples, and smooth surfaces do not show it. Of the environment, a lobe takes its mean over the lobe
 // (`environment`, see shaders/raster/environment_lobes.glsl), glass as if it began right behind the surface.
 // Beside Trace it lacks shadows, all that is scattered more than once, and the media around the camera.

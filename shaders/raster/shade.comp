@@ -32,16 +32,23 @@ SurfaceSetting SettingOf(SurfaceInteraction surface, uint seed) {
     return setting;
 }
 
-// Light from one point of one emitting triangle, by the numbers that Trace takes for its first bounce. None
-// where punctual lights or the environment are drawn: they are added whole.
+// Light from one point of one emitting triangle, chosen by the light tree with the numbers that Trace takes for
+// its first bounce. None where a punctual light is drawn: those are added whole.
 LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rng) {
     LightContext context;
     context.position = surface.position;
     context.normal = IsTransmissive(bsdfFlags) ? vec3(0.0f) : surface.geometricNormal;
     rng.dimension = kCameraDimensions;
     float choice = Get1D(rng);
-    LightSample result = SampleLight(context, choice, Get2D(rng));
-    return result.light < LightSet().lightCount - constants.punctualLights ? result : NoLightSample();
+    vec2 u = Get2D(rng);
+    if (LightSet().nodeCount == 0u) return NoLightSample();
+    ChosenLight chosen = SampleLightTree(context, choice);
+    if (!(chosen.probability > 0.0f)) return NoLightSample();
+    LightRecord light = LightAt(chosen.light);
+    if (light.kind != kLightTriangle) return NoLightSample();
+    LightSample result = SampleTriangle(light, context, u);
+    result.pdf *= chosen.probability;
+    return result;
 }
 
 // What a surface scatters towards wo of all punctual lights, and of one point of the emitting triangles.

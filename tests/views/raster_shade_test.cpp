@@ -262,7 +262,7 @@ TEST_F(RasterShade, EmissionUnlitColorAndBackgroundAreShownAsTheyAre) {
     scene::Material unlit = Lambert({0.2f, 0.4f, 0.6f});
     unlit.isUnlit = true;
     scene::SceneData scene = SceneOf({QuadMesh(0.5f, 0), QuadMesh(0.5f, 1)},
-                                     {Lambert(glm::vec3(0.5f), {0.5f, 0.25f, 0.75f}), unlit},
+                                     {Lambert(glm::vec3(0.0f), {0.5f, 0.25f, 0.75f}), unlit},
                                      {Translation({-1, 0, 0}), Translation({1, 0, 0})});
     scene.lights = {Punctual(scene::LightType::Point, {1, 1, 1}, 100.0f, {1, 0, 3})};
     scene.lights[0].intensity = 0.0f;
