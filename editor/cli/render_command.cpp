@@ -57,7 +57,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     };
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (settings.view == View::Raster) {
-        if (arguments.error) refuse("it is not rendered to an error; give --spp");
+        if (arguments.error) refuse("give --spp; --error is for path-traced renders");
         return;
     }
     const bool isAverage = settings.view == View::Albedo || settings.view == View::Normals;

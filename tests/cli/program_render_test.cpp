@@ -180,6 +180,22 @@ TEST(ProgramRender, ViewsWithoutLightAreRendered) {
     }
 }
 
+TEST(ProgramRender, RasterViewIsDirectLightWithoutShadows) {
+    const test::TemporaryFolder folder;
+    RenderCornell({"--view", "raster", "--validate", "--spp", "8", "-o", folder / "drawn.exr", "-o",
+                   folder / "drawn.png", "--report", folder / "r.json"});
+    RenderCornell({"--max-depth", "1", "--spp", "32", "-o", folder / "traced.exr"});
+    const cli::Texels drawn = cli::ReadRenderFile(folder / "drawn.exr").radiance;
+    const cli::Texels traced = cli::ReadRenderFile(folder / "traced.exr").radiance;
+    double drawnSum = 0.0, tracedSum = 0.0;
+    for (size_t i = 0; i < drawn.size(); i += 4) {
+        drawnSum += drawn[i];
+        tracedSum += traced[i];
+    }
+    EXPECT_GT(drawnSum, tracedSum) << "which has shadows";
+    EXPECT_LT(drawnSum, 1.3 * tracedSum);
+}
+
 TEST(ProgramRender, TimeLimitEndsTheRender) {
     const test::TemporaryFolder folder;
     RenderCornell({"--time", "0.5", "-o", folder / "a.exr", "--report", folder / "r.json"});

@@ -40,6 +40,8 @@ TEST(Program, WrongUsageIsTwo) {
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.tiff"}, 2, "a.tiff");
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--aov", "albedo"}, 2, "--aov",
                   ".exr");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "raster", "--error", "0.1"},
+                  2, "--view raster", "--error");
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "depth", "--spp", "4"}, 2,
                   "depth", "--spp");
     ExpectFailure(

@@ -1,6 +1,7 @@
 // Raster passes: targets, depth, loads.
 #include <gmock/gmock.h>
 
+#include "shaders/shared/draw_records.h"
 #include "tests/graph/graph_test.h"
 
 namespace raygraph {
@@ -130,6 +131,59 @@ TEST_F(Raster, BlendedDraws_AddUp) {
     m_renderer.Execute();
     EXPECT_EQ(Read(readback).At(5, 5)[0], 3.25f);
     EXPECT_EQ(Read(readback).At(5, 5)[1], 6.25f);
+}
+
+TEST_F(Raster, DrawIndirect_DrawsItsRangeOfCommandsAndRefusesOneBeyondTheEnd) {
+    const auto draw = [&](uint32_t first, uint32_t count) {
+        m_renderer.BeginFrame();
+        TextureId color =
+            m_renderer.CreateTexture("color", {.extent = kExtent, .format = Format::Rgba8Unorm});
+        const BufferId vertices = m_renderer.CreateBuffer(
+            "vertices", {.size = 6 * sizeof(Vertex), .memory = rhi::MemoryKind::Upload});
+        const BufferId commands = m_renderer.CreateBuffer(
+            "commands", {.size = 2 * sizeof(gpu::DrawCommand), .memory = rhi::MemoryKind::Upload});
+        m_renderer.AddPass(
+            "Write", PassKind::Transfer,
+            [&](PassBuilder& pass) {
+                pass.CopiesFrom(vertices);
+                pass.CopiesFrom(commands);
+                pass.KeepAlive();
+            },
+            [vertices, commands](CommandList&, const PassResources& resources) {
+                std::vector<Vertex> all = Corner(0.5f);  // the upper left half, then the other
+                for (const Vertex& vertex : Corner(0.5f)) all.push_back({-vertex.x, -vertex.y, 0.5f});
+                const std::vector<gpu::DrawCommand> list{{3, 1, 0, 0}, {3, 1, 3, 0}};
+                std::ranges::copy(std::as_bytes(std::span(all)), resources.Buffer(vertices).Mapped().begin());
+                std::ranges::copy(std::as_bytes(std::span(list)),
+                                  resources.Buffer(commands).Mapped().begin());
+            });
+        m_renderer.AddPass(
+            "Draw", PassKind::Raster,
+            [&](PassBuilder& pass) {
+                pass.Vertex("test/triangles.vert").Fragment("test/color.frag");
+                pass.Reads("Vertices", vertices);
+                pass.ReadsArguments(commands);
+                pass.Constants(Color{1, 1, 1, 1});
+                color = pass.ColorTarget(0, color);
+            },
+            [=](CommandList& list, const PassResources& resources) {
+                list.DrawIndirect(resources.Buffer(commands), first, count);
+            });
+        const Readback readback = m_renderer.ReadBack(color);
+        m_renderer.Execute();
+        const auto texels = Read(readback);
+        return std::pair(texels.At(2, 2)[0], texels.At(29, 29)[0]);
+    };
+    EXPECT_EQ(draw(0, 1), std::pair(1.0f, 0.0f));
+    EXPECT_EQ(draw(1, 1), std::pair(0.0f, 1.0f));
+    EXPECT_EQ(draw(0, 2), std::pair(1.0f, 1.0f));
+    EXPECT_EQ(draw(2, 0), std::pair(0.0f, 0.0f));
+    try {
+        draw(1, 2);
+        FAIL() << "a draw beyond the end was recorded";
+    } catch (const Error& error) {
+        EXPECT_STREQ(error.what(), "DrawIndirect: draws 1 to 3 of 'commands', which holds 2");
+    }
 }
 
 TEST_F(Raster, TargetsThatDoNotFit_AreRefused) {
