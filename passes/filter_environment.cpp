@@ -5,8 +5,13 @@
 
 namespace raygraph::passes {
 
+namespace {
+
+constexpr Extent2D kExtent{gpu::kFilteredWidth, gpu::kFilteredHeight* gpu::kFilteredLevels};
+
+}  // namespace
+
 TextureId FilterEnvironment(Renderer& renderer, const SceneIds& scene, FilteredEnvironment& state) {
-    constexpr Extent2D kExtent{gpu::kFilteredWidth, gpu::kFilteredHeight * gpu::kFilteredLevels};
     if (scene.environment.hasMap == 0u) return scene.environmentMap;
     TextureId filtered = renderer.Persist(state.m_name, {kExtent, Format::Rgba32Float});
     if (!renderer.IsFresh(filtered) && state.m_version == scene.environmentVersion) return filtered;

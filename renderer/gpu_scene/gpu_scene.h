@@ -50,10 +50,10 @@ struct SceneIds {
     TextureId environmentMap;  // "environmentMap": equirectangular; a black texel when there is none
     gpu::EnvironmentRecord environment;
     uint64_t environmentVersion = 0;  // changes with environmentMap's content
-    BufferId lights;            // "lights": gpu::LightRecord[]
-    BufferId lightNodes;        // "lightNodes": gpu::LightNode[]
-    BufferId lightAlias;        // "lightAlias": gpu::AliasEntry[]
-    BufferId environmentAlias;  // "environmentAlias": gpu::AliasEntry[]
+    BufferId lights;                  // "lights": gpu::LightRecord[]
+    BufferId lightNodes;              // "lightNodes": gpu::LightNode[]
+    BufferId lightAlias;              // "lightAlias": gpu::AliasEntry[]
+    BufferId environmentAlias;        // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
     BufferId energyTables;        // "energyTables": float[], see shaders/shared/energy_tables.h
     bool hasAlpha = false;        // a material is not opaque

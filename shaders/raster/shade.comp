@@ -32,8 +32,8 @@ SurfaceSetting SettingOf(SurfaceInteraction surface, uint seed) {
     return setting;
 }
 
-// Light from one point of one emitting triangle, chosen by the light tree with the numbers that Trace takes for
-// its first bounce. None where a punctual light is drawn: those are added whole.
+// Light from one point of one emitting triangle, chosen by the light tree with the numbers that Trace takes
+// for its first bounce. None where a punctual light is drawn: those are added whole.
 LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rng) {
     LightContext context;
     context.position = surface.position;
