@@ -74,11 +74,11 @@ Job PlanJob(const RenderArguments& arguments) {
         job.samplesBefore = render.samples.front().count;
     } else {
         job.settings = SettingsFrom(arguments.given);
-        job.aovs = arguments.aovs.value_or(AovSet{});
+        if (arguments.aovs) job.aovs = AovsFor(*arguments.aovs, job.settings);
         job.firstSample = arguments.sampleOffset.value_or(0);
     }
     CheckView(arguments, job.settings);
-    if (job.aovs != AovSet{} && !WritesKind(arguments, OutputKind::Exr))
+    if (!job.aovs.IsEmpty() && !WritesKind(arguments, OutputKind::Exr))
         throw Error(ErrorKind::Usage,
                     "--aov: its channels are written to an .exr, and there is no -o OUT.exr");
     const View view = job.settings.view;
@@ -208,19 +208,11 @@ Rendered RenderSamples(RenderSession& session, const Job& job, const RenderArgum
     return rendered;
 }
 
-void DropUnasked(RenderFile& render, const AovSet& aovs) {
-    if (!aovs.albedo) render.albedo.clear();
-    if (!aovs.normal) render.normal.clear();
-    if (!aovs.depth) render.depth.clear();
-    if (!aovs.instance) render.instance.clear();
-    if (!aovs.material) render.material.clear();
-}
-
 void WriteOutputs(const RenderArguments& arguments, RenderSession& session, RenderFile& render,
                   const AovSet& aovs) {
     const image::Image8 display =
         WritesKind(arguments, OutputKind::Png) ? session.TakeDisplay(render) : image::Image8{};
-    DropUnasked(render, aovs);
+    KeepOnly(render, aovs);
     for (const OutputFile& output : arguments.outputs) {
         switch (output.kind) {
             case OutputKind::Png:

@@ -60,6 +60,10 @@ class RenderSession {
         passes::Accumulation accumulation;
         Readback mean;
     };
+    struct KeptPart {
+        size_t index;  // of the PathPart
+        Accumulated sum;
+    };
     struct Measurement {
         uint32_t sampleCount = 0;
         Readback mean, variance;
@@ -80,6 +84,7 @@ class RenderSession {
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
 
     Accumulated m_radiance{"radiance"}, m_albedo{"albedo"}, m_normal{"normal"};
+    std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
     Readback m_variance, m_display, m_position, m_ids;
     std::optional<Measurement> m_measurement;
     std::optional<double> m_errorOfOneSample;

@@ -99,7 +99,7 @@ TEST(Merge, DifferentPicturesAreRefusedNamingTheDifference) {
     ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.environmentHash.clear(); }),
                 "sky.hdr has changed");
     ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.albedo.clear(); }),
-                "a.exr has the channel albedo, b.exr has not");
+                "a.exr has the channels of albedo, b.exr has not");
 }
 
 }  // namespace

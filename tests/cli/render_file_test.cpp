@@ -27,8 +27,11 @@ TEST(RenderFile, ReadsBackWhatWasWrittenBitForBit) {
     written.samples = {{0, 3}, {128, 64}};
     written.radiance[4] = 1e-42f;  // a denormal
     written.radiance[8] = INFINITY;
+    written.parts[static_cast<size_t>(passes::PathPart::Diffuse)] = written.normal;
     WriteRenderFile(folder / "a.exr", written);
     const RenderFile read = ReadRenderFile(folder / "a.exr");
+    ExpectSameColor(*MeanOf(read, Aov::Diffuse), written.normal);
+    EXPECT_EQ(AovsOf(read), AovsOf(written));
     EXPECT_EQ(read.size, written.size);
     EXPECT_EQ(read.radiance, written.radiance);
     ExpectSameColor(read.variance, written.variance);
