@@ -129,7 +129,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage({"render"}, "FILE");
     ExpectUsage({"render", "a.gltf", "b.gltf"}, "b.gltf");
     ExpectUsage({"render", "a.gltf", "--bogus"}, "--bogus");
-    ExpectUsage({"render", "a.gltf", "--nee", "off"}, "--nee");
+    ExpectUsage({"render", "a.gltf", "--nee", "maybe"}, "--nee");
     ExpectUsage({"render", "a.gltf", "--size"}, "--size");
     ExpectUsage({"render", "a.gltf", "--size", "64"}, "--size", "\"64\"");
     ExpectUsage({"render", "a.gltf", "--size", "64x64", "--size", "32x32"}, "--size");
@@ -141,7 +141,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage({"render", "a.gltf", "-o", "a"}, "-o", ".png, .exr or .hdr");
     ExpectUsage({"render", "a.gltf", "--tonemap", "filmic"}, "--tonemap", "neutral");
     ExpectUsage({"render", "a.gltf", "--view", "raster"}, "--view", "path-traced");
-    ExpectUsage({"render", "a.gltf", "--brdf", "gltf"}, "--brdf", "lambert");
+    ExpectUsage({"render", "a.gltf", "--brdf", "disney"}, "--brdf", "lambert");
     ExpectUsage({"render", "a.gltf", "--aov", "albedo,,N"}, "--aov");
     ExpectUsage({"render", "a.gltf", "--aov", "uv"}, "--aov", "albedo");
     ExpectUsage({"render", "a.gltf", "--background", "1,1"}, "--background");
