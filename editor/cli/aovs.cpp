@@ -9,15 +9,30 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr const char* kNames[] = {"albedo", "normal",   "depth",   "instance", "material",    "emission",
-                                  "direct", "indirect", "diffuse", "specular", "transmission"};
+constexpr const char* kNames[] = {"albedo",
+                                  "normal",
+                                  "depth",
+                                  "instance",
+                                  "material",
+                                  "emission",
+                                  "direct",
+                                  "indirect",
+                                  "diffuse",
+                                  "specular",
+                                  "transmission",
+                                  "removed_max_depth",
+                                  "removed_clamp_indirect",
+                                  "removed_regularize"};
 static_assert(std::size(kNames) == kAovCount);
 
-// Why a picture of these settings has none; nullptr if it can have it.
-const char* WhyNot(Aov aov, const PictureSettings& settings) {
+// Why a picture of these settings has none; "" if it can have it.
+std::string WhyNot(Aov aov, const PictureSettings& settings) {
     if (aov >= Aov::Emission && settings.view != View::PathTraced)
         return "only path-traced pictures have light to tell apart";
-    return nullptr;
+    for (const Bias bias : kBiases)
+        if (aov == AovOf(bias) && !IsOn(settings.biases, bias))
+            return std::string(Option(bias)) + " is off and removes nothing";
+    return {};
 }
 
 }  // namespace
@@ -57,10 +72,10 @@ AovRequest ParseAovs(std::string_view text) {
 AovSet AovsFor(const AovRequest& request, const PictureSettings& settings) {
     AovSet aovs;
     for (const Aov aov : kAovs) {
-        const char* whyNot = WhyNot(aov, settings);
-        if (whyNot && request.named.Has(aov))
+        const std::string whyNot = WhyNot(aov, settings);
+        if (!whyNot.empty() && request.named.Has(aov))
             throw Error(ErrorKind::Usage, std::string("--aov ") + Name(aov) + ": " + whyNot);
-        if (!whyNot && (request.isAll || request.named.Has(aov))) aovs.Set(aov);
+        if (whyNot.empty() && (request.isAll || request.named.Has(aov))) aovs.Set(aov);
     }
     return aovs;
 }

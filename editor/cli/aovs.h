@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "editor/cli/bias.h"
 #include "editor/cli/picture_settings.h"
 
 namespace raygraph::cli {
@@ -25,8 +26,11 @@ enum class Aov : uint8_t {
     Diffuse,
     Specular,
     Transmission,
+    RemovedMaxDepth,  // from here on in the order of Bias
+    RemovedClampIndirect,
+    RemovedRegularize,
 };
-inline constexpr size_t kAovCount = 11;
+inline constexpr size_t kAovCount = 14;
 inline constexpr std::array<Aov, kAovCount> kAovs = [] {  // in their order
     std::array<Aov, kAovCount> all{};
     for (size_t i = 0; i < kAovCount; i++) all[i] = static_cast<Aov>(i);
@@ -36,6 +40,10 @@ const char* Name(Aov aov);  // "albedo"
 
 inline constexpr Aov AovOf(passes::PathPart part) {
     return static_cast<Aov>(static_cast<size_t>(Aov::Emission) + static_cast<size_t>(part));
+}
+
+inline constexpr Aov AovOf(Bias bias) {
+    return static_cast<Aov>(static_cast<size_t>(Aov::RemovedMaxDepth) + static_cast<size_t>(bias));
 }
 
 class AovSet {

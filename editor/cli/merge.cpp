@@ -75,6 +75,8 @@ RenderFile Merge(std::vector<NamedRender> parts) {
 
     Sums radiance;
     std::map<Aov, Sums> aovs;
+    std::array<Sums, kBiasCount> removed;
+    double removedSamples = 0.0;
     SampleRanges samples;
     for (const NamedRender& part : parts) {
         const RenderFile& render = part.render;
@@ -82,7 +84,12 @@ RenderFile Merge(std::vector<NamedRender> parts) {
         const double count = static_cast<double>(SampleCount(render.samples));
         Fold(radiance, before, render.radiance, render.variance, count);
         for (const Aov aov : kAovs)
-            if (const Texels* mean = MeanOf(render, aov)) Fold(aovs[aov], before, *mean, {}, count);
+            if (const Texels* mean = MeanOf(render, aov); mean && aov < Aov::RemovedMaxDepth)
+                Fold(aovs[aov], before, *mean, {}, count);
+        for (size_t i = 0; i < kBiasCount; i++)
+            Fold(removed[i], removedSamples, render.removed[i], render.removedVariance[i],
+                 render.removedSamples);
+        removedSamples += render.removedSamples;
         samples = Union(samples, render.samples);
     }
     const uint64_t total = SampleCount(samples);
@@ -94,6 +101,11 @@ RenderFile Merge(std::vector<NamedRender> parts) {
     merged.variance = VarianceOf(radiance, static_cast<double>(total));
     for (const Aov aov : kAovs)
         if (Texels* mean = MeanOf(merged, aov)) *mean = MeanOf(aovs[aov]);
+    for (size_t i = 0; i < kBiasCount; i++) {
+        merged.removed[i] = MeanOf(removed[i]);
+        merged.removedVariance[i] = VarianceOf(removed[i], removedSamples);
+    }
+    merged.removedSamples = static_cast<uint32_t>(removedSamples);
     merged.samples = std::move(samples);
     return merged;
 }

@@ -17,18 +17,26 @@ constexpr const char* kAttributeScene = "raygraph.scene";
 constexpr const char* kAttributeSceneHash = "raygraph.sceneHash";
 constexpr const char* kAttributeEnvironment = "raygraph.environment";
 constexpr const char* kAttributeEnvironmentHash = "raygraph.environmentHash";
-constexpr const char* kAttributeSamples = "raygraph.samples";            // decimal: how many
-constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";  // decimal: index of the first
-constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  // "0-63 128-191": which
+constexpr const char* kAttributeSamples = "raygraph.samples";                // decimal: how many
+constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";      // decimal: index of the first
+constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";      // "0-63 128-191": which
+constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: that had twins
 constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 
 constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
 constexpr const char* kVarianceNames[] = {"variance.R", "variance.G", "variance.B"};
 
 // Of an AOV that is a mean.
-std::array<std::string, 3> ChannelNames(Aov aov) {
+using ChannelNames = std::array<std::string, 3>;
+ChannelNames MeanChannels(Aov aov) {
     if (aov == Aov::Normal) return {"N.X", "N.Y", "N.Z"};
     const std::string name = Name(aov);
+    return {name + ".R", name + ".G", name + ".B"};
+}
+
+// Of what a bias removed.
+ChannelNames VarianceChannels(Bias bias) {
+    const std::string name = std::string(Name(AovOf(bias))) + ".variance";
     return {name + ".R", name + ".G", name + ".B"};
 }
 
@@ -74,6 +82,23 @@ SampleRanges SamplesOf(const image::ExrImage& file) {
     return samples;
 }
 
+void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
+    for (const Bias bias : kBiases) {
+        const size_t i = static_cast<size_t>(bias);
+        const bool hasVariance = TakeChannels(file, VarianceChannels(bias), render.removedVariance[i]);
+        if (hasVariance != !render.removed[i].empty())
+            throw Error(ErrorKind::BadInput, std::string("of ") + Name(AovOf(bias)) +
+                                                 " there is one of mean and variance, not both");
+        if (!hasVariance) continue;
+        const std::string count = TextAttribute(file, kAttributeRemovedSamples);
+        try {
+            render.removedSamples = ParseCount(count, 1);
+        } catch (const Error& error) {
+            throw Error(ErrorKind::BadInput, std::string(kAttributeRemovedSamples) + ": " + error.what());
+        }
+    }
+}
+
 RenderFile FromExr(const image::ExrImage& file) {
     RenderFile render;
     render.samples = SamplesOf(file);
@@ -82,7 +107,8 @@ RenderFile FromExr(const image::ExrImage& file) {
         throw Error(ErrorKind::BadInput, "there is no float channel R");
     TakeChannels(file, kVarianceNames, render.variance);
     for (const Aov aov : kAovs)
-        if (Texels* mean = MeanOf(render, aov)) TakeChannels(file, ChannelNames(aov), *mean);
+        if (Texels* mean = MeanOf(render, aov)) TakeChannels(file, MeanChannels(aov), *mean);
+    TakeRemoved(file, render);
     if (const std::vector<float>* depth = file.FloatChannel("Z")) render.depth = *depth;
     for (const IdChannel& channel : kIdChannels)
         if (const std::vector<uint32_t>* ids = file.UintChannel(channel.name)) render.*channel.ids = *ids;
@@ -116,6 +142,8 @@ Texels* MeanOf(RenderFile& render, Aov aov) {
     if (aov == Aov::Albedo) return &render.albedo;
     if (aov == Aov::Normal) return &render.normal;
     if (aov < Aov::Emission) return nullptr;
+    if (aov >= Aov::RemovedMaxDepth)
+        return &render.removed[static_cast<size_t>(aov) - static_cast<size_t>(Aov::RemovedMaxDepth)];
     return &render.parts[static_cast<size_t>(aov) - static_cast<size_t>(Aov::Emission)];
 }
 
@@ -136,6 +164,8 @@ AovSet AovsOf(const RenderFile& render) {
 void KeepOnly(RenderFile& render, const AovSet& aovs) {
     for (const Aov aov : kAovs)
         if (Texels* mean = MeanOf(render, aov); mean && !aovs.Has(aov)) mean->clear();
+    for (const Bias bias : kBiases)
+        if (!aovs.Has(AovOf(bias))) render.removedVariance[static_cast<size_t>(bias)].clear();
     if (!aovs.Has(Aov::Depth)) render.depth.clear();
     if (!aovs.Has(Aov::Instance)) render.instance.clear();
     if (!aovs.Has(Aov::Material)) render.material.clear();
@@ -150,7 +180,13 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     for (size_t c = 0; c < 3 && !render.variance.empty(); c++) add(kVarianceNames[c], render.variance, c);
     for (const Aov aov : kAovs) {
         const Texels* mean = MeanOf(render, aov);
-        for (size_t c = 0; mean && c < 3 && !mean->empty(); c++) add(ChannelNames(aov)[c], *mean, c);
+        for (size_t c = 0; mean && c < 3 && !mean->empty(); c++) add(MeanChannels(aov)[c], *mean, c);
+    }
+    bool hasRemoved = false;
+    for (const Bias bias : kBiases) {
+        const Texels& variance = render.removedVariance[static_cast<size_t>(bias)];
+        hasRemoved |= !variance.empty();
+        for (size_t c = 0; c < 3 && !variance.empty(); c++) add(VarianceChannels(bias)[c], variance, c);
     }
     if (!render.depth.empty()) planes.push_back({"Z", std::span<const float>(render.depth)});
     for (const IdChannel& channel : kIdChannels)
@@ -172,6 +208,7 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     attributes[kAttributeSamples] = sampleCount;
     attributes[kAttributeSampleOffset] = std::to_string(render.samples.front().first);
     attributes[kAttributeSampleRanges] = ToText(render.samples);
+    if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
     for (const auto& [name, text] : render.settings) attributes[std::string(kSettingPrefix) + name] = text;
     image::WriteExr(path, render.size.width, render.size.height, planes, attributes);
 }

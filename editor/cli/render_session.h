@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "editor/cli/arguments.h"
+#include "editor/cli/bias_twins.h"
 #include "editor/cli/device_scene.h"
 #include "editor/cli/image_statistics.h"
 #include "editor/cli/pass_times.h"
@@ -79,6 +80,7 @@ class RenderSession {
     DeviceScene& m_scene;
     Renderer& m_renderer;
     RenderPlan m_plan;
+    BiasTwins m_twins;
     bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter;
     uint32_t m_submitted = 0;        // samples in the picture, continued ones included
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
