@@ -1,23 +1,14 @@
 #include "editor/cli/render_session.h"
 
 #include <cmath>
-#include <cstring>
 #include <numeric>
 
 #include "editor/cli/diagnostic_view.h"
+#include "editor/cli/texel_readback.h"
 
 namespace raygraph::cli {
 
 namespace {
-
-template <typename T>
-std::vector<T> ValuesOf(const Readback& readback) {
-    readback.Wait();
-    const std::span<const std::byte> bytes = readback.Bytes();
-    std::vector<T> values(bytes.size() / sizeof(T));
-    std::memcpy(values.data(), bytes.data(), bytes.size());
-    return values;
-}
 
 // One channel of four.
 template <typename T>
@@ -33,11 +24,16 @@ RenderSession::RenderSession(DeviceScene& scene, const RenderPlan& plan)
     : m_scene(scene),
       m_renderer(scene.GraphRenderer()),
       m_plan(plan),
+      m_twins(scene.SettingsFor(plan.firstSample).biases),
       // Normals take their coverage from the albedo
-      m_isKeepingAlbedo(plan.aovs.albedo || plan.view == View::Albedo || plan.view == View::Normals),
-      m_isKeepingNormal(plan.aovs.normal || plan.view == View::Normals),
+      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo) || plan.view == View::Albedo ||
+                        plan.view == View::Normals),
+      m_isKeepingNormal(plan.aovs.Has(Aov::Normal) || plan.view == View::Normals),
       m_isKeepingCenter(plan.aovs.NeedsCenterRay() || plan.view == View::Depth ||
                         plan.view == View::Instance || plan.view == View::Material) {
+    for (size_t i = 0; i < passes::kPathPartCount; i++)
+        if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
+            m_parts.push_back({i, Accumulated(Name(aov))});
     if (plan.continues != nullptr) RestoreFrom(*plan.continues);
     m_plan.continues = nullptr;
 }
@@ -51,6 +47,9 @@ void RenderSession::RestoreFrom(const RenderFile& render) {
         passes::Restore(m_renderer, m_albedo.accumulation, extent, count, render.albedo, {});
     if (m_isKeepingNormal)
         passes::Restore(m_renderer, m_normal.accumulation, extent, count, render.normal, {});
+    for (KeptPart& part : m_parts)
+        passes::Restore(m_renderer, part.sum.accumulation, extent, count, render.parts[part.index], {});
+    m_twins.Restore(m_renderer, render);
     m_renderer.Execute();
     m_submitted = count;
 }
@@ -63,7 +62,11 @@ void RenderSession::Keep(TextureId sample, Accumulated& into, bool isLast) {
 
 void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
                                     bool isMeasuring) {
-    const TextureId sample = passes::Trace(m_renderer, ids, settings);
+    passes::PathPartIds parts;
+    const TextureId sample =
+        passes::Trace(m_renderer, ids, settings, nullptr, m_parts.empty() ? nullptr : &parts);
+    for (KeptPart& part : m_parts) Keep(parts[part.index], part.sum, isLast);
+    m_twins.Declare(m_renderer, ids, settings, sample, !m_parts.empty(), m_submitted, isLast);
     const passes::AccumulatedIds sums =
         passes::Accumulate(m_renderer, sample, m_radiance.accumulation, m_plan.withVariance);
     m_renderer.Present(sums.mean);
@@ -132,12 +135,16 @@ void RenderSession::TakePicture(RenderFile& render) {
     if (ShowsLight() && m_plan.withVariance) render.variance = ValuesOf<float>(m_variance);
     if (m_isKeepingAlbedo) render.albedo = ValuesOf<float>(m_albedo.mean);
     if (m_isKeepingNormal) render.normal = ValuesOf<float>(m_normal.mean);
+    for (const KeptPart& part : m_parts) render.parts[part.index] = ValuesOf<float>(part.sum.mean);
+    if (ShowsLight()) m_twins.Take(render);
     if (m_isKeepingCenter) {
         const std::vector<uint32_t> hits = ValuesOf<uint32_t>(m_ids);
-        if (m_plan.aovs.depth || m_plan.view == View::Depth)
+        if (m_plan.aovs.Has(Aov::Depth) || m_plan.view == View::Depth)
             render.depth = ChannelOf(ValuesOf<float>(m_position), 3);
-        if (m_plan.aovs.instance || m_plan.view == View::Instance) render.instance = ChannelOf(hits, 0);
-        if (m_plan.aovs.material || m_plan.view == View::Material) render.material = ChannelOf(hits, 1);
+        if (m_plan.aovs.Has(Aov::Instance) || m_plan.view == View::Instance)
+            render.instance = ChannelOf(hits, 0);
+        if (m_plan.aovs.Has(Aov::Material) || m_plan.view == View::Material)
+            render.material = ChannelOf(hits, 1);
     }
     if (!ShowsLight()) render.radiance = ViewTexels(m_plan.view, render);
     render.samples = {{m_plan.firstSample, m_submitted}};

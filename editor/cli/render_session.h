@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "editor/cli/arguments.h"
+#include "editor/cli/bias_twins.h"
 #include "editor/cli/device_scene.h"
 #include "editor/cli/image_statistics.h"
 #include "editor/cli/pass_times.h"
@@ -60,6 +61,10 @@ class RenderSession {
         passes::Accumulation accumulation;
         Readback mean;
     };
+    struct KeptPart {
+        size_t index;  // of the PathPart
+        Accumulated sum;
+    };
     struct Measurement {
         uint32_t sampleCount = 0;
         Readback mean, variance;
@@ -75,11 +80,13 @@ class RenderSession {
     DeviceScene& m_scene;
     Renderer& m_renderer;
     RenderPlan m_plan;
+    BiasTwins m_twins;
     bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter;
     uint32_t m_submitted = 0;        // samples in the picture, continued ones included
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
 
     Accumulated m_radiance{"radiance"}, m_albedo{"albedo"}, m_normal{"normal"};
+    std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
     Readback m_variance, m_display, m_position, m_ids;
     std::optional<Measurement> m_measurement;
     std::optional<double> m_errorOfOneSample;

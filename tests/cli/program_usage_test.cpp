@@ -40,6 +40,8 @@ TEST(Program, WrongUsageIsTwo) {
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.tiff"}, 2, "a.tiff");
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--aov", "albedo"}, 2, "--aov",
                   ".exr");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.exr", "--view", "albedo", "--aov", "direct"},
+                  2, "--aov direct", "path-traced");
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "depth", "--spp", "4"}, 2,
                   "depth", "--spp");
     ExpectFailure(
