@@ -80,8 +80,8 @@ TEST(Arguments, RenderTakesEveryOption) {
     EXPECT_EQ(a.exposureEv, -1.5f);
     EXPECT_EQ(a.tonemap, TonemapOperator::AgX);
     ASSERT_TRUE(a.aovs);
-    EXPECT_TRUE(a.aovs->albedo && a.aovs->depth);
-    EXPECT_FALSE(a.aovs->normal || a.aovs->instance || a.aovs->material);
+    EXPECT_EQ(a.aovs->named, (AovSet{Aov::Albedo, Aov::Depth}));
+    EXPECT_FALSE(a.aovs->isAll);
     EXPECT_EQ(a.device, "llvm");
     EXPECT_TRUE(a.isValidating && a.isQuiet);
     EXPECT_EQ(a.report, "r.json");
