@@ -100,7 +100,7 @@ struct PrimaryHitIds {
 };
 
 enum class FilmPosition : uint8_t {
-    Center,    // through the pixel's centre: ids and depth, the same in every sample
+    Center,    // through the pixel's centre: ids and depth; the same in every sample but for BLEND surfaces
     Jittered,  // where Trace's ray of the same sample goes: for averages
 };
 

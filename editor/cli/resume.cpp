@@ -40,9 +40,9 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
         throw Error(ErrorKind::Usage, "--spp " + std::to_string(*arguments.samples) + ": " +
                                           resumed.path.string() + " already holds " +
                                           std::to_string(range.count) + " samples; give the total to reach");
-    if (!arguments.samples && !arguments.seconds)
+    if (!arguments.samples && !arguments.seconds && !arguments.error)
         throw Error(ErrorKind::Usage, "--resume needs --spp (the total to reach; " + resumed.path.string() +
-                                          " holds " + std::to_string(range.count) + ") or --time");
+                                          " holds " + std::to_string(range.count) + "), --time or --error");
     return settings;
 }
 

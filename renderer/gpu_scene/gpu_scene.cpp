@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 
+#include "base/error.h"
 #include "renderer/gpu_scene/energy_tables.h"
 #include "renderer/gpu_scene/environment_alias.h"
 #include "renderer/gpu_scene/instance_set.h"
@@ -23,6 +25,20 @@ rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const ch
     rhi::Texture texture = device.CreateTexture({.name = name, .extent = {1, 1}, .format = format});
     uploader.UploadTexture(texture, texel);
     return texture;
+}
+
+void RequireRadiance(const image::ImageF& map) {
+    const size_t count = size_t{4} * map.width * map.height;
+    if (count == 0 || map.rgba.size() != count)
+        throw Error(ErrorKind::Usage, "GpuScene: SetEnvironmentMap: " + std::to_string(map.width) + "x" +
+                                          std::to_string(map.height) + " texels asked for, " +
+                                          std::to_string(map.rgba.size() / 4) + " given");
+    for (size_t i = 0; i < count; i++)
+        if (!std::isfinite(map.rgba[i]) || map.rgba[i] < 0.0f)
+            throw Error(ErrorKind::Usage,
+                        "GpuScene: SetEnvironmentMap: texel " + std::to_string(i / 4 % map.width) + ", " +
+                            std::to_string(i / 4 / map.width) + " holds " + std::to_string(map.rgba[i]) +
+                            ", must be finite and not negative");
 }
 
 ResourceState SampledState() {
@@ -264,6 +280,7 @@ void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
 
 void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
     m_impl->RequireNoFrame("SetEnvironmentMap");
+    RequireRadiance(equirectangular);
     rhi::Texture map =
         m_impl->device.CreateTexture({.name = "environment map",
                                       .extent = {equirectangular.width, equirectangular.height},

@@ -103,10 +103,12 @@ class GpuScene {
     // No ray hits an invisible instance. A change rebuilds the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
     // Factors change. What SetScene has sorted by stays: textures, and how rays treat the surface: whether
-    // its back is there, and whether its alpha is looked at at all.
+    // its back is there, and whether its alpha is looked at at all. A material that did not emit then, and
+    // has no emissive texture, is no light to be sampled when it does: rays find it by chance.
     void SetMaterial(uint32_t material, const scene::Material& values);
 
     void SetEnvironment(const EnvironmentSettings& settings);
+    // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty.
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     void RemoveEnvironmentMap();
 

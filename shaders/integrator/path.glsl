@@ -34,15 +34,15 @@ CONST uint kCameraDimensions = 4u;  // 0, 1: film; 2, 3: lens
 // 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
 CONST uint kBounceDimensions = 7u;
 CONST float kMaxSurvival = 0.99f;    // even a path that loses nothing ends some day
-CONST float kShadowShare = 0.9999f;  // of the way to a light that has to be free
-CONST uint kMaxRays = 4096u;         // of one path: a guard against meshes that cannot be left
+CONST float kShadowShare = 0.99999f;  // of the way to a light that has to be free: less rounding
+CONST uint kMaxRays = 4096u;          // of one path: a guard against rooms that cannot be left
 
 struct PathSettings {
     uint maxDepth;        // bounces
     uint rouletteStart;   // first bounce that roulette may end
     float survival;       // of a bounce, for roulettes of constant probability
     uint frameDepth;      // bounces of this sample, for Roulette::Frame
-    float clampIndirect;  // largest component of one contribution after the first bounce
+    float clampIndirect;  // largest component of one contribution of light scattered twice or more often
     float regularize;     // least alpha of the BSDFs after the first bounce
 };
 
@@ -102,7 +102,7 @@ INLINE float LightWeight(LightSample light, float scatterPDF) {
 
 // Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`.
 INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, PathSettings settings) {
-    if (depth > 0u) {
+    if (depth > 1u) {
         float largest = MaxComponent(value);
         if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
     }
@@ -166,7 +166,14 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     float side = dot(light.wi, vertex.surface.geometricNormal);
     direct.ray.origin = OriginTowards(vertex.surface, side);
     direct.ray.direction = light.wi;
-    direct.distance = light.distance * kShadowShare;
+    direct.distance = kInfinity;
+    if (light.distance < kInfinity) {
+        // From off one surface to off the other: however near they are, the ray meets neither
+        vec3 way = light.target - direct.ray.origin;
+        float distance = max(length(way), 1e-20f);
+        direct.ray.direction = way / distance;
+        direct.distance = distance * kShadowShare;
+    }
     direct.lobe = path.lobe;
     direct.radiance =
         path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
@@ -186,6 +193,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     float side = dot(direction, vertex.surface.geometricNormal);
     if (side * scattered.wi.z <= 0.0f) return false;  // the shading normal leaks
     path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
+    if (!(MaxComponent(path.throughput) > 0.0f)) return false;
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
@@ -269,22 +277,23 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     boundary.beyond = path.media;
     boundary.isReal = true;
     boundary.eta = surface.material.ior;
-    if (HasTraceFeature(kTraceVolumes) && isHit) {
-        path.throughput *= Transmittance(CurrentMedium(path.media), hit.t);
-        if (isVolume) {
+    float distance = isHit ? hit.t : kInfinity;
+    if (HasTraceFeature(kTraceVolumes)) {
+        path.throughput *= Transmittance(CurrentMedium(path.media), distance);
+        if (isVolume)
             boundary = CrossBoundary(path.media, surface.material.id, surface.isFront);
-            if (!boundary.isReal) {
-                path.media = boundary.beyond;
-                PassThrough(path, surface);
-                return path.rayCount < kMaxRays;
-            }
-        } else {
+        else
             boundary.eta = surface.material.ior / MediumIor(CurrentMedium(path.media));
-        }
     }
+    // Surfaces emit whether or not a medium of higher priority hides them: as light sampling has it
     if (MaxComponent(surface.emission) > 0.0f)
-        CollectFound(path, surface.emission, surface.light, isHit ? hit.t : kInfinity, settings);
+        CollectFound(path, surface.emission, surface.light, distance, settings);
     if (!isHit) return false;
+    if (HasTraceFeature(kTraceVolumes) && !boundary.isReal) {
+        path.media = boundary.beyond;
+        PassThrough(path, surface);
+        return true;
+    }
     path.alpha = 1.0f;
     if (path.depth >= settings.maxDepth || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
@@ -319,7 +328,7 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
         if (Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount)))
             Collect(path, direct.radiance, depth + 1u, direct.lobe, settings);
     }
-    return isGoingOn;
+    return isGoingOn && path.rayCount < kMaxRays;
 }
 
 SHADING_END
