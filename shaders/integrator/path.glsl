@@ -199,7 +199,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
-    if (IsTransmissive(scattered.flags)) {
+    if (HasTraceFeature(kTraceGlass) && IsTransmissive(scattered.flags)) {
         path.etaScale *= scattered.eta * scattered.eta;
         if (HasTraceFeature(kTraceVolumes)) path.media = vertex.beyond;
     }
