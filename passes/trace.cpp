@@ -1,5 +1,7 @@
 #include "passes/trace.h"
 
+#include <algorithm>
+
 #include "base/error.h"
 #include "passes/scene_bindings.h"
 
@@ -13,6 +15,26 @@ constexpr std::array<const char*, kPathPartCount> kPathPartNames{"emission", "di
 const char* RayGenOf(bool isCounting, bool isSplitting) {
     if (isSplitting) return "pathtrace/pathtrace_parts.rgen";
     return isCounting ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen";
+}
+
+// More than any device runs at once.
+constexpr uint32_t kMostInvocations = 1u << 18;
+
+// Of a picture that size, see pathtrace/pathtrace_main.glsl.
+Extent2D InvocationsFor(Extent2D extent) {
+    const uint64_t pixels = uint64_t{extent.width} * extent.height;
+    return {static_cast<uint32_t>(std::min<uint64_t>(pixels, kMostInvocations)), 1};
+}
+
+// A count of pixels taken, 0 to begin with.
+BufferId PixelQueue(Renderer& renderer) {
+    BufferId queue = renderer.CreateBuffer("pixelQueue", {.size = sizeof(uint32_t)});
+    renderer.AddPass(
+        "PixelQueue", PassKind::Transfer, [&](PassBuilder& pass) { queue = pass.CopiesTo(queue); },
+        [queue](CommandList& commands, const PassResources& resources) {
+            commands.Fill(resources.Buffer(queue), 0);
+        });
+    return queue;
 }
 
 }  // namespace
@@ -29,6 +51,7 @@ TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
     if (rayCounts) *rayCounts = renderer.CreateTexture("rayCounts", {settings.extent, Format::R32Float});
     for (size_t i = 0; parts && i < kPathPartCount; i++)
         (*parts)[i] = renderer.CreateTexture(kPathPartNames[i], {settings.extent, Format::Rgba32Float});
+    BufferId queue = PixelQueue(renderer);
     renderer.AddPass(
         "Trace", PassKind::RayTracing,
         [&](PassBuilder& pass) {
@@ -41,12 +64,13 @@ TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
             BindEnvironment(pass, scene);
             BindLights(pass, scene);
             pass.Reads("energyTables", scene.energyTables);
+            queue = pass.Updates("pixelQueue", queue);
             radiance = pass.Writes("radiance", radiance);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
             for (size_t i = 0; parts && i < kPathPartCount; i++)
                 (*parts)[i] = pass.Writes(kPathPartNames[i], (*parts)[i]);
         },
-        [extent = settings.extent](CommandList& commands) { commands.TraceRays(extent); });
+        [extent = InvocationsFor(settings.extent)](CommandList& commands) { commands.TraceRays(extent); });
     return radiance;
 }
 

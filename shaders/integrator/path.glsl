@@ -3,7 +3,7 @@
 // analytic shapes.
 //
 //     Hit Intersect(Ray ray, uint alphaSeed)                    the nearest surface
-//     bool Unoccluded(Ray ray, float distance, uint alphaSeed)  nothing is nearer than that
+//     bool Unoccluded(Ray ray, float distance, uint alphaSeed)  nothing is nearer than that; 0 is legal
 //     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)            what is there
 //     Medium MediumAt(uint material)                            what the surfaces of a material enclose
 //     and those of lights/lights.glsl and bxdf/energy.glsl
@@ -128,6 +128,16 @@ struct DirectLight {
     FirstLobe lobe;  // of the path, if kKeepsParts
 };
 
+INLINE DirectLight NoDirectLight() {
+    DirectLight direct;
+    direct.ray.origin = vec3(0.0f);
+    direct.ray.direction = vec3(0.0f, 0.0f, 1.0f);
+    direct.distance = 0.0f;
+    direct.radiance = vec3(0.0f);
+    direct.lobe = NoLobe();
+    return direct;
+}
+
 // False: the path ends here, so that the estimate stays right on average.
 INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
     float survival = 1.0f;
@@ -197,7 +207,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
-    if (IsTransmissive(scattered.flags)) {
+    if (HasTraceFeature(kTraceGlass) && IsTransmissive(scattered.flags)) {
         path.etaScale *= scattered.eta * scattered.eta;
         if (HasTraceFeature(kTraceVolumes)) path.media = vertex.beyond;
     }
@@ -316,17 +326,21 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
 // Traces the path's next ray, and a shadow ray from where it ended. False: the path has ended, and
 // path.radiance is an unbiased estimate of the radiance along its first ray (unless a named bias is on).
 INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
-    DirectLight direct;
-    direct.radiance = vec3(0.0f);
-    direct.lobe = path.lobe;
+    DirectLight direct = NoDirectLight();
     uint depth = path.depth;
     path.rayCount++;
     Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
     bool isGoingOn = ShadeVertex(path, hit, settings, direct);
-    if (MaxComponent(direct.radiance) > 0.0f) {
-        path.rayCount++;
-        if (Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount)))
-            Collect(path, direct.radiance, depth + 1u, direct.lobe, settings);
+    if (HasTraceFeature(kTraceLightSampling)) {
+        // Devices run many paths in lockstep. Where some have no light to ask for, they trace a ray of no
+        // length along with the others: a branch here would keep them apart from then on
+        bool isLit = MaxComponent(direct.radiance) > 0.0f;
+        if (isLit)
+            path.rayCount++;
+        else
+            direct = NoDirectLight();
+        bool isUnoccluded = Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount));
+        if (isLit && isUnoccluded) Collect(path, direct.radiance, depth + 1u, direct.lobe, settings);
     }
     return isGoingOn && path.rayCount < kMaxRays;
 }

@@ -1,5 +1,8 @@
-// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS
-// and PATH_PARTS.
+// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS and PATH_PARTS.
+//
+// An invocation follows one path after the other, and takes the next pixel as soon as a path ends: paths
+// differ in length, and invocations that run in lockstep would wait for the longest. There are at most as many
+// invocations as pixels. Which one takes which pixel does not show in the picture.
 #define TRACES_SHADOW_RAYS
 #include "scene/extensions.glsl"
 
@@ -13,6 +16,7 @@
 #include "integrator/path.glsl"
 
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
+layout(set = 0, binding = 24, scalar) buffer PixelQueue { uint takenCount; } pixelQueue;  // starts at 0
 #ifdef COUNT_RAYS
 layout(set = 0, binding = 17, r32f) writeonly uniform image2D rayCounts;
 #endif
@@ -36,15 +40,21 @@ PathSettings SettingsOf(TraceParameters from) {
     return settings;
 }
 
-void main() {
-    uvec2 pixel = gl_LaunchIDEXT.xy;
+// The next pixel that no invocation has taken, in rows from the top. False: there is none.
+bool TakePixel(uvec2 size, out uvec2 pixel) {
+    uint index = atomicAdd(pixelQueue.takenCount, 1u);
+    pixel = uvec2(index % size.x, index / size.x);
+    return pixel.y < size.y;
+}
+
+PathState PathOf(uvec2 pixel, uvec2 size) {
     Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
-    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(gl_LaunchSizeEXT.xy);
-    PathSettings settings = SettingsOf(parameters.value);
-    PathState path = StartPath(CameraRay(parameters.value.camera, film, Get2D(rng)), rng);
-    if (HasTraceFeature(kTraceProbeMedia)) path.media = MediaAround(path.ray.origin);
-    while (ExtendPath(path, settings)) {
-    }
+    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(size);
+    Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
+    return StartPath(ray, rng);
+}
+
+void Store(uvec2 pixel, PathState path) {
     imageStore(radiance, ivec2(pixel), vec4(path.radiance, path.alpha));
 #ifdef COUNT_RAYS
     imageStore(rayCounts, ivec2(pixel), vec4(float(path.rayCount)));
@@ -57,4 +67,30 @@ void main() {
     imageStore(specular, ivec2(pixel), vec4(path.parts.specular, path.alpha));
     imageStore(transmission, ivec2(pixel), vec4(path.parts.transmission, path.alpha));
 #endif
+}
+
+void main() {
+    uvec2 size = uvec2(imageSize(radiance));
+    PathSettings settings = SettingsOf(parameters.value);
+    uvec2 pixel;
+    PathState path;
+    bool isGoingOn = false;
+    bool isProbed = false;
+    vec3 probedOrigin = vec3(0.0f);
+    MediumStack cameraMedia = NoMedia();
+    while (true) {
+        if (!isGoingOn) {
+            if (!TakePixel(size, pixel)) return;
+            path = PathOf(pixel, size);
+            if (HasTraceFeature(kTraceProbeMedia)) {
+                // Of a pinhole camera, all rays start at one point
+                if (!isProbed || path.ray.origin != probedOrigin) cameraMedia = MediaAround(path.ray.origin);
+                isProbed = true;
+                probedOrigin = path.ray.origin;
+                path.media = cameraMedia;
+            }
+        }
+        isGoingOn = ExtendPath(path, settings);
+        if (!isGoingOn) Store(pixel, path);
+    }
 }
