@@ -6,6 +6,8 @@
 //     bool Unoccluded(Ray ray, float distance, uint alphaSeed)  nothing is nearer than that
 //     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)            what is there
 //     Medium MediumAt(uint material)                            what the surfaces of a material enclose
+//     void AddToGroup(vec3 value, uint light)                   what a light (kNoLight: a surface that is
+//         none) brought to the camera; asked for if LIGHT_GROUPS is defined
 //     and those of lights/lights.glsl and bxdf/energy.glsl
 //
 // Each vertex adds the light it emits and, by sampling the lights, the light it scatters; both ways to find a
@@ -100,14 +102,19 @@ INLINE float LightWeight(LightSample light, float scatterPDF) {
     return MISWeight(light.pdf, scatterPDF);
 }
 
-// Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`.
-INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, PathSettings settings) {
+// Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`. `light` is
+// the number of the light that it comes from, or kNoLight.
+INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, uint light,
+                    PathSettings settings) {
     if (depth > 0u) {
         float largest = MaxComponent(value);
         if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
     }
     path.radiance += value;
     if (kKeepsParts) AddPart(path.parts, value, depth, lobe);
+#ifdef LIGHT_GROUPS
+    AddToGroup(value, light);
+#endif
 }
 
 // Light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find it.
@@ -117,7 +124,7 @@ INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
         lightPDF = LightPDF(path.scatter, light, path.ray.direction, distance);
     float weight = ScatterWeight(path.scatterPDF, lightPDF);
-    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, settings);
+    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, settings);
 }
 
 // Light that one point of one light may send to the camera by way of a surface, if nothing is in between.
@@ -126,6 +133,7 @@ struct DirectLight {
     float distance;  // that has to be free
     vec3 radiance;   // 0: no light
     FirstLobe lobe;  // of the path, if kKeepsParts
+    uint light;      // its number
 };
 
 // False: the path ends here, so that the estimate stays right on average.
@@ -168,6 +176,7 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     direct.ray.direction = light.wi;
     direct.distance = light.distance * kShadowShare;
     direct.lobe = path.lobe;
+    direct.light = light.light;
     direct.radiance =
         path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
     if (HasTraceFeature(kTraceVolumes))
@@ -310,6 +319,7 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     DirectLight direct;
     direct.radiance = vec3(0.0f);
     direct.lobe = path.lobe;
+    direct.light = kNoLight;
     uint depth = path.depth;
     path.rayCount++;
     Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
@@ -317,7 +327,7 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     if (MaxComponent(direct.radiance) > 0.0f) {
         path.rayCount++;
         if (Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount)))
-            Collect(path, direct.radiance, depth + 1u, direct.lobe, settings);
+            Collect(path, direct.radiance, depth + 1u, direct.lobe, direct.light, settings);
     }
     return isGoingOn;
 }

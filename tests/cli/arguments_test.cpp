@@ -144,6 +144,8 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage({"render", "a.gltf", "--brdf", "disney"}, "--brdf", "lambert");
     ExpectUsage({"render", "a.gltf", "--aov", "albedo,,N"}, "--aov");
     ExpectUsage({"render", "a.gltf", "--aov", "uv"}, "--aov", "albedo");
+    ExpectUsage({"render", "a.gltf", "--light-group", "lamp"}, "--light-group", "NAME=PATTERN");
+    ExpectUsage({"render", "a.gltf", "--light-group", "a=b", "--light-group", "a=c"}, "--light-group", "two");
     ExpectUsage({"render", "a.gltf", "--background", "1,1"}, "--background");
     ExpectUsage({"render", "a.gltf", "--background", "1,1,1", "--env", "a.hdr"}, "--background", "--env");
     ExpectUsage({"render", "a.gltf", "--env-rotation", "90"}, "--env-rotation", "--env");
