@@ -102,6 +102,10 @@ INLINE float LightWeight(LightSample light, float scatterPDF) {
     return MISWeight(light.pdf, scatterPDF);
 }
 
+#ifndef LIGHT_GROUPS
+INLINE void AddToGroup(vec3, uint) {}
+#endif
+
 // Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`. `light` is
 // the number of the light that it comes from, or kNoLight.
 INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, uint light,
@@ -112,9 +116,7 @@ INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lob
     }
     path.radiance += value;
     if (kKeepsParts) AddPart(path.parts, value, depth, lobe);
-#ifdef LIGHT_GROUPS
     AddToGroup(value, light);
-#endif
 }
 
 // Light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find it.
