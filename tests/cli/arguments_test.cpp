@@ -173,6 +173,12 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
 }
 
+TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {
+    const auto a = std::get<RenderArguments>(
+        Parse({"render", "a.gltf", "--light-group", "key=lamp*,bulb", "--light-group", "fill=window"}));
+    EXPECT_EQ(a.given.at("light-group"), "key=lamp*,bulb;fill=window");
+}
+
 TEST(Arguments, MergeTakesAnyNumberOfRenders) {
     const auto a = std::get<MergeArguments>(Parse({"merge", "a.exr", "b.exr", "c.exr", "-o", "d.exr"}));
     EXPECT_EQ(a.inputs.size(), 3u);
@@ -196,6 +202,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.roulette = {Roulette::Frame, 11, 0.75f};
     settings.environmentRotation = 0.1f;
     settings.background = {0.1f, 0.2f, 0.3f};
+    settings.lightGroups = {{"key", {"lamp*", "bulb"}}, {"fill", {"window"}}};
     const SettingTexts texts = Texts(settings);
     EXPECT_EQ(Texts(SettingsFrom(texts)), texts);
     EXPECT_EQ(FirstDifference(texts, texts), "");
