@@ -12,8 +12,10 @@ namespace {
 constexpr std::array<const char*, kPathPartCount> kPathPartNames{"emission", "direct",   "indirect",
                                                                  "diffuse",  "specular", "transmission"};
 
-const char* RayGenOf(bool isCounting, bool isSplitting) {
+const char* RayGenOf(bool isCounting, bool isSplitting, bool isGrouping) {
+    if (isSplitting && isGrouping) return "pathtrace/pathtrace_parts_groups.rgen";
     if (isSplitting) return "pathtrace/pathtrace_parts.rgen";
+    if (isGrouping) return "pathtrace/pathtrace_groups.rgen";
     return isCounting ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen";
 }
 
@@ -43,19 +45,30 @@ const char* Name(PathPart part) {
     return kPathPartNames[static_cast<size_t>(part)];
 }
 
+Extent2D LightGroupTiles(uint32_t groupCount) {
+    uint32_t columns = 1;
+    while (columns * columns < groupCount) columns++;
+    return {columns, (groupCount + columns - 1) / columns};
+}
+
 TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                TextureId* rayCounts, PathPartIds* parts) {
-    if (rayCounts && parts)
+                TextureId* rayCounts, PathPartIds* parts, TextureId* lightGroups) {
+    if (rayCounts && (parts || lightGroups))
         throw Error(ErrorKind::Usage, "Trace: ray counts and parts were asked for; it gives one of them");
     TextureId radiance = renderer.CreateTexture("radiance", {settings.extent, Format::Rgba32Float});
     if (rayCounts) *rayCounts = renderer.CreateTexture("rayCounts", {settings.extent, Format::R32Float});
     for (size_t i = 0; parts && i < kPathPartCount; i++)
         (*parts)[i] = renderer.CreateTexture(kPathPartNames[i], {settings.extent, Format::Rgba32Float});
+    if (lightGroups) {
+        const Extent2D tiles = LightGroupTiles(scene.lightGroupCount);
+        const Extent2D extent{tiles.width * settings.extent.width, tiles.height * settings.extent.height};
+        *lightGroups = renderer.CreateTexture("lightGroups", {extent, Format::Rgba32Float});
+    }
     BufferId queue = PixelQueue(renderer);
     renderer.AddPass(
         "Trace", PassKind::RayTracing,
         [&](PassBuilder& pass) {
-            pass.RayGen(RayGenOf(rayCounts != nullptr, parts != nullptr));
+            pass.RayGen(RayGenOf(rayCounts != nullptr, parts != nullptr, lightGroups != nullptr));
             SpecializeTrace(pass, scene, settings);
             BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
             BindShadowRays(pass, scene);
@@ -69,6 +82,7 @@ TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
             for (size_t i = 0; parts && i < kPathPartCount; i++)
                 (*parts)[i] = pass.Writes(kPathPartNames[i], (*parts)[i]);
+            if (lightGroups) *lightGroups = pass.Writes("lightGroups", *lightGroups);
         },
         [extent = InvocationsFor(settings.extent)](CommandList& commands) { commands.TraceRays(extent); });
     return radiance;

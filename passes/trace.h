@@ -80,13 +80,20 @@ inline constexpr size_t kPathPartCount = 6;
 const char* Name(PathPart part);  // "emission"
 using PathPartIds = std::array<TextureId, kPathPartCount>;
 
+// The radiance by group of lights (SceneIds::lightGroupCount of them) lies in one texture: a tile of the
+// picture's extent for each, row by row. This many tiles across and down; the last ones may be left over and
+// without meaning.
+Extent2D LightGroupTiles(uint32_t groupCount);
+
 // Returns linear radiance, rgba32f, alpha 1 where the camera ray hit a surface and 0 where it escaped. A
 // function of (scene, settings) alone: the same device gives the same bits. Unbiased but for
-// settings.biases. One of these may be given: `rayCounts` receives a texture (r32f) with the rays traced in
-// each pixel, shadow rays included; `parts` textures (rgba32f) with the parts of the radiance, alpha as
-// there.
+// settings.biases. Either of these may be given: `rayCounts` receives a texture (r32f) with the rays traced
+// in each pixel, shadow rays included; or `parts` textures (rgba32f) with the parts of the radiance, and
+// `lightGroups` one (rgba32f) with the radiance that came from each group of lights, alpha as there. The
+// groups sum to the radiance, to rounding.
 [[nodiscard]] TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                              TextureId* rayCounts = nullptr, PathPartIds* parts = nullptr);
+                              TextureId* rayCounts = nullptr, PathPartIds* parts = nullptr,
+                              TextureId* lightGroups = nullptr);
 
 // The camera's first hits, without light: what AOVs and the diagnostic views show. All from one ray per
 // pixel.

@@ -64,12 +64,13 @@ CLI::Option* AddScene(CLI::App& app, std::filesystem::path& path) {
 void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::string_view>& names = {}) {
     for (const PictureSetting& setting : PictureSettingTable()) {
         if (!names.empty() && std::ranges::find(names, setting.name) == names.end()) continue;
-        AddOption(app, std::string("--") + setting.name, setting.operand, setting.help,
-                  [&setting, &given](const std::string& text) {
-                      PictureSettings scratch;
-                      setting.set(scratch, text);
-                      given[setting.name] = setting.text(scratch);
-                  });
+        CLI::Option* option = AddOption(app, std::string("--") + setting.name, setting.operand, setting.help,
+                                        [&setting, &given](const std::string& text) {
+                                            PictureSettings scratch;
+                                            setting.set(scratch, text);
+                                            given[setting.name] = setting.text(scratch);
+                                        });
+        if (setting.isList) option->delimiter(';')->multi_option_policy(CLI::MultiOptionPolicy::Join);
     }
 }
 

@@ -22,15 +22,13 @@ void BiasTwins::Restore(Renderer& renderer, const RenderFile& render) {
     }
 }
 
-void BiasTwins::Declare(Renderer& renderer, const SceneIds& ids, const passes::TraceSettings& settings,
-                        TextureId sample, bool isTellingApart, uint32_t samplesBefore, bool isLast) {
+void BiasTwins::Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,
+                        uint32_t samplesBefore, bool isLast, const TraceSample& trace) {
     const bool isDue = samplesBefore % kTwinPeriod == 0;
     for (Kept& kept : m_kept) {
         passes::AccumulatedIds sums;
         if (isDue) {
-            passes::PathPartIds parts;  // of no use, but the pipeline is the sample's own
-            const TextureId twin = passes::Trace(renderer, ids, Without(settings, kept.bias), nullptr,
-                                                 isTellingApart ? &parts : nullptr);
+            const TextureId twin = trace(Without(settings, kept.bias));
             sums = passes::Accumulate(renderer, passes::Subtract(renderer, twin, sample), kept.accumulation,
                                       true);
             renderer.Present(sums.mean);

@@ -1,6 +1,7 @@
 // The twins of a render's samples that are traced without one of its biases each: see bias.h.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "editor/cli/bias.h"
@@ -17,10 +18,11 @@ class BiasTwins {
     // In a frame of their own: goes on from what the file has. A bias whose removed light the file does not
     // have starts from nothing.
     void Restore(Renderer& renderer, const RenderFile& render);
-    // In each frame: traces the twins of `sample` if it has any. It was traced with `settings`, telling its
-    // light apart or not, and comes after `samplesBefore` of its range.
-    void Declare(Renderer& renderer, const SceneIds& ids, const passes::TraceSettings& settings,
-                 TextureId sample, bool isTellingApart, uint32_t samplesBefore, bool isLast);
+    // In each frame: traces the twins of `sample` if it has any. It was traced with `settings`, as `trace`
+    // does with other ones, and comes after `samplesBefore` of its range.
+    using TraceSample = std::function<TextureId(const passes::TraceSettings&)>;
+    void Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,
+                 uint32_t samplesBefore, bool isLast, const TraceSample& trace);
     // After the last sample: fills what was removed, if any sample had twins.
     void Take(RenderFile& render) const;
 

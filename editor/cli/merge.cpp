@@ -23,6 +23,7 @@ void RequireSameChannels(const NamedRender& first, const NamedRender& other) {
                     with.name + " has the channels of " + channels + ", " + without.name + " has not");
     };
     require("variance", !first.render.variance.empty(), !other.render.variance.empty());
+    require("groups of lights", !first.render.lightGroups.empty(), !other.render.lightGroups.empty());
     const AovSet inFirst = AovsOf(first.render), inOther = AovsOf(other.render);
     for (const Aov aov : kAovs) require(Name(aov), inFirst.Has(aov), inOther.Has(aov));
 }
@@ -77,6 +78,7 @@ RenderFile Merge(std::vector<NamedRender> parts) {
     std::map<Aov, Sums> aovs;
     std::array<Sums, kBiasCount> removed;
     double removedSamples = 0.0;
+    std::vector<Sums> groups(parts[0].render.lightGroups.size());
     SampleRanges samples;
     for (const NamedRender& part : parts) {
         const RenderFile& render = part.render;
@@ -90,6 +92,7 @@ RenderFile Merge(std::vector<NamedRender> parts) {
             Fold(removed[i], removedSamples, render.removed[i], render.removedVariance[i],
                  render.removedSamples);
         removedSamples += render.removedSamples;
+        for (size_t i = 0; i < groups.size(); i++) Fold(groups[i], before, render.lightGroups[i], {}, count);
         samples = Union(samples, render.samples);
     }
     const uint64_t total = SampleCount(samples);
@@ -105,6 +108,7 @@ RenderFile Merge(std::vector<NamedRender> parts) {
         merged.removed[i] = MeanOf(removed[i]);
         merged.removedVariance[i] = VarianceOf(removed[i], removedSamples);
     }
+    for (size_t i = 0; i < groups.size(); i++) merged.lightGroups[i] = MeanOf(groups[i]);
     merged.removedSamples = static_cast<uint32_t>(removedSamples);
     merged.samples = std::move(samples);
     return merged;

@@ -60,6 +60,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (arguments.error) refuse("only light has an error to estimate");
     if (WritesKind(arguments, OutputKind::Hdr)) refuse("an .hdr holds radiance; write an .exr");
     if (arguments.exposureEv != 0.0f) refuse("there is no light that --exposure could scale");
+    if (!settings.lightGroups.empty()) refuse("there is no light whose --light-group could be told apart");
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
 }
 
@@ -81,6 +82,9 @@ Job PlanJob(const RenderArguments& arguments) {
     if (!job.aovs.IsEmpty() && !WritesKind(arguments, OutputKind::Exr))
         throw Error(ErrorKind::Usage,
                     "--aov: its channels are written to an .exr, and there is no -o OUT.exr");
+    if (!job.settings.lightGroups.empty() && !WritesKind(arguments, OutputKind::Exr))
+        throw Error(ErrorKind::Usage,
+                    "--light-group: its channels are written to an .exr, and there is no -o OUT.exr");
     const View view = job.settings.view;
     const bool isSingle = view == View::Depth || view == View::Instance || view == View::Material;
     const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
@@ -280,6 +284,7 @@ void RenderCommand(RenderArguments arguments) {
     RenderSession session(
         scene, {.view = job.settings.view,
                 .aovs = job.aovs,
+                .lightGroupCount = static_cast<uint32_t>(LightGroupNames(job.settings.lightGroups).size()),
                 .withVariance = WritesKind(arguments, OutputKind::Exr) || !arguments.report.empty() ||
                                 progress.IsOn() || arguments.error.has_value(),
                 .firstSample = job.firstSample,

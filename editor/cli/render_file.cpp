@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "base/check.h"
 #include "base/error.h"
 #include "editor/cli/exit_code.h"
 
@@ -28,16 +29,26 @@ constexpr const char* kVarianceNames[] = {"variance.R", "variance.G", "variance.
 
 // Of an AOV that is a mean.
 using ChannelNames = std::array<std::string, 3>;
+ChannelNames ColorChannels(const std::string& name) {
+    return {name + ".R", name + ".G", name + ".B"};
+}
+
 ChannelNames MeanChannels(Aov aov) {
     if (aov == Aov::Normal) return {"N.X", "N.Y", "N.Z"};
-    const std::string name = Name(aov);
-    return {name + ".R", name + ".G", name + ".B"};
+    return ColorChannels(Name(aov));
+}
+
+// Of the groups of lights that a render of these settings has.
+std::vector<ChannelNames> GroupChannels(const SettingTexts& settings) {
+    std::vector<ChannelNames> channels;
+    for (const std::string& name : LightGroupNames(SettingsFrom(settings).lightGroups))
+        channels.push_back(ColorChannels("light." + name));
+    return channels;
 }
 
 // Of what a bias removed.
 ChannelNames VarianceChannels(Bias bias) {
-    const std::string name = std::string(Name(AovOf(bias))) + ".variance";
-    return {name + ".R", name + ".G", name + ".B"};
+    return ColorChannels(std::string(Name(AovOf(bias))) + ".variance");
 }
 
 struct IdChannel {
@@ -133,6 +144,9 @@ RenderFile FromExr(const image::ExrImage& file) {
     if (recorded != render.size)
         throw Error(ErrorKind::BadInput, "the recorded size " + ToText(recorded) +
                                              " is not that of the picture, " + ToText(render.size));
+    for (const ChannelNames& names : GroupChannels(render.settings))
+        if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
+            throw Error(ErrorKind::BadInput, "there is no float channel " + names[0]);
     return render;
 }
 
@@ -181,6 +195,12 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     for (const Aov aov : kAovs) {
         const Texels* mean = MeanOf(render, aov);
         for (size_t c = 0; mean && c < 3 && !mean->empty(); c++) add(MeanChannels(aov)[c], *mean, c);
+    }
+    if (!render.lightGroups.empty()) {
+        const std::vector<ChannelNames> names = GroupChannels(render.settings);
+        RG_CHECK_EQ(names.size(), render.lightGroups.size());
+        for (size_t i = 0; i < names.size(); i++)
+            for (size_t c = 0; c < 3; c++) add(names[i][c], render.lightGroups[i], c);
     }
     bool hasRemoved = false;
     for (const Bias bias : kBiases) {

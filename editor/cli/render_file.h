@@ -3,7 +3,8 @@
 //
 // Channels: R G B A; samples; variance.R/G/B; and as asked for albedo.R/G/B, N.X/Y/Z (world space, mean over
 // the samples, so shorter than 1 at edges), the parts of the radiance as emission.R/G/B and so on,
-// removed_max_depth.R/G/B and so on with removed_max_depth.variance.R/G/B (of one sample that has twins), Z
+// removed_max_depth.R/G/B and so on with removed_max_depth.variance.R/G/B (of one sample that has twins),
+// with --light-group the radiance by group as light.NAME.R/G/B, Z
 // (along the camera's forward; infinite where nothing is hit), id.instance and id.material (uint; 0xFFFFFFFF
 // where nothing is hit). Z and the ids are those of the ray through the pixel's centre. Attributes: see
 // kAttribute* in the source.
@@ -35,7 +36,8 @@ struct RenderFile {
     std::array<Texels, passes::kPathPartCount> parts;  // of the radiance, by PathPart; w is not stored
     // By Bias: what its twins had more than their samples, mean and variance; w is not stored.
     std::array<Texels, kBiasCount> removed, removedVariance;
-    uint32_t removedSamples = 0;  // with twins
+    uint32_t removedSamples = 0;      // with twins
+    std::vector<Texels> lightGroups;  // by LightGroupNames of its settings; w is not stored
     std::vector<float> depth;
     std::vector<uint32_t> instance;
     std::vector<uint32_t> material;

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "editor/cli/diagnostic_view.h"
+#include "editor/cli/light_group_tiles.h"
 #include "editor/cli/texel_readback.h"
 
 namespace raygraph::cli {
@@ -49,6 +50,12 @@ void RenderSession::RestoreFrom(const RenderFile& render) {
         passes::Restore(m_renderer, m_normal.accumulation, extent, count, render.normal, {});
     for (KeptPart& part : m_parts)
         passes::Restore(m_renderer, part.sum.accumulation, extent, count, render.parts[part.index], {});
+    if (m_plan.lightGroupCount > 0) {
+        const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
+        passes::Restore(m_renderer, m_groups.accumulation,
+                        {tiles.width * extent.width, tiles.height * extent.height}, count,
+                        ToTiles(render.lightGroups, render.size), {});
+    }
     m_twins.Restore(m_renderer, render);
     m_renderer.Execute();
     m_submitted = count;
@@ -60,13 +67,24 @@ void RenderSession::Keep(TextureId sample, Accumulated& into, bool isLast) {
     if (isLast) into.mean = m_renderer.ReadBack(ids.mean);
 }
 
+TextureId RenderSession::TraceLight(const SceneIds& ids, const passes::TraceSettings& settings,
+                                    passes::PathPartIds& parts, TextureId& groups) {
+    return passes::Trace(m_renderer, ids, settings, nullptr, m_parts.empty() ? nullptr : &parts,
+                         m_plan.lightGroupCount > 0 ? &groups : nullptr);
+}
+
 void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
                                     bool isMeasuring) {
     passes::PathPartIds parts;
-    const TextureId sample =
-        passes::Trace(m_renderer, ids, settings, nullptr, m_parts.empty() ? nullptr : &parts);
+    TextureId groups;
+    const TextureId sample = TraceLight(ids, settings, parts, groups);
     for (KeptPart& part : m_parts) Keep(parts[part.index], part.sum, isLast);
-    m_twins.Declare(m_renderer, ids, settings, sample, !m_parts.empty(), m_submitted, isLast);
+    if (m_plan.lightGroupCount > 0) Keep(groups, m_groups, isLast);
+    m_twins.Declare(m_renderer, settings, sample, m_submitted, isLast, [&](const auto& twin) {
+        passes::PathPartIds unusedParts;
+        TextureId unusedGroups;
+        return TraceLight(ids, twin, unusedParts, unusedGroups);
+    });
     const passes::AccumulatedIds sums =
         passes::Accumulate(m_renderer, sample, m_radiance.accumulation, m_plan.withVariance);
     m_renderer.Present(sums.mean);
@@ -136,6 +154,8 @@ void RenderSession::TakePicture(RenderFile& render) {
     if (m_isKeepingAlbedo) render.albedo = ValuesOf<float>(m_albedo.mean);
     if (m_isKeepingNormal) render.normal = ValuesOf<float>(m_normal.mean);
     for (const KeptPart& part : m_parts) render.parts[part.index] = ValuesOf<float>(part.sum.mean);
+    if (m_plan.lightGroupCount > 0)
+        render.lightGroups = FromTiles(ValuesOf<float>(m_groups.mean), render.size, m_plan.lightGroupCount);
     if (ShowsLight()) m_twins.Take(render);
     if (m_isKeepingCenter) {
         const std::vector<uint32_t> hits = ValuesOf<uint32_t>(m_ids);

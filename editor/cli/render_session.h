@@ -20,6 +20,7 @@ namespace raygraph::cli {
 struct RenderPlan {
     View view = View::PathTraced;
     AovSet aovs;                            // what to keep beside the picture
+    uint32_t lightGroupCount = 0;           // that are told apart; 0: none are
     bool withVariance = false;              // of the radiance
     uint32_t firstSample = 0;               // index
     passes::TonemapSettings tonemap;        // of the display picture
@@ -71,6 +72,9 @@ class RenderSession {
     };
 
     void RestoreFrom(const RenderFile& render);
+    // One sample of the radiance, by the pipeline of all samples.
+    TextureId TraceLight(const SceneIds& ids, const passes::TraceSettings& settings,
+                         passes::PathPartIds& parts, TextureId& groups);
     void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
                          bool isMeasuring);
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
@@ -86,6 +90,7 @@ class RenderSession {
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
 
     Accumulated m_radiance{"radiance"}, m_albedo{"albedo"}, m_normal{"normal"};
+    Accumulated m_groups{"lightGroups"};
     std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
     Readback m_variance, m_display, m_position, m_ids;
     std::optional<Measurement> m_measurement;

@@ -273,6 +273,29 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->lights->SetEmission(material, values.EmittedRadiance());
 }
 
+void GpuScene::SetLightGroups(LightGroups groups) {
+    m_impl->RequireNoFrame("SetLightGroups");
+    const auto check = [&](const char* what, const std::vector<uint32_t>& list, size_t count) {
+        if (!list.empty() && list.size() != count)
+            throw Error(ErrorKind::Usage, "GpuScene: groups of " + std::to_string(list.size()) + " " + what +
+                                              ", the scene has " + std::to_string(count));
+        for (const uint32_t group : list)
+            if (group != gpu::kLightGroupRest &&
+                (group < gpu::kLightGroupNamed || group - gpu::kLightGroupNamed >= groups.namedCount))
+                throw Error(ErrorKind::Usage, "GpuScene: light group " + std::to_string(group) + " of " +
+                                                  what + ", with " + std::to_string(groups.namedCount) +
+                                                  " named groups");
+    };
+    if (groups.namedCount > gpu::kMaxNamedLightGroups)
+        throw Error(ErrorKind::Usage, "GpuScene: " + std::to_string(groups.namedCount) +
+                                          " light groups, at most " +
+                                          std::to_string(gpu::kMaxNamedLightGroups) + " have names");
+    check("instances", groups.instances, m_impl->instances->Count());
+    check("materials", groups.materials, m_impl->resources->materialRecords.size());
+    check("lights", groups.lights, m_impl->lights->PunctualCount());
+    m_impl->lights->SetGroups(std::move(groups));
+}
+
 void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
     m_impl->RequireNoFrame("SetEnvironment");
     m_impl->environment = settings;

@@ -6,6 +6,8 @@
 //     bool Unoccluded(Ray ray, float distance, uint alphaSeed)  nothing is nearer than that; 0 is legal
 //     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)            what is there
 //     Medium MediumAt(uint material)                            what the surfaces of a material enclose
+//     void AddToGroup(vec3 value, uint light)                   what a light (kNoLight: a surface that is
+//         none) brought to the camera; asked for if LIGHT_GROUPS is defined
 //     and those of lights/lights.glsl and bxdf/energy.glsl
 //
 // Each vertex adds the light it emits and, by sampling the lights, the light it scatters; both ways to find a
@@ -100,14 +102,21 @@ INLINE float LightWeight(LightSample light, float scatterPDF) {
     return MISWeight(light.pdf, scatterPDF);
 }
 
-// Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`.
-INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, PathSettings settings) {
+#ifndef LIGHT_GROUPS
+INLINE void AddToGroup(vec3, uint) {}
+#endif
+
+// Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`. `light` is
+// the number of the light that it comes from, or kNoLight.
+INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, uint light,
+                    PathSettings settings) {
     if (depth > 1u) {
         float largest = MaxComponent(value);
         if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
     }
     path.radiance += value;
     if (kKeepsParts) AddPart(path.parts, value, depth, lobe);
+    AddToGroup(value, light);
 }
 
 // Light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find it.
@@ -117,7 +126,7 @@ INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
         lightPDF = LightPDF(path.scatter, light, path.ray.direction, distance);
     float weight = ScatterWeight(path.scatterPDF, lightPDF);
-    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, settings);
+    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, settings);
 }
 
 // Light that one point of one light may send to the camera by way of a surface, if nothing is in between.
@@ -126,6 +135,7 @@ struct DirectLight {
     float distance;  // that has to be free
     vec3 radiance;   // 0: no light
     FirstLobe lobe;  // of the path, if kKeepsParts
+    uint light;      // its number
 };
 
 INLINE DirectLight NoDirectLight() {
@@ -135,6 +145,7 @@ INLINE DirectLight NoDirectLight() {
     direct.distance = 0.0f;
     direct.radiance = vec3(0.0f);
     direct.lobe = NoLobe();
+    direct.light = kNoLight;
     return direct;
 }
 
@@ -185,6 +196,7 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
         direct.distance = distance * kShadowShare;
     }
     direct.lobe = path.lobe;
+    direct.light = light.light;
     direct.radiance =
         path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
     if (HasTraceFeature(kTraceVolumes))
@@ -340,7 +352,7 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
         else
             direct = NoDirectLight();
         bool isUnoccluded = Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount));
-        if (isLit && isUnoccluded) Collect(path, direct.radiance, depth + 1u, direct.lobe, settings);
+        if (isLit && isUnoccluded) Collect(path, direct.radiance, depth + 1u, direct.lobe, direct.light, settings);
     }
     return isGoingOn && path.rayCount < kMaxRays;
 }

@@ -1,4 +1,5 @@
-// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS and PATH_PARTS.
+// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS, PATH_PARTS
+// and LIGHT_GROUPS.
 //
 // An invocation follows one path after the other, and takes the next pixel as soon as a path ends: paths
 // differ in length, and invocations that run in lockstep would wait for the longest. There are at most as many
@@ -11,6 +12,19 @@
 #include "scene/light_bridge.glsl"
 #include "scene/surface.glsl"
 #include "scene/trace_rays.glsl"
+
+#ifdef LIGHT_GROUPS
+vec3 groupSums[kMaxLightGroups];
+
+void AddToGroup(vec3 value, uint light) {
+    uint group = kLightGroupRest;
+    if (light == LightSet().lightCount)
+        group = kLightGroupEnvironment;
+    else if (light != kNoLight)
+        group = LightAt(light).flags >> kLightGroupShift;
+    groupSums[min(group, kMaxLightGroups - 1u)] += value;
+}
+#endif
 
 #include "integrator/camera_media.glsl"
 #include "integrator/path.glsl"
@@ -28,6 +42,10 @@ layout(set = 0, binding = 21, rgba32f) writeonly uniform image2D diffuse;
 layout(set = 0, binding = 22, rgba32f) writeonly uniform image2D specular;
 layout(set = 0, binding = 23, rgba32f) writeonly uniform image2D transmission;
 #endif
+#ifdef LIGHT_GROUPS
+// A tile for each group, row by row; there may be fewer than kMaxLightGroups
+layout(set = 0, binding = 25, rgba32f) writeonly uniform image2D lightGroups;
+#endif
 
 PathSettings SettingsOf(TraceParameters from) {
     PathSettings settings;
@@ -40,6 +58,15 @@ PathSettings SettingsOf(TraceParameters from) {
     return settings;
 }
 
+#ifdef LIGHT_GROUPS
+void StoreGroups(ivec2 pixel, ivec2 size, float alpha) {
+    int columns = imageSize(lightGroups).x / size.x;
+    int rows = imageSize(lightGroups).y / size.y;
+    for (int i = 0; i < min(columns * rows, int(kMaxLightGroups)); i++)
+        imageStore(lightGroups, ivec2(i % columns, i / columns) * size + pixel, vec4(groupSums[i], alpha));
+}
+#endif
+
 // The next pixel that no invocation has taken, in rows from the top. False: there is none.
 bool TakePixel(uvec2 size, out uvec2 pixel) {
     uint index = atomicAdd(pixelQueue.takenCount, 1u);
@@ -48,6 +75,9 @@ bool TakePixel(uvec2 size, out uvec2 pixel) {
 }
 
 PathState PathOf(uvec2 pixel, uvec2 size) {
+#ifdef LIGHT_GROUPS
+    for (uint i = 0u; i < kMaxLightGroups; i++) groupSums[i] = vec3(0.0f);
+#endif
     Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
     vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(size);
     Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
@@ -66,6 +96,9 @@ void Store(uvec2 pixel, PathState path) {
     imageStore(diffuse, ivec2(pixel), vec4(path.parts.diffuse, path.alpha));
     imageStore(specular, ivec2(pixel), vec4(path.parts.specular, path.alpha));
     imageStore(transmission, ivec2(pixel), vec4(path.parts.transmission, path.alpha));
+#endif
+#ifdef LIGHT_GROUPS
+    StoreGroups(ivec2(pixel), imageSize(radiance), path.alpha);
 #endif
 }
 

@@ -148,6 +148,8 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage({"render", "a.gltf", "--aperture", "-1"}, "--aperture");
     ExpectUsage({"render", "a.gltf", "--aov", "albedo,,N"}, "--aov");
     ExpectUsage({"render", "a.gltf", "--aov", "uv"}, "--aov", "albedo");
+    ExpectUsage({"render", "a.gltf", "--light-group", "lamp"}, "--light-group", "NAME=PATTERN");
+    ExpectUsage({"render", "a.gltf", "--light-group", "a=b", "--light-group", "a=c"}, "--light-group", "two");
     ExpectUsage({"render", "a.gltf", "--background", "1,1"}, "--background");
     ExpectUsage({"render", "a.gltf", "--background", "1,1,1", "--env", "a.hdr"}, "--background", "--env");
     ExpectUsage({"render", "a.gltf", "--env-rotation", "90"}, "--env-rotation", "--env");
@@ -175,6 +177,12 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
 }
 
+TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {
+    const auto a = std::get<RenderArguments>(
+        Parse({"render", "a.gltf", "--light-group", "key=lamp*,bulb", "--light-group", "fill=window"}));
+    EXPECT_EQ(a.given.at("light-group"), "key=lamp*,bulb;fill=window");
+}
+
 TEST(Arguments, MergeTakesAnyNumberOfRenders) {
     const auto a = std::get<MergeArguments>(Parse({"merge", "a.exr", "b.exr", "c.exr", "-o", "d.exr"}));
     EXPECT_EQ(a.inputs.size(), 3u);
@@ -198,6 +206,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.roulette = {Roulette::Frame, 11, 0.75f};
     settings.environmentRotation = 0.1f;
     settings.background = {0.1f, 0.2f, 0.3f};
+    settings.lightGroups = {{"key", {"lamp*", "bulb"}}, {"fill", {"window"}}};
     const SettingTexts texts = Texts(settings);
     EXPECT_EQ(Texts(SettingsFrom(texts)), texts);
     EXPECT_EQ(FirstDifference(texts, texts), "");
