@@ -352,7 +352,8 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
         else
             direct = NoDirectLight();
         bool isUnoccluded = Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount));
-        if (isLit && isUnoccluded) Collect(path, direct.radiance, depth + 1u, direct.lobe, direct.light, settings);
+        if (isLit && isUnoccluded)
+            Collect(path, direct.radiance, depth + 1u, direct.lobe, direct.light, settings);
     }
     return isGoingOn && path.rayCount < kMaxRays;
 }

@@ -2,8 +2,8 @@
 // and LIGHT_GROUPS.
 //
 // An invocation follows one path after the other, and takes the next pixel as soon as a path ends: paths
-// differ in length, and invocations that run in lockstep would wait for the longest. There are at most as many
-// invocations as pixels. Which one takes which pixel does not show in the picture.
+// differ in length, and invocations that run in lockstep would wait for the longest. There are at most as
+// many invocations as pixels. Which one takes which pixel does not show in the picture.
 #define TRACES_SHADOW_RAYS
 #include "scene/extensions.glsl"
 
