@@ -180,7 +180,7 @@ TEST_F(TraceLights, Trace_HiddenOrDarkenedLightGivesNothing) {
 // The rest of the strategies: tests/long.
 TEST_F(TraceLights, Trace_HowLightIsFoundLeavesTheImage) {
     render.scene.SetScene(RoomUnderALamp());
-    render.scene.SetEnvironment({});
+    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
     render.scene.SetEnvironmentMap(EveningSky());
     TraceSettings settings = ViewOfRoom(48);
     const RenderedImage reference = render.Render(settings, 256);

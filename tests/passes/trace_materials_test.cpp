@@ -136,6 +136,21 @@ TEST_F(TraceMaterials, Trace_RoughGlassSphereVanishesInUnitEnvironment) {
     }
 }
 
+// The environment is beyond every distance: what is clear passes its light, what is not passes none. The
+// radiance of light that comes out of a denser medium is less by the square of the index.
+TEST_F(TraceMaterials, Trace_VolumeWithoutAnEndIsClearOrBlack) {
+    const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.2f, 32);
+    scene::Material glass = Glass(0.0f, 1.5f, 1.0f);
+    const double clear = 0.04 + 0.96 / (1.5 * 1.5);
+    EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), glass, settings, 256).y, clear, 0.004);
+    glass.attenuationDistance = 0.1f;
+    glass.attenuationColor = {1.0f, 0.5f, 0.9f};
+    const glm::dvec3 tinted = InUnitEnvironment(QuadMesh(1.0f), glass, settings, 256);
+    EXPECT_NEAR(tinted.x, clear, 0.004);
+    EXPECT_NEAR(tinted.y, 0.04, 0.004) << "reflected at the first surface";
+    EXPECT_NEAR(tinted.z, 0.04, 0.004);
+}
+
 TEST_F(TraceMaterials, Trace_ThinWallPassesWhatItDoesNotReflect) {
     const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.2f, 32);
     const glm::dvec3 seen = InUnitEnvironment(QuadMesh(1.0f), Glass(0.0f, 1.5f, 0.0f), settings, 16);
