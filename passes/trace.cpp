@@ -1,5 +1,7 @@
 #include "passes/trace.h"
 
+#include <algorithm>
+
 #include "base/error.h"
 #include "passes/scene_bindings.h"
 
@@ -10,9 +12,31 @@ namespace {
 constexpr std::array<const char*, kPathPartCount> kPathPartNames{"emission", "direct",   "indirect",
                                                                  "diffuse",  "specular", "transmission"};
 
-const char* RayGenOf(bool isCounting, bool isSplitting) {
-    if (isSplitting) return "pathtrace/pathtrace_parts.rgen";
-    return isCounting ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen";
+const char* RayGenOf(const TraceOutputs& outputs) {
+    if (outputs.parts && outputs.lightGroups) return "pathtrace/pathtrace_parts_groups.rgen";
+    if (outputs.parts) return "pathtrace/pathtrace_parts.rgen";
+    if (outputs.lightGroups) return "pathtrace/pathtrace_groups.rgen";
+    return outputs.rayCounts ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen";
+}
+
+// More than any device runs at once.
+constexpr uint32_t kMostInvocations = 1u << 18;
+
+// Of a picture that size, see pathtrace/pathtrace_main.glsl.
+Extent2D InvocationsFor(Extent2D extent) {
+    const uint64_t pixels = uint64_t{extent.width} * extent.height;
+    return {static_cast<uint32_t>(std::min<uint64_t>(pixels, kMostInvocations)), 1};
+}
+
+// A count of pixels taken, 0 to begin with.
+BufferId PixelQueue(Renderer& renderer) {
+    BufferId queue = renderer.CreateBuffer("pixelQueue", {.size = sizeof(uint32_t)});
+    renderer.AddPass(
+        "PixelQueue", PassKind::Transfer, [&](PassBuilder& pass) { queue = pass.CopiesTo(queue); },
+        [queue](CommandList& commands, const PassResources& resources) {
+            commands.Fill(resources.Buffer(queue), 0);
+        });
+    return queue;
 }
 
 }  // namespace
@@ -21,18 +45,31 @@ const char* Name(PathPart part) {
     return kPathPartNames[static_cast<size_t>(part)];
 }
 
-TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                TextureId* rayCounts, PathPartIds* parts) {
-    if (rayCounts && parts)
+Extent2D LightGroupTiles(uint32_t groupCount) {
+    uint32_t columns = 1;
+    while (columns * columns < groupCount) columns++;
+    return {columns, (groupCount + columns - 1) / columns};
+}
+
+TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+               TraceOutputs outputs) {
+    if (outputs.rayCounts && (outputs.parts || outputs.lightGroups))
         throw Error(ErrorKind::Usage, "Trace: ray counts and parts were asked for; it gives one of them");
-    TextureId radiance = renderer.CreateTexture("radiance", {settings.extent, Format::Rgba32Float});
-    if (rayCounts) *rayCounts = renderer.CreateTexture("rayCounts", {settings.extent, Format::R32Float});
-    for (size_t i = 0; parts && i < kPathPartCount; i++)
-        (*parts)[i] = renderer.CreateTexture(kPathPartNames[i], {settings.extent, Format::Rgba32Float});
+    TraceIds ids{.radiance = renderer.CreateTexture("radiance", {settings.extent, Format::Rgba32Float})};
+    if (outputs.rayCounts)
+        ids.rayCounts = renderer.CreateTexture("rayCounts", {settings.extent, Format::R32Float});
+    for (size_t i = 0; outputs.parts && i < kPathPartCount; i++)
+        ids.parts[i] = renderer.CreateTexture(kPathPartNames[i], {settings.extent, Format::Rgba32Float});
+    if (outputs.lightGroups) {
+        const Extent2D tiles = LightGroupTiles(scene.lightGroupCount);
+        const Extent2D extent{tiles.width * settings.extent.width, tiles.height * settings.extent.height};
+        ids.lightGroups = renderer.CreateTexture("lightGroups", {extent, Format::Rgba32Float});
+    }
+    BufferId queue = PixelQueue(renderer);
     renderer.AddPass(
         "Trace", PassKind::RayTracing,
         [&](PassBuilder& pass) {
-            pass.RayGen(RayGenOf(rayCounts != nullptr, parts != nullptr));
+            pass.RayGen(RayGenOf(outputs));
             SpecializeTrace(pass, scene, settings);
             BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
             BindShadowRays(pass, scene);
@@ -41,13 +78,15 @@ TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
             BindEnvironment(pass, scene);
             BindLights(pass, scene);
             pass.Reads("energyTables", scene.energyTables);
-            radiance = pass.Writes("radiance", radiance);
-            if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
-            for (size_t i = 0; parts && i < kPathPartCount; i++)
-                (*parts)[i] = pass.Writes(kPathPartNames[i], (*parts)[i]);
+            queue = pass.Updates("pixelQueue", queue);
+            ids.radiance = pass.Writes("radiance", ids.radiance);
+            if (outputs.rayCounts) ids.rayCounts = pass.Writes("rayCounts", ids.rayCounts);
+            for (size_t i = 0; outputs.parts && i < kPathPartCount; i++)
+                ids.parts[i] = pass.Writes(kPathPartNames[i], ids.parts[i]);
+            if (outputs.lightGroups) ids.lightGroups = pass.Writes("lightGroups", ids.lightGroups);
         },
-        [extent = settings.extent](CommandList& commands) { commands.TraceRays(extent); });
-    return radiance;
+        [extent = InvocationsFor(settings.extent)](CommandList& commands) { commands.TraceRays(extent); });
+    return ids;
 }
 
 PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,

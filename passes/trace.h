@@ -80,13 +80,30 @@ inline constexpr size_t kPathPartCount = 6;
 const char* Name(PathPart part);  // "emission"
 using PathPartIds = std::array<TextureId, kPathPartCount>;
 
-// Returns linear radiance, rgba32f, alpha 1 where the camera ray hit a surface and 0 where it escaped. A
-// function of (scene, settings) alone: the same device gives the same bits. Unbiased but for
-// settings.biases. One of these may be given: `rayCounts` receives a texture (r32f) with the rays traced in
-// each pixel, shadow rays included; `parts` textures (rgba32f) with the parts of the radiance, alpha as
-// there.
-[[nodiscard]] TextureId Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                              TextureId* rayCounts = nullptr, PathPartIds* parts = nullptr);
+// The radiance by group of lights (SceneIds::lightGroupCount of them) lies in one texture: a tile of the
+// picture's extent for each, row by row. This many tiles across and down; the last ones may be left over and
+// without meaning.
+Extent2D LightGroupTiles(uint32_t groupCount);
+
+// What Trace is to write beside the radiance. Ray counts come alone.
+struct TraceOutputs {
+    bool rayCounts = false;
+    bool parts = false;
+    bool lightGroups = false;
+};
+
+struct TraceIds {
+    TextureId radiance;     // rgba32f, linear; alpha 1 where the camera ray hit a surface, 0 where it escaped
+    TextureId rayCounts;    // r32f, rays traced in the pixel, shadow rays included
+    PathPartIds parts{};    // rgba32f each, alpha as there
+    TextureId lightGroups;  // rgba32f, alpha as there; the groups sum to the radiance, to rounding
+};
+
+// One sample of every pixel: the radiance, and of the others those that were asked for. A function of (scene,
+// settings) alone: the same device gives the same bits. Unbiased but for settings.biases. Error{Usage} for
+// ray counts beside another output.
+[[nodiscard]] TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                             TraceOutputs outputs = {});
 
 // The camera's first hits, without light: what AOVs and the diagnostic views show. All from one ray per
 // pixel.
@@ -100,7 +117,7 @@ struct PrimaryHitIds {
 };
 
 enum class FilmPosition : uint8_t {
-    Center,    // through the pixel's centre: ids and depth, the same in every sample
+    Center,    // through the pixel's centre: ids and depth; the same in every sample but for BLEND surfaces
     Jittered,  // where Trace's ray of the same sample goes: for averages
 };
 

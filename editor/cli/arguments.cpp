@@ -10,8 +10,6 @@ namespace raygraph::cli {
 
 namespace {
 
-const std::vector<std::string_view> kAovNames{"albedo",   "normal",  "depth",    "instance",
-                                              "material", "samples", "variance", "all"};
 const std::vector<std::string_view> kTonemapNames{"linear", "srgb", "reinhard",
                                                   "aces",   "agx",  "neutral"};  // as TonemapOperator
 
@@ -66,12 +64,13 @@ CLI::Option* AddScene(CLI::App& app, std::filesystem::path& path) {
 void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::string_view>& names = {}) {
     for (const PictureSetting& setting : PictureSettingTable()) {
         if (!names.empty() && std::ranges::find(names, setting.name) == names.end()) continue;
-        AddOption(app, std::string("--") + setting.name, setting.operand, setting.help,
-                  [&setting, &given](const std::string& text) {
-                      PictureSettings scratch;
-                      setting.set(scratch, text);
-                      given[setting.name] = setting.text(scratch);
-                  });
+        CLI::Option* option = AddOption(app, std::string("--") + setting.name, setting.operand, setting.help,
+                                        [&setting, &given](const std::string& text) {
+                                            PictureSettings scratch;
+                                            setting.set(scratch, text);
+                                            given[setting.name] = setting.text(scratch);
+                                        });
+        if (setting.isList) option->delimiter(';')->multi_option_policy(CLI::MultiOptionPolicy::Join);
     }
 }
 
@@ -128,10 +127,13 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               [&](const std::string& text) {
                   arguments.tonemap = static_cast<TonemapOperator>(ParseChoice(text, kTonemapNames));
               });
-    AddOption(*render, "--aov", "LIST",
-              "Further channels of an .exr: albedo, normal, depth, instance, material, or all; samples and "
-              "variance are always there",
-              [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    AddOption(
+        *render, "--aov", "LIST",
+        "Further channels of an .exr: albedo, normal, depth, instance, material; the light by its path: "
+        "emission, direct, indirect, and by what scattered it first: diffuse, specular, transmission; "
+        "what a bias took: removed_max_depth, removed_clamp_indirect, removed_regularize; or all. "
+        "Samples and variance are always there",
+        [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
     AddPath(*render, "--resume", "FILE.exr",
             "Go on with a render that was written before; its settings are kept", arguments.resume);
     AddDevice(*render, arguments.device);
@@ -230,20 +232,6 @@ std::string OneLine(std::string text) {
 }
 
 }  // namespace
-
-AovSet ParseAovs(std::string_view text) {
-    AovSet set;
-    for (const std::string_view part : ParseList(text)) {
-        const std::string_view name = kAovNames[ParseChoice(part, kAovNames)];
-        const bool isAll = name == "all";
-        set.albedo |= isAll || name == "albedo";
-        set.normal |= isAll || name == "normal";
-        set.depth |= isAll || name == "depth";
-        set.instance |= isAll || name == "instance";
-        set.material |= isAll || name == "material";
-    }
-    return set;
-}
 
 std::string TonemapName(TonemapOperator tonemap) {
     return std::string(kTonemapNames[static_cast<size_t>(tonemap)]);

@@ -8,27 +8,12 @@
 #include <variant>
 #include <vector>
 
+#include "editor/cli/aovs.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/picture_settings.h"
 #include "shaders/shared/tonemap_operators.h"
 
 namespace raygraph::cli {
-
-// Pictures beside the radiance that an .exr may hold. `samples` and `variance` are always in it.
-struct AovSet {
-    bool albedo = false;
-    bool normal = false;
-    bool depth = false;
-    bool instance = false;
-    bool material = false;
-
-    bool operator==(const AovSet&) const = default;
-    bool NeedsAverage() const { return albedo || normal; }
-    bool NeedsCenterRay() const { return depth || instance || material; }
-};
-
-// "albedo,normal,depth,instance,material,samples,variance" in any order, or "all".
-AovSet ParseAovs(std::string_view text);
 
 // The text of --tonemap.
 std::string TonemapName(TonemapOperator tonemap);
@@ -44,7 +29,7 @@ struct RenderArguments {
     std::optional<uint32_t> sampleOffset;
     float exposureEv = 0.0f;
     TonemapOperator tonemap = TonemapOperator::Neutral;
-    std::optional<AovSet> aovs;
+    std::optional<AovRequest> aovs;
     std::string device;
     bool isValidating = false;
     std::filesystem::path report;  // "": none

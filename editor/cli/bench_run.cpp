@@ -98,7 +98,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     Renderer& renderer = bench.GraphRenderer();
     passes::Accumulation accumulation("radiance");
     const DeclareFrame picture = [&](const SceneIds& ids, const passes::TraceSettings& settings) {
-        const TextureId sample = passes::Trace(renderer, ids, settings);
+        const TextureId sample = passes::Trace(renderer, ids, settings).radiance;
         const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, accumulation);
         renderer.Present(passes::Tonemap(renderer, sums.mean));
     };
@@ -139,7 +139,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
 
     progress.Show("  counting rays");
     const double traceRays = bench.RaysPerSample([&](auto& ids, auto& settings, TextureId& counts) {
-        std::ignore = passes::Trace(renderer, ids, settings, &counts);
+        counts = passes::Trace(renderer, ids, settings, {.rayCounts = true}).rayCounts;
     });
     const auto limitRays = [&](passes::LimitKind kind) {
         return bench.RaysPerSample([&](auto& ids, auto& settings, TextureId& counts) {

@@ -36,7 +36,9 @@ passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const s
 
 DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
     : m_renderer(device), m_scene(m_renderer), m_settings(TraceSettingsFrom(settings, input.data)) {
+    LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
     m_scene.SetScene(std::move(input.data));
+    m_scene.SetLightGroups(std::move(groups));
     const bool hasMap = !input.environment.rgba.empty();
     const auto& background = settings.background;
     m_scene.SetEnvironment(

@@ -20,7 +20,7 @@ void DeclareFrame(DeviceScene& scene, passes::Accumulation& accumulation, uint32
     Renderer& renderer = scene.GraphRenderer();
     renderer.BeginFrame();
     const SceneIds ids = scene.Scene().Declare(renderer);
-    const TextureId sample = passes::Trace(renderer, ids, scene.SettingsFor(sampleIndex));
+    const TextureId sample = passes::Trace(renderer, ids, scene.SettingsFor(sampleIndex)).radiance;
     const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, accumulation, true);
     renderer.Present(passes::Tonemap(renderer, sums.mean));
 }

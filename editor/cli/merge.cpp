@@ -1,5 +1,7 @@
 #include "editor/cli/merge.h"
 
+#include <map>
+
 #include "base/check.h"
 #include "base/error.h"
 
@@ -14,19 +16,16 @@ struct Sums {
 };
 
 void RequireSameChannels(const NamedRender& first, const NamedRender& other) {
-    const auto require = [&](const char* channel, bool inFirst, bool inOther) {
+    const auto require = [&](const char* channels, bool inFirst, bool inOther) {
         if (inFirst == inOther) return;
         const NamedRender &with = inFirst ? first : other, &without = inFirst ? other : first;
         throw Error(ErrorKind::BadInput,
-                    with.name + " has the channel " + channel + ", " + without.name + " has not");
+                    with.name + " has the channels of " + channels + ", " + without.name + " has not");
     };
-    const RenderFile &a = first.render, &b = other.render;
-    require("variance", !a.variance.empty(), !b.variance.empty());
-    require("albedo", !a.albedo.empty(), !b.albedo.empty());
-    require("N", !a.normal.empty(), !b.normal.empty());
-    require("Z", !a.depth.empty(), !b.depth.empty());
-    require("id.instance", !a.instance.empty(), !b.instance.empty());
-    require("id.material", !a.material.empty(), !b.material.empty());
+    require("variance", !first.render.variance.empty(), !other.render.variance.empty());
+    require("groups of lights", !first.render.lightGroups.empty(), !other.render.lightGroups.empty());
+    const AovSet inFirst = AovsOf(first.render), inOther = AovsOf(other.render);
+    for (const Aov aov : kAovs) require(Name(aov), inFirst.Has(aov), inOther.Has(aov));
 }
 
 void RequireCompatible(const NamedRender& first, const NamedRender& other) {
@@ -75,15 +74,25 @@ RenderFile Merge(std::vector<NamedRender> parts) {
     for (size_t i = 0; i < parts.size(); i++)
         for (size_t j = 0; j < i; j++) RequireDisjoint(parts[j], parts[i]);
 
-    Sums radiance, albedo, normal;
+    Sums radiance;
+    std::map<Aov, Sums> aovs;
+    std::array<Sums, kBiasCount> removed;
+    double removedSamples = 0.0;
+    std::vector<Sums> groups(parts[0].render.lightGroups.size());
     SampleRanges samples;
     for (const NamedRender& part : parts) {
         const RenderFile& render = part.render;
         const double before = static_cast<double>(SampleCount(samples));
         const double count = static_cast<double>(SampleCount(render.samples));
         Fold(radiance, before, render.radiance, render.variance, count);
-        Fold(albedo, before, render.albedo, {}, count);
-        Fold(normal, before, render.normal, {}, count);
+        for (const Aov aov : kAovs)
+            if (const Texels* mean = MeanOf(render, aov); mean && aov < Aov::RemovedMaxDepth)
+                Fold(aovs[aov], before, *mean, {}, count);
+        for (size_t i = 0; i < kBiasCount; i++)
+            Fold(removed[i], removedSamples, render.removed[i], render.removedVariance[i],
+                 render.removedSamples);
+        removedSamples += render.removedSamples;
+        for (size_t i = 0; i < groups.size(); i++) Fold(groups[i], before, render.lightGroups[i], {}, count);
         samples = Union(samples, render.samples);
     }
     const uint64_t total = SampleCount(samples);
@@ -93,8 +102,14 @@ RenderFile Merge(std::vector<NamedRender> parts) {
     RenderFile merged = std::move(parts[0].render);
     merged.radiance = MeanOf(radiance);
     merged.variance = VarianceOf(radiance, static_cast<double>(total));
-    merged.albedo = MeanOf(albedo);
-    merged.normal = MeanOf(normal);
+    for (const Aov aov : kAovs)
+        if (Texels* mean = MeanOf(merged, aov)) *mean = MeanOf(aovs[aov]);
+    for (size_t i = 0; i < kBiasCount; i++) {
+        merged.removed[i] = MeanOf(removed[i]);
+        merged.removedVariance[i] = VarianceOf(removed[i], removedSamples);
+    }
+    for (size_t i = 0; i < groups.size(); i++) merged.lightGroups[i] = MeanOf(groups[i]);
+    merged.removedSamples = static_cast<uint32_t>(removedSamples);
     merged.samples = std::move(samples);
     return merged;
 }

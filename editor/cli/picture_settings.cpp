@@ -193,6 +193,12 @@ constexpr PictureSetting kTable[] = {
     {"background", "R,G,B", "Constant radiance of the environment, instead of a map (0,0,0)",
      [](PictureSettings& settings, std::string_view text) { settings.background = ParseRadiance(text); },
      [](const PictureSettings& settings) { return ToText(settings.background); }},
+    {"light-group", "NAME=PATTERN,...",
+     "Keep the light of a group of lights apart, as light.NAME.R and so on in an .exr: those whose material, "
+     "light or node has a name like a PATTERN (* and ? as in a shell). May be given eight times; "
+     "light.environment and light.rest hold the others",
+     [](PictureSettings& settings, std::string_view text) { settings.lightGroups = ParseLightGroups(text); },
+     [](const PictureSettings& settings) { return ToText(settings.lightGroups); }, true},
 };
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 
+#include "editor/cli/light_groups.h"
 #include "editor/cli/parse.h"
 #include "passes/trace.h"
 
@@ -38,6 +39,7 @@ struct PictureSettings {
     passes::BiasSettings biases{};
     float environmentRotation = 0.0f;  // degrees about +y
     std::array<float, 3> background{0.0f, 0.0f, 0.0f};
+    std::vector<LightGroupPatterns> lightGroups;
 };
 
 struct PictureSetting {
@@ -46,6 +48,7 @@ struct PictureSetting {
     const char* help;
     void (*set)(PictureSettings& settings, std::string_view text);  // Error{Usage} quoting the text
     std::string (*text)(const PictureSettings& settings);           // what `set` reads back to the same value
+    bool isList = false;  // may be given several times: its texts are joined by ';'
 };
 
 std::span<const PictureSetting> PictureSettingTable();

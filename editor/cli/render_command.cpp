@@ -56,6 +56,9 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
         throw Error(ErrorKind::Usage, "--view " + std::string(Name(settings.view)) + ": " + what);
     };
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
+    if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
+    for (const Bias bias : kBiases)
+        if (IsOn(settings.biases, bias)) refuse("only path-traced renders know " + std::string(Option(bias)));
     if (settings.view == View::Raster) {
         if (arguments.error) refuse("give --spp; --error is for path-traced renders");
         return;
@@ -79,13 +82,16 @@ Job PlanJob(const RenderArguments& arguments) {
         job.samplesBefore = render.samples.front().count;
     } else {
         job.settings = SettingsFrom(arguments.given);
-        job.aovs = arguments.aovs.value_or(AovSet{});
+        if (arguments.aovs) job.aovs = AovsFor(*arguments.aovs, job.settings);
         job.firstSample = arguments.sampleOffset.value_or(0);
     }
     CheckView(arguments, job.settings);
-    if (job.aovs != AovSet{} && !WritesKind(arguments, OutputKind::Exr))
+    if (!job.aovs.IsEmpty() && !WritesKind(arguments, OutputKind::Exr))
         throw Error(ErrorKind::Usage,
                     "--aov: its channels are written to an .exr, and there is no -o OUT.exr");
+    if (!job.settings.lightGroups.empty() && !WritesKind(arguments, OutputKind::Exr))
+        throw Error(ErrorKind::Usage,
+                    "--light-group: its channels are written to an .exr, and there is no -o OUT.exr");
     const View view = job.settings.view;
     const bool isSingle = view == View::Depth || view == View::Instance || view == View::Material;
     const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
@@ -213,19 +219,23 @@ Rendered RenderSamples(RenderSession& session, const Job& job, const RenderArgum
     return rendered;
 }
 
-void DropUnasked(RenderFile& render, const AovSet& aovs) {
-    if (!aovs.albedo) render.albedo.clear();
-    if (!aovs.normal) render.normal.clear();
-    if (!aovs.depth) render.depth.clear();
-    if (!aovs.instance) render.instance.clear();
-    if (!aovs.material) render.material.clear();
+// Before WriteOutputs drops what was not asked for. None of a bias of which no sample had a twin.
+std::map<Bias, RemovedLight> RemovedOf(const RenderFile& render) {
+    std::map<Bias, RemovedLight> all;
+    for (const Bias bias : kBiases) {
+        const size_t i = static_cast<size_t>(bias);
+        if (!render.removed[i].empty())
+            all[bias] = MeasureRemoved(render.removed[i], render.removedVariance[i], render.removedSamples,
+                                       render.radiance);
+    }
+    return all;
 }
 
 void WriteOutputs(const RenderArguments& arguments, RenderSession& session, RenderFile& render,
                   const AovSet& aovs) {
     const image::Image8 display =
         WritesKind(arguments, OutputKind::Png) ? session.TakeDisplay(render) : image::Image8{};
-    DropUnasked(render, aovs);
+    KeepOnly(render, aovs);
     for (const OutputFile& output : arguments.outputs) {
         switch (output.kind) {
             case OutputKind::Png:
@@ -243,7 +253,7 @@ void WriteOutputs(const RenderArguments& arguments, RenderSession& session, Rend
 
 void PrintSummary(const RenderArguments& arguments, const RenderFile& render, const Job& job,
                   const Rendered& rendered, const std::optional<double>& samplesPerSecond,
-                  const ImageStatistics& statistics) {
+                  const ImageStatistics& statistics, const std::map<Bias, RemovedLight>& removed) {
     for (const OutputFile& output : arguments.outputs) PrintLine(output.path.string());
     if (!arguments.report.empty()) PrintLine(arguments.report.string());
     const uint64_t samples = SampleCount(render.samples);
@@ -253,6 +263,7 @@ void PrintSummary(const RenderArguments& arguments, const RenderFile& render, co
     if (samplesPerSecond) line += ", " + FormatRate(*samplesPerSecond);
     if (arguments.error && statistics.relativeError)
         line += ", relative error " + ToText(static_cast<float>(*statistics.relativeError));
+    for (const auto& [bias, light] : removed) line += ", " + Describe(bias, light);
     PrintLine(line + ", on " + render.device);
 }
 
@@ -280,6 +291,7 @@ void RenderCommand(RenderArguments arguments) {
     RenderSession session(
         scene, {.view = job.settings.view,
                 .aovs = job.aovs,
+                .lightGroupCount = static_cast<uint32_t>(LightGroupNames(job.settings.lightGroups).size()),
                 .withVariance = WritesKind(arguments, OutputKind::Exr) || !arguments.report.empty() ||
                                 progress.IsOn() || arguments.error.has_value(),
                 .firstSample = job.firstSample,
@@ -296,6 +308,7 @@ void RenderCommand(RenderArguments arguments) {
     std::optional<double> samplesPerSecond;
     if (fresh > 1)
         samplesPerSecond = (fresh - 1) * static_cast<double>(render.size.PixelCount()) / timedSeconds;
+    const std::map<Bias, RemovedLight> removed = RemovedOf(render);
     std::optional<Report> report;
     if (!arguments.report.empty()) {
         report = DescribeRun({.device = *device, .scene = scene, .session = session, .input = input});
@@ -306,6 +319,7 @@ void RenderCommand(RenderArguments arguments) {
         report->timingsMs.render = 1e3 * rendered.seconds;
         report->throughput.samplesPerSecond = samplesPerSecond;
         report->image = statistics;
+        report->removed = removed;
     }
     if (!arguments.isQuiet) WarnAll(progress, messages.TakeWarnings());
     messages.RequireValid();  // before anything is written: an invalid run leaves the old files
@@ -320,7 +334,7 @@ void RenderCommand(RenderArguments arguments) {
     if (arguments.isQuiet) return;
     if (statistics.nonFinitePixels > 0)
         Warn(progress, std::to_string(statistics.nonFinitePixels) + " pixels are not finite");
-    PrintSummary(arguments, render, job, rendered, samplesPerSecond, statistics);
+    PrintSummary(arguments, render, job, rendered, samplesPerSecond, statistics, removed);
 }
 
 }  // namespace raygraph::cli

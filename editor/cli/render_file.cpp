@@ -2,6 +2,7 @@
 
 #include <span>
 
+#include "base/check.h"
 #include "base/error.h"
 #include "editor/cli/exit_code.h"
 
@@ -17,21 +18,38 @@ constexpr const char* kAttributeScene = "raygraph.scene";
 constexpr const char* kAttributeSceneHash = "raygraph.sceneHash";
 constexpr const char* kAttributeEnvironment = "raygraph.environment";
 constexpr const char* kAttributeEnvironmentHash = "raygraph.environmentHash";
-constexpr const char* kAttributeSamples = "raygraph.samples";            // decimal: how many
-constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";  // decimal: index of the first
-constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";  // "0-63 128-191": which
+constexpr const char* kAttributeSamples = "raygraph.samples";                // decimal: how many
+constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";      // decimal: index of the first
+constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";      // "0-63 128-191": which
+constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: that had twins
 constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 
-struct Group {
-    const char* names[3];
-    Texels RenderFile::*texels;
-};
-constexpr Group kGroups[] = {
-    {{"variance.R", "variance.G", "variance.B"}, &RenderFile::variance},
-    {{"albedo.R", "albedo.G", "albedo.B"}, &RenderFile::albedo},
-    {{"N.X", "N.Y", "N.Z"}, &RenderFile::normal},
-};
 constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
+constexpr const char* kVarianceNames[] = {"variance.R", "variance.G", "variance.B"};
+
+// Of an AOV that is a mean.
+using ChannelNames = std::array<std::string, 3>;
+ChannelNames ColorChannels(const std::string& name) {
+    return {name + ".R", name + ".G", name + ".B"};
+}
+
+ChannelNames MeanChannels(Aov aov) {
+    if (aov == Aov::Normal) return {"N.X", "N.Y", "N.Z"};
+    return ColorChannels(Name(aov));
+}
+
+// Of the groups of lights that a render of these settings has.
+std::vector<ChannelNames> GroupChannels(const SettingTexts& settings) {
+    std::vector<ChannelNames> channels;
+    for (const std::string& name : LightGroupNames(SettingsFrom(settings).lightGroups))
+        channels.push_back(ColorChannels("light." + name));
+    return channels;
+}
+
+// Of what a bias removed.
+ChannelNames VarianceChannels(Bias bias) {
+    return ColorChannels(std::string(Name(AovOf(bias))) + ".variance");
+}
 
 struct IdChannel {
     const char* name;
@@ -41,10 +59,11 @@ constexpr IdChannel kIdChannels[] = {{"id.instance", &RenderFile::instance},
                                      {"id.material", &RenderFile::material}};
 
 // Puts the channels of these names into RGBA texels; false if the first of them is not there.
-bool TakeChannels(const image::ExrImage& file, std::span<const char* const> names, Texels& texels) {
+template <typename Names>
+bool TakeChannels(const image::ExrImage& file, const Names& names, Texels& texels) {
     if (file.FloatChannel(names[0]) == nullptr) return false;
     texels.assign(size_t{4} * file.width * file.height, 0.0f);
-    for (size_t c = 0; c < names.size(); c++) {
+    for (size_t c = 0; c < std::size(names); c++) {
         const std::vector<float>* channel = file.FloatChannel(names[c]);
         if (channel == nullptr)
             throw Error(ErrorKind::BadInput, std::string("there is ") + names[0] + " but no " + names[c]);
@@ -74,13 +93,33 @@ SampleRanges SamplesOf(const image::ExrImage& file) {
     return samples;
 }
 
+void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
+    for (const Bias bias : kBiases) {
+        const size_t i = static_cast<size_t>(bias);
+        const bool hasVariance = TakeChannels(file, VarianceChannels(bias), render.removedVariance[i]);
+        if (hasVariance != !render.removed[i].empty())
+            throw Error(ErrorKind::BadInput, std::string("of ") + Name(AovOf(bias)) +
+                                                 " there is one of mean and variance, not both");
+        if (!hasVariance) continue;
+        const std::string count = TextAttribute(file, kAttributeRemovedSamples);
+        try {
+            render.removedSamples = ParseCount(count, 1);
+        } catch (const Error& error) {
+            throw Error(ErrorKind::BadInput, std::string(kAttributeRemovedSamples) + ": " + error.what());
+        }
+    }
+}
+
 RenderFile FromExr(const image::ExrImage& file) {
     RenderFile render;
     render.samples = SamplesOf(file);
     render.size = {file.width, file.height};
     if (!TakeChannels(file, kRadianceNames, render.radiance))
         throw Error(ErrorKind::BadInput, "there is no float channel R");
-    for (const Group& group : kGroups) TakeChannels(file, group.names, render.*group.texels);
+    TakeChannels(file, kVarianceNames, render.variance);
+    for (const Aov aov : kAovs)
+        if (Texels* mean = MeanOf(render, aov)) TakeChannels(file, MeanChannels(aov), *mean);
+    TakeRemoved(file, render);
     if (const std::vector<float>* depth = file.FloatChannel("Z")) render.depth = *depth;
     for (const IdChannel& channel : kIdChannels)
         if (const std::vector<uint32_t>* ids = file.UintChannel(channel.name)) render.*channel.ids = *ids;
@@ -105,19 +144,69 @@ RenderFile FromExr(const image::ExrImage& file) {
     if (recorded != render.size)
         throw Error(ErrorKind::BadInput, "the recorded size " + ToText(recorded) +
                                              " is not that of the picture, " + ToText(render.size));
+    for (const ChannelNames& names : GroupChannels(render.settings))
+        if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
+            throw Error(ErrorKind::BadInput, "there is no float channel " + names[0]);
     return render;
 }
 
 }  // namespace
 
+Texels* MeanOf(RenderFile& render, Aov aov) {
+    if (aov == Aov::Albedo) return &render.albedo;
+    if (aov == Aov::Normal) return &render.normal;
+    if (aov < Aov::Emission) return nullptr;
+    if (aov >= Aov::RemovedMaxDepth)
+        return &render.removed[static_cast<size_t>(aov) - static_cast<size_t>(Aov::RemovedMaxDepth)];
+    return &render.parts[static_cast<size_t>(aov) - static_cast<size_t>(Aov::Emission)];
+}
+
+const Texels* MeanOf(const RenderFile& render, Aov aov) {
+    return MeanOf(const_cast<RenderFile&>(render), aov);
+}
+
+AovSet AovsOf(const RenderFile& render) {
+    AovSet aovs;
+    for (const Aov aov : kAovs)
+        if (const Texels* mean = MeanOf(render, aov)) aovs.Set(aov, !mean->empty());
+    aovs.Set(Aov::Depth, !render.depth.empty());
+    aovs.Set(Aov::Instance, !render.instance.empty());
+    aovs.Set(Aov::Material, !render.material.empty());
+    return aovs;
+}
+
+void KeepOnly(RenderFile& render, const AovSet& aovs) {
+    for (const Aov aov : kAovs)
+        if (Texels* mean = MeanOf(render, aov); mean && !aovs.Has(aov)) mean->clear();
+    for (const Bias bias : kBiases)
+        if (!aovs.Has(AovOf(bias))) render.removedVariance[static_cast<size_t>(bias)].clear();
+    if (!aovs.Has(Aov::Depth)) render.depth.clear();
+    if (!aovs.Has(Aov::Instance)) render.instance.clear();
+    if (!aovs.Has(Aov::Material)) render.material.clear();
+}
+
 void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render) {
     std::vector<image::ExrPlane> planes;
-    for (size_t c = 0; c < 4; c++)
-        planes.push_back({kRadianceNames[c], std::span<const float>(render.radiance).subspan(c), 4});
-    for (const Group& group : kGroups) {
-        const Texels& texels = render.*group.texels;
-        for (size_t c = 0; c < 3 && !texels.empty(); c++)
-            planes.push_back({group.names[c], std::span<const float>(texels).subspan(c), 4});
+    const auto add = [&](const std::string& name, const Texels& texels, size_t c) {
+        planes.push_back({name, std::span<const float>(texels).subspan(c), 4});
+    };
+    for (size_t c = 0; c < 4; c++) add(kRadianceNames[c], render.radiance, c);
+    for (size_t c = 0; c < 3 && !render.variance.empty(); c++) add(kVarianceNames[c], render.variance, c);
+    for (const Aov aov : kAovs) {
+        const Texels* mean = MeanOf(render, aov);
+        for (size_t c = 0; mean && c < 3 && !mean->empty(); c++) add(MeanChannels(aov)[c], *mean, c);
+    }
+    if (!render.lightGroups.empty()) {
+        const std::vector<ChannelNames> names = GroupChannels(render.settings);
+        RG_CHECK_EQ(names.size(), render.lightGroups.size());
+        for (size_t i = 0; i < names.size(); i++)
+            for (size_t c = 0; c < 3; c++) add(names[i][c], render.lightGroups[i], c);
+    }
+    bool hasRemoved = false;
+    for (const Bias bias : kBiases) {
+        const Texels& variance = render.removedVariance[static_cast<size_t>(bias)];
+        hasRemoved |= !variance.empty();
+        for (size_t c = 0; c < 3 && !variance.empty(); c++) add(VarianceChannels(bias)[c], variance, c);
     }
     if (!render.depth.empty()) planes.push_back({"Z", std::span<const float>(render.depth)});
     for (const IdChannel& channel : kIdChannels)
@@ -139,6 +228,7 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     attributes[kAttributeSamples] = sampleCount;
     attributes[kAttributeSampleOffset] = std::to_string(render.samples.front().first);
     attributes[kAttributeSampleRanges] = ToText(render.samples);
+    if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
     for (const auto& [name, text] : render.settings) attributes[std::string(kSettingPrefix) + name] = text;
     image::WriteExr(path, render.size.width, render.size.height, planes, attributes);
 }

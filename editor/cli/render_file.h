@@ -2,16 +2,21 @@
 // were accumulated beside it, and everything needed to go on with it or to merge it with another.
 //
 // Channels: R G B A; samples; variance.R/G/B; and as asked for albedo.R/G/B, N.X/Y/Z (world space, mean over
-// the samples, so shorter than 1 at edges), Z (along the camera's forward; infinite where nothing is hit),
-// id.instance and id.material (uint; 0xFFFFFFFF where nothing is hit). Z and the ids are those of the ray
-// through the pixel's centre. Attributes: see kAttribute* in the source.
+// the samples, so shorter than 1 at edges), the parts of the radiance as emission.R/G/B and so on,
+// removed_max_depth.R/G/B and so on with removed_max_depth.variance.R/G/B (of one sample that has twins),
+// with --light-group the radiance by group as light.NAME.R/G/B, Z
+// (along the camera's forward; infinite where nothing is hit), id.instance and id.material (uint; 0xFFFFFFFF
+// where nothing is hit). Z and the ids are those of the ray through the pixel's centre. Attributes: see
+// kAttribute* in the source.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "editor/cli/aovs.h"
 #include "editor/cli/parse.h"
 #include "editor/cli/picture_settings.h"
 #include "editor/cli/sample_ranges.h"
@@ -28,6 +33,11 @@ struct RenderFile {
     Texels variance;  // unbiased variance of one sample, w without meaning
     Texels albedo;    // w: covered part of the pixel; not stored
     Texels normal;    // w without meaning
+    std::array<Texels, passes::kPathPartCount> parts;  // of the radiance, by PathPart; w is not stored
+    // By Bias: what its twins had more than their samples, mean and variance; w is not stored.
+    std::array<Texels, kBiasCount> removed, removedVariance;
+    uint32_t removedSamples = 0;      // with twins
+    std::vector<Texels> lightGroups;  // by LightGroupNames of its settings; w is not stored
     std::vector<float> depth;
     std::vector<uint32_t> instance;
     std::vector<uint32_t> material;
@@ -42,6 +52,16 @@ struct RenderFile {
     std::string device;
     std::string driver;
 };
+
+// The picture of an AOV that is a mean over samples; nullptr for the others: depth and ids.
+Texels* MeanOf(RenderFile& render, Aov aov);
+const Texels* MeanOf(const RenderFile& render, Aov aov);
+
+// The AOVs that it has.
+AovSet AovsOf(const RenderFile& render);
+
+// Empties the other AOVs.
+void KeepOnly(RenderFile& render, const AovSet& aovs);
 
 void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render);
 

@@ -1,24 +1,16 @@
 #include "editor/cli/render_session.h"
 
 #include <cmath>
-#include <cstring>
 #include <numeric>
 
 #include "editor/cli/diagnostic_view.h"
+#include "editor/cli/light_group_tiles.h"
+#include "editor/cli/texel_readback.h"
 #include "passes/raster.h"
 
 namespace raygraph::cli {
 
 namespace {
-
-template <typename T>
-std::vector<T> ValuesOf(const Readback& readback) {
-    readback.Wait();
-    const std::span<const std::byte> bytes = readback.Bytes();
-    std::vector<T> values(bytes.size() / sizeof(T));
-    std::memcpy(values.data(), bytes.data(), bytes.size());
-    return values;
-}
 
 // One channel of four.
 template <typename T>
@@ -34,11 +26,16 @@ RenderSession::RenderSession(DeviceScene& scene, const RenderPlan& plan)
     : m_scene(scene),
       m_renderer(scene.GraphRenderer()),
       m_plan(plan),
+      m_twins(scene.SettingsFor(plan.firstSample).biases),
       // Normals take their coverage from the albedo
-      m_isKeepingAlbedo(plan.aovs.albedo || plan.view == View::Albedo || plan.view == View::Normals),
-      m_isKeepingNormal(plan.aovs.normal || plan.view == View::Normals),
+      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo) || plan.view == View::Albedo ||
+                        plan.view == View::Normals),
+      m_isKeepingNormal(plan.aovs.Has(Aov::Normal) || plan.view == View::Normals),
       m_isKeepingCenter(plan.aovs.NeedsCenterRay() || plan.view == View::Depth ||
                         plan.view == View::Instance || plan.view == View::Material) {
+    for (size_t i = 0; i < passes::kPathPartCount; i++)
+        if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
+            m_parts.push_back({i, Accumulated(Name(aov))});
     if (plan.continues != nullptr) RestoreFrom(*plan.continues);
     m_plan.continues = nullptr;
 }
@@ -52,6 +49,15 @@ void RenderSession::RestoreFrom(const RenderFile& render) {
         passes::Restore(m_renderer, m_albedo.accumulation, extent, count, render.albedo, {});
     if (m_isKeepingNormal)
         passes::Restore(m_renderer, m_normal.accumulation, extent, count, render.normal, {});
+    for (KeptPart& part : m_parts)
+        passes::Restore(m_renderer, part.sum.accumulation, extent, count, render.parts[part.index], {});
+    if (m_plan.lightGroupCount > 0) {
+        const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
+        passes::Restore(m_renderer, m_groups.accumulation,
+                        {tiles.width * extent.width, tiles.height * extent.height}, count,
+                        ToTiles(render.lightGroups, render.size), {});
+    }
+    m_twins.Restore(m_renderer, render);
     m_renderer.Execute();
     m_submitted = count;
 }
@@ -62,18 +68,24 @@ void RenderSession::Keep(TextureId sample, Accumulated& into, bool isLast) {
     if (isLast) into.mean = m_renderer.ReadBack(ids.mean);
 }
 
-TextureId RenderSession::DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings) {
-    if (TracesPaths()) return passes::Trace(m_renderer, ids, settings);
+passes::TraceIds RenderSession::DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings) {
+    if (TracesPaths())
+        return passes::Trace(m_renderer, ids, settings,
+                             {.parts = !m_parts.empty(), .lightGroups = m_plan.lightGroupCount > 0});
     const passes::RasterVisibility seen =
         passes::DrawVisibility(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    return passes::RasterShade(m_renderer, ids, settings, seen, m_filteredEnvironment);
+    return {.radiance = passes::RasterShade(m_renderer, ids, settings, seen, m_filteredEnvironment)};
 }
 
 void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
                                     bool isMeasuring) {
-    const TextureId sample = DeclareSample(ids, settings);
+    const passes::TraceIds sample = DeclareSample(ids, settings);
+    for (KeptPart& part : m_parts) Keep(sample.parts[part.index], part.sum, isLast);
+    if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, m_groups, isLast);
+    m_twins.Declare(m_renderer, settings, sample.radiance, m_submitted, isLast,
+                    [&](const auto& twin) { return DeclareSample(ids, twin).radiance; });
     const passes::AccumulatedIds sums =
-        passes::Accumulate(m_renderer, sample, m_radiance.accumulation, m_plan.withVariance);
+        passes::Accumulate(m_renderer, sample.radiance, m_radiance.accumulation, m_plan.withVariance);
     m_renderer.Present(sums.mean);
     if (isLast) {
         m_radiance.mean = m_renderer.ReadBack(sums.mean);
@@ -140,12 +152,18 @@ void RenderSession::TakePicture(RenderFile& render) {
     if (ShowsLight() && m_plan.withVariance) render.variance = ValuesOf<float>(m_variance);
     if (m_isKeepingAlbedo) render.albedo = ValuesOf<float>(m_albedo.mean);
     if (m_isKeepingNormal) render.normal = ValuesOf<float>(m_normal.mean);
+    for (const KeptPart& part : m_parts) render.parts[part.index] = ValuesOf<float>(part.sum.mean);
+    if (m_plan.lightGroupCount > 0)
+        render.lightGroups = FromTiles(ValuesOf<float>(m_groups.mean), render.size, m_plan.lightGroupCount);
+    if (ShowsLight()) m_twins.Take(render);
     if (m_isKeepingCenter) {
         const std::vector<uint32_t> hits = ValuesOf<uint32_t>(m_ids);
-        if (m_plan.aovs.depth || m_plan.view == View::Depth)
+        if (m_plan.aovs.Has(Aov::Depth) || m_plan.view == View::Depth)
             render.depth = ChannelOf(ValuesOf<float>(m_position), 3);
-        if (m_plan.aovs.instance || m_plan.view == View::Instance) render.instance = ChannelOf(hits, 0);
-        if (m_plan.aovs.material || m_plan.view == View::Material) render.material = ChannelOf(hits, 1);
+        if (m_plan.aovs.Has(Aov::Instance) || m_plan.view == View::Instance)
+            render.instance = ChannelOf(hits, 0);
+        if (m_plan.aovs.Has(Aov::Material) || m_plan.view == View::Material)
+            render.material = ChannelOf(hits, 1);
     }
     if (!ShowsLight()) render.radiance = ViewTexels(m_plan.view, render);
     render.samples = {{m_plan.firstSample, m_submitted}};
@@ -161,10 +179,9 @@ image::Image8 RenderSession::TakeDisplay(const RenderFile& render) {
 double RenderSession::MeasureRaysPerSample() {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.Scene().Declare(m_renderer);
-    TextureId counts;
-    std::ignore =
-        passes::Trace(m_renderer, ids, m_scene.SettingsFor(m_plan.firstSample + m_submitted - 1), &counts);
-    const Readback readback = m_renderer.ReadBack(counts);
+    const passes::TraceIds traced = passes::Trace(
+        m_renderer, ids, m_scene.SettingsFor(m_plan.firstSample + m_submitted - 1), {.rayCounts = true});
+    const Readback readback = m_renderer.ReadBack(traced.rayCounts);
     m_renderer.Execute();
     const std::vector<float> rays = ValuesOf<float>(readback);
     return std::accumulate(rays.begin(), rays.end(), 0.0) / static_cast<double>(rays.size());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "editor/cli/arguments.h"
+#include "editor/cli/bias_twins.h"
 #include "editor/cli/device_scene.h"
 #include "editor/cli/image_statistics.h"
 #include "editor/cli/pass_times.h"
@@ -20,6 +21,7 @@ namespace raygraph::cli {
 struct RenderPlan {
     View view = View::PathTraced;
     AovSet aovs;                            // what to keep beside the picture
+    uint32_t lightGroupCount = 0;           // that are told apart; 0: none are
     bool withVariance = false;              // of the radiance
     uint32_t firstSample = 0;               // index
     passes::TonemapSettings tonemap;        // of the display picture
@@ -63,13 +65,18 @@ class RenderSession {
         passes::Accumulation accumulation;
         Readback mean;
     };
+    struct KeptPart {
+        size_t index;  // of the PathPart
+        Accumulated sum;
+    };
     struct Measurement {
         uint32_t sampleCount = 0;
         Readback mean, variance;
     };
 
     void RestoreFrom(const RenderFile& render);
-    TextureId DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
+    // One sample of the radiance, by the pipeline of all samples.
+    passes::TraceIds DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
     void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
                          bool isMeasuring);
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
@@ -79,12 +86,15 @@ class RenderSession {
     DeviceScene& m_scene;
     Renderer& m_renderer;
     RenderPlan m_plan;
+    BiasTwins m_twins;
     bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter;
     uint32_t m_submitted = 0;        // samples in the picture, continued ones included
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
 
     Accumulated m_radiance{"radiance"}, m_albedo{"albedo"}, m_normal{"normal"};
     passes::FilteredEnvironment m_filteredEnvironment{"filtered environment"};
+    Accumulated m_groups{"lightGroups"};
+    std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
     Readback m_variance, m_display, m_position, m_ids;
     std::optional<Measurement> m_measurement;
     std::optional<double> m_errorOfOneSample;

@@ -46,6 +46,17 @@ Json ThroughputJson(const Report& report) {
             {"rays_per_sample", OrNull(raysPerSample)}};
 }
 
+Json RemovedJson(const Report& report) {
+    Json json = Json::object();
+    for (const auto& [bias, removed] : report.removed)
+        json[Name(bias)] = {{"luminance", removed.mean},
+                            {"standard_error", OrNull(removed.standardError)},
+                            {"share", OrNull(removed.share)},
+                            {"share_standard_error", OrNull(removed.shareStandardError)},
+                            {"samples", removed.samples}};
+    return json;
+}
+
 }  // namespace
 
 std::string ToJson(const Report& report) {
@@ -79,6 +90,7 @@ std::string ToJson(const Report& report) {
     json["image"] = {{"mean", report.image.mean},
                      {"nonfinite_pixels", report.image.nonFinitePixels},
                      {"relative_error", OrNull(report.image.relativeError)}};
+    json["removed"] = RemovedJson(report);
     // Names may come from files and drivers: bytes that are no UTF-8 are replaced
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

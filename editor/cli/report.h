@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "editor/cli/bias.h"
 #include "editor/cli/image_statistics.h"
 #include "editor/cli/pass_times.h"
 #include "editor/cli/picture_settings.h"
@@ -44,6 +46,7 @@ struct Report {
         std::optional<double> raysPerSample;
     } throughput;
     ImageStatistics image;
+    std::map<Bias, RemovedLight> removed;  // of the biases that are on
 };
 
 // Pretty-printed, with a newline at the end. Numbers that are not known are null.

@@ -4,25 +4,6 @@
 
 namespace raygraph::cli {
 
-namespace {
-
-std::string ListOf(const AovSet& aovs) {
-    std::string list;
-    const auto add = [&](bool isIn, const char* name) {
-        if (!isIn) return;
-        if (!list.empty()) list += ',';
-        list += name;
-    };
-    add(aovs.albedo, "albedo");
-    add(aovs.normal, "normal");
-    add(aovs.depth, "depth");
-    add(aovs.instance, "instance");
-    add(aovs.material, "material");
-    return list.empty() ? "none" : list;
-}
-
-}  // namespace
-
 ResumedRender ReadResumedRender(const std::filesystem::path& path) {
     ResumedRender resumed{path, ReadRenderFile(path)};
     const RenderFile& render = resumed.render;
@@ -35,14 +16,6 @@ ResumedRender ReadResumedRender(const std::filesystem::path& path) {
         refuse("it was merged from separate sample ranges, " + ToText(render.samples));
     if (render.variance.empty()) refuse("it has no channel variance.R");
     return resumed;
-}
-
-AovSet AovsOf(const RenderFile& render) {
-    return {.albedo = !render.albedo.empty(),
-            .normal = !render.normal.empty(),
-            .depth = !render.depth.empty(),
-            .instance = !render.instance.empty(),
-            .material = !render.material.empty()};
 }
 
 PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& arguments) {
@@ -59,16 +32,18 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
     const SampleRange range = render.samples.front();
     if (arguments.sampleOffset && *arguments.sampleOffset != range.first)
         refuse("sample-offset", std::to_string(*arguments.sampleOffset), std::to_string(range.first));
-    if (const AovSet has = AovsOf(render); arguments.aovs && *arguments.aovs != has)
-        refuse("aov", ListOf(*arguments.aovs), ListOf(has));
+    const PictureSettings settings = SettingsFrom(inFile);
+    if (arguments.aovs)
+        if (const AovSet asked = AovsFor(*arguments.aovs, settings), has = AovsOf(render); asked != has)
+            refuse("aov", ListOf(asked), ListOf(has));
     if (arguments.samples && *arguments.samples <= range.count)
         throw Error(ErrorKind::Usage, "--spp " + std::to_string(*arguments.samples) + ": " +
                                           resumed.path.string() + " already holds " +
                                           std::to_string(range.count) + " samples; give the total to reach");
-    if (!arguments.samples && !arguments.seconds)
+    if (!arguments.samples && !arguments.seconds && !arguments.error)
         throw Error(ErrorKind::Usage, "--resume needs --spp (the total to reach; " + resumed.path.string() +
-                                          " holds " + std::to_string(range.count) + ") or --time");
-    return SettingsFrom(inFile);
+                                          " holds " + std::to_string(range.count) + "), --time or --error");
+    return settings;
 }
 
 }  // namespace raygraph::cli

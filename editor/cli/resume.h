@@ -18,7 +18,4 @@ ResumedRender ReadResumedRender(const std::filesystem::path& path);
 // otherwise, the AOVs are others than the file's, or there is nothing left to render.
 PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& arguments);
 
-// The AOVs that the file has.
-AovSet AovsOf(const RenderFile& render);
-
 }  // namespace raygraph::cli

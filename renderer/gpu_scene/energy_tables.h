@@ -1,11 +1,18 @@
-// The tables of shaders/shared/energy_tables.h as floats, for upload and for tests on the CPU.
+// The tables of shaders/shared/energy_tables.h, for upload and for tests on the CPU.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <span>
+
+#include "shaders/shared/energy_tables.h"
 
 namespace raygraph {
 
-// kEnergyTableSize floats; they live as long as the program. Any thread.
-std::span<const float> EnergyTables();
+// Numbers in [0, 1], in units of 1 / 65535.
+using EnergyEntryBits = std::array<uint16_t, kEnergyEntrySize>;
+
+// kEnergyEntryCount entries; they live as long as the program. Any thread.
+std::span<const EnergyEntryBits> EnergyTables();
 
 }  // namespace raygraph

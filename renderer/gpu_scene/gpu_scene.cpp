@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 
+#include "base/error.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
 #include "renderer/gpu_scene/environment_alias.h"
@@ -24,6 +26,20 @@ rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const ch
     rhi::Texture texture = device.CreateTexture({.name = name, .extent = {1, 1}, .format = format});
     uploader.UploadTexture(texture, texel);
     return texture;
+}
+
+void RequireRadiance(const image::ImageF& map) {
+    const size_t count = size_t{4} * map.width * map.height;
+    if (count == 0 || map.rgba.size() != count)
+        throw Error(ErrorKind::Usage, "GpuScene: SetEnvironmentMap: " + std::to_string(map.width) + "x" +
+                                          std::to_string(map.height) + " texels asked for, " +
+                                          std::to_string(map.rgba.size() / 4) + " given");
+    for (size_t i = 0; i < count; i++)
+        if (!std::isfinite(map.rgba[i]) || map.rgba[i] < 0.0f)
+            throw Error(ErrorKind::Usage,
+                        "GpuScene: SetEnvironmentMap: texel " + std::to_string(i / 4 % map.width) + ", " +
+                            std::to_string(i / 4 / map.width) + " holds " + std::to_string(map.rgba[i]) +
+                            ", must be finite and not negative");
 }
 
 ResourceState SampledState() {
@@ -266,6 +282,29 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->lights->SetEmission(material, values.EmittedRadiance());
 }
 
+void GpuScene::SetLightGroups(LightGroups groups) {
+    m_impl->RequireNoFrame("SetLightGroups");
+    const auto check = [&](const char* what, const std::vector<uint32_t>& list, size_t count) {
+        if (!list.empty() && list.size() != count)
+            throw Error(ErrorKind::Usage, "GpuScene: groups of " + std::to_string(list.size()) + " " + what +
+                                              ", the scene has " + std::to_string(count));
+        for (const uint32_t group : list)
+            if (group != gpu::kLightGroupRest &&
+                (group < gpu::kLightGroupNamed || group - gpu::kLightGroupNamed >= groups.namedCount))
+                throw Error(ErrorKind::Usage, "GpuScene: light group " + std::to_string(group) + " of " +
+                                                  what + ", with " + std::to_string(groups.namedCount) +
+                                                  " named groups");
+    };
+    if (groups.namedCount > gpu::kMaxNamedLightGroups)
+        throw Error(ErrorKind::Usage, "GpuScene: " + std::to_string(groups.namedCount) +
+                                          " light groups, at most " +
+                                          std::to_string(gpu::kMaxNamedLightGroups) + " have names");
+    check("instances", groups.instances, m_impl->instances->Count());
+    check("materials", groups.materials, m_impl->resources->materialRecords.size());
+    check("lights", groups.lights, m_impl->lights->PunctualCount());
+    m_impl->lights->SetGroups(std::move(groups));
+}
+
 void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
     m_impl->RequireNoFrame("SetEnvironment");
     m_impl->environment = settings;
@@ -273,6 +312,7 @@ void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
 
 void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
     m_impl->RequireNoFrame("SetEnvironmentMap");
+    RequireRadiance(equirectangular);
     rhi::Texture map =
         m_impl->device.CreateTexture({.name = "environment map",
                                       .extent = {equirectangular.width, equirectangular.height},

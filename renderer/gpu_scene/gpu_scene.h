@@ -18,6 +18,7 @@
 #include <memory>
 #include <string>
 
+#include "renderer/gpu_scene/light_groups.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/scene_data.h"
@@ -62,6 +63,7 @@ struct SceneIds {
     bool hasVolumes = false;      // a material bounds a medium
     uint32_t triangleLights = 0;  // of the lights, dark ones included
     uint32_t punctualLights = 0;
+    uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
     BufferId draws;               // "draws": gpu::DrawRecord[], one a group of triangles
     uint32_t placementCount = 0;  // records of `instances`
     std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, one after the other from 0 on
@@ -122,10 +124,16 @@ class GpuScene {
     // No ray hits an invisible instance. A change rebuilds the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
     // Factors change. What SetScene has sorted by stays: textures, and how rays treat the surface: whether
-    // its back is there, and whether its alpha is looked at at all.
+    // its back is there, and whether its alpha is looked at at all. A material that did not emit then, and
+    // has no emissive texture, is no light to be sampled when it does: rays find it by chance.
     void SetMaterial(uint32_t material, const scene::Material& values);
 
+    // Which lights Trace tells apart. Those of the scene that is there: SetScene leaves none. Error{Usage}
+    // for lists that are neither empty nor of the scene's sizes, or a group that is out of range.
+    void SetLightGroups(LightGroups groups);
+
     void SetEnvironment(const EnvironmentSettings& settings);
+    // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty.
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     void RemoveEnvironmentMap();
 

@@ -70,6 +70,11 @@ void LightSet::SetEmission(uint32_t material, const glm::vec3& radiance) {
     m_isTableDue |= m_isEmitterMaterial[material];
 }
 
+void LightSet::SetGroups(LightGroups groups) {
+    m_scene.lightGroups = std::move(groups);
+    m_isTableDue = true;
+}
+
 void LightSet::SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm::uvec2 cells) {
     m_isTableDue |= m_scene.environmentRadiance != meanRadiance;
     m_scene.environmentRadiance = meanRadiance;
@@ -86,6 +91,7 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
         m_rebuildCount++;
     }
     ids.lightSet = m_table.set;
+    ids.lightGroupCount = gpu::kLightGroupNamed + m_scene.lightGroups.namedCount;
     ids.punctualLights = static_cast<uint32_t>(m_scene.punctual.size());
     ids.triangleLights = m_table.set.lightCount - ids.punctualLights;
     ids.lights = renderer.Import("lights", m_lights, m_lightsState);

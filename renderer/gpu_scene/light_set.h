@@ -25,6 +25,8 @@ class LightSet {
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
     void SetVisible(uint32_t instance, bool isVisible);
     void SetEmission(uint32_t material, const glm::vec3& radiance);
+    // Of the scene's sizes, and in range.
+    void SetGroups(LightGroups groups);
     // Mean radiance over the sphere, and the table that chooses directions.
     void SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm::uvec2 cells);
 
@@ -35,6 +37,7 @@ class LightSet {
 
     uint32_t LightCount() const { return m_table.set.activeCount; }  // those that shine
     uint32_t EmissiveTriangleCount() const { return m_table.emissiveTriangleCount; }
+    uint32_t PunctualCount() const { return static_cast<uint32_t>(m_scene.punctual.size()); }
     uint64_t RebuildCount() const { return m_rebuildCount; }
 
   private:

@@ -43,6 +43,10 @@ gpu::LightRecord TriangleLight(const Emitter& emitter, const EmitterPlacement& p
             .spotOffset = 0.0f};
 }
 
+uint32_t GroupAt(const std::vector<uint32_t>& groups, size_t index) {
+    return groups.empty() ? gpu::kLightGroupRest : groups[index];
+}
+
 double TrianglePower(const gpu::LightRecord& light, const glm::vec3& meanRadiance) {
     const glm::vec3 normal = glm::cross(light.e1, light.e2);
     const float square = glm::dot(normal, normal);
@@ -109,8 +113,9 @@ uint32_t LightScene::NumberEmitters() {
 LightTable BuildLightTable(const LightScene& scene) {
     LightTable table;
     std::vector<double> power;
-    const auto add = [&](const gpu::LightRecord& light, double lightPower) {
+    const auto add = [&](const gpu::LightRecord& light, uint32_t group, double lightPower) {
         table.lights.push_back(light);
+        table.lights.back().flags |= group << gpu::kLightGroupShift;
         power.push_back(Representable(lightPower));
     };
     for (const EmitterPlacement& placement : scene.placements) {
@@ -119,17 +124,20 @@ LightTable BuildLightTable(const LightScene& scene) {
         for (const Emitter& emitter : scene.groups[placement.group]) {
             const gpu::LightRecord light = TriangleLight(emitter, placement, instance.objectToWorld);
             const glm::vec3 radiance = scene.emission[emitter.material] * emitter.meanTexture;
-            add(light, instance.isVisible ? TrianglePower(light, radiance) : 0.0);
+            const uint32_t group = FirstLightGroup(GroupAt(scene.lightGroups.instances, placement.instance),
+                                                   GroupAt(scene.lightGroups.materials, emitter.material));
+            add(light, group, instance.isVisible ? TrianglePower(light, radiance) : 0.0);
         }
     }
     table.emissiveTriangleCount =
         static_cast<uint32_t>(std::count_if(power.begin(), power.end(), [](double p) { return p > 0.0; }));
     const double radius = scene.radius > 0.0f ? double{scene.radius} : 1.0;
     for (const bool isDirectional : {false, true}) {
-        for (const scene::Light& light : scene.punctual) {
+        for (size_t i = 0; i < scene.punctual.size(); i++) {
+            const scene::Light& light = scene.punctual[i];
             if (isDirectional != (light.type == scene::LightType::Directional)) continue;
             const gpu::LightRecord record = PunctualLight(light);
-            add(record, PunctualPower(record, radius));
+            add(record, GroupAt(scene.lightGroups.lights, i), PunctualPower(record, radius));
         }
         if (!isDirectional) table.set.boundedCount = static_cast<uint32_t>(table.lights.size());
     }

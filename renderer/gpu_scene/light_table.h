@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "renderer/gpu_scene/light_groups.h"
 #include "renderer/scene/scene_data.h"
 #include "shaders/shared/light_records.h"
 
@@ -39,6 +40,8 @@ struct LightScene {
     std::vector<glm::vec3> emission;  // by material: radiance, before the texture
     std::vector<scene::Light> punctual;
     float radius = 0.0f;  // of the scene's bounding sphere, m: what infinite lights shine on
+
+    LightGroups lightGroups;
 
     glm::vec3 environmentRadiance{0.0f};  // mean over the sphere
     float environmentRotation = 0.0f;

@@ -1,7 +1,7 @@
 // Renderer: declares, compiles and submits one frame's render graph after the other on one Device.
 //
 //   renderer.BeginFrame();
-//   renderer.Present(Tonemap(renderer, Accumulate(renderer, Trace(renderer, scene, t), a), m));
+//   renderer.Present(Tonemap(renderer, Accumulate(renderer, Trace(renderer, scene, t).radiance, a), m));
 //   renderer.Execute();
 //
 // The graph is rebuilt every frame; pipelines, transient memory and persistent resources are kept between

@@ -120,12 +120,12 @@ struct Material {
     }
     // Light passes, so that backs count as much as fronts do.
     bool IsTransmissive() const { return transmissionFactor > 0.0f; }
-    bool BoundsMedium() const { return thicknessFactor > 0.0f; }
+    bool BoundsMedium() const { return IsTransmissive() && thicknessFactor > 0.0f; }
     // Absorption coefficient of the medium, 1/m: exp(-absorption d) of the light passes d metres. At most
     // kMostAbsorption, which an attenuationColor of 0 means.
     glm::vec3 Absorption() const;
     // Whether rays pass through the back of the surface as if it were not there (glTF 2.0, 3.9.5).
-    bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive() && !BoundsMedium(); }
+    bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive(); }
 
     static constexpr float kMostAbsorption = 1e9f;
 };

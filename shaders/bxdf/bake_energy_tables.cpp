@@ -215,8 +215,10 @@ LaterFacets WalkLaterFacets(double alpha, uint32_t walkCount, View&& view) {
     return result;
 }
 
-// One entry of the reflection tables.
-std::array<double, kEnergyReflectionStride> Reflection(double mu, double alpha) {
+// Five numbers of an entry of the reflection tables.
+constexpr size_t kReflectionSize = 5;
+
+std::array<double, kReflectionSize> Reflection(double mu, double alpha) {
     const Albedo albedo = ReflectionAlbedo(mu, alpha);
     const shading::vec3 wo = ViewAt(std::max(mu, 1e-5));
     const LaterFacets later = WalkLaterFacets(alpha, kReflectionWalks, [&](uint32_t) { return wo; });
@@ -225,8 +227,10 @@ std::array<double, kEnergyReflectionStride> Reflection(double mu, double alpha) 
     return {albedo.a, albedo.b, later.curveMean * second, later.curveProduct * second, later.continuation};
 }
 
+using Entry = std::array<double, kEnergyEntrySize>;
+
 // One entry of the tables of glass.
-std::vector<double> Glass(double mu, double alpha, double eta) {
+Entry Glass(double mu, double alpha, double eta) {
     mu = std::max(mu, 1e-5);
     const GlassBounce bounce = OneBounceOfGlass(mu, alpha, eta);
     const double f0 = Square((eta - 1.0) / (eta + 1.0));
@@ -240,7 +244,7 @@ std::vector<double> Glass(double mu, double alpha, double eta) {
         reflected = count / kGlassWalks;
     }
     if (eta > 1.0) return {bounce.c, bounce.d, reflected};
-    return {bounce.c, bounce.d, reflected, bounce.k, bounce.a, bounce.b};
+    return {bounce.c, bounce.d, reflected, 0.0, bounce.k, bounce.a, bounce.b};
 }
 
 // The mean over the hemisphere, weighted by the cosine, of what the device interpolates linearly in
@@ -262,7 +266,7 @@ std::array<double, kSize> Means(const std::vector<std::array<double, kSize>>& ro
     return sums;
 }
 
-void AppendGlass(std::vector<double>& table, bool isEntering) {
+void AppendGlass(std::vector<Entry>& table, bool isEntering) {
     for (uint etaIndex = 0; etaIndex < kEnergyGlassEtaCount; ++etaIndex) {
         // Matched media have no facets to speak of: take those that are nearly so
         const double x = std::max(0.5 * Square(etaIndex / (kEnergyGlassEtaCount - 1.0)), 1e-4);
@@ -270,22 +274,29 @@ void AppendGlass(std::vector<double>& table, bool isEntering) {
         for (uint alphaIndex = 0; alphaIndex < kEnergyGlassAlphaCount; ++alphaIndex) {
             const double alpha = Square(alphaIndex / (kEnergyGlassAlphaCount - 1.0));
             for (uint i = 0; i < kEnergyGlassCosCount; ++i) {
-                const auto entry = Glass(Square(i / (kEnergyGlassCosCount - 1.0)), alpha, eta);
-                table.insert(table.end(), entry.begin(), entry.end());
+                table.push_back(Glass(Square(i / (kEnergyGlassCosCount - 1.0)), alpha, eta));
             }
         }
     }
 }
 
-std::vector<double> BakeTables() {
-    std::vector<double> table;
-    std::vector<double> means;
+// The five numbers, and what may follow them.
+Entry ReflectionEntry(const std::array<double, kReflectionSize>& numbers, double sixth = 0.0) {
+    Entry entry{};
+    std::copy(numbers.begin(), numbers.end(), entry.begin());
+    entry[kReflectionSize] = sixth;
+    return entry;
+}
+
+std::vector<Entry> BakeTables() {
+    std::vector<Entry> table;
+    std::vector<Entry> means;
     for (uint alphaIndex = 0; alphaIndex < kEnergyAlphaCount; ++alphaIndex) {
         const double alpha = Square(alphaIndex / (kEnergyAlphaCount - 1.0));
-        std::vector<std::array<double, kEnergyReflectionStride>> row;
+        std::vector<std::array<double, kReflectionSize>> row;
         for (uint i = 0; i < kEnergyCosCount; ++i) {
             row.push_back(Reflection(Square(i / (kEnergyCosCount - 1.0)), alpha));
-            table.insert(table.end(), row.back().begin(), row.back().end());
+            table.push_back(ReflectionEntry(row.back()));
         }
         auto mean = Means(row);
         const LaterFacets later = WalkLaterFacets(alpha, kMeanWalks, [](uint32_t i) {
@@ -293,8 +304,7 @@ std::vector<double> BakeTables() {
             return shading::SampleCosineHemisphere(shading::WalkGet2D(rng));
         });
         mean.back() = later.continuation;
-        means.insert(means.end(), mean.begin(), mean.end());
-        means.push_back(later.laterCurve);
+        means.push_back(ReflectionEntry(mean, later.laterCurve));
     }
     table.insert(table.end(), means.begin(), means.end());
     AppendGlass(table, true);
@@ -302,26 +312,23 @@ std::vector<double> BakeTables() {
     return table;
 }
 
-void Write(std::ostream& file, const std::vector<double>& table) {
-    file << "// Data table: energy of rough surfaces, made by raygraph_bake_energy_tables. In units of 1 / "
-            "65535.\n"
-            "#include \"renderer/gpu_scene/energy_tables.h\"\n\n#include <array>\n#include <cstdint>\n\n"
-            "#include \"shaders/shared/energy_tables.h\"\n\nnamespace raygraph {\nnamespace {\n\n"
-            "// clang-format off\nconstexpr std::array<uint16_t, kEnergyTableSize> kEntries = {\n";
-    constexpr size_t kPerLine = 18;
+void Write(std::ostream& file, const std::vector<Entry>& table) {
+    file << "// Data table: energy of rough surfaces, made by raygraph_bake_energy_tables.\n"
+            "#include \"renderer/gpu_scene/energy_tables.h\"\n\nnamespace raygraph {\nnamespace {\n\n"
+            "// clang-format off\n"
+            "constexpr std::array<EnergyEntryBits, kEnergyEntryCount> kEntries = {{\n";
+    constexpr size_t kPerLine = 2;
     for (size_t i = 0; i < table.size(); ++i) {
-        file << std::lround(std::clamp(table[i], 0.0, 1.0) * 65535.0)
-             << ((i + 1) % kPerLine == 0 || i + 1 == table.size() ? ",\n" : ",");
+        const char* separator = "{";
+        for (const double number : table[i]) {
+            file << separator << std::lround(std::clamp(number, 0.0, 1.0) * 65535.0);
+            separator = ",";
+        }
+        file << ((i + 1) % kPerLine == 0 || i + 1 == table.size() ? "},\n" : "},");
     }
-    file << "};\n// clang-format on\n\n"
-            "std::array<float, kEnergyTableSize> ToFloats() {\n"
-            "    std::array<float, kEnergyTableSize> floats{};\n"
-            "    for (size_t i = 0; i < floats.size(); ++i) floats[i] = static_cast<float>(kEntries[i]) / "
-            "65535.0f;\n"
-            "    return floats;\n}\n\n}  // namespace\n\n"
-            "std::span<const float> EnergyTables() {\n"
-            "    static const std::array<float, kEnergyTableSize> floats = ToFloats();\n"
-            "    return floats;\n}\n\n}  // namespace raygraph\n";
+    file << "}};\n// clang-format on\n\n}  // namespace\n\n"
+            "std::span<const EnergyEntryBits> EnergyTables() {\n    return kEntries;\n}\n\n}  // namespace "
+            "raygraph\n";
 }
 
 }  // namespace

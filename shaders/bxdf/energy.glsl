@@ -8,7 +8,7 @@
 // returned. White facets return all, and the factor is 1 / E as in the paper.
 //
 // The tables are the includer's to provide, declared beforehand:
-//     float EnergyTableAt(uint index)
+//     uvec4 EnergyEntryAt(uint index)  eight numbers, two to a word, the first in the lower bits
 #ifndef RAYGRAPH_BXDF_ENERGY_GLSL
 #define RAYGRAPH_BXDF_ENERGY_GLSL
 
@@ -18,6 +18,7 @@
 
 #ifdef __cplusplus
 namespace raygraph::shading {
+using glm::unpackUnorm2x16;
 // As in core/rng.glsl: of this thread; a specialization constant on the device.
 inline thread_local MultiscatterKind threadMultiscatterKind = MultiscatterKind::Lut;
 inline constexpr uint kMultiscatterKindOff = uint(MultiscatterKind::Off);
@@ -50,11 +51,26 @@ INLINE TableSpan SpanAt(float x, uint count) {
 // The row of the reflection tables for a roughness. Anisotropic surfaces take the geometric mean.
 INLINE TableSpan EnergyRow(vec2 alpha) { return SpanAt(sqrt(sqrt(alpha.x * alpha.y)), kEnergyAlphaCount); }
 
-INLINE vec3 EnergyVec3(uint index) {
-    return vec3(EnergyTableAt(index), EnergyTableAt(index + 1u), EnergyTableAt(index + 2u));
+// Numbers of an entry, or of entries interpolated.
+struct EnergyEntry {
+    vec4 first;
+    vec4 second;
+};
+
+INLINE EnergyEntry EnergyEntryOf(uint index) {
+    uvec4 words = EnergyEntryAt(index);
+    EnergyEntry entry;
+    entry.first = vec4(unpackUnorm2x16(words.x), unpackUnorm2x16(words.y));
+    entry.second = vec4(unpackUnorm2x16(words.z), unpackUnorm2x16(words.w));
+    return entry;
 }
 
-INLINE vec4 EnergyVec4(uint index) { return vec4(EnergyVec3(index), EnergyTableAt(index + 3u)); }
+INLINE EnergyEntry MixEntries(EnergyEntry a, EnergyEntry b, float t) {
+    EnergyEntry entry;
+    entry.first = mix(a.first, b.first, t);
+    entry.second = mix(a.second, b.second, t);
+    return entry;
+}
 
 // How white and Schlick-curved facets reflect from one direction, or on average over all of them.
 struct FacetEnergy {
@@ -65,40 +81,34 @@ struct FacetEnergy {
     float continuation;  // chance of a third facet, a fourth, ...
 };
 
-INLINE FacetEnergy MakeFacetEnergy(vec4 entry, float continuation) {
+INLINE FacetEnergy FacetEnergyOf(EnergyEntry entry) {
     FacetEnergy energy;
-    energy.single = vec2(entry.x, entry.y);
-    energy.second = max(1.0f - entry.x - entry.y, 0.0f);
-    energy.curveMean = entry.z;
-    energy.curveProduct = entry.w;
-    energy.continuation = continuation;
+    energy.single = vec2(entry.first.x, entry.first.y);
+    energy.second = max(1.0f - entry.first.x - entry.first.y, 0.0f);
+    energy.curveMean = entry.first.z;
+    energy.curveProduct = entry.first.w;
+    energy.continuation = entry.second.x;
     return energy;
 }
 
 INLINE FacetEnergy FacetEnergyAt(TableSpan row, float cosTheta) {
     TableSpan column = SpanAt(sqrt(max(cosTheta, 0.0f)), kEnergyCosCount);
-    uint first = row.first * kEnergyCosCount + column.first;
-    uint at = kEnergyReflectionOffset + kEnergyReflectionStride * first;
-    uint next = at + kEnergyReflectionStride * kEnergyCosCount;
-    vec4 low = mix(EnergyVec4(at), EnergyVec4(at + kEnergyReflectionStride), column.t);
-    vec4 high = mix(EnergyVec4(next), EnergyVec4(next + kEnergyReflectionStride), column.t);
-    float qLow = mix(EnergyTableAt(at + 4u), EnergyTableAt(at + kEnergyReflectionStride + 4u), column.t);
-    float qHigh = mix(EnergyTableAt(next + 4u), EnergyTableAt(next + kEnergyReflectionStride + 4u), column.t);
-    return MakeFacetEnergy(mix(low, high, row.t), mix(qLow, qHigh, row.t));
+    uint at = kEnergyReflectionOffset + row.first * kEnergyCosCount + column.first;
+    uint next = at + kEnergyCosCount;
+    EnergyEntry low = MixEntries(EnergyEntryOf(at), EnergyEntryOf(at + 1u), column.t);
+    EnergyEntry high = MixEntries(EnergyEntryOf(next), EnergyEntryOf(next + 1u), column.t);
+    return FacetEnergyOf(MixEntries(low, high, row.t));
 }
 
-INLINE float MeanEntry(TableSpan row, uint which) {
-    uint at = kEnergyMeanOffset + kEnergyMeanStride * row.first + which;
-    return mix(EnergyTableAt(at), EnergyTableAt(at + kEnergyMeanStride), row.t);
+INLINE EnergyEntry MeanEntry(TableSpan row) {
+    uint at = kEnergyMeanOffset + row.first;
+    return MixEntries(EnergyEntryOf(at), EnergyEntryOf(at + 1u), row.t);
 }
 
-INLINE FacetEnergy MeanFacetEnergy(TableSpan row) {
-    vec4 entry = vec4(MeanEntry(row, 0u), MeanEntry(row, 1u), MeanEntry(row, 2u), MeanEntry(row, 3u));
-    return MakeFacetEnergy(entry, MeanEntry(row, 4u));
-}
+INLINE FacetEnergy MeanFacetEnergy(TableSpan row) { return FacetEnergyOf(MeanEntry(row)); }
 
 // The mean of Schlick's curve from the third facet on.
-INLINE float LaterCurve(TableSpan row) { return MeanEntry(row, 5u); }
+INLINE float LaterCurve(TableSpan row) { return MeanEntry(row).second.y; }
 
 INLINE vec3 SingleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90) {
     return f0 * energy.single.x + f90 * energy.single.y;
@@ -133,17 +143,16 @@ INLINE GlassScale GlassScaleAt(vec3 f0, vec3 f90, vec2 single, vec2 alpha, float
     TableSpan slab = SpanAt(sqrt(2.0f * abs(eta - 1.0f) / (eta + 1.0f)), kEnergyGlassEtaCount);
     bool isLeaving = eta < 1.0f;
     uint offset = isLeaving ? kEnergyLeaveOffset : kEnergyEnterOffset;
-    uint stride = isLeaving ? kEnergyLeaveStride : kEnergyEnterStride;
     vec3 entry = vec3(0.0f);  // C, D, share that the walk reflects
     vec3 total = vec3(0.0f);  // K, A, B
     for (uint i = 0u; i < 8u; i++) {
         uint slabAt = (slab.first + (i >> 2u)) * kEnergyGlassAlphaCount;
         uint rowAt = (slabAt + row.first + ((i >> 1u) & 1u)) * kEnergyGlassCosCount;
-        uint at = offset + stride * (rowAt + column.first + (i & 1u));
+        EnergyEntry corner = EnergyEntryOf(offset + rowAt + column.first + (i & 1u));
         float weight = CornerWeight(slab, i >> 2u) * CornerWeight(row, (i >> 1u) & 1u) *
                        CornerWeight(column, i & 1u);
-        entry += weight * EnergyVec3(at);
-        if (isLeaving) total += weight * EnergyVec3(at + 3u);
+        entry += weight * vec3(corner.first.x, corner.first.y, corner.first.z);
+        total += weight * vec3(corner.second.x, corner.second.y, corner.second.z);
     }
     if (!isLeaving) total = vec3(0.0f, single.x, single.y);
 

@@ -104,7 +104,7 @@ INLINE vec3 LaterBounces(vec3 single, vec3 multiple) {
 
 // MultipleAlbedo, if there is any.
 INLINE vec3 LaterAlbedo(PreparedGltf g, FacetEnergy energy, vec3 f0, vec3 f90) {
-    if (ActiveMultiscatterKind() == kMultiscatterKindOff) return vec3(0.0f);
+    if (!HasCompensation() && !IsWalked()) return vec3(0.0f);
     return MultipleAlbedo(energy, f0, f90, g.laterCurve);
 }
 

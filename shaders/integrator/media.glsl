@@ -85,10 +85,14 @@ INLINE float MediumIor(uint material) {
     return material == kVacuum ? 1.0f : MediumAt(material).ior;
 }
 
-// Share of light that passes `distance` metres of the medium. Beer and Lambert.
+CONST float kFarInMedium = 1.0e18f;
+
+// Share of light that passes `distance` metres of the medium, however long. Beer and Lambert. A distance near
+// the range of float would do as well, but a device that multiplies it first by what else exp needs makes it
+// infinite, and a medium that absorbs nothing no number.
 INLINE vec3 Transmittance(uint material, float distance) {
     if (material == kVacuum) return vec3(1.0f);
-    vec3 opticalDepth = MediumAt(material).absorption * distance;
+    vec3 opticalDepth = MediumAt(material).absorption * min(distance, kFarInMedium);
     return vec3(exp(-opticalDepth.x), exp(-opticalDepth.y), exp(-opticalDepth.z));
 }
 

@@ -3,9 +3,11 @@
 // analytic shapes.
 //
 //     Hit Intersect(Ray ray, uint alphaSeed)                    the nearest surface
-//     bool Unoccluded(Ray ray, float distance, uint alphaSeed)  nothing is nearer than that
+//     bool Unoccluded(Ray ray, float distance, uint alphaSeed)  nothing is nearer than that; 0 is legal
 //     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)            what is there
 //     Medium MediumAt(uint material)                            what the surfaces of a material enclose
+//     void AddToGroup(vec3 value, uint light)                   what a light (kNoLight: a surface that is
+//         none) brought to the camera; asked for if LIGHT_GROUPS is defined
 //     and those of lights/lights.glsl and bxdf/energy.glsl
 //
 // Each vertex adds the light it emits and, by sampling the lights, the light it scatters; both ways to find a
@@ -34,15 +36,15 @@ CONST uint kCameraDimensions = 4u;  // 0, 1: film; 2, 3: lens
 // 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
 CONST uint kBounceDimensions = 7u;
 CONST float kMaxSurvival = 0.99f;    // even a path that loses nothing ends some day
-CONST float kShadowShare = 0.9999f;  // of the way to a light that has to be free
-CONST uint kMaxRays = 4096u;         // of one path: a guard against meshes that cannot be left
+CONST float kShadowShare = 0.99999f;  // of the way to a light that has to be free: less rounding
+CONST uint kMaxRays = 4096u;          // of one path: a guard against rooms that cannot be left
 
 struct PathSettings {
     uint maxDepth;        // bounces
     uint rouletteStart;   // first bounce that roulette may end
     float survival;       // of a bounce, for roulettes of constant probability
     uint frameDepth;      // bounces of this sample, for Roulette::Frame
-    float clampIndirect;  // largest component of one contribution after the first bounce
+    float clampIndirect;  // largest component of one contribution of light scattered twice or more often
     float regularize;     // least alpha of the BSDFs after the first bounce
 };
 
@@ -100,14 +102,21 @@ INLINE float LightWeight(LightSample light, float scatterPDF) {
     return MISWeight(light.pdf, scatterPDF);
 }
 
-// Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`.
-INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, PathSettings settings) {
-    if (depth > 0u) {
+#ifndef LIGHT_GROUPS
+INLINE void AddToGroup(vec3, uint) {}
+#endif
+
+// Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`. `light` is
+// the number of the light that it comes from, or kNoLight.
+INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, uint light,
+                    PathSettings settings) {
+    if (depth > 1u) {
         float largest = MaxComponent(value);
         if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
     }
     path.radiance += value;
     if (kKeepsParts) AddPart(path.parts, value, depth, lobe);
+    AddToGroup(value, light);
 }
 
 // Light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find it.
@@ -117,7 +126,7 @@ INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
         lightPDF = LightPDF(path.scatter, light, path.ray.direction, distance);
     float weight = ScatterWeight(path.scatterPDF, lightPDF);
-    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, settings);
+    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, settings);
 }
 
 // Light that one point of one light may send to the camera by way of a surface, if nothing is in between.
@@ -126,7 +135,19 @@ struct DirectLight {
     float distance;  // that has to be free
     vec3 radiance;   // 0: no light
     FirstLobe lobe;  // of the path, if kKeepsParts
+    uint light;      // its number
 };
+
+INLINE DirectLight NoDirectLight() {
+    DirectLight direct;
+    direct.ray.origin = vec3(0.0f);
+    direct.ray.direction = vec3(0.0f, 0.0f, 1.0f);
+    direct.distance = 0.0f;
+    direct.radiance = vec3(0.0f);
+    direct.lobe = NoLobe();
+    direct.light = kNoLight;
+    return direct;
+}
 
 // False: the path ends here, so that the estimate stays right on average.
 INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
@@ -166,8 +187,16 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     float side = dot(light.wi, vertex.surface.geometricNormal);
     direct.ray.origin = OriginTowards(vertex.surface, side);
     direct.ray.direction = light.wi;
-    direct.distance = light.distance * kShadowShare;
+    direct.distance = kInfinity;
+    if (light.distance < kInfinity) {
+        // From off one surface to off the other: however near they are, the ray meets neither
+        vec3 way = light.target - direct.ray.origin;
+        float distance = max(length(way), 1e-20f);
+        direct.ray.direction = way / distance;
+        direct.distance = distance * kShadowShare;
+    }
     direct.lobe = path.lobe;
+    direct.light = light.light;
     direct.radiance =
         path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
     if (HasTraceFeature(kTraceVolumes))
@@ -186,10 +215,11 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     float side = dot(direction, vertex.surface.geometricNormal);
     if (side * scattered.wi.z <= 0.0f) return false;  // the shading normal leaks
     path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
+    if (!(MaxComponent(path.throughput) > 0.0f)) return false;
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
-    if (IsTransmissive(scattered.flags)) {
+    if (HasTraceFeature(kTraceGlass) && IsTransmissive(scattered.flags)) {
         path.etaScale *= scattered.eta * scattered.eta;
         if (HasTraceFeature(kTraceVolumes)) path.media = vertex.beyond;
     }
@@ -269,22 +299,23 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     boundary.beyond = path.media;
     boundary.isReal = true;
     boundary.eta = surface.material.ior;
-    if (HasTraceFeature(kTraceVolumes) && isHit) {
-        path.throughput *= Transmittance(CurrentMedium(path.media), hit.t);
-        if (isVolume) {
+    float distance = isHit ? hit.t : kInfinity;
+    if (HasTraceFeature(kTraceVolumes)) {
+        path.throughput *= Transmittance(CurrentMedium(path.media), distance);
+        if (isVolume)
             boundary = CrossBoundary(path.media, surface.material.id, surface.isFront);
-            if (!boundary.isReal) {
-                path.media = boundary.beyond;
-                PassThrough(path, surface);
-                return path.rayCount < kMaxRays;
-            }
-        } else {
+        else
             boundary.eta = surface.material.ior / MediumIor(CurrentMedium(path.media));
-        }
     }
+    // Surfaces emit whether or not a medium of higher priority hides them: as light sampling has it
     if (MaxComponent(surface.emission) > 0.0f)
-        CollectFound(path, surface.emission, surface.light, isHit ? hit.t : kInfinity, settings);
+        CollectFound(path, surface.emission, surface.light, distance, settings);
     if (!isHit) return false;
+    if (HasTraceFeature(kTraceVolumes) && !boundary.isReal) {
+        path.media = boundary.beyond;
+        PassThrough(path, surface);
+        return true;
+    }
     path.alpha = 1.0f;
     if (path.depth >= settings.maxDepth || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
@@ -307,19 +338,24 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
 // Traces the path's next ray, and a shadow ray from where it ended. False: the path has ended, and
 // path.radiance is an unbiased estimate of the radiance along its first ray (unless a named bias is on).
 INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
-    DirectLight direct;
-    direct.radiance = vec3(0.0f);
-    direct.lobe = path.lobe;
+    DirectLight direct = NoDirectLight();
     uint depth = path.depth;
     path.rayCount++;
     Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
     bool isGoingOn = ShadeVertex(path, hit, settings, direct);
-    if (MaxComponent(direct.radiance) > 0.0f) {
-        path.rayCount++;
-        if (Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount)))
-            Collect(path, direct.radiance, depth + 1u, direct.lobe, settings);
+    if (HasTraceFeature(kTraceLightSampling)) {
+        // Devices run many paths in lockstep. Where some have no light to ask for, they trace a ray of no
+        // length along with the others: a branch here would keep them apart from then on
+        bool isLit = MaxComponent(direct.radiance) > 0.0f;
+        if (isLit)
+            path.rayCount++;
+        else
+            direct = NoDirectLight();
+        bool isUnoccluded = Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount));
+        if (isLit && isUnoccluded)
+            Collect(path, direct.radiance, depth + 1u, direct.lobe, direct.light, settings);
     }
-    return isGoingOn;
+    return isGoingOn && path.rayCount < kMaxRays;
 }
 
 SHADING_END

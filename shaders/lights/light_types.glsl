@@ -56,6 +56,7 @@ struct LightContext {
 struct LightSample {
     vec3 wi;         // unit length, to the light
     float distance;  // kInfinity: directional, environment
+    vec3 target;     // where the light leaves from, off its surface; if distance is not kInfinity
     vec3 radiance;   // delta lights: irradiance at normal incidence, I / d^2 or E
     float pdf;     // per solid angle, times the chance of the light; delta lights: that chance. 0: no sample
     uint isDelta;  // 1: no other strategy can find this light
@@ -66,6 +67,7 @@ INLINE LightSample NoLightSample() {
     LightSample result;
     result.wi = vec3(0.0f, 0.0f, 1.0f);
     result.distance = kInfinity;
+    result.target = vec3(0.0f);
     result.radiance = vec3(0.0f);
     result.pdf = 0.0f;
     result.isDelta = 0u;

@@ -20,6 +20,7 @@
 #ifndef RAYGRAPH_LIGHTS_LIGHTS_GLSL
 #define RAYGRAPH_LIGHTS_LIGHTS_GLSL
 
+#include "core/ray_offset.glsl"
 #include "lights/environment_light.glsl"
 #include "lights/light_bvh.glsl"
 #include "lights/triangle_light.glsl"
@@ -87,15 +88,17 @@ INLINE LightSample SampleTriangle(LightRecord light, LightContext context, vec2 
     LightSample result = NoLightSample();
     SphericalTriangle seen = SphericalTriangleFrom(light, context.position);
     vec2 barycentrics = SampleTriangleLight(light, seen, context.position, u);
-    vec3 toLight = light.p0 + barycentrics.x * light.e1 + barycentrics.y * light.e2 - context.position;
+    vec3 point = light.p0 + barycentrics.x * light.e1 + barycentrics.y * light.e2;
+    vec3 toLight = point - context.position;
     float distance2 = dot(toLight, toLight);
     if (!(distance2 > 0.0f)) return result;
     result.distance = sqrt(distance2);
     result.wi = toLight / result.distance;
     if (!EmitsTowards(light, -result.wi)) return result;
-    result.pdf = IsSampledBySolidAngle(seen)
-                     ? 1.0f / seen.solidAngle
-                     : 2.0f * distance2 / abs(dot(cross(light.e1, light.e2), result.wi));
+    vec3 across = cross(light.e1, light.e2);
+    float facing = dot(across, result.wi);
+    result.target = OffsetRayOrigin(point, (facing < 0.0f ? 1.0f : -1.0f) * normalize(across));
+    result.pdf = IsSampledBySolidAngle(seen) ? 1.0f / seen.solidAngle : 2.0f * distance2 / abs(facing);
     result.radiance = TriangleEmission(light, barycentrics, -result.wi);
     return result;
 }
@@ -115,6 +118,7 @@ INLINE LightSample SamplePunctual(LightRecord light, LightContext context) {
     if (!(distance2 > 0.0f)) return NoLightSample();
     result.distance = sqrt(distance2);
     result.wi = toLight / result.distance;
+    result.target = light.p0;
     result.radiance /= distance2;
     if (light.kind == kLightSpot)
         result.radiance *=

@@ -1,5 +1,9 @@
-// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS
-// and PATH_PARTS.
+// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS, PATH_PARTS
+// and LIGHT_GROUPS.
+//
+// An invocation follows one path after the other, and takes the next pixel as soon as a path ends: paths
+// differ in length, and invocations that run in lockstep would wait for the longest. There are at most as
+// many invocations as pixels. Which one takes which pixel does not show in the picture.
 #define TRACES_SHADOW_RAYS
 #include "scene/extensions.glsl"
 
@@ -9,10 +13,24 @@
 #include "scene/surface.glsl"
 #include "scene/trace_rays.glsl"
 
+#ifdef LIGHT_GROUPS
+vec3 groupSums[kMaxLightGroups];
+
+void AddToGroup(vec3 value, uint light) {
+    uint group = kLightGroupRest;
+    if (light == LightSet().lightCount)
+        group = kLightGroupEnvironment;
+    else if (light != kNoLight)
+        group = LightAt(light).flags >> kLightGroupShift;
+    groupSums[min(group, kMaxLightGroups - 1u)] += value;
+}
+#endif
+
 #include "integrator/camera_media.glsl"
 #include "integrator/path.glsl"
 
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
+layout(set = 0, binding = 24, scalar) buffer PixelQueue { uint takenCount; } pixelQueue;  // starts at 0
 #ifdef COUNT_RAYS
 layout(set = 0, binding = 17, r32f) writeonly uniform image2D rayCounts;
 #endif
@@ -23,6 +41,10 @@ layout(set = 0, binding = 20, rgba32f) writeonly uniform image2D indirect;
 layout(set = 0, binding = 21, rgba32f) writeonly uniform image2D diffuse;
 layout(set = 0, binding = 22, rgba32f) writeonly uniform image2D specular;
 layout(set = 0, binding = 23, rgba32f) writeonly uniform image2D transmission;
+#endif
+#ifdef LIGHT_GROUPS
+// A tile for each group, row by row; there may be fewer than kMaxLightGroups
+layout(set = 0, binding = 25, rgba32f) writeonly uniform image2D lightGroups;
 #endif
 
 PathSettings SettingsOf(TraceParameters from) {
@@ -36,15 +58,33 @@ PathSettings SettingsOf(TraceParameters from) {
     return settings;
 }
 
-void main() {
-    uvec2 pixel = gl_LaunchIDEXT.xy;
+#ifdef LIGHT_GROUPS
+void StoreGroups(ivec2 pixel, ivec2 size, float alpha) {
+    int columns = imageSize(lightGroups).x / size.x;
+    int rows = imageSize(lightGroups).y / size.y;
+    for (int i = 0; i < min(columns * rows, int(kMaxLightGroups)); i++)
+        imageStore(lightGroups, ivec2(i % columns, i / columns) * size + pixel, vec4(groupSums[i], alpha));
+}
+#endif
+
+// The next pixel that no invocation has taken, in rows from the top. False: there is none.
+bool TakePixel(uvec2 size, out uvec2 pixel) {
+    uint index = atomicAdd(pixelQueue.takenCount, 1u);
+    pixel = uvec2(index % size.x, index / size.x);
+    return pixel.y < size.y;
+}
+
+PathState PathOf(uvec2 pixel, uvec2 size) {
+#ifdef LIGHT_GROUPS
+    for (uint i = 0u; i < kMaxLightGroups; i++) groupSums[i] = vec3(0.0f);
+#endif
     Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
-    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(gl_LaunchSizeEXT.xy);
-    PathSettings settings = SettingsOf(parameters.value);
-    PathState path = StartPath(CameraRay(parameters.value.camera, film, Get2D(rng)), rng);
-    if (HasTraceFeature(kTraceProbeMedia)) path.media = MediaAround(path.ray.origin);
-    while (ExtendPath(path, settings)) {
-    }
+    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(size);
+    Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
+    return StartPath(ray, rng);
+}
+
+void Store(uvec2 pixel, PathState path) {
     imageStore(radiance, ivec2(pixel), vec4(path.radiance, path.alpha));
 #ifdef COUNT_RAYS
     imageStore(rayCounts, ivec2(pixel), vec4(float(path.rayCount)));
@@ -57,4 +97,33 @@ void main() {
     imageStore(specular, ivec2(pixel), vec4(path.parts.specular, path.alpha));
     imageStore(transmission, ivec2(pixel), vec4(path.parts.transmission, path.alpha));
 #endif
+#ifdef LIGHT_GROUPS
+    StoreGroups(ivec2(pixel), imageSize(radiance), path.alpha);
+#endif
+}
+
+void main() {
+    uvec2 size = uvec2(imageSize(radiance));
+    PathSettings settings = SettingsOf(parameters.value);
+    uvec2 pixel;
+    PathState path;
+    bool isGoingOn = false;
+    bool isProbed = false;
+    vec3 probedOrigin = vec3(0.0f);
+    MediumStack cameraMedia = NoMedia();
+    while (true) {
+        if (!isGoingOn) {
+            if (!TakePixel(size, pixel)) return;
+            path = PathOf(pixel, size);
+            if (HasTraceFeature(kTraceProbeMedia)) {
+                // Of a pinhole camera, all rays start at one point
+                if (!isProbed || path.ray.origin != probedOrigin) cameraMedia = MediaAround(path.ray.origin);
+                isProbed = true;
+                probedOrigin = path.ray.origin;
+                path.media = cameraMedia;
+            }
+        }
+        isGoingOn = ExtendPath(path, settings);
+        if (!isGoingOn) Store(pixel, path);
+    }
 }

@@ -14,7 +14,7 @@ layout(set = 0, binding = 2, scalar) readonly buffer Geometries { GeometryRecord
 layout(set = 0, binding = 3, scalar) readonly buffer Materials { MaterialRecord at[]; } materials;
 layout(set = 0, binding = 4) uniform sampler2D environmentMap;
 layout(set = 0, binding = 5, scalar) uniform Parameters { TraceParameters value; } parameters;
-layout(set = 0, binding = 6, scalar) readonly buffer EnergyTables { float at[]; } energyTables;
+layout(set = 0, binding = 6, std430) readonly buffer EnergyTables { uvec4 at[]; } energyTables;
 layout(set = 0, binding = 7, scalar) readonly buffer Lights { LightRecord at[]; } lights;
 layout(set = 0, binding = 8, scalar) readonly buffer LightNodes { LightNode at[]; } lightNodes;
 layout(set = 0, binding = 9, scalar) readonly buffer LightAlias { AliasEntry at[]; } lightAlias;

@@ -10,7 +10,7 @@ LightRecord LightAt(uint index) { return lights.at[index]; }
 LightNode LightNodeAt(uint index) { return lightNodes.at[index]; }
 AliasEntry LightAliasAt(uint index) { return lightAlias.at[index]; }
 AliasEntry EnvironmentAliasAt(uint index) { return environmentAlias.at[index]; }
-float EnergyTableAt(uint index) { return energyTables.at[index]; }
+uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 
 // Radiance that rays to a point of a light triangle bring on average: of a partly transparent one, some pass.
 // The direction does not matter: surfaces emit alike in all.

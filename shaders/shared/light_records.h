@@ -36,6 +36,16 @@ RAYGRAPH_CONSTANT uint kLightDirectional = 3u;
 RAYGRAPH_CONSTANT uint kLightDoubleSided = 1u;  // the triangle emits from both sides
 RAYGRAPH_CONSTANT uint kLightMirrored = 2u;     // its front is the side that -cross(e1, e2) points to
 
+// The rest of LightRecord::flags is the light's group.
+RAYGRAPH_CONSTANT uint kLightGroupShift = 8u;
+
+// Groups of lights, told apart by Trace if it is asked to. Every light is in one.
+RAYGRAPH_CONSTANT uint kLightGroupRest = 0u;  // lights that no other has, and surfaces that are no lights
+RAYGRAPH_CONSTANT uint kLightGroupEnvironment = 1u;  // the environment, and nothing else
+RAYGRAPH_CONSTANT uint kLightGroupNamed = 2u;        // the first of those that were given names
+RAYGRAPH_CONSTANT uint kMaxNamedLightGroups = 8u;
+RAYGRAPH_CONSTANT uint kMaxLightGroups = 10u;
+
 // "No light": in a group's triangleLights and in InstanceRecord::firstLight.
 RAYGRAPH_CONSTANT uint kNoLight = 0xFFFFFFFFu;
 
@@ -45,7 +55,7 @@ struct LightRecord {
     vec3 p0;          // triangle: vertex 0. Point, spot: where it is
     uint kind;        // kLight*
     vec3 e1;          // triangle: vertex 1 - vertex 0. Spot, directional: unit vector the light travels along
-    uint flags;       // kLight*
+    uint flags;       // kLight*, and the group
     vec3 e2;          // triangle: vertex 2 - vertex 0. Point, spot: intensity in cd. Directional: lx
     uint instance;    // triangle: index of its InstanceRecord
     uint primitive;   // triangle: its number in the BLAS

@@ -80,8 +80,8 @@ TEST(Arguments, RenderTakesEveryOption) {
     EXPECT_EQ(a.exposureEv, -1.5f);
     EXPECT_EQ(a.tonemap, TonemapOperator::AgX);
     ASSERT_TRUE(a.aovs);
-    EXPECT_TRUE(a.aovs->albedo && a.aovs->depth);
-    EXPECT_FALSE(a.aovs->normal || a.aovs->instance || a.aovs->material);
+    EXPECT_EQ(a.aovs->named, (AovSet{Aov::Albedo, Aov::Depth}));
+    EXPECT_FALSE(a.aovs->isAll);
     EXPECT_EQ(a.device, "llvm");
     EXPECT_TRUE(a.isValidating && a.isQuiet);
     EXPECT_EQ(a.report, "r.json");
@@ -148,6 +148,8 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage({"render", "a.gltf", "--aperture", "-1"}, "--aperture");
     ExpectUsage({"render", "a.gltf", "--aov", "albedo,,N"}, "--aov");
     ExpectUsage({"render", "a.gltf", "--aov", "uv"}, "--aov", "albedo");
+    ExpectUsage({"render", "a.gltf", "--light-group", "lamp"}, "--light-group", "NAME=PATTERN");
+    ExpectUsage({"render", "a.gltf", "--light-group", "a=b", "--light-group", "a=c"}, "--light-group", "two");
     ExpectUsage({"render", "a.gltf", "--background", "1,1"}, "--background");
     ExpectUsage({"render", "a.gltf", "--background", "1,1,1", "--env", "a.hdr"}, "--background", "--env");
     ExpectUsage({"render", "a.gltf", "--env-rotation", "90"}, "--env-rotation", "--env");
@@ -175,6 +177,12 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
 }
 
+TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {
+    const auto a = std::get<RenderArguments>(
+        Parse({"render", "a.gltf", "--light-group", "key=lamp*,bulb", "--light-group", "fill=window"}));
+    EXPECT_EQ(a.given.at("light-group"), "key=lamp*,bulb;fill=window");
+}
+
 TEST(Arguments, MergeTakesAnyNumberOfRenders) {
     const auto a = std::get<MergeArguments>(Parse({"merge", "a.exr", "b.exr", "c.exr", "-o", "d.exr"}));
     EXPECT_EQ(a.inputs.size(), 3u);
@@ -198,6 +206,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.roulette = {Roulette::Frame, 11, 0.75f};
     settings.environmentRotation = 0.1f;
     settings.background = {0.1f, 0.2f, 0.3f};
+    settings.lightGroups = {{"key", {"lamp*", "bulb"}}, {"fill", {"window"}}};
     const SettingTexts texts = Texts(settings);
     EXPECT_EQ(Texts(SettingsFrom(texts)), texts);
     EXPECT_EQ(FirstDifference(texts, texts), "");

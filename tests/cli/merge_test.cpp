@@ -47,6 +47,22 @@ TEST(Merge, EqualsOneRenderOfAllSamples) {
     }
 }
 
+TEST(Merge, RemovedLightIsWeighedByTheSamplesThatHadTwins) {
+    const auto part = [](uint32_t first, uint32_t twins, float mean, float variance) {
+        RenderFile render = Range(first, 16 * twins);
+        render.removed[1].assign(render.radiance.size(), mean);
+        render.removedVariance[1].assign(render.radiance.size(), variance);
+        render.removedSamples = twins;
+        return render;
+    };
+    // 2; and 3, 4, 5
+    const RenderFile merged = Merge({{"a", part(0, 1, 2.0f, 0.0f)}, {"b", part(16, 3, 4.0f, 1.0f)}});
+    EXPECT_EQ(merged.removedSamples, 4u);
+    EXPECT_FLOAT_EQ(merged.removed[1][5], 3.5f);
+    EXPECT_FLOAT_EQ(merged.removedVariance[1][5], 5.0f / 3.0f);
+    EXPECT_TRUE(merged.removed[0].empty());
+}
+
 TEST(Merge, KeepsTheListOfSeparateRanges) {
     const RenderFile merged = Merge({{"a", Range(100, 10)}, {"b", Range(0, 10)}, {"c", Range(10, 5)}});
     EXPECT_EQ(merged.samples, (SampleRanges{{0, 15}, {100, 10}}));
@@ -99,7 +115,7 @@ TEST(Merge, DifferentPicturesAreRefusedNamingTheDifference) {
     ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.environmentHash.clear(); }),
                 "sky.hdr has changed");
     ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.albedo.clear(); }),
-                "a.exr has the channel albedo, b.exr has not");
+                "a.exr has the channels of albedo, b.exr has not");
 }
 
 }  // namespace

@@ -71,6 +71,7 @@ TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
     EXPECT_EQ(render.sceneFile, "cornell.gltf");
     EXPECT_FALSE(render.device.empty() || render.driver.empty() || render.variance.empty());
     EXPECT_FALSE(render.albedo.empty() || render.normal.empty() || render.depth.empty());
+    for (const cli::Texels& part : render.parts) EXPECT_EQ(part.size(), render.radiance.size());
     const double sum = std::accumulate(render.radiance.begin(), render.radiance.end(), 0.0);
     EXPECT_GT(sum, 0.0);
     // The box fills the picture's middle: something is hit there, in front of the camera

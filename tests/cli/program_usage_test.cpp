@@ -42,6 +42,19 @@ TEST(Program, WrongUsageIsTwo) {
                   ".exr");
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "raster", "--error", "0.1"},
                   2, "--view raster", "--error");
+    ExpectFailure(
+        {"render", SceneFile("cornell.gltf"), "-o", "a.exr", "--view", "raster", "--light-group", "a=light"},
+        2, "--view raster", "--light-group");
+    ExpectFailure(
+        {"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "raster", "--max-depth", "1"}, 2,
+        "--view raster", "--max-depth");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.exr", "--view", "albedo", "--aov", "direct"},
+                  2, "--aov direct", "path-traced");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--light-group", "a=light"}, 2,
+                  "--light-group", ".exr");
+    ExpectFailure(
+        {"render", SceneFile("cornell.gltf"), "-o", "a.exr", "--view", "albedo", "--light-group", "a=light"},
+        2, "--light-group");
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "depth", "--spp", "4"}, 2,
                   "depth", "--spp");
     ExpectFailure(

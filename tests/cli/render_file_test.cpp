@@ -27,8 +27,11 @@ TEST(RenderFile, ReadsBackWhatWasWrittenBitForBit) {
     written.samples = {{0, 3}, {128, 64}};
     written.radiance[4] = 1e-42f;  // a denormal
     written.radiance[8] = INFINITY;
+    written.parts[static_cast<size_t>(passes::PathPart::Diffuse)] = written.normal;
     WriteRenderFile(folder / "a.exr", written);
     const RenderFile read = ReadRenderFile(folder / "a.exr");
+    ExpectSameColor(*MeanOf(read, Aov::Diffuse), written.normal);
+    EXPECT_EQ(AovsOf(read), AovsOf(written));
     EXPECT_EQ(read.size, written.size);
     EXPECT_EQ(read.radiance, written.radiance);
     ExpectSameColor(read.variance, written.variance);
@@ -66,6 +69,31 @@ TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {
     EXPECT_EQ(text("raygraph.device"), "a device");
     EXPECT_EQ(text("raygraph.driver"), "a driver");
     EXPECT_EQ(text("raygraph.version"), "0.1.0");
+}
+
+TEST(RenderFile, RemovedLightNeedsItsVarianceAndCount) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    RenderFile written = MakeRender(0, 40);
+    written.removed[1] = written.normal;
+    written.removedVariance[1] = written.variance;
+    written.removedSamples = 3;
+    WriteRenderFile(path, written);
+    const RenderFile read = ReadRenderFile(path);
+    ExpectSameColor(read.removed[1], written.removed[1]);
+    ExpectSameColor(read.removedVariance[1], written.removedVariance[1]);
+    EXPECT_EQ(read.removedSamples, 3u);
+    EXPECT_TRUE(AovsOf(read).Has(Aov::RemovedClampIndirect));
+
+    image::ExrImage file = image::ReadExr(path);
+    EXPECT_NE(file.FloatChannel("removed_clamp_indirect.R"), nullptr);
+    file.attributes["raygraph.removedSamples"] = "0";
+    image::WriteExr(path, file);
+    const auto readAgain = [&] { ReadRenderFile(path); };
+    ExpectError(ErrorKind::BadInput, readAgain, "a.exr", "raygraph.removedSamples");
+    written.removedVariance[1].clear();
+    WriteRenderFile(path, written);
+    ExpectError(ErrorKind::BadInput, readAgain, "a.exr", "removed_clamp_indirect", "variance");
 }
 
 TEST(RenderFile, ChannelsThatWereNotRenderedAreLeftOut) {

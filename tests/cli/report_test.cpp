@@ -34,6 +34,13 @@ TEST(Report, SchemaOneHasTheseMembers) {
     EXPECT_EQ(Keys(json.at("throughput")), (Names{"mrays_per_s", "msamples_per_s", "rays_per_sample"}));
     EXPECT_EQ(Keys(json.at("image")), (Names{"mean", "nonfinite_pixels", "relative_error"}));
     EXPECT_TRUE(json.contains("settings"));
+    EXPECT_TRUE(json.at("removed").empty());
+    report.removed[Bias::MaxDepth] = {.samples = 4, .mean = 0.5, .share = 0.25};
+    const nlohmann::json removed = nlohmann::json::parse(ToJson(report)).at("removed").at("max_depth");
+    EXPECT_EQ(Keys(removed),
+              (Names{"luminance", "samples", "share", "share_standard_error", "standard_error"}));
+    EXPECT_EQ(removed.at("luminance"), 0.5);
+    EXPECT_TRUE(removed.at("standard_error").is_null());
 }
 
 TEST(Report, NumbersAreInTheirUnits) {

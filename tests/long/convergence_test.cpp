@@ -36,7 +36,8 @@ TEST_F(Convergence, Trace_EveryStrategyConvergesToOneImage) {
     light.lightToWorld = Translation({-1.0f, 0.5f, 1.0f});
     scene.lights = {light};
     render.scene.SetScene(std::move(scene));
-    render.scene.SetEnvironment({.radiance = glm::vec3(0.2f)});
+    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+    render.scene.SetEnvironmentMap(EveningSky());
     const TraceSettings settings = ViewOfRoom(64);
     const RenderedImage reference = render.Render(settings, 512);
     const Variant variants[] = {

@@ -47,7 +47,7 @@ class DroppedSceneFrameTest : public VulkanTest {
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
         const Readback radiance =
-            render.renderer.ReadBack(passes::Trace(render.renderer, ids, ThreePixels()));
+            render.renderer.ReadBack(passes::Trace(render.renderer, ids, ThreePixels()).radiance);
         AddFailingPass(render.renderer);
         EXPECT_THROW(render.renderer.Execute(), std::runtime_error);
     }

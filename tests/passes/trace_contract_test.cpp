@@ -57,10 +57,9 @@ TEST_F(TraceContract, Trace_CountsItsRays) {
     settings.lights.isOn = false;  // shadow rays count, too
     render.renderer.BeginFrame();
     const SceneIds ids = render.scene.Declare(render.renderer);
-    TextureId rayCounts;
-    const TextureId radiance = passes::Trace(render.renderer, ids, settings, &rayCounts);
-    const Readback counted = render.renderer.ReadBack(radiance);
-    const Readback counts = render.renderer.ReadBack(rayCounts);
+    const passes::TraceIds traced = passes::Trace(render.renderer, ids, settings, {.rayCounts = true});
+    const Readback counted = render.renderer.ReadBack(traced.radiance);
+    const Readback counts = render.renderer.ReadBack(traced.rayCounts);
     render.renderer.Execute();
     counts.Wait();
     const auto* rays = reinterpret_cast<const float*>(counts.Bytes().data());

@@ -94,6 +94,24 @@ TEST_F(TraceLights, Trace_QuadLightGivesItsFormFactor) {
     ExpectIrradiance(2.0 * M_PI * 4.0 * corner);
 }
 
+TEST_F(TraceLights, Trace_LightNearWhatItLightsDoesNotShadowItself) {
+    // The same near the world's origin and 100 m off, where float steps are 1000 times as large
+    const float halfSide = 0.05f, height = 0.1f;
+    const double a = double{halfSide} / height, b = std::sqrt(1.0 + a * a);
+    const double irradiance = 2.0 * M_PI * 4.0 * (2.0 * a / b * std::atan(a / b)) / (2.0 * M_PI);
+    for (const glm::vec3& origin : {glm::vec3(0.0f), glm::vec3(100.0f, -120.0f, 100.0f)}) {
+        render.scene.SetScene(
+            SceneOf({QuadMesh(0.01f, 0), QuadMesh(halfSide, 1)},
+                    {Lambert(glm::vec3(kWhite)), Lambert(glm::vec3(0.0f), glm::vec3(2.0f))},
+                    {Translation(origin), Translation(origin + glm::vec3(0.0f, 0.0f, height))}));
+        TraceSettings settings = LookAt(origin + glm::vec3(0.5f, 0.0f, 0.4f), origin, 0.002f, 64);
+        settings.biases.maxDepth = 1;
+        settings.lights.mis = MisHeuristic::Off;  // or chance makes up for a part
+        const double radiance = irradiance * kWhite / M_PI;
+        EXPECT_NEAR(render.Render(settings, 64).mean.Mean().y, radiance, kTolerance * radiance) << origin.x;
+    }
+}
+
 TEST_F(TraceLights, Trace_SphereLightGivesItsSolidAngle) {
     // E = pi L (R / d)^2 for a sphere that is all above the wall, seen face on
     SetWallAnd({SphereMesh(0.5f, 64, 1)}, {}, glm::vec3(3.0f), Translation({0, 0, 2}));
@@ -162,7 +180,8 @@ TEST_F(TraceLights, Trace_HiddenOrDarkenedLightGivesNothing) {
 // The rest of the strategies: tests/long.
 TEST_F(TraceLights, Trace_HowLightIsFoundLeavesTheImage) {
     render.scene.SetScene(RoomUnderALamp());
-    render.scene.SetEnvironment({.radiance = glm::vec3(0.2f)});
+    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+    render.scene.SetEnvironmentMap(EveningSky());
     TraceSettings settings = ViewOfRoom(48);
     const RenderedImage reference = render.Render(settings, 256);
     settings.seed = 1;

@@ -41,12 +41,11 @@ class TraceParts : public VulkanTest {
             Renderer& renderer = render.renderer;
             renderer.BeginFrame();
             const SceneIds scene = render.scene.Declare(renderer);
-            PathPartIds parts;
-            const TextureId radiance = passes::Trace(renderer, scene, settings, nullptr, &parts);
-            const Readback whole = renderer.ReadBack(passes::Accumulate(renderer, radiance, sum).mean);
+            const passes::TraceIds traced = passes::Trace(renderer, scene, settings, {.parts = true});
+            const Readback whole = renderer.ReadBack(passes::Accumulate(renderer, traced.radiance, sum).mean);
             std::vector<Readback> means, variances;
             for (size_t i = 0; i < kPathPartCount; i++) {
-                const passes::AccumulatedIds kept = passes::Accumulate(renderer, parts[i], sums[i], true);
+                const passes::AccumulatedIds kept = passes::Accumulate(renderer, traced.parts[i], sums[i], true);
                 means.push_back(renderer.ReadBack(kept.mean));
                 variances.push_back(renderer.ReadBack(kept.variance));
             }
@@ -216,10 +215,8 @@ TEST_F(TraceParts, Trace_LambertWallUnderAPointLightIsAllDirectAndDiffuse) {
 TEST_F(TraceParts, Trace_RefusesRayCountsBesideParts) {
     render.renderer.BeginFrame();
     const SceneIds ids = render.scene.Declare(render.renderer);
-    TextureId counts;
-    PathPartIds parts;
     EXPECT_THROW(std::ignore = passes::Trace(render.renderer, ids, LookAt({0, 0, 1}, {0, 0, 0}, 1.0f, 4),
-                                             &counts, &parts),
+                                             {.rayCounts = true, .parts = true}),
                  Error);
     render.renderer.Execute();
 }

@@ -39,6 +39,14 @@ TEST_F(TracePhysics, Trace_ClosedBoxHasRadianceOneOverOneMinusAlbedo) {
     }
 }
 
+TEST_F(TracePhysics, Trace_PathsEndWithoutRoulette) {
+    render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.8f), glm::vec3(1.0f))}));
+    TraceSettings settings = LookAt({0, 0, 0}, {0, 0, -1}, 0.8f, 4);
+    settings.roulette.kind = Roulette::Off;
+    settings.lights.isOn = false;
+    EXPECT_NEAR(render.Render(settings, 1).mean.Mean().y, 5.0, 1e-3);
+}
+
 TEST_F(TracePhysics, Trace_LambertSphereInUnitEnvironmentShowsItsAlbedo) {
     render.scene.SetScene(SceneOf({SphereMesh(1.0f, 96)}, {Lambert(glm::vec3(0.8f))}));
     render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});

@@ -219,6 +219,8 @@ TEST(MaterialExtensions, OnlySingleSidedSurfacesThatNoLightPassesAreCulled) {
     EXPECT_FALSE(material.IsBackCulled());
     material = {};
     material.thicknessFactor = 0.5f;
+    EXPECT_TRUE(material.IsBackCulled()) << "a volume that no light enters";
+    material.transmissionFactor = 0.5f;
     EXPECT_FALSE(material.IsBackCulled());
 }
 

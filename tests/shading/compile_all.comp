@@ -45,8 +45,8 @@ vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
 #include "lights/lights.glsl"
 
 // The bridge of bxdf/energy.glsl
-layout(set = 0, binding = 6, scalar) readonly buffer EnergyTables { float at[]; } energyTables;
-float EnergyTableAt(uint index) { return energyTables.at[index]; }
+layout(set = 0, binding = 6, std430) readonly buffer EnergyTables { uvec4 at[]; } energyTables;
+uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 #include "bxdf/gltf.glsl"
 
 vec3 GltfMaterial(vec3 wo, float uc, vec2 u) {

@@ -52,11 +52,13 @@ std::vector<NamedLobe> WhiteLobes(float alpha) {
             {"half of each", half}};
 }
 
-TEST(EnergyTables, HaveTheirSizeAndRange) {
-    ASSERT_EQ(EnergyTables().size(), kEnergyTableSize);
-    for (const float entry : EnergyTables()) {
-        ASSERT_GE(entry, 0.0f);
-        ASSERT_LE(entry, 1.0f);
+TEST(EnergyTables, HaveTheirSizeAndReturnNoMoreThanThereIs) {
+    ASSERT_EQ(EnergyTables().size(), kEnergyEntryCount);
+    for (uint i = 0; i < kEnergyCosCount * kEnergyAlphaCount; ++i) {
+        const EnergyEntry entry = EnergyEntryOf(kEnergyReflectionOffset + i);
+        ASSERT_LE(entry.first.x + entry.first.y, 1.0001f) << i;
+        ASSERT_LE(entry.first.w, entry.first.z + 1e-4f) << i;  // s1 s2 is at most the mean of the two
+        ASSERT_LE(entry.first.x + entry.first.y + entry.first.z, 1.0001f) << i;
     }
 }
 

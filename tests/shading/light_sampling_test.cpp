@@ -62,7 +62,10 @@ std::vector<LightContext> Contexts() {
 
 class LightSampling : public ::testing::TestWithParam<LightSampler> {
   protected:
-    void SetUp() override { threadLightSampler = GetParam(); }
+    void SetUp() override {
+        threadTraceOptions = {};
+        threadLightSampler = GetParam();
+    }
     void TearDown() override { threadLightSampler = LightSampler::Bvh; }
 
     static double Probability(const LightContext& context, uint light) {

@@ -8,9 +8,13 @@
 
 namespace raygraph::shading {
 
-inline float EnergyTableAt(glm::uint index) {
-    static const std::span<const float> kTables = EnergyTables();
-    return kTables[static_cast<size_t>(index)];
+inline glm::uvec4 EnergyEntryAt(glm::uint index) {
+    static const std::span<const EnergyEntryBits> kTables = EnergyTables();
+    const EnergyEntryBits& entry = kTables[static_cast<size_t>(index)];
+    const auto word = [&](size_t i) {
+        return glm::uint{entry[2 * i]} | (glm::uint{entry[2 * i + 1]} << 16u);
+    };
+    return {word(0), word(1), word(2), word(3)};
 }
 
 }  // namespace raygraph::shading

@@ -75,9 +75,32 @@ scene::SceneData RoomUnderALamp() {
     scene::Material floor = Lambert(glm::vec3(0.7f, 0.5f, 0.3f));
     floor.roughnessFactor = 0.4f;
     floor.metallicFactor = 0.5f;
-    return SceneOf({QuadMesh(2.0f, 0), BoxMesh(0.3f, 1), QuadMesh(0.3f, 2)},
-                   {floor, Lambert(glm::vec3(0.6f, 0.7f, 0.8f)), Lambert(glm::vec3(0.0f), glm::vec3(8.0f))},
-                   {glm::mat4x3(1.0f), Translation({0.2f, -0.3f, 0.3f}), Translation({0.5f, 0.6f, 1.5f})});
+    scene::Material lamp = Lambert(glm::vec3(0.0f), glm::vec3(12.0f));
+    lamp.alphaMode = scene::AlphaMode::Blend;
+    lamp.baseColorFactor.w = 0.6f;
+    lamp.emissiveTexture = {.texture = 0};
+    scene::SceneData scene =
+        SceneOf({QuadMesh(2.0f, 0), BoxMesh(0.3f, 1), QuadMesh(0.3f, 2)},
+                {floor, Lambert(glm::vec3(0.6f, 0.7f, 0.8f)), lamp},
+                {glm::mat4x3(1.0f), Translation({0.2f, -0.3f, 0.3f}), Translation({0.5f, 0.6f, 1.5f})});
+    scene.images = {{.name = "four texels",
+                     .width = 2,
+                     .height = 2,
+                     .rgba = {255, 40, 40, 255, 255, 255, 90, 255, 60, 90, 255, 255, 255, 255, 255, 255}}};
+    scene.textures = {{.name = "four texels", .image = 0, .colorSpace = scene::ColorSpace::Srgb}};
+    scene.meshes[2].primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    return scene;
+}
+
+image::ImageF EveningSky() {
+    image::ImageF sky{.width = 32, .height = 16, .rgba = {}};
+    for (uint32_t y = 0; y < sky.height; y++)
+        for (uint32_t x = 0; x < sky.width; x++) {
+            const bool isSun = y >= 4 && y < 7 && x >= 8 && x < 12;
+            const float glow = y < 8 ? 0.05f + 0.3f * float(x) / 32.0f : 0.0f;
+            sky.rgba.insert(sky.rgba.end(), {isSun ? 4.0f : glow, isSun ? 3.0f : 0.8f * glow, glow, 1.0f});
+        }
+    return sky;
 }
 
 passes::TraceSettings ViewOfRoom(uint32_t size) {

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "renderer/image/image.h"
 #include "tests/support/scene_render.h"
 
 namespace raygraph::testing {
@@ -17,8 +18,10 @@ enum class PixelErrors { Independent, Shared };
 void ExpectSameImage(const RenderedImage& image, const RenderedImage& reference, const std::string& name,
                      PixelErrors errors = PixelErrors::Independent);
 
-// A glossy floor and a box under a small lamp, in the open.
+// A glossy floor and a box in the open, under a small lamp whose emission has a texture and whose alpha stops
+// part of the rays.
 scene::SceneData RoomUnderALamp();
+image::ImageF EveningSky();  // bright on one side, black below
 passes::TraceSettings ViewOfRoom(uint32_t size);
 
 // A closed box that shines, of Lambert's, with another box in it.

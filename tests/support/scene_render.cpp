@@ -32,7 +32,7 @@ RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampl
         renderer.BeginFrame();
         const SceneIds ids = scene.Declare(renderer);
         const passes::AccumulatedIds accumulated =
-            passes::Accumulate(renderer, passes::Trace(renderer, ids, settings), accumulation, true);
+            passes::Accumulate(renderer, passes::Trace(renderer, ids, settings).radiance, accumulation, true);
         const bool isLast = i + 1 == sampleCount;
         Readback mean, variance;
         if (isLast) {
@@ -51,7 +51,7 @@ RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampl
 FloatImage SceneRender::TraceOnce(const passes::TraceSettings& settings) {
     renderer.BeginFrame();
     const SceneIds ids = scene.Declare(renderer);
-    const Readback radiance = renderer.ReadBack(passes::Trace(renderer, ids, settings));
+    const Readback radiance = renderer.ReadBack(passes::Trace(renderer, ids, settings).radiance);
     renderer.Execute();
     return ToFloatImage(radiance);
 }

@@ -44,7 +44,7 @@ void Render(const Gpu& gpu, VkImage picture, const char* scenePath) {
     for (; settings.sampleIndex < kSamples; ++settings.sampleIndex) {
         renderer.BeginFrame();
         const SceneIds ids = scene.Declare(renderer);
-        const TextureId sample = passes::Trace(renderer, ids, settings);
+        const TextureId sample = passes::Trace(renderer, ids, settings).radiance;
         const TextureId shown =
             passes::Tonemap(renderer, passes::Accumulate(renderer, sample, accumulation).mean);
         TextureId imported = renderer.Import("picture", target, state);

@@ -1,0 +1,83 @@
+#include "editor/cli/aovs.h"
+
+#include <vector>
+
+#include "base/error.h"
+#include "editor/cli/parse.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+constexpr const char* kNames[] = {"albedo",
+                                  "normal",
+                                  "depth",
+                                  "instance",
+                                  "material",
+                                  "emission",
+                                  "direct",
+                                  "indirect",
+                                  "diffuse",
+                                  "specular",
+                                  "transmission",
+                                  "removed_max_depth",
+                                  "removed_clamp_indirect",
+                                  "removed_regularize"};
+static_assert(std::size(kNames) == kAovCount);
+
+// Why a picture of these settings has none; "" if it can have it.
+std::string WhyNot(Aov aov, const PictureSettings& settings) {
+    if (aov >= Aov::Emission && settings.view != View::PathTraced)
+        return "only path-traced pictures have light to tell apart";
+    for (const Bias bias : kBiases)
+        if (aov == AovOf(bias) && !IsOn(settings.biases, bias))
+            return std::string(Option(bias)) + " is off and removes nothing";
+    return {};
+}
+
+}  // namespace
+
+const char* Name(Aov aov) {
+    return kNames[static_cast<size_t>(aov)];
+}
+
+bool AovSet::NeedsParts() const {
+    for (size_t i = 0; i < passes::kPathPartCount; i++)
+        if (Has(AovOf(static_cast<passes::PathPart>(i)))) return true;
+    return false;
+}
+
+std::string ListOf(const AovSet& aovs) {
+    std::string list;
+    for (const Aov aov : kAovs) {
+        if (!aovs.Has(aov)) continue;
+        if (!list.empty()) list += ',';
+        list += Name(aov);
+    }
+    return list.empty() ? "none" : list;
+}
+
+AovRequest ParseAovs(std::string_view text) {
+    std::vector<std::string_view> names(std::begin(kNames), std::end(kNames));
+    names.insert(names.end(), {"samples", "variance", "all"});
+    AovRequest request;
+    for (const std::string_view part : ParseList(text)) {
+        const size_t choice = ParseChoice(part, names);
+        if (choice < kAovCount) request.named.Set(static_cast<Aov>(choice));
+        request.isAll |= names[choice] == "all";
+    }
+    return request;
+}
+
+AovSet AovsFor(const AovRequest& request, const PictureSettings& settings) {
+    AovSet aovs;
+    for (const Aov aov : kAovs) {
+        const std::string whyNot = WhyNot(aov, settings);
+        if (!whyNot.empty() && request.named.Has(aov))
+            throw Error(ErrorKind::Usage, std::string("--aov ") + Name(aov) + ": " + whyNot);
+        if (whyNot.empty() && (request.isAll || request.named.Has(aov))) aovs.Set(aov);
+    }
+    return aovs;
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,53 @@
+// The named biases of a render, and how much light each of them took.
+//
+// Every kTwinPeriod-th sample is traced once more for each bias that is on, with that bias alone switched off
+// and the same random numbers. What the twin has more than the sample is an unbiased estimate of what the
+// bias removed (or, below 0, added).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "passes/trace.h"
+
+namespace raygraph::cli {
+
+enum class Bias : uint8_t { MaxDepth, ClampIndirect, Regularize };
+inline constexpr std::array kBiases{Bias::MaxDepth, Bias::ClampIndirect, Bias::Regularize};
+inline constexpr size_t kBiasCount = kBiases.size();
+const char* Name(Bias bias);    // "max_depth", as in the AOV removed_max_depth and in the report
+const char* Option(Bias bias);  // "--max-depth"
+
+// The first sample of a range has twins, and every kTwinPeriod-th after it. Any fixed place within blocks of
+// a power of two does: the samplers give every index of a block the same chances, and shuffle the blocks
+// independently.
+inline constexpr uint32_t kTwinPeriod = 16;
+
+bool IsOn(const passes::BiasSettings& biases, Bias bias);
+bool IsAnyOn(const passes::BiasSettings& biases);
+
+// The same with this bias off. Paths that a depth alone would have ended end by roulette then.
+passes::TraceSettings Without(passes::TraceSettings settings, Bias bias);
+
+// Luminances, as means over the pixels.
+struct RemovedLight {
+    uint32_t samples = 0;  // that had twins
+    double mean = 0.0;
+    // At most this; none below two twins. Pixels count as independent, channels as fully dependent.
+    std::optional<double> standardError;
+    // Of the mean without the bias, and its standard error; none where that mean is not positive.
+    std::optional<double> share, shareStandardError;
+};
+
+// RGBA texels: mean and variance of what `samples` twins had more, and the biased picture. Pixels that are
+// not finite are left out.
+RemovedLight MeasureRemoved(std::span<const float> removed, std::span<const float> variance, uint32_t samples,
+                            std::span<const float> picture);
+
+// "--max-depth removed 25 % +- 0.3 % of the light"
+std::string Describe(Bias bias, const RemovedLight& removed);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,39 @@
+// The twins of a render's samples that are traced without one of its biases each: see bias.h.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "editor/cli/bias.h"
+#include "editor/cli/render_file.h"
+#include "passes/accumulate.h"
+
+namespace raygraph::cli {
+
+class BiasTwins {
+  public:
+    // Nothing is ever traced for a bias that is off.
+    explicit BiasTwins(const passes::BiasSettings& biases);
+
+    // In a frame of their own: goes on from what the file has. A bias whose removed light the file does not
+    // have starts from nothing.
+    void Restore(Renderer& renderer, const RenderFile& render);
+    // In each frame: traces the twins of `sample` if it has any. It was traced with `settings`, as `trace`
+    // does with other ones, and comes after `samplesBefore` of its range.
+    using TraceSample = std::function<TextureId(const passes::TraceSettings&)>;
+    void Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,
+                 uint32_t samplesBefore, bool isLast, const TraceSample& trace);
+    // After the last sample: fills what was removed, if any sample had twins.
+    void Take(RenderFile& render) const;
+
+  private:
+    struct Kept {
+        explicit Kept(Bias which);
+        Bias bias;
+        passes::Accumulation accumulation;
+        Readback mean, variance;  // set by the last sample
+    };
+    std::vector<Kept> m_kept;  // never resized: frames refer to its accumulations
+};
+
+}  // namespace raygraph::cli

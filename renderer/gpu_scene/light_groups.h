@@ -1,0 +1,25 @@
+// Which lights of a scene belong together: see gpu::kLightGroupRest and its neighbours.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "shaders/shared/light_records.h"
+
+namespace raygraph {
+
+// Groups of lights by index of the scene's instances, materials and punctual lights: gpu::kLightGroupNamed
+// and on, or gpu::kLightGroupRest. A triangle is in the lower one of its instance's and its material's that
+// is not Rest. An empty list is all Rest.
+struct LightGroups {
+    uint32_t namedCount = 0;  // at most gpu::kMaxNamedLightGroups
+    std::vector<uint32_t> instances, materials, lights;
+};
+
+// Of something that is in two: the lower one, Rest last of all.
+inline uint32_t FirstLightGroup(uint32_t a, uint32_t b) {
+    return a == gpu::kLightGroupRest || b == gpu::kLightGroupRest ? std::max(a, b) : std::min(a, b);
+}
+
+}  // namespace raygraph

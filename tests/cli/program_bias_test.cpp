@@ -1,0 +1,135 @@
+// What the biases of a render removed, as the program measures it. A device is needed.
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using cli::Bias;
+using cli::RenderFile;
+using cli::Texels;
+using test::RunProgram;
+using test::SceneFile;
+
+struct BiasRender {
+    RenderFile file;
+    nlohmann::json report;
+    std::string summary;
+};
+
+class ProgramBias : public ::testing::Test {
+  protected:
+    BiasRender Render(const char* scene, const std::vector<std::string>& options) {
+        const std::string exr = m_folder / "a.exr", json = m_folder / "a.json";
+        std::vector<std::string> words{
+            "render", SceneFile(scene), "--size", "16x16", "--brdf", "lambert", "-o", exr, "--report", json};
+        words.insert(words.end(), options.begin(), options.end());
+        const test::ProgramResult result = RunProgram(words);
+        EXPECT_EQ(result.exitCode, 0) << result.messages;
+        std::ifstream file(json);
+        return {cli::ReadRenderFile(exr), nlohmann::json::parse(file), result.output};
+    }
+
+    const test::TemporaryFolder m_folder;
+};
+
+const Texels& Removed(const BiasRender& render, Bias bias) {
+    return render.file.removed[static_cast<size_t>(bias)];
+}
+
+double MeanOfColor(const Texels& texels) {
+    double sum = 0.0;
+    for (size_t i = 0; i < texels.size(); i++)
+        if (i % 4 != 3) sum += texels[i];
+    return sum / (0.75 * static_cast<double>(texels.size()));
+}
+
+bool HasPass(const BiasRender& render, const char* name) {
+    return std::ranges::any_of(render.report.at("passes"),
+                               [&](const auto& pass) { return pass.at("name") == name; });
+}
+
+TEST_F(ProgramBias, MaxDepthInAClosedBoxRemovesWhatBouncedMoreOften) {
+    // Radiance 1 + a + a^2 + ... = 1 / (1 - a); depth 1 leaves 1 + a
+    const BiasRender render =
+        Render("closed_box_a50.gltf", {"--max-depth", "1", "--spp", "250", "--aov", "removed_max_depth"});
+    const nlohmann::json& removed = render.report.at("removed").at("max_depth");
+    EXPECT_EQ(removed.at("samples"), 16);
+    const double error = removed.at("standard_error"), luminance = removed.at("luminance");
+    EXPECT_GT(error, 0.0);
+    EXPECT_LT(error, 0.03);
+    EXPECT_NEAR(luminance, 0.5, 4.0 * error);
+    EXPECT_NEAR(removed.at("share"), 0.25, 4.0 * removed.at("share_standard_error").get<double>());
+    EXPECT_NEAR(MeanOfColor(Removed(render, Bias::MaxDepth)), luminance, 1e-5);
+    EXPECT_NEAR(MeanOfColor(render.file.radiance), 1.5, 0.01);
+    EXPECT_NE(render.summary.find("--max-depth removed 2"), std::string::npos) << render.summary;
+}
+
+TEST_F(ProgramBias, OneSampleAndWhatItLostIsTheUnbiasedSample) {
+    const BiasRender unbiased = Render("cornell.gltf", {"--spp", "1"});
+    const auto expectWhole = [&](const char* option, const char* value, Bias bias) {
+        const std::string aov = std::string("removed_") + Name(bias);
+        const BiasRender render = Render("cornell.gltf", {"--spp", "1", option, value, "--aov", aov});
+        EXPECT_GT(MeanOfColor(Removed(render, bias)), 0.001) << option;
+        for (size_t i = 0; i < unbiased.file.radiance.size(); i++) {
+            if (i % 4 == 3) continue;
+            const float whole = render.file.radiance[i] + Removed(render, bias)[i];
+            ASSERT_NEAR(whole, unbiased.file.radiance[i], 1e-5f * std::max(1.0f, whole)) << option << i;
+        }
+    };
+    expectWhole("--clamp-indirect", "0.2", Bias::ClampIndirect);
+    expectWhole("--max-depth", "2", Bias::MaxDepth);
+}
+
+TEST_F(ProgramBias, ClampedPictureAndWhatWasClampedIsTheUnclampedWithinNoise) {
+    const BiasRender unclamped = Render("cornell.gltf", {"--spp", "192"}),
+                     clamped = Render("cornell.gltf", {"--spp", "192", "--clamp-indirect", "0.2"});
+    const nlohmann::json& removed = clamped.report.at("removed").at("clamp_indirect");
+    const auto luminance = [](const BiasRender& render) {
+        const nlohmann::json& mean = render.report.at("image").at("mean");
+        return 0.2126 * mean.at(0).get<double>() + 0.7152 * mean.at(1).get<double>() +
+               0.0722 * mean.at(2).get<double>();
+    };
+    const double error = removed.at("standard_error");
+    EXPECT_GT(removed.at("luminance").get<double>(), 5.0 * error);
+    EXPECT_NEAR(luminance(clamped) + removed.at("luminance").get<double>(), luminance(unclamped),
+                4.0 * error);
+}
+
+TEST_F(ProgramBias, NothingIsTracedTwiceWithoutABias) {
+    const BiasRender plain = Render("cornell.gltf", {"--spp", "2"});
+    EXPECT_FALSE(HasPass(plain, "Subtract"));
+    EXPECT_TRUE(plain.report.at("removed").empty());
+    EXPECT_EQ(plain.summary.find("removed"), std::string::npos) << plain.summary;
+    EXPECT_TRUE(HasPass(Render("cornell.gltf", {"--spp", "2", "--max-depth", "9"}), "Subtract"));
+}
+
+TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
+    const std::vector<std::string> options{"--max-depth", "2", "--clamp-indirect", "0.5", "--aov", "all"};
+    const auto render = [&](const char* count) {
+        std::vector<std::string> words = options;
+        words.insert(words.end(), {"--spp", count});
+        return Render("cornell.gltf", words);
+    };
+    const BiasRender whole = render("40");
+    for (const char* first : {"20", "33"}) {  // with and without twins among the samples that are added
+        render(first);
+        const test::ProgramResult result =
+            RunProgram({"render", SceneFile("cornell.gltf"), "--resume", m_folder / "a.exr", "--spp", "40"});
+        ASSERT_EQ(result.exitCode, 0) << result.messages;
+        const RenderFile resumed = cli::ReadRenderFile(m_folder / "a.exr");
+        EXPECT_EQ(resumed.removedSamples, 3u);
+        EXPECT_EQ(resumed.removed, whole.file.removed) << first;
+        EXPECT_EQ(resumed.removedVariance, whole.file.removedVariance) << first;
+        EXPECT_EQ(resumed.radiance, whole.file.radiance) << first;
+    }
+}
+
+}  // namespace
+}  // namespace raygraph

@@ -1,0 +1,98 @@
+// The light of groups of lights, as the program renders and keeps it. A device is needed.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using cli::RenderFile;
+using cli::Texels;
+using test::RunProgram;
+using test::SceneFile;
+
+RenderFile Render(const char* scene, std::vector<std::string> options, const std::string& output) {
+    options.insert(options.begin(), {"render", SceneFile(scene), "--size", "20x12", "-o", output});
+    const test::ProgramResult result = RunProgram(options);
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    return cli::ReadRenderFile(output);
+}
+
+void ExpectGroupsSumToTheBeauty(const RenderFile& render) {
+    for (size_t i = 0; i < render.radiance.size(); i++) {
+        if (i % 4 == 3) continue;
+        double sum = 0.0;
+        for (const Texels& group : render.lightGroups) sum += group.at(i);
+        ASSERT_NEAR(sum, render.radiance[i], 1e-5 * std::max(1e-3, sum)) << "texel " << i;
+    }
+}
+
+double SumOf(const Texels& texels) {
+    double sum = 0.0;
+    for (size_t i = 0; i < texels.size(); i++)
+        if (i % 4 != 3) sum += texels[i];
+    return sum;
+}
+
+TEST(ProgramLightGroup, GroupsSumToTheBeautyAndLeaveItsBits) {
+    const test::TemporaryFolder folder;
+    const std::vector<std::string> light{"--spp", "3", "--background", "0.02,0.03,0.05"};
+    std::vector<std::string> grouped = light;
+    grouped.insert(grouped.end(), {"--light-group", "low=light [0-3]", "--light-group", "shards=shards"});
+    const RenderFile render = Render("many_lights.gltf", grouped, folder / "a.exr");
+    ASSERT_EQ(render.lightGroups.size(), 4u);  // with rest, the points, and the environment
+    for (const Texels& group : render.lightGroups) EXPECT_GT(SumOf(group), 0.0);
+    ExpectGroupsSumToTheBeauty(render);
+    const RenderFile plain = Render("many_lights.gltf", light, folder / "b.exr");
+    EXPECT_EQ(render.radiance, plain.radiance);
+    EXPECT_EQ(render.variance, plain.variance);
+    EXPECT_TRUE(plain.lightGroups.empty());
+}
+
+TEST(ProgramLightGroup, TheOnlyLampHasAllTheLight) {
+    const test::TemporaryFolder folder;
+    const RenderFile render =
+        Render("cornell.gltf", {"--spp", "4", "--light-group", "lamp=la*"}, folder / "a.exr");
+    ASSERT_EQ(render.lightGroups.size(), 3u);
+    EXPECT_EQ(SumOf(render.lightGroups[0]), 0.0);
+    EXPECT_EQ(SumOf(render.lightGroups[1]), 0.0);
+    EXPECT_GT(SumOf(render.lightGroups[2]), 0.0);
+    for (size_t i = 0; i < render.radiance.size(); i++) {
+        if (i % 4 != 3) {
+            EXPECT_EQ(render.lightGroups[2][i], render.radiance[i]) << i;
+        }
+    }
+    EXPECT_NE(image::ReadExr(folder / "a.exr").FloatChannel("light.lamp.R"), nullptr);
+}
+
+TEST(ProgramLightGroup, ResumedAndMergedAreThoseOfOneRun) {
+    const test::TemporaryFolder folder;
+    const auto render = [&](const char* first, const char* count, const char* name) {
+        return Render("cornell.gltf",
+                      {"--sample-offset", first, "--spp", count, "--light-group", "lamp=la*", "--background",
+                       "1,2,3", "--max-depth", "3", "--aov", "all"},
+                      folder / name);
+    };
+    const RenderFile whole = render("0", "7", "whole.exr");
+    ExpectGroupsSumToTheBeauty(whole);
+    EXPECT_FALSE(AovsOf(whole).IsEmpty());
+    render("0", "4", "a.exr");
+    render("4", "3", "b.exr");
+    ASSERT_EQ(RunProgram({"merge", folder / "a.exr", folder / "b.exr", "-o", folder / "m.exr"}).exitCode, 0);
+    const RenderFile merged = cli::ReadRenderFile(folder / "m.exr");
+    ASSERT_EQ(merged.lightGroups.size(), 3u);
+    for (size_t group = 0; group < 3; group++)
+        for (size_t i = 0; i < whole.radiance.size(); i++)
+            ASSERT_NEAR(merged.lightGroups[group][i], whole.lightGroups[group][i], 2e-5f) << group;
+
+    const test::ProgramResult resumed =
+        RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "a.exr", "--spp", "7"});
+    ASSERT_EQ(resumed.exitCode, 0) << resumed.messages;
+    EXPECT_EQ(cli::ReadRenderFile(folder / "a.exr").lightGroups, whole.lightGroups);
+}
+
+}  // namespace
+}  // namespace raygraph
