@@ -64,8 +64,8 @@ struct SceneIds {
     uint32_t triangleLights = 0;  // of the lights, dark ones included
     uint32_t punctualLights = 0;
     uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
-    BufferId draws;               // "draws": gpu::DrawRecord[], one a group of triangles
-    uint32_t placementCount = 0;  // records of `instances`
+    BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles
+    uint32_t placementCount = 0;                       // records of `instances`
     std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, one after the other from 0 on
 };
 

@@ -185,8 +185,9 @@ TEST_F(GpuSceneTest, SetMaterial_ChangesTheNextFrame) {
 TEST_F(GpuSceneTest, EditsOfASceneThatIsDeclaredAreRefused) {
     render.scene.SetScene(SceneOf({QuadMesh(1.4f)}, {Lambert(glm::vec3(0.5f))}));
     render.renderer.BeginFrame();
-    render.renderer.Present(passes::Trace(render.renderer, render.scene.Declare(render.renderer),
-                                          LookAt({0, 0, 2}, {}, 0.3f, 2)).radiance);
+    render.renderer.Present(
+        passes::Trace(render.renderer, render.scene.Declare(render.renderer), LookAt({0, 0, 2}, {}, 0.3f, 2))
+            .radiance);
     try {
         render.scene.SetTransform(0, Translation({1, 0, 0}));
         FAIL() << "no error";

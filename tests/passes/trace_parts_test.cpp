@@ -45,7 +45,8 @@ class TraceParts : public VulkanTest {
             const Readback whole = renderer.ReadBack(passes::Accumulate(renderer, traced.radiance, sum).mean);
             std::vector<Readback> means, variances;
             for (size_t i = 0; i < kPathPartCount; i++) {
-                const passes::AccumulatedIds kept = passes::Accumulate(renderer, traced.parts[i], sums[i], true);
+                const passes::AccumulatedIds kept =
+                    passes::Accumulate(renderer, traced.parts[i], sums[i], true);
                 means.push_back(renderer.ReadBack(kept.mean));
                 variances.push_back(renderer.ReadBack(kept.variance));
             }
