@@ -286,6 +286,11 @@ void CommandList::EndRendering() {
     Vk().vkCmdEndRendering(m_commands);
 }
 
+void CommandList::SetScissor(int32_t x, int32_t y, Extent2D extent) {
+    const VkRect2D area{{x, y}, {extent.width, extent.height}};
+    Vk().vkCmdSetScissor(m_commands, 0, 1, &area);
+}
+
 void CommandList::Draw(uint32_t vertexCount, uint32_t instanceCount, uint32_t firstVertex,
                        uint32_t firstInstance) {
     RequirePipeline("Draw");

@@ -84,6 +84,8 @@ class CommandList {
     void BeginRendering(Extent2D extent, std::span<const ColorTarget> colors,
                         const DepthTarget* depth = nullptr);
     void EndRendering();
+    // What follows draws within this rectangle of the target, until EndRendering.
+    void SetScissor(int32_t x, int32_t y, Extent2D extent);
     void Draw(uint32_t vertexCount, uint32_t instanceCount = 1, uint32_t firstVertex = 0,
               uint32_t firstInstance = 0);
     void DrawIndexed(const Buffer& indices, uint32_t indexCount, uint32_t instanceCount = 1,

@@ -112,6 +112,10 @@ Device::~Device() {
 const DeviceInfo& Device::Info() const {
     return m_impl->info;
 }
+const InstanceFunctions& Device::InstanceVk() const {
+    return m_impl->instanceFunctions;
+}
+
 const DeviceFunctions& Device::Vk() const {
     return m_impl->vk;
 }

@@ -47,6 +47,9 @@ struct DeviceDesc {
     bool validation = false;
     bool debugNames = true;  // object names and labels, where VK_EXT_debug_utils exists
     MessageCallback onMessage = {};
+    // Instance extensions that the window system asks for: with any, the device can show pictures in windows
+    // (rhi/swapchain.h). Error{NoDevice} if one of them or VK_KHR_swapchain is missing.
+    std::vector<std::string> surfaceExtensions = {};
     uint32_t framesInFlight = 2;
     bool savePipelineCache = true;              // keep it on disk between runs
     std::filesystem::path cacheDirectory = {};  // "": $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph
@@ -146,7 +149,8 @@ class Device {
     Device& operator=(const Device&) = delete;
 
     const DeviceInfo& Info() const;
-    const DeviceFunctions& Vk() const;  // the function table: for rhi/ alone
+    const DeviceFunctions& Vk() const;  // the function tables: for rhi/ alone
+    const InstanceFunctions& InstanceVk() const;
     VkDevice Handle() const;
     VkPhysicalDevice PhysicalDevice() const;
     VkInstance Instance() const;
@@ -185,6 +189,11 @@ class Device {
     void WaitFor(uint64_t value);
     // Waits for our own submissions; a host's on the same queue are not looked at.
     void WaitIdle();
+
+    // vkQueuePresentKHR under the queue's lock: for Swapchain alone. Its result is the caller's to read.
+    VkResult Present(const VkPresentInfoKHR& info);
+    // vkQueueWaitIdle under the queue's lock: presentation has no timeline to wait for.
+    void WaitQueueIdle();
 
     // Runs `destroy` once all work submitted so far, and every command list now being recorded, has
     // completed; a list that is kept open holds back all that is retired meanwhile. At once when there is no

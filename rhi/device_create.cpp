@@ -39,6 +39,7 @@ struct InstanceDesc {
     std::string name;
     bool validation = false;
     bool debugUtils = false;  // where there is the extension
+    std::vector<std::string> surfaceExtensions = {};
 };
 
 struct CreatedInstance {
@@ -69,6 +70,12 @@ CreatedInstance CreateInstance(PFN_vkGetInstanceProcAddr loader, const InstanceD
     std::vector<const char*> extensions;
     if (created.hasDebugUtils) extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     if (desc.validation) extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+    for (const std::string& extension : desc.surfaceExtensions) {
+        if (!has(extension.c_str()))
+            throw Error(ErrorKind::NoDevice, "the window system needs " + extension +
+                                                 ", which no Vulkan driver of this machine has");
+        extensions.push_back(extension.c_str());
+    }
 
     VkApplicationInfo application{};
     application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;
@@ -200,7 +207,8 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
 
     const VkDebugUtilsMessengerCreateInfoEXT messenger = impl->messages.MessengerInfo();
     const CreatedInstance created = CreateInstance(
-        impl->getInstanceProcAddr, {desc.name, desc.validation, desc.debugNames || desc.validation},
+        impl->getInstanceProcAddr,
+        {desc.name, desc.validation, desc.debugNames || desc.validation, desc.surfaceExtensions},
         desc.validation ? &messenger : nullptr);
     impl->instance = created.handle;
     impl->hasDebugUtils = created.hasDebugUtils;
@@ -227,8 +235,9 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
     queue.pQueuePriorities = &priority;
     const FeatureChain features =
         FeaturesFor(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance);
-    const std::vector<const char*> extensions =
+    std::vector<const char*> extensions =
         ExtensionsFor(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance);
+    if (!desc.surfaceExtensions.empty()) extensions.push_back(VK_KHR_SWAPCHAIN_EXTENSION_NAME);
     VkDeviceCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
     info.pNext = features.Root();

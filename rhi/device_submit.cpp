@@ -158,6 +158,22 @@ void Device::WaitIdle() {
     WaitFor(LastSubmittedValue());
 }
 
+VkResult Device::Present(const VkPresentInfoKHR& info) {
+    const std::lock_guard lock(m_impl->submitMutex);
+    m_impl->LockQueue();
+    const VkResult result = m_impl->vk.vkQueuePresentKHR(m_impl->queue, &info);
+    m_impl->UnlockQueue();
+    return result;
+}
+
+void Device::WaitQueueIdle() {
+    const std::lock_guard lock(m_impl->submitMutex);
+    m_impl->LockQueue();
+    const VkResult result = m_impl->vk.vkQueueWaitIdle(m_impl->queue);
+    m_impl->UnlockQueue();
+    Check(result, "vkQueueWaitIdle");
+}
+
 void Device::Retire(std::function<void()> destroy) {
     m_impl->retired.Retire(std::move(destroy), m_impl->lastCompleted.load());
 }

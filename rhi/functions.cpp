@@ -37,6 +37,7 @@ InstanceFunctions LoadInstanceFunctions(PFN_vkGetInstanceProcAddr loader, VkInst
     if (debugUtils) {
         RAYGRAPH_DEBUG_INSTANCE_FUNCTIONS(RAYGRAPH_LOAD_OPTIONAL_)
     }
+    RAYGRAPH_SURFACE_FUNCTIONS(RAYGRAPH_LOAD_OPTIONAL_)
     return table;
 }
 
@@ -48,6 +49,7 @@ DeviceFunctions LoadDeviceFunctions(PFN_vkGetDeviceProcAddr loader, VkDevice dev
     if (debugUtils) {
         RAYGRAPH_DEBUG_DEVICE_FUNCTIONS(RAYGRAPH_LOAD_OPTIONAL_)
     }
+    RAYGRAPH_SWAPCHAIN_FUNCTIONS(RAYGRAPH_LOAD_OPTIONAL_)
     return table;
 }
 

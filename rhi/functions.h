@@ -33,6 +33,14 @@
     X(vkCreateDebugUtilsMessengerEXT)                   \
     X(vkDestroyDebugUtilsMessengerEXT)
 
+// With VK_KHR_surface only: null without it.
+#define RAYGRAPH_SURFACE_FUNCTIONS(X)                   \
+    X(vkDestroySurfaceKHR)                              \
+    X(vkGetPhysicalDeviceSurfaceSupportKHR)             \
+    X(vkGetPhysicalDeviceSurfaceCapabilitiesKHR)        \
+    X(vkGetPhysicalDeviceSurfaceFormatsKHR)             \
+    X(vkGetPhysicalDeviceSurfacePresentModesKHR)
+
 #define RAYGRAPH_DEVICE_FUNCTIONS(X)                    \
     /* Device, queue, synchronization */                \
     X(vkDestroyDevice)                                  \
@@ -129,6 +137,14 @@
     X(vkCmdBeginDebugUtilsLabelEXT)                     \
     X(vkCmdEndDebugUtilsLabelEXT)
 
+// With VK_KHR_swapchain only: null without it.
+#define RAYGRAPH_SWAPCHAIN_FUNCTIONS(X)                 \
+    X(vkCreateSwapchainKHR)                             \
+    X(vkDestroySwapchainKHR)                            \
+    X(vkGetSwapchainImagesKHR)                          \
+    X(vkAcquireNextImageKHR)                            \
+    X(vkQueuePresentKHR)
+
 // clang-format on
 
 namespace raygraph::rhi {
@@ -142,11 +158,13 @@ struct GlobalFunctions {
 struct InstanceFunctions {
     RAYGRAPH_INSTANCE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
     RAYGRAPH_DEBUG_INSTANCE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
+    RAYGRAPH_SURFACE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
 };
 
 struct DeviceFunctions {
     RAYGRAPH_DEVICE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
     RAYGRAPH_DEBUG_DEVICE_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
+    RAYGRAPH_SWAPCHAIN_FUNCTIONS(RAYGRAPH_DECLARE_FUNCTION_)
 };
 
 #undef RAYGRAPH_DECLARE_FUNCTION_

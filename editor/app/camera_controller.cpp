@@ -1,0 +1,82 @@
+#include "editor/app/camera_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace raygraph::editor {
+
+namespace {
+
+constexpr float kSteepest = 1.553f;  // radians above or below the horizon: 89 degrees
+constexpr float kNearest = 1e-3f;    // metres from the pivot
+
+// The direction turned by an angle about +y, and tilted up.
+glm::vec3 Turned(const glm::vec3& forward, glm::vec2 angles) {
+    const float heading = std::atan2(forward.x, -forward.z) + angles.x;
+    const float tilt =
+        std::clamp(std::asin(std::clamp(forward.y, -1.0f, 1.0f)) + angles.y, -kSteepest, kSteepest);
+    return {std::sin(heading) * std::cos(tilt), std::sin(tilt), -std::cos(heading) * std::cos(tilt)};
+}
+
+}  // namespace
+
+void CameraController::Set(const scene::CameraView& view, float distance) {
+    m_view = view;
+    m_distance = std::max(distance, kNearest);
+}
+
+void CameraController::Face(glm::vec3 forward) {
+    const scene::CameraView turned =
+        scene::CameraView::LookAt(m_view.eye, m_view.eye + forward, {0.0f, 1.0f, 0.0f});
+    m_view.forward = turned.forward;
+    m_view.up = turned.up;
+    m_view.right = turned.right;
+}
+
+void CameraController::Orbit(glm::vec2 angles) {
+    const glm::vec3 pivot = Pivot();
+    // The camera goes to the right about the pivot: what it sees turns to the left
+    const glm::vec3 forward = Turned(m_view.forward, {-angles.x, -angles.y});
+    m_view.eye = pivot - m_distance * forward;
+    Face(forward);
+}
+
+void CameraController::Turn(glm::vec2 angles) {
+    Face(Turned(m_view.forward, angles));
+}
+
+void CameraController::Pan(glm::vec2 shares) {
+    const float height = m_view.projection == scene::Projection::Orthographic
+                             ? m_view.height
+                             : 2.0f * m_distance * std::tan(0.5f * m_view.yFov);
+    m_view.eye += height * (-shares.x * m_view.right - shares.y * m_view.up);
+}
+
+void CameraController::Dolly(float notches) {
+    const float factor = std::pow(0.85f, notches);
+    if (m_view.projection == scene::Projection::Orthographic) {
+        m_view.height *= factor;
+        return;
+    }
+    const glm::vec3 pivot = Pivot();
+    m_distance = std::max(m_distance * factor, kNearest);
+    m_view.eye = pivot - m_distance * m_view.forward;
+}
+
+void CameraController::Fly(glm::vec3 metres) {
+    m_view.eye += metres.x * m_view.right + metres.y * m_view.up + metres.z * m_view.forward;
+}
+
+void CameraController::Frame(const scene::Bounds& bounds) {
+    const bool isEmpty = bounds.IsEmpty();
+    const glm::vec3 middle = isEmpty ? glm::vec3(0.0f) : 0.5f * (bounds.min + bounds.max);
+    const float radius = isEmpty ? 1.0f : std::max(0.5f * glm::length(bounds.max - bounds.min), kNearest);
+    // A sphere of that radius touches the frustum's nearer pair of sides
+    const float half = std::min(0.5f * m_view.yFov, std::atan(std::tan(0.5f * m_view.yFov) * m_view.aspect));
+    m_distance = radius / std::sin(half);
+    if (m_view.projection == scene::Projection::Orthographic)
+        m_view.height = 2.0f * radius / std::min(1.0f, m_view.aspect);
+    m_view.eye = middle - m_distance * m_view.forward;
+}
+
+}  // namespace raygraph::editor

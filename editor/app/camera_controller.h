@@ -1,0 +1,38 @@
+// Moves a camera as the user asks: around a point, across the picture, towards the point, or flying. Pure.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "renderer/scene/camera_view.h"
+
+namespace raygraph::editor {
+
+class CameraController {
+  public:
+    // Takes a camera over; what it turns around lies ahead of it, at `distance` metres.
+    void Set(const scene::CameraView& view, float distance);
+    const scene::CameraView& View() const { return m_view; }
+    glm::vec3 Pivot() const { return m_view.eye + m_distance * m_view.forward; }
+    float Distance() const { return m_distance; }
+
+    // Radians, to the right and up; about the pivot, +y stays up. It stops short of looking straight along y.
+    void Orbit(glm::vec2 angles);
+    // Radians, to the right and up; the eye stays.
+    void Turn(glm::vec2 angles);
+    // Shares of the picture's height: the point under the cursor follows it.
+    void Pan(glm::vec2 shares);
+    // Notches of a wheel: each takes 15 % off the distance to the pivot. An orthographic view narrows.
+    void Dolly(float notches);
+    // Metres along right, up and forward; the pivot comes along.
+    void Fly(glm::vec3 metres);
+    // All of `bounds` is seen, from where the camera looks now. An empty box is taken as a metre about its
+    // middle.
+    void Frame(const scene::Bounds& bounds);
+
+  private:
+    void Face(glm::vec3 forward);
+    scene::CameraView m_view;
+    float m_distance = 1.0f;
+};
+
+}  // namespace raygraph::editor

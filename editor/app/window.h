@@ -1,0 +1,36 @@
+// A window of the desktop: its events as FrameInput, its surface for a swapchain. Main thread alone.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "editor/app/input.h"
+#include "rhi/vulkan.h"
+
+namespace raygraph::editor {
+
+class Window {
+  public:
+    // Error{NoDevice} without a display.
+    Window(const std::string& title, rhi::Extent2D size);
+    ~Window();
+    Window(const Window&) = delete;
+    Window& operator=(const Window&) = delete;
+
+    // For DeviceDesc::surfaceExtensions.
+    std::vector<std::string> SurfaceExtensions() const;
+    // For SwapchainDesc::surface. Error{NoDevice}.
+    VkSurfaceKHR CreateSurface(VkInstance instance);
+    rhi::Extent2D Extent() const;  // pixels
+
+    // Takes what happened since the last call; `seconds` at most to wait for something to happen.
+    FrameInput Poll(double seconds = 0.0);
+    void SetTitle(const std::string& title);
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace raygraph::editor

@@ -1,0 +1,207 @@
+#include "rhi/swapchain.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "rhi/command_list.h"
+
+namespace raygraph::rhi {
+
+namespace {
+
+template <typename Item, typename Call>
+std::vector<Item> All(Call&& call) {
+    uint32_t count = 0;
+    call(&count, nullptr);
+    std::vector<Item> items(count);
+    call(&count, items.data());
+    items.resize(count);
+    return items;
+}
+
+// Eight bits, shown as they are: what is drawn is encoded for the display already.
+VkSurfaceFormatKHR ChooseFormat(std::span<const VkSurfaceFormatKHR> formats, const std::string& subject) {
+    for (const VkFormat wanted : {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM})
+        for (const VkSurfaceFormatKHR& format : formats)
+            if (format.format == wanted && format.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR)
+                return format;
+    throw Error(ErrorKind::NoDevice, subject + ": the surface has no format of 8 bits a channel");
+}
+
+VkPresentModeKHR ChooseMode(std::span<const VkPresentModeKHR> modes, bool waitsForRefresh) {
+    if (!waitsForRefresh)
+        for (const VkPresentModeKHR wanted : {VK_PRESENT_MODE_MAILBOX_KHR, VK_PRESENT_MODE_IMMEDIATE_KHR})
+            if (std::find(modes.begin(), modes.end(), wanted) != modes.end()) return wanted;
+    return VK_PRESENT_MODE_FIFO_KHR;  // always there
+}
+
+// The surface's own, where it prescribes one.
+Extent2D ChooseExtent(const VkSurfaceCapabilitiesKHR& surface, Extent2D wanted) {
+    if (surface.currentExtent.width != 0xFFFFFFFFu)
+        return {surface.currentExtent.width, surface.currentExtent.height};
+    return {std::clamp(wanted.width, surface.minImageExtent.width, surface.maxImageExtent.width),
+            std::clamp(wanted.height, surface.minImageExtent.height, surface.maxImageExtent.height)};
+}
+
+}  // namespace
+
+Swapchain::Swapchain(Device& device, const SwapchainDesc& desc) : m_device(device), m_desc(desc) {
+    if (!device.Vk().vkCreateSwapchainKHR || !device.InstanceVk().vkGetPhysicalDeviceSurfaceSupportKHR)
+        throw Error(ErrorKind::Usage,
+                    desc.name + ": the device was made without DeviceDesc::surfaceExtensions");
+    try {
+        VkBool32 isSupported = VK_FALSE;
+        device.Check(device.InstanceVk().vkGetPhysicalDeviceSurfaceSupportKHR(
+                         device.PhysicalDevice(), device.QueueFamily(), desc.surface, &isSupported),
+                     desc.name + ": vkGetPhysicalDeviceSurfaceSupportKHR");
+        if (!isSupported)
+            throw Error(ErrorKind::NoDevice,
+                        desc.name + ": " + device.Info().name + " cannot show pictures in this window");
+        for (uint32_t i = 0; i <= device.FramesInFlight(); i++)
+            m_slots.push_back({MakeSemaphore(desc.name + " acquired " + std::to_string(i))});
+        Make(desc.extent);
+    } catch (...) {
+        Clear();
+        throw;
+    }
+}
+
+Swapchain::~Swapchain() {
+    try {
+        m_device.WaitQueueIdle();
+    } catch (const Error&) {
+        // Lost: there is nothing to wait for
+    }
+    Clear();
+}
+
+VkSemaphore Swapchain::MakeSemaphore(const std::string& name) {
+    VkSemaphoreCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO;
+    VkSemaphore semaphore = VK_NULL_HANDLE;
+    m_device.Check(
+        m_device.Vk().vkCreateSemaphore(m_device.Handle(), &info, m_device.AllocationCallbacks(), &semaphore),
+        name + ": vkCreateSemaphore");
+    m_device.SetName(VK_OBJECT_TYPE_SEMAPHORE, reinterpret_cast<uint64_t>(semaphore), name);
+    return semaphore;
+}
+
+// Everything, the surface included. The queue is idle.
+void Swapchain::Clear() {
+    const DeviceFunctions& vk = m_device.Vk();
+    m_textures.clear();
+    const auto destroy = [&](VkSemaphore semaphore) {
+        vk.vkDestroySemaphore(m_device.Handle(), semaphore, m_device.AllocationCallbacks());
+    };
+    for (const Slot& slot : m_slots) destroy(slot.acquired);
+    for (const VkSemaphore semaphore : m_drawn) destroy(semaphore);
+    m_slots.clear();
+    m_drawn.clear();
+    if (m_swapchain) vk.vkDestroySwapchainKHR(m_device.Handle(), m_swapchain, m_device.AllocationCallbacks());
+    m_swapchain = VK_NULL_HANDLE;
+    if (m_desc.surface)
+        m_device.InstanceVk().vkDestroySurfaceKHR(m_device.Instance(), m_desc.surface, nullptr);
+    m_desc.surface = VK_NULL_HANDLE;
+}
+
+void Swapchain::Make(Extent2D extent) {
+    const DeviceFunctions& vk = m_device.Vk();
+    const InstanceFunctions& instance = m_device.InstanceVk();
+    const VkPhysicalDevice physical = m_device.PhysicalDevice();
+    VkSurfaceCapabilitiesKHR surface{};
+    m_device.Check(instance.vkGetPhysicalDeviceSurfaceCapabilitiesKHR(physical, m_desc.surface, &surface),
+                   m_desc.name + ": vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
+    m_extent = extent.IsEmpty() ? Extent2D{} : ChooseExtent(surface, extent);
+    if (m_extent.IsEmpty()) return;  // what there was stays, unused, until there is a size again
+    const VkSurfaceFormatKHR format = ChooseFormat(
+        All<VkSurfaceFormatKHR>([&](uint32_t* count, VkSurfaceFormatKHR* formats) {
+            instance.vkGetPhysicalDeviceSurfaceFormatsKHR(physical, m_desc.surface, count, formats);
+        }),
+        m_desc.name);
+    m_format = FormatFromVk(format.format);
+
+    VkSwapchainCreateInfoKHR info{};
+    info.sType = VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR;
+    info.surface = m_desc.surface;
+    info.minImageCount = std::max(surface.minImageCount, m_device.FramesInFlight() + 1);
+    if (surface.maxImageCount > 0) info.minImageCount = std::min(info.minImageCount, surface.maxImageCount);
+    info.imageFormat = format.format;
+    info.imageColorSpace = format.colorSpace;
+    info.imageExtent = {m_extent.width, m_extent.height};
+    info.imageArrayLayers = 1;
+    info.imageUsage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
+    info.imageSharingMode = VK_SHARING_MODE_EXCLUSIVE;
+    info.preTransform = surface.currentTransform;
+    info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
+    info.presentMode = ChooseMode(All<VkPresentModeKHR>([&](uint32_t* count, VkPresentModeKHR* modes) {
+                                      instance.vkGetPhysicalDeviceSurfacePresentModesKHR(
+                                          physical, m_desc.surface, count, modes);
+                                  }),
+                                  m_desc.waitsForRefresh);
+    info.clipped = VK_TRUE;
+    info.oldSwapchain = m_swapchain;
+    VkSwapchainKHR made = VK_NULL_HANDLE;
+    m_device.Check(vk.vkCreateSwapchainKHR(m_device.Handle(), &info, m_device.AllocationCallbacks(), &made),
+                   m_desc.name + ": vkCreateSwapchainKHR");
+    m_textures.clear();
+    if (m_swapchain) vk.vkDestroySwapchainKHR(m_device.Handle(), m_swapchain, m_device.AllocationCallbacks());
+    m_swapchain = made;
+
+    const std::vector<VkImage> images = All<VkImage>([&](uint32_t* count, VkImage* handles) {
+        vk.vkGetSwapchainImagesKHR(m_device.Handle(), m_swapchain, count, handles);
+    });
+    for (const VkImage image : images)
+        m_textures.push_back(
+            m_device.WrapTexture({.name = m_desc.name + " " + std::to_string(m_textures.size()),
+                                  .extent = m_extent,
+                                  .format = m_format,
+                                  .usage = TextureUsage::ColorTarget | TextureUsage::CopySource},
+                                 image));
+    while (m_drawn.size() < images.size())
+        m_drawn.push_back(MakeSemaphore(m_desc.name + " drawn " + std::to_string(m_drawn.size())));
+}
+
+std::optional<SwapchainImage> Swapchain::Acquire() {
+    if (m_extent.IsEmpty()) return std::nullopt;
+    if (m_open) return m_open;
+    Slot& slot = m_slots[m_nextSlot];
+    m_device.WaitFor(slot.until);
+    SwapchainImage image;
+    const VkResult result = m_device.Vk().vkAcquireNextImageKHR(m_device.Handle(), m_swapchain, UINT64_MAX,
+                                                                slot.acquired, VK_NULL_HANDLE, &image.index);
+    if (result == VK_ERROR_OUT_OF_DATE_KHR) return std::nullopt;
+    m_device.Check(result, m_desc.name + ": vkAcquireNextImageKHR");
+    image.texture = &m_textures[image.index];
+    image.acquired = {.semaphore = slot.acquired};
+    image.drawn = {.semaphore = m_drawn[image.index]};
+    m_open = image;
+    return image;
+}
+
+bool Swapchain::Present(const SwapchainImage& image) {
+    m_open.reset();
+    m_slots[m_nextSlot].until = m_device.LastSubmittedValue();
+    m_nextSlot = (m_nextSlot + 1) % m_slots.size();
+    VkPresentInfoKHR info{};
+    info.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR;
+    info.waitSemaphoreCount = 1;
+    info.pWaitSemaphores = &image.drawn.semaphore;
+    info.swapchainCount = 1;
+    info.pSwapchains = &m_swapchain;
+    info.pImageIndices = &image.index;
+    const VkResult result = m_device.Present(info);
+    if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_SUBOPTIMAL_KHR) return false;
+    m_device.Check(result, m_desc.name + ": vkQueuePresentKHR");
+    return true;
+}
+
+void Swapchain::Resize(Extent2D extent) {
+    if (m_open) {  // nothing has waited for its semaphore, which must not stay signalled
+        m_device.Submit(m_device.BeginCommands(m_desc.name), {&m_open->acquired, 1});
+        m_open.reset();
+    }
+    m_device.WaitQueueIdle();
+    Make(extent);
+}
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,79 @@
+// Swapchain: the images that a window shows one after the other.
+//
+//   while (std::optional<SwapchainImage> image = swapchain.Acquire()) {
+//       ... a submission that waits for image->acquired, leaves image->texture in PRESENT_SRC_KHR and
+//           signals image->drawn ...
+//       if (!swapchain.Present(*image)) break;
+//   }
+//   swapchain.Resize(size of the window);
+//
+// Threads: one at a time.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "rhi/device.h"
+#include "rhi/resources.h"
+
+namespace raygraph::rhi {
+
+struct SwapchainDesc {
+    std::string name = "swapchain";
+    // Made by the window system for Device::Instance() (DeviceDesc::surfaceExtensions); the Swapchain's from
+    // then on.
+    VkSurfaceKHR surface = VK_NULL_HANDLE;
+    Extent2D extent = {};         // of the window in pixels; empty: minimized, Acquire gives nothing
+    bool waitsForRefresh = true;  // false: as fast as frames come, where the device can
+};
+
+struct SwapchainImage {
+    const Texture* texture = nullptr;  // contents undefined; color target and copy source
+    uint32_t index = 0;
+    SemaphoreUse acquired;  // to wait for
+    SemaphoreUse drawn;     // to signal
+};
+
+class Swapchain {
+  public:
+    // Error{NoDevice} if the device cannot show pictures on the surface, Error{Vulkan} with the call that
+    // failed. `device` outlives the object.
+    Swapchain(Device& device, const SwapchainDesc& desc);
+    ~Swapchain();  // waits for the queue
+    Swapchain(const Swapchain&) = delete;
+    Swapchain& operator=(const Swapchain&) = delete;
+
+    // May wait for the screen. An image that was acquired and not presented is given again. Nothing: the
+    // window has another size, or none: Resize.
+    std::optional<SwapchainImage> Acquire();
+    // False: the window has another size: Resize. The image counts as presented.
+    bool Present(const SwapchainImage& image);
+    // Waits for the queue. The extent is the one that the surface prescribes, if it does.
+    void Resize(Extent2D extent);
+
+    Extent2D Extent() const { return m_extent; }
+    rhi::Format Format() const { return m_format; }
+
+  private:
+    struct Slot {
+        VkSemaphore acquired = VK_NULL_HANDLE;
+        uint64_t until = 0;  // of the timeline: a submission that waits for it
+    };
+
+    void Make(Extent2D extent);
+    void Clear();
+    VkSemaphore MakeSemaphore(const std::string& name);
+
+    Device& m_device;
+    SwapchainDesc m_desc;
+    VkSwapchainKHR m_swapchain = VK_NULL_HANDLE;
+    rhi::Format m_format = rhi::Format::Undefined;
+    Extent2D m_extent;
+    std::vector<Texture> m_textures;
+    std::vector<VkSemaphore> m_drawn;  // one an image
+    std::vector<Slot> m_slots;
+    size_t m_nextSlot = 0;
+    std::optional<SwapchainImage> m_open;
+};
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,16 @@
+// Pixels of DrawUi: the vertex's colour times the font atlas (source 0) or the picture (1).
+#version 460
+
+layout(set = 0, binding = 1) uniform sampler2D atlas;
+layout(set = 0, binding = 2) uniform sampler2D picture;
+
+layout(location = 0) in vec2 uv;
+layout(location = 1) in vec4 color;
+layout(location = 2) flat in uint source;
+
+layout(location = 0) out vec4 target;
+
+void main() {
+    vec4 texel = source == 0u ? texture(atlas, uv) : vec4(texture(picture, uv).xyz, 1.0f);
+    target = color * texel;
+}
