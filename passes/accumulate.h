@@ -3,8 +3,10 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 
+#include "passes/tiles.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::passes {
@@ -27,25 +29,46 @@ const char* Name(ResetCause cause);
 // What one accumulation remembers between frames. One object per accumulated image; `name` keys the
 // persistent textures. Count and resets follow the frames that were submitted: an Accumulate that is culled,
 // or whose frame is dropped, adds nothing and resets nothing.
+//
+// A sample may come in tiles: then pixels above the cursor are a sample ahead of those below, each a mean
+// over its own samples, and SampleCount is of the samples that are complete.
 class Accumulation {
   public:
     explicit Accumulation(std::string name) : m_name(std::move(name)) {}
 
+    struct Progress {
+        uint32_t sampleCount = 0;  // complete
+        TileCursor cursor;         // of the one after them
+        bool operator==(const Progress&) const = default;
+        bool IsAtStart() const { return sampleCount == 0 && cursor.IsAtStart(); }
+    };
+
     // The next sample starts from nothing. A frame that has been declared but not executed may still show its
     // sample within the old mean; it is not counted.
     void Reset(ResetCause cause);
-    // Samples in the mean.
-    uint32_t SampleCount() const { return m_sampleCount; }
+    // Samples in the mean, of every pixel.
+    uint32_t SampleCount() const { return m_state.progress.sampleCount; }
+    // As of the frames that were submitted.
+    const Progress& Submitted() const { return m_state.progress; }
+    // With what the open frame has declared so far on top: what the next pass of it continues from.
+    const Progress& Declared() const { return Current().progress; }
     uint32_t ResetCount(ResetCause cause) const { return m_resets[static_cast<size_t>(cause)]; }
     const std::string& Name() const { return m_name; }
 
   private:
     friend class AccumulationStep;
+    struct State {
+        Progress progress;
+        bool hasVariance = false;  // of all samples in the mean
+        Extent2D extent;
+    };
+    const State& Current() const { return m_declaredIn.expired() ? m_state : m_declared; }
+
     std::string m_name;
     uint64_t m_resetCount = 0;  // tells a declaration that a reset came after it
-    uint32_t m_sampleCount = 0;
-    bool m_hasVariance = false;  // of all samples in the mean
-    Extent2D m_extent;
+    State m_state;
+    State m_declared;                        // as m_state will be
+    std::weak_ptr<const void> m_declaredIn;  // the frame of m_declared
     std::array<uint32_t, static_cast<size_t>(ResetCause::Count)> m_resets{};
 };
 
@@ -62,6 +85,14 @@ struct AccumulatedIds {
 // ResetCause::Settings. `accumulation` outlives the frame.
 [[nodiscard]] AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& accumulation,
                                         bool withVariance = false);
+
+// Takes a tile of a sample, the texels of `region`, into a picture of that size. `region` is one that
+// accumulation.Declared().cursor.Next gives; Error{Usage} for others. Once all tiles are in, the bits are
+// those of the sample in one piece. Several may come in one frame. What the ids hold of pixels without a
+// sample is undefined.
+[[nodiscard]] AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture,
+                                            const Region& region, Accumulation& accumulation,
+                                            bool withVariance = false);
 
 // Continues from stored state: rgba32f texels of mean and variance (may be empty if it is not accumulated)
 // after `sampleCount` samples. Declares an upload into the persistent textures: in a frame of its own,

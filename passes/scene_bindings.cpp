@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.h"
+
 namespace raygraph::passes {
 
 namespace {
@@ -60,11 +62,27 @@ void SpecializeModels(PassBuilder& pass, const TraceSettings& settings, uint32_t
 
 }  // namespace
 
+Region RegionOf(const TraceSettings& settings) {
+    const Extent2D& extent = settings.extent;
+    const Region& region = settings.region;
+    if (region.IsEmpty()) return WholeOf(extent);
+    if (region.x >= extent.width || region.width > extent.width - region.x || region.y >= extent.height ||
+        region.height > extent.height - region.y)
+        throw Error(ErrorKind::Usage, "a region of " + std::to_string(region.width) + "x" +
+                                          std::to_string(region.height) + " pixels from " +
+                                          std::to_string(region.x) + ", " + std::to_string(region.y) +
+                                          " on, in a picture of " + std::to_string(extent.width) + "x" +
+                                          std::to_string(extent.height));
+    return region;
+}
+
 gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings) {
     return {
         .camera = settings.camera,
         .environment = scene.environment,
         .lights = scene.lightSet,
+        .pictureSize = {settings.extent.width, settings.extent.height},
+        .regionOffset = {settings.region.x, settings.region.y},
         .seed = settings.seed,
         .sampleIndex = settings.sampleIndex,
         .maxDepth = settings.biases.maxDepth,

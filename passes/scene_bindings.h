@@ -6,6 +6,9 @@
 
 namespace raygraph::passes {
 
+// The part of the picture that is asked for. Error{Usage} if it is not within settings.extent.
+Region RegionOf(const TraceSettings& settings);
+
 // The parameter block of a camera-ray pass.
 gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings);
 

@@ -9,6 +9,8 @@ namespace raygraph::passes {
 struct TonemapSettings {
     float exposureEv = 0.0f;  // stops: radiance is multiplied with 2^exposureEv
     TonemapOperator tonemapOperator = TonemapOperator::Neutral;
+
+    bool operator==(const TonemapSettings&) const = default;
 };
 
 // Reads any float texture and returns rgba8, display-encoded (see shaders/core/tonemap.glsl for each

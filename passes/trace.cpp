@@ -55,14 +55,14 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
                TraceOutputs outputs) {
     if (outputs.rayCounts && (outputs.parts || outputs.lightGroups))
         throw Error(ErrorKind::Usage, "Trace: ray counts and parts were asked for; it gives one of them");
-    TraceIds ids{.radiance = renderer.CreateTexture("radiance", {settings.extent, Format::Rgba32Float})};
-    if (outputs.rayCounts)
-        ids.rayCounts = renderer.CreateTexture("rayCounts", {settings.extent, Format::R32Float});
+    const Extent2D traced = RegionOf(settings).Extent();
+    TraceIds ids{.radiance = renderer.CreateTexture("radiance", {traced, Format::Rgba32Float})};
+    if (outputs.rayCounts) ids.rayCounts = renderer.CreateTexture("rayCounts", {traced, Format::R32Float});
     for (size_t i = 0; outputs.parts && i < kPathPartCount; i++)
-        ids.parts[i] = renderer.CreateTexture(kPathPartNames[i], {settings.extent, Format::Rgba32Float});
+        ids.parts[i] = renderer.CreateTexture(kPathPartNames[i], {traced, Format::Rgba32Float});
     if (outputs.lightGroups) {
         const Extent2D tiles = LightGroupTiles(scene.lightGroupCount);
-        const Extent2D extent{tiles.width * settings.extent.width, tiles.height * settings.extent.height};
+        const Extent2D extent{tiles.width * traced.width, tiles.height * traced.height};
         ids.lightGroups = renderer.CreateTexture("lightGroups", {extent, Format::Rgba32Float});
     }
     BufferId queue = PixelQueue(renderer);
@@ -85,17 +85,18 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
                 ids.parts[i] = pass.Writes(kPathPartNames[i], ids.parts[i]);
             if (outputs.lightGroups) ids.lightGroups = pass.Writes("lightGroups", ids.lightGroups);
         },
-        [extent = InvocationsFor(settings.extent)](CommandList& commands) { commands.TraceRays(extent); });
+        [extent = InvocationsFor(traced)](CommandList& commands) { commands.TraceRays(extent); });
     return ids;
 }
 
 PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                           FilmPosition film) {
+    const Extent2D traced = RegionOf(settings).Extent();
     PrimaryHitIds hits{
-        .albedo = renderer.CreateTexture("albedo", {settings.extent, Format::Rgba32Float}),
-        .normal = renderer.CreateTexture("normal", {settings.extent, Format::Rgba32Float}),
-        .position = renderer.CreateTexture("position", {settings.extent, Format::Rgba32Float}),
-        .ids = renderer.CreateTexture("ids", {settings.extent, Format::Rgba32Uint}),
+        .albedo = renderer.CreateTexture("albedo", {traced, Format::Rgba32Float}),
+        .normal = renderer.CreateTexture("normal", {traced, Format::Rgba32Float}),
+        .position = renderer.CreateTexture("position", {traced, Format::Rgba32Float}),
+        .ids = renderer.CreateTexture("ids", {traced, Format::Rgba32Uint}),
     };
     renderer.AddPass(
         "PrimaryHits", PassKind::RayTracing,
@@ -111,7 +112,7 @@ PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene, const Trace
             hits.position = pass.Writes("position", hits.position);
             hits.ids = pass.Writes("ids", hits.ids);
         },
-        [extent = settings.extent](CommandList& commands) { commands.TraceRays(extent); });
+        [traced](CommandList& commands) { commands.TraceRays(traced); });
     return hits;
 }
 

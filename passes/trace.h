@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "passes/tiles.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
 #include "shaders/shared/light_samplers.h"
@@ -25,6 +26,8 @@ struct ScatteringSettings {
     MaskingModel masking = MaskingModel::Correlated;
     FresnelModel fresnel = FresnelModel::Schlick;
     MultiscatterKind multiscatter = MultiscatterKind::Lut;
+
+    bool operator==(const ScatteringSettings&) const = default;
 };
 
 // How light is found. Every setting converges to the same picture, but for Off without a light that sampling
@@ -33,6 +36,8 @@ struct LightSamplingSettings {
     bool isOn = true;  // off: by chance alone, and punctual lights never
     LightSampler sampler = LightSampler::Bvh;
     MisHeuristic mis = MisHeuristic::Power;
+
+    bool operator==(const LightSamplingSettings&) const = default;
 };
 
 struct RouletteSettings {
@@ -41,6 +46,8 @@ struct RouletteSettings {
     // from 2 on, the first bounce is never thinned, which matters on dark surfaces under a sky.
     uint32_t start = 2;
     float survival = 0.8f;  // of each bounce, for Constant and Frame; in (0, 1]
+
+    bool operator==(const RouletteSettings&) const = default;
 };
 
 // Named biases: each changes the picture for less noise or time, and is off unless asked for.
@@ -55,6 +62,9 @@ struct BiasSettings {
 
 struct TraceSettings {
     Extent2D extent;  // pixels
+    // What Trace and PrimaryHits make of the picture: their textures have its extent. Empty: all of it. The
+    // pixels of a part have the bits that they have in the whole.
+    Region region{};
     gpu::CameraRecord camera{};
     SamplerKind sampler = SamplerKind::Sobol;
     uint32_t seed = 0;
@@ -100,8 +110,8 @@ struct TraceIds {
 };
 
 // One sample of every pixel: the radiance, and of the others those that were asked for. A function of (scene,
-// settings) alone: the same device gives the same bits. Unbiased but for settings.biases. Error{Usage} for
-// ray counts beside another output.
+// settings) alone: the same device gives the same bits, in one piece or in regions. Unbiased but for
+// settings.biases. Error{Usage} for ray counts beside another output, and for a region outside the picture.
 [[nodiscard]] TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                              TraceOutputs outputs = {});
 

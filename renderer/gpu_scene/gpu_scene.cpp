@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <optional>
 
 #include "base/error.h"
@@ -66,6 +67,17 @@ const char* Name(TlasWork work) {
     return "unknown";
 }
 
+// From the first to the last record that has changed since the last upload.
+struct DirtyRange {
+    uint32_t first = 0, end = 0;
+    bool IsEmpty() const { return first == end; }
+    uint32_t Count() const { return end - first; }
+    void Add(uint32_t index) {
+        first = IsEmpty() ? index : std::min(first, index);
+        end = std::max(end, index + 1);
+    }
+};
+
 struct GpuScene::Impl {
     Impl(Renderer& r, const GpuSceneDesc& desc)
         : device(r.Device()),
@@ -113,7 +125,8 @@ struct GpuScene::Impl {
         draws = std::move(newDraws);
         drawsState = {};
         hasUnbuiltBlases = true;
-        materialsAreDirty = false;
+        dirtyMaterials = {};
+        revisions.geometry++;
         geometriesState = {};
         materialsState = {};
         statistics.uploadMs =
@@ -181,19 +194,22 @@ struct GpuScene::Impl {
     }
 
     void DeclareMaterialUpload(Renderer& r, SceneIds& ids) {
-        if (!materialsAreDirty) return;
+        if (dirtyMaterials.IsEmpty()) return;
         r.AddPass(
             "UploadMaterials", PassKind::Transfer,
             [&](PassBuilder& pass) { ids.materials = pass.CopiesTo(ids.materials); },
             [this](CommandList& commands) {
-                const std::span<const std::byte> bytes = std::as_bytes(std::span(resources->materialRecords));
+                const uint64_t offset = dirtyMaterials.first * sizeof(gpu::MaterialRecord);
+                const std::span<const std::byte> bytes =
+                    std::as_bytes(std::span(resources->materialRecords)
+                                      .subspan(dirtyMaterials.first, dirtyMaterials.Count()));
                 rhi::Buffer staging = device.CreateBuffer({.name = "material staging",
                                                            .size = bytes.size(),
                                                            .usage = rhi::BufferUsage::CopySource,
                                                            .memory = rhi::MemoryKind::Upload});
                 std::copy(bytes.begin(), bytes.end(), staging.Mapped().begin());
-                commands.CopyBuffer(staging, 0, resources->materials, 0, bytes.size());
-                commands.OnSubmitted([this] { materialsAreDirty = false; });
+                commands.CopyBuffer(staging, 0, resources->materials, offset, bytes.size());
+                commands.OnSubmitted([this] { dirtyMaterials = {}; });
             });
     }
 
@@ -226,7 +242,8 @@ struct GpuScene::Impl {
     DrawTable draws;
     std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
-    bool materialsAreDirty = false;
+    DirtyRange dirtyMaterials;
+    SceneRevisions revisions;
 
     EnvironmentSettings environment;
     rhi::Texture environmentMap;  // empty: none
@@ -257,6 +274,8 @@ void GpuScene::SetScene(scene::SceneData&& scene) {
 void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
     m_impl->RequireNoFrame("SetTransform");
     CheckIndex("instance", instance, m_impl->instances->Count());
+    if (m_impl->instances->Transform(instance) == objectToWorld) return;
+    m_impl->revisions.transforms++;
     m_impl->instances->SetTransform(instance, objectToWorld);
     m_impl->lights->SetTransform(instance, objectToWorld);
 }
@@ -269,17 +288,41 @@ glm::mat4x3 GpuScene::Transform(uint32_t instance) const {
 void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
     m_impl->RequireNoFrame("SetVisible");
     CheckIndex("instance", instance, m_impl->instances->Count());
+    if (m_impl->instances->IsVisible(instance) == isVisible) return;
+    m_impl->revisions.geometry++;
     m_impl->instances->SetVisible(instance, isVisible);
     m_impl->lights->SetVisible(instance, isVisible);
+}
+
+bool GpuScene::IsVisible(uint32_t instance) const {
+    CheckIndex("instance", instance, m_impl->instances->Count());
+    return m_impl->instances->IsVisible(instance);
 }
 
 void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->RequireNoFrame("SetMaterial");
     std::vector<gpu::MaterialRecord>& records = m_impl->resources->materialRecords;
     CheckIndex("material", material, records.size());
-    records[material] = ToRecord(values, records[material]);
-    m_impl->materialsAreDirty = true;
+    const gpu::MaterialRecord record = ToRecord(values, records[material]);
+    static_assert(sizeof(record) == 30 * 4, "the comparison sees no padding");
+    if (std::memcmp(&record, &records[material], sizeof(record)) == 0) return;
+    records[material] = record;
+    m_impl->revisions.materials++;
+    m_impl->dirtyMaterials.Add(material);
     m_impl->lights->SetEmission(material, values.EmittedRadiance());
+}
+
+void GpuScene::SetLight(uint32_t light, const scene::Light& values) {
+    m_impl->RequireNoFrame("SetLight");
+    CheckIndex("light", light, m_impl->lights->PunctualCount());
+    if (m_impl->lights->Punctual(light) == values) return;
+    m_impl->lights->SetPunctual(light, values);
+    m_impl->revisions.lights++;
+}
+
+const scene::Light& GpuScene::Light(uint32_t light) const {
+    CheckIndex("light", light, m_impl->lights->PunctualCount());
+    return m_impl->lights->Punctual(light);
 }
 
 void GpuScene::SetLightGroups(LightGroups groups) {
@@ -307,7 +350,13 @@ void GpuScene::SetLightGroups(LightGroups groups) {
 
 void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
     m_impl->RequireNoFrame("SetEnvironment");
+    if (m_impl->environment == settings) return;
     m_impl->environment = settings;
+    m_impl->revisions.environment++;
+}
+
+const EnvironmentSettings& GpuScene::Environment() const {
+    return m_impl->environment;
 }
 
 void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
@@ -329,6 +378,7 @@ void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
     m_impl->uploader.Flush();
     m_impl->environmentMap = std::move(map);
     m_impl->environmentVersion++;
+    m_impl->revisions.environment++;
     m_impl->environmentState = SampledState();
     m_impl->mapAlias = std::move(mapAlias);
     m_impl->mapCells = {alias.width, alias.height};
@@ -338,6 +388,8 @@ void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
 
 void GpuScene::RemoveEnvironmentMap() {
     m_impl->RequireNoFrame("RemoveEnvironmentMap");
+    if (!m_impl->environmentMap) return;
+    m_impl->revisions.environment++;
     m_impl->environmentMap = {};
     m_impl->environmentVersion++;
     m_impl->environmentState = SampledState();
@@ -379,6 +431,10 @@ SceneIds GpuScene::Declare(Renderer& renderer) {
 const GpuSceneStatistics& GpuScene::Statistics() const {
     m_impl->RefreshStatistics();
     return m_impl->statistics;
+}
+
+const SceneRevisions& GpuScene::Revisions() const {
+    return m_impl->revisions;
 }
 
 bool GpuScene::IsSettled() const {

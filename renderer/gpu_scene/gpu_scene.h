@@ -73,6 +73,8 @@ struct SceneIds {
 struct EnvironmentSettings {
     glm::vec3 radiance{0.0f};  // constant radiance, or the factor on the map
     float rotation = 0.0f;     // radians about +y
+
+    bool operator==(const EnvironmentSettings&) const = default;
 };
 
 enum class TlasWork : uint8_t { None, Update, Rebuild };
@@ -102,6 +104,18 @@ struct GpuSceneStatistics {
     double uploadMs = 0.0;               // host time of the last SetScene: sorting and staging
 };
 
+// How often the scene has changed, by what changed: for whoever keeps something that was made of it. An edit
+// that changes nothing does not count; what leaves the picture as it is (light groups, compaction) neither.
+struct SceneRevisions {
+    uint64_t geometry = 0;     // SetScene, SetVisible
+    uint64_t transforms = 0;   // SetTransform
+    uint64_t materials = 0;    // SetMaterial, emission included
+    uint64_t lights = 0;       // SetLight
+    uint64_t environment = 0;  // SetEnvironment, SetEnvironmentMap, RemoveEnvironmentMap
+
+    bool operator==(const SceneRevisions&) const = default;
+};
+
 struct GpuSceneDesc {
     uint64_t scratchBudget = 64ull << 20;  // bytes of build scratch at a time
     uint32_t textureCapacity = 4096;
@@ -123,16 +137,24 @@ class GpuScene {
     glm::mat4x3 Transform(uint32_t instance) const;
     // No ray hits an invisible instance. A change rebuilds the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
+    bool IsVisible(uint32_t instance) const;
     // Factors change. What SetScene has sorted by stays: textures, and how rays treat the surface: whether
     // its back is there, and whether its alpha is looked at at all. A material that did not emit then, and
     // has no emissive texture, is no light to be sampled when it does: rays find it by chance.
     void SetMaterial(uint32_t material, const scene::Material& values);
+
+    // A punctual light; indices are those of SceneData::lights. Rebuilds the light tables, and nothing else.
+    // Error{Usage} out of range, and for what no file could say: numbers that are not finite, a negative
+    // colour or intensity, cone angles that are not 0 <= inner < outer <= pi / 2.
+    void SetLight(uint32_t light, const scene::Light& values);
+    const scene::Light& Light(uint32_t light) const;
 
     // Which lights Trace tells apart. Those of the scene that is there: SetScene leaves none. Error{Usage}
     // for lists that are neither empty nor of the scene's sizes, or a group that is out of range.
     void SetLightGroups(LightGroups groups);
 
     void SetEnvironment(const EnvironmentSettings& settings);
+    const EnvironmentSettings& Environment() const;
     // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty.
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     void RemoveEnvironmentMap();
@@ -142,6 +164,8 @@ class GpuScene {
     SceneIds Declare(Renderer& renderer);
 
     const GpuSceneStatistics& Statistics() const;
+    // Counts edits when they are made, whether or not a frame has carried them out yet.
+    const SceneRevisions& Revisions() const;
     // True when no BLAS build or compaction is outstanding.
     bool IsSettled() const;
 

@@ -32,6 +32,7 @@ class InstanceSet {
     const glm::mat4x3& Transform(uint32_t index) const { return m_instances[index].objectToWorld; }
     void SetTransform(uint32_t index, const glm::mat4x3& objectToWorld);
     void SetVisible(uint32_t index, bool isVisible);
+    bool IsVisible(uint32_t index) const { return m_instances[index].isVisible; }
     // A BLAS was built or has moved: every address has to be written again.
     void MarkStructuresChanged() { m_needsRebuild = true; }
 

@@ -1,7 +1,10 @@
 #include "renderer/gpu_scene/light_set.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+
+#include "base/error.h"
 
 namespace raygraph {
 
@@ -12,6 +15,28 @@ rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, u
                                 .size = std::max<uint64_t>(1, count) * recordBytes,
                                 .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
                                          rhi::BufferUsage::CopyDestination});
+}
+
+bool IsFinite(const glm::vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+void RequireSane(uint32_t index, const scene::Light& light) {
+    const auto require = [&](bool isGood, const char* what) {
+        if (!isGood) throw Error(ErrorKind::Usage, "GpuScene: light " + std::to_string(index) + ": " + what);
+    };
+    require(IsFinite(light.color) && glm::all(glm::greaterThanEqual(light.color, glm::vec3(0.0f))),
+            "its colour must be finite and not negative");
+    require(std::isfinite(light.intensity) && light.intensity >= 0.0f,
+            "its intensity must be finite and not negative");
+    for (int column = 0; column < 4; column++)
+        require(IsFinite(light.lightToWorld[column]), "its transform must be finite");
+    require(glm::determinant(glm::mat3(light.lightToWorld)) != 0.0f, "its transform has no inverse");
+    if (light.type != scene::LightType::Spot) return;
+    constexpr float kMostAngle = 1.5707964f;
+    require(light.innerConeAngle >= 0.0f && light.innerConeAngle < light.outerConeAngle &&
+                light.outerConeAngle <= kMostAngle,
+            "innerConeAngle must be below outerConeAngle, and that at most pi/2");
 }
 
 }  // namespace
@@ -68,6 +93,12 @@ void LightSet::SetEmission(uint32_t material, const glm::vec3& radiance) {
     if (old == radiance) return;
     old = radiance;
     m_isTableDue |= m_isEmitterMaterial[material];
+}
+
+void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
+    RequireSane(light, values);
+    m_scene.punctual[light] = values;
+    m_isTableDue = true;
 }
 
 void LightSet::SetGroups(LightGroups groups) {

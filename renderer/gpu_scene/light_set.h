@@ -25,6 +25,9 @@ class LightSet {
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
     void SetVisible(uint32_t instance, bool isVisible);
     void SetEmission(uint32_t material, const glm::vec3& radiance);
+    // Error{Usage} for values that no file may have.
+    void SetPunctual(uint32_t light, const scene::Light& values);
+    const scene::Light& Punctual(uint32_t light) const { return m_scene.punctual[light]; }
     // Of the scene's sizes, and in range.
     void SetGroups(LightGroups groups);
     // Mean radiance over the sphere, and the table that chooses directions.

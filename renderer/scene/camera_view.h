@@ -23,6 +23,8 @@ struct CameraView {
     float zNear = 0.01f;  // Metres, for raster views. Always above 0.
     float zFar = 0.0f;    // Metres, for raster views; 0 = infinite.
 
+    bool operator==(const CameraView&) const = default;
+
     // A camera at `eye` that looks at `target`. `up` need not be perpendicular; if it is parallel to the view
     // direction or zero another is chosen. If eye and target are one point it looks along -z.
     static CameraView LookAt(const glm::vec3& eye, const glm::vec3& target, const glm::vec3& up);

@@ -224,6 +224,8 @@ struct Light {
     float innerConeAngle = 0.0f;  // Spot: radians from the axis, full intensity within.
     float outerConeAngle = 0.785398163f;  // Spot: radians from the axis, nothing outside.
     glm::mat4x3 lightToWorld{1.0f};
+
+    bool operator==(const Light&) const = default;
 };
 
 struct SceneData {

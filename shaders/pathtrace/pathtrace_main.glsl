@@ -1,5 +1,6 @@
-// Ray generation of Trace: one sample of every pixel. Includers may define COUNT_RAYS, PATH_PARTS
-// and LIGHT_GROUPS.
+// Ray generation of Trace: one sample of every pixel of a region of the picture. Includers may define
+// COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS. Images have the region's size; `texel` is a place in them, `pixel`
+// one in the picture.
 //
 // An invocation follows one path after the other, and takes the next pixel as soon as a path ends: paths
 // differ in length, and invocations that run in lockstep would wait for the longest. There are at most as
@@ -59,53 +60,54 @@ PathSettings SettingsOf(TraceParameters from) {
 }
 
 #ifdef LIGHT_GROUPS
-void StoreGroups(ivec2 pixel, ivec2 size, float alpha) {
+void StoreGroups(ivec2 texel, ivec2 size, float alpha) {
     int columns = imageSize(lightGroups).x / size.x;
     int rows = imageSize(lightGroups).y / size.y;
     for (int i = 0; i < min(columns * rows, int(kMaxLightGroups)); i++)
-        imageStore(lightGroups, ivec2(i % columns, i / columns) * size + pixel, vec4(groupSums[i], alpha));
+        imageStore(lightGroups, ivec2(i % columns, i / columns) * size + texel, vec4(groupSums[i], alpha));
 }
 #endif
 
-// The next pixel that no invocation has taken, in rows from the top. False: there is none.
-bool TakePixel(uvec2 size, out uvec2 pixel) {
+// The next texel that no invocation has taken, in rows from the top. False: there is none.
+bool TakeTexel(uvec2 size, out uvec2 texel) {
     uint index = atomicAdd(pixelQueue.takenCount, 1u);
-    pixel = uvec2(index % size.x, index / size.x);
-    return pixel.y < size.y;
+    texel = uvec2(index % size.x, index / size.x);
+    return texel.y < size.y;
 }
 
-PathState PathOf(uvec2 pixel, uvec2 size) {
+PathState PathOf(uvec2 texel) {
 #ifdef LIGHT_GROUPS
     for (uint i = 0u; i < kMaxLightGroups; i++) groupSums[i] = vec3(0.0f);
 #endif
+    uvec2 pixel = texel + parameters.value.regionOffset;
     Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
-    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(size);
+    vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(parameters.value.pictureSize);
     Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
     return StartPath(ray, rng);
 }
 
-void Store(uvec2 pixel, PathState path) {
-    imageStore(radiance, ivec2(pixel), vec4(path.radiance, path.alpha));
+void Store(uvec2 texel, PathState path) {
+    imageStore(radiance, ivec2(texel), vec4(path.radiance, path.alpha));
 #ifdef COUNT_RAYS
-    imageStore(rayCounts, ivec2(pixel), vec4(float(path.rayCount)));
+    imageStore(rayCounts, ivec2(texel), vec4(float(path.rayCount)));
 #endif
 #ifdef PATH_PARTS
-    imageStore(emission, ivec2(pixel), vec4(path.parts.emission, path.alpha));
-    imageStore(direct, ivec2(pixel), vec4(path.parts.direct, path.alpha));
-    imageStore(indirect, ivec2(pixel), vec4(path.parts.indirect, path.alpha));
-    imageStore(diffuse, ivec2(pixel), vec4(path.parts.diffuse, path.alpha));
-    imageStore(specular, ivec2(pixel), vec4(path.parts.specular, path.alpha));
-    imageStore(transmission, ivec2(pixel), vec4(path.parts.transmission, path.alpha));
+    imageStore(emission, ivec2(texel), vec4(path.parts.emission, path.alpha));
+    imageStore(direct, ivec2(texel), vec4(path.parts.direct, path.alpha));
+    imageStore(indirect, ivec2(texel), vec4(path.parts.indirect, path.alpha));
+    imageStore(diffuse, ivec2(texel), vec4(path.parts.diffuse, path.alpha));
+    imageStore(specular, ivec2(texel), vec4(path.parts.specular, path.alpha));
+    imageStore(transmission, ivec2(texel), vec4(path.parts.transmission, path.alpha));
 #endif
 #ifdef LIGHT_GROUPS
-    StoreGroups(ivec2(pixel), imageSize(radiance), path.alpha);
+    StoreGroups(ivec2(texel), imageSize(radiance), path.alpha);
 #endif
 }
 
 void main() {
     uvec2 size = uvec2(imageSize(radiance));
     PathSettings settings = SettingsOf(parameters.value);
-    uvec2 pixel;
+    uvec2 texel;
     PathState path;
     bool isGoingOn = false;
     bool isProbed = false;
@@ -113,8 +115,8 @@ void main() {
     MediumStack cameraMedia = NoMedia();
     while (true) {
         if (!isGoingOn) {
-            if (!TakePixel(size, pixel)) return;
-            path = PathOf(pixel, size);
+            if (!TakeTexel(size, texel)) return;
+            path = PathOf(texel);
             if (HasTraceFeature(kTraceProbeMedia)) {
                 // Of a pinhole camera, all rays start at one point
                 if (!isProbed || path.ray.origin != probedOrigin) cameraMedia = MediaAround(path.ray.origin);
@@ -124,6 +126,6 @@ void main() {
             }
         }
         isGoingOn = ExtendPath(path, settings);
-        if (!isGoingOn) Store(pixel, path);
+        if (!isGoingOn) Store(texel, path);
     }
 }

@@ -1,4 +1,4 @@
-// Accumulate: takes the next sample into the running mean. Includers may define WITH_VARIANCE.
+// Accumulate: takes the next sample, or a tile of it, into the running mean. Includers may define WITH_VARIANCE.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D newSample;
@@ -7,12 +7,16 @@ layout(set = 0, binding = 1, rgba32f) uniform image2D mean;
 layout(set = 0, binding = 2, rgba32f) uniform image2D variance;
 #endif
 
-layout(push_constant) uniform Constants { uint sampleCount; } constants;  // in the mean so far
+layout(push_constant) uniform Constants {
+    uvec2 offset;      // of the new sample in the picture
+    uint sampleCount;  // of its pixels in the mean so far
+} constants;
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, imageSize(mean)))) return;
-    vec4 value = imageLoad(newSample, pixel);
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(texel, imageSize(newSample)))) return;
+    ivec2 pixel = texel + ivec2(constants.offset);
+    vec4 value = imageLoad(newSample, texel);
     // What is stored before the first sample is undefined, possibly NaN: not read into the arithmetic
     bool isFirst = constants.sampleCount == 0u;
     float count = float(constants.sampleCount + 1u);

@@ -125,6 +125,8 @@ struct TraceParameters {
     CameraRecord camera;
     EnvironmentRecord environment;
     LightSetRecord lights;
+    uvec2 pictureSize;   // pixels
+    uvec2 regionOffset;  // pixels: of the part that is traced
     uint seed;
     uint sampleIndex;
     uint maxDepth;        // bounces; 0xFFFFFFFF: no limit
@@ -143,7 +145,7 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 30 * 4);
-static_assert(sizeof(TraceParameters) == 39 * 4);
+static_assert(sizeof(TraceParameters) == 43 * 4);
 }  // namespace raygraph::gpu
 #endif
 

@@ -1,0 +1,111 @@
+#include "editor/viewport/compare_view.h"
+
+#include "passes/compare.h"
+#include "passes/flip.h"
+
+namespace raygraph::viewport {
+
+namespace {
+
+// A host may never ask for numbers.
+constexpr size_t kMostPending = 8;
+
+// A copy that lives over frames.
+TextureId Keep(Renderer& renderer, TextureId map, TextureId kept) {
+    renderer.AddPass(
+        "KeepError", PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            pass.CopiesFrom(map);
+            kept = pass.CopiesTo(kept);
+        },
+        [map, kept](CommandList& commands, const PassResources& resources) {
+            commands.CopyTexture(resources.Texture(map), resources.Texture(kept));
+        });
+    return kept;
+}
+
+}  // namespace
+
+CompareView::Key CompareView::KeyOf(const Renderer& renderer, const ShowSettings& show,
+                                    const Pictures& pictures) {
+    Key key{.show = show,
+            .pathTracedSamples = pictures.pathTracedSamples,
+            .rasterSamples = pictures.rasterSamples,
+            .coarseness = pictures.coarseness,
+            .resetCount = pictures.resetCount,
+            .extent = renderer.Desc(pictures.pathTraced).extent};
+    // What the map does not depend on
+    key.show.wipePosition = key.show.greatestError = 0.0f;
+    if (show.view != View::Flip) {
+        key.show.tonemap = {};
+        key.show.pixelsPerDegree = 0.0f;
+    }
+    return key;
+}
+
+void CompareView::Measure(Renderer& renderer, const Key& key, TextureId map) {
+    if (m_pending.size() >= kMostPending) m_pending.pop_front();
+    m_pending.push_back({.numbers = {.view = key.show.view,
+                                     .numbers = {},
+                                     .pathTracedSamples = key.pathTracedSamples,
+                                     .rasterSamples = key.rasterSamples},
+                         .extent = key.extent,
+                         .groups = renderer.ReadBack(passes::SumGroups(renderer, map))});
+    renderer.OnSubmitted([this, key] { m_made = key; });
+}
+
+TextureId CompareView::DeclareMap(Renderer& renderer, const Key& key, const Pictures& pictures) {
+    TextureId kept = renderer.Persist(MapName(), {key.extent, Format::R32Float});
+    if (!renderer.IsFresh(kept) && m_made == key) return kept;
+    TextureId map;
+    if (key.show.view == View::Flip) {
+        const TextureId reference = passes::Tonemap(renderer, pictures.pathTraced, key.show.tonemap);
+        const TextureId test = passes::Tonemap(renderer, pictures.raster, key.show.tonemap);
+        map = passes::Flip(renderer, reference, test, {.pixelsPerDegree = key.show.pixelsPerDegree});
+    } else {
+        map = passes::RelativeError(renderer, pictures.pathTraced, pictures.raster);
+    }
+    Measure(renderer, key, map);
+    return Keep(renderer, map, kept);
+}
+
+TextureId CompareView::Declare(Renderer& renderer, const ShowSettings& show, const Pictures& pictures) {
+    const auto shown = [&](TextureId radiance) { return passes::Tonemap(renderer, radiance, show.tonemap); };
+    switch (show.view) {
+        case View::PathTraced:
+            return shown(pictures.pathTraced);
+        case View::Raster:
+            return shown(pictures.raster);
+        case View::Wipe:
+            return passes::Wipe(renderer, shown(pictures.pathTraced), shown(pictures.raster),
+                                show.wipePosition);
+        case View::SideBySide:
+            return passes::SideBySide(renderer, shown(pictures.pathTraced), shown(pictures.raster));
+        case View::Difference: {
+            const passes::DifferenceIds ids =
+                passes::Difference(renderer, pictures.pathTraced, pictures.raster);
+            const Key key = KeyOf(renderer, show, pictures);
+            if (!(m_made == key)) Measure(renderer, key, ids.luminance);
+            return shown(ids.difference);
+        }
+        case View::RelativeError:
+            return passes::Heat(renderer, DeclareMap(renderer, KeyOf(renderer, show, pictures), pictures),
+                                show.greatestError);
+        case View::Flip:
+            return passes::Heat(renderer, DeclareMap(renderer, KeyOf(renderer, show, pictures), pictures),
+                                1.0f);
+    }
+    return shown(pictures.pathTraced);
+}
+
+std::optional<CompareNumbers> CompareView::Numbers() {
+    while (!m_pending.empty() && m_pending.front().groups.IsReady()) {
+        Pending& front = m_pending.front();
+        front.numbers.numbers = passes::NumbersOf(front.groups, front.extent);
+        m_newest = front.numbers;
+        m_pending.pop_front();
+    }
+    return m_newest;
+}
+
+}  // namespace raygraph::viewport

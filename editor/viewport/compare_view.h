@@ -1,0 +1,54 @@
+// CompareView: the views that show two pictures in one, and the numbers of how far they are apart.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+
+#include "editor/viewport/viewport.h"
+
+namespace raygraph::viewport {
+
+class CompareView {
+  public:
+    explicit CompareView(std::string name) : m_name(std::move(name)) {}
+
+    // The two pictures, rgba32f of one extent, and how far they have come.
+    struct Pictures {
+        TextureId pathTraced, raster;
+        uint32_t pathTracedSamples = 0, rasterSamples = 0;
+        uint32_t coarseness = 0;
+        uint64_t resetCount = 0;
+    };
+    // Display values of one of the views that show both. A map of errors is made when a sample has been
+    // completed, or a setting changed, and kept until then.
+    TextureId Declare(Renderer& renderer, const ShowSettings& show, const Pictures& pictures);
+    std::optional<CompareNumbers> Numbers();
+    void Forget(Renderer& renderer) { renderer.Forget(MapName()); }
+
+  private:
+    // What a map was made of.
+    struct Key {
+        ShowSettings show;
+        uint32_t pathTracedSamples = 0, rasterSamples = 0, coarseness = 0;
+        uint64_t resetCount = 0;
+        Extent2D extent;
+        bool operator==(const Key&) const = default;
+    };
+    struct Pending {
+        CompareNumbers numbers;
+        Extent2D extent;
+        Readback groups;
+    };
+    std::string MapName() const { return m_name + ".error"; }
+    static Key KeyOf(const Renderer& renderer, const ShowSettings& show, const Pictures& pictures);
+    TextureId DeclareMap(Renderer& renderer, const Key& key, const Pictures& pictures);
+    void Measure(Renderer& renderer, const Key& key, TextureId map);
+
+    std::string m_name;
+    std::optional<Key> m_made;  // what the map that is kept was made of
+    std::deque<Pending> m_pending;
+    std::optional<CompareNumbers> m_newest;
+};
+
+}  // namespace raygraph::viewport

@@ -1,0 +1,78 @@
+#include "editor/viewport/frame_budget.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace raygraph::viewport {
+
+namespace {
+
+// Of the limit, so that what was not foreseen does not exceed it.
+constexpr double kAim = 0.7;
+// At least this share of the limit is for tracing, whatever the rest takes: else nothing would ever be done.
+constexpr double kLeastShare = 0.25;
+constexpr uint64_t kGrowth = 4;
+
+}  // namespace
+
+void FrameBudget::Forget() {
+    m_msPerPixel.fill(0.0);
+    m_mostPixels = 0;
+    m_overheadMs = 0.0;
+}
+
+void FrameBudget::LearnTile(uint32_t height, const passes::Region& tile, double milliseconds) {
+    const uint64_t pixels = tile.PixelCount();
+    if (pixels == 0 || height == 0 || !(milliseconds > 0.0)) return;
+    const double cost = milliseconds / static_cast<double>(pixels);
+    const uint32_t last = tile.y + tile.height - 1;
+    for (uint32_t band = tile.y * kBands / height; band <= last * kBands / height; band++) {
+        double& known = m_msPerPixel[std::min(band, kBands - 1)];
+        known = cost > known ? cost : 0.5 * (known + cost);
+    }
+    m_mostPixels = std::max(m_mostPixels, pixels);
+}
+
+void FrameBudget::LearnOverhead(double milliseconds) {
+    m_overheadMs = m_overheadMs == 0.0 ? milliseconds : 0.5 * (m_overheadMs + milliseconds);
+}
+
+double FrameBudget::TracingMs() const {
+    return std::max(kLeastShare * m_limitMs, kAim * m_limitMs - m_overheadMs);
+}
+
+double FrameBudget::CostAt(uint32_t height, uint32_t row) const {
+    const double known = m_msPerPixel[std::min(row * kBands / height, kBands - 1)];
+    return known > 0.0 ? known : *std::max_element(m_msPerPixel.begin(), m_msPerPixel.end());
+}
+
+double FrameBudget::Expect(uint32_t height, const passes::Region& tile) const {
+    double sum = 0.0;
+    for (uint32_t row = tile.y; row < tile.y + tile.height; row++) sum += tile.width * CostAt(height, row);
+    return sum;
+}
+
+uint64_t FrameBudget::Affordable(rhi::Extent2D picture, const passes::TileCursor& cursor,
+                                 double milliseconds) const {
+    if (!IsLimited()) return uint64_t{picture.width} * picture.height;
+    if (!HasLearned()) return kFirstPixels;
+    uint64_t pixels = 0;
+    double left = milliseconds;
+    uint32_t row = cursor.Y();
+    // The rest of a band that has been begun
+    const uint32_t bandEnd = std::min(picture.height, row + cursor.BandHeight());
+    uint64_t width = picture.width - cursor.X();
+    for (; row < picture.height; row++) {
+        if (row >= bandEnd) width = picture.width;
+        const double cost = CostAt(picture.height, row), rowMs = static_cast<double>(width) * cost;
+        if (rowMs > left) {
+            pixels += static_cast<uint64_t>(left / cost);
+            break;
+        }
+        left -= rowMs;
+        pixels += width;
+    }
+    return std::clamp<uint64_t>(pixels, 1, kGrowth * m_mostPixels);
+}
+
+}  // namespace raygraph::viewport

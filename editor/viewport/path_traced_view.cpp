@@ -1,0 +1,157 @@
+#include "editor/viewport/path_traced_view.h"
+
+#include <algorithm>
+
+#include "passes/overlay.h"
+
+namespace raygraph::viewport {
+
+namespace {
+
+using passes::Accumulation;
+using passes::Region;
+using passes::TileCursor;
+
+constexpr uint32_t kMostLevels = 10;
+
+uint64_t PixelsOf(Extent2D extent) {
+    return uint64_t{extent.width} * extent.height;
+}
+
+bool Fits(Extent2D extent, const FrameBudget& budget) {
+    return budget.Affordable(extent, {}, budget.TracingMs()) >= PixelsOf(extent);
+}
+
+}  // namespace
+
+PathTracedView::PathTracedView(const std::string& name) : m_full(name + ".path-traced") {
+    for (uint32_t i = 1; i <= kMostLevels; i++)
+        m_levels.push_back(
+            {.scale = 1u << i, .sample = Accumulation(name + ".path-traced/" + std::to_string(1u << i))});
+}
+
+Extent2D PathTracedView::ExtentAt(Extent2D extent, uint32_t scale) {
+    return {(extent.width + scale - 1) / scale, (extent.height + scale - 1) / scale};
+}
+
+size_t PathTracedView::LevelCount(Extent2D extent) const {
+    size_t count = 0;
+    uint64_t pixels = PixelsOf(extent);
+    while (pixels > FrameBudget::kFirstPixels && count < m_levels.size())
+        pixels = PixelsOf(ExtentAt(extent, m_levels[count++].scale));
+    return count;
+}
+
+void PathTracedView::Reset(passes::ResetCause cause) {
+    m_full.Reset(cause);
+    for (Level& level : m_levels) level.sample.Reset(cause);
+}
+
+void PathTracedView::Forget(Renderer& renderer) {
+    renderer.Forget(m_full.Name() + ".mean");
+    renderer.Forget(m_full.Name() + ".variance");
+    for (const Level& level : m_levels) renderer.Forget(level.sample.Name() + ".mean");
+}
+
+uint32_t PathTracedView::Coarseness() const {
+    if (m_full.SampleCount() > 0) return 1;
+    for (const Level& level : m_levels)
+        if (level.sample.SampleCount() > 0) return level.scale;
+    return 0;
+}
+
+passes::AccumulatedIds PathTracedView::DeclareTile(Renderer& renderer, const SceneIds& scene,
+                                                   passes::TraceSettings settings, const Region& region,
+                                                   Accumulation& into, bool withVariance) {
+    settings.sampleIndex = into.Declared().sampleCount;
+    settings.region = region;
+    m_tiles.push_back({settings.extent.height, region});
+    const TextureId tile = passes::Trace(renderer, scene, settings).radiance;
+    return passes::AccumulateTile(renderer, tile, settings.extent, region, into, withVariance);
+}
+
+PathTracedView::Level* PathTracedView::Finest(Extent2D extent) {
+    for (size_t i = 0; i < LevelCount(extent); i++)
+        if (m_levels[i].sample.SampleCount() > 0) return &m_levels[i];
+    return nullptr;
+}
+
+PathTracedView::Level* PathTracedView::FinerThan(const Level& level) {
+    for (Level& finer : m_levels)
+        if (2 * finer.scale == level.scale) return &finer;
+    return nullptr;
+}
+
+PathTracedView::Level* PathTracedView::FirstToTrace(Extent2D extent, const FrameBudget& budget) {
+    if (Fits(extent, budget)) return nullptr;
+    const size_t count = LevelCount(extent);
+    for (size_t i = 0; i < count; i++)
+        if (Fits(ExtentAt(extent, m_levels[i].scale), budget) || i + 1 == count) return &m_levels[i];
+    return nullptr;
+}
+
+PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& scene,
+                                            passes::TraceSettings settings, const FrameBudget& budget,
+                                            const BudgetSettings& limits) {
+    m_tiles.clear();
+    const bool isBegun = !m_full.Declared().cursor.IsAtStart();
+    if (m_full.SampleCount() == 0 && (budget.IsLimited() || isBegun))
+        return DeclareFirstSample(renderer, scene, settings, budget);
+    return DeclareSamples(renderer, scene, settings, budget, limits);
+}
+
+PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const SceneIds& scene,
+                                                   const passes::TraceSettings& settings,
+                                                   const FrameBudget& budget, const BudgetSettings& limits) {
+    const GraphTextureDesc desc{settings.extent, Format::Rgba32Float};
+    passes::AccumulatedIds ids{renderer.Persist(m_full.Name() + ".mean", desc),
+                               renderer.Persist(m_full.Name() + ".variance", desc)};
+    double left = budget.TracingMs();
+    for (uint32_t i = 0; i < std::max(1u, limits.samplesPerFrame); i++) {
+        const Accumulation::Progress& progress = m_full.Declared();
+        if (limits.maxSamples > 0 && progress.sampleCount >= limits.maxSamples) break;
+        const Region region =
+            progress.cursor.Next(settings.extent, budget.Affordable(settings.extent, progress.cursor, left));
+        const double expected = budget.Expect(settings.extent.height, region);
+        // What has been begun is a frame's least; more only where it fits
+        if (i > 0 && budget.IsLimited() && expected > left) break;
+        left -= expected;
+        ids = DeclareTile(renderer, scene, settings, region, m_full, true);
+        if (!m_full.Declared().cursor.IsAtStart()) break;
+    }
+    return {ids.mean, ids.mean, ids.variance};
+}
+
+PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const SceneIds& scene,
+                                                       const passes::TraceSettings& settings,
+                                                       const FrameBudget& budget) {
+    const Extent2D extent = settings.extent;
+    Level* const shown = Finest(extent);
+    Level* const next = shown == nullptr ? FirstToTrace(extent, budget) : FinerThan(*shown);
+    Accumulation& into = next != nullptr ? next->sample : m_full;
+    passes::TraceSettings coarse = settings;
+    if (next != nullptr) coarse.extent = ExtentAt(extent, next->scale);
+    const TileCursor cursor = into.Declared().cursor;
+    // What comes first is whole: there is nothing to show beside it
+    const Region region =
+        shown == nullptr
+            ? passes::WholeOf(coarse.extent)
+            : cursor.Next(coarse.extent, budget.Affordable(coarse.extent, cursor, budget.TracingMs()));
+    const passes::AccumulatedIds traced = DeclareTile(renderer, scene, coarse, region, into, next == nullptr);
+
+    Ids ids{.radiance = traced.mean, .mean = traced.mean, .variance = traced.variance};
+    if (into.Declared().sampleCount == 0) {
+        const TextureId below = renderer.Persist(shown->sample.Name() + ".mean",
+                                                 {ExtentAt(extent, shown->scale), Format::Rgba32Float});
+        ids.radiance = passes::Overlay(renderer, below, traced.mean, into.Declared().cursor);
+    }
+    if (next != nullptr) {
+        ids.radiance = passes::Upscale(renderer, ids.radiance, extent);
+        const GraphTextureDesc desc{extent, Format::Rgba32Float};
+        ids.mean = renderer.Persist(m_full.Name() + ".mean", desc);
+        ids.variance = renderer.Persist(m_full.Name() + ".variance", desc);
+    }
+    return ids;
+}
+
+}  // namespace raygraph::viewport

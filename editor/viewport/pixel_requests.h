@@ -1,0 +1,90 @@
+// Questions about a pixel, answered by a later frame. Asking and looking never wait for the device.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "passes/accumulate.h"
+#include "passes/trace.h"
+#include "renderer/graph/renderer.h"
+
+namespace raygraph::viewport {
+
+// What lies behind the centre of a pixel, as passes::PrimaryHits has it: the same in every view.
+struct PickResult {
+    glm::uvec2 pixel{0};
+    bool isHit = false;      // the other fields mean something
+    uint32_t instance = 0;   // of the scene
+    uint32_t primitive = 0;  // triangle of the file's primitive
+    uint32_t material = 0;
+    uint32_t geometry = 0;     // primitive of a mesh, numbered over the scene
+    glm::vec3 position{0.0f};  // world space
+    glm::vec3 normal{0.0f};    // world space, shading normal
+    float depth = 0.0f;        // metres along the camera's forward
+};
+
+// The mean of a view in a pixel.
+struct PixelValue {
+    glm::vec3 radiance{0.0f};  // linear, W/(sr m^2)
+    float coverage = 0.0f;     // share of the samples that hit a surface
+    uint32_t sampleCount = 0;  // of this pixel
+    // Of the mean, per channel; infinite below two samples.
+    glm::vec3 standardError{0.0f};
+};
+struct InspectResult {
+    glm::uvec2 pixel{0};
+    // Of the views that were shown in the frame that answered. Without a sample, there is none.
+    std::optional<PixelValue> pathTraced, raster;
+};
+
+// A request; copies are of the same one. Threads: that of the viewport. It is ready once the device has done
+// the first frame that was declared after it; a frame that is dropped answers nothing, the next one does.
+// What the viewport has not answered when it is destroyed is never ready.
+class Pick {
+  public:
+    bool IsReady() const;
+    PickResult Result() const;  // Error{Usage} when not ready
+
+  private:
+    friend class PixelRequests;
+    struct State;
+    std::shared_ptr<State> m_state;
+};
+
+class Inspection {
+  public:
+    bool IsReady() const;
+    InspectResult Result() const;  // Error{Usage} when not ready
+
+  private:
+    friend class PixelRequests;
+    struct State;
+    std::shared_ptr<State> m_state;
+};
+
+// What a viewport has been asked. A pixel that a later size does not have is answered without a hit or a
+// value.
+class PixelRequests {
+  public:
+    Pick RequestPick(glm::uvec2 pixel);
+    Inspection RequestInspection(glm::uvec2 pixel);
+
+    // Declare what answers the requests at hand. `settings` is of the picture.
+    void DeclarePicks(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings);
+    // A view that is shown: its accumulation with what the open frame adds to it.
+    struct Shown {
+        TextureId mean, variance;
+        passes::Accumulation::Progress progress;
+    };
+    void DeclareInspections(Renderer& renderer, Extent2D extent, const std::optional<Shown>& pathTraced,
+                            const std::optional<Shown>& raster);
+
+  private:
+    std::vector<std::shared_ptr<Pick::State>> m_picks;
+    std::vector<std::shared_ptr<Inspection::State>> m_inspections;
+};
+
+}  // namespace raygraph::viewport

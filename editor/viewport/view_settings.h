@@ -1,0 +1,72 @@
+// What a Viewport shows, and how.
+#pragma once
+
+#include <cstdint>
+
+#include "passes/tonemap.h"
+#include "passes/trace.h"
+
+namespace raygraph::viewport {
+
+enum class View : uint8_t {
+    PathTraced,
+    Raster,
+    Wipe,           // path-traced left of a line, raster right of it
+    SideBySide,     // both at half the size
+    Difference,     // |raster - path-traced| of the radiance, exposed and tone-mapped
+    RelativeError,  // of the raster view's luminance against the path-traced one, as colours
+    Flip,           // what a person sees who switches between the two, as colours (passes/flip.h)
+};
+inline constexpr uint32_t kViewCount = 7;
+const char* Name(View view);  // "path-traced", "side by side", ...
+bool ShowsPathTraced(View view);
+bool ShowsRaster(View view);
+// Whether there is a number for the view (Viewport::Numbers).
+bool IsMeasured(View view);
+
+// How the picture is shown. Nothing here ever starts an accumulation anew.
+struct ShowSettings {
+    View view = View::PathTraced;
+    float wipePosition = 0.5f;  // share of the width that is path-traced; clamped to [0, 1]
+    passes::TonemapSettings tonemap{};
+    float greatestError = 1.0f;           // relative error that has the last colour; above 0
+    float pixelsPerDegree = 67.0206433f;  // of the screen as seen, for View::Flip; 1 to 400
+
+    bool operator==(const ShowSettings&) const = default;
+};
+
+// How paths are traced. A change starts anew, with ResetCause::Settings. Extent, camera, region and sample
+// index are the viewport's own.
+struct PathSettings {
+    SamplerKind sampler = SamplerKind::Sobol;
+    uint32_t seed = 0;
+    passes::ScatteringSettings scattering{};
+    passes::LightSamplingSettings lights{};
+    passes::RouletteSettings roulette{};
+    passes::BiasSettings biases{};
+
+    bool operator==(const PathSettings&) const = default;
+};
+
+// What is shown in place of the path-traced picture while the camera moves.
+enum class MotionView : uint8_t {
+    PathTraced,  // as fine as the budget allows
+    Raster,
+};
+
+// How much is done in a frame. A change starts nothing anew.
+struct BudgetSettings {
+    // Milliseconds of the device that a frame may take, 0: no limit. With a limit, a sample that takes longer
+    // comes in tiles, after coarser pictures that fit. Learned from GPU times: without them (RendererDesc::
+    // gpuTimes, or a device without timestamps) a frame traces FrameBudget::kFirstPixels pixels.
+    double frameMs = 0.0;
+    uint32_t samplesPerFrame = 1;    // at most, of the path-traced view; as the limit allows
+    uint32_t maxSamples = 0;         // the path-traced view stops there; 0: never
+    uint32_t maxRasterSamples = 64;  // likewise; of jittered pictures, which smooth edges
+    MotionView whileMoving = MotionView::PathTraced;
+    double settleMs = 150.0;  // how long after the last move a camera counts as moving
+
+    bool operator==(const BudgetSettings&) const = default;
+};
+
+}  // namespace raygraph::viewport

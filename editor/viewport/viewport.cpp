@@ -1,0 +1,151 @@
+#include "editor/viewport/viewport.h"
+
+#include "base/error.h"
+#include "editor/viewport/viewport_impl.h"
+
+namespace raygraph::viewport {
+
+Viewport::Impl::Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc& desc)
+    : renderer(ofRenderer),
+      scene(&ofScene),
+      name(desc.name),
+      size(desc.size),
+      pathTraced(desc.name),
+      raster(desc.name),
+      compare(desc.name) {}
+
+Viewport::Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc)
+    : m_impl(std::make_unique<Impl>(renderer, scene, desc)) {}
+
+Viewport::~Viewport() {
+    m_impl->pathTraced.Forget(m_impl->renderer);
+    m_impl->raster.Forget(m_impl->renderer);
+    m_impl->compare.Forget(m_impl->renderer);
+}
+
+void Viewport::SetSize(Extent2D size) {
+    m_impl->size = size;
+}
+
+Extent2D Viewport::Size() const {
+    return m_impl->size;
+}
+
+void Viewport::SetCamera(const scene::CameraView& camera, const LensSettings& lens) {
+    m_impl->camera = camera;
+    m_impl->lens = lens;
+}
+
+const scene::CameraView& Viewport::Camera() const {
+    return m_impl->camera;
+}
+
+void Viewport::SetScene(GpuScene& scene) {
+    m_impl->scene = &scene;
+}
+
+GpuScene& Viewport::Scene() const {
+    return *m_impl->scene;
+}
+
+void Viewport::SetShow(const ShowSettings& settings) {
+    m_impl->show = settings;
+}
+
+const ShowSettings& Viewport::Show() const {
+    return m_impl->show;
+}
+
+void Viewport::SetView(View view) {
+    m_impl->show.view = view;
+}
+
+void Viewport::SetPaths(const PathSettings& settings) {
+    m_impl->paths = settings;
+}
+
+const PathSettings& Viewport::Paths() const {
+    return m_impl->paths;
+}
+
+void Viewport::SetBudget(const BudgetSettings& settings) {
+    m_impl->budgetSettings = settings;
+    m_impl->budget.SetLimit(settings.frameMs);
+}
+
+const BudgetSettings& Viewport::Budget() const {
+    return m_impl->budgetSettings;
+}
+
+bool Viewport::HasRaster() const {
+    return RasterView::IsAvailable(m_impl->renderer.Device());
+}
+
+TextureId Viewport::Declare() {
+    if (m_impl->size.IsEmpty()) return {};
+    return m_impl->Declare(m_impl->scene->Declare(m_impl->renderer));
+}
+
+TextureId Viewport::Declare(const SceneIds& ids) {
+    if (m_impl->size.IsEmpty()) return {};
+    return m_impl->Declare(ids);
+}
+
+uint64_t Viewport::RenderFrame() {
+    if (m_impl->size.IsEmpty()) return 0;
+    Renderer& renderer = m_impl->renderer;
+    renderer.BeginFrame();
+    try {
+        renderer.Present(Declare());
+        return renderer.Execute();
+    } catch (...) {
+        renderer.DropFrame();
+        throw;
+    }
+}
+
+namespace {
+
+void RequirePixel(Extent2D size, glm::uvec2 pixel, const char* call) {
+    if (pixel.x >= size.width || pixel.y >= size.height)
+        throw Error(ErrorKind::Usage, std::string("Viewport: ") + call + " of pixel " +
+                                          std::to_string(pixel.x) + ", " + std::to_string(pixel.y) + " in " +
+                                          std::to_string(size.width) + "x" + std::to_string(size.height));
+}
+
+}  // namespace
+
+Pick Viewport::RequestPick(glm::uvec2 pixel) {
+    RequirePixel(m_impl->size, pixel, "RequestPick");
+    return m_impl->requests.RequestPick(pixel);
+}
+
+Inspection Viewport::RequestInspection(glm::uvec2 pixel) {
+    RequirePixel(m_impl->size, pixel, "RequestInspection");
+    return m_impl->requests.RequestInspection(pixel);
+}
+
+ViewportProgress Viewport::Progress() const {
+    const passes::Accumulation::Progress& progress = m_impl->pathTraced.Samples().Submitted();
+    const Extent2D size = m_impl->size;
+    const double pixels = double(size.width) * size.height;
+    return {.pathTracedSamples = progress.sampleCount,
+            .pathTracedShare =
+                pixels > 0.0 ? static_cast<double>(progress.cursor.PixelCount(size)) / pixels : 0.0,
+            .rasterSamples = m_impl->raster.Samples().SampleCount(),
+            .coarseness = m_impl->pathTraced.Coarseness()};
+}
+
+uint32_t Viewport::ResetCount(passes::ResetCause cause) const {
+    return m_impl->pathTraced.Samples().ResetCount(cause);
+}
+
+std::optional<CompareNumbers> Viewport::Numbers() {
+    return m_impl->compare.Numbers();
+}
+
+double Viewport::LastFrameMs() const {
+    return m_impl->lastFrameMs;
+}
+
+}  // namespace raygraph::viewport

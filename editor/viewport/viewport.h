@@ -1,0 +1,132 @@
+// Viewport: one view of a scene in a host's window or panel: a size, a camera and what to show in, a picture
+// out. It knows no window, and it submits nothing by itself: the host drives the frame.
+//
+//   Viewport viewport(renderer, scene);
+//   viewport.SetSize({1280, 720});
+//   viewport.SetCamera(view);
+//   for (;;) {
+//       renderer.BeginFrame();
+//       TextureId shown = viewport.Declare();           // passes of the scene and of the viewport
+//       ... passes of the host, which may read `shown` ...
+//       renderer.Present(shown);                        // or ShowIn a host's image: vulkan_interop.h
+//       renderer.Execute();
+//   }
+//
+// Both the path-traced and the raster view are declared in every frame; what does not lead to what is shown
+// is culled. So a view that is toggled away costs nothing, keeps what it has, and goes on from there.
+//
+// Accumulation starts anew by itself when something changes that the picture depends on: the viewport
+// compares with what the last frame was declared from, and counts why (Resets). Whatever comes after
+// accumulation, and all of ShowSettings and BudgetSettings, never does that.
+//
+// Threads: that of the Renderer. Setters take effect with the next Declare, and may be called at any time.
+// Renderer and scene outlive the viewport; it is destroyed while no frame is open. Viewports share nothing
+// but what the host gives to both: those on one Renderer need names of their own.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "editor/viewport/pixel_requests.h"
+#include "editor/viewport/view_settings.h"
+#include "passes/accumulate.h"
+#include "passes/compare_maps.h"
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/graph/renderer.h"
+#include "renderer/scene/camera_view.h"
+
+namespace raygraph::viewport {
+
+struct ViewportDesc {
+    std::string name = "viewport";  // of its persistent textures; unlike those of others on the Renderer
+    Extent2D size{};
+};
+
+// A thin lens; radius 0 is a pinhole. Metres. The raster view has none.
+struct LensSettings {
+    float radius = 0.0f;
+    float focusDistance = 1.0f;  // along the view to the plane that is sharp
+
+    bool operator==(const LensSettings&) const = default;
+};
+
+// How far what is shown has come, as of the frames that were submitted.
+struct ViewportProgress {
+    uint32_t pathTracedSamples = 0;  // of every pixel
+    double pathTracedShare = 0.0;    // of the pixels that have the next sample already
+    uint32_t rasterSamples = 0;
+    // How much coarser than the picture the path-traced one is, in pixels along an edge: 1 once every pixel
+    // has a sample, 0 while there is nothing.
+    uint32_t coarseness = 0;
+};
+
+// How far the raster picture is from the path-traced one, of the picture at that state.
+struct CompareNumbers {
+    View view = View::Flip;  // Difference: of the luminance; RelativeError; Flip
+    passes::MapNumbers numbers{};
+    uint32_t pathTracedSamples = 0;
+    uint32_t rasterSamples = 0;
+};
+
+class Viewport {
+  public:
+    Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc = {});
+    ~Viewport();
+    Viewport(const Viewport&) = delete;
+    Viewport& operator=(const Viewport&) = delete;
+
+    // --- What to show ---
+    // Pixels. Any size is legal; one without area shows nothing and keeps what has been accumulated.
+    void SetSize(Extent2D size);
+    Extent2D Size() const;
+    // The aspect ratio is that of the size, whatever the view says.
+    void SetCamera(const scene::CameraView& camera, const LensSettings& lens = {});
+    const scene::CameraView& Camera() const;
+    // Another scene, of the same Renderer: ResetCause::Geometry. Edits of the scene itself are noticed.
+    void SetScene(GpuScene& scene);
+    GpuScene& Scene() const;
+
+    void SetShow(const ShowSettings& settings);
+    const ShowSettings& Show() const;
+    void SetView(View view);  // of the ShowSettings
+    void SetPaths(const PathSettings& settings);
+    const PathSettings& Paths() const;
+    void SetBudget(const BudgetSettings& settings);
+    const BudgetSettings& Budget() const;
+    // Whether the device can draw the raster view. Where it cannot, views that need it show the path-traced
+    // one.
+    bool HasRaster() const;
+
+    // --- Frames ---
+    // Within an open frame, once: declares the scene's passes and the viewport's. Returns the picture, rgba8
+    // of the viewport's size, display-encoded; an invalid id for a size without area.
+    TextureId Declare();
+    // For a scene that several viewports show: `ids` are of its Declare in this frame.
+    TextureId Declare(const SceneIds& ids);
+    // A frame of this viewport alone: begins, declares, presents and executes it. Returns the timeline value
+    // that completes it, 0 for a size without area.
+    uint64_t RenderFrame();
+
+    // --- Questions about a pixel; neither waits ---
+    // Error{Usage} outside of the size.
+    Pick RequestPick(glm::uvec2 pixel);
+    Inspection RequestInspection(glm::uvec2 pixel);
+
+    // --- What happened ---
+    ViewportProgress Progress() const;
+    // How often the path-traced accumulation was started anew, by cause. Several changes of one kind between
+    // two frames are one reset.
+    uint32_t ResetCount(passes::ResetCause cause) const;
+    // Of the newest frame that showed a view with IsMeasured and that the device has done; none before.
+    std::optional<CompareNumbers> Numbers();
+    // Milliseconds of the device that the last measured frame of this viewport took, all passes of it; 0
+    // before.
+    double LastFrameMs() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace raygraph::viewport

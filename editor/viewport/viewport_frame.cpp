@@ -1,0 +1,156 @@
+// What a Viewport does in a frame.
+#include <algorithm>
+
+#include "base/error.h"
+#include "editor/viewport/viewport_impl.h"
+#include "renderer/gpu_scene/camera_record.h"
+
+namespace raygraph::viewport {
+
+namespace {
+
+using passes::ResetCause;
+
+// Frames without times that are remembered: more than are ever in flight.
+constexpr size_t kMostTimedFrames = 16;
+
+scene::CameraView WithAspect(scene::CameraView camera, float aspect) {
+    camera.aspect = aspect;
+    return camera;
+}
+
+}  // namespace
+
+void Viewport::Impl::StartAnew(ResetCause cause) {
+    pathTraced.Reset(cause);
+    raster.Reset(cause);
+}
+
+void Viewport::Impl::NoteChanges() {
+    DrawnFrom now{.scene = scene,
+                  .revisions = scene->Revisions(),
+                  .camera = WithAspect(camera, 1.0f),
+                  .lens = lens,
+                  .paths = paths,
+                  .size = size};
+    if (drawnFrom) {
+        const DrawnFrom& before = *drawnFrom;
+        const bool isOther = before.scene != now.scene;
+        const auto note = [&](bool hasChanged, ResetCause cause) {
+            if (hasChanged) StartAnew(cause);
+            return hasChanged;
+        };
+        const SceneRevisions &old = before.revisions, &current = now.revisions;
+        const bool isOtherGeometry = note(isOther || old.geometry != current.geometry, ResetCause::Geometry);
+        if (!isOther) {
+            note(old.transforms != current.transforms, ResetCause::Transform);
+            note(old.materials != current.materials, ResetCause::Material);
+            note(old.lights != current.lights, ResetCause::Light);
+            note(old.environment != current.environment, ResetCause::Environment);
+        }
+        if (isOther) raster.ForgetEnvironment(renderer);
+        const bool hasMoved =
+            note(!(before.camera == now.camera && before.lens == now.lens), ResetCause::Camera);
+        if (hasMoved) movedAt = Clock::now();
+        note(!(before.size == now.size), ResetCause::Resize);
+        const bool isOtherWork = note(!(before.paths == now.paths), ResetCause::Settings);
+        if (isOtherGeometry || isOtherWork) budget.Forget();
+    }
+    drawnFrom = std::move(now);
+}
+
+void Viewport::Impl::LearnFromTimings() {
+    const FrameTiming& timing = renderer.Timing();
+    while (!timedFrames.empty() && timedFrames.front().frame < timing.frame) timedFrames.pop_front();
+    if (timedFrames.empty() || timedFrames.front().frame != timing.frame) return;
+    const TimedFrame timed = std::move(timedFrames.front());
+    timedFrames.pop_front();
+    std::vector<double> traceMs;
+    double tracing = 0.0, all = 0.0;
+    for (const PassTiming& pass : timing.passes) {
+        all += pass.gpuMs;
+        if (pass.name != "Trace") continue;
+        traceMs.push_back(pass.gpuMs);
+        tracing += pass.gpuMs;
+    }
+    lastFrameMs = all;
+    if (traceMs.empty()) return;  // the view was culled
+    budget.LearnOverhead(all - tracing);
+    uint64_t pixels = 0;
+    for (const PathTracedView::Tile& tile : timed.tiles) pixels += tile.region.PixelCount();
+    // Of a frame in which another viewport traces, too, the times cannot be told apart: ours count as more
+    for (size_t i = 0; i < timed.tiles.size(); i++) {
+        const PathTracedView::Tile& tile = timed.tiles[i];
+        const double share = static_cast<double>(tile.region.PixelCount()) /
+                             static_cast<double>(std::max<uint64_t>(1, pixels));
+        budget.LearnTile(tile.height, tile.region,
+                         traceMs.size() == timed.tiles.size() ? traceMs[i] : share * tracing);
+    }
+}
+
+View Viewport::Impl::ShownView() const {
+    if (!RasterView::IsAvailable(renderer.Device())) return View::PathTraced;
+    const bool isMoving =
+        movedAt &&
+        std::chrono::duration<double, std::milli>(Clock::now() - *movedAt).count() < budgetSettings.settleMs;
+    if (isMoving && show.view == View::PathTraced && budgetSettings.whileMoving == MotionView::Raster)
+        return View::Raster;
+    return show.view;
+}
+
+passes::TraceSettings Viewport::Impl::TraceSettingsNow() const {
+    passes::TraceSettings settings;
+    settings.extent = size;
+    settings.camera = ToRecord(WithAspect(camera, float(size.width) / float(size.height)));
+    settings.camera.lensRadius = lens.radius;
+    settings.camera.focusDistance = lens.focusDistance;
+    settings.sampler = paths.sampler;
+    settings.seed = paths.seed;
+    settings.scattering = paths.scattering;
+    settings.lights = paths.lights;
+    settings.roulette = paths.roulette;
+    settings.biases = paths.biases;
+    return settings;
+}
+
+TextureId Viewport::Impl::Declare(const SceneIds& ids) {
+    if (!declaredIn.expired())
+        throw Error(ErrorKind::Usage, "Viewport \"" + name + "\": declared twice in one frame");
+    declaredIn = renderer.OpenFrame();
+    NoteChanges();
+    LearnFromTimings();
+    const passes::TraceSettings settings = TraceSettingsNow();
+    const PathTracedView::Ids traced = pathTraced.Declare(renderer, ids, settings, budget, budgetSettings);
+    ShowSettings shownAs = show;
+    shownAs.view = ShownView();
+    passes::AccumulatedIds drawn;
+    if (RasterView::IsAvailable(renderer.Device()))
+        drawn = raster.Declare(renderer, ids, settings, budgetSettings.maxRasterSamples);
+
+    uint64_t resets = 0;
+    for (uint32_t cause = 0; cause < static_cast<uint32_t>(ResetCause::Count); cause++)
+        resets += pathTraced.Samples().ResetCount(static_cast<ResetCause>(cause));
+    const passes::Accumulation::Progress& progress = pathTraced.Samples().Declared();
+    const TextureId shown = compare.Declare(renderer, shownAs,
+                                            {.pathTraced = traced.radiance,
+                                             .raster = drawn.mean,
+                                             .pathTracedSamples = progress.sampleCount,
+                                             .rasterSamples = raster.Samples().Declared().sampleCount,
+                                             .coarseness = pathTraced.Coarseness(),
+                                             .resetCount = resets});
+
+    requests.DeclarePicks(renderer, ids, settings);
+    std::optional<PixelRequests::Shown> pathTracedShown, rasterShown;
+    if (ShowsPathTraced(shownAs.view)) pathTracedShown = {traced.mean, traced.variance, progress};
+    if (ShowsRaster(shownAs.view)) rasterShown = {drawn.mean, drawn.variance, raster.Samples().Declared()};
+    requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
+
+    renderer.OnSubmitted(
+        [this, frame = renderer.FrameNumber(), tiles = pathTraced.DeclaredTiles()]() mutable {
+            timedFrames.push_back({frame, std::move(tiles)});
+            if (timedFrames.size() > kMostTimedFrames) timedFrames.pop_front();
+        });
+    return shown;
+}
+
+}  // namespace raygraph::viewport

@@ -1,0 +1,66 @@
+// What a Viewport keeps behind its public face. For the sources of this folder alone.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <string>
+
+#include "editor/viewport/compare_view.h"
+#include "editor/viewport/path_traced_view.h"
+#include "editor/viewport/raster_view.h"
+#include "editor/viewport/viewport.h"
+
+namespace raygraph::viewport {
+
+struct Viewport::Impl {
+    Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc& desc);
+
+    TextureId Declare(const SceneIds& ids);
+    // Starts anew for each cause that there is since the frame declared last.
+    void NoteChanges();
+    void StartAnew(passes::ResetCause cause);
+    // What the times of earlier frames say about the next.
+    void LearnFromTimings();
+    // The view of this frame: not the one that was asked for while the camera moves, or without a raster
+    // view.
+    View ShownView() const;
+    passes::TraceSettings TraceSettingsNow() const;
+
+    // Everything that the picture depends on, as of the frame declared last.
+    struct DrawnFrom {
+        const GpuScene* scene = nullptr;
+        SceneRevisions revisions;
+        scene::CameraView camera;
+        LensSettings lens;
+        PathSettings paths;
+        Extent2D size;
+    };
+    struct TimedFrame {
+        uint64_t frame = 0;
+        std::vector<PathTracedView::Tile> tiles;
+    };
+    using Clock = std::chrono::steady_clock;
+
+    Renderer& renderer;
+    GpuScene* scene;
+    std::string name;
+    Extent2D size;
+    scene::CameraView camera;
+    LensSettings lens;
+    ShowSettings show;
+    PathSettings paths;
+    BudgetSettings budgetSettings;
+
+    FrameBudget budget;
+    PathTracedView pathTraced;
+    RasterView raster;
+    CompareView compare;
+    PixelRequests requests;
+    std::optional<DrawnFrom> drawnFrom;
+    std::optional<Clock::time_point> movedAt;
+    std::weak_ptr<const void> declaredIn;
+    std::deque<TimedFrame> timedFrames;  // submitted, without times so far
+    double lastFrameMs = 0.0;
+};
+
+}  // namespace raygraph::viewport

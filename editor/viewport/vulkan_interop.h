@@ -1,0 +1,65 @@
+// A viewport's picture in an image of the host: the one header of this folder that speaks Vulkan.
+//
+//   HostImage target(device, {.image = hostImage, .extent = {1280, 720}, .format = rhi::Format::Bgra8Unorm});
+//   ... every frame ...
+//   renderer.BeginFrame();
+//   TextureId shown = viewport.Declare();
+//   if (shown.IsValid()) target.Show(renderer, shown, {.wait = {hostIsDone}, .signal = {weAreDone}});
+//   renderer.Execute();
+//   ... the host samples its image, then says how it left it, if it did more than that:
+//   target.Return(VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "renderer/graph/renderer.h"
+#include "rhi/device.h"
+
+namespace raygraph::viewport {
+
+struct HostImageDesc {
+    std::string name = "host image";
+    VkImage image = VK_NULL_HANDLE;
+    Extent2D extent{};  // pixels
+    // Rgba8Unorm and Rgba8Srgb: the image needs VK_IMAGE_USAGE_TRANSFER_DST_BIT. All others:
+    // VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT. Its texels are display-encoded, as a screen wants them; in an sRGB
+    // format, so is what they decode to.
+    rhi::Format format = rhi::Format::Rgba8Unorm;
+    // As the host wants it back; it is released to `queueFamilyAfter`, unless that is ours or ignored.
+    VkImageLayout layoutAfter = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+    uint32_t queueFamilyAfter = VK_QUEUE_FAMILY_IGNORED;
+};
+
+// Binary (value 0) or timeline semaphores of the host, for the submission of the frame.
+struct HostSemaphores {
+    std::vector<rhi::SemaphoreUse> wait;
+    std::vector<rhi::SemaphoreUse> signal;
+};
+
+// An image that the host owns. It outlives the frames that show in it; so does this object, by which the
+// layout is known from frame to frame. Threads: that of the Renderer.
+class HostImage {
+  public:
+    // Error{Usage} for a null image, an empty extent or a format that a picture cannot be shown in.
+    HostImage(rhi::Device& device, const HostImageDesc& desc);
+    HostImage(const HostImage&) = delete;
+    HostImage& operator=(const HostImage&) = delete;
+
+    // Declares into the open frame: `picture`, a viewport's, comes into the image, whose contents before are
+    // dropped, and the image is handed back. Error{Usage} for a picture of another extent.
+    void Show(Renderer& renderer, TextureId picture, const HostSemaphores& semaphores = {});
+    // The host has used the image since: it is in that layout now, and was released by `queueFamily`, if that
+    // is another than ours (with oldLayout = newLayout = layout). Without this, it is as Show left it. Comes
+    // while no frame is open.
+    void Return(VkImageLayout layout, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
+
+    const HostImageDesc& Desc() const { return m_desc; }
+
+  private:
+    HostImageDesc m_desc;
+    rhi::Texture m_texture;
+    ResourceState m_state;
+};
+
+}  // namespace raygraph::viewport

@@ -1,0 +1,18 @@
+// Two pictures of one scene in one: what a viewport shows to tell views apart.
+#pragma once
+
+#include "renderer/graph/renderer.h"
+
+namespace raygraph::passes {
+
+// Both take rgba8 of one extent, display values as Tonemap gives them, and return the same. Error{Usage} for
+// other formats, and for pictures of two extents.
+
+// `left` in the columns before position * width, `right` in those from there on, a line between them.
+// `position` is clamped to [0, 1]; at either end one picture is all there is, without a line.
+[[nodiscard]] TextureId Wipe(Renderer& renderer, TextureId left, TextureId right, float position);
+
+// All of both pictures at half the size, means of 2 x 2 pixels, each in the middle of its half.
+[[nodiscard]] TextureId SideBySide(Renderer& renderer, TextureId left, TextureId right);
+
+}  // namespace raygraph::passes

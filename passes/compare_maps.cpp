@@ -1,0 +1,109 @@
+#include "passes/compare_maps.h"
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+#include "passes/same_extent.h"
+
+namespace raygraph::passes {
+
+namespace {
+
+constexpr uint32_t kBlock = 16;  // of post/sum_groups.comp
+
+uint64_t GroupCount(Extent2D extent) {
+    return uint64_t{(extent.width + kBlock - 1) / kBlock} * ((extent.height + kBlock - 1) / kBlock);
+}
+
+void RequireNumbers(const Renderer& renderer, const char* pass, TextureId values) {
+    const Format format = renderer.Desc(values).format;
+    if (format != Format::R32Float)
+        throw Error(ErrorKind::Usage, std::string(pass) + ": a map of " + rhi::Name(format) + ", must be " +
+                                          rhi::Name(Format::R32Float));
+}
+
+}  // namespace
+
+DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b) {
+    const Extent2D extent = RequireAlike(renderer, "Difference", a, b, Format::Rgba32Float);
+    DifferenceIds ids{renderer.CreateTexture("difference", {extent, Format::Rgba32Float}),
+                      renderer.CreateTexture("luminance", {extent, Format::R32Float})};
+    renderer.AddPass(
+        "Difference", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/difference.comp");
+            pass.Reads("a", a);
+            pass.Reads("b", b);
+            ids.difference = pass.Writes("difference", ids.difference);
+            ids.luminance = pass.Writes("luminance", ids.luminance);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return ids;
+}
+
+TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test, float least) {
+    const Extent2D extent = RequireAlike(renderer, "RelativeError", reference, test, Format::Rgba32Float);
+    TextureId error = renderer.CreateTexture("relativeError", {extent, Format::R32Float});
+    renderer.AddPass(
+        "RelativeError", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/relative_error.comp");
+            pass.Reads("reference", reference);
+            pass.Reads("test", test);
+            pass.Constants(least);
+            error = pass.Writes("error", error);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return error;
+}
+
+TextureId Heat(Renderer& renderer, TextureId values, float most) {
+    RequireNumbers(renderer, "Heat", values);
+    const Extent2D extent = renderer.Desc(values).extent;
+    TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
+    renderer.AddPass(
+        "Heat", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/heat.comp");
+            pass.Reads("values", values);
+            pass.Constants(most);
+            display = pass.Writes("display", display);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return display;
+}
+
+BufferId SumGroups(Renderer& renderer, TextureId values) {
+    RequireNumbers(renderer, "SumGroups", values);
+    const Extent2D extent = renderer.Desc(values).extent;
+    BufferId groups = renderer.CreateBuffer("groups", {.size = GroupCount(extent) * 2 * sizeof(float)});
+    renderer.AddPass(
+        "SumGroups", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/sum_groups.comp");
+            pass.Reads("values", values);
+            groups = pass.Writes("groups", groups);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return groups;
+}
+
+MapNumbers NumbersOf(const Readback& groups, Extent2D extent) {
+    const std::span<const std::byte> bytes = groups.Bytes();
+    if (bytes.size() != GroupCount(extent) * 2 * sizeof(float))
+        throw Error(ErrorKind::Usage, "NumbersOf: " + std::to_string(bytes.size()) +
+                                          " bytes are not the groups of a picture of " +
+                                          std::to_string(extent.width) + "x" + std::to_string(extent.height));
+    std::vector<float> values(bytes.size() / sizeof(float));
+    std::memcpy(values.data(), bytes.data(), bytes.size());
+    MapNumbers numbers;
+    for (size_t i = 0; i < values.size(); i += 2) {
+        numbers.mean += double{values[i]};
+        numbers.greatest = std::max(numbers.greatest, values[i + 1]);
+    }
+    numbers.mean /= double(extent.width) * extent.height;
+    return numbers;
+}
+
+}  // namespace raygraph::passes

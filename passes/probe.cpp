@@ -1,0 +1,27 @@
+#include "passes/probe.h"
+
+#include "passes/same_extent.h"
+
+namespace raygraph::passes {
+
+BufferId Probe(Renderer& renderer, TextureId mean, TextureId variance, glm::uvec2 pixel) {
+    const Extent2D extent = RequireAlike(renderer, "Probe", mean, variance, Format::Rgba32Float);
+    if (pixel.x >= extent.width || pixel.y >= extent.height)
+        throw Error(ErrorKind::Usage, "Probe: pixel " + std::to_string(pixel.x) + ", " +
+                                          std::to_string(pixel.y) + " of a picture of " +
+                                          std::to_string(extent.width) + "x" + std::to_string(extent.height));
+    BufferId texels = renderer.CreateBuffer("probe", {.size = sizeof(ProbedTexels)});
+    renderer.AddPass(
+        "Probe", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/probe.comp");
+            pass.Reads("mean", mean);
+            pass.Reads("variance", variance);
+            pass.Constants(glm::ivec2(pixel));
+            texels = pass.Writes("texels", texels);
+        },
+        [](CommandList& commands) { commands.Dispatch(1); });
+    return texels;
+}
+
+}  // namespace raygraph::passes

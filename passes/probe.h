@@ -1,0 +1,20 @@
+// Probe: one texel of two pictures, to be read back.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "renderer/graph/renderer.h"
+
+namespace raygraph::passes {
+
+// What the buffer holds.
+struct ProbedTexels {
+    glm::vec4 mean;
+    glm::vec4 variance;
+};
+
+// One ProbedTexels of a mean and a variance as Accumulate gives them: rgba32f of one extent. Error{Usage} for
+// others, and for a pixel outside of them.
+[[nodiscard]] BufferId Probe(Renderer& renderer, TextureId mean, TextureId variance, glm::uvec2 pixel);
+
+}  // namespace raygraph::passes

@@ -1,0 +1,59 @@
+// Tiles: a picture made part by part. Pure values, no device.
+#pragma once
+
+#include <cstdint>
+
+#include "rhi/format.h"
+
+namespace raygraph::passes {
+
+// A rectangle of a picture, in pixels from the upper left corner.
+struct Region {
+    uint32_t x = 0;
+    uint32_t y = 0;
+    uint32_t width = 0;
+    uint32_t height = 0;
+
+    bool operator==(const Region&) const = default;
+    bool IsEmpty() const { return width == 0 || height == 0; }
+    rhi::Extent2D Extent() const { return {width, height}; }
+    uint64_t PixelCount() const { return uint64_t{width} * height; }
+};
+
+// All of a picture.
+Region WholeOf(rhi::Extent2D picture);
+
+// How far one sample of a picture has come: everything above row `y` is done, and of the `bandHeight` rows
+// from there on the first `x` pixels. Tiles are whole rows, or part of a band of rows where a few rows would
+// be too much.
+class TileCursor {
+  public:
+    // The next tile: about `pixels` pixels, at least one, never more than are left. The cursor stays.
+    Region Next(rhi::Extent2D picture, uint64_t pixels) const;
+    // If Next gives this tile for some count of pixels.
+    bool IsNext(rhi::Extent2D picture, const Region& tile) const;
+    // Moves past `tile`, which is one that Next gave. True: that was the last one, and the cursor is back at
+    // the start.
+    bool Advance(rhi::Extent2D picture, const Region& tile);
+
+    bool IsAtStart() const { return m_x == 0 && m_y == 0; }
+    // If the sample has this pixel already.
+    bool Has(uint32_t x, uint32_t y) const { return y < m_y || (y < m_y + m_bandHeight && x < m_x); }
+    // Pixels that are done.
+    uint64_t PixelCount(rhi::Extent2D picture) const;
+    uint32_t X() const { return m_x; }
+    uint32_t Y() const { return m_y; }
+    uint32_t BandHeight() const { return m_bandHeight; }
+
+    // A band that is begun has this many rows, or those that are left.
+    static constexpr uint32_t kBandHeight = 8;
+
+    bool operator==(const TileCursor&) const = default;
+
+  private:
+    uint32_t m_x = 0;
+    uint32_t m_y = 0;
+    uint32_t m_bandHeight = 0;  // 0 where x is
+};
+
+}  // namespace raygraph::passes

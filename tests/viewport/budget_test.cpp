@@ -1,0 +1,162 @@
+// A frame's budget: what it learns, and that submissions keep to it.
+#include <algorithm>
+
+#include "editor/viewport/frame_budget.h"
+#include "tests/viewport/viewport_test.h"
+
+namespace raygraph::testing {
+
+using passes::Region;
+using passes::TileCursor;
+using viewport::FrameBudget;
+
+TEST(FrameBudgetTest, Tiles_GrowStepByStepToWhatTheLimitAllows) {
+    FrameBudget budget;
+    budget.SetLimit(10.0);
+    const Extent2D picture{1000, 1000};
+    EXPECT_EQ(budget.Affordable(picture, {}, budget.TracingMs()), FrameBudget::kFirstPixels);
+    // A device of 10,000 pixels a millisecond
+    TileCursor cursor;
+    uint64_t last = 0;
+    for (int frame = 0; frame < 8; frame++) {
+        const Region tile = cursor.Next(picture, budget.Affordable(picture, cursor, budget.TracingMs()));
+        EXPECT_LE(double(tile.PixelCount()) / 1e4, 10.0);
+        EXPECT_LE(tile.PixelCount(), std::max<uint64_t>(4 * last, FrameBudget::kFirstPixels));
+        budget.LearnTile(picture.height, tile, double(tile.PixelCount()) / 1e4);
+        last = tile.PixelCount();
+        cursor.Advance(picture, tile);
+    }
+    EXPECT_NEAR(double(last), 70'000.0, 3'000.0);
+}
+
+TEST(FrameBudgetTest, Costs_RiseAtOnceFallByHalvesAndBelongToARow) {
+    FrameBudget budget;
+    budget.SetLimit(10.0);
+    budget.LearnTile(320, {0, 0, 100, 320}, 32.0);  // 1 us a pixel everywhere
+    const Region top{0, 0, 100, 10}, bottom{0, 300, 100, 10};
+    EXPECT_NEAR(budget.Expect(320, top), 1.0, 1e-9);
+    budget.LearnTile(320, top, 20.0);
+    EXPECT_NEAR(budget.Expect(320, top), 20.0, 1e-9);
+    EXPECT_NEAR(budget.Expect(320, bottom), 1.0, 1e-9);
+    budget.LearnTile(320, top, 1.0);
+    EXPECT_NEAR(budget.Expect(320, top), 10.5, 1e-9);
+    // The same height of the picture at another resolution
+    EXPECT_NEAR(budget.Expect(32, {0, 0, 100, 1}), 1.05, 1e-9);
+    TileCursor atBottom;
+    atBottom.Advance({100, 320}, {0, 0, 100, 300});
+    EXPECT_GT(budget.Affordable({100, 320}, atBottom, 1.0), 5 * budget.Affordable({100, 320}, {}, 1.0));
+    budget.Forget();
+    EXPECT_FALSE(budget.HasLearned());
+}
+
+TEST(FrameBudgetTest, WhatElseAFrameDoes_IsTakenOffButNeverAll) {
+    FrameBudget budget;
+    budget.SetLimit(10.0);
+    const double alone = budget.TracingMs();
+    budget.LearnOverhead(4.0);
+    EXPECT_NEAR(budget.TracingMs(), alone - 4.0, 1e-9);
+    budget.LearnOverhead(400.0);
+    EXPECT_GT(budget.TracingMs(), 1.0);
+}
+
+namespace {
+
+class ViewportBudget : public VulkanTest {
+  protected:
+    // GPU milliseconds of the frames that were executed since the last call.
+    std::vector<double> FrameTimes() {
+        Device().WaitIdle();
+        std::vector<double> times;
+        for (const FrameTiming& timing : viewed.renderer.TakeTimings()) {
+            double sum = 0.0;
+            for (const PassTiming& pass : timing.passes) sum += pass.gpuMs;
+            times.push_back(sum);
+        }
+        return times;
+    }
+    static double Median(std::vector<double> times) {
+        std::nth_element(times.begin(), times.begin() + std::ssize(times) / 2, times.end());
+        return times[times.size() / 2];
+    }
+
+    static constexpr Extent2D kSize{160, 96};
+    ViewedScene viewed{Device(), kSize};
+};
+
+}  // namespace
+
+TEST_F(ViewportBudget, Submissions_KeepToALimitThatASampleExceeds) {
+    if (Device().Info().timestampValidBits == 0) GTEST_SKIP() << "the device has no timestamps";
+    viewed.RenderFrames(4);
+    const std::vector<double> whole = FrameTimes();
+    const double limit = *std::min_element(whole.begin() + 1, whole.end()) / 4.0;
+
+    viewed.viewport.SetBudget({.frameMs = limit});
+    scene::CameraView camera = InsideBoxes();
+    camera.eye.x += 0.02f;
+    viewed.viewport.SetCamera(camera);
+    std::vector<double> times;
+    std::vector<uint32_t> coarseness;
+    for (int frame = 0; frame < 400 && viewed.Samples() < 1; frame++) {
+        viewed.RenderFrames(1);
+        const std::vector<double> arrived = FrameTimes();
+        times.insert(times.end(), arrived.begin(), arrived.end());
+        coarseness.push_back(viewed.viewport.Progress().coarseness);
+    }
+    EXPECT_EQ(viewed.Samples(), 1u);
+    EXPECT_GT(times.size(), 4u);
+    // Machines that do other things as well delay some of them
+    EXPECT_LT(Median(times), limit);
+    EXPECT_GT(std::count_if(times.begin(), times.end(), [&](double ms) { return ms < 1.5 * limit; }),
+              std::ssize(times) * 8 / 10);
+    // Something is seen after the first frame, and it only gets finer
+    EXPECT_GT(coarseness.front(), 1u);
+    EXPECT_TRUE(std::is_sorted(coarseness.rbegin(), coarseness.rend()));
+    EXPECT_EQ(coarseness.back(), 1u);
+}
+
+TEST_F(ViewportBudget, PictureInTiles_IsThatOfWholeSamples) {
+    viewed.RenderFrames(1);
+    const std::vector<uint8_t> whole = viewed.Picture();
+    ViewedScene tiled(Device(), kSize);
+    tiled.viewport.SetBudget({.frameMs = 4.0, .maxSamples = 2});
+    uint32_t frames = 0;
+    for (; frames < 2000 && tiled.Samples() < 2; frames++) tiled.RenderFrames(1);
+    EXPECT_GT(frames, 4u);
+    EXPECT_EQ(tiled.Samples(), 2u);
+    EXPECT_EQ(tiled.viewport.Progress().pathTracedShare, 0.0);
+    EXPECT_EQ(tiled.Picture(), whole);
+}
+
+TEST_F(ViewportBudget, FirstPictures_LookLikeTheLastOne) {
+    viewed.RenderFrames(16);
+    const std::vector<uint8_t> done = viewed.Picture();
+    ViewedScene tiled(Device(), kSize);
+    tiled.viewport.SetBudget({.frameMs = 4.0});
+    double worst = 0.0;
+    while (tiled.Samples() < 1) {
+        const std::vector<uint8_t> picture = tiled.Picture();
+        double mean = 0.0, sum = 0.0;
+        for (size_t i = 0; i < done.size(); i++) {
+            mean += double(done[i]);
+            sum += double(picture[i]);
+        }
+        worst = std::max(worst, std::abs(sum / mean - 1.0));
+    }
+    // Display values saturate, so that a noisy picture is somewhat darker; black parts would be more
+    EXPECT_LT(worst, 0.15);
+}
+
+TEST_F(ViewportBudget, WithoutTimes_AFrameStillAddsSomething) {
+    Renderer renderer(Device(), {.gpuTimes = false});
+    GpuScene scene(renderer);
+    scene.SetScene(Boxes());
+    Viewport untimed(renderer, scene, {.size = {64, 48}});
+    untimed.SetCamera(InsideBoxes());
+    untimed.SetPaths(viewed.viewport.Paths());
+    untimed.SetBudget({.frameMs = 1.0});
+    for (int frame = 0; frame < 8; frame++) untimed.RenderFrame();
+    EXPECT_GE(untimed.Progress().pathTracedSamples, 1u);
+}
+
+}  // namespace raygraph::testing
