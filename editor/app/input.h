@@ -13,15 +13,17 @@
 
 namespace raygraph::editor {
 
-// Name of a key in scripts and in the help.
-#define RAYGRAPH_KEYS(X)                                                                                     \
-    X(A)                                                                                                     \
-    X(B)                                                                                                     \
-    X(C) X(D) X(E) X(F) X(G) X(H) X(I) X(J) X(K) X(L) X(M) X(N) X(O) X(P) X(Q) X(R) X(S) X(T) X(U) X(V) X(W) \
-        X(X) X(Y) X(Z) X(Digit0) X(Digit1) X(Digit2) X(Digit3) X(Digit4) X(Digit5) X(Digit6) X(Digit7)       \
-            X(Digit8) X(Digit9) X(F1) X(F2) X(F3) X(F4) X(F5) X(F6) X(F7) X(F8) X(F9) X(F10) X(F11) X(F12)   \
-                X(Tab) X(Space) X(Enter) X(Escape) X(Backspace) X(Delete) X(Home) X(End) X(Left) X(Right)    \
-                    X(Up) X(Down) X(PageUp) X(PageDown)
+// Their names are those of scripts.
+// clang-format off
+#define RAYGRAPH_KEYS(KEY)                                                                        \
+    KEY(A) KEY(B) KEY(C) KEY(D) KEY(E) KEY(F) KEY(G) KEY(H) KEY(I) KEY(J) KEY(K) KEY(L) KEY(M)    \
+    KEY(N) KEY(O) KEY(P) KEY(Q) KEY(R) KEY(S) KEY(T) KEY(U) KEY(V) KEY(W) KEY(X) KEY(Y) KEY(Z)    \
+    KEY(Digit0) KEY(Digit1) KEY(Digit2) KEY(Digit3) KEY(Digit4) KEY(Digit5) KEY(Digit6)           \
+    KEY(Digit7) KEY(Digit8) KEY(Digit9) KEY(F1) KEY(F2) KEY(F3) KEY(F4) KEY(F5) KEY(F6) KEY(F7)   \
+    KEY(F8) KEY(F9) KEY(F10) KEY(F11) KEY(F12) KEY(Tab) KEY(Space) KEY(Enter) KEY(Escape)         \
+    KEY(Backspace) KEY(Delete) KEY(Home) KEY(End) KEY(Left) KEY(Right) KEY(Up) KEY(Down)          \
+    KEY(PageUp) KEY(PageDown)
+// clang-format on
 
 #define RAYGRAPH_DECLARE_KEY(name) name,
 enum class Key : uint8_t { RAYGRAPH_KEYS(RAYGRAPH_DECLARE_KEY) Count };

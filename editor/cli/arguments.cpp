@@ -201,6 +201,18 @@ CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
     return merge;
 }
 
+CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
+    CLI::App* edit =
+        app.add_subcommand("edit", "Open a window on a scene: path-traced and raster views, edits");
+    AddScene(*edit, arguments.scene);
+    AddPath(*edit, "--headless-script", "FILE",
+            "Play keys, mouse and waits from a file, without a window; see docs/editor.md", arguments.script);
+    AddDevice(*edit, arguments.device);
+    edit->add_flag("--validate", arguments.isValidating,
+                   "Turn on the Vulkan validation layers and fail on any message");
+    return edit;
+}
+
 [[noreturn]] void Refuse(const std::string& message) {
     throw Error(ErrorKind::Usage, message);
 }
@@ -254,11 +266,13 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     InfoArguments infoArguments;
     GraphArguments graphArguments;
     MergeArguments mergeArguments;
+    EditArguments editArguments;
     const CLI::App* render = AddRender(app, renderArguments);
     const CLI::App* bench = AddBench(app, benchArguments);
     const CLI::App* info = AddInfo(app, infoArguments);
     const CLI::App* graph = AddGraph(app, graphArguments);
     const CLI::App* merge = AddMerge(app, mergeArguments);
+    const CLI::App* edit = AddEdit(app, editArguments);
 
     for (CLI::App* command : app.get_subcommands({})) command->group("Commands");
 
@@ -285,7 +299,9 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return infoArguments;
     }
     if (*graph) return graphArguments;
-    if (!*merge) Refuse("a command is needed: render, bench, info, graph or merge (see raygraph --help)");
+    if (*edit) return editArguments;
+    if (!*merge)
+        Refuse("a command is needed: render, edit, bench, info, graph or merge (see raygraph --help)");
     CheckMerge(mergeArguments);
     return mergeArguments;
 }

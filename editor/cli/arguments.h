@@ -70,13 +70,21 @@ struct MergeArguments {
     bool isQuiet = false;
 };
 
+struct EditArguments {
+    std::filesystem::path scene;   // "": opens empty
+    std::filesystem::path script;  // "": a window
+    std::string device;
+    bool isValidating = false;
+};
+
 // --help and --version: a text for stdout, and nothing else to do.
 struct ShowText {
     std::string text;
 };
 
 using Arguments =
-    std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments, MergeArguments, ShowText>;
+    std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments, MergeArguments,
+                               EditArguments, ShowText>;
 
 // Error{Usage}, one line naming the option, for everything that is not a command line of this program.
 Arguments ParseArguments(int argc, const char* const* argv);

@@ -11,5 +11,7 @@ void BenchCommand(const BenchArguments& arguments);
 void InfoCommand(const InfoArguments& arguments);
 void GraphCommand(const GraphArguments& arguments);
 void MergeCommand(const MergeArguments& arguments);
+// Error{Usage} where the program was built without the editor.
+void EditCommand(const EditArguments& arguments);
 
 }  // namespace raygraph::cli

@@ -24,6 +24,7 @@ void Run(int argc, const char* const* argv) {
                    [](const InfoArguments& arguments) { InfoCommand(arguments); },
                    [](const GraphArguments& arguments) { GraphCommand(arguments); },
                    [](const MergeArguments& arguments) { MergeCommand(arguments); },
+                   [](const EditArguments& arguments) { EditCommand(arguments); },
                    [](const ShowText& text) { std::fputs(text.text.c_str(), stdout); },
                },
                ParseArguments(argc, argv));

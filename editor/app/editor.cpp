@@ -1,0 +1,252 @@
+#include "editor/app/editor.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "base/error.h"
+#include "editor/app/panels.h"
+#include "renderer/image/image.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+constexpr float kSide = 300.0f;    // points: width of the panels left and right
+constexpr float kBottom = 230.0f;  // height of the panel below
+constexpr float kStatus = 28.0f;
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
+                                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
+                                    ImGuiWindowFlags_NoBringToFrontOnFocus;
+
+// A panel at a fixed place.
+template <typename Body>
+void Panel(const char* title, ImVec2 position, ImVec2 size, Body&& body) {
+    ImGui::SetNextWindowPos(position);
+    ImGui::SetNextWindowSize(size);
+    if (ImGui::Begin(title, nullptr, kFixed)) body();
+    ImGui::End();
+}
+
+image::Image8 ToImage(const Readback& texels, bool isSwapped) {
+    image::Image8 picture{texels.Extent().width, texels.Extent().height, {}};
+    const std::span<const std::byte> bytes = texels.Bytes();
+    picture.rgba.resize(bytes.size());
+    std::memcpy(picture.rgba.data(), bytes.data(), bytes.size());
+    for (size_t i = 0; i + 3 < picture.rgba.size(); i += 4) {
+        if (isSwapped) std::swap(picture.rgba[i], picture.rgba[i + 2]);
+        picture.rgba[i + 3] = 255;
+    }
+    return picture;
+}
+
+}  // namespace
+
+Editor::Editor(rhi::Device& device) : m_work(device) {}
+
+bool Editor::IsBusy() const {
+    return m_work.loader.IsLoading() || !m_work.gpu.IsSettled() || m_isPicking || !m_saving.empty();
+}
+
+bool Editor::Frame(const FrameInput& input, Screen& screen) {
+    m_work.FinishLoading();
+    for (const std::filesystem::path& file : input.dropped) m_work.Open(file);
+    TakePick();
+    FinishSaving();
+    if (input.isClosing) return false;
+    if (input.extent.IsEmpty()) return true;
+    m_ui.Begin(input);
+    Keys(input);
+    BuildUi(input);
+    Mouse(input);
+    m_ui.End();
+    Draw(screen, input);
+    return !m_isLeaving;
+}
+
+void Editor::Draw(Screen& screen, const FrameInput& input) {
+    Renderer& renderer = m_work.renderer;
+    try {
+        m_work.view.SetCamera(m_work.camera.View());
+        renderer.BeginFrame();
+        const std::optional<TextureId> target = screen.Begin(renderer, input.extent);
+        if (!target) {
+            renderer.DropFrame();
+            return;
+        }
+        const TextureId picture = m_work.view.Declare();
+        const TextureId drawn = m_ui.Draw(renderer, *target, picture);
+        if (!m_pictureFile.empty() && picture.IsValid())
+            m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false});
+        if (!m_windowFile.empty())
+            m_saving.push_back({std::exchange(m_windowFile, {}), renderer.ReadBack(drawn),
+                                renderer.Desc(drawn).format == rhi::Format::Bgra8Unorm});
+        screen.End(renderer, drawn);
+    } catch (const Error& error) {
+        if (error.Kind() == ErrorKind::DeviceLost || error.Kind() == ErrorKind::OutOfMemory) throw;
+        m_work.Say(error.what());
+        renderer.DropFrame();
+    }
+}
+
+void Editor::FinishSaving() {
+    std::erase_if(m_saving, [&](const Saving& saving) {
+        if (!saving.texels.IsReady()) return false;
+        try {
+            image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
+            m_work.Say("saved " + saving.file.string());
+        } catch (const Error& error) {
+            m_work.Say(error.what());
+        }
+        return true;
+    });
+}
+
+void Editor::MenuBar() {
+    if (!ImGui::BeginMainMenuBar()) return;
+    if (ImGui::BeginMenu("File")) {
+        if (ImGui::MenuItem("Open...", "Ctrl+O")) m_isOpening = true;
+        if (ImGui::MenuItem("Save picture", "F12")) SavePicture("raygraph.png");
+        ImGui::Separator();
+        if (ImGui::MenuItem("Quit", "Ctrl+Q")) m_isLeaving = true;
+        ImGui::EndMenu();
+    }
+    if (ImGui::BeginMenu("Edit")) {
+        if (ImGui::MenuItem("Undo", "Ctrl+Z", false, m_work.document.CanUndo()))
+            m_work.document.Undo(m_work.gpu);
+        if (ImGui::MenuItem("Redo", "Ctrl+Y", false, m_work.document.CanRedo()))
+            m_work.document.Redo(m_work.gpu);
+        ImGui::EndMenu();
+    }
+    if (ImGui::BeginMenu("Camera")) {
+        const std::vector<scene::Camera>& cameras = m_work.document.Scene().cameras;
+        for (uint32_t i = 0; i < cameras.size(); i++) {
+            const std::string name =
+                cameras[i].name.empty() ? "Camera " + std::to_string(i) : cameras[i].name;
+            if (ImGui::MenuItem((name + "##" + std::to_string(i)).c_str())) m_work.UseCamera(i);
+        }
+        if (ImGui::MenuItem("Frame", "F")) m_work.FrameSelection();
+        ImGui::EndMenu();
+    }
+    if (ImGui::BeginMenu("Panels")) {
+        ImGui::MenuItem("Hierarchy", nullptr, &m_work.panels.hierarchy);
+        ImGui::MenuItem("Inspector", nullptr, &m_work.panels.inspector);
+        ImGui::MenuItem("Statistics", "T", &m_work.panels.statistics);
+        ImGui::MenuItem("Render graph", "G", &m_work.panels.graph);
+        ImGui::MenuItem("Help", "F1", &m_work.panels.help);
+        ImGui::EndMenu();
+    }
+    ImGui::EndMainMenuBar();
+}
+
+void Editor::OpenDialog() {
+    if (std::exchange(m_isOpening, false)) ImGui::OpenPopup("Open a scene");
+    if (!ImGui::BeginPopupModal("Open a scene", nullptr, ImGuiWindowFlags_AlwaysAutoResize)) return;
+    ImGui::TextUnformatted("glTF file (.gltf or .glb); it may also be dropped onto the window");
+    ImGui::SetNextItemWidth(480.0f);
+    if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
+    const bool isEntered =
+        ImGui::InputText("##path", m_openPath, sizeof m_openPath, ImGuiInputTextFlags_EnterReturnsTrue);
+    if (ImGui::Button("Open") || isEntered) {
+        m_work.Open(m_openPath);
+        ImGui::CloseCurrentPopup();
+    }
+    ImGui::SameLine();
+    if (ImGui::Button("Cancel")) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+}
+
+void Editor::BuildUi(const FrameInput& input) {
+    MenuBar();
+    OpenDialog();
+    const ImVec2 window = ImGui::GetIO().DisplaySize;
+    const float top = ImGui::GetFrameHeight(), bottom = window.y - kStatus;
+    float left = 0.0f, right = window.x, lower = bottom;
+    if (m_work.panels.hierarchy) {
+        Panel("Scene", {0.0f, top}, {kSide, bottom - top}, [&] { HierarchyPanel(m_work); });
+        left = kSide;
+    }
+    if (m_work.panels.inspector) {
+        const float x = window.x - kSide, half = std::floor(top + 0.58f * (bottom - top));
+        Panel("Inspector", {x, top}, {kSide, half - top}, [&] { InspectorPanel(m_work); });
+        Panel("View", {x, half}, {kSide, bottom - half}, [&] { SettingsPanel(m_work); });
+        right = x;
+    }
+    if (m_work.panels.statistics || m_work.panels.graph) {
+        lower = bottom - kBottom;
+        const bool isBoth = m_work.panels.statistics && m_work.panels.graph;
+        const float middle = isBoth ? std::floor(0.5f * (left + right)) : right;
+        if (m_work.panels.statistics)
+            Panel("Statistics", {left, lower}, {middle - left, kBottom}, [&] { StatisticsPanel(m_work); });
+        const float start = isBoth ? middle : left;
+        if (m_work.panels.graph)
+            Panel("Render graph", {start, lower}, {right - start, kBottom}, [&] { GraphPanel(m_work); });
+    }
+    ViewArea(input, left, top, right - left, lower - top);
+    StatusBar(bottom, window.x, kStatus);
+    if (m_work.panels.help) {
+        ImGui::SetNextWindowPos({0.5f * window.x, 0.5f * window.y}, ImGuiCond_Always, {0.5f, 0.5f});
+        if (ImGui::Begin("Help", &m_work.panels.help,
+                         ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings))
+            HelpPanel();
+        ImGui::End();
+    }
+}
+
+void Editor::ViewArea(const FrameInput& input, float left, float top, float width, float height) {
+    const auto pixels = [&](float points) { return static_cast<int>(std::lround(points * input.scale)); };
+    m_viewOrigin = {pixels(left), pixels(top)};
+    const int across = std::max(pixels(left + width) - m_viewOrigin.x, 0);
+    const int down = std::max(pixels(top + height) - m_viewOrigin.y, 0);
+    m_work.view.SetSize({static_cast<uint32_t>(across), static_cast<uint32_t>(down)});
+    if (across == 0 || down == 0) return;
+    ImGui::SetNextWindowPos({left, top});
+    ImGui::SetNextWindowSize({width, height});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0.0f, 0.0f});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 0.0f);
+    ImGui::Begin("Picture", nullptr,
+                 kFixed | ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoScrollWithMouse |
+                     ImGuiWindowFlags_NoBackground);
+    ImGui::PopStyleVar(2);
+    // To the pixel: one of the picture is one of the window
+    const ImVec2 corner{static_cast<float>(m_viewOrigin.x) / input.scale,
+                        static_cast<float>(m_viewOrigin.y) / input.scale};
+    ImGui::GetWindowDrawList()->AddImage(PictureTexture(), corner,
+                                         {corner.x + static_cast<float>(across) / input.scale,
+                                          corner.y + static_cast<float>(down) / input.scale});
+    m_isOverView = ImGui::IsWindowHovered();
+    if (m_work.loader.IsLoading()) {
+        const SceneLoader::Progress progress = m_work.loader.Current();
+        ImGui::SetCursorPos({0.5f * width - 160.0f, 0.5f * height});
+        ImGui::ProgressBar(progress.fraction, {320.0f, 0.0f}, progress.stage.c_str());
+    }
+    ImGui::End();
+}
+
+void Editor::StatusBar(float top, float width, float height) {
+    ImGui::SetNextWindowPos({0.0f, top});
+    ImGui::SetNextWindowSize({width, height});
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {10.0f, 5.0f});
+    ImGui::Begin("Status", nullptr, kFixed | ImGuiWindowFlags_NoDecoration);
+    ImGui::PopStyleVar();
+    const viewport::ViewportProgress progress = m_work.view.Progress();
+    const viewport::View view = m_work.view.Show().view;
+    ImGui::Text("%s", Name(view));
+    ImGui::SameLine();
+    const Extent2D size = m_work.view.Size();
+    ImGui::TextDisabled("%ux%u  %u samples  %.1f ms", size.width, size.height,
+                        viewport::ShowsPathTraced(view) ? progress.pathTracedSamples : progress.rasterSamples,
+                        m_work.view.LastFrameMs());
+    if (IsMeasured(view))
+        if (const std::optional<viewport::CompareNumbers> numbers = m_work.view.Numbers()) {
+            ImGui::SameLine();
+            ImGui::Text("mean %.4f, greatest %.3f", numbers->numbers.mean, numbers->numbers.greatest);
+        }
+    if (!m_work.message.empty()) {
+        ImGui::SameLine();
+        ImGui::TextColored({0.91f, 0.56f, 0.20f, 1.0f}, "  %s", m_work.message.c_str());
+    }
+    ImGui::End();
+}
+
+}  // namespace raygraph::editor

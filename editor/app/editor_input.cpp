@@ -1,0 +1,150 @@
+// Keys and mouse of the editor.
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "editor/app/editor.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+constexpr float kTurn = 0.006f;      // radians a point of the mouse's way
+constexpr float kClickReach = 4.0f;  // points that a click may move
+constexpr float kFlySpeed = 0.6f;    // of the distance to the pivot, a second
+
+}  // namespace
+
+void Editor::Keys(const FrameInput& input) {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (io.WantTextInput || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId)) return;
+    const viewport::View view = m_work.view.Show().view;
+    const auto toggle = [&](viewport::View to) {
+        m_work.view.SetView(view == to ? viewport::View::PathTraced : to);
+    };
+    for (const Key key : input.pressed) {
+        if (input.isControl) {
+            if (key == Key::O) m_isOpening = true;
+            if (key == Key::Q) m_isLeaving = true;
+            if (key == Key::Y || (key == Key::Z && input.isShift))
+                m_work.document.Redo(m_work.gpu);
+            else if (key == Key::Z)
+                m_work.document.Undo(m_work.gpu);
+            if (key >= Key::Digit1 && key <= Key::Digit9) {
+                const size_t slot = static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1);
+                m_work.bookmarks.resize(std::max(m_work.bookmarks.size(), slot + 1));
+                m_work.bookmarks[slot] = {"camera " + std::to_string(slot + 1), m_work.camera.View(),
+                                          m_work.camera.Distance()};
+                m_work.Say("camera kept under " + std::to_string(slot + 1));
+            }
+            continue;
+        }
+        if (m_drag == MouseButton::Right) continue;  // flies
+        if (key >= Key::Digit1 && key <= Key::Digit9) {
+            const size_t slot = static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1);
+            if (slot < m_work.bookmarks.size() && !m_work.bookmarks[slot].name.empty())
+                m_work.camera.Set(m_work.bookmarks[slot].view, m_work.bookmarks[slot].distance);
+            continue;
+        }
+        switch (key) {
+            case Key::R:
+                toggle(viewport::View::Raster);
+                break;
+            case Key::W:
+                toggle(viewport::View::Wipe);
+                break;
+            case Key::Tab:
+                m_work.view.SetView(
+                    static_cast<viewport::View>((static_cast<uint32_t>(view) + 1) % viewport::kViewCount));
+                break;
+            case Key::F:
+                m_work.FrameSelection();
+                break;
+            case Key::Home:
+                m_work.UseCamera(m_work.document.Scene().cameras.empty() ? std::nullopt
+                                                                         : std::optional<uint32_t>(0));
+                break;
+            case Key::G:
+                m_work.panels.graph = !m_work.panels.graph;
+                break;
+            case Key::T:
+                m_work.panels.statistics = !m_work.panels.statistics;
+                break;
+            case Key::F1:
+                m_work.panels.help = !m_work.panels.help;
+                break;
+            case Key::F5: {
+                const std::vector<std::string> messages = m_work.renderer.ReloadShaders();
+                m_work.Say(messages.empty() ? "shaders reloaded" : messages.front());
+                break;
+            }
+            case Key::F12:
+                SavePicture("raygraph.png");
+                break;
+            default:
+                break;
+        }
+    }
+}
+
+void Editor::Fly(const FrameInput& input) {
+    const auto axis = [&](Key forward, Key back) {
+        return static_cast<float>(input.IsDown(forward)) - static_cast<float>(input.IsDown(back));
+    };
+    const glm::vec3 way(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::W, Key::S));
+    if (way == glm::vec3(0.0f)) return;
+    const float hurry = (input.isShift ? 5.0f : 1.0f) * (input.isControl ? 0.2f : 1.0f);
+    m_work.camera.Fly(hurry * kFlySpeed * m_work.camera.Distance() * input.seconds * way);
+}
+
+void Editor::Mouse(const FrameInput& input) {
+    const glm::vec2 moved = (input.mouse - std::exchange(m_lastMouse, input.mouse)) / input.scale;
+    if (!m_drag) {
+        if (m_isOverView && input.wheel != 0.0f) m_work.camera.Dolly(input.wheel);
+        for (const MouseButton button : {MouseButton::Left, MouseButton::Right, MouseButton::Middle})
+            if (m_isOverView && input.IsDown(button) && !m_drag) {
+                m_drag = button;
+                m_pressedAt = input.mouse;
+                m_hasMoved = false;
+            }
+        return;
+    }
+    if (!input.IsDown(*m_drag)) {
+        const glm::ivec2 pixel = glm::ivec2(m_pressedAt) - m_viewOrigin;
+        const Extent2D size = m_work.view.Size();
+        if (m_drag == MouseButton::Left && !m_hasMoved && pixel.x >= 0 && pixel.y >= 0 &&
+            pixel.x < static_cast<int>(size.width) && pixel.y < static_cast<int>(size.height)) {
+            m_pick = m_work.view.RequestPick(glm::uvec2(pixel));
+            m_isPicking = true;
+        }
+        m_drag.reset();
+        return;
+    }
+    if (glm::length(input.mouse - m_pressedAt) > kClickReach * input.scale) m_hasMoved = true;
+    if (m_drag == MouseButton::Right) {
+        if (moved != glm::vec2(0.0f)) m_work.camera.Turn(kTurn * glm::vec2(moved.x, -moved.y));
+        Fly(input);
+    } else if (m_hasMoved && moved != glm::vec2(0.0f)) {
+        const bool isPan = m_drag == MouseButton::Middle || input.isShift;
+        const float height = static_cast<float>(std::max(m_work.view.Size().height, 1u)) / input.scale;
+        if (isPan)
+            m_work.camera.Pan(glm::vec2(moved.x, -moved.y) / height);
+        else
+            m_work.camera.Orbit(kTurn * glm::vec2(-moved.x, moved.y));
+    }
+}
+
+void Editor::TakePick() {
+    if (!m_isPicking || !m_pick.IsReady()) return;
+    m_isPicking = false;
+    const viewport::PickResult result = m_pick.Result();
+    m_work.selectedNode.reset();
+    m_work.selectedMaterial.reset();
+    if (!result.isHit || result.instance >= m_work.document.Scene().instances.size()) return;
+    const uint32_t node = m_work.document.Scene().instances[result.instance].node;
+    if (node == scene::kNone) return;
+    m_work.selectedNode = node;
+    m_work.selectedMaterial = result.material;
+}
+
+}  // namespace raygraph::editor

@@ -1,0 +1,19 @@
+// The panels around the picture. Each draws into the ImGui window at hand, and edits the workspace.
+#pragma once
+
+#include "editor/app/workspace.h"
+
+namespace raygraph::editor {
+
+void HierarchyPanel(Workspace& work);
+// Transform, material and light of what is selected.
+void InspectorPanel(Workspace& work);
+// View, exposure and tone mapping, environment, how paths are traced.
+void SettingsPanel(Workspace& work);
+// Samples, times of the passes, memory, acceleration structures.
+void StatisticsPanel(Workspace& work);
+// The plan of the last frame.
+void GraphPanel(Workspace& work);
+void HelpPanel();
+
+}  // namespace raygraph::editor

@@ -1,0 +1,45 @@
+#include "editor/app/scene_loader.h"
+
+#include <exception>
+#include <utility>
+
+#include "renderer/scene/load_gltf.h"
+
+namespace raygraph::editor {
+
+SceneLoader::~SceneLoader() {
+    if (m_thread.joinable()) m_thread.join();
+}
+
+bool SceneLoader::Start(const std::filesystem::path& file) {
+    if (IsLoading()) return false;
+    m_isDone = false;
+    m_progress = {};
+    m_thread = std::thread([this, file] {
+        try {
+            scene::LoadOptions options;
+            options.progress = [this](std::string_view stage, float fraction) {
+                const std::scoped_lock lock(m_mutex);
+                m_progress = {std::string(stage), fraction};
+            };
+            m_result = LoadedScene{file, scene::LoadGltf(file, options)};
+        } catch (const std::exception& failure) {
+            m_result = LoadFailure{file, failure.what()};
+        }
+        m_isDone = true;
+    });
+    return true;
+}
+
+SceneLoader::Progress SceneLoader::Current() const {
+    const std::scoped_lock lock(m_mutex);
+    return m_progress;
+}
+
+std::optional<LoadResult> SceneLoader::Take() {
+    if (!m_thread.joinable() || !m_isDone) return std::nullopt;
+    m_thread.join();
+    return std::exchange(m_result, std::nullopt);
+}
+
+}  // namespace raygraph::editor

@@ -1,0 +1,53 @@
+// Loads scenes beside the main thread, one at a time.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <variant>
+
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::editor {
+
+struct LoadedScene {
+    std::filesystem::path file;
+    scene::SceneData data;
+};
+struct LoadFailure {
+    std::filesystem::path file;
+    std::string message;  // one line
+};
+using LoadResult = std::variant<LoadedScene, LoadFailure>;
+
+// Threads: the main thread's.
+class SceneLoader {
+  public:
+    SceneLoader() = default;
+    ~SceneLoader();  // waits for the load at hand
+    SceneLoader(const SceneLoader&) = delete;
+    SceneLoader& operator=(const SceneLoader&) = delete;
+
+    // False: another is being loaded still, and goes on.
+    bool Start(const std::filesystem::path& file);
+    bool IsLoading() const { return m_thread.joinable(); }
+    struct Progress {
+        std::string stage;
+        float fraction = 0.0f;
+    };
+    Progress Current() const;
+    // The scene or the failure, once, when the load has come to an end.
+    std::optional<LoadResult> Take();
+
+  private:
+    std::thread m_thread;
+    std::atomic<bool> m_isDone{false};
+    mutable std::mutex m_mutex;
+    Progress m_progress;                 // guarded
+    std::optional<LoadResult> m_result;  // written by the thread, before m_isDone
+};
+
+}  // namespace raygraph::editor

@@ -1,0 +1,66 @@
+// All that the editor has open: the scene, on the host and on the device, the view of it, and what is
+// selected.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "editor/app/camera_controller.h"
+#include "editor/app/document.h"
+#include "editor/app/scene_loader.h"
+#include "editor/viewport/viewport.h"
+#include "renderer/graph/renderer.h"
+
+namespace raygraph::editor {
+
+// What is shown beside the picture.
+struct Panels {
+    bool hierarchy = true;
+    bool inspector = true;
+    bool statistics = false;
+    bool graph = false;
+    bool help = false;
+
+    bool operator==(const Panels&) const = default;
+};
+
+struct Bookmark {
+    std::string name;
+    scene::CameraView view;
+    float distance = 1.0f;
+};
+
+class Workspace {
+  public:
+    explicit Workspace(rhi::Device& of) : device(of), renderer(of), gpu(renderer), view(renderer, gpu) {
+        view.SetBudget({.frameMs = 30.0, .whileMoving = viewport::MotionView::PathTraced});
+        camera.Set(scene::ViewOfBounds({}, 1.0f), 2.0f);
+    }
+
+    // Begins to load beside the frames that go on; says so if another load is under way.
+    void Open(const std::filesystem::path& file);
+    // Takes over a scene that has been loaded, or says why not: then all stays as it is.
+    void FinishLoading();
+    // A camera of the scene, or one that frames it all.
+    void UseCamera(std::optional<uint32_t> camera);
+    // The view moves to show what is selected, or all.
+    void FrameSelection();
+    void Apply(const Edit& edit) { document.Apply(edit, gpu); }
+    void Say(std::string text) { message = std::move(text); }
+
+    rhi::Device& device;
+    Renderer renderer;
+    GpuScene gpu;
+    viewport::Viewport view;
+    Document document;
+    CameraController camera;
+    SceneLoader loader;
+    std::vector<Bookmark> bookmarks;
+    std::optional<uint32_t> selectedNode;
+    std::optional<uint32_t> selectedMaterial;  // of what was picked
+    Panels panels;
+    std::string message;  // the newest one line
+};
+
+}  // namespace raygraph::editor

@@ -1,0 +1,107 @@
+// Edits of the open scene, and their history.
+#include "editor/app/document.h"
+
+#include "renderer/scene/load_gltf.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+class DocumentTest : public testing::VulkanTest {
+  protected:
+    DocumentTest() {
+        scene::SceneData data = scene::LoadGltf(RAYGRAPH_SOURCE_DIR "/scenes/cornell.gltf");
+        document = Document("cornell.gltf", data);
+        gpu.SetScene(std::move(data));
+    }
+
+    // A node with a mesh, and the instance that it places.
+    uint32_t instance = 0;
+    uint32_t Node() const { return document.Scene().instances[instance].node; }
+    scene::Material Red() const {
+        scene::Material material = document.Scene().materials[0];
+        material.baseColorFactor = {1, 0, 0, 1};
+        return material;
+    }
+
+    Renderer renderer{Device()};
+    GpuScene gpu{renderer};
+    Document document;
+};
+
+const glm::mat4x3 kUp{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 5, 0}};
+
+}  // namespace
+
+TEST_F(DocumentTest, KnowsTheHierarchyWithoutVertices) {
+    EXPECT_FALSE(document.Roots().empty());
+    EXPECT_GT(document.Statistics().placedTriangles, 0u);
+    for (const scene::Mesh& mesh : document.Scene().meshes)
+        for (const scene::Primitive& primitive : mesh.primitives) EXPECT_TRUE(primitive.positions.empty());
+    EXPECT_FALSE(document.BoundsOf(Node()).IsEmpty());
+}
+
+TEST_F(DocumentTest, TransformMovesInstanceAndBoundsAndIsUndone) {
+    const glm::mat4x3 before = gpu.Transform(instance);
+    const scene::Bounds bounds = document.Scene().bounds;
+    document.Apply(TransformEdit{Node(), kUp}, gpu);
+    EXPECT_NE(gpu.Transform(instance), before);
+    EXPECT_EQ(gpu.Transform(instance), document.Scene().instances[instance].objectToWorld);
+    EXPECT_GT(document.Scene().bounds.max.y, bounds.max.y);
+    document.Undo(gpu);
+    EXPECT_EQ(gpu.Transform(instance), before);
+    EXPECT_EQ(document.Scene().bounds.max, bounds.max);
+    document.Redo(gpu);
+    EXPECT_NE(gpu.Transform(instance), before);
+}
+
+TEST_F(DocumentTest, EachEditDoesTheSmallestWork) {
+    const SceneRevisions before = gpu.Revisions();
+    document.Apply(MaterialEdit{0, Red()}, gpu);
+    EXPECT_EQ(gpu.Revisions().materials, before.materials + 1);
+    EXPECT_EQ(gpu.Revisions().transforms, before.transforms);
+    EXPECT_EQ(gpu.Revisions().geometry, before.geometry);
+}
+
+TEST_F(DocumentTest, EditsWithoutAPauseAreOneStep) {
+    const glm::vec4 color = document.Scene().materials[0].baseColorFactor;
+    for (const float red : {0.2f, 0.4f, 0.6f}) {
+        scene::Material material = document.Scene().materials[0];
+        material.baseColorFactor.x = red;
+        document.Apply(MaterialEdit{0, material}, gpu);
+    }
+    EXPECT_EQ(document.EditCount(), 1u);
+    document.Undo(gpu);
+    EXPECT_EQ(document.Scene().materials[0].baseColorFactor, color);
+}
+
+TEST_F(DocumentTest, SettledAndOtherThingsAreStepsOfTheirOwn) {
+    document.Apply(MaterialEdit{0, Red()}, gpu);
+    document.Settle();
+    document.Apply(MaterialEdit{0, Red()}, gpu);
+    document.Apply(MaterialEdit{1, Red()}, gpu);
+    document.Apply(TransformEdit{Node(), kUp}, gpu);
+    EXPECT_EQ(document.EditCount(), 4u);
+}
+
+TEST_F(DocumentTest, NewEditForgetsWhatCouldBeRedone) {
+    document.Apply(MaterialEdit{0, Red()}, gpu);
+    document.Undo(gpu);
+    EXPECT_TRUE(document.CanRedo());
+    document.Apply(MaterialEdit{1, Red()}, gpu);
+    EXPECT_FALSE(document.CanRedo());
+    document.Undo(gpu);
+    EXPECT_FALSE(document.CanUndo());
+    document.Undo(gpu);  // nothing happens
+    EXPECT_EQ(document.EditCount(), 0u);
+}
+
+TEST_F(DocumentTest, RefusedEditChangesNothing) {
+    const SceneRevisions before = gpu.Revisions();
+    EXPECT_ANY_THROW(document.Apply(MaterialEdit{9999, Red()}, gpu));
+    EXPECT_EQ(document.EditCount(), 0u);
+    EXPECT_EQ(gpu.Revisions(), before);
+}
+
+}  // namespace raygraph::editor
