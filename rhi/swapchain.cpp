@@ -49,10 +49,12 @@ Swapchain::Swapchain(Device& device, const SwapchainDesc& desc) : m_device(devic
     if (!device.Vk().vkCreateSwapchainKHR || !device.InstanceVk().vkGetPhysicalDeviceSurfaceSupportKHR)
         throw Error(ErrorKind::Usage,
                     desc.name + ": the device was made without DeviceDesc::surfaceExtensions");
+    if (!desc.makeSurface(device.Instance(), &m_surface))
+        throw Error(ErrorKind::NoDevice, desc.name + ": the window has no surface for Vulkan");
     try {
         VkBool32 isSupported = VK_FALSE;
         device.Check(device.InstanceVk().vkGetPhysicalDeviceSurfaceSupportKHR(
-                         device.PhysicalDevice(), device.QueueFamily(), desc.surface, &isSupported),
+                         device.PhysicalDevice(), device.QueueFamily(), m_surface, &isSupported),
                      desc.name + ": vkGetPhysicalDeviceSurfaceSupportKHR");
         if (!isSupported)
             throw Error(ErrorKind::NoDevice,
@@ -99,9 +101,8 @@ void Swapchain::Clear() {
     m_drawn.clear();
     if (m_swapchain) vk.vkDestroySwapchainKHR(m_device.Handle(), m_swapchain, m_device.AllocationCallbacks());
     m_swapchain = VK_NULL_HANDLE;
-    if (m_desc.surface)
-        m_device.InstanceVk().vkDestroySurfaceKHR(m_device.Instance(), m_desc.surface, nullptr);
-    m_desc.surface = VK_NULL_HANDLE;
+    if (m_surface) m_device.InstanceVk().vkDestroySurfaceKHR(m_device.Instance(), m_surface, nullptr);
+    m_surface = VK_NULL_HANDLE;
 }
 
 void Swapchain::Make(Extent2D extent) {
@@ -109,20 +110,20 @@ void Swapchain::Make(Extent2D extent) {
     const InstanceFunctions& instance = m_device.InstanceVk();
     const VkPhysicalDevice physical = m_device.PhysicalDevice();
     VkSurfaceCapabilitiesKHR surface{};
-    m_device.Check(instance.vkGetPhysicalDeviceSurfaceCapabilitiesKHR(physical, m_desc.surface, &surface),
+    m_device.Check(instance.vkGetPhysicalDeviceSurfaceCapabilitiesKHR(physical, m_surface, &surface),
                    m_desc.name + ": vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
     m_extent = extent.IsEmpty() ? Extent2D{} : ChooseExtent(surface, extent);
     if (m_extent.IsEmpty()) return;  // what there was stays, unused, until there is a size again
-    const VkSurfaceFormatKHR format = ChooseFormat(
-        All<VkSurfaceFormatKHR>([&](uint32_t* count, VkSurfaceFormatKHR* formats) {
-            instance.vkGetPhysicalDeviceSurfaceFormatsKHR(physical, m_desc.surface, count, formats);
-        }),
-        m_desc.name);
+    const VkSurfaceFormatKHR format =
+        ChooseFormat(All<VkSurfaceFormatKHR>([&](uint32_t* count, VkSurfaceFormatKHR* formats) {
+                         instance.vkGetPhysicalDeviceSurfaceFormatsKHR(physical, m_surface, count, formats);
+                     }),
+                     m_desc.name);
     m_format = FormatFromVk(format.format);
 
     VkSwapchainCreateInfoKHR info{};
     info.sType = VK_STRUCTURE_TYPE_SWAPCHAIN_CREATE_INFO_KHR;
-    info.surface = m_desc.surface;
+    info.surface = m_surface;
     info.minImageCount = std::max(surface.minImageCount, m_device.FramesInFlight() + 1);
     if (surface.maxImageCount > 0) info.minImageCount = std::min(info.minImageCount, surface.maxImageCount);
     info.imageFormat = format.format;
@@ -133,11 +134,11 @@ void Swapchain::Make(Extent2D extent) {
     info.imageSharingMode = VK_SHARING_MODE_EXCLUSIVE;
     info.preTransform = surface.currentTransform;
     info.compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR;
-    info.presentMode = ChooseMode(All<VkPresentModeKHR>([&](uint32_t* count, VkPresentModeKHR* modes) {
-                                      instance.vkGetPhysicalDeviceSurfacePresentModesKHR(
-                                          physical, m_desc.surface, count, modes);
-                                  }),
-                                  m_desc.waitsForRefresh);
+    info.presentMode =
+        ChooseMode(All<VkPresentModeKHR>([&](uint32_t* count, VkPresentModeKHR* modes) {
+                       instance.vkGetPhysicalDeviceSurfacePresentModesKHR(physical, m_surface, count, modes);
+                   }),
+                   m_desc.waitsForRefresh);
     info.clipped = VK_TRUE;
     info.oldSwapchain = m_swapchain;
     VkSwapchainKHR made = VK_NULL_HANDLE;

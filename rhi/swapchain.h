@@ -10,6 +10,7 @@
 // Threads: one at a time.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -18,11 +19,12 @@
 
 namespace raygraph::rhi {
 
+using MakeSurface = std::function<bool(VkInstance instance, VkSurfaceKHR* surface)>;
+
 struct SwapchainDesc {
     std::string name = "swapchain";
-    // Made by the window system for Device::Instance() (DeviceDesc::surfaceExtensions); the Swapchain's from
-    // then on.
-    VkSurfaceKHR surface = VK_NULL_HANDLE;
+    // Asks the window system for the window's surface; the Swapchain destroys it. False: there is none.
+    MakeSurface makeSurface = {};
     Extent2D extent = {};         // of the window in pixels; empty: minimized, Acquire gives nothing
     bool waitsForRefresh = true;  // false: as fast as frames come, where the device can
 };
@@ -66,6 +68,7 @@ class Swapchain {
 
     Device& m_device;
     SwapchainDesc m_desc;
+    VkSurfaceKHR m_surface = VK_NULL_HANDLE;
     VkSwapchainKHR m_swapchain = VK_NULL_HANDLE;
     rhi::Format m_format = rhi::Format::Undefined;
     Extent2D m_extent;

@@ -52,8 +52,7 @@ void RunWindow(const EditOptions& options, Watch& watch) {
     Window window("Raygraph", {1440, 900});
     const std::unique_ptr<rhi::Device> device = OpenDevice(options, watch, window.SurfaceExtensions());
     rhi::Swapchain swapchain(
-        *device,
-        {.name = "window", .surface = window.CreateSurface(device->Instance()), .extent = window.Extent()});
+        *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});
     WindowScreen screen(swapchain);
     Editor editor(*device);
     if (!options.scene.empty()) editor.Work().Open(options.scene);

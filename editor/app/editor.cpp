@@ -1,6 +1,7 @@
 #include "editor/app/editor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -12,8 +13,9 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kSide = 300.0f;    // points: width of the panels left and right
-constexpr float kBottom = 230.0f;  // height of the panel below
+constexpr float kSide = 300.0f;      // points: width of the panels left and right, at most
+constexpr float kSideShare = 0.24f;  // of the window
+constexpr float kBottom = 230.0f;    // height of the panel below
 constexpr float kStatus = 28.0f;
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
@@ -160,16 +162,17 @@ void Editor::BuildUi(const FrameInput& input) {
     MenuBar();
     OpenDialog();
     const ImVec2 window = ImGui::GetIO().DisplaySize;
+    const float side = std::floor(std::min(kSide, kSideShare * window.x));
     const float top = ImGui::GetFrameHeight(), bottom = window.y - kStatus;
     float left = 0.0f, right = window.x, lower = bottom;
     if (m_work.panels.hierarchy) {
-        Panel("Scene", {0.0f, top}, {kSide, bottom - top}, [&] { HierarchyPanel(m_work); });
-        left = kSide;
+        Panel("Scene", {0.0f, top}, {side, bottom - top}, [&] { HierarchyPanel(m_work); });
+        left = side;
     }
     if (m_work.panels.inspector) {
-        const float x = window.x - kSide, half = std::floor(top + 0.58f * (bottom - top));
-        Panel("Inspector", {x, top}, {kSide, half - top}, [&] { InspectorPanel(m_work); });
-        Panel("View", {x, half}, {kSide, bottom - half}, [&] { SettingsPanel(m_work); });
+        const float x = window.x - side, half = std::floor(top + 0.58f * (bottom - top));
+        Panel("Inspector", {x, top}, {side, half - top}, [&] { InspectorPanel(m_work); });
+        Panel("View", {x, half}, {side, bottom - half}, [&] { SettingsPanel(m_work); });
         right = x;
     }
     if (m_work.panels.statistics || m_work.panels.graph) {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "renderer/graph/renderer.h"
-#include "rhi/swapchain.h"
+#include "renderer/graph/swapchain_frame.h"
 
 namespace raygraph::editor {
 
@@ -23,15 +23,14 @@ class Screen {
 
 class WindowScreen final : public Screen {
   public:
-    explicit WindowScreen(rhi::Swapchain& swapchain) : m_swapchain(swapchain) {}
-    std::optional<TextureId> Begin(Renderer& renderer, rhi::Extent2D extent) override;
-    void End(Renderer& renderer, TextureId drawn) override;
+    explicit WindowScreen(rhi::Swapchain& swapchain) : m_frame(swapchain) {}
+    std::optional<TextureId> Begin(Renderer& renderer, rhi::Extent2D extent) override {
+        return m_frame.Begin(renderer, extent);
+    }
+    void End(Renderer& renderer, TextureId drawn) override { m_frame.End(renderer, drawn); }
 
   private:
-    rhi::Swapchain& m_swapchain;
-    rhi::SwapchainImage m_image;
-    ResourceState m_state;
-    bool m_isStale = false;
+    SwapchainFrame m_frame;
 };
 
 // For scripts on machines without a display.

@@ -1,6 +1,6 @@
 #include "editor/app/window.h"
 
-#define GLFW_INCLUDE_NONE
+#define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
@@ -8,9 +8,6 @@
 #include <utility>
 
 #include "base/error.h"
-
-extern "C" VkResult glfwCreateWindowSurface(VkInstance, GLFWwindow*, const VkAllocationCallbacks*,
-                                            VkSurfaceKHR*);
 
 namespace raygraph::editor {
 
@@ -116,11 +113,10 @@ std::vector<std::string> Window::SurfaceExtensions() const {
     return names ? std::vector<std::string>(names, names + count) : std::vector<std::string>{};
 }
 
-VkSurfaceKHR Window::CreateSurface(VkInstance instance) {
-    VkSurfaceKHR surface = VK_NULL_HANDLE;
-    if (glfwCreateWindowSurface(instance, m_impl->window, nullptr, &surface) != VK_SUCCESS)
-        throw Error(ErrorKind::NoDevice, "the window has no surface for Vulkan: " + WhyNot());
-    return surface;
+rhi::MakeSurface Window::SurfaceMaker() {
+    return [window = m_impl->window](auto instance, auto* surface) {
+        return glfwCreateWindowSurface(instance, window, nullptr, surface) == 0;
+    };
 }
 
 rhi::Extent2D Window::Extent() const {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "editor/app/input.h"
-#include "rhi/vulkan.h"
+#include "rhi/swapchain.h"
 
 namespace raygraph::editor {
 
@@ -20,8 +20,8 @@ class Window {
 
     // For DeviceDesc::surfaceExtensions.
     std::vector<std::string> SurfaceExtensions() const;
-    // For SwapchainDesc::surface. Error{NoDevice}.
-    VkSurfaceKHR CreateSurface(VkInstance instance);
+    // For SwapchainDesc::makeSurface; while the window lives.
+    rhi::MakeSurface SurfaceMaker();
     rhi::Extent2D Extent() const;  // pixels
 
     // Takes what happened since the last call; `seconds` at most to wait for something to happen.

@@ -65,9 +65,9 @@ TEST_F(ScriptTest, TogglesPicksEditsAndUndoes) {
 }
 
 TEST_F(ScriptTest, DragTurnsTheCameraAndSizesMayBeAny) {
-    Play(OpenCornell() + "view raster\nmouse 320 200\n");
+    Play(OpenCornell() + "view raster\n");
     const glm::vec3 eye = editor.Work().camera.View().eye;
-    Play("drag left 60 0\n");
+    Play("size 640x400\nmouse 320 200\ndrag left 60 0\n");
     EXPECT_NE(editor.Work().camera.View().eye, eye);
     EXPECT_FALSE(editor.Work().selectedNode) << "a drag is no click";
     Play("size 1x1\nsize 37x911\nsize 0x0\nsize 700x20\nsize 640x400\nframes 2\n");

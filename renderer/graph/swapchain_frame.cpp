@@ -1,0 +1,29 @@
+#include "renderer/graph/swapchain_frame.h"
+
+namespace raygraph {
+
+std::optional<TextureId> SwapchainFrame::Begin(Renderer& renderer, Extent2D extent) {
+    std::optional<rhi::SwapchainImage> image;
+    for (int attempt = 0; attempt < 2 && !image; attempt++) {
+        if (m_isStale || m_swapchain.Extent() != extent) m_swapchain.Resize(extent);
+        m_isStale = false;
+        image = m_swapchain.Acquire();
+        if (!image) m_isStale = true;
+    }
+    if (!image || m_swapchain.Extent() != extent) return std::nullopt;
+    m_image = *image;
+    // Without contents; who writes first comes after the semaphore, whatever its stage
+    m_state = {};
+    m_state.readStages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    return renderer.Import("window", *m_image.texture, m_state);
+}
+
+void SwapchainFrame::End(Renderer& renderer, TextureId drawn) {
+    renderer.WaitSemaphore(m_image.acquired);
+    renderer.SignalSemaphore(m_image.drawn);
+    renderer.Export(drawn, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
+    renderer.Execute();
+    m_isStale = !m_swapchain.Present(m_image);
+}
+
+}  // namespace raygraph
