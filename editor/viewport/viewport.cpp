@@ -18,6 +18,8 @@ Viewport::Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc
     : m_impl(std::make_unique<Impl>(renderer, scene, desc)) {}
 
 Viewport::~Viewport() {
+    // It would refer to what goes now
+    if (!m_impl->declaredIn.expired()) m_impl->renderer.DropFrame();
     m_impl->pathTraced.Forget(m_impl->renderer);
     m_impl->raster.Forget(m_impl->renderer);
     m_impl->compare.Forget(m_impl->renderer);

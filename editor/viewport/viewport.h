@@ -20,8 +20,8 @@
 // accumulation, and all of ShowSettings and BudgetSettings, never does that.
 //
 // Threads: that of the Renderer. Setters take effect with the next Declare, and may be called at any time.
-// Renderer and scene outlive the viewport; it is destroyed while no frame is open. Viewports share nothing
-// but what the host gives to both: those on one Renderer need names of their own.
+// Renderer and scene outlive the viewport; an open frame that it is declared in is dropped with it. Viewports
+// share nothing but what the host gives to both: those on one Renderer need names of their own.
 #pragma once
 
 #include <memory>
