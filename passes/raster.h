@@ -14,7 +14,7 @@ namespace raygraph::passes {
 // What is nearest in each pixel.
 struct RasterVisibility {
     TextureId hits;              // rgba32ui, see shaders/raster/visibility.glsl
-    TextureId depth;             // d32f, reversed: see shaders/raster/projection.glsl
+    TextureId depth;             // d32f, reversed: see shaders/raster/projection.glsl; rays leave none
     BufferId drawCommands;       // gpu::DrawCommand[], as drawn: what culling has left, for statistics
     glm::vec2 filmOffset{0.5f};  // of the place in each pixel that was drawn
 };
@@ -28,6 +28,10 @@ struct RasterVisibility {
 // seen. Throws Error{Usage} on a device without drawIndirectFirstInstance.
 [[nodiscard]] RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene,
                                               const TraceSettings& settings, FilmPosition film);
+
+// The same found by rays, through the same place of each pixel: for views of what the path tracer sees.
+[[nodiscard]] RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,
+                                               const TraceSettings& settings, FilmPosition film);
 
 // The outputs of PrimaryHits, of what was drawn. `settings` are those of DrawVisibility.
 [[nodiscard]] PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,

@@ -12,9 +12,6 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr std::array kViewNames = {"path-traced", "raster",   "albedo",  "normals",
-                                   "depth",       "instance", "material"};
-
 // Names of an enum's values, in their order.
 constexpr std::array kSamplerNames = {"sobol", "pcg", "tea"};
 constexpr std::array kBrdfNames = {"gltf", "lambert", "lafortune"};
@@ -33,6 +30,12 @@ void SetChoice(T& value, std::string_view text, const std::array<const char*, N>
 template <typename T, size_t N>
 std::string ChoiceText(T value, const std::array<const char*, N>& names) {
     return names[static_cast<size_t>(value)];
+}
+
+View ParseView(std::string_view text) {
+    std::vector<std::string_view> names;
+    for (size_t i = 0; i < passes::kViewCount; i++) names.emplace_back(Name(static_cast<View>(i)));
+    return static_cast<View>(ParseChoice(text, names));
 }
 
 // "throughput", "off", "constant:P" or "frame:P".
@@ -69,11 +72,9 @@ constexpr PictureSetting kTable[] = {
      [](PictureSettings& settings, std::string_view text) { settings.size = ParseSize(text); },
      [](const PictureSettings& settings) { return ToText(settings.size); }},
     {"view", "VIEW",
-     "What the picture shows: path-traced (default), raster (drawn, lit directly and without shadows), "
-     "albedo, normals, depth, instance or material",
-     [](PictureSettings& settings, std::string_view text) {
-         settings.view = static_cast<View>(ParseChoice(text, {kViewNames.begin(), kViewNames.end()}));
-     },
+     "What the picture shows: path-traced (default), raster (drawn and lit directly), albedo, normals, "
+     "roughness, metallic, emissive, depth, instance, material, wireframe, overdraw or ray-cost",
+     [](PictureSettings& settings, std::string_view text) { settings.view = ParseView(text); },
      [](const PictureSettings& settings) { return std::string(Name(settings.view)); }},
     {"camera", "CAMERA",
      "A camera of the scene by name or index, or \"eye target up fov\" as ten numbers, fov the vertical "
@@ -202,14 +203,6 @@ constexpr PictureSetting kTable[] = {
 };
 
 }  // namespace
-
-const char* Name(View view) {
-    return kViewNames[static_cast<size_t>(view)];
-}
-
-bool ShowsLight(View view) {
-    return view == View::PathTraced || view == View::Raster;
-}
 
 std::span<const PictureSetting> PictureSettingTable() {
     return kTable;

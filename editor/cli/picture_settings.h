@@ -15,14 +15,11 @@
 #include "editor/cli/light_groups.h"
 #include "editor/cli/parse.h"
 #include "passes/trace.h"
+#include "passes/views.h"
 
 namespace raygraph::cli {
 
-// What the picture's RGB shows.
-enum class View : uint8_t { PathTraced, Raster, Albedo, Normals, Depth, Instance, Material };
-const char* Name(View view);
-// The picture is radiance.
-bool ShowsLight(View view);
+using passes::View;  // what the picture's RGB shows
 
 struct PictureSettings {
     ImageSize size{640, 360};

@@ -58,13 +58,14 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
     for (const Bias bias : kBiases)
-        if (IsOn(settings.biases, bias)) refuse("only path-traced renders know " + std::string(Option(bias)));
+        if (IsOn(settings.biases, bias) && settings.view != View::RayCost)
+            refuse("only path-traced renders know " + std::string(Option(bias)));
     if (settings.view == View::Raster) {
         if (arguments.error) refuse("give --spp; --error is for path-traced renders");
         return;
     }
-    const bool isAverage = settings.view == View::Albedo || settings.view == View::Normals;
-    if (!isAverage && (arguments.seconds || arguments.error || arguments.samples.value_or(1) > 1))
+    if (!IsMeanMeaningful(settings.view) &&
+        (arguments.seconds || arguments.error || arguments.samples.value_or(1) > 1))
         refuse("it is not averaged over samples; leave out --spp, --time and --error");
     if (arguments.error) refuse("only light has an error to estimate");
     if (WritesKind(arguments, OutputKind::Hdr)) refuse("an .hdr holds radiance; write an .exr");
@@ -92,8 +93,7 @@ Job PlanJob(const RenderArguments& arguments) {
     if (!job.settings.lightGroups.empty() && !WritesKind(arguments, OutputKind::Exr))
         throw Error(ErrorKind::Usage,
                     "--light-group: its channels are written to an .exr, and there is no -o OUT.exr");
-    const View view = job.settings.view;
-    const bool isSingle = view == View::Depth || view == View::Instance || view == View::Material;
+    const bool isSingle = !IsMeanMeaningful(job.settings.view);
     const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
     if (!isOpenEnded) job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(kDefaultSamples);
     const uint64_t last = uint64_t{job.firstSample} + job.samplesWanted.value_or(1) - 1;

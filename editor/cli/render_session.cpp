@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "editor/cli/diagnostic_view.h"
 #include "editor/cli/light_group_tiles.h"
 #include "editor/cli/texel_readback.h"
 #include "passes/raster.h"
@@ -27,12 +26,9 @@ RenderSession::RenderSession(DeviceScene& scene, const RenderPlan& plan)
       m_renderer(scene.GraphRenderer()),
       m_plan(plan),
       m_twins(scene.SettingsFor(plan.firstSample).biases),
-      // Normals take their coverage from the albedo
-      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo) || plan.view == View::Albedo ||
-                        plan.view == View::Normals),
-      m_isKeepingNormal(plan.aovs.Has(Aov::Normal) || plan.view == View::Normals),
-      m_isKeepingCenter(plan.aovs.NeedsCenterRay() || plan.view == View::Depth ||
-                        plan.view == View::Instance || plan.view == View::Material) {
+      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo)),
+      m_isKeepingNormal(plan.aovs.Has(Aov::Normal)),
+      m_isKeepingCenter(plan.aovs.NeedsCenterRay()) {
     for (size_t i = 0; i < passes::kPathPartCount; i++)
         if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
             m_parts.push_back({i, Accumulated(Name(aov))});
@@ -97,6 +93,25 @@ void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSett
     }
 }
 
+void RenderSession::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
+    const passes::FilmPosition film =
+        passes::IsMeanMeaningful(m_plan.view) ? passes::FilmPosition::Jittered : passes::FilmPosition::Center;
+    TextureId values;
+    if (m_plan.view == View::RayCost)
+        values = passes::SpreadCounts(
+            m_renderer, passes::Trace(m_renderer, ids, settings, {.rayCounts = true}).rayCounts);
+    else if (m_plan.view == View::Overdraw)
+        values = passes::Overdraw(m_renderer, ids, settings, film);
+    else
+        values = passes::SurfaceView(m_renderer, ids, settings,
+                                     passes::TraceVisibility(m_renderer, ids, settings, film), m_plan.view);
+    const TextureId mean = passes::Accumulate(m_renderer, values, m_radiance.accumulation).mean;
+    m_renderer.Present(mean);
+    if (!isLast) return;
+    m_radiance.mean = m_renderer.ReadBack(mean);
+    m_display = m_renderer.ReadBack(passes::PaintView(m_renderer, mean, m_plan.view));
+}
+
 void RenderSession::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
     const passes::PrimaryHitIds hits =
         passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
@@ -115,7 +130,10 @@ void RenderSession::RenderSample(bool isLast, bool isMeasuring) {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.Scene().Declare(m_renderer);
     const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample + m_submitted);
-    if (ShowsLight()) DeclareRadiance(ids, settings, isLast, isMeasuring);
+    if (ShowsLight())
+        DeclareRadiance(ids, settings, isLast, isMeasuring);
+    else
+        DeclareValues(ids, settings, isLast);
     if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings, isLast);
     if (m_isKeepingCenter && isLast) DeclareCenterRay(ids, settings);
     m_pending.push_back(m_renderer.Execute());
@@ -148,7 +166,7 @@ std::optional<double> RenderSession::RelativeError() {
 }
 
 void RenderSession::TakePicture(RenderFile& render) {
-    if (ShowsLight()) render.radiance = ValuesOf<float>(m_radiance.mean);
+    render.radiance = ValuesOf<float>(m_radiance.mean);
     if (ShowsLight() && m_plan.withVariance) render.variance = ValuesOf<float>(m_variance);
     if (m_isKeepingAlbedo) render.albedo = ValuesOf<float>(m_albedo.mean);
     if (m_isKeepingNormal) render.normal = ValuesOf<float>(m_normal.mean);
@@ -158,19 +176,14 @@ void RenderSession::TakePicture(RenderFile& render) {
     if (ShowsLight()) m_twins.Take(render);
     if (m_isKeepingCenter) {
         const std::vector<uint32_t> hits = ValuesOf<uint32_t>(m_ids);
-        if (m_plan.aovs.Has(Aov::Depth) || m_plan.view == View::Depth)
-            render.depth = ChannelOf(ValuesOf<float>(m_position), 3);
-        if (m_plan.aovs.Has(Aov::Instance) || m_plan.view == View::Instance)
-            render.instance = ChannelOf(hits, 0);
-        if (m_plan.aovs.Has(Aov::Material) || m_plan.view == View::Material)
-            render.material = ChannelOf(hits, 1);
+        if (m_plan.aovs.Has(Aov::Depth)) render.depth = ChannelOf(ValuesOf<float>(m_position), 3);
+        if (m_plan.aovs.Has(Aov::Instance)) render.instance = ChannelOf(hits, 0);
+        if (m_plan.aovs.Has(Aov::Material)) render.material = ChannelOf(hits, 1);
     }
-    if (!ShowsLight()) render.radiance = ViewTexels(m_plan.view, render);
     render.samples = {{m_plan.firstSample, m_submitted}};
 }
 
 image::Image8 RenderSession::TakeDisplay(const RenderFile& render) {
-    if (!ShowsLight()) return ShowView(m_plan.view, render);
     image::Image8 picture{render.size.width, render.size.height, ValuesOf<uint8_t>(m_display)};
     for (size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = 255;
     return picture;

@@ -15,6 +15,7 @@
 #include "passes/accumulate.h"
 #include "passes/filter_environment.h"
 #include "passes/tonemap.h"
+#include "passes/views.h"
 
 namespace raygraph::cli {
 
@@ -47,7 +48,7 @@ class RenderSession {
     // After the last sample: fills the picture and its channels and samples, and waits for them. The rest of
     // the render is left as it is.
     void TakePicture(RenderFile& render);
-    // The tone-mapped picture, opaque; of a view without light what ShowView makes of `render`.
+    // The tone-mapped picture, or the view as PaintView shows it; opaque.
     image::Image8 TakeDisplay(const RenderFile& render);
 
     // Rays that a path of the last sample takes, on average over the pixels. Renders that sample once more.
@@ -55,7 +56,7 @@ class RenderSession {
     double MeasureRaysPerSample();
     // GPU times of all frames of samples.
     const PassTimes& Times();
-    bool ShowsLight() const { return cli::ShowsLight(m_plan.view); }
+    bool ShowsLight() const { return passes::ShowsLight(m_plan.view); }
     bool TracesPaths() const { return m_plan.view == View::PathTraced; }
 
   private:
@@ -79,6 +80,8 @@ class RenderSession {
     passes::TraceIds DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
     void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
                          bool isMeasuring);
+    // Of a view that shows no light.
+    void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
     void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
     void Keep(TextureId sample, Accumulated& into, bool isLast);
@@ -91,7 +94,8 @@ class RenderSession {
     uint32_t m_submitted = 0;        // samples in the picture, continued ones included
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
 
-    Accumulated m_radiance{"radiance"}, m_albedo{"albedo"}, m_normal{"normal"};
+    Accumulated m_radiance{"radiance"};  // or the view's values
+    Accumulated m_albedo{"albedo"}, m_normal{"normal"};
     passes::FilteredEnvironment m_filteredEnvironment{"filtered environment"};
     Accumulated m_groups{"lightGroups"};
     std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations

@@ -11,17 +11,19 @@ layout(set = 0, binding = 20, rgba32ui) readonly uniform uimage2D visibility;
 layout(push_constant, scalar) uniform Constants {
     vec2 filmOffset;  // of a pixel, from its upper left corner: (0.5, 0.5) is its centre
     uint punctualLights;
+    uint view;  // kView* of shared/views.h
 } constants;
 
 ivec2 Pixel() { return ivec2(gl_GlobalInvocationID.xy); }
 
 bool IsInPicture() { return all(lessThan(Pixel(), imageSize(visibility))); }
 
-// Through the place of the film that was drawn.
-Ray PixelRay() {
-    vec2 film = (vec2(Pixel()) + constants.filmOffset) / vec2(imageSize(visibility));
+// Through the place of the film that was drawn, so many pixels off.
+Ray RayThrough(vec2 offset) {
+    vec2 film = (vec2(Pixel()) + constants.filmOffset + offset) / vec2(imageSize(visibility));
     return CameraRay(parameters.value.camera, film, vec2(0.5f));
 }
+Ray PixelRay() { return RayThrough(vec2(0.0f)); }
 
 Hit PixelHit() { return UnpackVisibility(imageLoad(visibility, Pixel())); }
 

@@ -140,7 +140,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage({"render", "a.gltf", "-o", "a.jpg"}, "-o", "a.jpg", ".png, .exr or .hdr");
     ExpectUsage({"render", "a.gltf", "-o", "a"}, "-o", ".png, .exr or .hdr");
     ExpectUsage({"render", "a.gltf", "--tonemap", "filmic"}, "--tonemap", "neutral");
-    ExpectUsage({"render", "a.gltf", "--view", "wireframe"}, "--view", "raster");
+    ExpectUsage({"render", "a.gltf", "--view", "cubist"}, "--view", "raster");
     ExpectUsage({"render", "a.gltf", "--brdf", "phong"}, "--brdf", "lambert");
     ExpectUsage({"render", "a.gltf", "--light-sampler", "tree"}, "--light-sampler", "bvh");
     ExpectUsage({"render", "a.gltf", "--rr", "constant:2"}, "--rr", "\"2\"");

@@ -165,11 +165,12 @@ TEST(ProgramRender, AnotherSeedIsAnotherPictureAndTheSameSeedTheSame) {
 
 TEST(ProgramRender, ViewsWithoutLightAreRendered) {
     const test::TemporaryFolder folder;
-    for (const std::string view : {"albedo", "normals", "depth", "instance", "material"}) {
+    for (const std::string view : {"albedo", "normals", "roughness", "depth", "instance", "material",
+                                   "wireframe", "overdraw", "ray-cost"}) {
         const std::filesystem::path png = folder / (view + ".png"), exr = folder / (view + ".exr");
-        const std::vector<std::string> few = view == "albedo" || view == "normals"
-                                                 ? std::vector<std::string>{"--spp", "2"}
-                                                 : std::vector<std::string>{};
+        const bool isSingle = view == "depth" || view == "instance" || view == "material";
+        const std::vector<std::string> few =
+            isSingle ? std::vector<std::string>{} : std::vector<std::string>{"--spp", "2"};
         RenderCornell(Words({"--view", view, "-o", png, "-o", exr}, few));
         std::ifstream file(png, std::ios::binary);
         const std::string bytes{std::istreambuf_iterator<char>(file), {}};

@@ -1,0 +1,100 @@
+#include "passes/draw_list.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "passes/scene_bindings.h"
+#include "shaders/shared/draw_records.h"
+
+namespace raygraph::passes {
+
+namespace {
+
+constexpr uint32_t kGroupSize = 64;
+
+// Push constants of raster/cull_instances.comp.
+struct CullConstants {
+    glm::vec2 shift;
+    uint32_t count;
+};
+
+}  // namespace
+
+gpu::TraceParameters RasterParameters(const SceneIds& scene, const TraceSettings& settings) {
+    gpu::TraceParameters parameters = ParametersFor(scene, settings);
+    parameters.camera.lensRadius = 0.0f;
+    return parameters;
+}
+
+uint32_t GroupsFor(uint32_t count) {
+    return (count + kGroupSize - 1) / kGroupSize;
+}
+
+uint32_t DrawCount(const SceneIds& scene) {
+    return scene.drawsOfKind.back().first + scene.drawsOfKind.back().count;
+}
+
+DrawClasses ClassesOf(const SceneIds& scene) {
+    const auto classOf = [&](const char* name, DrawKind kind, bool isTested, bool isCulled) {
+        return DrawClass{name, scene.drawsOfKind[static_cast<size_t>(kind)], isTested, isCulled};
+    };
+    return {classOf("Opaque", DrawKind::Opaque, false, true),
+            classOf("OpaqueTwoSided", DrawKind::OpaqueTwoSided, false, false),
+            classOf("AlphaTested", DrawKind::AlphaTested, true, true),
+            classOf("AlphaTestedTwoSided", DrawKind::AlphaTestedTwoSided, true, false)};
+}
+
+// A low-discrepancy sequence over the pixel: additive recurrence by the powers of 1 / g, g the real root of
+// x^3 = x + 1. The first place is the pixel's centre.
+glm::vec2 FilmOffset(FilmPosition film, uint32_t sampleIndex) {
+    if (film == FilmPosition::Center) return glm::vec2(0.5f);
+    const auto place = [&](double step) {
+        const double x = 0.5 + step * sampleIndex;
+        return static_cast<float>(x - std::floor(x));
+    };
+    return {place(0.75487766624669276), place(0.56984029099805327)};
+}
+
+glm::vec2 ShiftOf(const glm::vec2& filmOffset, Extent2D extent) {
+    return 2.0f * (glm::vec2(0.5f) - filmOffset) / glm::vec2(extent.width, extent.height);
+}
+
+DrawList ListDraws(Renderer& renderer, const SceneIds& scene, const gpu::TraceParameters& parameters,
+                   const glm::vec2& shift, const char* pass) {
+    const rhi::DeviceInfo& device = renderer.Device().Info();
+    if (!device.optional.drawIndirectFirstInstance)
+        throw Error(ErrorKind::Usage,
+                    std::string(pass) + ": the device " + device.name + " lacks drawIndirectFirstInstance");
+    const uint32_t drawCount = DrawCount(scene), placementCount = scene.placementCount;
+    DrawList list{
+        .commands = renderer.CreateBuffer("drawCommands",
+                                          {.size = std::max(1u, drawCount) * sizeof(gpu::DrawCommand)}),
+        .visiblePlacements = renderer.CreateBuffer("visiblePlacements",
+                                                   {.size = std::max(1u, placementCount) * sizeof(uint32_t)}),
+    };
+    renderer.AddPass(
+        "ResetDraws", PassKind::Compute,
+        [&](PassBuilder& builder) {
+            builder.Compute("raster/reset_draws.comp");
+            builder.Reads("draws", scene.draws);
+            list.commands = builder.Writes("commands", list.commands);
+            builder.Constants(drawCount);
+        },
+        [drawCount](CommandList& commands) { commands.Dispatch(GroupsFor(drawCount)); });
+    renderer.AddPass(
+        "CullInstances", PassKind::Compute,
+        [&](PassBuilder& builder) {
+            builder.Compute("raster/cull_instances.comp");
+            builder.Uniform("parameters", parameters);
+            builder.Reads("instances", scene.instances);
+            builder.Reads("draws", scene.draws);
+            list.commands = builder.Updates("commands", list.commands);
+            list.visiblePlacements = builder.Writes("visiblePlacements", list.visiblePlacements);
+            builder.Constants(CullConstants{shift, placementCount});
+        },
+        [placementCount](CommandList& commands) { commands.Dispatch(GroupsFor(placementCount)); });
+    return list;
+}
+
+}  // namespace raygraph::passes

@@ -1,0 +1,43 @@
+// What raster passes draw: the scene's groups of triangles, each with those of its placements that may be in
+// the picture. For passes/ alone.
+#pragma once
+
+#include <array>
+
+#include "passes/trace.h"
+
+namespace raygraph::passes {
+
+struct DrawList {
+    BufferId commands;           // gpu::DrawCommand[], as SceneIds::draws
+    BufferId visiblePlacements;  // see shaders/shared/draw_records.h
+};
+
+// `shift` moves the picture, in clip units. Error{Usage} naming `pass` on a device without
+// drawIndirectFirstInstance.
+DrawList ListDraws(Renderer& renderer, const SceneIds& scene, const gpu::TraceParameters& parameters,
+                   const glm::vec2& shift, const char* pass);
+
+// A class of triangles that is drawn by one command.
+struct DrawClass {
+    const char* name;  // "Opaque"
+    DrawRange range;
+    bool isTested;  // there by its alpha
+    bool isCulled;  // its backs are not there
+};
+using DrawClasses = std::array<DrawClass, kDrawKindCount>;
+DrawClasses ClassesOf(const SceneIds& scene);
+
+// A raster camera has no lens.
+gpu::TraceParameters RasterParameters(const SceneIds& scene, const TraceSettings& settings);
+
+uint32_t DrawCount(const SceneIds& scene);
+// Groups of a shader that takes one invocation a record, 64 a group.
+uint32_t GroupsFor(uint32_t count);
+
+// The place in each pixel that a sample draws, from its upper left corner: of the centre, (0.5, 0.5).
+glm::vec2 FilmOffset(FilmPosition film, uint32_t sampleIndex);
+// Clip units that bring this place of each pixel to the pixel's centre, where it is drawn.
+glm::vec2 ShiftOf(const glm::vec2& filmOffset, Extent2D extent);
+
+}  // namespace raygraph::passes

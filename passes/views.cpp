@@ -1,0 +1,146 @@
+#include "passes/views.h"
+
+#include <array>
+#include <cctype>
+
+#include "base/error.h"
+#include "passes/draw_list.h"
+#include "passes/raster_bindings.h"
+#include "passes/scene_bindings.h"
+
+namespace raygraph::passes {
+
+namespace {
+
+// "PathTraced" to "path-traced".
+std::string KebabCase(const char* name) {
+    std::string text;
+    for (const char* c = name; *c != 0; c++) {
+        if (std::isupper(static_cast<unsigned char>(*c)) != 0 && !text.empty()) text += '-';
+        text += static_cast<char>(std::tolower(static_cast<unsigned char>(*c)));
+    }
+    return text;
+}
+
+void Refuse(const char* pass, View view) {
+    throw Error(ErrorKind::Usage, std::string(pass) + ": the view " + Name(view) + " is none of its views");
+}
+
+// Least and greatest value, see post/value_range.comp.
+BufferId ValueRange(Renderer& renderer, TextureId values) {
+    BufferId range = renderer.CreateBuffer("valueRange", {.size = 2 * sizeof(uint32_t)});
+    renderer.AddPass(
+        "ResetRange", PassKind::Transfer, [&](PassBuilder& pass) { range = pass.CopiesTo(range); },
+        [range](CommandList& commands, const PassResources& resources) {
+            commands.Fill(resources.Buffer(range), 0);
+        });
+    renderer.AddPass(
+        "ValueRange", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/value_range.comp");
+            pass.Reads("values", values);
+            range = pass.Updates("range", range);
+        },
+        [extent = renderer.Desc(values).extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return range;
+}
+
+}  // namespace
+
+const char* Name(View view) {
+#define RAYGRAPH_NAME_VIEW(name, value) KebabCase(#name),
+    static const std::array<std::string, kViewCount> kNames{RAYGRAPH_VIEWS(RAYGRAPH_NAME_VIEW)};
+#undef RAYGRAPH_NAME_VIEW
+    return kNames[static_cast<size_t>(view)].c_str();
+}
+
+bool ShowsLight(View view) {
+    return view == View::PathTraced || view == View::Raster;
+}
+
+bool ShowsSurface(View view) {
+    return !ShowsLight(view) && view != View::Overdraw && view != View::RayCost;
+}
+
+bool IsMeanMeaningful(View view) {
+    return view != View::Depth && view != View::Instance && view != View::Material;
+}
+
+TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                      const RasterVisibility& seen, View view) {
+    if (!ShowsSurface(view)) Refuse("SurfaceView", view);
+    TextureId values = renderer.CreateTexture("surfaceView", {settings.extent, Format::Rgba32Float});
+    renderer.AddPass(
+        "SurfaceView", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("raster/surface_view.comp");
+            BindPixels(pass, scene, settings, seen, static_cast<uint32_t>(view));
+            values = pass.Writes("values", values);
+        },
+        [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return values;
+}
+
+TextureId Overdraw(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                   FilmPosition film) {
+    TextureId counts = renderer.CreateTexture("overdraw", {settings.extent, Format::R16Float});
+    const gpu::TraceParameters parameters = RasterParameters(scene, settings);
+    const glm::vec2 shift = ShiftOf(FilmOffset(film, settings.sampleIndex), settings.extent);
+    const DrawList list = ListDraws(renderer, scene, parameters, shift, "Overdraw");
+    bool isFirst = true;
+    for (const DrawClass& drawn : ClassesOf(scene)) {
+        // Without any draw, the first pass still clears
+        if (drawn.range.count == 0 && (DrawCount(scene) > 0 || !isFirst)) continue;
+        renderer.AddPass(
+            std::string("Overdraw") + drawn.name, PassKind::Raster,
+            [&](PassBuilder& pass) {
+                pass.Vertex("raster/visibility.vert");
+                pass.Fragment(drawn.isTested ? "raster/overdraw_tested.frag" : "raster/overdraw.frag");
+                pass.Raster({.cull = drawn.isCulled ? rhi::CullMode::Back : rhi::CullMode::None,
+                             .blend = rhi::BlendMode::Additive});
+                BindDrawing(pass, scene, parameters, list, drawn.isTested, settings.sampler);
+                pass.Constants(shift);
+                counts = pass.ColorTarget(0, counts, {.clear = isFirst});
+            },
+            [range = drawn.range, list](CommandList& commands, const PassResources& resources) {
+                commands.DrawIndirect(resources.Buffer(list.commands), range.first, range.count);
+            });
+        isFirst = false;
+    }
+    return SpreadCounts(renderer, counts);
+}
+
+TextureId SpreadCounts(Renderer& renderer, TextureId counts) {
+    const Extent2D extent = renderer.Desc(counts).extent;
+    TextureId values = renderer.CreateTexture("counts", {extent, Format::Rgba32Float});
+    renderer.AddPass(
+        "SpreadCounts", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/spread_counts.comp");
+            pass.Reads("counts", counts,
+                       {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
+            values = pass.Writes("values", values);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return values;
+}
+
+TextureId PaintView(Renderer& renderer, TextureId values, View view) {
+    if (ShowsLight(view)) Refuse("PaintView", view);
+    const Extent2D extent = renderer.Desc(values).extent;
+    TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
+    const BufferId range = ValueRange(renderer, values);
+    renderer.AddPass(
+        "PaintView", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/paint_view.comp");
+            pass.Reads("values", values);
+            pass.Reads("range", range);
+            pass.Constants(static_cast<uint32_t>(view));
+            display = pass.Writes("display", display);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return display;
+}
+
+}  // namespace raygraph::passes

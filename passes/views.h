@@ -1,0 +1,56 @@
+// Views of the scene beside its light: properties of what is seen, and what it costs.
+//
+//   RasterVisibility seen = DrawVisibility(renderer, scene, settings, FilmPosition::Center);
+//   renderer.Present(PaintView(renderer, SurfaceView(renderer, scene, settings, seen, View::Roughness),
+//                              View::Roughness));
+#pragma once
+
+#include <string>
+
+#include "passes/raster.h"
+#include "shaders/shared/views.h"
+
+namespace raygraph::passes {
+
+#define RAYGRAPH_DECLARE_VIEW(name, value) name = value,
+enum class View : uint8_t { RAYGRAPH_VIEWS(RAYGRAPH_DECLARE_VIEW) };
+#undef RAYGRAPH_DECLARE_VIEW
+#define RAYGRAPH_COUNT_VIEW(name, value) +1
+inline constexpr size_t kViewCount = RAYGRAPH_VIEWS(RAYGRAPH_COUNT_VIEW);
+#undef RAYGRAPH_COUNT_VIEW
+
+const char* Name(View view);       // "path-traced"
+bool ShowsLight(View view);        // radiance, for Tonemap; the others are values, for PaintView
+bool ShowsSurface(View view);      // SurfaceView makes it
+bool IsMeanMeaningful(View view);  // over samples: not of ids and distances
+
+// Returns the view's values, rgba32f: one number three times, a colour or a vector (shaders/shared/views.h).
+// Alpha is 1 on a surface, and all is 0 where there is none. A mean over jittered samples keeps that meaning:
+// alpha becomes coverage. `seen` is from DrawVisibility or TraceVisibility. One pipeline serves all views.
+// Error{Usage} for a view that ShowsSurface denies.
+[[nodiscard]] TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                                    const RasterVisibility& seen, View view);
+
+// Returns how many surfaces are drawn in each pixel, hidden ones and the one that is seen included: rgba32f,
+// the count three times and 1. Backs and transparency as in DrawVisibility. Up to 2048; errors as there.
+[[nodiscard]] TextureId Overdraw(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                                 FilmPosition film);
+
+// TraceIds::rayCounts, or another texture of one count a pixel, as values that Accumulate and PaintView take:
+// rgba32f, the count three times and 1.
+[[nodiscard]] TextureId SpreadCounts(Renderer& renderer, TextureId counts);
+
+// Makes values visible: rgba8, opaque, sRGB.
+//   Albedo, Emissive       sRGB-encoded, cut at 1
+//   Normals                [-1, 1] as [0, 1]
+//   Roughness, Metallic    as grey, not encoded
+//   Depth                  white at the nearest surface down to dark grey at the farthest, in equal steps
+//   Instance, Material     a colour for each, the same in every picture
+//   Wireframe              edges over grey
+//   Overdraw, RayCost      a heat map: HeatColor (shaders/core/ramp.glsl) of log2(1 + count) / 5 for
+//   overdraw,
+//                          31 at the top, and / 10 for rays, 1023 at the top
+// Black where nothing is. Error{Usage} for a view of light.
+[[nodiscard]] TextureId PaintView(Renderer& renderer, TextureId values, View view);
+
+}  // namespace raygraph::passes

@@ -1,0 +1,32 @@
+// ValueRange: the least and the greatest first channel of all pixels that have an alpha. Values are not
+// negative: their bits are in their order.
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 0, rgba32f) readonly uniform image2D values;
+layout(set = 0, binding = 1, scalar) buffer Range { uint notLeast; uint greatest; } range;  // both start at 0
+
+shared uint sharedNotLeast;
+shared uint sharedGreatest;
+
+void main() {
+    if (gl_LocalInvocationIndex == 0u) {
+        sharedNotLeast = 0u;
+        sharedGreatest = 0u;
+    }
+    barrier();
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (all(lessThan(pixel, imageSize(values)))) {
+        vec4 value = imageLoad(values, pixel);
+        if (value.w > 0.0f) {
+            uint bits = floatBitsToUint(max(value.x, 0.0f));
+            atomicMax(sharedNotLeast, ~bits);
+            atomicMax(sharedGreatest, bits);
+        }
+    }
+    barrier();
+    if (gl_LocalInvocationIndex != 0u) return;
+    atomicMax(range.notLeast, sharedNotLeast);
+    atomicMax(range.greatest, sharedGreatest);
+}

@@ -1,0 +1,14 @@
+// Fragments of triangles that are there by their alpha.
+#ifndef RAYGRAPH_RASTER_FRAGMENT_ALPHA_GLSL
+#define RAYGRAPH_RASTER_FRAGMENT_ALPHA_GLSL
+
+#include "scene/alpha_test.glsl"
+
+// As the triangle (instance record, primitive) is to the camera ray of the same pixel and sample.
+bool IsFragmentThere(uvec2 triangle, vec2 barycentrics) {
+    TraceParameters settings = parameters.value;
+    Sampler rng = StartPixelSample(uvec2(gl_FragCoord.xy), settings.sampleIndex, settings.seed);
+    return IsThere(AlphaSeed(rng, 1u), triangle.x, triangle.y, barycentrics);
+}
+
+#endif

@@ -1,0 +1,16 @@
+// Fragments of Overdraw that are there by their alpha.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define NO_TLAS
+#include "scene/extensions.glsl"
+
+#include "raster/fragment_alpha.glsl"
+
+layout(location = 0) in vec2 barycentrics;
+layout(location = 1) flat in uvec2 triangle;
+layout(location = 0) out float count;
+
+void main() {
+    if (!IsFragmentThere(triangle, barycentrics)) discard;
+    count = 1.0f;
+}

@@ -1,0 +1,215 @@
+// Views beside the light: the values of surfaces, counts, and how they are shown.
+#include "passes/views.h"
+
+#include <cmath>
+
+#include "core/ramp.glsl"
+#include "renderer/graph/pass_harness.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+using passes::FilmPosition;
+using passes::TraceSettings;
+using passes::View;
+
+namespace {
+
+class SurfaceViews : public VulkanTest {
+  protected:
+    FloatImage Take(const std::function<TextureId(const SceneIds&)>& declare) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const Readback readback = render.renderer.ReadBack(declare(ids));
+        render.renderer.Execute();
+        return ToFloatImage(readback);
+    }
+    // The view of what is drawn, or of what rays find.
+    FloatImage Values(const TraceSettings& settings, View view, bool isTraced = false) {
+        return Take([&](const SceneIds& ids) {
+            const passes::RasterVisibility seen =
+                isTraced ? passes::TraceVisibility(render.renderer, ids, settings, FilmPosition::Center)
+                         : passes::DrawVisibility(render.renderer, ids, settings, FilmPosition::Center);
+            return passes::SurfaceView(render.renderer, ids, settings, seen, view);
+        });
+    }
+    SceneRender render{Device()};
+};
+
+class PaintedViews : public VulkanTest {
+  protected:
+    // One pixel for each four values; bytes in [0, 1].
+    Texels Paint(View view, const std::vector<float>& values) {
+        return harness.Run([&](PassHarness& h) {
+            return passes::PaintView(
+                h.Graph(), h.Texture("values", {uint32_t(values.size() / 4), 1}, Format::Rgba32Float, values),
+                view);
+        });
+    }
+    static glm::vec3 Rgb(const Texels& shown, uint32_t x) {
+        EXPECT_EQ(shown.At(x, 0)[3], 1.0f);
+        return {shown.At(x, 0)[0], shown.At(x, 0)[1], shown.At(x, 0)[2]};
+    }
+    static void ExpectNear(const glm::vec3& a, const glm::vec3& b) {
+        for (int c = 0; c < 3; c++) EXPECT_NEAR(a[c], b[c], 0.51f / 255.0f + 1e-4f);
+    }
+    PassHarness harness{Device()};
+};
+
+}  // namespace
+
+TEST(ViewNames, EachViewHasANameOfItsOwn) {
+    EXPECT_STREQ(passes::Name(View::PathTraced), "path-traced");
+    EXPECT_STREQ(passes::Name(View::RayCost), "ray-cost");
+    for (size_t i = 0; i < passes::kViewCount; i++)
+        for (size_t j = 0; j < i; j++)
+            EXPECT_STRNE(passes::Name(static_cast<View>(i)), passes::Name(static_cast<View>(j)));
+}
+
+TEST_F(SurfaceViews, ShowWhatTheMaterialSays) {
+    scene::Material material;
+    material.baseColorFactor = {0.25f, 0.5f, 0.75f, 1.0f};
+    material.roughnessFactor = 0.35f;
+    material.metallicFactor = 0.6f;
+    material.emissiveFactor = {1.0f, 0.5f, 0.25f};
+    material.emissiveStrength = 4.0f;
+    render.scene.SetScene(SceneOf({QuadMesh(1.0f, 1), QuadMesh(0.2f, 0)}, {Lambert({1, 0, 0}), material},
+                                  {Translation({0, 0, 0}), Translation({0.7f, 0, 1})}));
+    const TraceSettings settings = LookAt({0, 0, 4}, {0, 0, 0}, 0.8f, 32);
+    const std::pair<View, glm::vec3> kExpected[] = {
+        {View::Albedo, {0.25f, 0.5f, 0.75f}}, {View::Normals, {0, 0, 1}},
+        {View::Roughness, glm::vec3(0.35f)},  {View::Metallic, glm::vec3(0.6f)},
+        {View::Emissive, {4, 2, 1}},          {View::Depth, glm::vec3(4)},
+        {View::Instance, glm::vec3(0)},       {View::Material, glm::vec3(1)}};
+    for (const auto& [view, value] : kExpected) {
+        SCOPED_TRACE(passes::Name(view));
+        const FloatImage values = Values(settings, view);
+        EXPECT_LT(glm::distance(values.At(12, 16), glm::vec4(value, 1.0f)), 1e-4f);
+        EXPECT_EQ(values.At(0, 0), glm::vec4(0.0f)) << "nothing is there";
+    }
+    EXPECT_NEAR(Values(settings, View::Depth).At(25, 16).x, 3.0f, 1e-4f);
+    EXPECT_EQ(Values(settings, View::Instance).At(25, 16).x, 1.0f);
+    EXPECT_THROW(Values(settings, View::PathTraced), Error);
+}
+
+TEST_F(SurfaceViews, AreTheSameOfDrawnAndOfTracedHits) {
+    render.scene.SetScene(SceneOf({SphereMesh(0.5f, 12), BoxMesh(0.4f)}, {Lambert({0.5f, 0.4f, 0.3f})},
+                                  {Translation({-0.5f, 0, 0}), Translation({0.5f, 0.2f, -1})}));
+    const TraceSettings settings = LookAt({0.3f, 0.4f, 4}, {0, 0, 0}, 0.6f, 64);
+    for (const View view : {View::Normals, View::Depth, View::Instance, View::Wireframe}) {
+        const FloatImage drawn = Values(settings, view), traced = Values(settings, view, true);
+        uint32_t different = 0, surfaces = 0;
+        for (size_t i = 0; i < drawn.values.size(); i++) {
+            surfaces += traced.values[i].w > 0.0f;
+            different += glm::distance(drawn.values[i], traced.values[i]) > 0.02f;
+        }
+        EXPECT_GT(surfaces, 500u);
+        EXPECT_LE(different, 20u) << passes::Name(view);  // at edges
+    }
+}
+
+TEST_F(SurfaceViews, WireframeIsOnTheEdgesOfTriangles) {
+    render.scene.SetScene(SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))}));
+    const FloatImage values = Values(LookAt({0, 0, 4}, {0, 0, 0}, 0.6f, 65), View::Wireframe);
+    float diagonal[2] = {};
+    for (uint32_t i = 12; i < 53; i++) {  // in the quad, off its sides
+        diagonal[0] = std::max(diagonal[0], values.At(i, i).x);
+        diagonal[1] = std::max(diagonal[1], values.At(i, 64 - i).x);
+    }
+    EXPECT_GT(std::max(diagonal[0], diagonal[1]), 0.9f) << "the edge that halves it";
+    EXPECT_EQ(values.At(32, 20).x, 0.0f);
+    EXPECT_EQ(values.At(20, 32).x, 0.0f);
+    EXPECT_NEAR(values.At(32, 20).y, 1.0f, 0.05f) << "seen face on";
+}
+
+TEST_F(SurfaceViews, OverdrawCountsWhatIsHiddenToo) {
+    scene::Material mask = Lambert(glm::vec3(0.5f));
+    mask.alphaMode = scene::AlphaMode::Mask;
+    mask.baseColorFactor.a = 0.1f;
+    render.scene.SetScene(SceneOf({QuadMesh(1.0f), QuadMesh(1.0f), QuadMesh(0.5f), QuadMesh(1.0f, 1)},
+                                  {Lambert(glm::vec3(0.5f)), mask},
+                                  {Translation({0, 0, 0}), Translation({0, 0, -0.1f}),
+                                   Translation({0, 0, 0.1f}), Translation({0, 0, 0.2f})}));
+    const TraceSettings settings = LookAt({0, 0, 4}, {0, 0, 0}, 0.8f, 32);
+    const FloatImage counts = Take([&](const SceneIds& ids) {
+        return passes::Overdraw(render.renderer, ids, settings, FilmPosition::Center);
+    });
+    EXPECT_EQ(counts.At(14, 17), glm::vec4(3, 3, 3, 1));
+    EXPECT_EQ(counts.At(9, 17), glm::vec4(2, 2, 2, 1));
+    EXPECT_EQ(counts.At(0, 0), glm::vec4(0, 0, 0, 1));
+}
+
+TEST_F(PaintedViews, CountsAreSpreadOverTheChannels) {
+    const Texels values = harness.Run([&](PassHarness& h) {
+        return passes::SpreadCounts(h.Graph(), h.Texture("counts", {2, 1}, Format::R32Float, {7, 2049}));
+    });
+    for (uint32_t c = 0; c < 3; c++) {
+        EXPECT_EQ(values.At(0, 0)[c], 7.0f);
+        EXPECT_EQ(values.At(1, 0)[c], 2049.0f);
+    }
+    EXPECT_EQ(values.At(1, 0)[3], 1.0f);
+}
+
+TEST_F(PaintedViews, NormalsMapMinusOneToOneOntoZeroToOne) {
+    const Texels shown = Paint(View::Normals, {0, 0, 1, 1, -1, 0, 0, 1, 0, 0, 0, 0, 0, 0.5f, 0, 0.5f});
+    ExpectNear(Rgb(shown, 0), {0.5f, 0.5f, 1.0f});
+    ExpectNear(Rgb(shown, 1), {0.0f, 0.5f, 0.5f});
+    ExpectNear(Rgb(shown, 2), {0, 0, 0});
+    ExpectNear(Rgb(shown, 3), {0.25f, 0.5f, 0.25f});  // half of the pixel is covered
+}
+
+TEST_F(PaintedViews, ColorsAreSrgbEncodedAndFactorsAreNot) {
+    ExpectNear(Rgb(Paint(View::Albedo, {0.21404114f, 0, 1, 1}), 0), {0.5f, 0, 1});
+    ExpectNear(Rgb(Paint(View::Emissive, {5, 0.21404114f, 0, 1}), 0), {1, 0.5f, 0});
+    ExpectNear(Rgb(Paint(View::Roughness, {0.3f, 0.3f, 0.3f, 1}), 0), glm::vec3(0.3f));
+}
+
+TEST_F(PaintedViews, NearIsBrighterThanFarAndAMissIsBlack) {
+    const Texels shown = Paint(View::Depth, {2, 2, 2, 1, 4, 4, 4, 1, 0, 0, 0, 0, 3, 3, 3, 1});
+    const float nearest = Rgb(shown, 0).x, farthest = Rgb(shown, 1).x;
+    EXPECT_EQ(nearest, 1.0f);
+    EXPECT_GT(farthest, 0.1f);
+    EXPECT_NEAR(Rgb(shown, 3).x, 0.5f * (nearest + farthest), 1.0f / 255.0f);
+    ExpectNear(Rgb(shown, 2), {0, 0, 0});
+}
+
+TEST_F(PaintedViews, EachIdHasAColorOfItsOwn) {
+    std::vector<float> ids;
+    for (int i = 0; i < 8; i++) ids.insert(ids.end(), {float(i), float(i), float(i), 1.0f});
+    const Texels shown = Paint(View::Instance, ids);
+    for (uint32_t i = 0; i < 8; i++)
+        for (uint32_t j = 0; j < i; j++) {
+            const glm::vec3 difference = glm::abs(Rgb(shown, i) - Rgb(shown, j));
+            EXPECT_GT(difference.x + difference.y + difference.z, 40.0f / 255.0f) << i << " and " << j;
+        }
+}
+
+TEST_F(PaintedViews, HeatMapsAreTheRampOfTheLogarithm) {
+    const Texels rays = Paint(View::RayCost, {0, 0, 0, 1, 31, 31, 31, 1, 1023, 0, 0, 1, 9999, 0, 0, 1});
+    const float steps[] = {0.0f, 0.5f, 1.0f, 1.0f};
+    for (uint32_t i = 0; i < 4; i++)
+        ExpectNear(Rgb(rays, i), shading::SrgbEncode(shading::HeatColor(steps[i])));
+    ExpectNear(Rgb(Paint(View::Overdraw, {31, 0, 0, 1}), 0), shading::SrgbEncode(shading::HeatColor(1.0f)));
+    EXPECT_THROW(Paint(View::Raster, {0, 0, 0, 1}), Error);
+}
+
+TEST(HeatColor, GrowsEvenlyLighterAndStaysWithinTheScreensColors) {
+    // CIE L* of its luminance rises all along; OKLab's lightness is what the ramp is made of
+    float last = -1.0f;
+    for (int i = 0; i <= 100; i++) {
+        const float t = float(i) / 100.0f;
+        const shading::vec3 color = shading::HeatColor(t);
+        const float luminance = shading::Luminance(color);
+        EXPECT_GT(luminance, last);
+        last = luminance;
+        for (int c = 0; c < 3; c++) {
+            EXPECT_GT(color[c], 0.0f) << "cut at " << t;
+            EXPECT_LT(color[c], 1.0f) << "cut at " << t;
+        }
+    }
+    EXPECT_LT(shading::Luminance(shading::HeatColor(0.0f)), 0.01f);
+    EXPECT_GT(last, 0.75f);
+}
+
+}  // namespace raygraph::testing
