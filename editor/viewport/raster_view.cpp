@@ -1,14 +1,15 @@
 #include "editor/viewport/raster_view.h"
 
-#include "passes/raster.h"
-
 namespace raygraph::viewport {
 
 RasterView::RasterView(const std::string& name)
     : m_name(name), m_samples(name + ".raster"), m_environment(name + ".environment") {}
 
-bool RasterView::IsAvailable(const rhi::Device& device) {
-    return device.Info().optional.drawIndirectFirstInstance;
+passes::RasterVisibility DeclareVisibility(Renderer& renderer, const SceneIds& scene,
+                                           const passes::TraceSettings& settings, passes::FilmPosition film) {
+    if (renderer.Device().Info().optional.drawIndirectFirstInstance)
+        return passes::DrawVisibility(renderer, scene, settings, film);
+    return passes::TraceVisibility(renderer, scene, settings, film);
 }
 
 passes::AccumulatedIds RasterView::Declare(Renderer& renderer, const SceneIds& scene,
@@ -21,7 +22,7 @@ passes::AccumulatedIds RasterView::Declare(Renderer& renderer, const SceneIds& s
     }
     settings.sampleIndex = count;
     const passes::RasterVisibility seen =
-        passes::DrawVisibility(renderer, scene, settings, passes::FilmPosition::Jittered);
+        DeclareVisibility(renderer, scene, settings, passes::FilmPosition::Jittered);
     const TextureId radiance = passes::RasterShade(renderer, scene, settings, seen, m_environment);
     return passes::Accumulate(renderer, radiance, m_samples, true);
 }

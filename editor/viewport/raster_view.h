@@ -7,17 +7,19 @@
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
 #include "passes/filter_environment.h"
+#include "passes/raster.h"
 
 namespace raygraph::viewport {
+
+// What is nearest in each pixel: drawn, or found by rays on a device that cannot draw it.
+passes::RasterVisibility DeclareVisibility(Renderer& renderer, const SceneIds& scene,
+                                           const passes::TraceSettings& settings, passes::FilmPosition film);
 
 class RasterView {
   public:
     explicit RasterView(const std::string& name);
 
-    // Whether the device has what the view needs.
-    static bool IsAvailable(const rhi::Device& device);
-
-    // As PathTracedView::Declare; the mean and its variance, rgba32f.
+    // As PathTracedView::Declare; the mean and its variance, rgba32f. Without maxSamples (0) there is no end.
     passes::AccumulatedIds Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
                                    uint32_t maxSamples);
     void Reset(passes::ResetCause cause) { m_samples.Reset(cause); }

@@ -12,6 +12,8 @@ Viewport::Impl::Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc
       size(desc.size),
       pathTraced(desc.name),
       raster(desc.name),
+      pathTracedDisplay(desc.name + ".path-traced.display"),
+      rasterDisplay(desc.name + ".raster.display"),
       compare(desc.name) {}
 
 Viewport::Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc)
@@ -22,6 +24,8 @@ Viewport::~Viewport() {
     if (!m_impl->declaredIn.expired()) m_impl->renderer.DropFrame();
     m_impl->pathTraced.Forget(m_impl->renderer);
     m_impl->raster.Forget(m_impl->renderer);
+    m_impl->pathTracedDisplay.Forget(m_impl->renderer);
+    m_impl->rasterDisplay.Forget(m_impl->renderer);
     m_impl->compare.Forget(m_impl->renderer);
 }
 
@@ -77,10 +81,6 @@ void Viewport::SetBudget(const BudgetSettings& settings) {
 
 const BudgetSettings& Viewport::Budget() const {
     return m_impl->budgetSettings;
-}
-
-bool Viewport::HasRaster() const {
-    return RasterView::IsAvailable(m_impl->renderer.Device());
 }
 
 TextureId Viewport::Declare() {

@@ -94,9 +94,6 @@ class Viewport {
     const PathSettings& Paths() const;
     void SetBudget(const BudgetSettings& settings);
     const BudgetSettings& Budget() const;
-    // Whether the device can draw the raster view. Where it cannot, views that need it show the path-traced
-    // one.
-    bool HasRaster() const;
 
     // --- Frames ---
     // Within an open frame, once: declares the scene's passes and the viewport's. Returns the picture, rgba8

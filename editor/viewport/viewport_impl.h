@@ -6,6 +6,7 @@
 #include <string>
 
 #include "editor/viewport/compare_view.h"
+#include "editor/viewport/kept_display.h"
 #include "editor/viewport/path_traced_view.h"
 #include "editor/viewport/raster_view.h"
 #include "editor/viewport/viewport.h"
@@ -21,10 +22,10 @@ struct Viewport::Impl {
     void StartAnew(passes::ResetCause cause);
     // What the times of earlier frames say about the next.
     void LearnFromTimings();
-    // The view of this frame: not the one that was asked for while the camera moves, or without a raster
-    // view.
+    // The view of this frame: not the one that was asked for while the camera moves.
     View ShownView() const;
     passes::TraceSettings TraceSettingsNow() const;
+    TextureId DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings);
 
     // Everything that the picture depends on, as of the frame declared last.
     struct DrawnFrom {
@@ -37,7 +38,7 @@ struct Viewport::Impl {
     };
     struct TimedFrame {
         uint64_t frame = 0;
-        std::vector<PathTracedView::Tile> tiles;
+        std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
     };
     using Clock = std::chrono::steady_clock;
 
@@ -54,6 +55,7 @@ struct Viewport::Impl {
     FrameBudget budget;
     PathTracedView pathTraced;
     RasterView raster;
+    KeptDisplay pathTracedDisplay, rasterDisplay;
     CompareView compare;
     PixelRequests requests;
     std::optional<DrawnFrom> drawnFrom;
