@@ -74,6 +74,14 @@ const PathSettings& Viewport::Paths() const {
     return m_impl->paths;
 }
 
+void Viewport::SetRaster(const passes::RasterSettings& settings) {
+    m_impl->rasterSettings = settings;
+}
+
+const passes::RasterSettings& Viewport::Raster() const {
+    return m_impl->rasterSettings;
+}
+
 void Viewport::SetBudget(const BudgetSettings& settings) {
     m_impl->budgetSettings = settings;
     m_impl->budget.SetLimit(settings.frameMs);

@@ -32,6 +32,7 @@
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
 #include "passes/compare_maps.h"
+#include "passes/raster.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/scene/camera_view.h"
@@ -92,6 +93,9 @@ class Viewport {
     void SetView(View view);  // of the ShowSettings
     void SetPaths(const PathSettings& settings);
     const PathSettings& Paths() const;
+    // Of the raster view, which alone starts anew.
+    void SetRaster(const passes::RasterSettings& settings);
+    const passes::RasterSettings& Raster() const;
     void SetBudget(const BudgetSettings& settings);
     const BudgetSettings& Budget() const;
 

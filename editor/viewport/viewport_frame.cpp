@@ -24,6 +24,7 @@ scene::CameraView WithAspect(scene::CameraView camera, float aspect) {
 void Viewport::Impl::StartAnew(ResetCause cause) {
     pathTraced.Reset(cause);
     raster.Reset(cause);
+    changedAt = Clock::now();
 }
 
 void Viewport::Impl::NoteChanges() {
@@ -32,6 +33,7 @@ void Viewport::Impl::NoteChanges() {
                   .camera = WithAspect(camera, 1.0f),
                   .lens = lens,
                   .paths = paths,
+                  .rasterSettings = rasterSettings,
                   .size = size};
     if (drawnFrom) {
         const DrawnFrom& before = *drawnFrom;
@@ -54,6 +56,7 @@ void Viewport::Impl::NoteChanges() {
         if (hasMoved) movedAt = Clock::now();
         note(!(before.size == now.size), ResetCause::Resize);
         const bool isOtherWork = note(!(before.paths == now.paths), ResetCause::Settings);
+        if (!(before.rasterSettings == now.rasterSettings)) raster.Reset(ResetCause::Settings);
         if (isOtherGeometry || isOtherWork) {
             budget.Forget();
             timedFrames.clear();
@@ -77,6 +80,7 @@ void Viewport::Impl::LearnFromTimings() {
         tracing += pass.gpuMs;
     }
     lastFrameMs = all;
+    if (timed.rasterPixels > 0) budget.LearnRaster(timed.rasterPixels, all);
     if (traceMs.empty() || timed.tiles.empty()) return;  // the view was culled
     budget.LearnOverhead(all - tracing);
     uint64_t pixels = 0;
@@ -91,13 +95,15 @@ void Viewport::Impl::LearnFromTimings() {
     }
 }
 
+bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) const {
+    return time &&
+           std::chrono::duration<double, std::milli>(Clock::now() - *time).count() < budgetSettings.settleMs;
+}
+
 View Viewport::Impl::ShownView() const {
-    const bool isMoving =
-        movedAt &&
-        std::chrono::duration<double, std::milli>(Clock::now() - *movedAt).count() < budgetSettings.settleMs;
-    if (isMoving && show.view == View::PathTraced && budgetSettings.whileMoving == MotionView::Raster)
-        return View::Raster;
-    return show.view;
+    const bool isReplaced = show.view == View::PathTraced &&
+                            budgetSettings.whileMoving == MotionView::Raster && IsRecent(movedAt);
+    return isReplaced ? View::Raster : show.view;
 }
 
 passes::TraceSettings Viewport::Impl::TraceSettingsNow() const {
@@ -140,29 +146,29 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     const PathTracedView::Ids traced = pathTraced.Declare(renderer, ids, settings, budget, budgetSettings);
     ShowSettings shownAs = show;
     shownAs.view = ShownView();
-    const passes::AccumulatedIds drawn =
-        raster.Declare(renderer, ids, settings, budgetSettings.maxRasterSamples);
+    const uint64_t pixels = uint64_t{size.width} * size.height;
+    const uint32_t rasterScale = IsRecent(changedAt) ? budget.RasterScale(pixels) : 1;
+    const RasterView::Ids drawn =
+        raster.Declare(renderer, ids, settings, rasterSettings, budgetSettings.maxRasterSamples, rasterScale);
 
-    uint64_t resets = 0;
-    for (uint32_t cause = 0; cause < static_cast<uint32_t>(ResetCause::Count); cause++)
-        resets += pathTraced.Samples().ResetCount(static_cast<ResetCause>(cause));
     const passes::Accumulation &tracedSamples = pathTraced.Samples(), &drawnSamples = raster.Samples();
     CompareView::Pictures pictures{.pathTraced = traced.radiance,
-                                   .raster = drawn.mean,
+                                   .raster = drawn.radiance,
                                    .pathTracedSamples = tracedSamples.Declared().sampleCount,
                                    .rasterSamples = drawnSamples.Declared().sampleCount,
                                    .coarseness = pathTraced.Coarseness(),
-                                   .resetCount = resets};
+                                   .resetCount = tracedSamples.ResetCount() + drawnSamples.ResetCount()};
     pictures.pathTracedDisplay = pathTracedDisplay.Declare(renderer,
                                                            {.mean = traced.mean,
                                                             .before = tracedSamples.Submitted(),
                                                             .after = tracedSamples.Declared(),
                                                             .tiles = pathTraced.TilesOfSamples(),
-                                                            .resetCount = resets,
+                                                            .resetCount = tracedSamples.ResetCount(),
                                                             .base = traced.base,
                                                             .baseScale = traced.baseScale},
                                                            show.tonemap);
     const bool isDrawnAnew = !(drawnSamples.Submitted() == drawnSamples.Declared());
+    const bool isDrawn = isDrawnAnew || drawn.baseScale > 1;
     std::vector<passes::Region> drawnTiles;
     if (isDrawnAnew) drawnTiles.push_back(passes::WholeOf(size));
     pictures.rasterDisplay = rasterDisplay.Declare(renderer,
@@ -170,7 +176,9 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                     .before = drawnSamples.Submitted(),
                                                     .after = drawnSamples.Declared(),
                                                     .tiles = std::move(drawnTiles),
-                                                    .resetCount = resets},
+                                                    .resetCount = drawnSamples.ResetCount(),
+                                                    .base = drawn.base,
+                                                    .baseScale = drawn.baseScale},
                                                    show.tonemap);
     const TextureId shown = shownAs.view == View::Surface ? DeclareSurface(ids, settings)
                                                           : compare.Declare(renderer, shownAs, pictures);
@@ -182,7 +190,9 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     if (ShowsRaster(shownAs.view)) rasterShown = {drawn.mean, drawn.variance, drawnSamples.Declared()};
     requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
 
-    TimedFrame timed{renderer.FrameNumber(), {}};
+    TimedFrame timed{.frame = renderer.FrameNumber()};
+    if (shownAs.view == View::Raster && isDrawn)
+        timed.rasterPixels = pixels / (uint64_t{rasterScale} * rasterScale);
     if (ShowsPathTraced(shownAs.view)) timed.tiles = pathTraced.DeclaredTiles();
     renderer.OnSubmitted([this, timed = std::move(timed)] {
         timedFrames.push_back(timed);

@@ -24,6 +24,7 @@ struct Viewport::Impl {
     void LearnFromTimings();
     // The view of this frame: not the one that was asked for while the camera moves.
     View ShownView() const;
+    bool IsRecent(const std::optional<Clock::time_point>& time) const;
     passes::TraceSettings TraceSettingsNow() const;
     TextureId DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings);
 
@@ -34,10 +35,12 @@ struct Viewport::Impl {
         scene::CameraView camera;
         LensSettings lens;
         PathSettings paths;
+        passes::RasterSettings rasterSettings;
         Extent2D size;
     };
     struct TimedFrame {
         uint64_t frame = 0;
+        uint64_t rasterPixels = 0;                // 0: the raster view is not alone
         std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
     };
     using Clock = std::chrono::steady_clock;
@@ -50,6 +53,7 @@ struct Viewport::Impl {
     LensSettings lens;
     ShowSettings show;
     PathSettings paths;
+    passes::RasterSettings rasterSettings;
     BudgetSettings budgetSettings;
 
     FrameBudget budget;
@@ -59,7 +63,8 @@ struct Viewport::Impl {
     CompareView compare;
     PixelRequests requests;
     std::optional<DrawnFrom> drawnFrom;
-    std::optional<Clock::time_point> movedAt;
+    std::optional<Clock::time_point> movedAt;    // the camera
+    std::optional<Clock::time_point> changedAt;  // anything
     std::weak_ptr<const void> declaredIn;
     std::deque<TimedFrame> timedFrames;  // submitted, without times so far
     double lastFrameMs = 0.0;

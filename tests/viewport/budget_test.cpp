@@ -59,6 +59,18 @@ TEST(FrameBudgetTest, WhatElseAFrameDoes_IsTakenOffButNeverAll) {
     EXPECT_GT(budget.TracingMs(), 1.0);
 }
 
+TEST(FrameBudgetTest, RasterPictures_AreAsCoarseAsTheLimitAsks) {
+    FrameBudget budget;
+    EXPECT_EQ(budget.RasterScale(1'000'000), 1u);
+    budget.SetLimit(10.0);
+    EXPECT_EQ(budget.RasterScale(1'000'000), 1u);
+    budget.LearnRaster(1'000'000, 50.0);
+    EXPECT_EQ(budget.RasterScale(1'000'000), 4u);
+    EXPECT_EQ(budget.RasterScale(100'000), 1u);
+    budget.LearnRaster(1'000'000, 1e9);
+    EXPECT_EQ(budget.RasterScale(1'000'000), 16u);
+}
+
 namespace {
 
 class ViewportBudget : public VulkanTest {
