@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <functional>
+#include <numeric>
 #include <utility>
 
 #include "base/error.h"
@@ -94,6 +95,10 @@ class AccumulationStep {
     uint64_t m_resetCount;
     ResetCause m_cause = ResetCause::Count;  // Count: it goes on
 };
+
+uint32_t Accumulation::ResetCount() const {
+    return std::accumulate(m_resets.begin(), m_resets.end(), 0u);
+}
 
 void Accumulation::Reset(ResetCause cause) {
     m_state.progress = {};

@@ -53,6 +53,7 @@ class Accumulation {
     // With what the open frame has declared so far on top: what the next pass of it continues from.
     const Progress& Declared() const { return Current().progress; }
     uint32_t ResetCount(ResetCause cause) const { return m_resets[static_cast<size_t>(cause)]; }
+    uint32_t ResetCount() const;  // for any cause
     const std::string& Name() const { return m_name; }
 
   private:

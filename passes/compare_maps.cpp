@@ -12,8 +12,12 @@ namespace {
 
 constexpr uint32_t kBlock = 16;  // of post/sum_groups.comp
 
+Extent2D BlocksOf(Extent2D extent) {
+    return {(extent.width + kBlock - 1) / kBlock, (extent.height + kBlock - 1) / kBlock};
+}
+
 uint64_t GroupCount(Extent2D extent) {
-    return uint64_t{(extent.width + kBlock - 1) / kBlock} * ((extent.height + kBlock - 1) / kBlock);
+    return uint64_t{BlocksOf(extent).width} * BlocksOf(extent).height;
 }
 
 void RequireNumbers(const Renderer& renderer, const char* pass, TextureId values) {
@@ -85,7 +89,7 @@ BufferId SumGroups(Renderer& renderer, TextureId values) {
             pass.Reads("values", values);
             groups = pass.Writes("groups", groups);
         },
-        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+        [blocks = BlocksOf(extent)](CommandList& commands) { commands.DispatchOver(blocks); });
     return groups;
 }
 

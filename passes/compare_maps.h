@@ -22,7 +22,8 @@ struct DifferenceIds {
 [[nodiscard]] TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
                                       float least = 0.01f);
 
-// r32f as colours, rgba8: 0 dark, `most` and above light. `most` is above 0.
+// r32f as colours, rgba8, by HeatColor (shaders/core/ramp.glsl): 0 dark, `most` and above light. `most` is
+// above 0.
 [[nodiscard]] TextureId Heat(Renderer& renderer, TextureId values, float most);
 
 // Sum and greatest value of each block of 16 x 16 pixels of an r32f texture: two floats a block. To be read

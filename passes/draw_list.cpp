@@ -13,7 +13,11 @@ namespace {
 
 constexpr uint32_t kGroupSize = 64;
 
-// Push constants of raster/cull_instances.comp.
+// Push constants of raster/reset_draws.comp and raster/cull_instances.comp.
+struct ResetConstants {
+    uint32_t count;
+    uint32_t slotsPerPlacement;
+};
 struct CullConstants {
     glm::vec2 shift;
     uint32_t count;
@@ -60,12 +64,28 @@ glm::vec2 ShiftOf(const glm::vec2& filmOffset, Extent2D extent) {
     return 2.0f * (glm::vec2(0.5f) - filmOffset) / glm::vec2(extent.width, extent.height);
 }
 
-DrawList ListDraws(Renderer& renderer, const SceneIds& scene, const gpu::TraceParameters& parameters,
-                   const glm::vec2& shift, const char* pass) {
+void RequireIndirectDraws(const Renderer& renderer, const char* pass) {
     const rhi::DeviceInfo& device = renderer.Device().Info();
     if (!device.optional.drawIndirectFirstInstance)
         throw Error(ErrorKind::Usage,
                     std::string(pass) + ": the device " + device.name + " lacks drawIndirectFirstInstance");
+}
+
+void ResetDraws(Renderer& renderer, const SceneIds& scene, DrawList& list, uint32_t slotsPerPlacement) {
+    const ResetConstants constants{DrawCount(scene), slotsPerPlacement};
+    renderer.AddPass(
+        "ResetDraws", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("raster/reset_draws.comp");
+            pass.Reads("draws", scene.draws);
+            list.commands = pass.Writes("commands", list.commands);
+            pass.Constants(constants);
+        },
+        [constants](CommandList& commands) { commands.Dispatch(GroupsFor(constants.count)); });
+}
+
+DrawList ListDraws(Renderer& renderer, const SceneIds& scene, const gpu::TraceParameters& parameters,
+                   const glm::vec2& shift) {
     const uint32_t drawCount = DrawCount(scene), placementCount = scene.placementCount;
     DrawList list{
         .commands = renderer.CreateBuffer("drawCommands",
@@ -73,25 +93,17 @@ DrawList ListDraws(Renderer& renderer, const SceneIds& scene, const gpu::TracePa
         .visiblePlacements = renderer.CreateBuffer("visiblePlacements",
                                                    {.size = std::max(1u, placementCount) * sizeof(uint32_t)}),
     };
-    renderer.AddPass(
-        "ResetDraws", PassKind::Compute,
-        [&](PassBuilder& builder) {
-            builder.Compute("raster/reset_draws.comp");
-            builder.Reads("draws", scene.draws);
-            list.commands = builder.Writes("commands", list.commands);
-            builder.Constants(drawCount);
-        },
-        [drawCount](CommandList& commands) { commands.Dispatch(GroupsFor(drawCount)); });
+    ResetDraws(renderer, scene, list, 1);
     renderer.AddPass(
         "CullInstances", PassKind::Compute,
-        [&](PassBuilder& builder) {
-            builder.Compute("raster/cull_instances.comp");
-            builder.Uniform("parameters", parameters);
-            builder.Reads("instances", scene.instances);
-            builder.Reads("draws", scene.draws);
-            list.commands = builder.Updates("commands", list.commands);
-            list.visiblePlacements = builder.Writes("visiblePlacements", list.visiblePlacements);
-            builder.Constants(CullConstants{shift, placementCount});
+        [&](PassBuilder& pass) {
+            pass.Compute("raster/cull_instances.comp");
+            pass.Uniform("parameters", parameters);
+            pass.Reads("instances", scene.instances);
+            pass.Reads("draws", scene.draws);
+            list.commands = pass.Updates("commands", list.commands);
+            list.visiblePlacements = pass.Writes("visiblePlacements", list.visiblePlacements);
+            pass.Constants(CullConstants{shift, placementCount});
         },
         [placementCount](CommandList& commands) { commands.Dispatch(GroupsFor(placementCount)); });
     return list;

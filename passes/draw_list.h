@@ -13,10 +13,14 @@ struct DrawList {
     BufferId visiblePlacements;  // see shaders/shared/draw_records.h
 };
 
-// `shift` moves the picture, in clip units. Error{Usage} naming `pass` on a device without
-// drawIndirectFirstInstance.
+// `shift` moves the picture, in clip units. RequireIndirectDraws comes first.
 DrawList ListDraws(Renderer& renderer, const SceneIds& scene, const gpu::TraceParameters& parameters,
-                   const glm::vec2& shift, const char* pass);
+                   const glm::vec2& shift);
+
+// Error{Usage} naming `pass` on a device that cannot draw such lists.
+void RequireIndirectDraws(const Renderer& renderer, const char* pass);
+// One command a draw, with nothing in its list yet. There are this many slots for each placement.
+void ResetDraws(Renderer& renderer, const SceneIds& scene, DrawList& list, uint32_t slotsPerPlacement);
 
 // A class of triangles that is drawn by one command.
 struct DrawClass {

@@ -16,6 +16,7 @@ struct RasterVisibility {
     TextureId hits;              // rgba32ui, see shaders/raster/visibility.glsl
     TextureId depth;             // d32f, reversed: see shaders/raster/projection.glsl; rays leave none
     BufferId drawCommands;       // gpu::DrawCommand[], as drawn: what culling has left, for statistics
+    BufferId visiblePlacements;  // see shaders/shared/draw_records.h
     glm::vec2 filmOffset{0.5f};  // of the place in each pixel that was drawn
 };
 
@@ -37,13 +38,32 @@ struct RasterVisibility {
 [[nodiscard]] PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,
                                        const TraceSettings& settings, const RasterVisibility& seen);
 
+// How it is found whether a light reaches a surface.
+enum class RasterShadows : uint8_t {
+    Off,   // it always does
+    Maps,  // passes/shadow_maps.h: of punctual lights; emitting triangles cast no shadow
+    Rays,  // one ray a light, as the path tracer does; builds the acceleration structures that rays need
+};
+
+struct RasterSettings {
+    RasterShadows shadows = RasterShadows::Maps;
+    uint32_t shadowAtlasSize = 4096;  // texels a side
+    bool hasOcclusion = true;         // of the environment, by what is on the screen (passes/occlusion.h)
+    bool hasTransmission =
+        true;  // glass shows what is behind it (passes/see_through.h), else the environment
+
+    bool operator==(const RasterSettings&) const = default;
+};
+
 // Returns linear radiance, rgba32f, alpha as in Trace: what surfaces emit, what they scatter of the lights by
 // settings.scattering, and the environment behind them. Punctual lights are added up; of the emitting
 // triangles one is sampled by the light tree (settings.seed, sampleIndex): its noise falls in a mean
 // over samples, and smooth surfaces do not show it. Of the environment, a lobe takes its mean over the lobe
-// (`environment`, see shaders/raster/environment_lobes.glsl), glass as if it began right behind the surface.
-// Beside Trace it lacks shadows, all that is scattered more than once, and the media around the camera.
+// (`environment`, see shaders/raster/environment_lobes.glsl). Beside Trace it lacks all that is scattered
+// more than once, and the media around the camera. `seen` is from DrawVisibility; from TraceVisibility, too,
+// but then without occlusion and transmission, which need its depth.
 [[nodiscard]] TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                                    const RasterVisibility& seen, FilteredEnvironment& environment);
+                                    const RasterVisibility& seen, FilteredEnvironment& environment,
+                                    const RasterSettings& raster = {});
 
 }  // namespace raygraph::passes

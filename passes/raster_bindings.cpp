@@ -10,16 +10,17 @@ namespace {
 struct PixelConstants {
     glm::vec2 filmOffset;
     uint32_t punctualLights;
-    uint32_t view;
+    uint32_t option;
+    uint32_t shadowTiles;
 };
 
 }  // namespace
 
-void BindPixels(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,
-                const RasterVisibility& seen, uint32_t view) {
-    pass.Uniform("parameters", RasterParameters(scene, settings));
+void BindPixelSurfaces(PassBuilder& pass, const SceneIds& scene, const RasterVisibility& seen,
+                       const PixelOptions& options) {
     pass.Reads("visibility", seen.hits);
-    pass.Constants(PixelConstants{seen.filmOffset, scene.punctualLights, view});
+    pass.Constants(
+        PixelConstants{seen.filmOffset, scene.punctualLights, options.option, options.shadowTiles});
     BindGeometry(pass, scene);
     BindMaterials(pass, scene);
 }
@@ -30,10 +31,46 @@ void BindDrawing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParam
     pass.Reads("instances", scene.instances);
     pass.Reads("visiblePlacements", list.visiblePlacements);
     pass.ReadsArguments(list.commands);
-    if (!isTested) return;
+    if (isTested) BindAlphaTest(pass, scene, sampler);
+}
+
+void BindAlphaTest(PassBuilder& pass, const SceneIds& scene, SamplerKind sampler) {
     pass.Reads("geometries", scene.geometries);
     BindMaterials(pass, scene);
     pass.Specialize("kSamplerKind", static_cast<uint32_t>(sampler));
+}
+
+void DrawHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+              RasterVisibility& seen, GlassDrawn glass) {
+    const gpu::TraceParameters parameters = RasterParameters(scene, settings);
+    const glm::vec2 shift = ShiftOf(seen.filmOffset, settings.extent);
+    const DrawList list{seen.drawCommands, seen.visiblePlacements};
+    const bool isWithoutGlass = glass == GlassDrawn::No;
+    bool isFirst = true;
+    for (const DrawClass& drawn : ClassesOf(scene)) {
+        // Without any draw, the first pass still clears
+        if (drawn.range.count == 0 && (DrawCount(scene) > 0 || !isFirst)) continue;
+        renderer.AddPass(
+            std::string(isWithoutGlass ? "DrawBehind" : "Draw") + drawn.name, PassKind::Raster,
+            [&](PassBuilder& pass) {
+                pass.Vertex(isWithoutGlass ? "raster/visibility_opaque.vert" : "raster/visibility.vert");
+                pass.Fragment(drawn.isTested ? "raster/visibility_tested.frag" : "raster/visibility.frag");
+                pass.Raster({.cull = drawn.isCulled ? rhi::CullMode::Back : rhi::CullMode::None,
+                             .depthCompare = rhi::DepthCompare::Greater});
+                BindDrawing(pass, scene, parameters, list, drawn.isTested, settings.sampler);
+                if (isWithoutGlass && !drawn.isTested) {
+                    pass.Reads("geometries", scene.geometries);
+                    pass.Reads("materials", scene.materials);
+                }
+                pass.Constants(shift);
+                seen.hits = pass.ColorTarget(0, seen.hits, {.clear = isFirst});
+                seen.depth = pass.DepthTarget(seen.depth, {.clear = isFirst, .value = 0.0f});
+            },
+            [range = drawn.range, list](CommandList& commands, const PassResources& resources) {
+                commands.DrawIndirect(resources.Buffer(list.commands), range.first, range.count);
+            });
+        isFirst = false;
+    }
 }
 
 }  // namespace raygraph::passes

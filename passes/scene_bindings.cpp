@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
-
 namespace raygraph::passes {
 
 namespace {
@@ -66,13 +64,7 @@ Region RegionOf(const TraceSettings& settings) {
     const Extent2D& extent = settings.extent;
     const Region& region = settings.region;
     if (region.IsEmpty()) return WholeOf(extent);
-    if (region.x >= extent.width || region.width > extent.width - region.x || region.y >= extent.height ||
-        region.height > extent.height - region.y)
-        throw Error(ErrorKind::Usage, "a region of " + std::to_string(region.width) + "x" +
-                                          std::to_string(region.height) + " pixels from " +
-                                          std::to_string(region.x) + ", " + std::to_string(region.y) +
-                                          " on, in a picture of " + std::to_string(extent.width) + "x" +
-                                          std::to_string(extent.height));
+    RequireWithin(extent, region);
     return region;
 }
 

@@ -1,13 +1,17 @@
-// Show: a picture drawn into a texture of another format, such as an image of a host or of a swapchain.
+// Show: a picture drawn into a texture of another format or size, such as an image of a host or of a
+// swapchain.
 #pragma once
+
+#include <functional>
 
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::passes {
 
-// Draws `picture`, rgba8 and display-encoded, over all of `target`, a colour target of the same extent, and
-// returns what that is then. Into an sRGB format it is decoded first, so that it looks the same. Error{Usage}
-// for pictures of another extent.
-[[nodiscard]] TextureId Show(Renderer& renderer, TextureId picture, TextureId target);
+// Draws `picture`, rgba8 and display-encoded, over all of `target`, a colour target, and returns what that is
+// then. A picture of another extent is scaled, bilinearly. Into an sRGB format it is decoded first, so that
+// it looks the same. `onSubmitted` as in TonemapInto.
+[[nodiscard]] TextureId Show(Renderer& renderer, TextureId picture, TextureId target,
+                             std::function<void()> onSubmitted = {});
 
 }  // namespace raygraph::passes

@@ -1,6 +1,9 @@
 #include "passes/tiles.h"
 
 #include <algorithm>
+#include <string>
+
+#include "base/error.h"
 
 namespace raygraph::passes {
 
@@ -14,6 +17,17 @@ uint32_t AtMost(uint64_t count, uint32_t limit) {
 
 Region WholeOf(rhi::Extent2D picture) {
     return {0, 0, picture.width, picture.height};
+}
+
+void RequireWithin(rhi::Extent2D picture, const Region& region) {
+    if (!region.IsEmpty() && region.x < picture.width && region.width <= picture.width - region.x &&
+        region.y < picture.height && region.height <= picture.height - region.y)
+        return;
+    throw Error(ErrorKind::Usage, "a region of " + std::to_string(region.width) + "x" +
+                                      std::to_string(region.height) + " pixels from " +
+                                      std::to_string(region.x) + ", " + std::to_string(region.y) +
+                                      " on, in a picture of " + std::to_string(picture.width) + "x" +
+                                      std::to_string(picture.height));
 }
 
 Region TileCursor::Next(rhi::Extent2D picture, uint64_t pixels) const {

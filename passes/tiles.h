@@ -23,6 +23,9 @@ struct Region {
 // All of a picture.
 Region WholeOf(rhi::Extent2D picture);
 
+// Error{Usage} naming both unless the region has pixels, and all of them in the picture.
+void RequireWithin(rhi::Extent2D picture, const Region& region);
+
 // How far one sample of a picture has come: everything above row `y` is done, and of the `bandHeight` rows
 // from there on the first `x` pixels. Tiles are whole rows, or part of a band of rows where a few rows would
 // be too much.

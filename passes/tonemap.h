@@ -1,6 +1,9 @@
 // Tonemap: from linear radiance to what a screen shows.
 #pragma once
 
+#include <functional>
+
+#include "passes/tiles.h"
 #include "renderer/graph/renderer.h"
 #include "shaders/shared/tonemap_operators.h"
 
@@ -16,5 +19,12 @@ struct TonemapSettings {
 // Reads any float texture and returns rgba8, display-encoded (see shaders/core/tonemap.glsl for each
 // operator), alpha passed through. NaN and negative radiance show as black.
 [[nodiscard]] TextureId Tonemap(Renderer& renderer, TextureId radiance, const TonemapSettings& settings = {});
+
+// Into a region of `display`, rgba8 of the extent of `radiance`; the rest of it stays. `onSubmitted` runs
+// when the pass has been submitted, and never if it is culled or its frame dropped; it must not throw.
+// Error{Usage} for other extents and formats, and a region outside of them.
+[[nodiscard]] TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display,
+                                    const Region& region, const TonemapSettings& settings = {},
+                                    std::function<void()> onSubmitted = {});
 
 }  // namespace raygraph::passes

@@ -74,7 +74,8 @@ TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSett
         "SurfaceView", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("raster/surface_view.comp");
-            BindPixels(pass, scene, settings, seen, static_cast<uint32_t>(view));
+            pass.Uniform("parameters", RasterParameters(scene, settings));
+            BindPixelSurfaces(pass, scene, seen, {.option = static_cast<uint32_t>(view)});
             values = pass.Writes("values", values);
         },
         [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
@@ -83,10 +84,11 @@ TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSett
 
 TextureId Overdraw(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                    FilmPosition film) {
+    RequireIndirectDraws(renderer, "Overdraw");
     TextureId counts = renderer.CreateTexture("overdraw", {settings.extent, Format::R16Float});
     const gpu::TraceParameters parameters = RasterParameters(scene, settings);
     const glm::vec2 shift = ShiftOf(FilmOffset(film, settings.sampleIndex), settings.extent);
-    const DrawList list = ListDraws(renderer, scene, parameters, shift, "Overdraw");
+    const DrawList list = ListDraws(renderer, scene, parameters, shift);
     bool isFirst = true;
     for (const DrawClass& drawn : ClassesOf(scene)) {
         // Without any draw, the first pass still clears

@@ -21,6 +21,7 @@ constexpr std::array kFresnelNames = {"schlick", "dielectric", "conductor", "laz
 constexpr std::array kMultiscatterNames = {"off", "lut", "walk"};
 constexpr std::array kLightSamplerNames = {"uniform", "power", "bvh"};
 constexpr std::array kMisNames = {"balance", "power", "off"};
+constexpr std::array kShadowNames = {"off", "maps", "rays"};
 
 template <typename T, size_t N>
 void SetChoice(T& value, std::string_view text, const std::array<const char*, N>& names) {
@@ -176,6 +177,13 @@ constexpr PictureSetting kTable[] = {
          settings.biases.regularize = static_cast<float>(ParseNumber(text, 0.0, 1.0));
      },
      [](const PictureSettings& settings) { return ToText(settings.biases.regularize); }},
+    {"shadows", "SHADOWS",
+     "Shadows of the raster view: maps (of point lights, spots and directional ones; default), rays (of all "
+     "lights) or off",
+     [](PictureSettings& settings, std::string_view text) {
+         SetChoice(settings.raster.shadows, text, kShadowNames);
+     },
+     [](const PictureSettings& settings) { return ChoiceText(settings.raster.shadows, kShadowNames); }},
     {"aperture", "RADIUS", "Radius of the camera's lens in metres (0: a pinhole, all is sharp)",
      [](PictureSettings& settings, std::string_view text) {
          settings.aperture = static_cast<float>(ParseNumber(text, 0.0, 1e6));

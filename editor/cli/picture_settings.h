@@ -34,6 +34,7 @@ struct PictureSettings {
     passes::LightSamplingSettings lights{};
     passes::RouletteSettings roulette{};
     passes::BiasSettings biases{};
+    passes::RasterSettings raster{};
     float environmentRotation = 0.0f;  // degrees about +y
     std::array<float, 3> background{0.0f, 0.0f, 0.0f};
     std::vector<LightGroupPatterns> lightGroups;

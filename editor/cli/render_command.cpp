@@ -51,10 +51,12 @@ void CheckFiles(const RenderArguments& arguments) {
 // Views other than the path-traced one have no use for some options and outputs: they are refused, not
 // ignored.
 void CheckView(const RenderArguments& arguments, const PictureSettings& settings) {
-    if (settings.view == View::PathTraced) return;
     const auto refuse = [&](const std::string& what) {
         throw Error(ErrorKind::Usage, "--view " + std::string(Name(settings.view)) + ": " + what);
     };
+    if (settings.view != View::Raster && settings.raster.shadows != passes::RasterSettings{}.shadows)
+        refuse("--shadows is for --view raster");
+    if (settings.view == View::PathTraced) return;
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
     for (const Bias bias : kBiases)
@@ -295,6 +297,7 @@ void RenderCommand(RenderArguments arguments) {
                 .withVariance = WritesKind(arguments, OutputKind::Exr) || !arguments.report.empty() ||
                                 progress.IsOn() || arguments.error.has_value(),
                 .firstSample = job.firstSample,
+                .raster = job.settings.raster,
                 .tonemap = {.exposureEv = arguments.exposureEv, .tonemapOperator = arguments.tonemap},
                 .continues = job.resumed ? &job.resumed->render : nullptr});
     job.resumed.reset();

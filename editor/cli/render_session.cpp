@@ -70,7 +70,8 @@ passes::TraceIds RenderSession::DeclareSample(const SceneIds& ids, const passes:
                              {.parts = !m_parts.empty(), .lightGroups = m_plan.lightGroupCount > 0});
     const passes::RasterVisibility seen =
         passes::DrawVisibility(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    return {.radiance = passes::RasterShade(m_renderer, ids, settings, seen, m_filteredEnvironment)};
+    return {.radiance =
+                passes::RasterShade(m_renderer, ids, settings, seen, m_filteredEnvironment, m_plan.raster)};
 }
 
 void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,

@@ -25,6 +25,7 @@ struct RenderPlan {
     uint32_t lightGroupCount = 0;           // that are told apart; 0: none are
     bool withVariance = false;              // of the radiance
     uint32_t firstSample = 0;               // index
+    passes::RasterSettings raster;          // of the raster view
     passes::TonemapSettings tonemap;        // of the display picture
     const RenderFile* continues = nullptr;  // its samples come first; not kept
 };

@@ -59,9 +59,8 @@ TextureId CompareView::DeclareMap(Renderer& renderer, const Key& key, const Pict
     if (!renderer.IsFresh(kept) && m_made == key) return kept;
     TextureId map;
     if (key.show.view == View::Flip) {
-        const TextureId reference = passes::Tonemap(renderer, pictures.pathTraced, key.show.tonemap);
-        const TextureId test = passes::Tonemap(renderer, pictures.raster, key.show.tonemap);
-        map = passes::Flip(renderer, reference, test, {.pixelsPerDegree = key.show.pixelsPerDegree});
+        map = passes::Flip(renderer, pictures.pathTracedDisplay, pictures.rasterDisplay,
+                           {.pixelsPerDegree = key.show.pixelsPerDegree});
     } else {
         map = passes::RelativeError(renderer, pictures.pathTraced, pictures.raster);
     }
@@ -70,23 +69,22 @@ TextureId CompareView::DeclareMap(Renderer& renderer, const Key& key, const Pict
 }
 
 TextureId CompareView::Declare(Renderer& renderer, const ShowSettings& show, const Pictures& pictures) {
-    const auto shown = [&](TextureId radiance) { return passes::Tonemap(renderer, radiance, show.tonemap); };
     switch (show.view) {
         case View::PathTraced:
-            return shown(pictures.pathTraced);
+            return pictures.pathTracedDisplay;
         case View::Raster:
-            return shown(pictures.raster);
+            return pictures.rasterDisplay;
         case View::Wipe:
-            return passes::Wipe(renderer, shown(pictures.pathTraced), shown(pictures.raster),
+            return passes::Wipe(renderer, pictures.pathTracedDisplay, pictures.rasterDisplay,
                                 show.wipePosition);
         case View::SideBySide:
-            return passes::SideBySide(renderer, shown(pictures.pathTraced), shown(pictures.raster));
+            return passes::SideBySide(renderer, pictures.pathTracedDisplay, pictures.rasterDisplay);
         case View::Difference: {
             const passes::DifferenceIds ids =
                 passes::Difference(renderer, pictures.pathTraced, pictures.raster);
             const Key key = KeyOf(renderer, show, pictures);
             if (!(m_made == key)) Measure(renderer, key, ids.luminance);
-            return shown(ids.difference);
+            return passes::Tonemap(renderer, ids.difference, show.tonemap);
         }
         case View::RelativeError:
             return passes::Heat(renderer, DeclareMap(renderer, KeyOf(renderer, show, pictures), pictures),
@@ -94,8 +92,10 @@ TextureId CompareView::Declare(Renderer& renderer, const ShowSettings& show, con
         case View::Flip:
             return passes::Heat(renderer, DeclareMap(renderer, KeyOf(renderer, show, pictures), pictures),
                                 1.0f);
+        case View::Surface:
+            break;  // of one picture
     }
-    return shown(pictures.pathTraced);
+    return pictures.pathTracedDisplay;
 }
 
 std::optional<CompareNumbers> CompareView::Numbers() {

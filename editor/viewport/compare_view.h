@@ -13,9 +13,10 @@ class CompareView {
   public:
     explicit CompareView(std::string name) : m_name(std::move(name)) {}
 
-    // The two pictures, rgba32f of one extent, and how far they have come.
+    // The two pictures, of one extent, and how far they have come.
     struct Pictures {
-        TextureId pathTraced, raster;
+        TextureId pathTraced, raster;                // radiance, rgba32f
+        TextureId pathTracedDisplay, rasterDisplay;  // as shown, rgba8
         uint32_t pathTracedSamples = 0, rasterSamples = 0;
         uint32_t coarseness = 0;
         uint64_t resetCount = 0;

@@ -19,6 +19,7 @@ void FrameBudget::Forget() {
     m_msPerPixel.fill(0.0);
     m_mostPixels = 0;
     m_overheadMs = 0.0;
+    m_rasterMsPerPixel = 0.0;
 }
 
 void FrameBudget::LearnTile(uint32_t height, const passes::Region& tile, double milliseconds) {
@@ -35,6 +36,21 @@ void FrameBudget::LearnTile(uint32_t height, const passes::Region& tile, double 
 
 void FrameBudget::LearnOverhead(double milliseconds) {
     m_overheadMs = m_overheadMs == 0.0 ? milliseconds : 0.5 * (m_overheadMs + milliseconds);
+}
+
+void FrameBudget::LearnRaster(uint64_t pixels, double milliseconds) {
+    const double cost = milliseconds / static_cast<double>(std::max<uint64_t>(1, pixels));
+    m_rasterMsPerPixel = cost > m_rasterMsPerPixel ? cost : 0.5 * (cost + m_rasterMsPerPixel);
+}
+
+uint32_t FrameBudget::RasterScale(uint64_t pixels) const {
+    constexpr uint32_t kMost = 16;
+    if (!IsLimited()) return 1;
+    uint32_t scale = 1;
+    while (scale<kMost&& static_cast<double>(pixels / (uint64_t{scale} * scale)) * m_rasterMsPerPixel> kAim *
+           m_limitMs)
+        scale *= 2;
+    return scale;
 }
 
 double FrameBudget::TracingMs() const {

@@ -25,6 +25,8 @@ class FrameBudget {
     void LearnTile(uint32_t height, const passes::Region& tile, double milliseconds);
     // All the rest of a submission.
     void LearnOverhead(double milliseconds);
+    // A frame of the raster view alone, of so many pixels.
+    void LearnRaster(uint64_t pixels, double milliseconds);
 
     // Milliseconds that a frame has for tracing.
     double TracingMs() const;
@@ -34,6 +36,9 @@ class FrameBudget {
     // than four times what has been measured at once, and kFirstPixels where nothing has.
     uint64_t Affordable(rhi::Extent2D picture, const passes::TileCursor& cursor, double milliseconds) const;
     bool HasLearned() const { return m_mostPixels > 0; }
+    // The power of two by which a raster picture is coarser, so that it keeps to the limit; 1: not at all, or
+    // nothing is known. At most 16.
+    uint32_t RasterScale(uint64_t pixels) const;
 
     static constexpr uint64_t kFirstPixels = 1024;
 
@@ -44,7 +49,8 @@ class FrameBudget {
     double m_limitMs = 0.0;
     std::array<double, kBands> m_msPerPixel{};  // 0: not known
     double m_overheadMs = 0.0;
-    uint64_t m_mostPixels = 0;  // measured in one submission
+    uint64_t m_mostPixels = 0;        // measured in one submission
+    double m_rasterMsPerPixel = 0.0;  // 0: not known
 };
 
 }  // namespace raygraph::viewport

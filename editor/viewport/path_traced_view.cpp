@@ -60,12 +60,19 @@ uint32_t PathTracedView::Coarseness() const {
     return 0;
 }
 
+std::vector<Region> PathTracedView::TilesOfSamples() const {
+    std::vector<Region> regions;
+    for (const Tile& tile : m_tiles)
+        if (tile.isOfSample) regions.push_back(tile.region);
+    return regions;
+}
+
 passes::AccumulatedIds PathTracedView::DeclareTile(Renderer& renderer, const SceneIds& scene,
                                                    passes::TraceSettings settings, const Region& region,
                                                    Accumulation& into, bool withVariance) {
     settings.sampleIndex = into.Declared().sampleCount;
     settings.region = region;
-    m_tiles.push_back({settings.extent.height, region});
+    m_tiles.push_back({settings.extent.height, region, &into == &m_full});
     const TextureId tile = passes::Trace(renderer, scene, settings).radiance;
     return passes::AccumulateTile(renderer, tile, settings.extent, region, into, withVariance);
 }
@@ -119,7 +126,7 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
         ids = DeclareTile(renderer, scene, settings, region, m_full, true);
         if (!m_full.Declared().cursor.IsAtStart()) break;
     }
-    return {ids.mean, ids.mean, ids.variance};
+    return {ids.mean, ids.mean, ids.variance, ids.mean};
 }
 
 PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const SceneIds& scene,
@@ -139,11 +146,16 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
             : cursor.Next(coarse.extent, budget.Affordable(coarse.extent, cursor, budget.TracingMs()));
     const passes::AccumulatedIds traced = DeclareTile(renderer, scene, coarse, region, into, next == nullptr);
 
-    Ids ids{.radiance = traced.mean, .mean = traced.mean, .variance = traced.variance};
+    Ids ids{.radiance = traced.mean,
+            .mean = traced.mean,
+            .variance = traced.variance,
+            .base = traced.mean,
+            .baseScale = next != nullptr ? next->scale : 1};
     if (into.Declared().sampleCount == 0) {
-        const TextureId below = renderer.Persist(shown->sample.Name() + ".mean",
-                                                 {ExtentAt(extent, shown->scale), Format::Rgba32Float});
-        ids.radiance = passes::Overlay(renderer, below, traced.mean, into.Declared().cursor);
+        ids.base = renderer.Persist(shown->sample.Name() + ".mean",
+                                    {ExtentAt(extent, shown->scale), Format::Rgba32Float});
+        ids.baseScale = shown->scale;
+        ids.radiance = passes::Overlay(renderer, ids.base, traced.mean, into.Declared().cursor);
     }
     if (next != nullptr) {
         ids.radiance = passes::Upscale(renderer, ids.radiance, extent);

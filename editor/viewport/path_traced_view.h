@@ -20,6 +20,9 @@ class PathTracedView {
         TextureId radiance;  // rgba32f, what there is to show, in the picture's extent
         // Of the accumulation; what they hold of pixels without a sample is undefined.
         TextureId mean, variance;
+        // The finest whole picture that there is, and how much coarser it is.
+        TextureId base;
+        uint32_t baseScale = 1;
     };
     // Declares what a frame adds, and what to show. All of it is culled, and adds nothing, unless an id leads
     // to something shown. `settings.extent` is not empty.
@@ -37,8 +40,11 @@ class PathTracedView {
     struct Tile {
         uint32_t height = 0;  // of the picture that it is a tile of
         passes::Region region;
+        bool isOfSample = true;  // not of a coarser picture
     };
     const std::vector<Tile>& DeclaredTiles() const { return m_tiles; }
+    // Those of the accumulation itself.
+    std::vector<passes::Region> TilesOfSamples() const;
 
   private:
     // One sample of the picture at a lower resolution.

@@ -1,29 +1,61 @@
 #include "editor/viewport/raster_view.h"
 
-#include "passes/raster.h"
+#include "passes/overlay.h"
 
 namespace raygraph::viewport {
 
 RasterView::RasterView(const std::string& name)
-    : m_name(name), m_samples(name + ".raster"), m_environment(name + ".environment") {}
+    : m_name(name),
+      m_samples(name + ".raster"),
+      m_coarse(name + ".raster/coarse"),
+      m_environment(name + ".environment") {}
 
-bool RasterView::IsAvailable(const rhi::Device& device) {
-    return device.Info().optional.drawIndirectFirstInstance;
+namespace {
+
+bool CanDraw(const Renderer& renderer) {
+    return renderer.Device().Info().optional.drawIndirectFirstInstance;
 }
 
-passes::AccumulatedIds RasterView::Declare(Renderer& renderer, const SceneIds& scene,
-                                           passes::TraceSettings settings, uint32_t maxSamples) {
+}  // namespace
+
+passes::RasterVisibility DeclareVisibility(Renderer& renderer, const SceneIds& scene,
+                                           const passes::TraceSettings& settings, passes::FilmPosition film) {
+    if (CanDraw(renderer)) return passes::DrawVisibility(renderer, scene, settings, film);
+    return passes::TraceVisibility(renderer, scene, settings, film);
+}
+
+RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
+                                    const passes::RasterSettings& raster, uint32_t maxSamples,
+                                    uint32_t scale) {
+    const GraphTextureDesc desc{settings.extent, Format::Rgba32Float};
+    const auto declareSample = [&](uint32_t sampleIndex) {
+        settings.sampleIndex = sampleIndex;
+        const passes::RasterVisibility seen =
+            DeclareVisibility(renderer, scene, settings, passes::FilmPosition::Jittered);
+        passes::RasterSettings possible = raster;
+        if (!CanDraw(renderer)) possible.hasOcclusion = possible.hasTransmission = false;
+        return passes::RasterShade(renderer, scene, settings, seen, m_environment, possible);
+    };
     const uint32_t count = m_samples.SampleCount();
-    if (count > 0 && maxSamples > 0 && count >= maxSamples) {
-        const GraphTextureDesc desc{settings.extent, Format::Rgba32Float};
-        return {renderer.Persist(m_samples.Name() + ".mean", desc),
-                renderer.Persist(m_samples.Name() + ".variance", desc)};
+    Ids ids;
+    if (count > 0 && ((maxSamples > 0 && count >= maxSamples) || scale > 1)) {
+        ids.mean = renderer.Persist(m_samples.Name() + ".mean", desc);
+        ids.variance = renderer.Persist(m_samples.Name() + ".variance", desc);
+        ids.radiance = ids.base = ids.mean;
+    } else if (scale > 1) {
+        settings.extent = {(desc.extent.width + scale - 1) / scale, (desc.extent.height + scale - 1) / scale};
+        const TextureId sample = declareSample(m_coarse.SampleCount());
+        ids.base = passes::Accumulate(renderer, sample, m_coarse).mean;
+        ids.baseScale = scale;
+        ids.radiance = passes::Upscale(renderer, ids.base, desc.extent);
+        ids.mean = renderer.Persist(m_samples.Name() + ".mean", desc);
+        ids.variance = renderer.Persist(m_samples.Name() + ".variance", desc);
+    } else {
+        const TextureId sample = declareSample(count);
+        const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, m_samples, true);
+        ids = {.radiance = sums.mean, .mean = sums.mean, .variance = sums.variance, .base = sums.mean};
     }
-    settings.sampleIndex = count;
-    const passes::RasterVisibility seen =
-        passes::DrawVisibility(renderer, scene, settings, passes::FilmPosition::Jittered);
-    const TextureId radiance = passes::RasterShade(renderer, scene, settings, seen, m_environment);
-    return passes::Accumulate(renderer, radiance, m_samples, true);
+    return ids;
 }
 
 void RasterView::ForgetEnvironment(Renderer& renderer) {
@@ -34,6 +66,7 @@ void RasterView::ForgetEnvironment(Renderer& renderer) {
 void RasterView::Forget(Renderer& renderer) {
     renderer.Forget(m_samples.Name() + ".mean");
     renderer.Forget(m_samples.Name() + ".variance");
+    renderer.Forget(m_coarse.Name() + ".mean");
     renderer.Forget(m_name + ".environment");
 }
 

@@ -7,20 +7,32 @@
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
 #include "passes/filter_environment.h"
+#include "passes/raster.h"
 
 namespace raygraph::viewport {
+
+// What is nearest in each pixel: drawn, or found by rays on a device that cannot draw it.
+passes::RasterVisibility DeclareVisibility(Renderer& renderer, const SceneIds& scene,
+                                           const passes::TraceSettings& settings, passes::FilmPosition film);
 
 class RasterView {
   public:
     explicit RasterView(const std::string& name);
 
-    // Whether the device has what the view needs.
-    static bool IsAvailable(const rhi::Device& device);
-
-    // As PathTracedView::Declare; the mean and its variance, rgba32f.
-    passes::AccumulatedIds Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
-                                   uint32_t maxSamples);
-    void Reset(passes::ResetCause cause) { m_samples.Reset(cause); }
+    struct Ids {
+        TextureId radiance;        // rgba32f, what there is to show, in the picture's extent
+        TextureId mean, variance;  // of the accumulation; undefined before its first sample
+        TextureId base;            // what stands in for it then, coarser by that factor
+        uint32_t baseScale = 1;
+    };
+    // As PathTracedView::Declare. `scale` above 1: one coarser picture instead of a sample; else a sample,
+    // until there are maxSamples (0: without an end).
+    Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
+                const passes::RasterSettings& raster, uint32_t maxSamples, uint32_t scale);
+    void Reset(passes::ResetCause cause) {
+        m_samples.Reset(cause);
+        m_coarse.Reset(cause);
+    }
     // The next frame shows another scene: what is kept of its environment is no longer true. Between frames.
     void ForgetEnvironment(Renderer& renderer);
     void Forget(Renderer& renderer);
@@ -30,6 +42,7 @@ class RasterView {
   private:
     std::string m_name;
     passes::Accumulation m_samples;
+    passes::Accumulation m_coarse;  // one sample
     passes::FilteredEnvironment m_environment;
 };
 

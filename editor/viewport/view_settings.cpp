@@ -18,16 +18,18 @@ const char* Name(View view) {
             return "relative error";
         case View::Flip:
             return "FLIP";
+        case View::Surface:
+            return "surface";
     }
     return "unknown";
 }
 
 bool ShowsPathTraced(View view) {
-    return view != View::Raster;
+    return view != View::Raster && view != View::Surface;
 }
 
 bool ShowsRaster(View view) {
-    return view != View::PathTraced;
+    return view != View::PathTraced && view != View::Surface;
 }
 
 bool IsMeasured(View view) {

@@ -5,6 +5,7 @@
 
 #include "passes/tonemap.h"
 #include "passes/trace.h"
+#include "passes/views.h"
 
 namespace raygraph::viewport {
 
@@ -16,8 +17,9 @@ enum class View : uint8_t {
     Difference,     // |raster - path-traced| of the radiance, exposed and tone-mapped
     RelativeError,  // of the raster view's luminance against the path-traced one, as colours
     Flip,           // what a person sees who switches between the two, as colours (passes/flip.h)
+    Surface,        // a property of what is seen, or what it costs: ShowSettings::surface
 };
-inline constexpr uint32_t kViewCount = 7;
+inline constexpr uint32_t kViewCount = 8;
 const char* Name(View view);  // "path-traced", "side by side", ...
 bool ShowsPathTraced(View view);
 bool ShowsRaster(View view);
@@ -29,8 +31,9 @@ struct ShowSettings {
     View view = View::PathTraced;
     float wipePosition = 0.5f;  // share of the width that is path-traced; clamped to [0, 1]
     passes::TonemapSettings tonemap{};
-    float greatestError = 1.0f;           // relative error that has the last colour; above 0
-    float pixelsPerDegree = 67.0206433f;  // of the screen as seen, for View::Flip; 1 to 400
+    passes::View surface = passes::View::Normals;  // of View::Surface; not one of light
+    float greatestError = 1.0f;                    // relative error that has the last colour; above 0
+    float pixelsPerDegree = 67.0206433f;           // of the screen as seen, for View::Flip; 1 to 400
 
     bool operator==(const ShowSettings&) const = default;
 };

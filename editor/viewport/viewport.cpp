@@ -12,14 +12,20 @@ Viewport::Impl::Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc
       size(desc.size),
       pathTraced(desc.name),
       raster(desc.name),
+      pathTracedDisplay(desc.name + ".path-traced.display"),
+      rasterDisplay(desc.name + ".raster.display"),
       compare(desc.name) {}
 
 Viewport::Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc)
     : m_impl(std::make_unique<Impl>(renderer, scene, desc)) {}
 
 Viewport::~Viewport() {
+    // It would refer to what goes now
+    if (!m_impl->declaredIn.expired()) m_impl->renderer.DropFrame();
     m_impl->pathTraced.Forget(m_impl->renderer);
     m_impl->raster.Forget(m_impl->renderer);
+    m_impl->pathTracedDisplay.Forget(m_impl->renderer);
+    m_impl->rasterDisplay.Forget(m_impl->renderer);
     m_impl->compare.Forget(m_impl->renderer);
 }
 
@@ -68,6 +74,14 @@ const PathSettings& Viewport::Paths() const {
     return m_impl->paths;
 }
 
+void Viewport::SetRaster(const passes::RasterSettings& settings) {
+    m_impl->rasterSettings = settings;
+}
+
+const passes::RasterSettings& Viewport::Raster() const {
+    return m_impl->rasterSettings;
+}
+
 void Viewport::SetBudget(const BudgetSettings& settings) {
     m_impl->budgetSettings = settings;
     m_impl->budget.SetLimit(settings.frameMs);
@@ -75,10 +89,6 @@ void Viewport::SetBudget(const BudgetSettings& settings) {
 
 const BudgetSettings& Viewport::Budget() const {
     return m_impl->budgetSettings;
-}
-
-bool Viewport::HasRaster() const {
-    return RasterView::IsAvailable(m_impl->renderer.Device());
 }
 
 TextureId Viewport::Declare() {

@@ -20,8 +20,8 @@
 // accumulation, and all of ShowSettings and BudgetSettings, never does that.
 //
 // Threads: that of the Renderer. Setters take effect with the next Declare, and may be called at any time.
-// Renderer and scene outlive the viewport; it is destroyed while no frame is open. Viewports share nothing
-// but what the host gives to both: those on one Renderer need names of their own.
+// Renderer and scene outlive the viewport; an open frame that it is declared in is dropped with it. Viewports
+// share nothing but what the host gives to both: those on one Renderer need names of their own.
 #pragma once
 
 #include <memory>
@@ -32,6 +32,7 @@
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
 #include "passes/compare_maps.h"
+#include "passes/raster.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/scene/camera_view.h"
@@ -92,11 +93,11 @@ class Viewport {
     void SetView(View view);  // of the ShowSettings
     void SetPaths(const PathSettings& settings);
     const PathSettings& Paths() const;
+    // Of the raster view, which alone starts anew.
+    void SetRaster(const passes::RasterSettings& settings);
+    const passes::RasterSettings& Raster() const;
     void SetBudget(const BudgetSettings& settings);
     const BudgetSettings& Budget() const;
-    // Whether the device can draw the raster view. Where it cannot, views that need it show the path-traced
-    // one.
-    bool HasRaster() const;
 
     // --- Frames ---
     // Within an open frame, once: declares the scene's passes and the viewport's. Returns the picture, rgba8

@@ -24,6 +24,7 @@ scene::CameraView WithAspect(scene::CameraView camera, float aspect) {
 void Viewport::Impl::StartAnew(ResetCause cause) {
     pathTraced.Reset(cause);
     raster.Reset(cause);
+    changedAt = Clock::now();
 }
 
 void Viewport::Impl::NoteChanges() {
@@ -32,6 +33,7 @@ void Viewport::Impl::NoteChanges() {
                   .camera = WithAspect(camera, 1.0f),
                   .lens = lens,
                   .paths = paths,
+                  .rasterSettings = rasterSettings,
                   .size = size};
     if (drawnFrom) {
         const DrawnFrom& before = *drawnFrom;
@@ -54,7 +56,11 @@ void Viewport::Impl::NoteChanges() {
         if (hasMoved) movedAt = Clock::now();
         note(!(before.size == now.size), ResetCause::Resize);
         const bool isOtherWork = note(!(before.paths == now.paths), ResetCause::Settings);
-        if (isOtherGeometry || isOtherWork) budget.Forget();
+        if (!(before.rasterSettings == now.rasterSettings)) raster.Reset(ResetCause::Settings);
+        if (isOtherGeometry || isOtherWork) {
+            budget.Forget();
+            timedFrames.clear();
+        }
     }
     drawnFrom = std::move(now);
 }
@@ -74,7 +80,8 @@ void Viewport::Impl::LearnFromTimings() {
         tracing += pass.gpuMs;
     }
     lastFrameMs = all;
-    if (traceMs.empty()) return;  // the view was culled
+    if (timed.rasterPixels > 0) budget.LearnRaster(timed.rasterPixels, all);
+    if (traceMs.empty() || timed.tiles.empty()) return;  // the view was culled
     budget.LearnOverhead(all - tracing);
     uint64_t pixels = 0;
     for (const PathTracedView::Tile& tile : timed.tiles) pixels += tile.region.PixelCount();
@@ -88,14 +95,15 @@ void Viewport::Impl::LearnFromTimings() {
     }
 }
 
+bool Viewport::Impl::IsRecent(const std::optional<Clock::time_point>& time) const {
+    return time &&
+           std::chrono::duration<double, std::milli>(Clock::now() - *time).count() < budgetSettings.settleMs;
+}
+
 View Viewport::Impl::ShownView() const {
-    if (!RasterView::IsAvailable(renderer.Device())) return View::PathTraced;
-    const bool isMoving =
-        movedAt &&
-        std::chrono::duration<double, std::milli>(Clock::now() - *movedAt).count() < budgetSettings.settleMs;
-    if (isMoving && show.view == View::PathTraced && budgetSettings.whileMoving == MotionView::Raster)
-        return View::Raster;
-    return show.view;
+    const bool isReplaced = show.view == View::PathTraced &&
+                            budgetSettings.whileMoving == MotionView::Raster && IsRecent(movedAt);
+    return isReplaced ? View::Raster : show.view;
 }
 
 passes::TraceSettings Viewport::Impl::TraceSettingsNow() const {
@@ -113,6 +121,21 @@ passes::TraceSettings Viewport::Impl::TraceSettingsNow() const {
     return settings;
 }
 
+TextureId Viewport::Impl::DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings) {
+    const passes::View view = show.surface;
+    TextureId values;
+    if (view == passes::View::RayCost)
+        values = passes::SpreadCounts(renderer,
+                                      passes::Trace(renderer, ids, settings, {.rayCounts = true}).rayCounts);
+    else if (view == passes::View::Overdraw)
+        values = passes::Overdraw(renderer, ids, settings, passes::FilmPosition::Center);
+    else
+        values = passes::SurfaceView(renderer, ids, settings,
+                                     DeclareVisibility(renderer, ids, settings, passes::FilmPosition::Center),
+                                     view);
+    return passes::PaintView(renderer, values, view);
+}
+
 TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     if (!declaredIn.expired())
         throw Error(ErrorKind::Usage, "Viewport \"" + name + "\": declared twice in one frame");
@@ -123,33 +146,58 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     const PathTracedView::Ids traced = pathTraced.Declare(renderer, ids, settings, budget, budgetSettings);
     ShowSettings shownAs = show;
     shownAs.view = ShownView();
-    passes::AccumulatedIds drawn;
-    if (RasterView::IsAvailable(renderer.Device()))
-        drawn = raster.Declare(renderer, ids, settings, budgetSettings.maxRasterSamples);
+    const uint64_t pixels = uint64_t{size.width} * size.height;
+    const uint32_t rasterScale = IsRecent(changedAt) ? budget.RasterScale(pixels) : 1;
+    const RasterView::Ids drawn =
+        raster.Declare(renderer, ids, settings, rasterSettings, budgetSettings.maxRasterSamples, rasterScale);
 
-    uint64_t resets = 0;
-    for (uint32_t cause = 0; cause < static_cast<uint32_t>(ResetCause::Count); cause++)
-        resets += pathTraced.Samples().ResetCount(static_cast<ResetCause>(cause));
-    const passes::Accumulation::Progress& progress = pathTraced.Samples().Declared();
-    const TextureId shown = compare.Declare(renderer, shownAs,
-                                            {.pathTraced = traced.radiance,
-                                             .raster = drawn.mean,
-                                             .pathTracedSamples = progress.sampleCount,
-                                             .rasterSamples = raster.Samples().Declared().sampleCount,
-                                             .coarseness = pathTraced.Coarseness(),
-                                             .resetCount = resets});
+    const passes::Accumulation &tracedSamples = pathTraced.Samples(), &drawnSamples = raster.Samples();
+    CompareView::Pictures pictures{.pathTraced = traced.radiance,
+                                   .raster = drawn.radiance,
+                                   .pathTracedSamples = tracedSamples.Declared().sampleCount,
+                                   .rasterSamples = drawnSamples.Declared().sampleCount,
+                                   .coarseness = pathTraced.Coarseness(),
+                                   .resetCount = tracedSamples.ResetCount() + drawnSamples.ResetCount()};
+    pictures.pathTracedDisplay = pathTracedDisplay.Declare(renderer,
+                                                           {.mean = traced.mean,
+                                                            .before = tracedSamples.Submitted(),
+                                                            .after = tracedSamples.Declared(),
+                                                            .tiles = pathTraced.TilesOfSamples(),
+                                                            .resetCount = tracedSamples.ResetCount(),
+                                                            .base = traced.base,
+                                                            .baseScale = traced.baseScale},
+                                                           show.tonemap);
+    const bool isDrawnAnew = !(drawnSamples.Submitted() == drawnSamples.Declared());
+    const bool isDrawn = isDrawnAnew || drawn.baseScale > 1;
+    std::vector<passes::Region> drawnTiles;
+    if (isDrawnAnew) drawnTiles.push_back(passes::WholeOf(size));
+    pictures.rasterDisplay = rasterDisplay.Declare(renderer,
+                                                   {.mean = drawn.mean,
+                                                    .before = drawnSamples.Submitted(),
+                                                    .after = drawnSamples.Declared(),
+                                                    .tiles = std::move(drawnTiles),
+                                                    .resetCount = drawnSamples.ResetCount(),
+                                                    .base = drawn.base,
+                                                    .baseScale = drawn.baseScale},
+                                                   show.tonemap);
+    const TextureId shown = shownAs.view == View::Surface ? DeclareSurface(ids, settings)
+                                                          : compare.Declare(renderer, shownAs, pictures);
 
     requests.DeclarePicks(renderer, ids, settings);
     std::optional<PixelRequests::Shown> pathTracedShown, rasterShown;
-    if (ShowsPathTraced(shownAs.view)) pathTracedShown = {traced.mean, traced.variance, progress};
-    if (ShowsRaster(shownAs.view)) rasterShown = {drawn.mean, drawn.variance, raster.Samples().Declared()};
+    if (ShowsPathTraced(shownAs.view))
+        pathTracedShown = {traced.mean, traced.variance, tracedSamples.Declared()};
+    if (ShowsRaster(shownAs.view)) rasterShown = {drawn.mean, drawn.variance, drawnSamples.Declared()};
     requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
 
-    renderer.OnSubmitted(
-        [this, frame = renderer.FrameNumber(), tiles = pathTraced.DeclaredTiles()]() mutable {
-            timedFrames.push_back({frame, std::move(tiles)});
-            if (timedFrames.size() > kMostTimedFrames) timedFrames.pop_front();
-        });
+    TimedFrame timed{.frame = renderer.FrameNumber()};
+    if (shownAs.view == View::Raster && isDrawn)
+        timed.rasterPixels = pixels / (uint64_t{rasterScale} * rasterScale);
+    if (ShowsPathTraced(shownAs.view)) timed.tiles = pathTraced.DeclaredTiles();
+    renderer.OnSubmitted([this, timed = std::move(timed)] {
+        timedFrames.push_back(timed);
+        if (timedFrames.size() > kMostTimedFrames) timedFrames.pop_front();
+    });
     return shown;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "editor/viewport/compare_view.h"
+#include "editor/viewport/kept_display.h"
 #include "editor/viewport/path_traced_view.h"
 #include "editor/viewport/raster_view.h"
 #include "editor/viewport/viewport.h"
@@ -21,10 +22,11 @@ struct Viewport::Impl {
     void StartAnew(passes::ResetCause cause);
     // What the times of earlier frames say about the next.
     void LearnFromTimings();
-    // The view of this frame: not the one that was asked for while the camera moves, or without a raster
-    // view.
+    // The view of this frame: not the one that was asked for while the camera moves.
     View ShownView() const;
+    bool IsRecent(const std::optional<Clock::time_point>& time) const;
     passes::TraceSettings TraceSettingsNow() const;
+    TextureId DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings);
 
     // Everything that the picture depends on, as of the frame declared last.
     struct DrawnFrom {
@@ -33,11 +35,13 @@ struct Viewport::Impl {
         scene::CameraView camera;
         LensSettings lens;
         PathSettings paths;
+        passes::RasterSettings rasterSettings;
         Extent2D size;
     };
     struct TimedFrame {
         uint64_t frame = 0;
-        std::vector<PathTracedView::Tile> tiles;
+        uint64_t rasterPixels = 0;                // 0: the raster view is not alone
+        std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
     };
     using Clock = std::chrono::steady_clock;
 
@@ -49,15 +53,18 @@ struct Viewport::Impl {
     LensSettings lens;
     ShowSettings show;
     PathSettings paths;
+    passes::RasterSettings rasterSettings;
     BudgetSettings budgetSettings;
 
     FrameBudget budget;
     PathTracedView pathTraced;
     RasterView raster;
+    KeptDisplay pathTracedDisplay, rasterDisplay;
     CompareView compare;
     PixelRequests requests;
     std::optional<DrawnFrom> drawnFrom;
-    std::optional<Clock::time_point> movedAt;
+    std::optional<Clock::time_point> movedAt;    // the camera
+    std::optional<Clock::time_point> changedAt;  // anything
     std::weak_ptr<const void> declaredIn;
     std::deque<TimedFrame> timedFrames;  // submitted, without times so far
     double lastFrameMs = 0.0;

@@ -1,4 +1,5 @@
-// Accumulate: takes the next sample, or a tile of it, into the running mean. Includers may define WITH_VARIANCE.
+// Accumulate: takes the next sample, or a tile of it, into the running mean. Includers may define
+// WITH_VARIANCE.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D newSample;

@@ -1,5 +1,5 @@
-// The colour spaces and constants of FLIP (Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating
-// Images", version 1 for low dynamic range). Numbers in parentheses are equations or sections there.
+// The colour spaces and constants of FLIP (Andersson et al. 2020, "FLIP: A Difference Evaluator for
+// Alternating Images", version 1 for low dynamic range). Numbers in parentheses are sections there.
 #ifndef RAYGRAPH_POST_FLIP_GLSL
 #define RAYGRAPH_POST_FLIP_GLSL
 

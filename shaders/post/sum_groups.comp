@@ -1,25 +1,26 @@
-// SumGroups: sum and greatest value of each block of 16 x 16 pixels.
+// SumGroups: sum and greatest value of each block of 16 x 16 pixels. An invocation a block, always in the same
+// order.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
-layout(local_size_x = 16, local_size_y = 16) in;
+layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, r32f) readonly uniform image2D values;
 layout(set = 0, binding = 1, scalar) writeonly buffer Groups { vec2 at[]; } groups;
 
-const uint kCount = 256u;
-shared vec2 partial[kCount];
+const int kBlock = 16;
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    uint lane = gl_LocalInvocationIndex;
-    bool isInside = all(lessThan(pixel, imageSize(values)));
-    partial[lane] = isInside ? vec2(imageLoad(values, pixel).x) : vec2(0.0f);
-    for (uint step = kCount / 2u; step > 0u; step /= 2u) {
-        barrier();
-        if (lane < step) {
-            vec2 a = partial[lane], b = partial[lane + step];
-            partial[lane] = vec2(a.x + b.x, max(a.y, b.y));
+    ivec2 size = imageSize(values);
+    ivec2 counts = (size + kBlock - 1) / kBlock;
+    ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(block, counts))) return;
+    float sum = 0.0f, greatest = 0.0f;
+    ivec2 first = block * kBlock, end = min(first + kBlock, size);
+    for (int y = first.y; y < end.y; y++)
+        for (int x = first.x; x < end.x; x++) {
+            float value = imageLoad(values, ivec2(x, y)).x;
+            sum += value;
+            greatest = max(greatest, value);
         }
-    }
-    if (lane == 0u) groups.at[gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x] = partial[0];
+    groups.at[block.y * counts.x + block.x] = vec2(sum, greatest);
 }

@@ -15,25 +15,6 @@ layout(set = 0, binding = 17, scalar) readonly buffer Draws { DrawRecord at[]; }
 layout(set = 0, binding = 18, scalar) buffer Commands { DrawCommand at[]; } commands;
 layout(push_constant, scalar) uniform Constants { vec2 shift; uint count; } constants;
 
-// False: the whole box is beyond one side of the picture, or behind the camera.
-bool MayBeSeen(CameraRecord camera, mat4x3 objectToWorld, vec3 low, vec3 high) {
-    uint outsideOfAll = 0x3Fu;
-    for (uint corner = 0u; corner < 8u; corner++) {
-        vec3 at = vec3((corner & 1u) != 0u ? high.x : low.x, (corner & 2u) != 0u ? high.y : low.y,
-                       (corner & 4u) != 0u ? high.z : low.z);
-        vec4 clip = ClipPosition(camera, objectToWorld * vec4(at, 1.0f), constants.shift);
-        uint outside = 0u;
-        if (clip.x < -clip.w) outside |= 1u;
-        if (clip.x > clip.w) outside |= 2u;
-        if (clip.y < -clip.w) outside |= 4u;
-        if (clip.y > clip.w) outside |= 8u;
-        if (clip.z > clip.w) outside |= 16u;  // nearer than zNear, or behind
-        if (clip.z < 0.0f) outside |= 32u;
-        outsideOfAll &= outside;
-    }
-    return outsideOfAll == 0u;
-}
-
 void main() {
     uint placement = gl_GlobalInvocationID.x;
     if (placement >= constants.count) return;
@@ -41,7 +22,7 @@ void main() {
     if (draw == kNotDrawn) return;
     DrawRecord record = draws.at[draw];
     if (!MayBeSeen(parameters.value.camera, instances.at[placement].objectToWorld, record.boundsMin,
-                   record.boundsMax))
+                   record.boundsMax, constants.shift))
         return;
     uint place = atomicAdd(commands.at[draw].instanceCount, 1u);
     visiblePlacements.at[record.firstSlot + place] = placement;

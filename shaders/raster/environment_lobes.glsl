@@ -1,4 +1,4 @@
-// What a surface scatters of the environment, without shadows: for each lobe its albedo, by the tables of
+// What a surface scatters of the environment: for each lobe its albedo, by the tables of
 // bxdf/energy.glsl, times the environment's mean over the lobe (shared/filtered_environment.h). Exact where
 // the environment is the same in all directions.
 #ifndef RAYGRAPH_RASTER_ENVIRONMENT_LOBES_GLSL
@@ -42,7 +42,14 @@ vec3 DominantReflection(vec3 wo, float roughness) {
     return normalize(mix(vec3(0.0f, 0.0f, 1.0f), mirrored, smoothness * (sqrt(smoothness) + roughness)));
 }
 
-vec3 GltfEnvironment(PreparedGltf g, float roughness, Frame frame) {
+// Share of the directions about the reflected one that is open, of all of which `open` is. Lagarde and de
+// Rousiers, as above, section 4.10.2.
+float OpenReflection(float open, float cosine, float roughness) {
+    return clamp(pow(cosine + open, exp2(-16.0f * roughness - 1.0f)) - 1.0f + open, 0.0f, 1.0f);
+}
+
+// What a surface reflects of the environment, `open` being the share of directions that reach it.
+vec3 GltfEnvironment(PreparedGltf g, float roughness, float open, Frame frame) {
     if (!(g.wo.z > 0.0f)) return vec3(0.0f);
     GltfBxDF lobe = g.bxdf;
     FacetEnergy energy = FacetEnergyAt(g.row, g.wo.z);
@@ -55,27 +62,51 @@ vec3 GltfEnvironment(PreparedGltf g, float roughness, Frame frame) {
     float glass = HasTraceFeature(kTraceGlass) ? lobe.transmission : 0.0f;
 
     vec3 reflected = FromLocal(frame, DominantReflection(g.wo, roughness));
-    vec3 sum = mix(layer, metal, lobe.metallic) * GlossyEnvironment(reflected, roughness);
+    vec3 sum = mix(layer, metal, lobe.metallic) * GlossyEnvironment(reflected, roughness) *
+               OpenReflection(open, g.wo.z, roughness);
     if (glass < 1.0f)
-        sum += (1.0f - glass) * below * DiffuseEnvironment(FromLocal(frame, vec3(0.0f, 0.0f, 1.0f)));
-    if (glass > 0.0f) {
-        // As if the environment began right behind the surface
-        vec3 through = -g.wo;
-        vec3 refracted = vec3(0.0f);
-        if (!g.isThin && Refract(g.wo, vec3(0.0f, 0.0f, 1.0f), g.eta, refracted)) through = refracted;
-        sum += glass * below * GlossyEnvironment(FromLocal(frame, through), roughness);
-    }
+        sum += (open * (1.0f - glass)) * below * DiffuseEnvironment(FromLocal(frame, vec3(0.0f, 0.0f, 1.0f)));
     return sum;
 }
 
-vec3 ScatteredEnvironment(SurfaceBSDF bsdf, float roughness, Frame frame) {
+// Share of what is behind glass that comes through it, and where it comes from.
+struct GlassPath {
+    vec3 weight;
+    vec3 direction;
+    float spread;  // standard deviation of the slope that roughness gives it
+};
+
+GlassPath PathThroughGlass(PreparedGltf g, float roughness, Frame frame) {
+    GlassPath path;
+    path.weight = vec3(0.0f);
+    path.direction = vec3(0.0f);
+    path.spread = 0.0f;
+    GltfBxDF lobe = g.bxdf;
+    if (!HasTraceFeature(kTraceGlass) || !(lobe.transmission > 0.0f && g.wo.z > 0.0f)) return path;
+    FacetEnergy energy = FacetEnergyAt(g.row, g.wo.z);
+    vec3 f0 = g.dielectric.f0;
+    vec3 f90 = g.dielectric.f90;
+    vec3 layer = SingleAlbedo(energy, f0, f90) + LaterAlbedo(g, energy, f0, f90);
+    vec3 below = (1.0f - lobe.metallic) * lobe.baseColor * max(vec3(1.0f) - layer, vec3(0.0f));
+    path.weight = lobe.transmission * below;
+    vec3 through = -g.wo;
+    vec3 refracted = vec3(0.0f);
+    if (!g.isThin && Refract(g.wo, vec3(0.0f, 0.0f, 1.0f), g.eta, refracted)) through = refracted;
+    path.direction = FromLocal(frame, through);
+    // Slopes of facets have a deviation of alpha / sqrt(2); a thin wall turns light twice as far, as a mirror
+    // would, and a boundary by the part that refraction leaves
+    path.spread = 0.70710678f * Sqr(roughness) * (g.isThin ? 2.0f : abs(1.0f - 1.0f / g.eta));
+    return path;
+}
+
+vec3 ReflectedEnvironment(SurfaceBSDF bsdf, float roughness, float open, Frame frame) {
     vec3 normal = FromLocal(frame, vec3(0.0f, 0.0f, 1.0f));
-    if (ActiveBrdf() == kBrdfLambert) return bsdf.lambert.albedo * DiffuseEnvironment(normal);
+    if (ActiveBrdf() == kBrdfLambert) return open * bsdf.lambert.albedo * DiffuseEnvironment(normal);
     if (ActiveBrdf() == kBrdfLafortune)
-        return bsdf.lafortune.diffuse * DiffuseEnvironment(normal) +
-               bsdf.lafortune.specular *
+        return open * bsdf.lafortune.diffuse * DiffuseEnvironment(normal) +
+               OpenReflection(open, bsdf.wo.z, roughness) * bsdf.lafortune.specular *
                    GlossyEnvironment(FromLocal(frame, DominantReflection(bsdf.wo, roughness)), roughness);
-    return GltfEnvironment(bsdf.gltf, roughness, frame);
+    return GltfEnvironment(bsdf.gltf, roughness, open, frame);
 }
 
 #endif

@@ -1,4 +1,5 @@
-// The pixel of an invocation that looks at the visibility texture: one invocation a pixel.
+// The pixel of an invocation that looks at the visibility texture: one invocation a pixel, of compute, or of
+// ray generation where PIXEL_BY_RAY_GENERATION is defined.
 #ifndef RAYGRAPH_RASTER_PIXEL_GLSL
 #define RAYGRAPH_RASTER_PIXEL_GLSL
 
@@ -6,15 +7,22 @@
 #include "scene/bindings.glsl"
 #include "scene/camera.glsl"
 
+#ifndef PIXEL_BY_RAY_GENERATION
 layout(local_size_x = 8, local_size_y = 8) in;
+#endif
 layout(set = 0, binding = 20, rgba32ui) readonly uniform uimage2D visibility;
 layout(push_constant, scalar) uniform Constants {
     vec2 filmOffset;  // of a pixel, from its upper left corner: (0.5, 0.5) is its centre
     uint punctualLights;
-    uint view;  // kView* of shared/views.h
+    uint option;       // SurfaceView: kView* of shared/views.h. RasterShade: kShade* of raster/shade_main.glsl
+    uint shadowTiles;  // of the atlas, a side
 } constants;
 
+#ifdef PIXEL_BY_RAY_GENERATION
+ivec2 Pixel() { return ivec2(gl_LaunchIDEXT.xy); }
+#else
 ivec2 Pixel() { return ivec2(gl_GlobalInvocationID.xy); }
+#endif
 
 bool IsInPicture() { return all(lessThan(Pixel(), imageSize(visibility))); }
 

@@ -18,4 +18,23 @@ vec4 ClipPosition(CameraRecord camera, vec3 position, vec2 shift) {
     return vec4(vec2(x, y) + shift * depth, camera.zNear, depth);
 }
 
+// False: the whole box is beyond one side of the picture, or behind the camera.
+bool MayBeSeen(CameraRecord camera, mat4x3 objectToWorld, vec3 low, vec3 high, vec2 shift) {
+    uint outsideOfAll = 0x3Fu;
+    for (uint corner = 0u; corner < 8u; corner++) {
+        vec3 at = vec3((corner & 1u) != 0u ? high.x : low.x, (corner & 2u) != 0u ? high.y : low.y,
+                       (corner & 4u) != 0u ? high.z : low.z);
+        vec4 clip = ClipPosition(camera, objectToWorld * vec4(at, 1.0f), shift);
+        uint outside = 0u;
+        if (clip.x < -clip.w) outside |= 1u;
+        if (clip.x > clip.w) outside |= 2u;
+        if (clip.y < -clip.w) outside |= 4u;
+        if (clip.y > clip.w) outside |= 8u;
+        if (clip.z > clip.w) outside |= 16u;  // nearer than zNear, or behind
+        if (clip.z < 0.0f) outside |= 32u;
+        outsideOfAll &= outside;
+    }
+    return outsideOfAll == 0u;
+}
+
 #endif

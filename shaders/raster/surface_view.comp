@@ -45,7 +45,7 @@ float EdgeCoverage(Hit hit) {
 
 vec3 ValueOf(Hit hit, Ray ray) {
     SurfaceInteraction surface = SurfaceAt(hit, ray);
-    switch (constants.view) {
+    switch (constants.option) {
         case kViewAlbedo:
             return surface.material.baseColor;
         case kViewNormals:

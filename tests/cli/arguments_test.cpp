@@ -177,6 +177,17 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
 }
 
+TEST(Arguments, HelpNamesEveryView) {
+    const std::string help = std::get<ShowText>(Parse({"render", "--help"})).text;
+    for (size_t i = 0; i < passes::kViewCount; i++) {
+        const std::string name = passes::Name(static_cast<View>(i));
+        EXPECT_EQ(
+            std::get<RenderArguments>(Parse({"render", "a.gltf", "--view", name.c_str()})).given.at("view"),
+            name);
+        EXPECT_NE(help.find(name), std::string::npos) << name;
+    }
+}
+
 TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {
     const auto a = std::get<RenderArguments>(
         Parse({"render", "a.gltf", "--light-group", "key=lamp*,bulb", "--light-group", "fill=window"}));
@@ -197,6 +208,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.scene = "Second";
     settings.seed = 4294967295u;
     settings.sampler = SamplerKind::Tea;
+    settings.raster.shadows = passes::RasterShadows::Rays;
     settings.biases = {.maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f};
     settings.scattering = {BrdfModel::Lafortune, MicrofacetModel::Phong, MaskingModel::Separable,
                            FresnelModel::Lazanyi, MultiscatterKind::Walk};
@@ -226,6 +238,7 @@ TEST(PictureSettings, DefaultsAreThoseOfThePasses) {
     EXPECT_EQ(settings.sampler, trace.sampler);
     EXPECT_EQ(settings.biases, trace.biases);
     EXPECT_EQ(trace.biases.maxDepth, passes::kNoDepthLimit);
+    EXPECT_EQ(settings.raster.shadows, passes::RasterSettings{}.shadows);
     // And the help says so
     for (const PictureSetting& setting : PictureSettingTable()) {
         std::string shown(1, '(');

@@ -182,7 +182,7 @@ TEST(ProgramRender, ViewsWithoutLightAreRendered) {
     }
 }
 
-TEST(ProgramRender, RasterViewIsDirectLightWithoutShadows) {
+TEST(ProgramRender, RasterViewIsDirectLightWithTheShadowsAskedFor) {
     const test::TemporaryFolder folder;
     RenderCornell({"--view", "raster", "--validate", "--spp", "8", "-o", folder / "drawn.exr", "-o",
                    folder / "drawn.png", "--report", folder / "r.json"});
@@ -196,6 +196,11 @@ TEST(ProgramRender, RasterViewIsDirectLightWithoutShadows) {
     }
     EXPECT_GT(drawnSum, tracedSum) << "which has shadows";
     EXPECT_LT(drawnSum, 1.3 * tracedSum);
+    RenderCornell({"--view", "raster", "--shadows", "rays", "--spp", "32", "-o", folder / "rays.exr"});
+    const cli::Texels rays = cli::ReadRenderFile(folder / "rays.exr").radiance;
+    double raysSum = 0.0;
+    for (size_t i = 0; i < rays.size(); i += 4) raysSum += rays[i];
+    EXPECT_NEAR(raysSum, tracedSum, 0.03 * tracedSum);
 }
 
 TEST(ProgramRender, TimeLimitEndsTheRender) {

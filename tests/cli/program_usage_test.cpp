@@ -48,6 +48,8 @@ TEST(Program, WrongUsageIsTwo) {
     ExpectFailure(
         {"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "raster", "--max-depth", "1"}, 2,
         "--view raster", "--max-depth");
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--shadows", "rays"}, 2, "--shadows",
+                  "--view raster");
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.exr", "--view", "albedo", "--aov", "direct"},
                   2, "--aov direct", "path-traced");
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--light-group", "a=light"}, 2,

@@ -87,6 +87,16 @@ TEST_F(ViewportReset, EditsThatChangeNothing_DoNotReset) {
     });
 }
 
+TEST_F(ViewportReset, RasterSettings_ResetTheRasterViewAlone) {
+    viewed.viewport.SetView(View::Wipe);
+    viewed.RenderFrames(2);
+    viewed.viewport.SetRaster({.shadows = passes::RasterShadows::Off, .hasOcclusion = false});
+    viewed.RenderFrames(1);
+    EXPECT_EQ(viewed.Samples(), 3u);
+    EXPECT_EQ(viewed.viewport.Progress().rasterSamples, 1u);
+    EXPECT_EQ(viewed.AllResets(), 0u);
+}
+
 TEST_F(ViewportReset, WhatComesAfterAccumulation_NeverResets) {
     ExpectNoReset([&] {
         viewport::ShowSettings show;

@@ -12,6 +12,9 @@ namespace {
 
 constexpr uint32_t kSamples = 64;
 
+constexpr passes::RasterSettings kUnshadowed{
+    .shadows = passes::RasterShadows::Off, .hasOcclusion = false, .hasTransmission = false};
+
 class RasterShade : public VulkanTest {
   protected:
     // The mean of kSamples drawn pictures.
@@ -23,11 +26,11 @@ class RasterShade : public VulkanTest {
             const SceneIds ids = render.scene.Declare(render.renderer);
             const passes::RasterVisibility seen =
                 passes::DrawVisibility(render.renderer, ids, settings, film);
-            const TextureId mean =
-                passes::Accumulate(render.renderer,
-                                   passes::RasterShade(render.renderer, ids, settings, seen, environment),
-                                   accumulation)
-                    .mean;
+            const TextureId mean = passes::Accumulate(render.renderer,
+                                                      passes::RasterShade(render.renderer, ids, settings,
+                                                                          seen, environment, kUnshadowed),
+                                                      accumulation)
+                                       .mean;
             settings.sampleIndex++;
             if (i + 1 == samples) {
                 const Readback readback = render.renderer.ReadBack(mean);

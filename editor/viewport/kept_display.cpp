@@ -1,0 +1,49 @@
+#include "editor/viewport/kept_display.h"
+
+#include "passes/show.h"
+
+namespace raygraph::viewport {
+
+namespace {
+
+using passes::Region;
+
+// The pixels that a sample has.
+std::vector<Region> DoneBy(const passes::TileCursor& cursor, Extent2D extent) {
+    std::vector<Region> regions;
+    if (cursor.Y() > 0) regions.push_back({0, 0, extent.width, cursor.Y()});
+    if (cursor.X() > 0) regions.push_back({0, cursor.Y(), cursor.X(), cursor.BandHeight()});
+    return regions;
+}
+
+}  // namespace
+
+// True if only this frame's tiles are missing.
+bool KeptDisplay::IsValid(const Source& source, const Key& now) const {
+    return m_made && m_made->extent == now.extent && m_made->tonemap == now.tonemap &&
+           m_made->resetCount == now.resetCount && m_made->progress == source.before &&
+           (now.progress.sampleCount > 0 || m_made->baseScale == now.baseScale);
+}
+
+TextureId KeptDisplay::Declare(Renderer& renderer, const Source& source,
+                               const passes::TonemapSettings& tonemap) {
+    const Extent2D extent = renderer.Desc(source.mean).extent;
+    TextureId display = renderer.Persist(m_name, {extent, Format::Rgba8Unorm});
+    const Key now{extent, tonemap, source.resetCount, source.after,
+                  source.after.sampleCount > 0 ? 1 : source.baseScale};
+    const auto made = [this, now] { m_made = now; };
+    std::vector<Region> changed = source.tiles;
+    if (renderer.IsFresh(display) || !IsValid(source, now)) {
+        if (source.after.sampleCount > 0) {
+            changed = {passes::WholeOf(extent)};
+        } else {
+            display = passes::Show(renderer, passes::Tonemap(renderer, source.base, tonemap), display, made);
+            changed = DoneBy(source.after.cursor, extent);
+        }
+    }
+    for (const Region& region : changed)
+        display = passes::TonemapInto(renderer, source.mean, display, region, tonemap, made);
+    return display;
+}
+
+}  // namespace raygraph::viewport

@@ -1,0 +1,112 @@
+#include "passes/occlusion.h"
+#include "passes/raster.h"
+#include "passes/raster_bindings.h"
+#include "passes/scene_bindings.h"
+#include "passes/see_through.h"
+#include "passes/shadow_maps.h"
+
+namespace raygraph::passes {
+
+namespace {
+
+// constants.option of shaders/raster/shade_main.glsl.
+constexpr uint32_t kShadeOcclusion = 1, kShadeBehind = 2;
+
+constexpr rhi::Filter kNearest = rhi::Filter::Nearest;
+constexpr rhi::AddressMode kClamp = rhi::AddressMode::ClampToEdge;
+
+// What of the scene's lights maps and rays know: without any of it, there is nothing to do.
+RasterShadows ShadowsFor(const SceneIds& scene, RasterShadows shadows) {
+    const bool hasPunctual = scene.punctualLights > 0;
+    if (shadows == RasterShadows::Maps && !hasPunctual) return RasterShadows::Off;
+    if (shadows == RasterShadows::Rays && !hasPunctual && scene.triangleLights == 0)
+        return RasterShadows::Off;
+    return shadows;
+}
+
+// What all shading of a frame takes, and what one picture takes. An invalid id: it is not there.
+struct Shading {
+    TextureId filteredEnvironment;
+    RasterShadows shadows = RasterShadows::Off;
+    ShadowMapIds maps;
+    TextureId openShare;
+    TextureId behind, behindBlurred, behindDepth;
+};
+
+void BindShading(PassBuilder& pass, const SceneIds& scene, const Shading& shading) {
+    const auto sampled = [&](const char* name, TextureId texture, const rhi::SamplerDesc& sampler) {
+        pass.Reads(name, texture.IsValid() ? texture : scene.environmentMap, sampler);
+    };
+    const rhi::SamplerDesc nearest{.magFilter = kNearest, .minFilter = kNearest};
+    const rhi::SamplerDesc linear{.addressU = kClamp, .addressV = kClamp};
+    sampled("openShare", shading.openShare, nearest);
+    sampled("behind", shading.behind, linear);
+    sampled("behindBlurred", shading.behindBlurred, linear);
+    sampled("behindDepth", shading.behindDepth, nearest);
+    if (shading.shadows == RasterShadows::Maps) {
+        pass.Reads("shadowAtlas", shading.maps.atlas, nearest);
+        pass.Reads("shadowViews", shading.maps.views);
+        pass.Reads("shadowLights", shading.maps.lights);
+    }
+    pass.Reads("filteredEnvironment", shading.filteredEnvironment, {.addressV = kClamp});
+    BindEnvironment(pass, scene);
+    BindLights(pass, scene);
+    pass.Reads("energyTables", scene.energyTables);
+}
+
+TextureId ShadePixels(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                      const RasterVisibility& seen, const Shading& shading, const char* name) {
+    TextureId radiance = renderer.CreateTexture("radiance", {settings.extent, Format::Rgba32Float});
+    const bool isTraced = shading.shadows == RasterShadows::Rays;
+    const auto setup = [&](PassBuilder& pass) {
+        if (isTraced) {
+            pass.RayGen("raster/shade_rays.rgen");
+            BindTracing(pass, scene, RasterParameters(scene, settings), AlphaTest::On);
+            BindShadowRays(pass, scene);
+        } else {
+            pass.Compute(shading.shadows == RasterShadows::Maps ? "raster/shade_maps.comp"
+                                                                : "raster/shade.comp");
+            pass.Uniform("parameters", RasterParameters(scene, settings));
+        }
+        uint32_t options = shading.openShare.IsValid() ? kShadeOcclusion : 0u;
+        if (shading.behind.IsValid()) options |= kShadeBehind;
+        BindPixelSurfaces(pass, scene, seen, {.option = options, .shadowTiles = shading.maps.tilesPerSide});
+        BindShading(pass, scene, shading);
+        SpecializeDirect(pass, scene, settings);
+        radiance = pass.Writes("radiance", radiance);
+    };
+    const Extent2D extent = settings.extent;
+    if (isTraced)
+        renderer.AddPass(name, PassKind::RayTracing, setup,
+                         [extent](CommandList& commands) { commands.TraceRays(extent); });
+    else
+        renderer.AddPass(name, PassKind::Compute, setup,
+                         [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return radiance;
+}
+
+}  // namespace
+
+TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                      const RasterVisibility& seen, FilteredEnvironment& environment,
+                      const RasterSettings& raster) {
+    Shading shading;
+    shading.filteredEnvironment = FilterEnvironment(renderer, scene, environment);
+    shading.shadows = ShadowsFor(scene, raster.shadows);
+    if (shading.shadows == RasterShadows::Maps)
+        shading.maps = DrawShadowMaps(renderer, scene, settings, {.atlasSize = raster.shadowAtlasSize});
+    const bool hasDepth = seen.depth.IsValid();
+    const bool hasOcclusion = raster.hasOcclusion && hasDepth && scene.lightSet.hasEnvironment != 0u;
+    if (raster.hasTransmission && hasDepth && scene.hasGlass) {
+        const RasterVisibility behind = DrawBehindGlass(renderer, scene, settings, seen);
+        Shading ofBehind = shading;
+        if (hasOcclusion) ofBehind.openShare = Occlusion(renderer, scene, settings, behind);
+        shading.behind = ShadePixels(renderer, scene, settings, behind, ofBehind, "ShadeBehind");
+        shading.behindBlurred = BlurLevels(renderer, shading.behind);
+        shading.behindDepth = behind.depth;
+    }
+    if (hasOcclusion) shading.openShare = Occlusion(renderer, scene, settings, seen);
+    return ShadePixels(renderer, scene, settings, seen, shading, "RasterShade");
+}
+
+}  // namespace raygraph::passes

@@ -1,0 +1,17 @@
+// What the depth buffer of a raster view says: the inverse of raster/projection.glsl.
+#ifndef RAYGRAPH_RASTER_RASTER_DEPTH_GLSL
+#define RAYGRAPH_RASTER_RASTER_DEPTH_GLSL
+
+#include "scene/ray.glsl"
+
+// Metres along the camera's forward. Of depth 0, infinity or the camera's zFar.
+float DistanceOf(CameraRecord camera, float depth) {
+    return camera.orthographic != 0u ? (1.0f - depth) * camera.zFar : camera.zNear / depth;
+}
+
+// Where the camera ray of a pixel is at the pixel's depth.
+vec3 AtRasterDepth(CameraRecord camera, Ray ray, float depth) {
+    return ray.origin + ray.direction * (DistanceOf(camera, depth) / dot(ray.direction, camera.forward));
+}
+
+#endif

@@ -1,0 +1,66 @@
+// What is behind glass, as far as the screen knows it: the picture without glass, where the refracted ray
+// leaves it, blurred as the surface is rough. Approximations: the ray goes straight from the front of a volume
+// to what is behind the glass in the pixel, which is taken to be as far away all around; glass behind glass is
+// not there; a volume absorbs nothing; what the screen does not show is the environment.
+#ifndef RAYGRAPH_RASTER_SEE_THROUGH_GLSL
+#define RAYGRAPH_RASTER_SEE_THROUGH_GLSL
+
+#include "raster/environment_lobes.glsl"
+#include "raster/projection.glsl"
+#include "raster/raster_depth.glsl"
+#include "shared/blur_levels.h"
+
+layout(set = 0, binding = 23) uniform sampler2D behind;
+layout(set = 0, binding = 24) uniform sampler2D behindBlurred;
+layout(set = 0, binding = 25) uniform sampler2D behindDepth;
+
+// Colour times alpha, and alpha, of a level about a place in pixels.
+vec4 BehindLevel(vec2 place, uint level) {
+    uvec2 size = uvec2(textureSize(behind, 0));
+    if (level == 0u) {
+        vec4 value = textureLod(behind, place / vec2(size), 0.0f);
+        return vec4(value.xyz * value.w, value.w);
+    }
+    vec2 levelSize = vec2(BlurSize(size.x, level), BlurSize(size.y, level));
+    vec2 texel = clamp(place / float(1u << level), vec2(0.5f), levelSize - 0.5f);
+    texel.y += float(BlurRow(size.y, level));
+    return textureLod(behindBlurred, texel / vec2(textureSize(behindBlurred, 0)), 0.0f);
+}
+
+// Of what is behind the glass in the pixel; where that is nothing, of the nearest that is there around it.
+float DepthBehind() {
+    float depth = texelFetch(behindDepth, Pixel(), 0).x;
+    ivec2 size = textureSize(behindDepth, 0);
+    for (int i = 0; i < 16 && depth == 0.0f; i++) {
+        float angle = kTwoPi * float(i & 7) / 8.0f;
+        vec2 offset = (i < 8 ? 0.04f : 0.12f) * float(size.y) * vec2(cos(angle), sin(angle));
+        ivec2 place = clamp(Pixel() + ivec2(offset), ivec2(0), size - 1);
+        depth = texelFetch(behindDepth, place, 0).x;
+    }
+    return depth;
+}
+
+// Radiance that comes through a surface along wo, before the surface's own colour. `through` goes on behind
+// it, and spreads by `spread`, the standard deviation of its slope.
+vec3 SeenThrough(vec3 position, vec3 through, float spread, float roughness) {
+    CameraRecord camera = parameters.value.camera;
+    vec2 size = vec2(textureSize(behind, 0));
+    vec3 environment = GlossyEnvironment(through, roughness);
+    float depth = DepthBehind();
+    float forward = dot(through, camera.forward);
+    if (depth == 0.0f || forward <= 0.0f) return environment;
+    float far = DistanceOf(camera, depth);
+    float way = max(far - dot(position - camera.origin, camera.forward), 0.0f) / forward;
+    vec4 clip = ClipPosition(camera, position + way * through, vec2(0.0f));
+    vec2 film = 0.5f * clip.xy / clip.w + 0.5f;
+    if (any(lessThan(film, vec2(0.0f))) || any(greaterThan(film, vec2(1.0f)))) return environment;
+    vec2 place = film * size - constants.filmOffset + 0.5f;
+    float pixelsPerMetre =
+        0.5f * size.y / (length(camera.up) * (camera.orthographic != 0u ? 1.0f : far));
+    float level = clamp(log2(max(2.0f * spread * way * pixelsPerMetre, 1.0f)), 0.0f, float(kBlurLevels));
+    uint lower = min(uint(level), kBlurLevels - 1u);
+    vec4 value = mix(BehindLevel(place, lower), BehindLevel(place, lower + 1u), level - float(lower));
+    return value.xyz + (1.0f - value.w) * environment;
+}
+
+#endif

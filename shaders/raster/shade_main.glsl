@@ -1,0 +1,154 @@
+// RasterShade: light that what was drawn sends to the camera: its own, and what it scatters of the lights, by
+// the path tracer's own material, BSDF and lights. Includers may define SHADOW_MAPS or SHADOW_RAYS; the
+// latter is ray generation.
+#ifdef SHADOW_RAYS
+#define TRACES_SHADOW_RAYS
+#define PIXEL_BY_RAY_GENERATION
+#else
+#define NO_TLAS
+#endif
+#include "scene/extensions.glsl"
+
+#include "raster/pixel.glsl"
+#include "scene/environment.glsl"
+#include "scene/light_bridge.glsl"
+#include "scene/surface.glsl"
+
+#include "bxdf/bsdf.glsl"
+#include "core/frame.glsl"
+#include "core/ray_offset.glsl"
+#include "core/rng.glsl"
+#include "lights/lights.glsl"
+
+#include "raster/environment_lobes.glsl"
+#include "raster/see_through.glsl"
+#ifdef SHADOW_MAPS
+#include "raster/shadow_maps.glsl"
+#endif
+#ifdef SHADOW_RAYS
+#include "scene/trace_rays.glsl"
+#endif
+
+layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
+layout(set = 0, binding = 22) uniform sampler2D openShare;
+
+// Bits of constants.option.
+const uint kShadeOcclusion = 1u;  // openShare is there
+const uint kShadeBehind = 2u;     // behind is there
+
+const uint kCameraDimensions = 4u;  // of integrator/path.glsl
+
+// As seen from vacuum.
+SurfaceSetting SettingOf(SurfaceInteraction surface, uint seed) {
+    bool isVolume = (surface.material.flags & kMaterialVolume) != 0u;
+    SurfaceSetting setting;
+    setting.eta = isVolume && !surface.isFront ? 1.0f / surface.material.ior : surface.material.ior;
+    setting.isThin = !isVolume;
+    setting.leastAlpha = 0.0f;
+    setting.seed = seed;
+    return setting;
+}
+
+// Light from one point of one emitting triangle, chosen by the light tree with the numbers that Trace takes
+// for its first bounce. None where a punctual light is drawn: those are added whole.
+LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rng) {
+    LightContext context;
+    context.position = surface.position;
+    context.normal = IsTransmissive(bsdfFlags) ? vec3(0.0f) : surface.geometricNormal;
+    rng.dimension = kCameraDimensions;
+    float choice = Get1D(rng);
+    vec2 u = Get2D(rng);
+    if (LightSet().nodeCount == 0u) return NoLightSample();
+    ChosenLight chosen = SampleLightTree(context, choice);
+    if (!(chosen.probability > 0.0f)) return NoLightSample();
+    LightRecord light = LightAt(chosen.light);
+    if (light.kind != kLightTriangle) return NoLightSample();
+    LightSample result = SampleTriangle(light, context, u);
+    result.pdf *= chosen.probability;
+    return result;
+}
+
+// Share of a light that reaches the surface. `ordinal` is that of a punctual light, or their count.
+float FreeShare(SurfaceInteraction surface, LightSample light, uint ordinal, uint alphaSeed) {
+#ifdef SHADOW_RAYS
+    // As integrator/path.glsl does
+    float side = dot(light.wi, surface.geometricNormal);
+    Ray ray;
+    ray.origin = OffsetRayOrigin(surface.position,
+                                 side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
+    ray.direction = light.wi;
+    float distance = kInfinity;
+    if (light.distance < kInfinity) {
+        vec3 way = light.target - ray.origin;
+        float reach = max(length(way), 1e-20f);
+        ray.direction = way / reach;
+        distance = 0.99999f * reach;
+    }
+    return Unoccluded(ray, distance, alphaSeed) ? 1.0f : 0.0f;
+#else
+#ifdef SHADOW_MAPS
+    if (ordinal < constants.punctualLights) {
+        uint kind = LightAt(LightSet().lightCount - constants.punctualLights + ordinal).kind;
+        return MapFreeShare(ordinal, kind, surface.position, surface.geometricNormal, light.wi);
+    }
+#endif
+    return 1.0f;
+#endif
+}
+
+// What a surface scatters towards wo of all punctual lights, and of one point of the emitting triangles.
+vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, Sampler rng) {
+    vec3 sum = vec3(0.0f);
+    if (!IsNonSpecular(bsdf.flags)) return sum;
+    LightContext context;
+    context.position = surface.position;
+    context.normal = vec3(0.0f);
+    uint first = LightSet().lightCount - constants.punctualLights;
+    uint count = constants.punctualLights + (HasTraceFeature(kTraceTriangleLights) ? 1u : 0u);
+    DONT_UNROLL
+    for (uint i = 0u; i < count; i++) {
+        LightSample light;
+        if (i < constants.punctualLights)
+            light = SamplePunctual(LightAt(first + i), context);
+        else
+            light = SampleEmitter(surface, bsdf.flags, rng);
+        vec3 wi = ToLocal(frame, light.wi);
+        bool isLeaking = dot(light.wi, surface.geometricNormal) * wi.z <= 0.0f;  // of the shading normal
+        // What shines behind glass is in the picture of what is behind it
+        bool isSeenThrough = i == constants.punctualLights && (constants.option & kShadeBehind) != 0u;
+        if (isLeaking || (isSeenThrough && wi.z < 0.0f) || !(light.pdf > 0.0f)) continue;
+        float pdf = 0.0f;
+        vec3 diffuse = vec3(0.0f);
+        vec3 scattered = Evaluate(bsdf, wi, pdf, diffuse) * light.radiance * (abs(wi.z) / light.pdf);
+        if (!(MaxComponent(scattered) > 0.0f)) continue;
+        sum += scattered * FreeShare(surface, light, i, AlphaSeed(rng, 2u));
+    }
+    return sum;
+}
+
+vec4 Shade(Hit hit, Ray ray) {
+    if (!IsHit(hit)) return vec4(EnvironmentRadiance(ray.direction), 0.0f);
+    SurfaceInteraction surface = SurfaceAt(hit, ray);
+    if ((surface.material.flags & kMaterialUnlit) != 0u) return vec4(surface.emission, 1.0f);
+    Sampler rng = StartPixelSample(uvec2(Pixel()), parameters.value.sampleIndex, parameters.value.seed);
+    Frame frame = FrameFromZ(surface.shadingNormal);
+    SurfaceBSDF bsdf =
+        BSDFOf(surface.material, ToLocal(frame, -ray.direction), SettingOf(surface, AlphaSeed(rng, 1u)));
+    vec3 scattered = ScatteredLight(surface, frame, bsdf, rng);
+    float open = (constants.option & kShadeOcclusion) != 0u ? texelFetch(openShare, Pixel(), 0).x : 1.0f;
+    float roughness = surface.material.roughness;
+    if (HasTraceFeature(kTraceEnvironmentLight))
+        scattered += ReflectedEnvironment(bsdf, roughness, open, frame);
+    if (ActiveBrdf() == kBrdfGltf && HasTraceFeature(kTraceGlass)) {
+        GlassPath path = PathThroughGlass(bsdf.gltf, roughness, frame);
+        if ((constants.option & kShadeBehind) != 0u)
+            scattered += path.weight * SeenThrough(surface.position, path.direction, path.spread, roughness);
+        else
+            scattered += path.weight * GlossyEnvironment(path.direction, roughness);
+    }
+    return vec4(surface.emission + scattered, 1.0f);
+}
+
+void main() {
+    if (IsInPicture()) imageStore(radiance, Pixel(), Shade(PixelHit(), PixelRay()));
+}

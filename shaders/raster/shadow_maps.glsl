@@ -1,0 +1,81 @@
+// Shadows of punctual lights by the maps of shared/shadow_records.h. What is between a place and a light is
+// looked up in 4 x 4 texels, weighed so that the share grows evenly over three texels (percentage-closer
+// filtering: Reeves, Salesin and Cook 1987, "Rendering Antialiased Shadows with Depth Maps").
+//
+// Bias: the place moves off its surface along the geometric normal, by half a texel and by three texels times
+// the sine of the angle to the light, which is as far as a flat surface drops within the filter. What is
+// nearer to its shadow than that casts none.
+#ifndef RAYGRAPH_RASTER_SHADOW_MAPS_GLSL
+#define RAYGRAPH_RASTER_SHADOW_MAPS_GLSL
+
+#include "raster/projection.glsl"
+#include "scene/bindings.glsl"
+#include "shared/shadow_records.h"
+
+layout(set = 0, binding = 18) uniform sampler2D shadowAtlas;
+layout(set = 0, binding = 19, scalar) readonly buffer ShadowViews { ShadowView at[]; } shadowViews;
+layout(set = 0, binding = 21, scalar) readonly buffer ShadowLights { ShadowLight at[]; } shadowLights;
+
+const float kNormalOffset = 0.5f;  // texels
+const float kSlopeOffset = 3.0f;
+
+// Of a direction from a point light: +x, -x, +y, -y, +z, -z.
+uint FaceOf(vec3 direction) {
+    vec3 size = abs(direction);
+    uint axis = size.x >= max(size.y, size.z) ? 0u : (size.y >= size.z ? 1u : 2u);
+    return 2u * axis + (direction[axis] < 0.0f ? 1u : 0u);
+}
+
+// Share of the filter at a place of a tile that is nearer to the light than what the map has there.
+float FilteredShare(uint view, vec2 place, float depth) {
+    int tilesPerSide = int(constants.shadowTiles);
+    int tileSize = textureSize(shadowAtlas, 0).x / tilesPerSide;
+    ivec2 corner = tileSize * ivec2(int(view) % tilesPerSide, int(view) / tilesPerSide);
+    vec2 texel = place * float(tileSize) - 1.5f;
+    ivec2 first = ivec2(floor(texel));
+    vec2 part = texel - vec2(first);
+    float share = 0.0f;
+    for (int y = 0; y < 4; y++) {
+        float weightY = y == 0 ? 1.0f - part.y : (y == 3 ? part.y : 1.0f);
+        for (int x = 0; x < 4; x++) {
+            float weightX = x == 0 ? 1.0f - part.x : (x == 3 ? part.x : 1.0f);
+            ivec2 at = corner + clamp(first + ivec2(x, y), ivec2(0), ivec2(tileSize - 1));
+            float seen = texelFetch(shadowAtlas, at, 0).x;  // reversed: greater is nearer
+            share += depth >= seen ? weightX * weightY : 0.0f;
+        }
+    }
+    return share / 9.0f;
+}
+
+// `light` is an ordinal among the punctual lights; wi is the direction to it.
+float MapFreeShare(uint light, uint kind, vec3 position, vec3 normal, vec3 wi) {
+    ShadowLight shadow = shadowLights.at[light];
+    if (shadow.viewCount == 0u) return 1.0f;
+    float cosine = dot(normal, wi);
+    if (cosine < 0.0f) normal = -normal;
+    float texels = kNormalOffset + kSlopeOffset * sqrt(max(0.0f, 1.0f - cosine * cosine));
+    uint first = shadow.firstView;
+    uint last = shadow.firstView + shadow.viewCount;
+    if (kind != kLightDirectional) {
+        if (shadow.viewCount == kShadowFaces) first += FaceOf(position - shadowViews.at[first].camera.origin);
+        last = first + 1u;
+    }
+    // Of cascades the first that has the place: it has the smallest texels
+    for (uint view = first; view < last; view++) {
+        CameraRecord camera = shadowViews.at[view].camera;
+        float texel = shadowViews.at[view].texel;
+        if (camera.orthographic == 0u) texel *= max(dot(position - camera.origin, camera.forward), 0.0f);
+        vec4 clip = ClipPosition(camera, position + texels * texel * normal, vec2(0.0f));
+        if (!(clip.w > 0.0f)) continue;
+        vec3 place = clip.xyz / clip.w;
+        float margin = 4.0f * float(constants.shadowTiles) / float(textureSize(shadowAtlas, 0).x);
+        bool isInside = max(abs(place.x), abs(place.y)) < 1.0f - margin;
+        if (isInside || view + 1u == last) {
+            if (max(abs(place.x), abs(place.y)) > 1.0f) return 1.0f;
+            return FilteredShare(view, 0.5f * place.xy + 0.5f, place.z);
+        }
+    }
+    return 1.0f;
+}
+
+#endif

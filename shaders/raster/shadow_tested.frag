@@ -1,0 +1,14 @@
+// Fragments of ShadowMaps that are there by their alpha; depth alone is written.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define NO_TLAS
+#include "scene/extensions.glsl"
+
+#include "raster/fragment_alpha.glsl"
+
+layout(location = 0) in vec2 barycentrics;
+layout(location = 1) flat in uvec2 triangle;
+
+void main() {
+    if (!IsFragmentThere(triangle, barycentrics)) discard;
+}
