@@ -1,6 +1,8 @@
 #include "passes/tonemap.h"
 
-#include "passes/same_extent.h"
+#include <string>
+
+#include "base/error.h"
 
 namespace raygraph::passes {
 
@@ -44,13 +46,11 @@ TextureId Tonemap(Renderer& renderer, TextureId radiance, const TonemapSettings&
 
 TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display, const Region& region,
                       const TonemapSettings& settings, std::function<void()> onSubmitted) {
-    const GraphTextureDesc from = renderer.Desc(radiance), to = renderer.Desc(display);
+    const GraphTextureDesc to = renderer.Desc(display);
     RequireWithin(to.extent, region);
-    if (!(from.extent == to.extent) || to.format != Format::Rgba8Unorm)
-        throw Error(ErrorKind::Usage, "Tonemap: a picture of " + std::to_string(from.extent.width) + "x" +
-                                          std::to_string(from.extent.height) + " into " +
-                                          rhi::Name(to.format) + " of " + std::to_string(to.extent.width) +
-                                          "x" + std::to_string(to.extent.height));
+    if (to.format != Format::Rgba8Unorm)
+        throw Error(ErrorKind::Usage, std::string("Tonemap: into ") + rhi::Name(to.format) + ", must be " +
+                                          rhi::Name(Format::Rgba8Unorm));
     const bool isKept = !(region == WholeOf(to.extent));
     return TonemapTo(renderer, radiance, display, isKept, region, settings, std::move(onSubmitted));
 }

@@ -20,9 +20,10 @@ struct TonemapSettings {
 // operator), alpha passed through. NaN and negative radiance show as black.
 [[nodiscard]] TextureId Tonemap(Renderer& renderer, TextureId radiance, const TonemapSettings& settings = {});
 
-// Into a region of `display`, rgba8 of the extent of `radiance`; the rest of it stays. `onSubmitted` runs
-// when the pass has been submitted, and never if it is culled or its frame dropped; it must not throw.
-// Error{Usage} for other extents and formats, and a region outside of them.
+// Into a region of `display`, rgba8; the rest of it stays. `radiance` may be of another extent: then it is
+// scaled to that of the display, each pixel from the texel that it lies in. `onSubmitted` runs when the pass
+// has been submitted, and never if it is culled or its frame dropped; it must not throw. Error{Usage} for
+// another format, and a region outside of the display.
 [[nodiscard]] TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display,
                                     const Region& region, const TonemapSettings& settings = {},
                                     std::function<void()> onSubmitted = {});

@@ -16,6 +16,16 @@ std::vector<Region> DoneBy(const passes::TileCursor& cursor, Extent2D extent) {
     return regions;
 }
 
+// Of a display, the pixels that lie in these texels of a coarser picture.
+Region Scaled(const Region& texels, Extent2D from, Extent2D to) {
+    const auto scaled = [](uint32_t edge, uint32_t length, uint32_t toLength) {
+        return static_cast<uint32_t>((uint64_t{edge} * toLength + length - 1) / length);
+    };
+    const uint32_t x = scaled(texels.x, from.width, to.width), y = scaled(texels.y, from.height, to.height);
+    return {x, y, scaled(texels.x + texels.width, from.width, to.width) - x,
+            scaled(texels.y + texels.height, from.height, to.height) - y};
+}
+
 }  // namespace
 
 // True if only this frame's tiles are missing.
@@ -40,6 +50,11 @@ TextureId KeptDisplay::Declare(Renderer& renderer, const Source& source,
             display = passes::Show(renderer, passes::Tonemap(renderer, source.base, tonemap), display, made);
             changed = DoneBy(source.after.cursor, extent);
         }
+    }
+    if (source.finer.IsValid()) {
+        const Region region = Scaled(source.finerTile, renderer.Desc(source.finer).extent, extent);
+        if (!region.IsEmpty())
+            display = passes::TonemapInto(renderer, source.finer, display, region, tonemap, made);
     }
     for (const Region& region : changed)
         display = passes::TonemapInto(renderer, source.mean, display, region, tonemap, made);

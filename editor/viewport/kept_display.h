@@ -24,6 +24,9 @@ class KeptDisplay {
         // first sample alone.
         TextureId base;
         uint32_t baseScale = 1;
+        // The next finer picture, of which this frame has added that tile; invalid: none.
+        TextureId finer;
+        passes::Region finerTile{};
     };
     // Declares what brings the picture up to date, which may be nothing. rgba8.
     TextureId Declare(Renderer& renderer, const Source& source, const passes::TonemapSettings& tonemap);

@@ -126,7 +126,7 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
         ids = DeclareTile(renderer, scene, settings, region, m_full, true);
         if (!m_full.Declared().cursor.IsAtStart()) break;
     }
-    return {ids.mean, ids.mean, ids.variance, ids.mean};
+    return {.radiance = ids.mean, .mean = ids.mean, .variance = ids.variance, .base = ids.mean};
 }
 
 PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const SceneIds& scene,
@@ -156,6 +156,10 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
                                     {ExtentAt(extent, shown->scale), Format::Rgba32Float});
         ids.baseScale = shown->scale;
         ids.radiance = passes::Overlay(renderer, ids.base, traced.mean, into.Declared().cursor);
+    }
+    if (next != nullptr && into.Declared().sampleCount == 0) {
+        ids.finer = traced.mean;
+        ids.finerTile = region;
     }
     if (next != nullptr) {
         ids.radiance = passes::Upscale(renderer, ids.radiance, extent);

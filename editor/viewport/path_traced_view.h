@@ -23,6 +23,9 @@ class PathTracedView {
         // The finest whole picture that there is, and how much coarser it is.
         TextureId base;
         uint32_t baseScale = 1;
+        // The coarse picture that this frame adds a tile to, without completing it.
+        TextureId finer;
+        passes::Region finerTile{};
     };
     // Declares what a frame adds, and what to show. All of it is culled, and adds nothing, unless an id leads
     // to something shown. `settings.extent` is not empty.

@@ -147,9 +147,13 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     ShowSettings shownAs = show;
     shownAs.view = ShownView();
     const uint64_t pixels = uint64_t{size.width} * size.height;
-    const uint32_t rasterScale = IsRecent(changedAt) ? budget.RasterScale(pixels) : 1;
+    const uint32_t fittingScale = budget.RasterScale(pixels);
+    const uint32_t rasterScale = IsRecent(changedAt) ? fittingScale : 1;
+    // A sample that exceeds the limit comes once, not again and again for smooth edges
+    const uint32_t rasterSamples =
+        fittingScale > 1 && shownAs.view == View::Raster ? 1 : budgetSettings.maxRasterSamples;
     const RasterView::Ids drawn =
-        raster.Declare(renderer, ids, settings, rasterSettings, budgetSettings.maxRasterSamples, rasterScale);
+        raster.Declare(renderer, ids, settings, rasterSettings, rasterSamples, rasterScale);
 
     const passes::Accumulation &tracedSamples = pathTraced.Samples(), &drawnSamples = raster.Samples();
     CompareView::Pictures pictures{.pathTraced = traced.radiance,
@@ -165,7 +169,9 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                             .tiles = pathTraced.TilesOfSamples(),
                                                             .resetCount = tracedSamples.ResetCount(),
                                                             .base = traced.base,
-                                                            .baseScale = traced.baseScale},
+                                                            .baseScale = traced.baseScale,
+                                                            .finer = traced.finer,
+                                                            .finerTile = traced.finerTile},
                                                            show.tonemap);
     const bool isDrawnAnew = !(drawnSamples.Submitted() == drawnSamples.Declared());
     const bool isDrawn = isDrawnAnew || drawn.baseScale > 1;

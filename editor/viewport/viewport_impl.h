@@ -14,6 +14,8 @@
 namespace raygraph::viewport {
 
 struct Viewport::Impl {
+    using Clock = std::chrono::steady_clock;
+
     Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc& desc);
 
     TextureId Declare(const SceneIds& ids);
@@ -43,8 +45,6 @@ struct Viewport::Impl {
         uint64_t rasterPixels = 0;                // 0: the raster view is not alone
         std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
     };
-    using Clock = std::chrono::steady_clock;
-
     Renderer& renderer;
     GpuScene* scene;
     std::string name;

@@ -1,5 +1,5 @@
-// SumGroups: sum and greatest value of each block of 16 x 16 pixels. An invocation a block, always in the same
-// order.
+// SumGroups: sum and greatest value of each block of 16 x 16 pixels. An invocation a block, always in the
+// same order.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -1,4 +1,5 @@
-// Tonemap: radiance to display values, in a region of the picture.
+// Tonemap: radiance to display values, in a region of the display. Radiance of another extent is scaled, each
+// pixel from the texel that it lies in.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "core/tonemap.glsl"
@@ -18,7 +19,7 @@ layout(push_constant) uniform Constants {
 void main() {
     if (any(greaterThanEqual(gl_GlobalInvocationID.xy, constants.size))) return;
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy + constants.offset);
-    vec4 value = texelFetch(radiance, pixel, 0);
+    vec4 value = texelFetch(radiance, pixel * textureSize(radiance, 0) / imageSize(display), 0);
     vec3 shown = Tonemap(value.xyz, constants.exposureEv, constants.tonemapOperator);
     imageStore(display, pixel, vec4(shown, clamp(value.w, 0.0f, 1.0f)));
 }

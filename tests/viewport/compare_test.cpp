@@ -2,6 +2,8 @@
 #include "passes/compare.h"
 
 #include <limits>
+#include <set>
+#include <string>
 
 #include "base/error.h"
 #include "passes/compare_maps.h"
@@ -177,7 +179,8 @@ TEST_F(Compare, Viewport_GivesTheNumbersOfWhatItShows) {
 
 TEST_F(Compare, Viewport_ShowsEverySurfaceView) {
     ViewedScene viewed(Device());
-    std::vector<std::vector<uint8_t>> seen;
+    std::set<std::string> seen;
+    size_t count = 0;
     for (uint32_t i = 0; i < passes::kViewCount; i++) {
         const auto view = static_cast<passes::View>(i);
         if (passes::ShowsLight(view) || view == passes::View::RayCost) continue;
@@ -185,12 +188,13 @@ TEST_F(Compare, Viewport_ShowsEverySurfaceView) {
         show.view = View::Surface;
         show.surface = view;
         viewed.viewport.SetShow(show);
-        seen.push_back(viewed.Picture());
+        const std::vector<uint8_t> picture = viewed.Picture();
+        seen.emplace(picture.begin(), picture.end());
+        count++;
     }
-    EXPECT_GE(seen.size(), 8u);
-    std::sort(seen.begin(), seen.end());
+    EXPECT_GE(count, 8u);
     // Nothing is rougher than another here, or of metal: those may be alike, the others differ
-    EXPECT_GE(std::unique(seen.begin(), seen.end()) - seen.begin(), 6);
+    EXPECT_GE(seen.size(), 6u);
     EXPECT_EQ(viewed.Samples(), 0u);
     EXPECT_EQ(viewed.viewport.Progress().rasterSamples, 0u);
 }
