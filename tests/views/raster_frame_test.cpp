@@ -72,7 +72,7 @@ class RasterFrame : public VulkanTest {
 
 TEST_F(RasterFrame, CostsTheHostTheSameForAnyNumberOfInstances) {
     const TraceSettings settings = LookAt({0, 6, 12}, {0, 0, 0}, 0.8f, 32);
-    const passes::RasterSettings raster{.shadowAtlasSize = 256};
+    const passes::RasterSettings raster{.shadows = passes::RasterShadows::Maps, .shadowAtlasSize = 256};
     SetBoxes(2);
     const Cost few = Measure(settings, raster);
     SetBoxes(128);
