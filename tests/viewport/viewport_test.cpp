@@ -101,6 +101,7 @@ TEST_F(ViewportTest, TwoViewportsOfOneScene_ShareAFrame) {
     Viewport beside(viewed.renderer, viewed.scene, {.name = "beside", .size = {24, 16}});
     beside.SetCamera(InsideBoxes());
     beside.SetPaths(viewed.viewport.Paths());
+    beside.SetRaster(PlainRaster());
     beside.SetView(View::Raster);
     for (int i = 0; i < 3; i++) {
         viewed.renderer.BeginFrame();
