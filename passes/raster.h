@@ -46,7 +46,10 @@ enum class RasterShadows : uint8_t {
 };
 
 struct RasterSettings {
-    RasterShadows shadows = RasterShadows::Maps;
+    // Rays are exact, and cost a pixel the same however large the scene is. Measured on a CPU device
+    // (lavapipe), three lights: 135 ms against 78 ms and 41 ms for the maps at 480 x 300; one light and
+    // 65,536 instances: 93 ms against 61 ms and 1.6 s for the maps at 320 x 180.
+    RasterShadows shadows = RasterShadows::Rays;
     uint32_t shadowAtlasSize = 4096;  // texels a side
     bool hasOcclusion = true;         // of the environment, by what is on the screen (passes/occlusion.h)
     bool hasTransmission =

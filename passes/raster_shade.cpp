@@ -4,13 +4,11 @@
 #include "passes/scene_bindings.h"
 #include "passes/see_through.h"
 #include "passes/shadow_maps.h"
+#include "shaders/shared/shade_options.h"
 
 namespace raygraph::passes {
 
 namespace {
-
-// constants.option of shaders/raster/shade_main.glsl.
-constexpr uint32_t kShadeOcclusion = 1, kShadeBehind = 2;
 
 constexpr rhi::Filter kNearest = rhi::Filter::Nearest;
 constexpr rhi::AddressMode kClamp = rhi::AddressMode::ClampToEdge;
@@ -68,8 +66,8 @@ TextureId ShadePixels(Renderer& renderer, const SceneIds& scene, const TraceSett
                                                                 : "raster/shade.comp");
             pass.Uniform("parameters", RasterParameters(scene, settings));
         }
-        uint32_t options = shading.openShare.IsValid() ? kShadeOcclusion : 0u;
-        if (shading.behind.IsValid()) options |= kShadeBehind;
+        uint32_t options = shading.openShare.IsValid() ? gpu::kShadeOcclusion : 0u;
+        if (shading.behind.IsValid()) options |= gpu::kShadeBehind;
         BindPixelSurfaces(pass, scene, seen, {.option = options, .shadowTiles = shading.maps.tilesPerSide});
         BindShading(pass, scene, shading);
         SpecializeDirect(pass, scene, settings);

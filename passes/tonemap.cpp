@@ -16,6 +16,7 @@ TextureId TonemapTo(Renderer& renderer, TextureId radiance, TextureId display, b
         uint32_t offset[2], size[2];
         float exposureEv;
         uint32_t tonemapOperator;
+        uint32_t isOpaque;
     };
     renderer.AddPass(
         "Tonemap", PassKind::Compute,
@@ -26,7 +27,8 @@ TextureId TonemapTo(Renderer& renderer, TextureId radiance, TextureId display, b
             pass.Constants(Constants{{region.x, region.y},
                                      {region.width, region.height},
                                      settings.exposureEv,
-                                     static_cast<uint32_t>(settings.tonemapOperator)});
+                                     static_cast<uint32_t>(settings.tonemapOperator),
+                                     settings.isOpaque ? 1u : 0u});
             display = isKept ? pass.Updates("display", display) : pass.Writes("display", display);
         },
         [extent = region.Extent(), onSubmitted = std::move(onSubmitted)](CommandList& commands) {

@@ -12,6 +12,7 @@ namespace raygraph::passes {
 struct TonemapSettings {
     float exposureEv = 0.0f;  // stops: radiance is multiplied with 2^exposureEv
     TonemapOperator tonemapOperator = TonemapOperator::Neutral;
+    bool isOpaque = false;  // alpha is 1, not the radiance's
 
     bool operator==(const TonemapSettings&) const = default;
 };

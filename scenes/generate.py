@@ -15,7 +15,7 @@ sys.dont_write_bytecode = True
 
 from cornell_box import cornell
 from gltf_writer import GltfWriter, png_rgb
-from light_scenes import many_lights, small_light
+from light_scenes import many_lights, small_light, terrace
 from material_scenes import furnace_row, glass_sphere, material_row, nested_dielectrics
 from shapes import Picker, box_quads, icosphere
 
@@ -159,6 +159,7 @@ SCENES = {
     "instanced_field.gltf": instanced_field,
     "small_light.gltf": small_light,
     "many_lights.gltf": many_lights,
+    "terrace.gltf": terrace,
     "glass_sphere.gltf": glass_sphere,
     "material_row.gltf": material_row,
     "furnace_row.gltf": furnace_row,

@@ -121,12 +121,15 @@ class GltfWriter:
 
     def point_light(self, color, intensity, translation):
         """`color` has a largest channel of 1, `intensity` is in candela."""
+        return self.punctual_light({"type": "point"}, color, intensity, translation=rounded(translation, 4))
+
+    def punctual_light(self, kind, color, intensity, **placement):
+        """`kind` holds the type and, of a spot, its cone; `intensity` is in candela, or in lux if directional."""
         extensions = self.root.setdefault("extensions", {})
         lights = extensions.setdefault("KHR_lights_punctual", {"lights": []})["lights"]
-        lights.append({"type": "point", "color": rounded(color, 3), "intensity": rounded([intensity], 3)[0]})
+        lights.append({**kind, "color": rounded(color, 3), "intensity": rounded([intensity], 3)[0]})
         self.extensions.add("KHR_lights_punctual")
-        return self.node(translation=rounded(translation, 4),
-                         extensions={"KHR_lights_punctual": {"light": len(lights) - 1}})
+        return self.node(**placement, extensions={"KHR_lights_punctual": {"light": len(lights) - 1}})
 
     def mesh(self, name, primitives):
         return self.add("meshes", {"name": name, "primitives": primitives})

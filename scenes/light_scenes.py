@@ -3,7 +3,7 @@
 import colorsys
 import math
 
-from gltf_writer import GltfWriter
+from gltf_writer import GltfWriter, rounded
 from shapes import Picker, box_quads, floor_quad, icosphere
 
 
@@ -37,6 +37,41 @@ def looking(eye, target):
     tilt = math.atan2(d[1], math.sqrt(d[0] * d[0] + d[2] * d[2])) / 2.0
     return (math.cos(turn) * math.sin(tilt), math.sin(turn) * math.cos(tilt),
             -math.sin(turn) * math.sin(tilt), math.cos(turn) * math.cos(tilt))
+
+
+def terrace():
+    """A wall and a few things on a floor under a sun, a lamp and a spot: shadows of every kind, a corner that
+    the sky hardly reaches, and a pane of frosted glass."""
+    writer = GltfWriter()
+    stone = writer.material("stone", [0.55, 0.52, 0.48])
+    plaster = writer.material("plaster", [0.7, 0.66, 0.6])
+    red = writer.material("red plastic", [0.5, 0.05, 0.04], roughnessFactor=0.25)
+    gold = writer.material("gold", [1.0, 0.77, 0.34], roughnessFactor=0.35, metallicFactor=1)
+    pane = writer.material("frosted", [0.85, 0.95, 1.0], None, {
+        "KHR_materials_transmission": {"transmissionFactor": 1}}, roughnessFactor=0.3)
+    writer.node(name="floor", mesh=writer.mesh("floor", [writer.quads([floor_quad(4, 3)], stone)]))
+    writer.node(name="wall", mesh=writer.mesh("wall", [
+        writer.quads(box_quads((-4, 0, -3.3), (4, 2.2, -3)), plaster)]))
+    posts = [quad for i in range(5) for quad in box_quads((-3.2 + 0.5 * i, 0, -1.4), (-3.1 + 0.5 * i, 1.4, -1.3))]
+    writer.node(name="posts", mesh=writer.mesh("posts", [writer.quads(posts, plaster)]))
+    writer.node(name="block", mesh=writer.mesh("block", [
+        writer.quads(box_quads((1.6, 0, -2.2), (2.6, 1.2, -1.4)), stone)]))
+    positions, triangles = icosphere(4)
+    for name, material, place, size in (("ball", red, [-0.2, 0.5, -0.6], 0.5), ("bead", gold, [0.9, 0.3, 0.2], 0.3),
+                                        ("globe", gold, [-1.6, 0.25, 0.7], 0.25)):
+        sphere = writer.mesh(name, [writer.primitive(positions, triangles, material, normals=positions)])
+        writer.node(name=name, mesh=sphere, translation=place, scale=[size] * 3)
+    writer.node(name="pane", mesh=writer.mesh("pane", [
+        writer.quads(box_quads((0.3, 0, 0.72), (1.9, 1.1, 0.74)), pane)]))
+    writer.punctual_light({"type": "directional"}, [1, 0.93, 0.8], 2.2,
+                          rotation=rounded(looking((3, 4, 2.5), (0, 0, 0)), 8))
+    writer.punctual_light({"type": "spot", "spot": {"innerConeAngle": 0.25, "outerConeAngle": 0.5}},
+                          [0.5, 0.7, 1], 20, translation=[-3.2, 2.6, 1.5],
+                          rotation=rounded(looking((-3.2, 2.6, 1.5), (-1.8, 0, -0.6)), 8))
+    writer.point_light([1, 0.6, 0.3], 2.5, (2.1, 1.7, -0.9))
+    eye = (1.2, 2.3, 5.6)
+    writer.camera("camera", eye, math.radians(36), aspect=1.6, rotation=looking(eye, (0, 0.35, -0.4)))
+    return writer.text()
 
 
 def hue(share, saturation):

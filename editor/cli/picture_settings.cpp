@@ -178,8 +178,9 @@ constexpr PictureSetting kTable[] = {
      },
      [](const PictureSettings& settings) { return ToText(settings.biases.regularize); }},
     {"shadows", "SHADOWS",
-     "Shadows of the raster view: maps (of point lights, spots and directional ones; default), rays (of all "
-     "lights) or off",
+     "Shadows of the raster view: rays (default), maps (of point lights, spots and directional ones alone) "
+     "or "
+     "off",
      [](PictureSettings& settings, std::string_view text) {
          SetChoice(settings.raster.shadows, text, kShadowNames);
      },

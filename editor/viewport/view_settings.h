@@ -29,8 +29,8 @@ bool IsMeasured(View view);
 // How the picture is shown. Nothing here ever starts an accumulation anew.
 struct ShowSettings {
     View view = View::PathTraced;
-    float wipePosition = 0.5f;  // share of the width that is path-traced; clamped to [0, 1]
-    passes::TonemapSettings tonemap{};
+    float wipePosition = 0.5f;          // share of the width that is path-traced; clamped to [0, 1]
+    passes::TonemapSettings tonemap{};  // the picture is opaque, whatever isOpaque says
     passes::View surface = passes::View::Normals;  // of View::Surface; not one of light
     float greatestError = 1.0f;                    // relative error that has the last colour; above 0
     float pixelsPerDegree = 67.0206433f;           // of the screen as seen, for View::Flip; 1 to 400

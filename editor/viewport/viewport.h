@@ -101,8 +101,8 @@ class Viewport {
 
     // --- Frames ---
     // Within an open frame, once: declares the scene's passes and the viewport's. Returns the picture, rgba8
-    // of the viewport's size, display-encoded; an invalid id for a size without area. To be read alone: it
-    // may be kept for later frames.
+    // of the viewport's size, display-encoded and opaque; an invalid id for a size without area. To be read
+    // alone: it may be kept for later frames.
     TextureId Declare();
     // For a scene that several viewports show: `ids` are of its Declare in this frame.
     TextureId Declare(const SceneIds& ids);

@@ -146,6 +146,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     const PathTracedView::Ids traced = pathTraced.Declare(renderer, ids, settings, budget, budgetSettings);
     ShowSettings shownAs = show;
     shownAs.view = ShownView();
+    shownAs.tonemap.isOpaque = true;  // a host may blend it over its window
     const uint64_t pixels = uint64_t{size.width} * size.height;
     const uint32_t fittingScale = budget.RasterScale(pixels);
     const uint32_t rasterScale = IsRecent(changedAt) ? fittingScale : 1;
@@ -172,7 +173,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                             .baseScale = traced.baseScale,
                                                             .finer = traced.finer,
                                                             .finerTile = traced.finerTile},
-                                                           show.tonemap);
+                                                           shownAs.tonemap);
     const bool isDrawnAnew = !(drawnSamples.Submitted() == drawnSamples.Declared());
     const bool isDrawn = isDrawnAnew || drawn.baseScale > 1;
     std::vector<passes::Region> drawnTiles;
@@ -185,7 +186,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                                     .resetCount = drawnSamples.ResetCount(),
                                                     .base = drawn.base,
                                                     .baseScale = drawn.baseScale},
-                                                   show.tonemap);
+                                                   shownAs.tonemap);
     const TextureId shown = shownAs.view == View::Surface ? DeclareSurface(ids, settings)
                                                           : compare.Declare(renderer, shownAs, pictures);
 

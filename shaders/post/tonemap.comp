@@ -14,6 +14,7 @@ layout(push_constant) uniform Constants {
     uvec2 size;
     float exposureEv;
     uint tonemapOperator;
+    uint isOpaque;
 } constants;
 
 void main() {
@@ -21,5 +22,6 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy + constants.offset);
     vec4 value = texelFetch(radiance, pixel * textureSize(radiance, 0) / imageSize(display), 0);
     vec3 shown = Tonemap(value.xyz, constants.exposureEv, constants.tonemapOperator);
-    imageStore(display, pixel, vec4(shown, clamp(value.w, 0.0f, 1.0f)));
+    float alpha = constants.isOpaque != 0u ? 1.0f : clamp(value.w, 0.0f, 1.0f);
+    imageStore(display, pixel, vec4(shown, alpha));
 }

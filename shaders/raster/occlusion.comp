@@ -1,7 +1,7 @@
 // Occlusion: which share of the directions above a surface, weighed by the cosine, is free of what is on the
-// screen nearby. Horizons are searched along lines through the pixel, and between them the share is integrated
-// in closed form: Jimenez, Wu, Pesce and Jarabo 2016, "Practical Real-Time Strategies for Accurate Indirect
-// Occlusion" (GTAO), SIGGRAPH course. Lines and steps are turned and shifted from sample to sample.
+// screen nearby. Horizons are searched along lines through the pixel, and between them the share is
+// integrated in closed form: Jimenez, Wu, Pesce and Jarabo 2016, "Practical Real-Time Strategies for Accurate
+// Indirect Occlusion" (GTAO), SIGGRAPH course. Lines and steps are turned and shifted from sample to sample.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

@@ -1,7 +1,7 @@
 // What is behind glass, as far as the screen knows it: the picture without glass, where the refracted ray
-// leaves it, blurred as the surface is rough. Approximations: the ray goes straight from the front of a volume
-// to what is behind the glass in the pixel, which is taken to be as far away all around; glass behind glass is
-// not there; a volume absorbs nothing; what the screen does not show is the environment.
+// leaves it, blurred as the surface is rough. Approximations: the ray goes straight from the front of a
+// volume to what is behind the glass in the pixel, which is taken to be as far away all around; glass behind
+// glass is not there; a volume absorbs nothing; what the screen does not show is the environment.
 #ifndef RAYGRAPH_RASTER_SEE_THROUGH_GLSL
 #define RAYGRAPH_RASTER_SEE_THROUGH_GLSL
 

@@ -19,6 +19,7 @@
 #include "core/ray_offset.glsl"
 #include "core/rng.glsl"
 #include "lights/lights.glsl"
+#include "shared/shade_options.h"
 
 #include "raster/environment_lobes.glsl"
 #include "raster/see_through.glsl"
@@ -31,10 +32,6 @@
 
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
 layout(set = 0, binding = 22) uniform sampler2D openShare;
-
-// Bits of constants.option.
-const uint kShadeOcclusion = 1u;  // openShare is there
-const uint kShadeBehind = 2u;     // behind is there
 
 const uint kCameraDimensions = 4u;  // of integrator/path.glsl
 

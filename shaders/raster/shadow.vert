@@ -26,8 +26,8 @@ void main() {
     gl_ClipDistance[2] = clip.w + clip.y;
     gl_ClipDistance[3] = clip.w - clip.y;
     float scale = 1.0f / float(constants.tilesPerSide);
-    vec2 tile = vec2(float(caster.view % constants.tilesPerSide), float(caster.view / constants.tilesPerSide));
-    vec2 centre = scale * (2.0f * tile + 1.0f) - 1.0f;
+    uvec2 tile = uvec2(caster.view % constants.tilesPerSide, caster.view / constants.tilesPerSide);
+    vec2 centre = scale * (2.0f * vec2(tile) + 1.0f) - 1.0f;
     gl_Position = vec4(clip.xy * scale + centre * clip.w, clip.zw);
     barycentrics = corner.barycentrics;
     triangle = uvec2(caster.placement, corner.primitive);

@@ -2,12 +2,14 @@
 // looked up in 4 x 4 texels, weighed so that the share grows evenly over three texels (percentage-closer
 // filtering: Reeves, Salesin and Cook 1987, "Rendering Antialiased Shadows with Depth Maps").
 //
-// Bias: the place moves off its surface along the geometric normal, by half a texel and by three texels times
-// the sine of the angle to the light, which is as far as a flat surface drops within the filter. What is
-// nearer to its shadow than that casts none.
+// Bias: each texel is compared with the depth that the surface's own plane has there (Isidoro 2006, "Shadow
+// Mapping: GPU-based Tips and Techniques"), the place having moved off the surface by half a texel along the
+// geometric normal. A flat surface does not shadow itself; what is nearer to its shadow than half a texel
+// casts none.
 #ifndef RAYGRAPH_RASTER_SHADOW_MAPS_GLSL
 #define RAYGRAPH_RASTER_SHADOW_MAPS_GLSL
 
+#include "core/frame.glsl"
 #include "raster/projection.glsl"
 #include "scene/bindings.glsl"
 #include "shared/shadow_records.h"
@@ -17,7 +19,6 @@ layout(set = 0, binding = 19, scalar) readonly buffer ShadowViews { ShadowView a
 layout(set = 0, binding = 21, scalar) readonly buffer ShadowLights { ShadowLight at[]; } shadowLights;
 
 const float kNormalOffset = 0.5f;  // texels
-const float kSlopeOffset = 3.0f;
 
 // Of a direction from a point light: +x, -x, +y, -y, +z, -z.
 uint FaceOf(vec3 direction) {
@@ -26,8 +27,9 @@ uint FaceOf(vec3 direction) {
     return 2u * axis + (direction[axis] < 0.0f ? 1u : 0u);
 }
 
-// Share of the filter at a place of a tile that is nearer to the light than what the map has there.
-float FilteredShare(uint view, vec2 place, float depth) {
+// Share of the filter at a place of a tile that is nearer to the light than what the map has there. The
+// surface's depth grows by `slope` with the place.
+float FilteredShare(uint view, vec2 place, float depth, vec2 slope) {
     int tilesPerSide = int(constants.shadowTiles);
     int tileSize = textureSize(shadowAtlas, 0).x / tilesPerSide;
     ivec2 corner = tileSize * ivec2(int(view) % tilesPerSide, int(view) / tilesPerSide);
@@ -41,19 +43,34 @@ float FilteredShare(uint view, vec2 place, float depth) {
             float weightX = x == 0 ? 1.0f - part.x : (x == 3 ? part.x : 1.0f);
             ivec2 at = corner + clamp(first + ivec2(x, y), ivec2(0), ivec2(tileSize - 1));
             float seen = texelFetch(shadowAtlas, at, 0).x;  // reversed: greater is nearer
-            share += depth >= seen ? weightX * weightY : 0.0f;
+            vec2 way = (vec2(at - corner) + 0.5f) / float(tileSize) - place;
+            share += depth + dot(slope, way) >= seen ? weightX * weightY : 0.0f;
         }
     }
     return share / 9.0f;
+}
+
+// In a view's tile: place in [0, 1], and depth.
+vec3 PlaceInTile(CameraRecord camera, vec3 position) {
+    vec4 clip = ClipPosition(camera, position, vec2(0.0f));
+    return vec3(0.5f * clip.xy / clip.w + 0.5f, clip.z / clip.w);
+}
+
+// How depth grows with the place along a plane; it does so evenly, in perspective too.
+vec2 SlopeOf(CameraRecord camera, vec3 position, vec3 normal, float step, vec3 place) {
+    Frame plane = FrameFromZ(normal);
+    vec3 x = PlaceInTile(camera, position + step * plane.x) - place;
+    vec3 y = PlaceInTile(camera, position + step * plane.y) - place;
+    float area = x.x * y.y - x.y * y.x;
+    if (abs(area) < 1e-3f * (dot(x.xy, x.xy) + dot(y.xy, y.xy))) return vec2(0.0f);  // seen from its edge
+    return vec2(x.z * y.y - y.z * x.y, y.z * x.x - x.z * y.x) / area;
 }
 
 // `light` is an ordinal among the punctual lights; wi is the direction to it.
 float MapFreeShare(uint light, uint kind, vec3 position, vec3 normal, vec3 wi) {
     ShadowLight shadow = shadowLights.at[light];
     if (shadow.viewCount == 0u) return 1.0f;
-    float cosine = dot(normal, wi);
-    if (cosine < 0.0f) normal = -normal;
-    float texels = kNormalOffset + kSlopeOffset * sqrt(max(0.0f, 1.0f - cosine * cosine));
+    if (dot(normal, wi) < 0.0f) normal = -normal;
     uint first = shadow.firstView;
     uint last = shadow.firstView + shadow.viewCount;
     if (kind != kLightDirectional) {
@@ -65,14 +82,15 @@ float MapFreeShare(uint light, uint kind, vec3 position, vec3 normal, vec3 wi) {
         CameraRecord camera = shadowViews.at[view].camera;
         float texel = shadowViews.at[view].texel;
         if (camera.orthographic == 0u) texel *= max(dot(position - camera.origin, camera.forward), 0.0f);
-        vec4 clip = ClipPosition(camera, position + texels * texel * normal, vec2(0.0f));
-        if (!(clip.w > 0.0f)) continue;
-        vec3 place = clip.xyz / clip.w;
+        vec3 off = position + kNormalOffset * texel * normal;
+        if (camera.orthographic == 0u && !(dot(off - camera.origin, camera.forward) > 0.0f)) continue;
+        vec3 place = PlaceInTile(camera, off);
+        vec2 fromMiddle = abs(2.0f * place.xy - 1.0f);
         float margin = 4.0f * float(constants.shadowTiles) / float(textureSize(shadowAtlas, 0).x);
-        bool isInside = max(abs(place.x), abs(place.y)) < 1.0f - margin;
+        bool isInside = max(fromMiddle.x, fromMiddle.y) < 1.0f - margin;
         if (isInside || view + 1u == last) {
-            if (max(abs(place.x), abs(place.y)) > 1.0f) return 1.0f;
-            return FilteredShare(view, 0.5f * place.xy + 0.5f, place.z);
+            if (max(fromMiddle.x, fromMiddle.y) > 1.0f) return 1.0f;
+            return FilteredShare(view, place.xy, place.z, SlopeOf(camera, off, normal, texel, place));
         }
     }
     return 1.0f;

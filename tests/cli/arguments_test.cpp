@@ -1,5 +1,9 @@
 #include "editor/cli/arguments.h"
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
 #include "passes/tonemap.h"
 #include "passes/trace.h"
 #include "tests/cli/cli_test.h"
@@ -177,7 +181,9 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
 }
 
-TEST(Arguments, HelpNamesEveryView) {
+TEST(Arguments, HelpAndDocsNameEveryView) {
+    std::ifstream file(std::filesystem::path(RAYGRAPH_SOURCE_DIR) / "docs/raster.md");
+    const std::string page{std::istreambuf_iterator<char>(file), {}};
     const std::string help = std::get<ShowText>(Parse({"render", "--help"})).text;
     for (size_t i = 0; i < passes::kViewCount; i++) {
         const std::string name = passes::Name(static_cast<View>(i));
@@ -185,6 +191,7 @@ TEST(Arguments, HelpNamesEveryView) {
             std::get<RenderArguments>(Parse({"render", "a.gltf", "--view", name.c_str()})).given.at("view"),
             name);
         EXPECT_NE(help.find(name), std::string::npos) << name;
+        EXPECT_NE(page.find(name + "`"), std::string::npos) << name;
     }
 }
 
@@ -208,7 +215,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.scene = "Second";
     settings.seed = 4294967295u;
     settings.sampler = SamplerKind::Tea;
-    settings.raster.shadows = passes::RasterShadows::Rays;
+    settings.raster.shadows = passes::RasterShadows::Maps;
     settings.biases = {.maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f};
     settings.scattering = {BrdfModel::Lafortune, MicrofacetModel::Phong, MaskingModel::Separable,
                            FresnelModel::Lazanyi, MultiscatterKind::Walk};

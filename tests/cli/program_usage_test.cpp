@@ -48,7 +48,7 @@ TEST(Program, WrongUsageIsTwo) {
     ExpectFailure(
         {"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "raster", "--max-depth", "1"}, 2,
         "--view raster", "--max-depth");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--shadows", "rays"}, 2, "--shadows",
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--shadows", "maps"}, 2, "--shadows",
                   "--view raster");
     ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.exr", "--view", "albedo", "--aov", "direct"},
                   2, "--aov direct", "path-traced");

@@ -11,6 +11,7 @@
 #include "core/color.glsl"
 #include "core/equirect.glsl"
 #include "core/frame.glsl"
+#include "core/ramp.glsl"
 #include "core/ray_offset.glsl"
 #include "core/rng.glsl"
 #include "core/tonemap.glsl"

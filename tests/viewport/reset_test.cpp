@@ -90,7 +90,7 @@ TEST_F(ViewportReset, EditsThatChangeNothing_DoNotReset) {
 TEST_F(ViewportReset, RasterSettings_ResetTheRasterViewAlone) {
     viewed.viewport.SetView(View::Wipe);
     viewed.RenderFrames(2);
-    viewed.viewport.SetRaster({.shadows = passes::RasterShadows::Off, .hasOcclusion = false});
+    viewed.viewport.SetRaster({.shadows = passes::RasterShadows::Off, .hasOcclusion = true});
     viewed.RenderFrames(1);
     EXPECT_EQ(viewed.Samples(), 3u);
     EXPECT_EQ(viewed.viewport.Progress().rasterSamples, 1u);

@@ -50,6 +50,16 @@ TEST_F(ViewportTest, ADroppedFrame_ChangesNothing) {
     EXPECT_EQ(viewed.Picture(), straight.Picture());
 }
 
+TEST_F(ViewportTest, ThePicture_IsOpaqueAlsoWhereNothingIs) {
+    ViewedScene viewed(Device(), {8, 8}, scene::SceneData{});
+    viewed.scene.SetEnvironment({glm::vec3(1.0f), 0.0f});
+    for (const View view : {View::PathTraced, View::Wipe, View::Difference}) {
+        viewed.viewport.SetView(view);
+        const std::vector<uint8_t> picture = viewed.Picture();
+        for (size_t i = 3; i < picture.size(); i += 4) ASSERT_EQ(picture[i], 255) << viewport::Name(view);
+    }
+}
+
 TEST_F(ViewportTest, DeclaredTwiceInAFrame_IsRefused) {
     ViewedScene viewed(Device());
     viewed.renderer.BeginFrame();
@@ -63,12 +73,16 @@ TEST_F(ViewportTest, TwoViewportsOfTwoScenes_ShareNothing) {
         SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.9f, 0.3f, 0.1f), glm::vec3(0.5f))});
     other.lights.push_back(Boxes().lights[0]);
     const auto makeOther = [&] { return ViewedScene(Device(), {16, 16}, scene::SceneData(other)); };
-    ViewedScene aloneA(Device());
-    aloneA.RenderFrames(2);
-    const std::vector<uint8_t> pictureA = aloneA.Picture();
-    ViewedScene aloneB = makeOther();
-    aloneB.RenderFrames(2);
-    const std::vector<uint8_t> pictureB = aloneB.Picture();
+    std::vector<uint8_t> pictureA, pictureB;
+    {
+        ViewedScene alone(Device());
+        alone.RenderFrames(2);
+        pictureA = alone.Picture();
+        alone.viewport.SetSize({16, 16});
+        alone.scene.SetScene(scene::SceneData(other));
+        alone.RenderFrames(2);
+        pictureB = alone.Picture();
+    }
 
     // The same names, interleaved
     ViewedScene a(Device()), b = makeOther();
@@ -87,6 +101,7 @@ TEST_F(ViewportTest, TwoViewportsOfOneScene_ShareAFrame) {
     Viewport beside(viewed.renderer, viewed.scene, {.name = "beside", .size = {24, 16}});
     beside.SetCamera(InsideBoxes());
     beside.SetPaths(viewed.viewport.Paths());
+    beside.SetRaster(PlainRaster());
     beside.SetView(View::Raster);
     for (int i = 0; i < 3; i++) {
         viewed.renderer.BeginFrame();

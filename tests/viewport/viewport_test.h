@@ -32,6 +32,11 @@ inline scene::CameraView InsideBoxes() {
     return camera;
 }
 
+// Without what takes long to compile.
+inline passes::RasterSettings PlainRaster() {
+    return {.shadows = passes::RasterShadows::Off, .hasOcclusion = false, .hasTransmission = false};
+}
+
 // Renderer, scene and viewport; surfaces are Lambert's.
 class ViewedScene {
   public:
@@ -42,6 +47,7 @@ class ViewedScene {
         viewport::PathSettings paths;
         paths.scattering.brdf = BrdfModel::Lambert;
         viewport.SetPaths(paths);
+        viewport.SetRaster(PlainRaster());
     }
 
     void RenderFrames(uint32_t count) {

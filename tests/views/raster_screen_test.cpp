@@ -18,6 +18,8 @@ using passes::TraceSettings;
 
 namespace {
 
+constexpr passes::RasterSettings kScreen{.shadows = passes::RasterShadows::Off};
+
 class RasterScreen : public VulkanTest {
   protected:
     // The mean of what `declare` makes of drawn pictures.
@@ -129,7 +131,8 @@ TEST_F(RasterScreen, WithOcclusionACreaseUnderAnEvenSkyIsMoreAsPathTraced) {
     TraceSettings settings = LookAt({0, 2, 3}, {0, -1, 0}, 0.6f, 32);
     settings.biases.maxDepth = 1;
     const FloatImage traced = render.Render(settings, 64).mean;
-    const FloatImage without = Draw(settings, 1, {.hasOcclusion = false}), with = Draw(settings, 16, {});
+    const FloatImage without = Draw(settings, 1, {.shadows = kScreen.shadows, .hasOcclusion = false}),
+                     with = Draw(settings, 16, kScreen);
     double errorWithout = 0.0, errorWith = 0.0;
     for (size_t i = 0; i < traced.values.size(); i++) {
         if (traced.values[i].w < 1.0f) continue;
@@ -142,20 +145,20 @@ TEST_F(RasterScreen, WithOcclusionACreaseUnderAnEvenSkyIsMoreAsPathTraced) {
 
 TEST_F(RasterScreen, ClearGlassShowsWhatIsBehindItInItsColor) {
     render.scene.SetScene(Window(0.0f));
-    const FloatImage drawn = Draw(ViewOfWindow(), 4, {});
+    const FloatImage drawn = Draw(ViewOfWindow(), 4, kScreen);
     const FloatImage traced = render.Render(ViewOfWindow(), 16).mean;
     for (int c = 0; c < 3; c++) {
         EXPECT_NEAR(drawn.At(22, 32)[c], 1.0f, 0.02f) << "through the pane";
         EXPECT_NEAR(traced.At(22, 32)[c], 1.0f, 0.02f);
         EXPECT_NEAR(drawn.At(40, 32)[c], traced.At(40, 32)[c], 1e-3f) << "beside it";
     }
-    const passes::RasterSettings without{.hasTransmission = false};
+    const passes::RasterSettings without{.shadows = kScreen.shadows, .hasTransmission = false};
     EXPECT_EQ(Draw(ViewOfWindow(), 1, without).At(22, 32).y, 0.0f) << "the environment is black";
 }
 
 TEST_F(RasterScreen, RoughGlassBlursWhatIsBehindItAboutAsPathTraced) {
     render.scene.SetScene(Window(0.35f));
-    const FloatImage drawn = Draw(ViewOfWindow(), 4, {});
+    const FloatImage drawn = Draw(ViewOfWindow(), 4, kScreen);
     const FloatImage traced = render.Render(ViewOfWindow(), 256).mean;
     // Along a column through the pane: the wall's lower edge is at row 46
     float clearest = 0.0f;

@@ -135,7 +135,7 @@ TEST_F(RasterShadow, WithRaysDirectLightIsAsPathTraced) {
             Compare(Draw(settings, RasterShadows::Rays, 16), render.Render(settings, 16).mean, 0.01f, 2);
         EXPECT_LE(difference.offEdges, 5e-4) << "the rim of a spot is steep";
         EXPECT_LT(difference.share, 0.12);
-        RecordProperty("edges", std::to_string(difference.share));
+        RecordProperty("edges, light " + std::to_string(int(light.type)), std::to_string(difference.share));
     }
 }
 
@@ -149,8 +149,9 @@ TEST_F(RasterShadow, MapsAreAsRaysButNearShadowEdges) {
         EXPECT_GT(difference.shadowed, 0.03);
         EXPECT_LE(difference.share, 0.05);
         EXPECT_LE(difference.offEdges, 0.001);
-        RecordProperty("differ", std::to_string(difference.share));
-        RecordProperty("differ off edges", std::to_string(difference.offEdges));
+        RecordProperty("differ, light " + std::to_string(int(light.type)), std::to_string(difference.share));
+        RecordProperty("differ off edges, light " + std::to_string(int(light.type)),
+                       std::to_string(difference.offEdges));
     }
 }
 

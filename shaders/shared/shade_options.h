@@ -1,0 +1,24 @@
+// What RasterShade is to look at beside the surfaces: bits, named once.
+#ifndef RAYGRAPH_SHARED_SHADE_OPTIONS_H
+#define RAYGRAPH_SHARED_SHADE_OPTIONS_H
+
+#ifdef __cplusplus
+#include <cstdint>
+
+namespace raygraph::gpu {
+using uint = uint32_t;
+#define RAYGRAPH_CONSTANT inline constexpr
+#else
+#define RAYGRAPH_CONSTANT const
+#endif
+
+RAYGRAPH_CONSTANT uint kShadeOcclusion = 1u;  // how much of the environment is open: passes/occlusion.h
+RAYGRAPH_CONSTANT uint kShadeBehind = 2u;     // what glass shows: passes/see_through.h
+
+#undef RAYGRAPH_CONSTANT
+
+#ifdef __cplusplus
+}  // namespace raygraph::gpu
+#endif
+
+#endif
