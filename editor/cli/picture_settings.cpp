@@ -163,7 +163,7 @@ constexpr PictureSetting kTable[] = {
                                                                   : std::to_string(settings.biases.maxDepth);
      }},
     {"clamp-indirect", "RADIANCE",
-     "Bias: cut what a sample brings from behind the first bounce at this radiance. Default: none",
+     "Bias: cut at this radiance what light that was scattered twice or more brings. Default: none",
      [](PictureSettings& settings, std::string_view text) {
          settings.biases.clampIndirect = text == "none" ? std::numeric_limits<float>::infinity()
                                                         : static_cast<float>(ParseNumber(text, 1e-6, 1e30));

@@ -58,8 +58,10 @@ bool Unoccluded(Ray ray, float distance, uint) {
     return !IsHit(hit) || hit.t > distance;
 }
 
+thread_local float absorption = 0.0f;
+
 Medium MediumAt(uint) {
-    return {};
+    return {.absorption = vec3(absorption), .ior = 1.0f, .priority = 0u};
 }
 
 }  // namespace
@@ -164,6 +166,52 @@ TEST(Path, MissSeesTheEnvironmentWithoutAlpha) {
     EXPECT_FALSE(ExtendPath(path, Unbiased(kNoLimit, 3u)));
     EXPECT_EQ(path.radiance, vec3(2.0f));
     EXPECT_EQ(path.alpha, 0.0f);
+}
+
+// The sphere from above, in the middle of the picture.
+Ray FromAbove() {
+    return {.origin = vec3(0.0f, 0.0f, 5.0f), .direction = vec3(0.0f, 0.0f, -1.0f)};
+}
+
+TEST(Path, LightSamplingFindsTheLightThatChanceFinds) {
+    SetScene({.albedo = vec3(0.7f)});
+    image::ImageF sky{.width = 16, .height = 8, .rgba = {}};
+    for (uint32_t texel = 0; texel < 16 * 8; texel++) {
+        const float value = texel % 16 == 3 && texel / 16 == 2 ? 40.0f : 0.2f;
+        sky.rgba.insert(sky.rgba.end(), {value, value, value, 1.0f});
+    }
+    testLights.SetEnvironment(sky, vec3(1.0f));
+    testLights.Build();
+    const Ray ray{.origin = vec3(0.2f, 4.0f, 3.0f), .direction = normalize(vec3(0.0f, -4.0f, -3.0f))};
+    PathSettings settings = Unbiased(kNoLimit, 100u);
+    const Mean byChance = MeanRadiance(ray, settings, 1u << 18);
+    ASSERT_LT(byChance.standardError, 0.01 * byChance.radiance);
+    threadTraceOptions.features = kTraceLightSampling | kTraceEnvironmentLight;
+    for (const MisHeuristic mis : {MisHeuristic::Off, MisHeuristic::Balance, MisHeuristic::Power}) {
+        threadTraceOptions.mis = mis;
+        const Mean sampled = MeanRadiance(ray, settings, 1u << 16);
+        const double error = std::hypot(sampled.standardError, byChance.standardError);
+        EXPECT_NEAR(sampled.radiance, byChance.radiance, 4.0 * error) << "heuristic " << int(mis);
+        EXPECT_LT(sampled.standardError, 0.02 * sampled.radiance) << "too noisy to prove anything";
+    }
+}
+
+// Lambert and Beer: rho / pi I / d^2 exp(-sigma (d + c)), c from the eye to the surface.
+TEST(Path, MediumDimsTheWayToTheLightAndToTheEye) {
+    SetScene({.albedo = vec3(0.7f)});
+    testLights.AddPunctual(scene::LightType::Point, vec3(0.0f, 0.0f, 4.0f), vec3(0.0f, 0.0f, -1.0f),
+                           vec3(9.0f));
+    testLights.Build();
+    const PathSettings settings = Unbiased(kNoLimit, 100u);
+    threadTraceOptions.features = kTraceLightSampling | kTracePunctualLights | kTraceVolumes;
+    absorption = 0.25f;
+    PathState path = StartPath(FromAbove(), StartPixelSample(uvec2(0u), 0u, 0u));
+    path.media = EnterMedium(NoMedia(), 0u);
+    while (ExtendPath(path, settings)) {
+    }
+    absorption = 0.0f;
+    const double expected = 0.7 * double(kInvPi) * 9.0 / (3.0 * 3.0) * std::exp(-0.25 * (3.0 + 4.0));
+    EXPECT_NEAR(path.radiance.y, expected, 1e-4 * expected);
 }
 
 }  // namespace raygraph::shading
