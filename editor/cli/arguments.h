@@ -82,8 +82,7 @@ struct ShowText {
     std::string text;
 };
 
-using Arguments =
-    std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments, MergeArguments,
+using Arguments = std::variant<RenderArguments, BenchArguments, InfoArguments, GraphArguments, MergeArguments,
                                EditArguments, ShowText>;
 
 // Error{Usage}, one line naming the option, for everything that is not a command line of this program.

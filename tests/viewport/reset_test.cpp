@@ -137,6 +137,22 @@ TEST_F(ViewportReset, ToggledAway_TheViewIsCulledAndGoesOnWhenItIsBack) {
     EXPECT_EQ(viewed.Picture(), straight.Picture());
 }
 
+TEST_F(ViewportReset, AfterAViewThatShowsNoDisplay_ThePictureIsTheAccumulations) {
+    ViewedScene straight(Device());
+    straight.RenderFrames(4);
+    viewed.RenderFrames(1);
+    viewed.viewport.SetView(View::Difference);  // goes on accumulating, and shows neither picture
+    viewed.RenderFrames(2);
+    viewed.viewport.SetView(View::PathTraced);
+    viewed.viewport.SetBudget({.maxSamples = 3});
+    const std::vector<uint8_t> picture = viewed.Picture();
+    EXPECT_EQ(viewed.Samples(), 3u);
+    ViewedScene three(Device());
+    three.RenderFrames(2);
+    EXPECT_EQ(picture, three.Picture());
+    EXPECT_NE(picture, straight.Picture());
+}
+
 TEST_F(ViewportReset, WhileTheCameraMoves_TheRasterViewStandsInIfAskedFor) {
     viewed.viewport.SetBudget({.whileMoving = viewport::MotionView::Raster, .settleMs = 1e9});
     viewed.RenderFrames(2);
