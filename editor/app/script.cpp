@@ -1,6 +1,7 @@
 #include "editor/app/script.h"
 
 #include <charconv>
+#include <chrono>
 #include <fstream>
 #include <sstream>
 
@@ -11,7 +12,7 @@ namespace raygraph::editor {
 namespace {
 
 constexpr int kDragSteps = 8;
-constexpr int kMostWaitFrames = 20000;
+constexpr std::chrono::seconds kMostWait{300};
 
 float Number(const std::string& word) {
     float value = 0.0f;
@@ -92,12 +93,13 @@ void Script::Do(const Line& line, Editor& editor, Screen& screen) {
         Frame(editor, screen);
     };
     const auto until = [&](const char* what, auto&& isDone) {
-        for (int i = 0; i < kMostWaitFrames; i++) {
+        const auto start = std::chrono::steady_clock::now();
+        while (std::chrono::steady_clock::now() - start < kMostWait) {
             Frame(editor, screen);
             if (isDone()) return;
         }
-        Fail(line,
-             std::string("still not ") + what + " after " + std::to_string(kMostWaitFrames) + " frames");
+        Fail(line, std::string("still not ") + what + " after " + std::to_string(kMostWait.count()) + " s; " +
+                       editor.Work().message);
     };
     if (verb == "size") {
         const size_t x = word(1).find('x');

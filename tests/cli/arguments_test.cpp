@@ -175,7 +175,7 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
             << setting.name;
     EXPECT_NE(help.find("--resume FILE.exr"), std::string::npos) << help;
     const std::string overview = std::get<ShowText>(Parse({"--help"})).text;
-    for (const char* text : {"render", "bench", "info", "graph", "merge", "Exit status"})
+    for (const char* text : {"render", "edit", "bench", "info", "graph", "merge", "Exit status"})
         EXPECT_NE(overview.find(text), std::string::npos) << text;
     EXPECT_EQ(std::get<ShowText>(Parse({"--version"})).text,
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
@@ -268,4 +268,14 @@ TEST(PictureSettings, AWrongTextNamesItsOption) {
 }
 
 }  // namespace
+TEST(Arguments, EditOpensEmptyOrASceneOrPlaysAScript) {
+    EXPECT_TRUE(std::get<EditArguments>(Parse({"edit"})).scene.empty());
+    const auto edit = std::get<EditArguments>(
+        Parse({"edit", "a.gltf", "--headless-script", "b.txt", "--device", "llvm", "--validate"}));
+    EXPECT_EQ(edit.scene, "a.gltf");
+    EXPECT_EQ(edit.script, "b.txt");
+    EXPECT_EQ(edit.device, "llvm");
+    EXPECT_TRUE(edit.isValidating);
+}
+
 }  // namespace raygraph::cli
