@@ -95,6 +95,9 @@ DrawList ListCasters(Renderer& renderer, const SceneIds& scene, BufferId views, 
 ShadowMapIds DrawShadowMaps(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                             const ShadowMapSettings& shadows) {
     RequireIndirectDraws(renderer, "DrawShadowMaps");
+    if (!renderer.Device().Info().optional.clipDistance)
+        throw Error(ErrorKind::Usage, "DrawShadowMaps: the device " + renderer.Device().Info().name +
+                                          " lacks shaderClipDistance");
     const uint32_t viewSlots = std::clamp(gpu::kShadowFaces * scene.punctualLights, 1u, gpu::kMaxShadowViews);
     ShadowMapIds ids;
     while (ids.tilesPerSide * ids.tilesPerSide < viewSlots) ids.tilesPerSide++;

@@ -56,7 +56,8 @@ struct OptionalFeatures {
     bool shaderClock = false;
     bool invocationReorder = false;
     bool opacityMicromap = false;
-    bool wireframe = false;  // fillModeNonSolid
+    bool wireframe = false;     // fillModeNonSolid
+    bool clipDistance = false;  // shaderClipDistance
     bool multiDrawIndirect = false;
     bool drawIndirectFirstInstance = false;
 };

@@ -112,8 +112,9 @@ void Swapchain::Make(Extent2D extent) {
     VkSurfaceCapabilitiesKHR surface{};
     m_device.Check(instance.vkGetPhysicalDeviceSurfaceCapabilitiesKHR(physical, m_surface, &surface),
                    m_desc.name + ": vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
-    m_extent = extent.IsEmpty() ? Extent2D{} : ChooseExtent(surface, extent);
-    if (m_extent.IsEmpty()) return;  // what there was stays, unused, until there is a size again
+    const Extent2D wanted = extent.IsEmpty() ? Extent2D{} : ChooseExtent(surface, extent);
+    m_extent = {};                 // until there are images of that size
+    if (wanted.IsEmpty()) return;  // what there was stays, unused
     const VkSurfaceFormatKHR format =
         ChooseFormat(All<VkSurfaceFormatKHR>([&](uint32_t* count, VkSurfaceFormatKHR* formats) {
                          instance.vkGetPhysicalDeviceSurfaceFormatsKHR(physical, m_surface, count, formats);
@@ -128,7 +129,7 @@ void Swapchain::Make(Extent2D extent) {
     if (surface.maxImageCount > 0) info.minImageCount = std::min(info.minImageCount, surface.maxImageCount);
     info.imageFormat = format.format;
     info.imageColorSpace = format.colorSpace;
-    info.imageExtent = {m_extent.width, m_extent.height};
+    info.imageExtent = {wanted.width, wanted.height};
     info.imageArrayLayers = 1;
     info.imageUsage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
     info.imageSharingMode = VK_SHARING_MODE_EXCLUSIVE;
@@ -142,11 +143,13 @@ void Swapchain::Make(Extent2D extent) {
     info.clipped = VK_TRUE;
     info.oldSwapchain = m_swapchain;
     VkSwapchainKHR made = VK_NULL_HANDLE;
-    m_device.Check(vk.vkCreateSwapchainKHR(m_device.Handle(), &info, m_device.AllocationCallbacks(), &made),
-                   m_desc.name + ": vkCreateSwapchainKHR");
+    const VkResult result =
+        vk.vkCreateSwapchainKHR(m_device.Handle(), &info, m_device.AllocationCallbacks(), &made);
+    // The old one is retired, whatever the result
     m_textures.clear();
     if (m_swapchain) vk.vkDestroySwapchainKHR(m_device.Handle(), m_swapchain, m_device.AllocationCallbacks());
     m_swapchain = made;
+    m_device.Check(result, m_desc.name + ": vkCreateSwapchainKHR");
 
     const std::vector<VkImage> images = All<VkImage>([&](uint32_t* count, VkImage* handles) {
         vk.vkGetSwapchainImagesKHR(m_device.Handle(), m_swapchain, count, handles);
@@ -160,6 +163,7 @@ void Swapchain::Make(Extent2D extent) {
                                  image));
     while (m_drawn.size() < images.size())
         m_drawn.push_back(MakeSemaphore(m_desc.name + " drawn " + std::to_string(m_drawn.size())));
+    m_extent = wanted;
 }
 
 std::optional<SwapchainImage> Swapchain::Acquire() {
@@ -191,7 +195,7 @@ bool Swapchain::Present(const SwapchainImage& image) {
     info.pSwapchains = &m_swapchain;
     info.pImageIndices = &image.index;
     const VkResult result = m_device.Present(info);
-    if (result == VK_ERROR_OUT_OF_DATE_KHR || result == VK_SUBOPTIMAL_KHR) return false;
+    if (result == VK_ERROR_OUT_OF_DATE_KHR) return false;
     m_device.Check(result, m_desc.name + ": vkQueuePresentKHR");
     return true;
 }

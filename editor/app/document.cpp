@@ -1,6 +1,9 @@
 #include "editor/app/document.h"
 
+#include <cmath>
 #include <utility>
+
+#include "base/error.h"
 
 namespace raygraph::editor {
 
@@ -12,6 +15,8 @@ struct Overloaded : Handlers... {
 };
 template <typename... Handlers>
 Overloaded(Handlers...) -> Overloaded<Handlers...>;
+
+constexpr float kLargest = 1e18f;  // of a transform's numbers: their products stay finite
 
 scene::SceneData OutlineOf(const scene::SceneData& data) {
     scene::SceneData outline;
@@ -90,19 +95,34 @@ Edit Document::Current(const Edit& of) const {
                       of);
 }
 
+void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
+    for (int column = 0; column < 4; column++)
+        for (int row = 0; row < 3; row++)
+            if (!(std::abs(edit.local[column][row]) < kLargest))
+                throw Error(ErrorKind::Usage, "a node's transform has to be made of finite numbers");
+    scene::Node& node = m_scene.nodes.at(edit.node);
+    const std::optional<glm::mat4x3> before = std::exchange(node.matrix, edit.local);
+    const std::vector<scene::Instance> instances = m_scene.instances;
+    const std::vector<scene::Light> lights = m_scene.lights;
+    scene::UpdateWorldTransforms(m_scene);
+    try {
+        for (uint32_t i = 0; i < lights.size(); i++)  // these may be refused
+            if (!(lights[i] == m_scene.lights[i])) gpu.SetLight(i, m_scene.lights[i]);
+    } catch (const Error&) {
+        node.matrix = before;
+        scene::UpdateWorldTransforms(m_scene);
+        for (uint32_t i = 0; i < lights.size(); i++)
+            if (!(lights[i] == gpu.Light(i))) gpu.SetLight(i, lights[i]);
+        throw;
+    }
+    for (uint32_t i = 0; i < instances.size(); i++)
+        if (instances[i].objectToWorld != m_scene.instances[i].objectToWorld)
+            gpu.SetTransform(i, m_scene.instances[i].objectToWorld);
+}
+
 void Document::Put(const Edit& edit, GpuScene& gpu) {
     std::visit(Overloaded{
-                   [&](const TransformEdit& e) {
-                       m_scene.nodes.at(e.node).matrix = e.local;
-                       const std::vector<scene::Instance> before = m_scene.instances;
-                       const std::vector<scene::Light> lightsBefore = m_scene.lights;
-                       scene::UpdateWorldTransforms(m_scene);
-                       for (uint32_t i = 0; i < before.size(); i++)
-                           if (before[i].objectToWorld != m_scene.instances[i].objectToWorld)
-                               gpu.SetTransform(i, m_scene.instances[i].objectToWorld);
-                       for (uint32_t i = 0; i < lightsBefore.size(); i++)
-                           if (!(lightsBefore[i] == m_scene.lights[i])) gpu.SetLight(i, m_scene.lights[i]);
-                   },
+                   [&](const TransformEdit& e) { PutTransform(e, gpu); },
                    [&](const MaterialEdit& e) {
                        gpu.SetMaterial(e.material, e.values);
                        m_scene.materials.at(e.material) = e.values;

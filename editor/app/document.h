@@ -64,6 +64,7 @@ class Document {
     };
     Edit Current(const Edit& of) const;
     void Put(const Edit& edit, GpuScene& gpu);
+    void PutTransform(const TransformEdit& edit, GpuScene& gpu);
 
     std::filesystem::path m_file;
     scene::SceneData m_scene;

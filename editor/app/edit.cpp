@@ -43,7 +43,7 @@ void PlayScript(const EditOptions& options, Watch& watch) {
     Script script(options.script);
     const std::unique_ptr<rhi::Device> device = OpenDevice(options, watch, {});
     PictureScreen screen;
-    Editor editor(*device);
+    Editor editor(*device, options.shaders);
     if (!options.scene.empty()) editor.Work().Open(options.scene);
     script.Play(editor, screen);
 }
@@ -54,7 +54,7 @@ void RunWindow(const EditOptions& options, Watch& watch) {
     rhi::Swapchain swapchain(
         *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});
     WindowScreen screen(swapchain);
-    Editor editor(*device);
+    Editor editor(*device, options.shaders);
     if (!options.scene.empty()) editor.Work().Open(options.scene);
     std::string title;
     for (FrameInput input = window.Poll(); editor.Frame(input, screen);) {

@@ -7,9 +7,10 @@
 namespace raygraph::editor {
 
 struct EditOptions {
-    std::filesystem::path scene;   // "": opens empty
-    std::filesystem::path script;  // "": a window; else no window, and what the script says
-    std::string device;            // as of rhi::DeviceDesc::select
+    std::filesystem::path scene;    // "": opens empty
+    std::filesystem::path script;   // "": a window; else no window, and what the script says
+    std::filesystem::path shaders;  // folder of sources to reload from; "": none
+    std::string device;             // as of rhi::DeviceDesc::select
     bool isValidating = false;
 };
 

@@ -44,14 +44,15 @@ image::Image8 ToImage(const Readback& texels, bool isSwapped) {
 
 }  // namespace
 
-Editor::Editor(rhi::Device& device) : m_work(device) {}
+Editor::Editor(rhi::Device& device, const std::filesystem::path& shaders) : m_work(device, shaders) {}
 
 bool Editor::IsBusy() const {
-    return m_work.loader.IsLoading() || !m_work.gpu.IsSettled() || m_isPicking || !m_saving.empty();
+    return m_work.loader.IsLoading() || m_isPicking || !m_saving.empty() || !m_pictureFile.empty() ||
+           !m_windowFile.empty();
 }
 
 bool Editor::Frame(const FrameInput& input, Screen& screen) {
-    m_work.FinishLoading();
+    if (m_work.FinishLoading()) m_isPicking = false;  // of what is gone
     for (const std::filesystem::path& file : input.dropped) m_work.Open(file);
     TakePick();
     FinishSaving();
@@ -68,6 +69,9 @@ bool Editor::Frame(const FrameInput& input, Screen& screen) {
 
 void Editor::Draw(Screen& screen, const FrameInput& input) {
     Renderer& renderer = m_work.renderer;
+    m_frameError.clear();
+    const std::filesystem::path picturePath = m_pictureFile, windowPath = m_windowFile;
+    const size_t savingBefore = m_saving.size();
     try {
         m_work.view.SetCamera(m_work.camera.View());
         renderer.BeginFrame();
@@ -86,8 +90,13 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
         screen.End(renderer, drawn);
     } catch (const Error& error) {
         if (error.Kind() == ErrorKind::DeviceLost || error.Kind() == ErrorKind::OutOfMemory) throw;
-        m_work.Say(error.what());
+        m_frameError = error.what();
+        m_work.Say(m_frameError);
         renderer.DropFrame();
+        // What a dropped frame reads back never comes: the next one saves
+        m_saving.erase(m_saving.begin() + static_cast<std::ptrdiff_t>(savingBefore), m_saving.end());
+        m_pictureFile = picturePath;
+        m_windowFile = windowPath;
     }
 }
 
@@ -114,10 +123,8 @@ void Editor::MenuBar() {
         ImGui::EndMenu();
     }
     if (ImGui::BeginMenu("Edit")) {
-        if (ImGui::MenuItem("Undo", "Ctrl+Z", false, m_work.document.CanUndo()))
-            m_work.document.Undo(m_work.gpu);
-        if (ImGui::MenuItem("Redo", "Ctrl+Y", false, m_work.document.CanRedo()))
-            m_work.document.Redo(m_work.gpu);
+        if (ImGui::MenuItem("Undo", "Ctrl+Z", false, m_work.document.CanUndo())) m_work.Undo();
+        if (ImGui::MenuItem("Redo", "Ctrl+Y", false, m_work.document.CanRedo())) m_work.Redo();
         ImGui::EndMenu();
     }
     if (ImGui::BeginMenu("Camera")) {

@@ -15,13 +15,15 @@ namespace raygraph::editor {
 
 class Editor {
   public:
-    explicit Editor(rhi::Device& device);
+    explicit Editor(rhi::Device& device, const std::filesystem::path& shaders = {});
 
     Workspace& Work() { return m_work; }
     // Takes the input, draws the next frame. False: the user wants to leave.
     bool Frame(const FrameInput& input, Screen& screen);
-    // Until it is false, a script that waits goes on waiting: a scene is loading, or is being built.
+    // Until it is false, a script that waits goes on waiting: for a scene, a pick or a file.
     bool IsBusy() const;
+    // Why the last frame was not drawn, one line; empty: it was.
+    const std::string& FrameError() const { return m_frameError; }
     // The picture as shown, or the whole window, as .png once the next frame has been drawn.
     void SavePicture(const std::filesystem::path& file) { m_pictureFile = file; }
     void SaveWindow(const std::filesystem::path& file) { m_windowFile = file; }
@@ -59,6 +61,7 @@ class Editor {
         bool isSwapped = false;  // BGRA
     };
     std::vector<Saving> m_saving;
+    std::string m_frameError;
 };
 
 }  // namespace raygraph::editor

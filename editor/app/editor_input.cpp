@@ -22,14 +22,15 @@ void Editor::Keys(const FrameInput& input) {
     const auto toggle = [&](viewport::View to) {
         m_work.view.SetView(view == to ? viewport::View::PathTraced : to);
     };
+    if (m_drag == MouseButton::Right) return;  // flies
     for (const Key key : input.pressed) {
         if (input.isControl) {
             if (key == Key::O) m_isOpening = true;
             if (key == Key::Q) m_isLeaving = true;
             if (key == Key::Y || (key == Key::Z && input.isShift))
-                m_work.document.Redo(m_work.gpu);
+                m_work.Redo();
             else if (key == Key::Z)
-                m_work.document.Undo(m_work.gpu);
+                m_work.Undo();
             if (key >= Key::Digit1 && key <= Key::Digit9) {
                 const size_t slot = static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1);
                 m_work.bookmarks.resize(std::max(m_work.bookmarks.size(), slot + 1));
@@ -39,7 +40,6 @@ void Editor::Keys(const FrameInput& input) {
             }
             continue;
         }
-        if (m_drag == MouseButton::Right) continue;  // flies
         if (key >= Key::Digit1 && key <= Key::Digit9) {
             const size_t slot = static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1);
             if (slot < m_work.bookmarks.size() && !m_work.bookmarks[slot].name.empty())
@@ -75,7 +75,10 @@ void Editor::Keys(const FrameInput& input) {
                 break;
             case Key::F5: {
                 const std::vector<std::string> messages = m_work.renderer.ReloadShaders();
-                m_work.Say(messages.empty() ? "shaders reloaded" : messages.front());
+                if (!m_work.hasShaderSources)
+                    m_work.Say("no shader sources to reload from: start with --shaders FOLDER");
+                else
+                    m_work.Say(messages.empty() ? "shaders reloaded" : messages.front());
                 break;
             }
             case Key::F12:
@@ -140,7 +143,10 @@ void Editor::TakePick() {
     const viewport::PickResult result = m_pick.Result();
     m_work.selectedNode.reset();
     m_work.selectedMaterial.reset();
-    if (!result.isHit || result.instance >= m_work.document.Scene().instances.size()) return;
+    const scene::SceneData& scene = m_work.document.Scene();
+    if (!result.isHit || result.instance >= scene.instances.size() ||
+        result.material >= scene.materials.size())
+        return;
     const uint32_t node = m_work.document.Scene().instances[result.instance].node;
     if (node == scene::kNone) return;
     m_work.selectedNode = node;

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#define GLM_ENABLE_EXPERIMENTAL
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
-#include <glm/gtx/matrix_decompose.hpp>
 #include <string>
 
 #include "editor/app/panels.h"
@@ -13,6 +13,8 @@
 namespace raygraph::editor {
 
 namespace {
+
+constexpr ImGuiSliderFlags kBounded = ImGuiSliderFlags_AlwaysClamp;
 
 std::string NameOf(const scene::SceneData& scene, uint32_t node) {
     const scene::Node& of = scene.nodes[node];
@@ -43,26 +45,43 @@ void SettleAfterItem(Workspace& work) {
     if (ImGui::IsItemDeactivatedAfterEdit()) work.document.Settle();
 }
 
+struct Placement {
+    glm::vec3 translation{0.0f}, degrees{0.0f}, scale{1.0f};
+};
+
+// A matrix that shears is taken without its shear.
+Placement PlacementOf(const scene::Node& node) {
+    const glm::mat4x3 local = node.LocalTransform();
+    Placement placed;
+    placed.translation = local[3];
+    glm::mat3 turn(1.0f);
+    for (int i = 0; i < 3; i++) {
+        placed.scale[i] = glm::length(local[i]);
+        if (placed.scale[i] > 0.0f) turn[i] = local[i] / placed.scale[i];
+    }
+    if (glm::determinant(turn) < 0.0f) {
+        placed.scale.x = -placed.scale.x;
+        turn[0] = -turn[0];
+    }
+    placed.degrees = glm::degrees(glm::eulerAngles(glm::quat_cast(turn)));
+    return placed;
+}
+
 void TransformFields(Workspace& work, uint32_t node) {
-    const glm::mat4x3 local = work.document.Scene().nodes[node].LocalTransform();
-    glm::vec3 scale, translation, skew;
-    glm::quat rotation;
-    glm::vec4 perspective;
-    glm::decompose(glm::mat4(local), scale, rotation, translation, skew, perspective);
-    glm::vec3 degrees = glm::degrees(glm::eulerAngles(rotation));
+    Placement placed = PlacementOf(work.document.Scene().nodes[node]);
     const float step = std::max(0.002f * work.document.Scene().bounds.Radius(), 1e-4f);
     bool isEdited = false, isSettled = false;
     const auto field = [&](const char* name, glm::vec3& value, float speed) {
         isEdited |= ImGui::DragFloat3(name, glm::value_ptr(value), speed, 0.0f, 0.0f, "%.3f");
         isSettled |= ImGui::IsItemDeactivatedAfterEdit();
     };
-    field("position", translation, step);
-    field("rotation", degrees, 0.5f);
-    field("scale", scale, 0.01f);
-    if (isEdited && glm::all(glm::greaterThan(glm::abs(scale), glm::vec3(1e-6f)))) {
-        const glm::mat4 turned = glm::translate(glm::mat4(1.0f), translation) *
-                                 glm::mat4_cast(glm::quat(glm::radians(degrees))) *
-                                 glm::scale(glm::mat4(1.0f), scale);
+    field("position", placed.translation, step);
+    field("rotation", placed.degrees, 0.5f);
+    field("scale", placed.scale, 0.01f);
+    if (isEdited && glm::all(glm::greaterThan(glm::abs(placed.scale), glm::vec3(1e-9f)))) {
+        const glm::mat4 turned = glm::translate(glm::mat4(1.0f), placed.translation) *
+                                 glm::mat4_cast(glm::quat(glm::radians(placed.degrees))) *
+                                 glm::scale(glm::mat4(1.0f), placed.scale);
         work.Apply(TransformEdit{node, glm::mat4x3(turned)});
     }
     if (isSettled) work.document.Settle();
@@ -78,14 +97,18 @@ void MaterialFields(Workspace& work, uint32_t index) {
     };
     constexpr ImGuiColorEditFlags kLinear = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR;
     edited(ImGui::ColorEdit4("base colour", glm::value_ptr(material.baseColorFactor), kLinear));
-    edited(ImGui::SliderFloat("metallic", &material.metallicFactor, 0.0f, 1.0f));
-    edited(ImGui::SliderFloat("roughness", &material.roughnessFactor, 0.0f, 1.0f));
+    edited(ImGui::SliderFloat("metallic", &material.metallicFactor, 0.0f, 1.0f, "%.3f", kBounded));
+    edited(ImGui::SliderFloat("roughness", &material.roughnessFactor, 0.0f, 1.0f, "%.3f", kBounded));
     edited(ImGui::ColorEdit3("emissive", glm::value_ptr(material.emissiveFactor), kLinear));
-    edited(ImGui::DragFloat("strength", &material.emissiveStrength, 0.05f, 0.0f, 1e6f));
-    edited(ImGui::SliderFloat("ior", &material.ior, 1.0f, 2.5f));
-    edited(ImGui::SliderFloat("specular", &material.specularFactor, 0.0f, 1.0f));
+    edited(ImGui::DragFloat("strength", &material.emissiveStrength, 0.05f, 0.0f, 1e6f, "%.3f", kBounded));
+    edited(ImGui::SliderFloat("ior", &material.ior, 1.0f, 2.5f, "%.3f", kBounded));
+    edited(ImGui::SliderFloat("specular", &material.specularFactor, 0.0f, 1.0f, "%.3f", kBounded));
     if (material.IsTransmissive())
-        edited(ImGui::SliderFloat("transmission", &material.transmissionFactor, 0.01f, 1.0f));
+        edited(
+            ImGui::SliderFloat("transmission", &material.transmissionFactor, 0.01f, 1.0f, "%.3f", kBounded));
+    // Fields that are typed into know no bounds
+    material.baseColorFactor = glm::clamp(material.baseColorFactor, glm::vec4(0.0f), glm::vec4(1.0f));
+    material.emissiveFactor = glm::clamp(material.emissiveFactor, glm::vec3(0.0f), glm::vec3(1e6f));
     if (isEdited) work.Apply(MaterialEdit{index, material});
     ImGui::PopID();
 }
@@ -97,8 +120,9 @@ void LightFields(Workspace& work, uint32_t index) {
                                       ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR);
     SettleAfterItem(work);
     const char* unit = light.type == scene::LightType::Directional ? "%.3f lx" : "%.3f cd";
-    isEdited |= ImGui::DragFloat("intensity", &light.intensity, 0.1f, 0.0f, 1e7f, unit);
+    isEdited |= ImGui::DragFloat("intensity", &light.intensity, 0.1f, 0.0f, 1e7f, unit, kBounded);
     SettleAfterItem(work);
+    light.color = glm::clamp(light.color, glm::vec3(0.0f), glm::vec3(1e6f));
     if (isEdited) work.Apply(LightEdit{index, light});
     ImGui::PopID();
 }

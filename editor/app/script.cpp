@@ -63,6 +63,7 @@ void Script::Fail(const Line& line, const std::string& why) const {
 
 void Script::Frame(Editor& editor, Screen& screen) {
     editor.Frame(m_input, screen);
+    if (!editor.FrameError().empty()) throw Error(ErrorKind::BadInput, editor.FrameError());
     m_input.pressed.clear();
     m_input.text.clear();
     m_input.dropped.clear();
@@ -104,11 +105,16 @@ void Script::Do(const Line& line, Editor& editor, Screen& screen) {
     if (verb == "size") {
         const size_t x = word(1).find('x');
         if (x == std::string::npos) Fail(line, "a size is WxH");
-        m_input.extent = {static_cast<uint32_t>(Number(word(1).substr(0, x))),
-                          static_cast<uint32_t>(Number(word(1).substr(x + 1)))};
+        const auto side = [&](const std::string& text) {
+            const float pixels = Number(text);
+            if (!(pixels >= 0.0f && pixels <= 16384.0f)) Fail(line, "a side has 0 to 16384 pixels");
+            return static_cast<uint32_t>(pixels);
+        };
+        m_input.extent = {side(word(1).substr(0, x)), side(word(1).substr(x + 1))};
         Frame(editor, screen);
     } else if (verb == "scale") {
         m_input.scale = Number(word(1));
+        if (!(m_input.scale >= 0.5f && m_input.scale <= 8.0f)) Fail(line, "a scale is 0.5 to 8");
         Frame(editor, screen);
     } else if (verb == "open") {
         m_input.dropped.emplace_back(Rest(words, 1));

@@ -1,15 +1,16 @@
+// clang-format off
 // A script that plays the user: one command a line, '#' starts a comment.
 //
-//   size 1280x720          of the window, in pixels        scale 2      pixels to a point
-//   open FILE              as if dropped onto the window   key F5       ctrl+z: with modifiers
-//   mouse 640 360          moves there                     press left, release left, click left
-//   drag left 100 0        presses, moves in steps, lets go
-//   wheel 2                notches                         text abc     typed
-//   frames 10              lets time pass                  wait         until loads, builds and picks are
-//   done samples 64             until the view has so many      window FILE  saves the window as .png picture
-//   FILE           saves the picture as .png       view raster  shows a view by its name material base 1 0 0
-//   base colour of what is selected expect selected NAME | view NAME | message TEXT | undo N | edits N |
-//   samples-below N
+//   size 1280x720          of the window, pixels     scale 2           pixels to a point, 0.5 to 8
+//   open FILE              as if dropped             key ctrl+z        also shift+; names: input.h
+//   mouse 640 360          moves there               click left        also press, release; right, middle
+//   drag left 100 0        presses, moves, lets go   wheel 2           notches
+//   text abc               typed                     view raster       a view by its name
+//   frames 10              lets time pass            wait              until loads, picks and files are done
+//   samples 64             until the view has them   material base 1 0 0   of what is selected
+//   window FILE            saves it as .png          picture FILE      saves the picture as .png
+//   expect selected NAME | view NAME | message TEXT | edits N | samples-below N | samples-above N
+// clang-format on
 #pragma once
 
 #include <filesystem>

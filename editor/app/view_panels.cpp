@@ -49,8 +49,10 @@ void SettingsPanel(Workspace& work) {
     Choose("view", show.view, views);
     if (show.view == viewport::View::Wipe) ImGui::SliderFloat("wipe", &show.wipePosition, 0.0f, 1.0f);
     if (show.view == viewport::View::RelativeError)
-        ImGui::SliderFloat("error", &show.greatestError, 0.01f, 2.0f, "%.2f", ImGuiSliderFlags_Logarithmic);
-    ImGui::SliderFloat("exposure", &show.tonemap.exposureEv, -8.0f, 8.0f, "%+.1f EV");
+        ImGui::SliderFloat("error", &show.greatestError, 0.01f, 2.0f, "%.2f",
+                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
+    ImGui::SliderFloat("exposure", &show.tonemap.exposureEv, -8.0f, 8.0f, "%+.1f EV",
+                       ImGuiSliderFlags_AlwaysClamp);
     Choose("tone", show.tonemap.tonemapOperator, kOperators);
     if (!(show == work.view.Show())) work.view.SetShow(show);
 
@@ -59,6 +61,7 @@ void SettingsPanel(Workspace& work) {
     bool isEdited = ImGui::ColorEdit3("sky", glm::value_ptr(environment.radiance),
                                       ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR);
     isEdited |= ImGui::SliderAngle("turn", &environment.rotation, -180.0f, 180.0f);
+    environment.radiance = glm::clamp(environment.radiance, glm::vec3(0.0f), glm::vec3(1e6f));
     if (isEdited) work.gpu.SetEnvironment(environment);
 
     ImGui::Separator();
@@ -69,7 +72,8 @@ void SettingsPanel(Workspace& work) {
         paths.biases.maxDepth = isLimited ? 8 : passes::kNoDepthLimit;
     if (isLimited) {
         int depth = static_cast<int>(paths.biases.maxDepth);
-        if (ImGui::SliderInt("bounces", &depth, 0, 32)) paths.biases.maxDepth = static_cast<uint32_t>(depth);
+        if (ImGui::SliderInt("bounces", &depth, 0, 32, "%d", ImGuiSliderFlags_AlwaysClamp))
+            paths.biases.maxDepth = static_cast<uint32_t>(depth);
     }
     if (!(paths == work.view.Paths())) work.view.SetPaths(paths);
     ImGui::PopItemWidth();
@@ -111,7 +115,7 @@ void GraphPanel(Workspace& work) {
 }
 
 void HelpPanel() {
-    constexpr std::array<std::array<const char*, 2>, 19> kKeys{{
+    constexpr std::array<std::array<const char*, 2>, 20> kKeys{{
         {"left drag", "orbit"},
         {"middle drag, Shift + left drag", "pan"},
         {"wheel", "closer, farther"},
@@ -124,6 +128,7 @@ void HelpPanel() {
         {"1 to 9", "camera bookmark; Ctrl + 1 to 9 sets it"},
         {"Home", "the scene's camera"},
         {"Ctrl + O", "open a scene"},
+        {"Ctrl + Q", "quit"},
         {"Ctrl + Z", "undo"},
         {"Ctrl + Y, Ctrl + Shift + Z", "redo"},
         {"G", "the frame's plan"},

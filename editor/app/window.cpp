@@ -92,13 +92,21 @@ Window::Window(const std::string& title, rhi::Extent2D size) {
     m_impl->window = window;
     m_impl->lastTime = glfwGetTime();
     glfwSetWindowUserPointer(window, m_impl.get());
+    // What is shorter than a frame has happened all the same
+    glfwSetInputMode(window, GLFW_STICKY_MOUSE_BUTTONS, GLFW_TRUE);
+    glfwSetInputMode(window, GLFW_STICKY_KEYS, GLFW_TRUE);
     glfwSetScrollCallback(
         window, [](GLFWwindow* of, double, double y) { Impl::EventsOf(of).wheel += static_cast<float>(y); });
     glfwSetCharCallback(
         window, [](GLFWwindow* of, unsigned int character) { Impl::EventsOf(of).text.push_back(character); });
-    glfwSetKeyCallback(window, [](GLFWwindow* of, int code, int, int action, int) {
+    glfwSetKeyCallback(window, [](GLFWwindow* of, int code, int, int action, int modifiers) {
         const std::optional<Key> key = KeyOf(code);
-        if (key && action == GLFW_PRESS) Impl::EventsOf(of).pressed.push_back(*key);
+        if (!key || action != GLFW_PRESS) return;
+        FrameInput& events = Impl::EventsOf(of);
+        events.pressed.push_back(*key);
+        events.isControl |= (modifiers & GLFW_MOD_CONTROL) != 0;
+        events.isShift |= (modifiers & GLFW_MOD_SHIFT) != 0;
+        events.isAlt |= (modifiers & GLFW_MOD_ALT) != 0;
     });
     glfwSetDropCallback(window, [](GLFWwindow* of, int count, const char** paths) {
         for (int i = 0; i < count; i++) Impl::EventsOf(of).dropped.emplace_back(paths[i]);
@@ -137,7 +145,7 @@ FrameInput Window::Poll(double seconds) {
     glfwGetWindowContentScale(window, &scaleX, &scaleY);
     input.scale = std::max(scaleX, 0.5f);
     const double now = glfwGetTime();
-    input.seconds = static_cast<float>(now - std::exchange(m_impl->lastTime, now));
+    input.seconds = std::min(static_cast<float>(now - std::exchange(m_impl->lastTime, now)), 0.1f);
     int windowWidth = 0, windowHeight = 0;
     glfwGetWindowSize(window, &windowWidth, &windowHeight);
     double x = 0.0, y = 0.0;
@@ -152,9 +160,9 @@ FrameInput Window::Poll(double seconds) {
     for (int code = GLFW_KEY_SPACE; code <= GLFW_KEY_LAST; code++)
         if (const std::optional<Key> key = KeyOf(code); key && isHeld(code))
             input.keys[static_cast<size_t>(*key)] = true;
-    input.isControl = isHeld(GLFW_KEY_LEFT_CONTROL) || isHeld(GLFW_KEY_RIGHT_CONTROL);
-    input.isShift = isHeld(GLFW_KEY_LEFT_SHIFT) || isHeld(GLFW_KEY_RIGHT_SHIFT);
-    input.isAlt = isHeld(GLFW_KEY_LEFT_ALT) || isHeld(GLFW_KEY_RIGHT_ALT);
+    input.isControl |= isHeld(GLFW_KEY_LEFT_CONTROL) || isHeld(GLFW_KEY_RIGHT_CONTROL);
+    input.isShift |= isHeld(GLFW_KEY_LEFT_SHIFT) || isHeld(GLFW_KEY_RIGHT_SHIFT);
+    input.isAlt |= isHeld(GLFW_KEY_LEFT_ALT) || isHeld(GLFW_KEY_RIGHT_ALT);
     input.isClosing = glfwWindowShouldClose(window) != 0;
     return input;
 }

@@ -33,7 +33,13 @@ struct Bookmark {
 
 class Workspace {
   public:
-    explicit Workspace(rhi::Device& of) : device(of), renderer(of), gpu(renderer), view(renderer, gpu) {
+    // `shaders`: the folder of shader sources to reload from, or "".
+    explicit Workspace(rhi::Device& of, const std::filesystem::path& shaders = {})
+        : device(of),
+          hasShaderSources(!shaders.empty()),
+          renderer(of, {.shaderRoot = shaders}),
+          gpu(renderer),
+          view(renderer, gpu) {
         view.SetBudget({.frameMs = 30.0, .whileMoving = viewport::MotionView::PathTraced});
         camera.Set(scene::ViewOfBounds({}, 1.0f), 2.0f);
     }
@@ -41,15 +47,20 @@ class Workspace {
     // Begins to load beside the frames that go on; says so if another load is under way.
     void Open(const std::filesystem::path& file);
     // Takes over a scene that has been loaded, or says why not: then all stays as it is.
-    void FinishLoading();
+    // True: there is a new scene.
+    bool FinishLoading();
     // A camera of the scene, or one that frames it all.
     void UseCamera(std::optional<uint32_t> camera);
     // The view moves to show what is selected, or all.
     void FrameSelection();
-    void Apply(const Edit& edit) { document.Apply(edit, gpu); }
+    // An edit that the scene refuses changes nothing; the message says why.
+    void Apply(const Edit& edit);
+    void Undo();
+    void Redo();
     void Say(std::string text) { message = std::move(text); }
 
     rhi::Device& device;
+    bool hasShaderSources;
     Renderer renderer;
     GpuScene gpu;
     viewport::Viewport view;
@@ -61,6 +72,10 @@ class Workspace {
     std::optional<uint32_t> selectedMaterial;  // of what was picked
     Panels panels;
     std::string message;  // the newest one line
+
+  private:
+    template <typename Change>
+    void Try(Change&& change);
 };
 
 }  // namespace raygraph::editor

@@ -207,6 +207,7 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     AddScene(*edit, arguments.scene);
     AddPath(*edit, "--headless-script", "FILE",
             "Play keys, mouse and waits from a file, without a window; see docs/editor.md", arguments.script);
+    AddPath(*edit, "--shaders", "FOLDER", "Shader sources, for F5 to reload from", arguments.shaders);
     AddDevice(*edit, arguments.device);
     edit->add_flag("--validate", arguments.isValidating,
                    "Turn on the Vulkan validation layers and fail on any message");

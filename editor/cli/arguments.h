@@ -71,8 +71,9 @@ struct MergeArguments {
 };
 
 struct EditArguments {
-    std::filesystem::path scene;   // "": opens empty
-    std::filesystem::path script;  // "": a window
+    std::filesystem::path scene;    // "": opens empty
+    std::filesystem::path script;   // "": a window
+    std::filesystem::path shaders;  // "": none to reload from
     std::string device;
     bool isValidating = false;
 };

@@ -13,6 +13,7 @@ void EditCommand(const EditArguments& arguments) {
 #ifdef RAYGRAPH_HAS_EDITOR
     editor::RunEditor({.scene = arguments.scene,
                        .script = arguments.script,
+                       .shaders = arguments.shaders,
                        .device = arguments.device,
                        .isValidating = arguments.isValidating});
 #else

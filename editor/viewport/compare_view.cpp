@@ -44,14 +44,18 @@ CompareView::Key CompareView::KeyOf(const Renderer& renderer, const ShowSettings
 }
 
 void CompareView::Measure(Renderer& renderer, const Key& key, TextureId map) {
-    if (m_pending.size() >= kMostPending) m_pending.pop_front();
-    m_pending.push_back({.numbers = {.view = key.show.view,
-                                     .numbers = {},
-                                     .pathTracedSamples = key.pathTracedSamples,
-                                     .rasterSamples = key.rasterSamples},
-                         .extent = key.extent,
-                         .groups = renderer.ReadBack(passes::SumGroups(renderer, map))});
-    renderer.OnSubmitted([this, key] { m_made = key; });
+    const Pending pending{.numbers = {.view = key.show.view,
+                                      .numbers = {},
+                                      .pathTracedSamples = key.pathTracedSamples,
+                                      .rasterSamples = key.rasterSamples},
+                          .extent = key.extent,
+                          .groups = renderer.ReadBack(passes::SumGroups(renderer, map))};
+    // What a dropped frame reads back never comes
+    renderer.OnSubmitted([this, key, pending] {
+        if (m_pending.size() >= kMostPending) m_pending.pop_front();
+        m_pending.push_back(pending);
+        m_made = key;
+    });
 }
 
 TextureId CompareView::DeclareMap(Renderer& renderer, const Key& key, const Pictures& pictures) {

@@ -82,7 +82,7 @@ uint64_t FrameBudget::Affordable(rhi::Extent2D picture, const passes::TileCursor
         if (row >= bandEnd) width = picture.width;
         const double cost = CostAt(picture.height, row), rowMs = static_cast<double>(width) * cost;
         if (rowMs > left) {
-            pixels += static_cast<uint64_t>(left / cost);
+            pixels += static_cast<uint64_t>(std::max(left, 0.0) / cost);
             break;
         }
         left -= rowMs;

@@ -33,7 +33,11 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
         const passes::RasterVisibility seen =
             DeclareVisibility(renderer, scene, settings, passes::FilmPosition::Jittered);
         passes::RasterSettings possible = raster;
-        if (!CanDraw(renderer)) possible.hasOcclusion = possible.hasTransmission = false;
+        if (!CanDraw(renderer)) {
+            possible.hasOcclusion = possible.hasTransmission = false;
+            if (possible.shadows == passes::RasterShadows::Maps)
+                possible.shadows = passes::RasterShadows::Rays;
+        }
         return passes::RasterShade(renderer, scene, settings, seen, m_environment, possible);
     };
     const uint32_t count = m_samples.SampleCount();

@@ -1,6 +1,9 @@
 // Edits of the open scene, and their history.
 #include "editor/app/document.h"
 
+#include <limits>
+
+#include "base/error.h"
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/vulkan_test.h"
 
@@ -102,6 +105,30 @@ TEST_F(DocumentTest, RefusedEditChangesNothing) {
     EXPECT_ANY_THROW(document.Apply(MaterialEdit{9999, Red()}, gpu));
     EXPECT_EQ(document.EditCount(), 0u);
     EXPECT_EQ(gpu.Revisions(), before);
+}
+
+TEST_F(DocumentTest, RefusedTransformChangesNothing) {
+    const glm::mat4x3 before = gpu.Transform(instance);
+    glm::mat4x3 endless = kUp;
+    endless[3].x = std::numeric_limits<float>::infinity();
+    EXPECT_THROW(document.Apply(TransformEdit{Node(), endless}, gpu), Error);
+    EXPECT_EQ(gpu.Transform(instance), before);
+    EXPECT_EQ(document.Scene().instances[instance].objectToWorld, before);
+    EXPECT_FALSE(document.CanUndo());
+}
+
+TEST_F(DocumentTest, LightThatWouldBeFlatKeepsItsPlace) {
+    scene::SceneData data;
+    data.nodes.resize(1);
+    data.nodeOrder = {0};
+    data.lights = {scene::Light{.name = "bulb", .node = 0}};
+    Document lit("", data);
+    gpu.SetScene(std::move(data));
+    glm::mat4x3 flat = kUp;
+    flat[0] = glm::vec3(0.0f);
+    EXPECT_THROW(lit.Apply(TransformEdit{0, flat}, gpu), Error);
+    EXPECT_EQ(lit.Scene().lights[0], gpu.Light(0));
+    EXPECT_FALSE(lit.CanUndo());
 }
 
 }  // namespace raygraph::editor

@@ -93,4 +93,14 @@ TEST_F(ScriptTest, FailuresNameTheLine) {
     EXPECT_NE(Failure("size big\n").find("script.txt:1"), std::string::npos);
 }
 
+TEST_F(ScriptTest, KeysWhileFlyingOnlyFly) {
+    Play(OpenCornell() +
+         "view raster\nmouse 320 200\npress right\nkey ctrl+q\nkey R\nexpect view raster\n"
+         "release right\nkey R\nexpect view path-traced\n");
+}
+
+TEST_F(ScriptTest, ReloadSaysThatThereAreNoSources) {
+    Play("key F5\nexpect message --shaders\n");
+}
+
 }  // namespace raygraph::editor

@@ -78,7 +78,8 @@ TEST_F(RasterFrame, CostsTheHostTheSameForAnyNumberOfInstances) {
     SetBoxes(128);
     const Cost many = Measure(settings, raster);
     EXPECT_EQ(many.passCount, few.passCount);
-    EXPECT_LT(many.hostMs, 3.0 * few.hostMs + 0.1) << few.hostMs;
+    // 4,096 times the instances: a loop over them would take milliseconds, noise does not
+    EXPECT_LT(many.hostMs, 10.0 * few.hostMs + 1.0) << few.hostMs;
     RecordProperty("host ms of 4 instances", std::to_string(few.hostMs));
     RecordProperty("host ms of 16384 instances", std::to_string(many.hostMs));
     RecordProperty("passes", std::to_string(many.passCount));
