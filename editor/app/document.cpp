@@ -4,17 +4,11 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/overloaded.h"
 
 namespace raygraph::editor {
 
 namespace {
-
-template <typename... Handlers>
-struct Overloaded : Handlers... {
-    using Handlers::operator()...;
-};
-template <typename... Handlers>
-Overloaded(Handlers...) -> Overloaded<Handlers...>;
 
 constexpr float kLargest = 1e18f;  // of a transform's numbers: their products stay finite
 

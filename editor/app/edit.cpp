@@ -1,9 +1,5 @@
 #include "editor/app/edit.h"
 
-#include <memory>
-#include <mutex>
-
-#include "base/error.h"
 #include "editor/app/editor.h"
 #include "editor/app/script.h"
 #include "editor/app/window.h"
@@ -13,44 +9,18 @@ namespace raygraph::editor {
 
 namespace {
 
-// The first validation message, from any thread.
-class Watch {
-  public:
-    void Add(const rhi::Message& message) {
-        if (!message.isValidation || message.severity == rhi::MessageSeverity::Info) return;
-        const std::scoped_lock lock(m_mutex);
-        if (m_first.empty()) m_first = message.text;
-    }
-    void RequireValid() const {
-        const std::scoped_lock lock(m_mutex);
-        if (!m_first.empty()) throw Error(ErrorKind::Vulkan, "validation: " + m_first);
-    }
-
-  private:
-    mutable std::mutex m_mutex;
-    std::string m_first;
-};
-
-std::unique_ptr<rhi::Device> OpenDevice(const EditOptions& options, Watch& watch,
-                                        std::vector<std::string> surfaceExtensions) {
-    return rhi::Device::Create({.select = options.device,
-                                .validation = options.isValidating,
-                                .onMessage = [&watch](const rhi::Message& message) { watch.Add(message); },
-                                .surfaceExtensions = std::move(surfaceExtensions)});
-}
-
-void PlayScript(const EditOptions& options, Watch& watch) {
+void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     Script script(options.script);
-    const std::unique_ptr<rhi::Device> device = OpenDevice(options, watch, {});
+    const std::unique_ptr<rhi::Device> device = openDevice({});
     PictureScreen screen;
     Editor editor(*device, options.shaders);
     if (!options.scene.empty()) editor.Work().Open(options.scene);
     script.Play(editor, screen);
 }
 
-void RunWindow(const EditOptions& options, Watch& watch) {
+void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     Window window("Raygraph", {1440, 900});
-    const std::unique_ptr<rhi::Device> device = OpenDevice(options, watch, window.SurfaceExtensions());
+    const std::unique_ptr<rhi::Device> device = openDevice(window.SurfaceExtensions());
     rhi::Swapchain swapchain(
         *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});
     WindowScreen screen(swapchain);
@@ -69,13 +39,11 @@ void RunWindow(const EditOptions& options, Watch& watch) {
 
 }  // namespace
 
-void RunEditor(const EditOptions& options) {
-    Watch watch;
+void RunEditor(const EditOptions& options, const OpenDevice& openDevice) {
     if (options.script.empty())
-        RunWindow(options, watch);
+        RunWindow(options, openDevice);
     else
-        PlayScript(options, watch);
-    watch.RequireValid();
+        PlayScript(options, openDevice);
 }
 
 }  // namespace raygraph::editor

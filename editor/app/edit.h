@@ -2,7 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <string>
+#include <vector>
+
+#include "rhi/device.h"
 
 namespace raygraph::editor {
 
@@ -10,12 +15,13 @@ struct EditOptions {
     std::filesystem::path scene;    // "": opens empty
     std::filesystem::path script;   // "": a window; else no window, and what the script says
     std::filesystem::path shaders;  // folder of sources to reload from; "": none
-    std::string device;             // as of rhi::DeviceDesc::select
-    bool isValidating = false;
 };
 
+// Opens the device, with these extensions as DeviceDesc::surfaceExtensions.
+using OpenDevice = std::function<std::unique_ptr<rhi::Device>(std::vector<std::string> surfaceExtensions)>;
+
 // Until the user leaves, or the script ends. Error{NoDevice} without a display or a device, Error{BadInput}
-// for a script that is malformed or whose expectation does not hold, Error{Vulkan} for a validation message.
-void RunEditor(const EditOptions& options);
+// for a script that is malformed or whose expectation does not hold.
+void RunEditor(const EditOptions& options, const OpenDevice& openDevice);
 
 }  // namespace raygraph::editor

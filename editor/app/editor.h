@@ -34,6 +34,7 @@ class Editor {
     void OpenDialog();
     void ViewArea(const FrameInput& input, float left, float top, float width, float height);
     void StatusBar(float top, float width, float height);
+    void UseBookmark(size_t slot, bool isKept);
     void Keys(const FrameInput& input);
     void Mouse(const FrameInput& input);
     void Fly(const FrameInput& input);

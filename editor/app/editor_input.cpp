@@ -15,6 +15,16 @@ constexpr float kFlySpeed = 0.6f;    // of the distance to the pivot, a second
 
 }  // namespace
 
+void Editor::UseBookmark(size_t slot, bool isKept) {
+    std::optional<Bookmark>& bookmark = m_work.bookmarks.at(slot);
+    if (isKept) {
+        bookmark = {m_work.camera.View(), m_work.camera.Distance()};
+        m_work.Say("camera kept under " + std::to_string(slot + 1));
+    } else if (bookmark) {
+        m_work.camera.Set(bookmark->view, bookmark->distance);
+    }
+}
+
 void Editor::Keys(const FrameInput& input) {
     const ImGuiIO& io = ImGui::GetIO();
     if (io.WantTextInput || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId)) return;
@@ -24,6 +34,10 @@ void Editor::Keys(const FrameInput& input) {
     };
     if (m_drag == MouseButton::Right) return;  // flies
     for (const Key key : input.pressed) {
+        if (key >= Key::Digit1 && key <= Key::Digit9) {
+            UseBookmark(static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1), input.isControl);
+            continue;
+        }
         if (input.isControl) {
             if (key == Key::O) m_isOpening = true;
             if (key == Key::Q) m_isLeaving = true;
@@ -31,19 +45,6 @@ void Editor::Keys(const FrameInput& input) {
                 m_work.Redo();
             else if (key == Key::Z)
                 m_work.Undo();
-            if (key >= Key::Digit1 && key <= Key::Digit9) {
-                const size_t slot = static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1);
-                m_work.bookmarks.resize(std::max(m_work.bookmarks.size(), slot + 1));
-                m_work.bookmarks[slot] = {"camera " + std::to_string(slot + 1), m_work.camera.View(),
-                                          m_work.camera.Distance()};
-                m_work.Say("camera kept under " + std::to_string(slot + 1));
-            }
-            continue;
-        }
-        if (key >= Key::Digit1 && key <= Key::Digit9) {
-            const size_t slot = static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1);
-            if (slot < m_work.bookmarks.size() && !m_work.bookmarks[slot].name.empty())
-                m_work.camera.Set(m_work.bookmarks[slot].view, m_work.bookmarks[slot].distance);
             continue;
         }
         switch (key) {

@@ -50,13 +50,10 @@ bool Workspace::FinishLoading() {
     document = std::move(opened);
     selectedNode.reset();
     selectedMaterial.reset();
-    bookmarks.clear();
+    bookmarks = {};
     const scene::SceneData& scene = document.Scene();
     // A scene without light of its own would be black
-    const bool isLit =
-        !scene.lights.empty() || std::ranges::any_of(scene.materials, [](const auto& material) {
-            return material.EmittedRadiance() != glm::vec3(0.0f);
-        });
+    const bool isLit = !scene.lights.empty() || scene::HasEmission(scene);
     gpu.SetEnvironment({.radiance = glm::vec3(isLit ? 0.0f : 1.0f)});
     UseCamera(scene.cameras.empty() ? std::nullopt : std::optional<uint32_t>(0));
     Say(scene.warnings.empty() ? "" : scene.warnings.front());

@@ -2,6 +2,7 @@
 // selected.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,12 +22,9 @@ struct Panels {
     bool statistics = false;
     bool graph = false;
     bool help = false;
-
-    bool operator==(const Panels&) const = default;
 };
 
 struct Bookmark {
-    std::string name;
     scene::CameraView view;
     float distance = 1.0f;
 };
@@ -67,7 +65,7 @@ class Workspace {
     Document document;
     CameraController camera;
     SceneLoader loader;
-    std::vector<Bookmark> bookmarks;
+    std::array<std::optional<Bookmark>, 9> bookmarks;  // keys 1 to 9
     std::optional<uint32_t> selectedNode;
     std::optional<uint32_t> selectedMaterial;  // of what was picked
     Panels panels;

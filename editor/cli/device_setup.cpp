@@ -41,7 +41,8 @@ std::unique_ptr<rhi::Device> OpenDevice(const DeviceChoice& choice, DeviceMessag
     return rhi::Device::Create(
         {.select = choice.select,
          .validation = choice.isValidating,
-         .onMessage = [&messages](const rhi::Message& message) { messages.Add(message); }});
+         .onMessage = [&messages](const rhi::Message& message) { messages.Add(message); },
+         .surfaceExtensions = choice.surfaceExtensions});
 }
 
 }  // namespace raygraph::cli

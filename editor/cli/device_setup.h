@@ -28,6 +28,7 @@ class DeviceMessages {
 struct DeviceChoice {
     std::string select;  // index or part of the name; "": the best suitable
     bool isValidating = false;
+    std::vector<std::string> surfaceExtensions = {};  // as of rhi::DeviceDesc
 };
 
 // Error{NoDevice} as of Device::Create.

@@ -2,7 +2,10 @@
 #include "editor/cli/commands.h"
 
 #ifdef RAYGRAPH_HAS_EDITOR
+#include <utility>
+
 #include "editor/app/edit.h"
+#include "editor/cli/device_setup.h"
 #else
 #include "base/error.h"
 #endif
@@ -11,11 +14,15 @@ namespace raygraph::cli {
 
 void EditCommand(const EditArguments& arguments) {
 #ifdef RAYGRAPH_HAS_EDITOR
-    editor::RunEditor({.scene = arguments.scene,
-                       .script = arguments.script,
-                       .shaders = arguments.shaders,
-                       .device = arguments.device,
-                       .isValidating = arguments.isValidating});
+    DeviceMessages messages;
+    editor::RunEditor({.scene = arguments.scene, .script = arguments.script, .shaders = arguments.shaders},
+                      [&](std::vector<std::string> surfaceExtensions) {
+                          return OpenDevice({.select = arguments.device,
+                                             .isValidating = arguments.isValidating,
+                                             .surfaceExtensions = std::move(surfaceExtensions)},
+                                            messages);
+                      });
+    messages.RequireValid();
 #else
     throw Error(ErrorKind::Usage, "edit " + arguments.scene.string() + ": this program has no editor");
 #endif

@@ -3,19 +3,13 @@
 #include <exception>
 #include <new>
 
+#include "base/overloaded.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/exit_code.h"
 
 namespace raygraph::cli {
 
 namespace {
-
-template <typename... Handlers>
-struct Overloaded : Handlers... {
-    using Handlers::operator()...;
-};
-template <typename... Handlers>
-Overloaded(Handlers...) -> Overloaded<Handlers...>;
 
 void Run(int argc, const char* const* argv) {
     std::visit(Overloaded{

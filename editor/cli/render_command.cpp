@@ -133,7 +133,7 @@ void WarnOfDarkness(Progress& progress, const RenderArguments& arguments, const 
     if (job.settings.view == View::PathTraced && hasPunctual && !job.settings.lights.isOn)
         Warn(progress, input.file + ": --nee off finds no punctual light; they are not rendered");
     const bool hasBackground = job.settings.background != std::array<float, 3>{};
-    if (!hasBackground && input.environmentFile.empty() && !HasEmission(input.data) && !hasPunctual)
+    if (!hasBackground && input.environmentFile.empty() && !scene::HasEmission(input.data) && !hasPunctual)
         Warn(progress, input.file +
                            ": nothing emits light, the picture will be black; give --env FILE or "
                            "--background R,G,B");

@@ -33,14 +33,4 @@ SceneInput LoadInput(const std::filesystem::path& path, const std::string& choic
     return input;
 }
 
-bool HasEmission(const scene::SceneData& data) {
-    std::vector<bool> isEmitting(data.materials.size());
-    for (size_t i = 0; i < data.materials.size(); i++)
-        isEmitting[i] = data.materials[i].EmittedRadiance() != glm::vec3(0.0f);
-    return std::ranges::any_of(data.instances, [&](const scene::Instance& instance) {
-        return std::ranges::any_of(data.meshes[instance.mesh].primitives,
-                                   [&](const scene::Primitive& p) { return isEmitting[p.material]; });
-    });
-}
-
 }  // namespace raygraph::cli

@@ -31,7 +31,4 @@ using LoadProgress = std::function<void(std::string_view stage, float fraction)>
 SceneInput LoadInput(const std::filesystem::path& path, const std::string& choice,
                      const std::filesystem::path& environment, LoadProgress progress = {});
 
-// True if some surface emits light.
-bool HasEmission(const scene::SceneData& data);
-
 }  // namespace raygraph::cli

@@ -91,6 +91,16 @@ void UpdateWorldTransforms(SceneData& scene) {
         if (light.node != kNone) light.lightToWorld = transforms[light.node];
 }
 
+bool HasEmission(const SceneData& scene) {
+    std::vector<bool> isEmitting(scene.materials.size());
+    for (size_t i = 0; i < scene.materials.size(); i++)
+        isEmitting[i] = scene.materials[i].EmittedRadiance() != glm::vec3(0.0f);
+    return std::ranges::any_of(scene.instances, [&](const Instance& instance) {
+        return std::ranges::any_of(scene.meshes[instance.mesh].primitives,
+                                   [&](const Primitive& p) { return isEmitting[p.material]; });
+    });
+}
+
 SceneStatistics Statistics(const SceneData& scene) {
     std::vector<uint64_t> triangles(scene.meshes.size(), 0);
     SceneStatistics statistics;

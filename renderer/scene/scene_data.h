@@ -251,6 +251,9 @@ std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene);
 // Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved.
 void UpdateWorldTransforms(SceneData& scene);
 
+// True if some placed surface emits light.
+bool HasEmission(const SceneData& scene);
+
 struct SceneStatistics {
     uint64_t uniqueTriangles = 0;  // Each mesh that is placed at least once counted once.
     uint64_t placedTriangles = 0;  // Each instance counted.

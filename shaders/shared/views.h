@@ -13,9 +13,11 @@
 //   Emissive:   radiance that the surface emits
 //   Depth:      distance along the camera's forward, metres
 //   Instance, Material: the scene's indices; exact below 2^24
-//   Wireframe:  x: how much of the pixel an edge covers, y: cosine between the normal and the way to the
-//   camera Overdraw:   surfaces drawn in the pixel, hidden ones included RayCost:    rays that the pixel's
-//   path took, shadow rays included
+//   Wireframe:  x: how much of the pixel an edge covers,
+//               y: cosine between the normal and the way to the camera
+//   Overdraw:   surfaces drawn in the pixel, hidden ones included
+//   RayCost:    rays that the pixel's path took, shadow rays included
+// clang-format off
 #define RAYGRAPH_VIEWS(X) \
     X(PathTraced, 0)      \
     X(Raster, 1)          \
@@ -30,6 +32,7 @@
     X(Wireframe, 10)      \
     X(Overdraw, 11)       \
     X(RayCost, 12)
+// clang-format on
 
 #ifndef __cplusplus
 #define RAYGRAPH_DECLARE_VIEW(name, value) const uint kView##name = value;

@@ -37,4 +37,12 @@ void ExpectError(ErrorKind kind, Run&& run, const Texts&... texts) {
 // A render with every channel, of made-up values that differ from pixel to pixel and with `salt`.
 cli::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt = 0.0f);
 
+// Of R, G and B of all pixels.
+inline double SumOf(const cli::Texels& texels) {
+    double sum = 0.0;
+    for (size_t i = 0; i < texels.size(); i++)
+        if (i % 4 != 3) sum += texels[i];
+    return sum;
+}
+
 }  // namespace raygraph::test

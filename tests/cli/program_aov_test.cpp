@@ -13,6 +13,7 @@ using cli::RenderFile;
 using cli::Texels;
 using test::RunProgram;
 using test::SceneFile;
+using test::SumOf;
 
 RenderFile Render(std::vector<std::string> options, const std::string& output) {
     options.insert(options.begin(), {"render", SceneFile("cornell.gltf"), "--size", "24x24", "-o", output});
@@ -29,13 +30,6 @@ void ExpectSum(const RenderFile& render, const std::vector<Aov>& parts) {
         for (const Aov part : parts) sum += MeanOf(render, part)->at(i);
         ASSERT_NEAR(sum, render.radiance[i], 1e-5 * std::max(1e-3, sum)) << "texel " << i;
     }
-}
-
-double SumOf(const Texels& texels) {
-    double sum = 0.0;
-    for (size_t i = 0; i < texels.size(); i++)
-        if (i % 4 != 3) sum += texels[i];
-    return sum;
 }
 
 TEST(ProgramAov, PartsOfTheLightSumToTheBeautyTwiceAndLeaveItsBits) {

@@ -13,6 +13,7 @@ using cli::RenderFile;
 using cli::Texels;
 using test::RunProgram;
 using test::SceneFile;
+using test::SumOf;
 
 RenderFile Render(const char* scene, std::vector<std::string> options, const std::string& output) {
     options.insert(options.begin(), {"render", SceneFile(scene), "--size", "20x12", "-o", output});
@@ -28,13 +29,6 @@ void ExpectGroupsSumToTheBeauty(const RenderFile& render) {
         for (const Texels& group : render.lightGroups) sum += group.at(i);
         ASSERT_NEAR(sum, render.radiance[i], 1e-5 * std::max(1e-3, sum)) << "texel " << i;
     }
-}
-
-double SumOf(const Texels& texels) {
-    double sum = 0.0;
-    for (size_t i = 0; i < texels.size(); i++)
-        if (i % 4 != 3) sum += texels[i];
-    return sum;
 }
 
 TEST(ProgramLightGroup, GroupsSumToTheBeautyAndLeaveItsBits) {

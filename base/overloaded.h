@@ -1,0 +1,13 @@
+// A visitor made of lambdas, for std::visit.
+#pragma once
+
+namespace raygraph {
+
+template <typename... Handlers>
+struct Overloaded : Handlers... {
+    using Handlers::operator()...;
+};
+template <typename... Handlers>
+Overloaded(Handlers...) -> Overloaded<Handlers...>;
+
+}  // namespace raygraph
