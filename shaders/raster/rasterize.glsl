@@ -43,16 +43,17 @@ bool PrepareDrawing(uint number, mat4 offsetToPicture, out Drawing drawing) {
 }
 
 void DrawPixel(Drawing drawing, ivec2 pixel) {
-    vec3 weights;
+    vec3 edges;
     float depth;
-    if (!IsSeen(drawing.picture, vec2(pixel) + 0.5f, drawing.isCulled, weights, depth)) return;
+    if (!IsSeen(drawing.picture, vec2(pixel) + 0.5f, drawing.isCulled, edges, depth)) return;
     uint place = uint(pixel.y) * constants.size.x + uint(pixel.x);
     uint64_t key = packUint2x32(uvec2(drawing.number, floatBitsToUint(depth)));
-    if (nearest.at[place] >= key) return;
     if ((kDrawn & kDrawnAlpha) != 0u && drawing.isTested) {
+        if (nearest.at[place] >= key) return;
         TraceParameters settings = parameters.value;
         Sampler rng = StartPixelSample(uvec2(pixel), settings.sampleIndex, settings.seed);
-        if (!IsThere(AlphaSeed(rng, 1u), drawing.source.placement, drawing.source.primitive, weights.yz))
+        if (!IsThere(AlphaSeed(rng, 1u), drawing.source.placement, drawing.source.primitive,
+                     BarycentricsOf(edges)))
             return;
     }
     atomicMax(nearest.at[place], key);

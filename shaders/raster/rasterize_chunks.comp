@@ -31,6 +31,7 @@ void main() {
         ivec2 low, high;
         BoundsOf(drawing.picture, constants.size, low, high);
         if (low.x >= high.x || low.y >= high.y) continue;
+        if (drawing.isCulled && IsBackOnly(drawing.picture, vec2(low + high) * 0.5f)) continue;
         if ((high.x - low.x) * (high.y - low.y) <= kSmallPixels) {
             DrawPixels(drawing, low, high);
             continue;

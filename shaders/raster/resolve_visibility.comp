@@ -27,10 +27,8 @@ void main() {
         PictureTriangle triangle =
             ProjectTriangle(source.placement, source.primitive, camera.origin,
                             OffsetToPicture(camera, constants.shift, uvec2(size)));
-        vec3 weights;
-        float depth;
-        IsSeen(triangle, vec2(pixel) + 0.5f, false, weights, depth);
-        texel = PackVisibility(source.placement, source.primitive, weights.yz);
+        vec3 edges = EdgesAt(triangle, vec2(pixel) + 0.5f);
+        texel = PackVisibility(source.placement, source.primitive, BarycentricsOf(edges));
     }
     imageStore(visibility, pixel, texel);
     imageStore(rasterDepth, pixel, vec4(uintBitsToFloat(key.y)));

@@ -51,17 +51,24 @@ vec3 EdgesAt(PictureTriangle triangle, vec2 place) {
     return triangle.isMirrored ? -edges : edges;
 }
 
-// Whether the pixel's centre sees the triangle: its corners' weights there, and the depth.
-bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 weights, out float depth) {
-    vec3 edges = EdgesAt(triangle, place);
-    bool isFront = edges.x <= 0.0f && edges.y <= 0.0f && edges.z <= 0.0f;
-    bool isBack = edges.x >= 0.0f && edges.y >= 0.0f && edges.z >= 0.0f;
-    float sum = edges.x + edges.y + edges.z;
-    weights = edges / sum;
-    float z = dot(weights, vec3(triangle.corners[0].z, triangle.corners[1].z, triangle.corners[2].z));
-    float w = dot(weights, vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w));
-    depth = z / w;
-    return (isFront || (isBack && !isCulled)) && sum != 0.0f && depth > 0.0f && depth <= 1.0f;
+// Whether the pixel's centre sees the triangle: its corners' weights there, in proportion, and the depth.
+bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges, out float depth) {
+    edges = EdgesAt(triangle, place);
+    float least = min(min(edges.x, edges.y), edges.z), greatest = max(max(edges.x, edges.y), edges.z);
+    depth = 0.0f;
+    if (greatest > 0.0f && (least < 0.0f || isCulled)) return false;
+    float w = dot(edges, vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w));
+    if (w == 0.0f) return false;
+    depth = dot(edges, vec3(triangle.corners[0].z, triangle.corners[1].z, triangle.corners[2].z)) / w;
+    return depth > 0.0f && depth <= 1.0f;
+}
+
+vec2 BarycentricsOf(vec3 edges) { return edges.yz / (edges.x + edges.y + edges.z); }
+
+// Its back is to the camera, wherever it is seen; told from a place near to it.
+bool IsBackOnly(PictureTriangle triangle, vec2 place) {
+    return dot(EdgesAt(triangle, place),
+               vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w)) > 0.0f;
 }
 
 // The pixels whose centres may see the triangle, from `low` to before `high`.

@@ -16,7 +16,7 @@ using uint = uint32_t;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-RAYGRAPH_CONSTANT uint kChunkBits = 5u;
+RAYGRAPH_CONSTANT uint kChunkBits = 4u;
 RAYGRAPH_CONSTANT uint kChunkTriangles = 1u << kChunkBits;
 RAYGRAPH_CONSTANT uint kMaxChunks = 1u << (32u - kChunkBits);  // triangles are numbered by 32 bits
 RAYGRAPH_CONSTANT uint kChunkGroupSize = 64u;                  // invocations a group, one a triangle

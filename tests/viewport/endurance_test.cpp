@@ -31,7 +31,7 @@ class ViewportEndurance : public VulkanTest {
         return ProcessSeconds() - before;
     }
 
-    ViewedScene viewed{Device(), {160, 120}};
+    ViewedScene viewed{Device(), {96, 72}};
 };
 
 }  // namespace
