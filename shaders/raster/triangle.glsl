@@ -93,8 +93,8 @@ void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 hig
     high = ivec2(floor(clamp(greatest - 0.5f + kMargin, vec2(-1.0f), vec2(size) - 1.0f))) + 1;
 }
 
-// False: no pixel centre in the rectangle of centres [low, high] can see the triangle. Edges are linear in the
-// place, so that their signs at the corners bound those inside.
+// False: no place in the rectangle [low, high] can see the triangle. Edges are linear in the place, so that
+// their signs at the corners bound those inside.
 bool MayBeSeenWithin(PictureTriangle triangle, vec2 low, vec2 high, bool isCulled) {
     vec3 e0 = EdgesAt(triangle, low), e1 = EdgesAt(triangle, high);
     vec3 e2 = EdgesAt(triangle, vec2(low.x, high.y)), e3 = EdgesAt(triangle, vec2(high.x, low.y));
