@@ -1,4 +1,4 @@
-// GLSL to SPIR-V at run time, for shader hot reload and for tests.
+// GLSL to SPIR-V at run time, for shader hot reload and for tests. Threads: any, also several at once.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/shader_stage.h"
 
 namespace raygraph::rhi {
@@ -24,11 +25,12 @@ struct GlslSource {
 // what a hot reload has to watch. Throws Error{BadInput} of one line a finding, the first five:
 // "pathtrace/pathtrace.rgen:12: 'x' : undeclared identifier"; Error{Usage} if neither stage nor suffix names
 // a stage. Callable from any thread.
-std::vector<uint32_t> CompileGlsl(const GlslSource& source,
-                                  std::vector<std::filesystem::path>* includedFiles = nullptr);
+RAYGRAPH_API std::vector<uint32_t> CompileGlsl(const GlslSource& source,
+                                               std::vector<std::filesystem::path>* includedFiles = nullptr);
 
 // The same for a file of `includeRoot`; throws Error{Io} if it cannot be read.
-std::vector<uint32_t> CompileGlslFile(const std::filesystem::path& includeRoot, const std::string& name,
-                                      std::vector<std::filesystem::path>* includedFiles = nullptr);
+RAYGRAPH_API std::vector<uint32_t> CompileGlslFile(
+    const std::filesystem::path& includeRoot, const std::string& name,
+    std::vector<std::filesystem::path>* includedFiles = nullptr);
 
 }  // namespace raygraph::rhi

@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/api.h"
 #include "renderer/graph/access.h"
 #include "renderer/graph/frame_graph.h"
 #include "renderer/graph/ids.h"
@@ -59,7 +60,7 @@ struct GraphBufferDesc {
 
 // Resources of the pass, resolved: for execute functions that copy or build. Error{Usage} for an id that the
 // pass did not declare.
-class PassResources {
+class RAYGRAPH_API PassResources {
   public:
     const rhi::Texture& Texture(TextureId id) const;
     const rhi::Buffer& Buffer(BufferId id) const;
@@ -72,7 +73,7 @@ class PassResources {
 };
 
 // A copy of a texture or buffer on its way to the CPU. Valid until the Renderer is destroyed.
-class Readback {
+class RAYGRAPH_API Readback {
   public:
     bool IsReady() const;  // the frame has completed
     void Wait() const;     // until IsReady()
@@ -102,7 +103,7 @@ struct FrameTiming {
     std::vector<PassTiming> passes;  // executed ones, in order
 };
 
-class Renderer {
+class RAYGRAPH_API Renderer {
   public:
     explicit Renderer(rhi::Device& device, const RendererDesc& desc = {});
     ~Renderer();  // waits for its frames
