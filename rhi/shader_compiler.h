@@ -17,6 +17,7 @@ struct GlslSource {
     std::string text{};  // the whole GLSL text, starting with #version
     std::optional<StageKind> stage{};     // nothing: by the suffix of the name
     std::filesystem::path includeRoot{};  // searched after the including file's folder; empty: no includes
+    std::vector<std::filesystem::path> moreIncludes{};  // searched after that root, as roots of their own
 };
 
 // Compiles for Vulkan 1.3 (SPIR-V 1.6). The words are those that `glslangValidator -V --target-env vulkan1.3
@@ -31,6 +32,7 @@ RAYGRAPH_API std::vector<uint32_t> CompileGlsl(const GlslSource& source,
 // The same for a file of `includeRoot`; throws Error{Io} if it cannot be read.
 RAYGRAPH_API std::vector<uint32_t> CompileGlslFile(
     const std::filesystem::path& includeRoot, const std::string& name,
-    std::vector<std::filesystem::path>* includedFiles = nullptr);
+    std::vector<std::filesystem::path>* includedFiles = nullptr,
+    const std::vector<std::filesystem::path>& moreIncludes = {});
 
 }  // namespace raygraph::rhi

@@ -40,6 +40,8 @@ struct RendererDesc {
     std::string name = {};  // tells several Renderers of one Device apart in the report of a lost device
     // Root of shader sources to reload from; "" uses the SPIR-V built into the library.
     std::filesystem::path shaderRoot;
+    // Roots of what those sources include besides: the installed shaders, for passes outside of the library.
+    std::vector<std::filesystem::path> shaderIncludes = {};
     bool gpuTimes = true;   // a timestamp between passes
     bool passMarks = true;  // note on the device which pass was reached, for the report of a lost device
 };
