@@ -13,8 +13,11 @@ set_target_properties(raygraph_shared PROPERTIES
     SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 target_compile_features(raygraph_shared INTERFACE cxx_std_20)
 target_include_directories(raygraph_shared INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/raygraph>)
-# What the archives hold that we are linked with is hidden too; every symbol is found.
-target_link_options(raygraph_shared PRIVATE LINKER:--exclude-libs,ALL LINKER:--no-undefined)
+# What the archives hold that we are linked with is hidden too; every symbol is found, but for a sanitizer's own.
+target_link_options(raygraph_shared PRIVATE LINKER:--exclude-libs,ALL)
+if(NOT RAYGRAPH_SANITIZE)
+    target_link_options(raygraph_shared PRIVATE LINKER:--no-undefined)
+endif()
 target_link_libraries(raygraph_shared INTERFACE glm::glm Vulkan::Headers)
 
 set(sharedTargets raygraph_shared)
