@@ -2,10 +2,13 @@
 //
 //   RasterVisibility seen = DrawVisibility(renderer, scene, settings, FilmPosition::Center);
 //   renderer.Present(Tonemap(renderer, RasterShade(renderer, scene, settings, seen, environment)));
+//
+// Threads: that of the Renderer.
 #pragma once
 
 #include <glm/glm.hpp>
 
+#include "base/api.h"
 #include "passes/filter_environment.h"
 #include "passes/trace.h"
 
@@ -35,17 +38,18 @@ struct RasterVisibility {
 // The camera has no lens here, and sees nothing nearer than its zNear. Where surfaces coincide, either may be
 // seen. Rasterizer::Compute falls back to Device where the device lacks shaderBufferInt64Atomics or the scene
 // has more than 2^32 triangles placed. Throws Error{Usage} for Device without drawIndirectFirstInstance.
-[[nodiscard]] RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene,
-                                              const TraceSettings& settings, FilmPosition film,
-                                              Rasterizer rasterizer = Rasterizer::Compute);
+[[nodiscard]] RAYGRAPH_API RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene,
+                                                           const TraceSettings& settings, FilmPosition film,
+                                                           Rasterizer rasterizer = Rasterizer::Compute);
 
 // The same found by rays, through the same place of each pixel: for views of what the path tracer sees.
-[[nodiscard]] RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,
-                                               const TraceSettings& settings, FilmPosition film);
+[[nodiscard]] RAYGRAPH_API RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,
+                                                            const TraceSettings& settings, FilmPosition film);
 
 // The outputs of PrimaryHits, of what was drawn. `settings` are those of DrawVisibility.
-[[nodiscard]] PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,
-                                       const TraceSettings& settings, const RasterVisibility& seen);
+[[nodiscard]] RAYGRAPH_API PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,
+                                                    const TraceSettings& settings,
+                                                    const RasterVisibility& seen);
 
 // How it is found whether a light reaches a surface.
 enum class RasterShadows : uint8_t {
@@ -74,8 +78,9 @@ struct RasterSettings {
 // (`environment`, see shaders/raster/environment_lobes.glsl). Beside Trace it lacks all that is scattered
 // more than once, and the media around the camera. `seen` is from DrawVisibility; from TraceVisibility, too,
 // but then without occlusion and transmission, which need its depth.
-[[nodiscard]] TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                                    const RasterVisibility& seen, FilteredEnvironment& environment,
-                                    const RasterSettings& raster = {});
+[[nodiscard]] RAYGRAPH_API TextureId RasterShade(Renderer& renderer, const SceneIds& scene,
+                                                 const TraceSettings& settings, const RasterVisibility& seen,
+                                                 FilteredEnvironment& environment,
+                                                 const RasterSettings& raster = {});
 
 }  // namespace raygraph::passes

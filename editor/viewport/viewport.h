@@ -28,6 +28,7 @@
 #include <optional>
 #include <string>
 
+#include "base/api.h"
 #include "editor/viewport/pixel_requests.h"
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
@@ -70,7 +71,7 @@ struct CompareNumbers {
     uint32_t rasterSamples = 0;
 };
 
-class Viewport {
+class RAYGRAPH_API Viewport {
   public:
     Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc = {});
     ~Viewport();

@@ -18,6 +18,7 @@
 #include <memory>
 #include <string>
 
+#include "base/api.h"
 #include "renderer/gpu_scene/light_groups.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/image/image.h"
@@ -79,7 +80,7 @@ struct EnvironmentSettings {
 };
 
 enum class TlasWork : uint8_t { None, Update, Rebuild };
-const char* Name(TlasWork work);
+RAYGRAPH_API const char* Name(TlasWork work);
 
 struct GpuSceneStatistics {
     uint32_t instanceCount = 0;
@@ -122,7 +123,7 @@ struct GpuSceneDesc {
     uint32_t textureCapacity = 4096;
 };
 
-class GpuScene {
+class RAYGRAPH_API GpuScene {
   public:
     explicit GpuScene(Renderer& renderer, const GpuSceneDesc& desc = {});
     ~GpuScene();
