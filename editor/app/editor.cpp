@@ -12,9 +12,10 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kSide = 300.0f;      // points: width of the panels left and right, at most
-constexpr float kSideShare = 0.24f;  // of the window
-constexpr float kBottom = 230.0f;    // height of the panel below
+constexpr float kSide = 300.0f;        // points: width of the panels left and right, at most
+constexpr float kSideShare = 0.24f;    // of the window
+constexpr float kBottom = 230.0f;      // height of the panel below, at least
+constexpr float kBottomShare = 0.34f;  // of the window
 constexpr float kStatus = 28.0f;
 constexpr float kOutline = 2.0f;
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
@@ -162,14 +163,15 @@ void Editor::BuildUi(const FrameInput& input) {
         right = x;
     }
     if (m_work.panels.statistics || m_work.panels.graph) {
-        lower = bottom - kBottom;
+        const float height = std::floor(std::max(kBottom, kBottomShare * window.y));
+        lower = bottom - height;
         const bool isBoth = m_work.panels.statistics && m_work.panels.graph;
         const float middle = isBoth ? std::floor(0.5f * (left + right)) : right;
         if (m_work.panels.statistics)
-            Panel("Statistics", {left, lower}, {middle - left, kBottom}, [&] { StatisticsPanel(m_work); });
+            Panel("Statistics", {left, lower}, {middle - left, height}, [&] { StatisticsPanel(m_work); });
         const float start = isBoth ? middle : left;
         if (m_work.panels.graph)
-            Panel("Render graph", {start, lower}, {right - start, kBottom}, [&] { GraphPanel(m_work); });
+            Panel("Render graph", {start, lower}, {right - start, height}, [&] { GraphPanel(m_work); });
     }
     ViewArea(input, left, top, right - left, lower - top);
     StatusBar(bottom, window.x, kStatus);

@@ -10,6 +10,7 @@ constexpr float kReach = 6.0f;  // points around a line that belong to it
 constexpr ImU32 kAxisColors[] = {IM_COL32(230, 70, 80, 255), IM_COL32(120, 190, 50, 255),
                                  IM_COL32(70, 130, 240, 255), IM_COL32(215, 215, 220, 255)};
 constexpr ImU32 kHot = IM_COL32(255, 190, 60, 255);
+constexpr ImU32 kChosen = IM_COL32(150, 88, 28, 255);  // a button, over any picture
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 110);
 
 // Of what is selected, unless the view has no one place for it.
@@ -114,7 +115,7 @@ void GizmoButtons(Workspace& work) {
     for (size_t i = 0; i < kGizmoToolCount; i++) {
         const auto tool = static_cast<GizmoTool>(i);
         const bool isOn = work.tool == tool;
-        if (isOn) ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+        if (isOn) ImGui::PushStyleColor(ImGuiCol_Button, kChosen);
         if (ImGui::Button(kLabels[i])) work.tool = tool;
         if (isOn) ImGui::PopStyleColor();
         ImGui::SameLine();

@@ -15,6 +15,7 @@ namespace raygraph::editor {
 namespace {
 
 constexpr ImU32 kText = IM_COL32(225, 225, 230, 255), kFaintText = IM_COL32(128, 128, 134, 255);
+constexpr ImU32 kTimeText = IM_COL32(190, 190, 196, 255);
 constexpr ImU32 kBarrierRing = IM_COL32(240, 160, 60, 255);
 constexpr ImU32 kWhite = IM_COL32(255, 255, 255, 255);
 
@@ -170,7 +171,7 @@ class Drawing {
             else
                 std::snprintf(text, sizeof text, "%.3f ms", time->second);
         }
-        m_list.AddText({from.x + 6.0f, from.y + 20.0f}, kFaintText, text);
+        m_list.AddText({from.x + 6.0f, from.y + 20.0f}, box.isCulled ? kFaintText : kTimeText, text);
         m_list.PopClipRect();
     }
 

@@ -113,7 +113,8 @@ void Chart(const std::vector<FrameHistory::Pass>& passes, size_t frameCount, flo
             if (pass.ms[frame] > 0.0f) ImGui::Text("%8.3f ms  %s", double{pass.ms[frame]}, pass.name.c_str());
         ImGui::EndTooltip();
     }
-    list.AddText({from.x + 4.0f, from.y + 2.0f}, IM_COL32(150, 150, 156, 255),
+    list.AddRectFilled(from, {from.x + 62.0f, from.y + 20.0f}, IM_COL32(22, 22, 24, 200));
+    list.AddText({from.x + 4.0f, from.y + 2.0f}, IM_COL32(190, 190, 196, 255),
                  Text("%.1f ms", double{top}).c_str());
 }
 
@@ -138,30 +139,36 @@ float NiceTop(float value) {
     return top;
 }
 
+void Times(const Workspace& work) {
+    const FrameHistory& history = work.history;
+    if (history.Count() == 0) return;
+    const std::vector<FrameHistory::Pass> passes = history.Passes();
+    const std::vector<float> gpu = history.Gpu();
+    ImGui::Text("GPU %.1f ms, CPU %.2f ms, panels %.2f ms", double{gpu.back()}, double{history.Cpu().back()},
+                work.uiMs);
+    // One frame that takes long, as when a pipeline is made, leaves the others visible
+    std::vector<float> sorted = gpu;
+    std::ranges::sort(sorted);
+    const float most = sorted[(sorted.size() - 1) * 97 / 100];
+    Chart(passes, history.Count(), NiceTop(most), {ImGui::GetContentRegionAvail().x, 84.0f});
+    Legend(passes);
+}
+
 }  // namespace
 
 void StatisticsPanel(Workspace& work) {
-    ImGui::Columns(2, "statistics", false);
-    ImGui::BeginChild("numbers");
+    // Side by side where there is room
+    const float room = ImGui::GetContentRegionAvail().x;
+    const bool isWide = room > 520.0f;
+    if (isWide) ImGui::BeginChild("numbers", {0.46f * room, 0.0f});
     Table(work);
-    ImGui::EndChild();
-    ImGui::NextColumn();
-    ImGui::BeginChild("times");
-    const FrameHistory& history = work.history;
-    if (history.Count() > 0) {
-        const std::vector<FrameHistory::Pass> passes = history.Passes();
-        const std::vector<float> gpu = history.Gpu();
-        ImGui::Text("GPU %.2f ms, CPU %.2f ms, panels %.2f ms a frame", double{gpu.back()},
-                    double{history.Cpu().back()}, work.uiMs);
-        // One frame that takes long, as when a pipeline is made, leaves the others visible
-        std::vector<float> sorted = gpu;
-        std::ranges::sort(sorted);
-        const float most = sorted[(sorted.size() - 1) * 97 / 100];
-        Chart(passes, history.Count(), NiceTop(most), {ImGui::GetContentRegionAvail().x, 84.0f});
-        Legend(passes);
+    if (isWide) {
+        ImGui::EndChild();
+        ImGui::SameLine();
+        ImGui::BeginChild("times");
     }
-    ImGui::EndChild();
-    ImGui::Columns(1);
+    Times(work);
+    if (isWide) ImGui::EndChild();
 }
 
 }  // namespace raygraph::editor
