@@ -75,6 +75,9 @@ void Editor::Keys(const FrameInput& input) {
                 m_work.toolSpace =
                     m_work.toolSpace == GizmoSpace::World ? GizmoSpace::Local : GizmoSpace::World;
                 break;
+            case Key::P:
+                m_work.pivot = m_work.pivot == GizmoPivot::Middle ? GizmoPivot::Origin : GizmoPivot::Middle;
+                break;
             case Key::Escape:
                 if (!m_gizmo.Cancel(m_work)) m_work.Select(std::nullopt);
                 break;

@@ -62,6 +62,10 @@ const char* Name(GizmoSpace space) {
     return space == GizmoSpace::World ? "world" : "local";
 }
 
+const char* Name(GizmoPivot pivot) {
+    return pivot == GizmoPivot::Middle ? "middle" : "origin";
+}
+
 PictureMap::PictureMap(const scene::CameraView& view, glm::vec2 size) : m_view(view), m_size(size) {
     m_view.aspect = size.x / size.y;
 }
@@ -117,8 +121,8 @@ std::optional<glm::vec3> MeetPlane(const glm::vec3& origin, const glm::vec3& nor
 }
 
 std::optional<GizmoFrame> FrameOf(const glm::mat4x3& nodeToWorld, GizmoTool tool, GizmoSpace space,
-                                  const PictureMap& map) {
-    GizmoFrame frame{.origin = nodeToWorld[3]};
+                                  const PictureMap& map, const std::optional<glm::vec3>& pivot) {
+    GizmoFrame frame{.origin = pivot.value_or(nodeToWorld[3])};
     frame.size = map.MetresAt(frame.origin, kArm);
     if (!(frame.size > 0.0f)) return std::nullopt;
     if (space == GizmoSpace::World && tool != GizmoTool::Scale) return frame;

@@ -17,6 +17,10 @@ inline constexpr size_t kGizmoToolCount = 3;
 const char* Name(GizmoTool tool);  // "move"
 enum class GizmoSpace : uint8_t { World, Local };
 const char* Name(GizmoSpace space);
+// Where the handles are, and what is turned and scaled about: the middle of what the node places, or its
+// origin.
+enum class GizmoPivot : uint8_t { Middle, Origin };
+const char* Name(GizmoPivot pivot);
 
 struct Ray {
     glm::vec3 origin{0.0f};
@@ -62,10 +66,10 @@ struct GizmoFrame {
     glm::mat3 axes{1.0f};  // unit columns; of a node that shears they need not be perpendicular
     float size = 1.0f;     // metres: how long its arms are
 };
-// At a node's origin. Scaling is always along the node's own axes. Nothing if the node is behind the eye or
-// has an axis of length 0.
+// At `pivot`, else at the node's origin. Scaling is always along the node's own axes. Nothing if the node is
+// behind the eye or has an axis of length 0.
 std::optional<GizmoFrame> FrameOf(const glm::mat4x3& nodeToWorld, GizmoTool tool, GizmoSpace space,
-                                  const PictureMap& map);
+                                  const PictureMap& map, const std::optional<glm::vec3>& pivot = {});
 
 // A handle as it is drawn and touched: an open line, or an area with a closed one around it.
 struct GizmoShape {

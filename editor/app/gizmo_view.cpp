@@ -1,6 +1,7 @@
 #include "editor/app/gizmo_view.h"
 
 #include <array>
+#include <cmath>
 
 namespace raygraph::editor {
 
@@ -12,12 +13,6 @@ constexpr ImU32 kAxisColors[] = {IM_COL32(230, 70, 80, 255), IM_COL32(120, 190, 
 constexpr ImU32 kHot = IM_COL32(255, 190, 60, 255);
 constexpr ImU32 kChosen = IM_COL32(150, 88, 28, 255);  // a button, over any picture
 constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 110);
-
-// Of what is selected, unless the view has no one place for it.
-std::optional<GizmoFrame> FrameOfSelection(const Workspace& work, const PictureMap& map) {
-    if (!work.selectedNode || work.view.Show().view == viewport::View::SideBySide) return std::nullopt;
-    return FrameOf(work.document.WorldTransform(*work.selectedNode), work.tool, work.toolSpace, map);
-}
 
 bool IsEmpty(glm::vec2 size) {
     return !(size.x > 0.0f && size.y > 0.0f);
@@ -58,6 +53,22 @@ void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2
 
 }  // namespace
 
+// Of what is selected, unless the view has no one place for it.
+std::optional<GizmoFrame> GizmoView::FrameOfSelection(const Workspace& work, const PictureMap& map) const {
+    if (!work.selectedNode || work.view.Show().view == viewport::View::SideBySide) return std::nullopt;
+    const uint32_t node = *work.selectedNode;
+    const glm::mat4x3& nodeToWorld = work.document.WorldTransform(node);
+    std::optional<glm::vec3> pivot;
+    if (m_drag && m_drag->node == node) {
+        pivot =
+            nodeToWorld * glm::vec4(m_drag->pivot, 1.0f);  // the box around what is turned has another middle
+    } else if (work.pivot == GizmoPivot::Middle) {
+        const scene::Bounds bounds = work.document.BoundsOf(node);
+        if (!bounds.IsEmpty()) pivot = bounds.Center();
+    }
+    return FrameOf(nodeToWorld, work.tool, work.toolSpace, map, pivot);
+}
+
 bool GizmoView::Cancel(Workspace& work) {
     if (!m_drag) return false;
     if (work.document.EditCount() > m_drag->editsBefore) work.Undo();
@@ -88,11 +99,14 @@ void GizmoView::Update(Workspace& work, const FrameInput& input, glm::vec2 mouse
     m_over = HandleAt(ShapesOf(*frame, work.tool, map), mouse, kReach);
     if (!m_over || !input.IsDown(MouseButton::Left)) return;
     const uint32_t node = *work.selectedNode;
+    const glm::mat4 nodeToWorld(work.document.WorldTransform(node));
+    if (!std::isnormal(glm::determinant(nodeToWorld))) return;
     work.document.Settle();
     m_drag = Held{.drag = GizmoDrag(work.tool, *m_over, *frame, map, map.RayAt(mouse)),
                   .node = node,
                   .parentToWorld = work.document.ParentTransform(node),
                   .local = work.document.LocalTransform(node),
+                  .pivot = glm::vec3(glm::inverse(nodeToWorld) * glm::vec4(frame->origin, 1.0f)),
                   .editsBefore = work.document.EditCount()};
 }
 
@@ -122,6 +136,9 @@ void GizmoButtons(Workspace& work) {
     }
     if (ImGui::Button(work.toolSpace == GizmoSpace::World ? "World (V)" : "Local (V)"))
         work.toolSpace = work.toolSpace == GizmoSpace::World ? GizmoSpace::Local : GizmoSpace::World;
+    ImGui::SameLine();
+    if (ImGui::Button(work.pivot == GizmoPivot::Middle ? "Middle (P)" : "Origin (P)"))
+        work.pivot = work.pivot == GizmoPivot::Middle ? GizmoPivot::Origin : GizmoPivot::Middle;
 }
 
 }  // namespace raygraph::editor

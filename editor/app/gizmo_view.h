@@ -28,8 +28,11 @@ class GizmoView {
         GizmoDrag drag;
         uint32_t node;
         glm::mat4x3 parentToWorld, local;  // at the start
+        glm::vec3 pivot;                   // in the node's space
         size_t editsBefore;
     };
+    std::optional<GizmoFrame> FrameOfSelection(const Workspace& work, const PictureMap& map) const;
+
     std::optional<Held> m_drag;
     std::optional<GizmoHandle> m_over;
 };

@@ -93,6 +93,7 @@ Settings FromJson(const Json& json) {
     const Reader gizmo = reader.In("gizmo");
     gizmo.Choice("tool", settings.tool, kGizmoToolCount, [](GizmoTool of) { return Name(of); });
     gizmo.Choice("space", settings.toolSpace, 2, [](GizmoSpace of) { return Name(of); });
+    gizmo.Choice("pivot", settings.pivot, 2, [](GizmoPivot of) { return Name(of); });
     if (const Json* recent = reader.Find("recent", &Json::is_array, "a list"))
         for (const Json& file : *recent)
             if (file.is_string() && settings.recent.size() < Settings::kMostRecent)
@@ -117,7 +118,10 @@ Json ToJson(const Settings& settings) {
               {"exposure", show.tonemap.exposureEv},
               {"wipe", show.wipePosition},
               {"greatestError", show.greatestError}}},
-            {"gizmo", {{"tool", Name(settings.tool)}, {"space", Name(settings.toolSpace)}}},
+            {"gizmo",
+             {{"tool", Name(settings.tool)},
+              {"space", Name(settings.toolSpace)},
+              {"pivot", Name(settings.pivot)}}},
             {"recent", recent}};
 }
 

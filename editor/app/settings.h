@@ -28,6 +28,7 @@ struct Settings {
     viewport::ShowSettings show;      // view, wipe, exposure, operator and greatest error are kept
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
+    GizmoPivot pivot = GizmoPivot::Middle;
     std::vector<std::filesystem::path> recent;  // newest first, absolute, at most kMostRecent
 
     static constexpr size_t kMostRecent = 10;

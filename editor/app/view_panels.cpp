@@ -89,6 +89,7 @@ void HelpPanel() {
         {"click", "select what is there"},
         {"Z, X, C", "handles that move, rotate, scale"},
         {"V", "their axes: the world's or the node's own"},
+        {"P", "where they are: the middle of what is selected or its origin"},
         {"Escape", "give up the drag; else select nothing"},
         {"F", "frame the selection, or all"},
         {"Home", "the scene's camera"},

@@ -86,6 +86,7 @@ void Workspace::Take(const Settings& settings) {
     panels = settings.panels;
     tool = settings.tool;
     toolSpace = settings.toolSpace;
+    pivot = settings.pivot;
     recent = settings.recent;
     view.SetShow(settings.show);
 }
@@ -95,6 +96,7 @@ Settings Workspace::Kept() const {
     settings.panels = panels;
     settings.tool = tool;
     settings.toolSpace = toolSpace;
+    settings.pivot = pivot;
     settings.recent = recent;
     // Of the rest there is nothing that a user sets here
     const viewport::ShowSettings& show = view.Show();

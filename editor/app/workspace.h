@@ -84,6 +84,7 @@ class Workspace {
     std::optional<uint32_t> selectedMaterial;  // of what was picked
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
+    GizmoPivot pivot = GizmoPivot::Middle;
     FrameHistory history;
     SampleRate sampleRate;
     viewport::ErrorEstimate estimate;

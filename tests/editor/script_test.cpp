@@ -80,6 +80,7 @@ TEST_F(ScriptTest, GizmoDragIsOneStepThatCanBeUndoneOrGivenUp) {
     const uint32_t node = *work.selectedNode;
     const glm::mat4x3 before = work.document.WorldTransform(node);
     const uint32_t resets = work.view.ResetCount(passes::ResetCause::Camera);
+    work.pivot = GizmoPivot::Origin;
     // The tip of its y, in the picture, which lies between the panels
     const Extent2D size = work.view.Size();
     const PictureMap map(work.camera.View(), {size.width, size.height});
@@ -99,7 +100,19 @@ TEST_F(ScriptTest, GizmoDragIsOneStepThatCanBeUndoneOrGivenUp) {
     Play("size 640x400\n" + there + "press left\nmouse 320 60\nexpect edits 1\nkey escape\nexpect edits 0\n" +
          "release left\n");
     EXPECT_EQ(work.document.WorldTransform(node), before);
-    Play("size 640x400\nkey X\nkey V\nframes 2\nkey C\nframes 1\nkey escape\n");
+    // In its middle: what is turned there stays there
+    Play("size 640x400\nkey P\nkey X\nkey V\nframes 2\n");
+    const scene::Bounds bounds = work.document.BoundsOf(node);
+    const GizmoFrame middle = *FrameOf(before, GizmoTool::Rotate, GizmoSpace::Local, map, bounds.Center());
+    const glm::vec2 ring =
+        *map.PlaceOf(middle.origin + 1.15f * middle.size * map.View().up) + glm::vec2(editor.PictureOrigin());
+    Play("size 640x400\nmouse " + std::to_string(ring.x) + " " + std::to_string(ring.y) +
+         "\ndrag left 40 10\nexpect edits 1\n");
+    const glm::mat4x3 turned = work.document.WorldTransform(node);
+    EXPECT_NE(turned, before);
+    const glm::vec3 inside = glm::inverse(glm::mat4(before)) * glm::vec4(bounds.Center(), 1.0f);
+    EXPECT_LT(glm::length(turned * glm::vec4(inside, 1.0f) - bounds.Center()), 1e-4f);
+    Play("size 640x400\nkey C\nframes 1\nkey escape\n");
     EXPECT_EQ(work.tool, GizmoTool::Scale);
     EXPECT_EQ(work.toolSpace, GizmoSpace::Local);
     EXPECT_FALSE(work.selectedNode);

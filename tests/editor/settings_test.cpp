@@ -38,6 +38,7 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
     settings.show.tonemap.tonemapOperator = static_cast<TonemapOperator>(0);
     settings.tool = GizmoTool::Scale;
     settings.toolSpace = GizmoSpace::Local;
+    settings.pivot = GizmoPivot::Origin;
     settings.NoteOpened("/scenes/a.gltf");
     const std::filesystem::path config = folder.Path() / "new" / "raygraph";
     WriteSettings(config, settings);
