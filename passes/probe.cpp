@@ -24,4 +24,25 @@ BufferId Probe(Renderer& renderer, TextureId mean, TextureId variance, glm::uvec
     return texels;
 }
 
+BufferId ProbeGrid(Renderer& renderer, TextureId mean, TextureId variance, Extent2D grid) {
+    const Extent2D extent = RequireAlike(renderer, "ProbeGrid", mean, variance, Format::Rgba32Float);
+    if (grid.IsEmpty() || grid.width > extent.width || grid.height > extent.height)
+        throw Error(ErrorKind::Usage, "ProbeGrid: " + std::to_string(grid.width) + "x" +
+                                          std::to_string(grid.height) + " of the pixels of a picture of " +
+                                          std::to_string(extent.width) + "x" + std::to_string(extent.height));
+    BufferId texels =
+        renderer.CreateBuffer("probes", {.size = uint64_t{grid.width} * grid.height * sizeof(ProbedTexels)});
+    renderer.AddPass(
+        "ProbeGrid", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/probe_grid.comp");
+            pass.Reads("mean", mean);
+            pass.Reads("variance", variance);
+            pass.Constants(glm::uvec2(grid.width, grid.height));
+            texels = pass.Writes("texels", texels);
+        },
+        [grid](CommandList& commands) { commands.DispatchOver(grid); });
+    return texels;
+}
+
 }  // namespace raygraph::passes

@@ -157,7 +157,7 @@ void Swapchain::Make(Extent2D extent) {
     for (const VkImage image : images)
         m_textures.push_back(
             m_device.WrapTexture({.name = m_desc.name + " " + std::to_string(m_textures.size()),
-                                  .extent = m_extent,
+                                  .extent = wanted,
                                   .format = m_format,
                                   .usage = TextureUsage::ColorTarget | TextureUsage::CopySource},
                                  image));

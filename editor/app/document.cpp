@@ -5,11 +5,13 @@
 
 #include "base/error.h"
 #include "base/overloaded.h"
+#include "renderer/scene/save_gltf.h"
 
 namespace raygraph::editor {
 
 namespace {
 
+constexpr size_t kNeverSaved = ~size_t{0};
 constexpr float kLargest = 1e18f;  // of a transform's numbers: their products stay finite
 
 scene::SceneData OutlineOf(const scene::SceneData& data) {
@@ -49,28 +51,67 @@ bool IsSameTarget(const Edit& a, const Edit& b) {
 
 }  // namespace
 
-Document::Document(std::filesystem::path file, const scene::SceneData& data)
-    : m_file(std::move(file)), m_scene(OutlineOf(data)), m_statistics(scene::Statistics(data)) {
+std::optional<FileStamp> StampOf(const std::filesystem::path& file) {
+    std::error_code error;
+    const FileStamp stamp{std::filesystem::last_write_time(file, error),
+                          std::filesystem::file_size(file, error)};
+    return error ? std::nullopt : std::optional(stamp);
+}
+
+Document::Document(std::filesystem::path file, const scene::SceneData& data,
+                   const std::optional<FileStamp>& stamp)
+    : m_file(std::move(file)),
+      m_stamp(stamp),
+      m_scene(OutlineOf(data)),
+      m_statistics(scene::Statistics(data)) {
     m_children.resize(m_scene.nodes.size());
     for (const uint32_t node : m_scene.nodeOrder) {
         const uint32_t parent = m_scene.nodes[node].parent;
         (parent == scene::kNone ? m_roots : m_children[parent]).push_back(node);
     }
+    m_placed.resize(m_scene.nodes.size());
+    const auto place = [&](const auto& things, uint32_t Placed::*index) {
+        for (uint32_t i = 0; i < things.size(); i++)
+            if (things[i].node != scene::kNone) m_placed[things[i].node].*index = i;
+    };
+    place(m_scene.instances, &Placed::instance);
+    place(m_scene.lights, &Placed::light);
+    place(m_scene.cameras, &Placed::camera);
+    m_worldTransforms = scene::WorldTransforms(m_scene);
+    for (const scene::Mesh& mesh : m_scene.meshes) {
+        scene::Bounds& bounds = m_meshBounds.emplace_back();
+        for (const scene::Primitive& primitive : mesh.primitives) bounds.Extend(primitive.bounds);
+    }
+    for (uint32_t i = 0; i < m_scene.instances.size(); i++) m_instanceBounds.push_back(InstanceBounds(i));
 }
 
-bool Document::IsUnder(uint32_t node, uint32_t ancestor) const {
-    for (; node != scene::kNone; node = m_scene.nodes[node].parent)
-        if (node == ancestor) return true;
-    return false;
+scene::Bounds Document::InstanceBounds(uint32_t instance) const {
+    const scene::Instance& of = m_scene.instances[instance];
+    return m_meshBounds[of.mesh].Transformed(of.objectToWorld);
+}
+
+std::vector<uint32_t> Document::Subtree(uint32_t node) const {
+    std::vector<uint32_t> nodes{node};
+    for (size_t i = 0; i < nodes.size(); i++)
+        nodes.insert(nodes.end(), m_children[nodes[i]].begin(), m_children[nodes[i]].end());
+    return nodes;
+}
+
+std::vector<uint32_t> Document::InstancesUnder(uint32_t node) const {
+    std::vector<uint32_t> instances;
+    for (const uint32_t below : Subtree(node))
+        if (m_placed[below].instance != scene::kNone) instances.push_back(m_placed[below].instance);
+    return instances;
+}
+
+glm::mat4x3 Document::ParentTransform(uint32_t node) const {
+    const uint32_t parent = m_scene.nodes.at(node).parent;
+    return parent == scene::kNone ? glm::mat4x3(1.0f) : m_worldTransforms[parent];
 }
 
 scene::Bounds Document::BoundsOf(uint32_t node) const {
     scene::Bounds bounds;
-    for (const scene::Instance& instance : m_scene.instances) {
-        if (!IsUnder(instance.node, node)) continue;
-        for (const scene::Primitive& primitive : m_scene.meshes[instance.mesh].primitives)
-            bounds.Extend(primitive.bounds.Transformed(instance.objectToWorld));
-    }
+    for (const uint32_t instance : InstancesUnder(node)) bounds.Extend(m_instanceBounds[instance]);
     return bounds;
 }
 
@@ -90,28 +131,49 @@ Edit Document::Current(const Edit& of) const {
 }
 
 void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
+    if (edit.node >= m_scene.nodes.size())
+        throw Error(ErrorKind::Usage, "there is no node " + std::to_string(edit.node));
     for (int column = 0; column < 4; column++)
         for (int row = 0; row < 3; row++)
             if (!(std::abs(edit.local[column][row]) < kLargest))
                 throw Error(ErrorKind::Usage, "a node's transform has to be made of finite numbers");
-    scene::Node& node = m_scene.nodes.at(edit.node);
-    const std::optional<glm::mat4x3> before = std::exchange(node.matrix, edit.local);
-    const std::vector<scene::Instance> instances = m_scene.instances;
-    const std::vector<scene::Light> lights = m_scene.lights;
-    scene::UpdateWorldTransforms(m_scene);
+    const std::vector<uint32_t> moved = Subtree(edit.node);
+    std::vector<glm::mat4x3> before;
+    for (const uint32_t node : moved) before.push_back(m_worldTransforms[node]);
+    // Only what lies below the node moves
+    const auto place = [&](uint32_t node, const glm::mat4x3& nodeToWorld) {
+        m_worldTransforms[node] = nodeToWorld;
+        const uint32_t light = m_placed[node].light;
+        if (light == scene::kNone) return;
+        scene::Light values = m_scene.lights[light];
+        values.lightToWorld = nodeToWorld;
+        gpu.SetLight(light, values);  // may be refused
+        m_scene.lights[light] = values;
+    };
+    const auto local = [&](uint32_t node) {
+        return node == edit.node ? edit.local : m_scene.nodes[node].LocalTransform();
+    };
+    size_t done = 0;
     try {
-        for (uint32_t i = 0; i < lights.size(); i++)  // these may be refused
-            if (!(lights[i] == m_scene.lights[i])) gpu.SetLight(i, m_scene.lights[i]);
+        for (; done < moved.size(); done++)
+            place(moved[done], scene::Compose(ParentTransform(moved[done]), local(moved[done])));
     } catch (const Error&) {
-        node.matrix = before;
-        scene::UpdateWorldTransforms(m_scene);
-        for (uint32_t i = 0; i < lights.size(); i++)
-            if (!(lights[i] == gpu.Light(i))) gpu.SetLight(i, lights[i]);
+        m_worldTransforms[moved[done]] = before[done];
+        while (done-- > 0) place(moved[done], before[done]);
         throw;
     }
-    for (uint32_t i = 0; i < instances.size(); i++)
-        if (instances[i].objectToWorld != m_scene.instances[i].objectToWorld)
-            gpu.SetTransform(i, m_scene.instances[i].objectToWorld);
+    m_scene.nodes[edit.node].matrix = edit.local;
+    for (const uint32_t node : moved) {
+        const Placed& placed = m_placed[node];
+        if (placed.camera != scene::kNone)
+            m_scene.cameras[placed.camera].cameraToWorld = m_worldTransforms[node];
+        if (placed.instance == scene::kNone) continue;
+        m_scene.instances[placed.instance].objectToWorld = m_worldTransforms[node];
+        m_instanceBounds[placed.instance] = InstanceBounds(placed.instance);
+        gpu.SetTransform(placed.instance, m_worldTransforms[node]);
+    }
+    m_scene.bounds = {};
+    for (const scene::Bounds& bounds : m_instanceBounds) m_scene.bounds.Extend(bounds);
 }
 
 void Document::Put(const Edit& edit, GpuScene& gpu) {
@@ -132,6 +194,7 @@ void Document::Put(const Edit& edit, GpuScene& gpu) {
 void Document::Apply(const Edit& edit, GpuScene& gpu) {
     const Edit before = Current(edit);
     Put(edit, gpu);
+    if (m_saved > m_done) m_saved = kNeverSaved;  // those steps are forgotten
     m_steps.resize(m_done);
     if (m_isOpen && m_done > 0 && IsSameTarget(m_steps.back().after, edit)) {
         m_steps.back().after = edit;
@@ -140,6 +203,17 @@ void Document::Apply(const Edit& edit, GpuScene& gpu) {
         m_done++;
     }
     m_isOpen = true;
+}
+
+void Document::Save(const std::filesystem::path& to) {
+    if (m_file.empty()) throw Error(ErrorKind::Usage, "no scene is open");
+    if (m_stamp && StampOf(m_file) != m_stamp)
+        throw Error(ErrorKind::BadInput, m_file.string() + ": has changed since it was opened; not saved");
+    scene::SaveGltf(m_file, m_scene, to);
+    m_isOpen = false;
+    m_file = to;
+    m_stamp = StampOf(to);
+    m_saved = m_done;
 }
 
 void Document::Undo(GpuScene& gpu) {

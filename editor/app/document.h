@@ -29,11 +29,21 @@ struct LightEdit {
 };
 using Edit = std::variant<TransformEdit, MaterialEdit, LightEdit>;
 
+// By which a file that was written again is told from the one that was read.
+struct FileStamp {
+    std::filesystem::file_time_type time;
+    uintmax_t bytes = 0;
+    bool operator==(const FileStamp&) const = default;
+};
+std::optional<FileStamp> StampOf(const std::filesystem::path& file);  // nothing: it cannot be asked
+
 class Document {
   public:
     Document() = default;  // an empty scene without a file
-    // All of `data` but the vertices, the texels and what else only the device needs.
-    Document(std::filesystem::path file, const scene::SceneData& data);
+    // All of `data` but the vertices, the texels and what else only the device needs. `stamp` is that of the
+    // file when it was read.
+    Document(std::filesystem::path file, const scene::SceneData& data,
+             const std::optional<FileStamp>& stamp = {});
 
     const std::filesystem::path& File() const { return m_file; }
     // Without vertex streams and images; bounds and names are there.
@@ -41,10 +51,14 @@ class Document {
     const scene::SceneStatistics& Statistics() const { return m_statistics; }
     const std::vector<std::vector<uint32_t>>& Children() const { return m_children; }  // by node
     const std::vector<uint32_t>& Roots() const { return m_roots; }
+    glm::mat4x3 LocalTransform(uint32_t node) const { return m_scene.nodes.at(node).LocalTransform(); }
+    // Node to world; that of the parent, the identity for a root.
+    const glm::mat4x3& WorldTransform(uint32_t node) const { return m_worldTransforms.at(node); }
+    glm::mat4x3 ParentTransform(uint32_t node) const;
     // Of a node and all below it, world space.
     scene::Bounds BoundsOf(uint32_t node) const;
-    // The nodes that the instance's node lies under, itself first.
-    bool IsUnder(uint32_t node, uint32_t ancestor) const;
+    // What the node and all below it place.
+    std::vector<uint32_t> InstancesUnder(uint32_t node) const;
 
     // Makes the edit, here and on the device. Edits of one thing that follow each other before Settle are one
     // step of the history, as while a slider is dragged.
@@ -55,8 +69,13 @@ class Document {
     bool CanRedo() const { return m_done < m_steps.size(); }
     void Undo(GpuScene& gpu);
     void Redo(GpuScene& gpu);
-    // Edits made and not undone, for the title.
+    // Edits made and not undone.
     size_t EditCount() const { return m_done; }
+    // Whether they are others than those that were saved.
+    bool IsEdited() const { return m_done != m_saved; }
+    // Writes the file with its edits to another, or over it (scene::SaveGltf), which then is the document's.
+    // Error{BadInput} if the file has changed since it was loaded, and as SaveGltf.
+    void Save(const std::filesystem::path& to);
 
   private:
     struct Step {
@@ -67,11 +86,25 @@ class Document {
     void PutTransform(const TransformEdit& edit, GpuScene& gpu);
 
     std::filesystem::path m_file;
+    std::optional<FileStamp> m_stamp;
     scene::SceneData m_scene;
     scene::SceneStatistics m_statistics;
+    // What a node places; scene::kNone: nothing.
+    struct Placed {
+        uint32_t instance = scene::kNone, light = scene::kNone, camera = scene::kNone;
+    };
+    // The node, and all below it, parents first.
+    std::vector<uint32_t> Subtree(uint32_t node) const;
+    scene::Bounds InstanceBounds(uint32_t instance) const;
+
     std::vector<std::vector<uint32_t>> m_children;
     std::vector<uint32_t> m_roots;
+    std::vector<Placed> m_placed;                 // by node
+    std::vector<glm::mat4x3> m_worldTransforms;   // by node
+    std::vector<scene::Bounds> m_meshBounds;      // by mesh
+    std::vector<scene::Bounds> m_instanceBounds;  // by instance
     std::vector<Step> m_steps;
+    size_t m_saved = 0;     // m_done when it was saved; kNeverSaved: no number of steps leads there
     size_t m_done = 0;      // steps that are in effect; those after it can be redone
     bool m_isOpen = false;  // the last step may go on
 };

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "editor/app/saved_render.h"
 #include "rhi/device.h"
 
 namespace raygraph::editor {
@@ -15,6 +16,7 @@ struct EditOptions {
     std::filesystem::path scene;    // "": opens empty
     std::filesystem::path script;   // "": a window; else no window, and what the script says
     std::filesystem::path shaders;  // folder of sources to reload from; "": none
+    SaveRender saveRender;          // empty: .exr cannot be written
 };
 
 // Opens the device, with these extensions as DeviceDesc::surfaceExtensions.

@@ -1,22 +1,23 @@
 #include "editor/app/editor.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "base/error.h"
 #include "editor/app/panels.h"
-#include "renderer/image/image.h"
 
 namespace raygraph::editor {
 
 namespace {
 
-constexpr float kSide = 300.0f;      // points: width of the panels left and right, at most
-constexpr float kSideShare = 0.24f;  // of the window
-constexpr float kBottom = 230.0f;    // height of the panel below
+constexpr float kSide = 300.0f;        // points: width of the panels left and right, at most
+constexpr float kSideShare = 0.24f;    // of the window
+constexpr float kBottom = 230.0f;      // height of the panel below, at least
+constexpr float kBottomShare = 0.34f;  // of the window
 constexpr float kStatus = 28.0f;
+constexpr float kOutline = 2.0f;
 constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
                                     ImGuiWindowFlags_NoBringToFrontOnFocus;
@@ -30,39 +31,38 @@ void Panel(const char* title, ImVec2 position, ImVec2 size, Body&& body) {
     ImGui::End();
 }
 
-image::Image8 ToImage(const Readback& texels, bool isSwapped) {
-    image::Image8 picture{texels.Extent().width, texels.Extent().height, {}};
-    const std::span<const std::byte> bytes = texels.Bytes();
-    picture.rgba.resize(bytes.size());
-    std::memcpy(picture.rgba.data(), bytes.data(), bytes.size());
-    for (size_t i = 0; i + 3 < picture.rgba.size(); i += 4) {
-        if (isSwapped) std::swap(picture.rgba[i], picture.rgba[i + 2]);
-        picture.rgba[i + 3] = 255;
-    }
-    return picture;
-}
-
 }  // namespace
 
-Editor::Editor(rhi::Device& device, const std::filesystem::path& shaders) : m_work(device, shaders) {}
+Editor::Editor(rhi::Device& device, EditorOptions options)
+    : m_work(device, options.shaders), m_saveRender(std::move(options.saveRender)) {}
 
 bool Editor::IsBusy() const {
-    return m_work.loader.IsLoading() || m_isPicking || !m_saving.empty() || !m_pictureFile.empty() ||
-           !m_windowFile.empty();
+    return m_work.IsLoading() || m_isPicking || !m_saving.empty() || !m_savingRenders.empty() ||
+           !m_pictureFile.empty() || !m_windowFile.empty();
 }
 
 bool Editor::Frame(const FrameInput& input, Screen& screen) {
-    if (m_work.FinishLoading()) m_isPicking = false;  // of what is gone
+    if (m_work.FinishLoading()) {
+        m_isPicking = false;  // of what is gone
+        KeepSettings();       // with the file among the recent ones
+    }
     for (const std::filesystem::path& file : input.dropped) m_work.Open(file);
     TakePick();
     FinishSaving();
+    m_work.Observe();
     if (input.isClosing) return false;
     if (input.extent.IsEmpty()) return true;
+    const auto points = [&](uint32_t pixels) {
+        return static_cast<uint32_t>(std::lround(static_cast<float>(pixels) / input.scale));
+    };
+    m_windowSize = {points(input.extent.width), points(input.extent.height)};
+    const auto start = std::chrono::steady_clock::now();
     m_ui.Begin(input);
     Keys(input);
-    BuildUi(input);
     Mouse(input);
+    BuildUi(input);
     m_ui.End();
+    m_work.uiMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     Draw(screen, input);
     return !m_isLeaving;
 }
@@ -74,6 +74,7 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
     const size_t savingBefore = m_saving.size();
     try {
         m_work.view.SetCamera(m_work.camera.View());
+        m_work.view.SetOutline({.width = std::min(kOutline * input.scale, 8.0f)});
         renderer.BeginFrame();
         const std::optional<TextureId> target = screen.Begin(renderer, input.extent);
         if (!target) {
@@ -81,7 +82,7 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
             return;
         }
         const TextureId picture = m_work.view.Declare();
-        const TextureId drawn = m_ui.Draw(renderer, *target, picture);
+        const TextureId drawn = m_ui.Draw(renderer, *target, m_work.view.DeclareOutline(picture));
         if (!m_pictureFile.empty() && picture.IsValid())
             m_saving.push_back({std::exchange(m_pictureFile, {}), renderer.ReadBack(picture), false});
         if (!m_windowFile.empty())
@@ -100,24 +101,20 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
     }
 }
 
-void Editor::FinishSaving() {
-    std::erase_if(m_saving, [&](const Saving& saving) {
-        if (!saving.texels.IsReady()) return false;
-        try {
-            image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
-            m_work.Say("saved " + saving.file.string());
-        } catch (const Error& error) {
-            m_work.Say(error.what());
-        }
-        return true;
-    });
-}
-
 void Editor::MenuBar() {
     if (!ImGui::BeginMainMenuBar()) return;
     if (ImGui::BeginMenu("File")) {
-        if (ImGui::MenuItem("Open...", "Ctrl+O")) m_isOpening = true;
-        if (ImGui::MenuItem("Save picture", "F12")) SavePicture("raygraph.png");
+        if (ImGui::MenuItem("Open...", "Ctrl+O")) AskToOpen();
+        if (ImGui::BeginMenu("Recent", !m_work.recent.empty())) {
+            for (const std::filesystem::path& file : std::vector(m_work.recent))
+                if (ImGui::MenuItem(file.c_str())) m_work.Open(file);
+            ImGui::EndMenu();
+        }
+        const bool hasScene = !m_work.document.File().empty();
+        if (ImGui::MenuItem("Save scene as...", "Ctrl+Shift+S", false, hasScene)) AskToSaveScene();
+        ImGui::Separator();
+        if (ImGui::MenuItem("Save picture...", "Ctrl+S")) AskToSavePicture();
+        if (ImGui::MenuItem("Screenshot", "F12")) SavePicture("raygraph.png");
         ImGui::Separator();
         if (ImGui::MenuItem("Quit", "Ctrl+Q")) m_isLeaving = true;
         ImGui::EndMenu();
@@ -148,26 +145,9 @@ void Editor::MenuBar() {
     ImGui::EndMainMenuBar();
 }
 
-void Editor::OpenDialog() {
-    if (std::exchange(m_isOpening, false)) ImGui::OpenPopup("Open a scene");
-    if (!ImGui::BeginPopupModal("Open a scene", nullptr, ImGuiWindowFlags_AlwaysAutoResize)) return;
-    ImGui::TextUnformatted("glTF file (.gltf or .glb); it may also be dropped onto the window");
-    ImGui::SetNextItemWidth(480.0f);
-    if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
-    const bool isEntered =
-        ImGui::InputText("##path", m_openPath, sizeof m_openPath, ImGuiInputTextFlags_EnterReturnsTrue);
-    if (ImGui::Button("Open") || isEntered) {
-        m_work.Open(m_openPath);
-        ImGui::CloseCurrentPopup();
-    }
-    ImGui::SameLine();
-    if (ImGui::Button("Cancel")) ImGui::CloseCurrentPopup();
-    ImGui::EndPopup();
-}
-
 void Editor::BuildUi(const FrameInput& input) {
     MenuBar();
-    OpenDialog();
+    m_dialog.Draw();
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     const float side = std::floor(std::min(kSide, kSideShare * window.x));
     const float top = ImGui::GetFrameHeight(), bottom = window.y - kStatus;
@@ -183,14 +163,15 @@ void Editor::BuildUi(const FrameInput& input) {
         right = x;
     }
     if (m_work.panels.statistics || m_work.panels.graph) {
-        lower = bottom - kBottom;
+        const float height = std::floor(std::max(kBottom, kBottomShare * window.y));
+        lower = bottom - height;
         const bool isBoth = m_work.panels.statistics && m_work.panels.graph;
         const float middle = isBoth ? std::floor(0.5f * (left + right)) : right;
         if (m_work.panels.statistics)
-            Panel("Statistics", {left, lower}, {middle - left, kBottom}, [&] { StatisticsPanel(m_work); });
+            Panel("Statistics", {left, lower}, {middle - left, height}, [&] { StatisticsPanel(m_work); });
         const float start = isBoth ? middle : left;
         if (m_work.panels.graph)
-            Panel("Render graph", {start, lower}, {right - start, kBottom}, [&] { GraphPanel(m_work); });
+            Panel("Render graph", {start, lower}, {right - start, height}, [&] { GraphPanel(m_work); });
     }
     ViewArea(input, left, top, right - left, lower - top);
     StatusBar(bottom, window.x, kStatus);
@@ -224,7 +205,12 @@ void Editor::ViewArea(const FrameInput& input, float left, float top, float widt
     ImGui::GetWindowDrawList()->AddImage(PictureTexture(), corner,
                                          {corner.x + static_cast<float>(across) / input.scale,
                                           corner.y + static_cast<float>(down) / input.scale});
-    m_isOverView = ImGui::IsWindowHovered();
+    m_gizmo.Draw(m_work, corner, glm::vec2(across, down) / input.scale);
+    if (m_work.selectedNode) {
+        ImGui::SetCursorPos({8.0f, 8.0f});
+        GizmoButtons(m_work);
+    }
+    m_isOverView = ImGui::IsWindowHovered() && !ImGui::IsAnyItemHovered();
     if (m_work.loader.IsLoading()) {
         const SceneLoader::Progress progress = m_work.loader.Current();
         ImGui::SetCursorPos({0.5f * width - 160.0f, 0.5f * height});

@@ -6,32 +6,53 @@
 #include <memory>
 #include <optional>
 
+#include "editor/app/gizmo_view.h"
 #include "editor/app/input.h"
+#include "editor/app/path_dialog.h"
+#include "editor/app/saved_render.h"
 #include "editor/app/screen.h"
 #include "editor/app/ui.h"
 #include "editor/app/workspace.h"
 
 namespace raygraph::editor {
 
+struct EditorOptions {
+    std::filesystem::path shaders;  // folder of sources to reload from; "": none
+    SaveRender saveRender;          // empty: .exr cannot be written
+};
+
 class Editor {
   public:
-    explicit Editor(rhi::Device& device, const std::filesystem::path& shaders = {});
+    explicit Editor(rhi::Device& device, EditorOptions options = {});
 
     Workspace& Work() { return m_work; }
     // Takes the input, draws the next frame. False: the user wants to leave.
     bool Frame(const FrameInput& input, Screen& screen);
+    // Where the picture's upper left corner is in the window, pixels, as of the last frame.
+    glm::ivec2 PictureOrigin() const { return m_viewOrigin; }
     // Until it is false, a script that waits goes on waiting: for a scene, a pick or a file.
     bool IsBusy() const;
     // Why the last frame was not drawn, one line; empty: it was.
     const std::string& FrameError() const { return m_frameError; }
-    // The picture as shown, or the whole window, as .png once the next frame has been drawn.
-    void SavePicture(const std::filesystem::path& file) { m_pictureFile = file; }
+    // The picture as shown as .png, or what it was made of as .exr: linear, with AOVs; the message says what
+    // came of it, once it is there.
+    void SavePicture(const std::filesystem::path& file);
+    // Reads the settings of a folder, and keeps them there from then on (KeepSettings). One that cannot be
+    // read leaves all as it is, but for the message. Without this call nothing is kept.
+    void UseConfig(const std::filesystem::path& folder);
+    // Writes them if they have changed; the message says so if they cannot be.
+    void KeepSettings();
+    // The open scene with its edits as .gltf or .glb, at once. It is what is open then.
+    bool SaveScene(const std::filesystem::path& file) { return m_work.SaveScene(file); }
+    // The whole window as .png.
     void SaveWindow(const std::filesystem::path& file) { m_windowFile = file; }
 
   private:
     void BuildUi(const FrameInput& input);
     void MenuBar();
-    void OpenDialog();
+    void AskToOpen();
+    void AskToSavePicture();
+    void AskToSaveScene();
     void ViewArea(const FrameInput& input, float left, float top, float width, float height);
     void StatusBar(float top, float width, float height);
     void UseBookmark(size_t slot, bool isKept);
@@ -45,10 +66,14 @@ class Editor {
     Workspace m_work;
     Ui m_ui;
     bool m_isLeaving = false;
-    bool m_isOpening = false;  // the dialog is to be shown
-    char m_openPath[1024] = {};
-    // The picture's place in the window, pixels
+    SaveRender m_saveRender;
+    std::filesystem::path m_config;  // "": nothing is kept
+    Settings m_kept;                 // as they are in the file
+    Extent2D m_windowSize{};         // points, as of the last frame
+    PathDialog m_dialog;
+    // The picture's place in the window, pixels, as of the last frame
     glm::ivec2 m_viewOrigin{0};
+    GizmoView m_gizmo;
     bool m_isOverView = false;
     std::optional<MouseButton> m_drag;  // began over the picture
     glm::vec2 m_lastMouse{0.0f}, m_pressedAt{0.0f};
@@ -62,6 +87,12 @@ class Editor {
         bool isSwapped = false;  // BGRA
     };
     std::vector<Saving> m_saving;
+    struct SavingRender {
+        std::filesystem::path file;
+        viewport::Capture capture;
+        SavedRender render;  // but for the picture
+    };
+    std::vector<SavingRender> m_savingRenders;
     std::string m_frameError;
 };
 

@@ -39,7 +39,11 @@ void Editor::Keys(const FrameInput& input) {
             continue;
         }
         if (input.isControl) {
-            if (key == Key::O) m_isOpening = true;
+            if (key == Key::O) AskToOpen();
+            if (key == Key::S && input.isShift)
+                AskToSaveScene();
+            else if (key == Key::S)
+                AskToSavePicture();
             if (key == Key::Q) m_isLeaving = true;
             if (key == Key::Y || (key == Key::Z && input.isShift))
                 m_work.Redo();
@@ -57,6 +61,25 @@ void Editor::Keys(const FrameInput& input) {
             case Key::Tab:
                 m_work.view.SetView(
                     static_cast<viewport::View>((static_cast<uint32_t>(view) + 1) % viewport::kViewCount));
+                break;
+            case Key::Z:
+                m_work.tool = GizmoTool::Move;
+                break;
+            case Key::X:
+                m_work.tool = GizmoTool::Rotate;
+                break;
+            case Key::C:
+                m_work.tool = GizmoTool::Scale;
+                break;
+            case Key::V:
+                m_work.toolSpace =
+                    m_work.toolSpace == GizmoSpace::World ? GizmoSpace::Local : GizmoSpace::World;
+                break;
+            case Key::P:
+                m_work.pivot = m_work.pivot == GizmoPivot::Middle ? GizmoPivot::Origin : GizmoPivot::Middle;
+                break;
+            case Key::Escape:
+                if (!m_gizmo.Cancel(m_work)) m_work.Select(std::nullopt);
                 break;
             case Key::F:
                 m_work.FrameSelection();
@@ -103,6 +126,11 @@ void Editor::Fly(const FrameInput& input) {
 
 void Editor::Mouse(const FrameInput& input) {
     const glm::vec2 moved = (input.mouse - std::exchange(m_lastMouse, input.mouse)) / input.scale;
+    const Extent2D size = m_work.view.Size();
+    const bool mayTake = m_isOverView && !m_drag && !input.IsDown(MouseButton::Right);
+    m_gizmo.Update(m_work, input, (input.mouse - glm::vec2(m_viewOrigin)) / input.scale,
+                   glm::vec2(size.width, size.height) / input.scale, mayTake);
+    if (m_gizmo.IsHeld()) return;
     if (!m_drag) {
         if (m_isOverView && input.wheel != 0.0f) m_work.camera.Dolly(input.wheel);
         for (const MouseButton button : {MouseButton::Left, MouseButton::Right, MouseButton::Middle})
@@ -115,7 +143,6 @@ void Editor::Mouse(const FrameInput& input) {
     }
     if (!input.IsDown(*m_drag)) {
         const glm::ivec2 pixel = glm::ivec2(m_pressedAt) - m_viewOrigin;
-        const Extent2D size = m_work.view.Size();
         if (m_drag == MouseButton::Left && !m_hasMoved && pixel.x >= 0 && pixel.y >= 0 &&
             pixel.x < static_cast<int>(size.width) && pixel.y < static_cast<int>(size.height)) {
             m_pick = m_work.view.RequestPick(glm::uvec2(pixel));
@@ -130,7 +157,7 @@ void Editor::Mouse(const FrameInput& input) {
         Fly(input);
     } else if (m_hasMoved && moved != glm::vec2(0.0f)) {
         const bool isPan = m_drag == MouseButton::Middle || input.isShift;
-        const float height = static_cast<float>(std::max(m_work.view.Size().height, 1u)) / input.scale;
+        const float height = static_cast<float>(std::max(size.height, 1u)) / input.scale;
         if (isPan)
             m_work.camera.Pan(glm::vec2(moved.x, -moved.y) / height);
         else
@@ -142,16 +169,15 @@ void Editor::TakePick() {
     if (!m_isPicking || !m_pick.IsReady()) return;
     m_isPicking = false;
     const viewport::PickResult result = m_pick.Result();
-    m_work.selectedNode.reset();
-    m_work.selectedMaterial.reset();
+    m_work.Select(std::nullopt);
     const scene::SceneData& scene = m_work.document.Scene();
     if (!result.isHit || result.instance >= scene.instances.size() ||
         result.material >= scene.materials.size())
         return;
     const uint32_t node = m_work.document.Scene().instances[result.instance].node;
     if (node == scene::kNone) return;
-    m_work.selectedNode = node;
-    m_work.selectedMaterial = result.material;
+    m_work.Select(node, result.material);
+    m_work.nodeToReveal = node;
 }
 
 }  // namespace raygraph::editor

@@ -22,7 +22,8 @@ bool SceneLoader::Start(const std::filesystem::path& file) {
                 const std::scoped_lock lock(m_mutex);
                 m_progress = {std::string(stage), fraction};
             };
-            m_result = LoadedScene{file, scene::LoadGltf(file, options)};
+            const std::optional<FileStamp> stamp = StampOf(file);
+            m_result = LoadedScene{file, stamp, scene::LoadGltf(file, options)};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};
         }

@@ -9,12 +9,14 @@
 #include <thread>
 #include <variant>
 
+#include "editor/app/document.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::editor {
 
 struct LoadedScene {
     std::filesystem::path file;
+    std::optional<FileStamp> stamp;  // taken before it was read
     scene::SceneData data;
 };
 struct LoadFailure {

@@ -7,6 +7,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <string>
+#include <utility>
 
 #include "editor/app/panels.h"
 
@@ -23,21 +24,22 @@ std::string NameOf(const scene::SceneData& scene, uint32_t node) {
     return "node " + std::to_string(node);
 }
 
-void NodeTree(Workspace& work, uint32_t node) {
-    const std::vector<uint32_t>& children = work.document.Children()[node];
-    ImGuiTreeNodeFlags flags = ImGuiTreeNodeFlags_OpenOnArrow | ImGuiTreeNodeFlags_SpanAvailWidth;
-    if (children.empty()) flags |= ImGuiTreeNodeFlags_Leaf | ImGuiTreeNodeFlags_NoTreePushOnOpen;
+void NodeRow(Workspace& work, const Hierarchy::Row& row) {
+    const uint32_t node = row.node;
+    ImGuiTreeNodeFlags flags = ImGuiTreeNodeFlags_OpenOnArrow | ImGuiTreeNodeFlags_SpanAvailWidth |
+                               ImGuiTreeNodeFlags_NoTreePushOnOpen;
+    if (work.hierarchy.Children(node).empty()) flags |= ImGuiTreeNodeFlags_Leaf;
     if (work.selectedNode == node) flags |= ImGuiTreeNodeFlags_Selected;
+    const float indent = 14.0f * static_cast<float>(std::min(row.depth, 40u)) + 0.01f;
+    ImGui::Indent(indent);
+    ImGui::SetNextItemOpen(work.hierarchy.IsOpen(node));
     const bool isOpen = ImGui::TreeNodeEx(reinterpret_cast<void*>(uintptr_t{node} + 1), flags, "%s",
                                           NameOf(work.document.Scene(), node).c_str());
-    if (ImGui::IsItemClicked()) {
-        work.selectedNode = node;
-        work.selectedMaterial.reset();
-    }
-    if (isOpen && !children.empty()) {
-        for (const uint32_t child : children) NodeTree(work, child);
-        ImGui::TreePop();
-    }
+    if (ImGui::IsItemToggledOpen())
+        work.hierarchy.SetOpen(node, isOpen);
+    else if (ImGui::IsItemClicked())
+        work.Select(node);
+    ImGui::Unindent(indent);
 }
 
 // Ends the history's step where the user lets go.
@@ -108,7 +110,10 @@ void MaterialFields(Workspace& work, uint32_t index) {
             ImGui::SliderFloat("transmission", &material.transmissionFactor, 0.01f, 1.0f, "%.3f", kBounded));
     // Fields that are typed into know no bounds
     material.baseColorFactor = glm::clamp(material.baseColorFactor, glm::vec4(0.0f), glm::vec4(1.0f));
-    material.emissiveFactor = glm::clamp(material.emissiveFactor, glm::vec3(0.0f), glm::vec3(1e6f));
+    // glTF wants colours of at most 1, and has `strength` for more; a file that has more keeps it
+    const glm::vec3 before = work.document.Scene().materials[index].emissiveFactor;
+    material.emissiveFactor =
+        glm::clamp(material.emissiveFactor, glm::vec3(0.0f), glm::max(before, glm::vec3(1.0f)));
     if (isEdited) work.Apply(MaterialEdit{index, material});
     ImGui::PopID();
 }
@@ -122,7 +127,8 @@ void LightFields(Workspace& work, uint32_t index) {
     const char* unit = light.type == scene::LightType::Directional ? "%.3f lx" : "%.3f cd";
     isEdited |= ImGui::DragFloat("intensity", &light.intensity, 0.1f, 0.0f, 1e7f, unit, kBounded);
     SettleAfterItem(work);
-    light.color = glm::clamp(light.color, glm::vec3(0.0f), glm::vec3(1e6f));
+    const glm::vec3 before = work.document.Scene().lights[index].color;  // as for materials
+    light.color = glm::clamp(light.color, glm::vec3(0.0f), glm::max(before, glm::vec3(1.0f)));
     if (isEdited) work.Apply(LightEdit{index, light});
     ImGui::PopID();
 }
@@ -147,7 +153,22 @@ void HierarchyPanel(Workspace& work) {
         ImGui::TextWrapped("Drop a .gltf or .glb file here, or use File > Open.");
         return;
     }
-    for (const uint32_t root : work.document.Roots()) NodeTree(work, root);
+    ImGui::BeginChild("nodes");
+    if (work.nodeToReveal) {
+        const size_t row = work.hierarchy.Reveal(*std::exchange(work.nodeToReveal, std::nullopt));
+        const float height = ImGui::GetTextLineHeightWithSpacing(), place = static_cast<float>(row) * height;
+        const float shown = ImGui::GetWindowHeight();
+        if (place < ImGui::GetScrollY() || place + height > ImGui::GetScrollY() + shown)
+            ImGui::SetScrollY(std::max(place - 0.5f * shown, 0.0f));
+    }
+    // A row that is opened changes the list: from the next frame on
+    const std::vector<Hierarchy::Row>& rows = work.hierarchy.Rows();
+    ImGuiListClipper clipper;
+    clipper.Begin(static_cast<int>(rows.size()), ImGui::GetTextLineHeightWithSpacing());
+    while (clipper.Step())
+        for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; i++)
+            NodeRow(work, rows[static_cast<size_t>(i)]);
+    ImGui::EndChild();
 }
 
 void InspectorPanel(Workspace& work) {

@@ -80,6 +80,7 @@ void Script::Play(Editor& editor, Screen& screen) {
             Fail(line, error.what());
         }
     }
+    editor.KeepSettings();
 }
 
 void Script::Do(const Line& line, Editor& editor, Screen& screen) {
@@ -177,6 +178,12 @@ void Script::Do(const Line& line, Editor& editor, Screen& screen) {
             editor.SavePicture(Rest(words, 1));
         until("saved", [&] { return !editor.IsBusy(); });
         if (!std::filesystem::exists(Rest(words, 1))) Fail(line, editor.Work().message);
+    } else if (verb == "config") {
+        editor.UseConfig(Rest(words, 1));
+        Frame(editor, screen);
+    } else if (verb == "scene") {
+        if (!editor.SaveScene(Rest(words, 1))) Fail(line, editor.Work().message);
+        Frame(editor, screen);
     } else if (verb == "view") {
         editor.Work().view.SetView(ViewOf(Rest(words, 1)));
         Frame(editor, screen);

@@ -8,7 +8,9 @@
 //   text abc               typed                     view raster       a view by its name
 //   frames 10              lets time pass            wait              until loads, picks and files are done
 //   samples 64             until the view has them   material base 1 0 0   of what is selected
-//   window FILE            saves it as .png          picture FILE      saves the picture as .png
+//   window FILE            saves it as .png          picture FILE      saves the picture, .png or .exr
+//   config FOLDER          settings are read from there, and kept there when the script ends
+//   scene FILE             saves the scene, .gltf or .glb
 //   expect selected NAME | view NAME | message TEXT | edits N | samples-below N | samples-above N
 // clang-format on
 #pragma once

@@ -77,6 +77,7 @@ void ApplyStyle(ImGuiStyle& style) {
     colors[ImGuiCol_Tab] = Gray(0.14f);
     colors[ImGuiCol_TabHovered] = Gray(0.27f);
     colors[ImGuiCol_TabActive] = Gray(0.22f);
+    colors[ImGuiCol_ModalWindowDimBg] = Gray(0.0f, 0.55f);
     colors[ImGuiCol_Separator] = Gray(0.22f);
     colors[ImGuiCol_TextSelectedBg] = faint;
 }

@@ -1,9 +1,8 @@
-// How the scene is shown, and what it costs: settings, statistics, graph and help.
+// How the scene is shown, and help.
 #include <imgui.h>
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <glm/gtc/type_ptr.hpp>
 #include <string>
 
@@ -25,18 +24,25 @@ bool Choose(const char* label, Enum& value, const std::array<const char*, Count>
     return true;
 }
 
-std::string BytesText(uint64_t bytes) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.1f MB", static_cast<double>(bytes) / (1 << 20));
-    return text;
-}
-
-void Row(const char* name, const std::string& value) {
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
-    ImGui::TextDisabled("%s", name);
-    ImGui::TableNextColumn();
-    ImGui::TextUnformatted(value.c_str());
+void EnvironmentFields(Workspace& work) {
+    EnvironmentSettings environment = work.gpu.Environment();
+    // The brightest channel is the intensity, the rest is the colour
+    float intensity = std::max({environment.radiance.x, environment.radiance.y, environment.radiance.z});
+    glm::vec3 color = intensity > 0.0f ? environment.radiance / intensity : glm::vec3(1.0f);
+    const std::string file = work.EnvironmentFile().filename().string();
+    if (file.empty()) {
+        ImGui::TextDisabled("sky: one colour; drop an .hdr or .exr");
+    } else {
+        ImGui::TextUnformatted(file.c_str());
+        ImGui::SameLine();
+        if (ImGui::SmallButton("remove")) work.RemoveEnvironmentMap();
+    }
+    bool isEdited = ImGui::ColorEdit3("sky", glm::value_ptr(color), ImGuiColorEditFlags_Float);
+    isEdited |=
+        ImGui::DragFloat("intensity", &intensity, 0.01f, 0.0f, 1e6f, "%.3f", ImGuiSliderFlags_AlwaysClamp);
+    isEdited |= ImGui::SliderAngle("turn", &environment.rotation, -180.0f, 180.0f);
+    environment.radiance = glm::clamp(color, glm::vec3(0.0f), glm::vec3(1.0f)) * intensity;
+    if (isEdited) work.gpu.SetEnvironment(environment);
 }
 
 }  // namespace
@@ -57,12 +63,7 @@ void SettingsPanel(Workspace& work) {
     if (!(show == work.view.Show())) work.view.SetShow(show);
 
     ImGui::Separator();
-    EnvironmentSettings environment = work.gpu.Environment();
-    bool isEdited = ImGui::ColorEdit3("sky", glm::value_ptr(environment.radiance),
-                                      ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR);
-    isEdited |= ImGui::SliderAngle("turn", &environment.rotation, -180.0f, 180.0f);
-    environment.radiance = glm::clamp(environment.radiance, glm::vec3(0.0f), glm::vec3(1e6f));
-    if (isEdited) work.gpu.SetEnvironment(environment);
+    EnvironmentFields(work);
 
     ImGui::Separator();
     viewport::PathSettings paths = work.view.Paths();
@@ -79,64 +80,34 @@ void SettingsPanel(Workspace& work) {
     ImGui::PopItemWidth();
 }
 
-void StatisticsPanel(Workspace& work) {
-    const viewport::ViewportProgress progress = work.view.Progress();
-    const GpuSceneStatistics& scene = work.gpu.Statistics();
-    if (ImGui::BeginTable("statistics", 2, ImGuiTableFlags_SizingFixedFit)) {
-        Row("device", work.device.Info().name);
-        Row("samples", std::to_string(progress.pathTracedSamples) + " path-traced, " +
-                           std::to_string(progress.rasterSamples) + " raster");
-        Row("triangles", std::to_string(scene.trianglesPlaced) + " in " +
-                             std::to_string(scene.instanceCount) + " instances");
-        Row("lights", std::to_string(scene.lightCount));
-        Row("BLAS", std::to_string(scene.blasCount) + ", " + BytesText(scene.blasBytesCompacted));
-        Row("TLAS", std::to_string(scene.tlasRebuilds) + " builds, " + std::to_string(scene.tlasUpdates) +
-                        " updates, " + BytesText(scene.tlasBytes));
-        Row("memory", BytesText(work.device.Memory().usedBytes) + ", peak " +
-                          BytesText(work.device.Memory().peakBytes));
-        ImGui::EndTable();
-    }
-    const FrameTiming& timing = work.renderer.Timing();
-    double total = 0.0;
-    for (const PassTiming& pass : timing.passes) total += pass.gpuMs;
-    ImGui::Text("frame %.2f ms", total);
-    for (const PassTiming& pass : timing.passes) {
-        char text[96];
-        std::snprintf(text, sizeof text, "%s  %.3f ms", pass.name.c_str(), pass.gpuMs);
-        ImGui::ProgressBar(total > 0.0 ? static_cast<float>(pass.gpuMs / total) : 0.0f, {-1.0f, 0.0f}, text);
-    }
-}
-
-void GraphPanel(Workspace& work) {
-    const std::string plan = work.renderer.DescribePlan();
-    ImGui::BeginChild("plan", {0.0f, 0.0f}, false, ImGuiWindowFlags_HorizontalScrollbar);
-    ImGui::TextUnformatted(plan.c_str(), plan.c_str() + plan.size());
-    ImGui::EndChild();
-}
-
 void HelpPanel() {
-    constexpr std::array<std::array<const char*, 2>, 20> kKeys{{
-        {"left drag", "orbit"},
+    static constexpr auto kKeys = std::to_array<std::array<const char*, 2>>({
+        {"left drag", "orbit; on a handle of the selection: move, rotate or scale it (Ctrl: in steps)"},
         {"middle drag, Shift + left drag", "pan"},
         {"wheel", "closer, farther"},
         {"right drag", "look around; with W A S D Q E fly (Shift: fast, Ctrl: slow)"},
         {"click", "select what is there"},
+        {"Z, X, C", "handles that move, rotate, scale"},
+        {"V", "their axes: the world's or the node's own"},
+        {"P", "where they are: the middle of what is selected or its origin"},
+        {"Escape", "give up the drag; else select nothing"},
         {"F", "frame the selection, or all"},
+        {"Home", "the scene's camera"},
+        {"1 to 9", "camera bookmark; Ctrl + 1 to 9 sets it"},
         {"R", "raster or path-traced"},
         {"Tab", "next view"},
         {"W", "wipe between raster and path-traced"},
-        {"1 to 9", "camera bookmark; Ctrl + 1 to 9 sets it"},
-        {"Home", "the scene's camera"},
-        {"Ctrl + O", "open a scene"},
-        {"Ctrl + Q", "quit"},
+        {"T, G", "statistics; the frame's plan"},
+        {"Ctrl + O", "open a scene or an environment"},
+        {"Ctrl + S", "save the picture as .png or .exr"},
+        {"Ctrl + Shift + S", "save the scene with its edits"},
         {"Ctrl + Z", "undo"},
         {"Ctrl + Y, Ctrl + Shift + Z", "redo"},
-        {"G", "the frame's plan"},
-        {"T", "statistics"},
+        {"Ctrl + Q", "quit"},
         {"F5", "reload shaders"},
-        {"F12", "save the picture"},
+        {"F12", "screenshot: raygraph.png"},
         {"F1", "this help"},
-    }};
+    });
     if (!ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) return;
     for (const auto& [key, what] : kKeys) {
         ImGui::TableNextRow();

@@ -1,22 +1,40 @@
 #include "editor/app/workspace.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "base/error.h"
 
 namespace raygraph::editor {
 
+namespace {
+
+bool IsEnvironment(const std::filesystem::path& file) {
+    std::string extension = file.extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+    return extension == ".hdr" || extension == ".exr";
+}
+
+}  // namespace
+
 void Workspace::Open(const std::filesystem::path& file) {
+    if (IsEnvironment(file)) {
+        OpenEnvironment(file);
+        return;
+    }
     if (!loader.Start(file)) Say("another scene is being loaded");
 }
 
 template <typename Change>
-void Workspace::Try(Change&& change) {
+bool Workspace::Try(Change&& change) {
     try {
         change();
+        return true;
     } catch (const Error& error) {
         Say(error.what());
+        return false;
     }
 }
 
@@ -32,7 +50,93 @@ void Workspace::Redo() {
     Try([&] { document.Redo(gpu); });
 }
 
+bool Workspace::SaveScene(const std::filesystem::path& file) {
+    return Try([&] {
+        document.Save(file);
+        NoteOpened(file);
+        Say("saved " + file.string());
+    });
+}
+
+void Workspace::NoteOpened(const std::filesystem::path& file) {
+    Settings settings;
+    settings.recent = std::move(recent);
+    settings.NoteOpened(file);
+    recent = std::move(settings.recent);
+}
+
+void Workspace::Observe() {
+    for (const FrameTiming& timing : renderer.TakeTimings()) history.Add(timing);
+    const double now =
+        std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    const viewport::ViewportProgress progress = view.Progress();
+    sampleRate.Note(now, progress.pathTracedSamples + progress.pathTracedShare);
+    if (estimate.sampleCount > progress.pathTracedSamples + 1) estimate = {};  // of what is gone
+    if (m_errorRequest && m_errorRequest->IsReady()) {
+        estimate = m_errorRequest->Result();
+        m_errorRequest.reset();
+    }
+    // It costs little, but not nothing
+    if (!panels.statistics || m_errorRequest || now - m_errorAsked < 0.5) return;
+    m_errorRequest = view.RequestError();
+    m_errorAsked = now;
+}
+
+void Workspace::Take(const Settings& settings) {
+    panels = settings.panels;
+    tool = settings.tool;
+    toolSpace = settings.toolSpace;
+    pivot = settings.pivot;
+    recent = settings.recent;
+    view.SetShow(settings.show);
+}
+
+Settings Workspace::Kept() const {
+    Settings settings;
+    settings.panels = panels;
+    settings.tool = tool;
+    settings.toolSpace = toolSpace;
+    settings.pivot = pivot;
+    settings.recent = recent;
+    // Of the rest there is nothing that a user sets here
+    const viewport::ShowSettings& show = view.Show();
+    settings.show.view = show.view;
+    settings.show.wipePosition = show.wipePosition;
+    settings.show.tonemap = show.tonemap;
+    settings.show.greatestError = show.greatestError;
+    return settings;
+}
+
+void Workspace::OpenEnvironment(const std::filesystem::path& file) {
+    if (m_environment.valid()) {
+        Say("another environment is being loaded");
+        return;
+    }
+    m_loadingEnvironment = file;
+    Say("loading " + file.string() + " ...");
+    m_environment = std::async(std::launch::async, [file] { return image::ReadEnvironment(file); });
+}
+
+void Workspace::FinishLoadingEnvironment() {
+    if (!m_environment.valid() ||
+        m_environment.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+        return;
+    Try([&] {
+        const image::Environment loaded = m_environment.get();
+        gpu.SetEnvironmentMap(loaded.image);
+        gpu.SetEnvironment({.radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation});
+        m_environmentFile = m_loadingEnvironment;
+        Say(loaded.warnings.empty() ? "" : loaded.warnings.front());
+    });
+}
+
+void Workspace::RemoveEnvironmentMap() {
+    gpu.RemoveEnvironmentMap();
+    m_environmentFile.clear();
+}
+
 bool Workspace::FinishLoading() {
+    FinishLoadingEnvironment();
     std::optional<LoadResult> result = loader.Take();
     if (!result) return false;
     if (const LoadFailure* failure = std::get_if<LoadFailure>(&*result)) {
@@ -40,7 +144,7 @@ bool Workspace::FinishLoading() {
         return false;
     }
     LoadedScene& loaded = std::get<LoadedScene>(*result);
-    Document opened(loaded.file, loaded.data);
+    Document opened(loaded.file, loaded.data, loaded.stamp);
     try {
         gpu.SetScene(std::move(loaded.data));
     } catch (const Error& error) {
@@ -48,16 +152,24 @@ bool Workspace::FinishLoading() {
         return false;
     }
     document = std::move(opened);
-    selectedNode.reset();
-    selectedMaterial.reset();
+    NoteOpened(document.File());
+    hierarchy = Hierarchy(document.Children(), document.Roots());
+    nodeToReveal.reset();
+    Select(std::nullopt);
     bookmarks = {};
     const scene::SceneData& scene = document.Scene();
     // A scene without light of its own would be black
     const bool isLit = !scene.lights.empty() || scene::HasEmission(scene);
-    gpu.SetEnvironment({.radiance = glm::vec3(isLit ? 0.0f : 1.0f)});
+    if (m_environmentFile.empty()) gpu.SetEnvironment({.radiance = glm::vec3(isLit ? 0.0f : 1.0f)});
     UseCamera(scene.cameras.empty() ? std::nullopt : std::optional<uint32_t>(0));
     Say(scene.warnings.empty() ? "" : scene.warnings.front());
     return true;
+}
+
+void Workspace::Select(std::optional<uint32_t> node, std::optional<uint32_t> material) {
+    selectedNode = node;
+    selectedMaterial = material;
+    view.SetOutlined(node ? document.InstancesUnder(*node) : std::vector<uint32_t>{});
 }
 
 void Workspace::UseCamera(std::optional<uint32_t> index) {

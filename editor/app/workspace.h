@@ -3,26 +3,23 @@
 #pragma once
 
 #include <array>
+#include <future>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "editor/app/camera_controller.h"
 #include "editor/app/document.h"
+#include "editor/app/frame_history.h"
+#include "editor/app/gizmo.h"
+#include "editor/app/hierarchy.h"
 #include "editor/app/scene_loader.h"
+#include "editor/app/settings.h"
 #include "editor/viewport/viewport.h"
 #include "renderer/graph/renderer.h"
+#include "renderer/image/image.h"
 
 namespace raygraph::editor {
-
-// What is shown beside the picture.
-struct Panels {
-    bool hierarchy = true;
-    bool inspector = true;
-    bool statistics = false;
-    bool graph = false;
-    bool help = false;
-};
 
 struct Bookmark {
     scene::CameraView view;
@@ -42,19 +39,34 @@ class Workspace {
         camera.Set(scene::ViewOfBounds({}, 1.0f), 2.0f);
     }
 
-    // Begins to load beside the frames that go on; says so if another load is under way.
+    // Begins to load a scene beside the frames that go on, or an environment map (.hdr, .exr); says so if
+    // another load of the kind is under way.
     void Open(const std::filesystem::path& file);
+    void RemoveEnvironmentMap();
+    // The file of the environment map; "": there is none.
+    const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
+    bool IsLoading() const { return loader.IsLoading() || m_environment.valid(); }
     // Takes over a scene that has been loaded, or says why not: then all stays as it is.
     // True: there is a new scene.
     bool FinishLoading();
+    // The open scene with its edits, .gltf or .glb; that file is open then. The message says what came of it;
+    // false: nothing.
+    bool SaveScene(const std::filesystem::path& file);
     // A camera of the scene, or one that frames it all.
     void UseCamera(std::optional<uint32_t> camera);
+    // With the material that was picked, if one was.
+    void Select(std::optional<uint32_t> node, std::optional<uint32_t> material = {});
     // The view moves to show what is selected, or all.
     void FrameSelection();
     // An edit that the scene refuses changes nothing; the message says why.
     void Apply(const Edit& edit);
     void Undo();
     void Redo();
+    // Takes note of what the last frames took; once a frame.
+    void Observe();
+    // What is kept from one start to the next, but for the window.
+    void Take(const Settings& settings);
+    Settings Kept() const;
     void Say(std::string text) { message = std::move(text); }
 
     rhi::Device& device;
@@ -66,14 +78,35 @@ class Workspace {
     CameraController camera;
     SceneLoader loader;
     std::array<std::optional<Bookmark>, 9> bookmarks;  // keys 1 to 9
+    Hierarchy hierarchy;
+    std::optional<uint32_t> nodeToReveal;  // in it
     std::optional<uint32_t> selectedNode;
     std::optional<uint32_t> selectedMaterial;  // of what was picked
+    GizmoTool tool = GizmoTool::Move;
+    GizmoSpace toolSpace = GizmoSpace::World;
+    GizmoPivot pivot = GizmoPivot::Middle;
+    FrameHistory history;
+    SampleRate sampleRate;
+    viewport::ErrorEstimate estimate;
+    double uiMs = 0.0;           // host time that the panels of the last frame took
+    float targetPercent = 1.0f;  // of the error, for the time left
+    bool showsCulled = true;     // in the plan
     Panels panels;
-    std::string message;  // the newest one line
+    std::vector<std::filesystem::path> recent;  // opened or saved, newest first
+    std::string message;                        // the newest one line
 
   private:
+    void NoteOpened(const std::filesystem::path& file);
+
+    void OpenEnvironment(const std::filesystem::path& file);
+    void FinishLoadingEnvironment();
+
+    std::filesystem::path m_environmentFile, m_loadingEnvironment;
+    std::future<image::Environment> m_environment;  // being loaded
+    std::optional<viewport::ErrorRequest> m_errorRequest;
+    double m_errorAsked = 0.0;  // seconds
     template <typename Change>
-    void Try(Change&& change);
+    bool Try(Change&& change);  // false: it was refused, and the message says why
 };
 
 }  // namespace raygraph::editor

@@ -6,6 +6,7 @@
 
 #include "editor/app/edit.h"
 #include "editor/cli/device_setup.h"
+#include "editor/cli/edit_picture.h"
 #else
 #include "base/error.h"
 #endif
@@ -15,7 +16,14 @@ namespace raygraph::cli {
 void EditCommand(const EditArguments& arguments) {
 #ifdef RAYGRAPH_HAS_EDITOR
     DeviceMessages messages;
-    editor::RunEditor({.scene = arguments.scene, .script = arguments.script, .shaders = arguments.shaders},
+    const editor::SaveRender saveRender = [](const std::filesystem::path& file,
+                                             editor::SavedRender&& render) {
+        WriteRenderFile(file, RenderFileOf(std::move(render)));
+    };
+    editor::RunEditor({.scene = arguments.scene,
+                       .script = arguments.script,
+                       .shaders = arguments.shaders,
+                       .saveRender = saveRender},
                       [&](std::vector<std::string> surfaceExtensions) {
                           return OpenDevice({.select = arguments.device,
                                              .isValidating = arguments.isValidating,

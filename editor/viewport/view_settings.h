@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/glm.hpp>
 
 #include "base/api.h"
 #include "passes/tonemap.h"
@@ -37,6 +38,14 @@ struct ShowSettings {
     float pixelsPerDegree = 67.0206433f;           // of the screen as seen, for View::Flip; 1 to 400
 
     bool operator==(const ShowSettings&) const = default;
+};
+
+// The line around what is selected (Viewport::DeclareOutline).
+struct OutlineSettings {
+    glm::vec3 color{1.0f, 0.62f, 0.2f};  // display values
+    float width = 2.0f;                  // pixels, above 0, at most 8
+
+    bool operator==(const OutlineSettings&) const = default;
 };
 
 // How paths are traced. A change starts anew, with ResetCause::Settings. Extent, camera, region and sample

@@ -14,7 +14,8 @@ Viewport::Impl::Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc
       raster(desc.name),
       pathTracedDisplay(desc.name + ".path-traced.display"),
       rasterDisplay(desc.name + ".raster.display"),
-      compare(desc.name) {}
+      compare(desc.name),
+      outline(desc.name + ".outline") {}
 
 Viewport::Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc)
     : m_impl(std::make_unique<Impl>(renderer, scene, desc)) {}
@@ -27,6 +28,7 @@ Viewport::~Viewport() {
     m_impl->pathTracedDisplay.Forget(m_impl->renderer);
     m_impl->rasterDisplay.Forget(m_impl->renderer);
     m_impl->compare.Forget(m_impl->renderer);
+    m_impl->outline.Forget(m_impl->renderer);
 }
 
 void Viewport::SetSize(Extent2D size) {
@@ -82,6 +84,18 @@ const passes::RasterSettings& Viewport::Raster() const {
     return m_impl->rasterSettings;
 }
 
+void Viewport::SetOutlined(std::vector<uint32_t> instances) {
+    m_impl->outline.SetInstances(std::move(instances));
+}
+
+void Viewport::SetOutline(const OutlineSettings& settings) {
+    m_impl->outlineSettings = settings;
+}
+
+const OutlineSettings& Viewport::Outline() const {
+    return m_impl->outlineSettings;
+}
+
 void Viewport::SetBudget(const BudgetSettings& settings) {
     m_impl->budgetSettings = settings;
     m_impl->budget.SetLimit(settings.frameMs);
@@ -99,6 +113,10 @@ TextureId Viewport::Declare() {
 TextureId Viewport::Declare(const SceneIds& ids) {
     if (m_impl->size.IsEmpty()) return {};
     return m_impl->Declare(ids);
+}
+
+TextureId Viewport::DeclareOutline(TextureId picture) {
+    return m_impl->DeclareOutline(picture);
 }
 
 uint64_t Viewport::RenderFrame() {
@@ -133,6 +151,14 @@ Pick Viewport::RequestPick(glm::uvec2 pixel) {
 Inspection Viewport::RequestInspection(glm::uvec2 pixel) {
     RequirePixel(m_impl->size, pixel, "RequestInspection");
     return m_impl->requests.RequestInspection(pixel);
+}
+
+Capture Viewport::RequestCapture() {
+    return m_impl->captures.Request();
+}
+
+ErrorRequest Viewport::RequestError() {
+    return m_impl->errors.Request();
 }
 
 ViewportProgress Viewport::Progress() const {

@@ -27,8 +27,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/api.h"
+#include "editor/viewport/capture.h"
+#include "editor/viewport/error_estimate.h"
 #include "editor/viewport/pixel_requests.h"
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
@@ -97,6 +100,10 @@ class RAYGRAPH_API Viewport {
     // Of the raster view, which alone starts anew.
     void SetRaster(const passes::RasterSettings& settings);
     const passes::RasterSettings& Raster() const;
+    // Indices of the scene's instances; those that it does not have outline nothing.
+    void SetOutlined(std::vector<uint32_t> instances);
+    void SetOutline(const OutlineSettings& settings);
+    const OutlineSettings& Outline() const;
     void SetBudget(const BudgetSettings& settings);
     const BudgetSettings& Budget() const;
 
@@ -107,6 +114,12 @@ class RAYGRAPH_API Viewport {
     TextureId Declare();
     // For a scene that several viewports show: `ids` are of its Declare in this frame.
     TextureId Declare(const SceneIds& ids);
+    // After Declare, in the same frame: `picture`, which Declare returned, with a line around what is seen of
+    // the outlined instances, as a picture of its own: what Declare returned stays free of it, to be saved,
+    // and no accumulation knows of it. Costs nothing, and returns `picture`, while nothing is outlined, in
+    // View::SideBySide, and for an invalid id. The line is found when the camera, the scene or the selection
+    // has changed, coarsely while that goes on, and kept.
+    TextureId DeclareOutline(TextureId picture);
     // A frame of this viewport alone: begins, declares, presents and executes it. Returns the timeline value
     // that completes it, 0 for a size without area.
     uint64_t RenderFrame();
@@ -115,6 +128,11 @@ class RAYGRAPH_API Viewport {
     // Error{Usage} outside of the size.
     Pick RequestPick(glm::uvec2 pixel);
     Inspection RequestInspection(glm::uvec2 pixel);
+    // The radiance of the raster view if that is shown, else of the path-traced one, with what lies behind
+    // its pixels. Not answered while View::Surface or a size without area is shown.
+    Capture RequestCapture();
+    // Of the path-traced view, once it is shown and every pixel has a sample.
+    ErrorRequest RequestError();
 
     // --- What happened ---
     ViewportProgress Progress() const;

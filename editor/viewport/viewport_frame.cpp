@@ -51,6 +51,7 @@ void Viewport::Impl::NoteChanges() {
             note(old.environment != current.environment, ResetCause::Environment);
         }
         if (isOther) raster.ForgetEnvironment(renderer);
+        if (isOther) outline.Invalidate();
         const bool hasMoved =
             note(!(before.camera == now.camera && before.lens == now.lens), ResetCause::Camera);
         if (hasMoved) movedAt = Clock::now();
@@ -143,6 +144,8 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     NoteChanges();
     LearnFromTimings();
     const passes::TraceSettings settings = TraceSettingsNow();
+    declaredScene = ids;
+    declaredSettings = settings;
     const PathTracedView::Ids traced = pathTraced.Declare(renderer, ids, settings, budget, budgetSettings);
     ShowSettings shownAs = show;
     shownAs.view = ShownView();
@@ -197,6 +200,15 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     if (ShowsRaster(shownAs.view)) rasterShown = {drawn.mean, drawn.variance, drawnSamples.Declared()};
     requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
 
+    if (ShowsPathTraced(shownAs.view))
+        errors.Declare(renderer, traced.mean, traced.variance, tracedSamples.Declared().sampleCount);
+    if (ShowsPathTraced(show.view) && ShowsPathTraced(shownAs.view))
+        captures.Declare(renderer, ids, settings,
+                         {traced.mean, traced.variance, tracedSamples.Declared(), false});
+    else if (show.view == View::Raster)
+        captures.Declare(renderer, ids, settings,
+                         {drawn.mean, drawn.variance, drawnSamples.Declared(), true});
+
     TimedFrame timed{.frame = renderer.FrameNumber()};
     if (shownAs.view == View::Raster && isDrawn)
         timed.rasterPixels = pixels / (uint64_t{rasterScale} * rasterScale);
@@ -206,6 +218,15 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
         if (timedFrames.size() > kMostTimedFrames) timedFrames.pop_front();
     });
     return shown;
+}
+
+TextureId Viewport::Impl::DeclareOutline(TextureId picture) {
+    if (outline.IsEmpty() || !picture.IsValid() || show.view == View::SideBySide) return picture;
+    if (declaredIn.expired())
+        throw Error(ErrorKind::Usage, "Viewport \"" + name + "\": DeclareOutline comes after Declare");
+    const bool isMoving = budget.IsLimited() && IsRecent(changedAt);
+    return outline.Declare(renderer, declaredScene, scene->Revisions(), camera, declaredSettings,
+                           outlineSettings, isMoving, picture);
 }
 
 }  // namespace raygraph::viewport

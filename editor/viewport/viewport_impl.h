@@ -7,6 +7,7 @@
 
 #include "editor/viewport/compare_view.h"
 #include "editor/viewport/kept_display.h"
+#include "editor/viewport/outline_view.h"
 #include "editor/viewport/path_traced_view.h"
 #include "editor/viewport/raster_view.h"
 #include "editor/viewport/viewport.h"
@@ -19,6 +20,7 @@ struct Viewport::Impl {
     Impl(Renderer& ofRenderer, GpuScene& ofScene, const ViewportDesc& desc);
 
     TextureId Declare(const SceneIds& ids);
+    TextureId DeclareOutline(TextureId picture);
     // Starts anew for each cause that there is since the frame declared last.
     void NoteChanges();
     void StartAnew(passes::ResetCause cause);
@@ -55,17 +57,24 @@ struct Viewport::Impl {
     PathSettings paths;
     passes::RasterSettings rasterSettings;
     BudgetSettings budgetSettings;
+    OutlineSettings outlineSettings;
 
     FrameBudget budget;
     PathTracedView pathTraced;
     RasterView raster;
     KeptDisplay pathTracedDisplay, rasterDisplay;
     CompareView compare;
+    OutlineView outline;
     PixelRequests requests;
+    CaptureRequests captures;
+    ErrorRequests errors;
     std::optional<DrawnFrom> drawnFrom;
     std::optional<Clock::time_point> movedAt;    // the camera
     std::optional<Clock::time_point> changedAt;  // anything
     std::weak_ptr<const void> declaredIn;
+    // Of that frame
+    SceneIds declaredScene;
+    passes::TraceSettings declaredSettings;
     std::deque<TimedFrame> timedFrames;  // submitted, without times so far
     double lastFrameMs = 0.0;
 };

@@ -47,7 +47,6 @@ class PlanWriter {
     void WritePass(uint32_t position);
     void WriteFinish();
     void WriteCulled();
-    std::string WhyCulled(const GraphPass& pass) const;
     void WriteResources();
     void WriteBlocks();
     std::string LifetimeText(const Lifetime& lifetime) const;
@@ -81,30 +80,8 @@ void PlanWriter::WriteBarriers(const char* title, const BarrierRange& range) {
     for (uint32_t b = 0; b < range.count; ++b) WriteBarrier(m_plan.barriers[range.first + b]);
 }
 
-// "    waits   radiance: RayTracingShader write -> ComputeShader read, General"
 void PlanWriter::WriteBarrier(const PlannedBarrier& barrier) {
-    const GraphResource& resource = m_graph.resources[barrier.resource];
-    const Dependency& dependency = barrier.dependency;
-    m_text += "    waits   " + resource.name + ": ";
-    if (barrier.predecessor != kNone)
-        m_text += "memory of " + m_graph.resources[barrier.predecessor].name + ", ";
-    else if (barrier.followsLastFrame)
-        m_text += "memory of the last frame, ";
-    if (dependency.srcStages == VK_PIPELINE_STAGE_2_NONE)
-        m_text += "first use";
-    else
-        m_text += SideText(dependency.srcStages, dependency.srcAccess & kWriteAccesses, "done");
-    m_text += " -> " + SideText(dependency.dstStages, dependency.dstAccess, "");
-    if (resource.kind == ResourceKind::Texture) {
-        m_text += ", ";
-        if (dependency.oldLayout != dependency.newLayout)
-            m_text += std::string(LayoutText(dependency.oldLayout)) + " -> ";
-        m_text += LayoutText(dependency.newLayout);
-    }
-    if (barrier.srcQueueFamily != barrier.dstQueueFamily)
-        m_text += ", queue family " + std::to_string(barrier.srcQueueFamily) + " -> " +
-                  std::to_string(barrier.dstQueueFamily);
-    m_text += '\n';
+    m_text += "    waits   " + BarrierText(m_graph, barrier) + '\n';
 }
 
 void PlanWriter::WritePass(uint32_t position) {
@@ -138,42 +115,12 @@ void PlanWriter::WriteFinish() {
         WriteBarrier(m_plan.barriers[m_plan.release.first + b]);
 }
 
-std::string PlanWriter::WhyCulled(const GraphPass& pass) const {
-    std::string unused;
-    std::string culledReaders;
-    const auto add = [](std::string& list, const std::string& name) {
-        if (list.find(name) == std::string::npos) list += (list.empty() ? "" : ", ") + name;
-    };
-    for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
-        const ResourceUse& use = m_graph.uses[u];
-        if (!Writes(use.access)) continue;
-        bool isUsed = false;
-        for (const uint32_t other : m_plan.culled) {
-            const GraphPass& reader = m_graph.passes[other];
-            if (&reader == &pass) continue;
-            for (uint32_t v = reader.firstUse; v < reader.firstUse + reader.useCount; ++v) {
-                const ResourceUse& read = m_graph.uses[v];
-                if (read.resource != use.resource || read.versionIn != use.versionOut) continue;
-                isUsed = true;
-                add(culledReaders, reader.name);
-            }
-        }
-        if (!isUsed) add(unused, m_graph.resources[use.resource].name);
-    }
-    if (unused.empty() && culledReaders.empty()) return "it writes nothing";
-    std::string why;
-    if (!unused.empty()) why = "nothing needs " + unused;
-    if (!culledReaders.empty())
-        why += (why.empty() ? "" : "; ") + ("only culled " + culledReaders + " needs it");
-    return why;
-}
-
 void PlanWriter::WriteCulled() {
     if (m_plan.culled.empty()) return;
     m_text += "\nculled\n";
     for (const uint32_t p : m_plan.culled) {
         const GraphPass& pass = m_graph.passes[p];
-        m_text += "    " + pass.name + " (" + Name(pass.kind) + "): " + WhyCulled(pass) + '\n';
+        m_text += "    " + pass.name + " (" + Name(pass.kind) + "): " + WhyCulled(m_graph, m_plan, p) + '\n';
     }
 }
 
@@ -191,13 +138,7 @@ void PlanWriter::WriteResources() {
     m_text += "\nresources\n";
     for (size_t r = 0; r < m_graph.resources.size(); ++r) {
         const GraphResource& resource = m_graph.resources[r];
-        std::string what = Name(resource.kind);
-        if (resource.kind == ResourceKind::Texture)
-            what += ' ' + std::to_string(resource.extent.width) + 'x' +
-                    std::to_string(resource.extent.height) + ' ' + rhi::Name(resource.format);
-        else if (resource.kind == ResourceKind::Buffer)
-            what += ' ' + BytesText(resource.bytes);
-        m_text += "    " + Padded(resource.name, width + 2) + Padded(what, 28) +
+        m_text += "    " + Padded(resource.name, width + 2) + Padded(ResourceText(resource), 28) +
                   Padded(Name(resource.origin), 12) + LifetimeText(m_plan.lifetimes[r]) + '\n';
     }
 }
@@ -220,6 +161,73 @@ void PlanWriter::WriteBlocks() {
 }
 
 }  // namespace
+
+// "radiance: RayTracingShader write -> ComputeShader read, General"
+std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier) {
+    const GraphResource& resource = graph.resources[barrier.resource];
+    const Dependency& dependency = barrier.dependency;
+    std::string text = resource.name + ": ";
+    if (barrier.predecessor != kNone)
+        text += "memory of " + graph.resources[barrier.predecessor].name + ", ";
+    else if (barrier.followsLastFrame)
+        text += "memory of the last frame, ";
+    if (dependency.srcStages == VK_PIPELINE_STAGE_2_NONE)
+        text += "first use";
+    else
+        text += SideText(dependency.srcStages, dependency.srcAccess & kWriteAccesses, "done");
+    text += " -> " + SideText(dependency.dstStages, dependency.dstAccess, "");
+    if (resource.kind == ResourceKind::Texture) {
+        text += ", ";
+        if (dependency.oldLayout != dependency.newLayout)
+            text += std::string(LayoutText(dependency.oldLayout)) + " -> ";
+        text += LayoutText(dependency.newLayout);
+    }
+    if (barrier.srcQueueFamily != barrier.dstQueueFamily)
+        text += ", queue family " + std::to_string(barrier.srcQueueFamily) + " -> " +
+                std::to_string(barrier.dstQueueFamily);
+    return text;
+}
+
+std::string ResourceText(const GraphResource& resource) {
+    std::string what = Name(resource.kind);
+    if (resource.kind == ResourceKind::Texture)
+        what += ' ' + std::to_string(resource.extent.width) + 'x' + std::to_string(resource.extent.height) +
+                ' ' + rhi::Name(resource.format);
+    else if (resource.kind == ResourceKind::Buffer)
+        what += ' ' + BytesText(resource.bytes);
+    return what;
+}
+
+std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled) {
+    const GraphPass& pass = graph.passes[culled];
+    std::string unused;
+    std::string culledReaders;
+    const auto add = [](std::string& list, const std::string& name) {
+        if (list.find(name) == std::string::npos) list += (list.empty() ? "" : ", ") + name;
+    };
+    for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
+        const ResourceUse& use = graph.uses[u];
+        if (!Writes(use.access)) continue;
+        bool isUsed = false;
+        for (const uint32_t other : plan.culled) {
+            const GraphPass& reader = graph.passes[other];
+            if (&reader == &pass) continue;
+            for (uint32_t v = reader.firstUse; v < reader.firstUse + reader.useCount; ++v) {
+                const ResourceUse& read = graph.uses[v];
+                if (read.resource != use.resource || read.versionIn != use.versionOut) continue;
+                isUsed = true;
+                add(culledReaders, reader.name);
+            }
+        }
+        if (!isUsed) add(unused, graph.resources[use.resource].name);
+    }
+    if (unused.empty() && culledReaders.empty()) return "it writes nothing";
+    std::string why;
+    if (!unused.empty()) why = "nothing needs " + unused;
+    if (!culledReaders.empty())
+        why += (why.empty() ? "" : "; ") + ("only culled " + culledReaders + " needs it");
+    return why;
+}
 
 std::string DescribePlan(const FrameGraph& graph, const Plan& plan) {
     return PlanWriter(graph, plan).Write();

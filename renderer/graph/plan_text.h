@@ -17,4 +17,12 @@ std::string DescribePlan(const FrameGraph& graph, const Plan& plan);
 // Graphviz: passes as boxes (culled ones dashed), versions of resources as ellipses. `dot -Tsvg` draws it.
 std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan);
 
+// Its parts, one line each, for tools that draw a plan.
+// "radiance: RayTracingShader write -> ComputeShader read, General"
+std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier);
+// "texture 640x360 rgba32f"
+std::string ResourceText(const GraphResource& resource);
+// Of one of plan.culled: "nothing needs radiance"
+std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled);
+
 }  // namespace raygraph

@@ -123,6 +123,12 @@ std::string Renderer::DescribePlanDot() const {
     throw Error(ErrorKind::Usage, "DescribePlanDot: no frame has been compiled yet");
 }
 
+Renderer::CompiledFrame Renderer::LastCompiled() const {
+    if (m_impl->isCompiled) return {m_impl->graph, m_impl->plan};
+    if (m_impl->hasLastPlan) return {m_impl->lastGraph, m_impl->lastPlan};
+    throw Error(ErrorKind::Usage, "LastCompiled: no frame has been compiled yet");
+}
+
 const FrameTiming& Renderer::Timing() const {
     m_impl->timer.Poll();
     return m_impl->timer.Latest();

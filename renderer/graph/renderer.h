@@ -32,6 +32,8 @@ class TextureTable;
 
 namespace raygraph {
 
+struct Plan;  // renderer/graph/plan.h
+
 using rhi::CommandList;
 using rhi::Extent2D;
 using rhi::Format;
@@ -187,6 +189,13 @@ class RAYGRAPH_API Renderer {
     // The plan of the frame compiled last: order, culled passes, barriers, lifetimes, aliases.
     std::string DescribePlan() const;
     std::string DescribePlanDot() const;  // Graphviz
+    // The same as data, for tools that draw it. Both are there until the next BeginFrame. Error{Usage} before
+    // the first frame.
+    struct CompiledFrame {
+        const FrameGraph& graph;
+        const Plan& plan;
+    };
+    CompiledFrame LastCompiled() const;
     // The latest frame whose GPU times have arrived; empty before that.
     const FrameTiming& Timing() const;
     // All timings that arrived since the last call, oldest first.

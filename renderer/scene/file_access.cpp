@@ -41,7 +41,13 @@ class FileDescriptor {
     throw Error(ErrorKind::BadInput, Quoted(uri) + ": " + why);
 }
 
-// Reasons to refuse a URI by its text alone. Returns the relative path it names.
+bool IsInside(const std::filesystem::path& path, const std::filesystem::path& folder) {
+    const auto [folderEnd, pathAt] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+    return folderEnd == folder.end() && pathAt != path.end();
+}
+
+}  // namespace
+
 std::filesystem::path RelativePath(std::string_view uri) {
     if (uri.empty()) FailUri(uri, "is empty");
     if (UriScheme(uri)) FailUri(uri, "must be a relative path or a data URI, not " + Quoted(*UriScheme(uri)));
@@ -56,13 +62,6 @@ std::filesystem::path RelativePath(std::string_view uri) {
         if (part == "..") FailUri(uri, "leads out of the scene's folder (\"..\")");
     return path;
 }
-
-bool IsInside(const std::filesystem::path& path, const std::filesystem::path& folder) {
-    const auto [folderEnd, pathAt] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
-    return folderEnd == folder.end() && pathAt != path.end();
-}
-
-}  // namespace
 
 std::vector<std::byte> DiskFileReader::Read(const std::filesystem::path& path, uint64_t maxBytes) {
     // Asked before opening, because opening a device can have effects; asked again of what was opened.

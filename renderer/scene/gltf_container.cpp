@@ -42,7 +42,7 @@ GltfContainer OpenGlb(std::span<const std::byte> file, const std::string& label)
     // Bytes after the stated length are no part of the scene.
     file = file.first(length);
 
-    GltfContainer container;
+    GltfContainer container{.json = {}, .binary = {}, .rest = {}, .isGlb = true};
     std::optional<std::string_view> json;
     size_t at = 12;
     for (size_t chunk = 0; at < file.size(); ++chunk) {
@@ -64,6 +64,7 @@ GltfContainer OpenGlb(std::span<const std::byte> file, const std::string& label)
             container.hasBinary = true;
         }
         at += size;
+        if (chunk == 0) container.rest = file.subspan(at);
     }
     if (!json) Fail(label, "the .glb has no JSON chunk");
     container.json = *json;
@@ -96,7 +97,27 @@ void CheckDepth(std::string_view text, const std::string& label, uint32_t maxDep
 GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& label) {
     if (file.empty()) Fail(label, "the file is empty");
     if (file.size() >= 4 && ReadU32(file, 0) == kGlbMagic) return OpenGlb(file, label);
-    return {.json = AsText(file), .binary = {}, .hasBinary = false};
+    return {.json = AsText(file), .binary = {}, .rest = {}};
+}
+
+std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte> rest) {
+    const size_t padded = (json.size() + 3) / 4 * 4, length = 20 + padded + rest.size();
+    if (length > 0xFFFFFFFFu)
+        throw Error(ErrorKind::Usage, "a .glb cannot have " + std::to_string(length) + " bytes");
+    std::vector<std::byte> file;
+    file.reserve(length);
+    const auto put = [&](size_t value) {
+        for (int i = 0; i < 4; ++i) file.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFFu));
+    };
+    put(kGlbMagic);
+    put(2);
+    put(length);
+    put(padded);
+    put(kJsonChunk);
+    for (const char character : json) file.push_back(static_cast<std::byte>(character));
+    file.resize(20 + padded, static_cast<std::byte>(' '));
+    file.insert(file.end(), rest.begin(), rest.end());
+    return file;
 }
 
 nlohmann::json ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits) {

@@ -18,11 +18,16 @@ struct GltfContainer {
     std::string_view json;
     std::span<const std::byte> binary;  // The BIN chunk.
     bool hasBinary = false;
+    std::span<const std::byte> rest;  // All chunks of a .glb after the first.
+    bool isGlb = false;
 };
 
 // Tells .glb from .gltf by the first four bytes, whatever the file's name. Throws Error{BadInput}, "label:
 // ...", on a broken .glb; unknown chunks are skipped, as the format asks.
 GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& label);
+
+// The bytes of a .glb: a JSON chunk, and what comes after it, as chunks. Error{Usage} above 4 GiB.
+std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte> rest);
 
 // Parses JSON text whose length and depth are checked first, because a parser's tree may be many times its
 // text. Throws Error{BadInput}, "label: ...".

@@ -14,6 +14,7 @@
 #include "renderer/scene/gltf_materials.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/gltf_nodes.h"
+#include "renderer/scene/gltf_outline.h"
 #include "renderer/scene/gltf_reader.h"
 #include "renderer/scene/gltf_references.h"
 #include "renderer/scene/text.h"
@@ -53,62 +54,41 @@ void CheckExtensions(GltfContext& context, const JsonValue& root) {
         context.Warn(root["animations"], "animations", "are not read, the scene stands still");
 }
 
-// Where a scene file is and what it is called in messages.
-struct ScenePath {
-    std::filesystem::path file;  // Canonical.
-    std::filesystem::path
-        folder;  // The one named, so that a link to a scene finds what stands beside the link.
-    std::string label;
-};
-
-ScenePath Locate(const std::filesystem::path& path) {
-    std::error_code error;
-    ScenePath located{std::filesystem::canonical(path, error), path.parent_path(),
-                      Printable(path.filename().string())};
-    if (error) throw Error(ErrorKind::Io, Printable(path.string(), 1024) + ": " + error.message());
-    return located;
-}
-
-uint32_t DefaultMaterial(const std::vector<MeshLayout>& layouts, SceneData& scene) {
+// The default one's index, which it gets if a primitive needs it; kNone: none does.
+uint32_t AddDefaultMaterial(const std::vector<MeshLayout>& layouts, SceneData& scene) {
     const auto lacksOne = [](const PrimitiveLayout& primitive) { return primitive.material == kNone; };
     for (const MeshLayout& layout : layouts) {
         if (!std::any_of(layout.primitives.begin(), layout.primitives.end(), lacksOne)) continue;
         scene.materials.emplace_back().name = "default";
         return static_cast<uint32_t>(scene.materials.size() - 1);
     }
-    return 0;
+    return kNone;
 }
 
 // Only meshes that are placed; the others keep their index and name.
-void DecodeMeshes(GltfContext& context, AccessorReader& reader, const std::vector<MeshLayout>& layouts,
+void DecodeMeshes(GltfContext& context, AccessorReader& reader, const GltfOutline& outline,
                   SceneData& scene) {
-    const uint32_t defaultMaterial = DefaultMaterial(layouts, scene);
+    const std::vector<MeshLayout>& layouts = outline.layouts;
     std::vector<bool> isPlaced(layouts.size(), false);
     for (const uint32_t node : scene.nodeOrder)
         if (scene.nodes[node].mesh != kNone) isPlaced[scene.nodes[node].mesh] = true;
     for (size_t i = 0; i < layouts.size(); ++i) {
         context.Progress("meshes", 0.1f + 0.4f * static_cast<float>(i) / static_cast<float>(layouts.size()));
-        scene.meshes.push_back(isPlaced[i]
-                                   ? DecodeMesh(context, reader, layouts[i], scene.materials, defaultMaterial)
-                                   : Mesh{.name = layouts[i].name, .primitives = {}});
+        scene.meshes.push_back(
+            isPlaced[i] ? DecodeMesh(context, reader, layouts[i], scene.materials, outline.defaultMaterial)
+                        : Mesh{.name = layouts[i].name, .primitives = {}});
     }
 }
 
 // Everything is checked before the first buffer is opened; meshes before images, which take longest.
 SceneData Import(GltfContext& context, const GltfContainer& container, const JsonValue& root) {
-    CheckAsset(root);
-    CheckExtensions(context, root);
-    const AccessorTables tables = ReadAccessorTables(root);
-    CheckUnreadReferences(root, tables);
-    SceneData scene;
-    const std::vector<uint32_t> images = ReadMaterials(context, root, scene);
-    const std::vector<MeshLayout> layouts = ReadMeshLayouts(context, root, tables, scene.materials.size());
-    ReadNodes(context, root, layouts.size(), scene);
-
-    GltfBuffers buffers(context, root, tables, container);
-    AccessorReader reader(context, root, tables, buffers);
-    DecodeMeshes(context, reader, layouts, scene);
+    GltfOutline outline = ReadOutline(context, root);
+    SceneData scene = std::move(outline.scene);
+    GltfBuffers buffers(context, root, outline.tables, container);
+    AccessorReader reader(context, root, outline.tables, buffers);
+    DecodeMeshes(context, reader, outline, scene);
     PlaceInstances(context, root, scene);
+    const std::vector<uint32_t>& images = outline.images;
     for (size_t i = 0; i < images.size(); ++i) {
         context.Progress("images", 0.5f + 0.5f * static_cast<float>(i) / static_cast<float>(images.size()));
         scene.images.push_back(DecodeImage(context, root, images[i], buffers));
@@ -119,6 +99,26 @@ SceneData Import(GltfContext& context, const GltfContainer& container, const Jso
 }
 
 }  // namespace
+
+ScenePath Locate(const std::filesystem::path& path) {
+    std::error_code error;
+    ScenePath located{std::filesystem::canonical(path, error), path.parent_path(),
+                      Printable(path.filename().string())};
+    if (error) throw Error(ErrorKind::Io, Printable(path.string(), 1024) + ": " + error.message());
+    return located;
+}
+
+GltfOutline ReadOutline(GltfContext& context, const JsonValue& root) {
+    CheckAsset(root);
+    CheckExtensions(context, root);
+    GltfOutline outline{.tables = ReadAccessorTables(root), .scene = {}, .images = {}, .layouts = {}};
+    CheckUnreadReferences(root, outline.tables);
+    outline.images = ReadMaterials(context, root, outline.scene);
+    outline.layouts = ReadMeshLayouts(context, root, outline.tables, outline.scene.materials.size());
+    ReadNodes(context, root, outline.layouts.size(), outline.scene);
+    outline.defaultMaterial = AddDefaultMaterial(outline.layouts, outline.scene);
+    return outline;
+}
 
 SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options) {
     const ScenePath located = Locate(path);

@@ -9,12 +9,6 @@
 namespace raygraph::scene {
 namespace {
 
-// a after b, both affine.
-glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b) {
-    const glm::mat3 linear(a);
-    return {linear * b[0], linear * b[1], linear * b[2], linear * b[3] + a[3]};
-}
-
 template <typename T>
 uint64_t Bytes(const std::vector<T>& values) {
     return values.size() * sizeof(T);
@@ -61,6 +55,11 @@ glm::mat4x3 Node::LocalTransform() const {
     if (matrix) return *matrix;
     const glm::mat3 rotated = glm::mat3_cast(rotation);
     return {rotated[0] * scale.x, rotated[1] * scale.y, rotated[2] * scale.z, translation};
+}
+
+glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b) {
+    const glm::mat3 linear(a);
+    return {linear * b[0], linear * b[1], linear * b[2], linear * b[3] + a[3]};
 }
 
 std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene) {

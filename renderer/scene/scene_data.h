@@ -249,6 +249,9 @@ struct SceneData {
     std::vector<std::string> warnings;  // One line each: what was skipped or mended while loading.
 };
 
+// `a` after `b`.
+glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b);
+
 // Node to world, one per entry of `scene.nodes`; identity for nodes outside `nodeOrder`. Linear time.
 RAYGRAPH_API std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene);
 

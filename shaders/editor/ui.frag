@@ -11,6 +11,6 @@ layout(location = 2) flat in uint source;
 layout(location = 0) out vec4 target;
 
 void main() {
-    vec4 texel = source == 0u ? texture(atlas, uv) : vec4(texture(picture, uv).xyz, 1.0f);
+    vec4 texel = source == 0u ? textureLod(atlas, uv, 0.0f) : vec4(textureLod(picture, uv, 0.0f).xyz, 1.0f);
     target = color * texel;
 }

@@ -59,6 +59,45 @@ TEST_F(DocumentTest, TransformMovesInstanceAndBoundsAndIsUndone) {
     EXPECT_NE(gpu.Transform(instance), before);
 }
 
+TEST_F(DocumentTest, TransformMovesAllBelowAndNothingElse) {
+    // 0 -> 1 -> 2, and 3 beside them; a light and a camera below
+    scene::SceneData data;
+    data.materials.resize(1);
+    data.meshes.resize(1);
+    scene::Primitive& triangle = data.meshes[0].primitives.emplace_back();
+    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    triangle.normals.assign(3, {0, 0, 1});
+    triangle.indices = {0, 1, 2};
+    for (const glm::vec3& position : triangle.positions) triangle.bounds.Extend(position);
+    data.nodes.resize(4);
+    data.nodes[1].parent = 0;
+    data.nodes[2].parent = 1;
+    data.nodes[2].scale = glm::vec3(2.0f);
+    data.nodeOrder = {3, 0, 1, 2};
+    data.instances = {{0, 3, glm::mat4x3(1.0f)}, {0, 1, glm::mat4x3(1.0f)}, {0, 2, glm::mat4x3(1.0f)}};
+    data.lights = {scene::Light{.name = "bulb", .node = 2}};
+    data.cameras = {scene::Camera{.name = "eye", .node = 1}};
+    scene::UpdateWorldTransforms(data);
+    scene::SceneData expected = data;
+    Document moved("", data);
+    gpu.SetScene(std::move(data));
+    EXPECT_EQ(moved.InstancesUnder(0), (std::vector<uint32_t>{1, 2}));
+    EXPECT_EQ(moved.InstancesUnder(2), (std::vector<uint32_t>{2}));
+    moved.Apply(TransformEdit{0, kUp}, gpu);
+    moved.Apply(TransformEdit{1, kUp}, gpu);
+    expected.nodes[0].matrix = expected.nodes[1].matrix = kUp;
+    scene::UpdateWorldTransforms(expected);
+    for (uint32_t i = 0; i < 3; i++) {
+        EXPECT_EQ(moved.Scene().instances[i].objectToWorld, expected.instances[i].objectToWorld) << i;
+        EXPECT_EQ(gpu.Transform(i), expected.instances[i].objectToWorld) << i;
+    }
+    EXPECT_EQ(moved.Scene().lights[0], expected.lights[0]);
+    EXPECT_EQ(gpu.Light(0), expected.lights[0]);
+    EXPECT_EQ(moved.Scene().cameras[0].cameraToWorld, expected.cameras[0].cameraToWorld);
+    EXPECT_EQ(moved.Scene().bounds.min, expected.bounds.min);
+    EXPECT_EQ(moved.Scene().bounds.max, expected.bounds.max);
+}
+
 TEST_F(DocumentTest, EachEditDoesTheSmallestWork) {
     const SceneRevisions before = gpu.Revisions();
     document.Apply(MaterialEdit{0, Red()}, gpu);

@@ -1,12 +1,15 @@
 // The editor played from scripts, without a window.
 #include "editor/app/script.h"
 
+#include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "base/error.h"
 #include "renderer/image/image.h"
+#include "renderer/scene/load_gltf.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
@@ -35,7 +38,13 @@ class ScriptTest : public testing::VulkanTest {
     }
 
     test::TemporaryFolder folder;
-    Editor editor{Device()};
+    std::optional<SavedRender> saved;  // the last one
+    std::string saveFailure;
+    Editor editor{Device(), {.shaders = {}, .saveRender = [this](const auto& file, SavedRender&& render) {
+                                 if (!saveFailure.empty()) throw Error(ErrorKind::Io, saveFailure);
+                                 saved = std::move(render);
+                                 std::ofstream(file) << "exr";
+                             }}};
     PictureScreen screen;
 };
 
@@ -64,6 +73,75 @@ TEST_F(ScriptTest, TogglesPicksEditsAndUndoes) {
     Play("key ctrl+y\nexpect edits 1\n");
 }
 
+TEST_F(ScriptTest, GizmoDragIsOneStepThatCanBeUndoneOrGivenUp) {
+    Play(OpenCornell() + "view raster\nmouse 320 120\nclick left\nwait\n");
+    Workspace& work = editor.Work();
+    ASSERT_TRUE(work.selectedNode);
+    const uint32_t node = *work.selectedNode;
+    const glm::mat4x3 before = work.document.WorldTransform(node);
+    const uint32_t resets = work.view.ResetCount(passes::ResetCause::Camera);
+    work.pivot = GizmoPivot::Origin;
+    // The tip of its y, in the picture, which lies between the panels
+    const Extent2D size = work.view.Size();
+    const PictureMap map(work.camera.View(), {size.width, size.height});
+    const GizmoFrame frame = *FrameOf(before, GizmoTool::Move, GizmoSpace::World, map);
+    const glm::vec2 tip =
+        *map.PlaceOf(frame.origin + glm::vec3(0, 0.8f * frame.size, 0)) + glm::vec2(editor.PictureOrigin());
+    const std::string there = "mouse " + std::to_string(tip.x) + " " + std::to_string(tip.y) + "\n";
+    Play("size 640x400\nview raster\nframes 2\n" + there + "drag left 3 -40\nexpect edits 1\n");
+    const glm::mat4x3 after = work.document.WorldTransform(node);
+    EXPECT_GT(after[3].y, before[3].y);
+    EXPECT_EQ(after[3].x, before[3].x);
+    EXPECT_EQ(work.selectedNode, node) << "and the camera stays";
+    EXPECT_EQ(work.view.ResetCount(passes::ResetCause::Camera), resets);
+    Play("size 640x400\nkey ctrl+z\nexpect edits 0\n");
+    EXPECT_EQ(work.document.WorldTransform(node), before);
+    // Escape lets go of it
+    Play("size 640x400\n" + there + "press left\nmouse 320 60\nexpect edits 1\nkey escape\nexpect edits 0\n" +
+         "release left\n");
+    EXPECT_EQ(work.document.WorldTransform(node), before);
+    // In its middle: what is turned there stays there
+    Play("size 640x400\nkey P\nkey X\nkey V\nframes 2\n");
+    const scene::Bounds bounds = work.document.BoundsOf(node);
+    const GizmoFrame middle = *FrameOf(before, GizmoTool::Rotate, GizmoSpace::Local, map, bounds.Center());
+    const glm::vec2 ring =
+        *map.PlaceOf(middle.origin + 1.15f * middle.size * map.View().up) + glm::vec2(editor.PictureOrigin());
+    Play("size 640x400\nmouse " + std::to_string(ring.x) + " " + std::to_string(ring.y) +
+         "\ndrag left 40 10\nexpect edits 1\n");
+    const glm::mat4x3 turned = work.document.WorldTransform(node);
+    EXPECT_NE(turned, before);
+    const glm::vec3 inside = glm::inverse(glm::mat4(before)) * glm::vec4(bounds.Center(), 1.0f);
+    EXPECT_LT(glm::length(turned * glm::vec4(inside, 1.0f) - bounds.Center()), 1e-4f);
+    Play("size 640x400\nkey C\nframes 1\nkey escape\n");
+    EXPECT_EQ(work.tool, GizmoTool::Scale);
+    EXPECT_EQ(work.toolSpace, GizmoSpace::Local);
+    EXPECT_FALSE(work.selectedNode);
+}
+
+TEST_F(ScriptTest, SavedPictureHasNoOutline) {
+    const std::string plain = (folder.Path() / "plain.png").string();
+    const std::string selected = (folder.Path() / "selected.png").string();
+    const std::string window = (folder.Path() / "window.png").string();
+    editor.Work().view.SetBudget({.maxRasterSamples = 1});  // and the picture stays as it is
+    Play(OpenCornell() + "view raster\nsamples 1\npicture " + plain +
+         "\nmouse 320 120\nclick left\nwait\nframes 3\npicture " + selected + "\nwindow " + window + "\n");
+    ASSERT_TRUE(editor.Work().selectedNode);
+    EXPECT_NE(editor.Work().renderer.DescribePlan().find("DrawOutline"), std::string::npos);
+    const auto bytes = [](const std::string& file) {
+        std::ifstream stream(file, std::ios::binary);
+        return std::string(std::istreambuf_iterator<char>(stream), {});
+    };
+    EXPECT_EQ(bytes(plain), bytes(selected));
+    // The window shows it
+    const std::string shown = bytes(window);
+    const image::Image8 picture = image::DecodeImage8(std::as_bytes(std::span(shown)), "window.png");
+    size_t orange = 0;
+    for (size_t i = 0; i < picture.rgba.size(); i += 4)
+        orange += picture.rgba[i] > 240 && picture.rgba[i + 1] > 140 && picture.rgba[i + 1] < 175 &&
+                  picture.rgba[i + 2] < 70;
+    EXPECT_GT(orange, 100u);
+}
+
 TEST_F(ScriptTest, DragTurnsTheCameraAndSizesMayBeAny) {
     Play(OpenCornell() + "view raster\n");
     const glm::vec3 eye = editor.Work().camera.View().eye;
@@ -84,6 +162,78 @@ TEST_F(ScriptTest, SavesTheWindow) {
     size_t bright = 0;
     for (size_t i = 0; i < picture.rgba.size(); i += 4) bright += picture.rgba[i] > 150;
     EXPECT_GT(bright, 200u) << "text and picture";
+}
+
+TEST_F(ScriptTest, SettingsAreKeptWhereTheScriptSaysAndNowhereElse) {
+    const std::filesystem::path config = folder.Path() / "config";
+    setenv("XDG_CONFIG_HOME", (folder.Path() / "home").c_str(), 1);
+    Play(OpenCornell() + "view raster\nkey T\nframes 1\n");
+    EXPECT_FALSE(std::filesystem::exists(folder.Path() / "home"));
+    Play("config " + config.string() + "\n" + OpenCornell() + "view wipe\nkey T\nkey X\nframes 1\n");
+    unsetenv("XDG_CONFIG_HOME");
+    std::string message;
+    const Settings kept = ReadSettings(config, message);
+    EXPECT_EQ(kept.show.view, viewport::View::Wipe);
+    EXPECT_TRUE(kept.panels.statistics);
+    EXPECT_EQ(kept.tool, GizmoTool::Rotate);
+    EXPECT_EQ(kept.window, (rhi::Extent2D{640, 400}));
+    ASSERT_EQ(kept.recent.size(), 1u);
+    EXPECT_EQ(kept.recent[0].filename(), "cornell.gltf");
+    Play("config " + config.string() + "\nexpect view wipe\n");
+    std::ofstream(config / "editor.json") << "{ broken";
+    Play("config " + config.string() + "\nexpect message editor.json\n");
+}
+
+TEST_F(ScriptTest, SavesTheSceneWithItsEdits) {
+    const std::string file = (folder.Path() / "saved.gltf").string();
+    Play(OpenCornell() + "view raster\nmouse 320 120\nclick left\nwait\nmaterial base 0.25 0.5 1\nscene " +
+         file + "\nexpect message saved\n");
+    const uint32_t material = *editor.Work().selectedMaterial;
+    EXPECT_FALSE(editor.Work().document.IsEdited());
+    EXPECT_EQ(scene::LoadGltf(file).materials[material].baseColorFactor, glm::vec4(0.25f, 0.5f, 1.0f, 1.0f));
+    Play("size 640x400\nkey ctrl+z\n");
+    EXPECT_TRUE(editor.Work().document.IsEdited()) << "than what was saved";
+    Play("size 640x400\nkey ctrl+y\n");
+    EXPECT_FALSE(editor.Work().document.IsEdited());
+    // Whoever wrote it meanwhile is not overwritten
+    std::ofstream(file, std::ios::app) << " ";
+    EXPECT_NE(Failure("scene " + file + "\n").find("has changed since it was opened"), std::string::npos);
+    EXPECT_NE(Failure("scene /nowhere/at/all.gltf\n"), "");
+}
+
+TEST_F(ScriptTest, SavesAnExrThroughTheProgram) {
+    const std::string file = (folder.Path() / "picture.exr").string();
+    Play(OpenCornell() + "view raster\nsize 320x200\nsamples 1\npicture " + file +
+         "\nexpect message samples\n");
+    ASSERT_TRUE(saved);
+    EXPECT_EQ(saved->sceneFile, "cornell.gltf");
+    EXPECT_TRUE(saved->picture.isRaster);
+    EXPECT_GE(saved->picture.sampleCount, 1u);
+    EXPECT_EQ(saved->picture.extent, editor.Work().view.Size());
+    EXPECT_EQ(saved->camera, editor.Work().camera.View());
+    EXPECT_NE(Failure("picture " + (folder.Path() / "picture.bmp").string() + "\n").find(".png or .exr"),
+              std::string::npos);
+    saveFailure = "disk is full";
+    EXPECT_NE(Failure("picture " + (folder.Path() / "other.exr").string() + "\n").find("disk is full"),
+              std::string::npos);
+}
+
+TEST_F(ScriptTest, EnvironmentMapIsLoadedAndStaysWithTheNextScene) {
+    const std::filesystem::path file = folder.Path() / "sky.hdr";
+    image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 0.5f)};
+    image::WriteHdr(file, sky);
+    Play(OpenCornell() + "view raster\nopen " + file.string() + "\nwait\n");
+    Workspace& work = editor.Work();
+    EXPECT_EQ(work.EnvironmentFile(), file);
+    EXPECT_EQ(work.gpu.Environment().radiance, glm::vec3(1.0f));
+    Play(OpenCornell());
+    EXPECT_EQ(work.EnvironmentFile(), file);
+    EXPECT_EQ(work.gpu.Environment().radiance, glm::vec3(1.0f)) << "a scene with lights does not put it out";
+    std::ofstream(folder.Path() / "broken.hdr") << "no picture";
+    Play("open " + (folder.Path() / "broken.hdr").string() + "\nwait\nexpect message broken.hdr\n");
+    EXPECT_EQ(work.EnvironmentFile(), file);
+    work.RemoveEnvironmentMap();
+    EXPECT_TRUE(work.EnvironmentFile().empty());
 }
 
 TEST_F(ScriptTest, FailuresNameTheLine) {

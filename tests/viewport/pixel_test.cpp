@@ -118,4 +118,65 @@ TEST_F(Pixel, Inspection_HasMeanSamplesAndStandardError) {
     EXPECT_EQ(viewed.Samples(), 4u);
 }
 
+TEST_F(Pixel, Error_IsThatOfAllPixels) {
+    viewed.RenderFrames(6);
+    const viewport::ErrorRequest request = viewed.viewport.RequestError();
+    EXPECT_FALSE(request.IsReady());
+    const viewport::Capture capture = viewed.viewport.RequestCapture();
+    viewed.RenderFrames(1);
+    Device().WaitIdle();
+    ASSERT_TRUE(request.IsReady());
+    ASSERT_TRUE(capture.IsReady());
+    const viewport::CaptureResult all = capture.Result();
+    double mean = 0.0, variance = 0.0;
+    for (size_t i = 0; i < all.mean.size(); i++) {
+        if (i % 4 == 3) continue;
+        mean += all.mean[i];
+        variance += all.variance[i];
+    }
+    const double count = 3.0 * 24 * 16;
+    const double expected = std::sqrt(variance / count / all.sampleCount) / (mean / count);
+    const viewport::ErrorEstimate estimate = request.Result();
+    EXPECT_EQ(estimate.sampleCount, all.sampleCount);
+    ASSERT_TRUE(estimate.relativeError);
+    EXPECT_NEAR(*estimate.relativeError, expected, 1e-6) << "of a picture this small, every pixel is probed";
+}
+
+TEST_F(Pixel, Capture_IsThePictureOfWholeSamplesWithWhatLiesBehindIt) {
+    viewed.RenderFrames(2);
+    const viewport::Capture capture = viewed.viewport.RequestCapture();
+    EXPECT_FALSE(capture.IsReady());
+    EXPECT_THROW(std::ignore = capture.Result(), Error);
+    viewed.viewport.SetView(View::Surface);
+    viewed.RenderFrames(1);
+    Device().WaitIdle();
+    EXPECT_FALSE(capture.IsReady()) << "no light is shown";
+    viewed.viewport.SetView(View::Wipe);
+    viewed.RenderFrames(1);
+    Device().WaitIdle();
+    ASSERT_TRUE(capture.IsReady());
+    const viewport::CaptureResult result = capture.Result();
+    EXPECT_FALSE(result.isRaster);
+    EXPECT_EQ(result.sampleCount, viewed.Samples());
+    const size_t pixels = size_t{24} * 16;
+    EXPECT_EQ(result.mean.size(), 4 * pixels);
+    EXPECT_EQ(result.variance.size(), 4 * pixels);
+    EXPECT_EQ(result.depth.size(), pixels);
+    // The same that a pick and an inspection of one pixel say
+    const viewport::Pick pick = viewed.viewport.RequestPick({13, 9});
+    viewed.RenderFrames(1);
+    Device().WaitIdle();
+    const size_t at = 9 * 24 + 13;
+    EXPECT_EQ(result.instance[at], pick.Result().instance);
+    EXPECT_EQ(result.material[at], pick.Result().material);
+    EXPECT_EQ(result.depth[at], pick.Result().depth);
+    EXPECT_EQ(result.normal[4 * at], pick.Result().normal.x);
+    viewed.viewport.SetView(View::Raster);
+    const viewport::Capture drawn = viewed.viewport.RequestCapture();
+    viewed.RenderFrames(1);
+    Device().WaitIdle();
+    ASSERT_TRUE(drawn.IsReady());
+    EXPECT_TRUE(drawn.Result().isRaster);
+}
+
 }  // namespace raygraph::testing

@@ -1,0 +1,130 @@
+// What the editor reads and writes: the dialogs that ask where, and pictures on their way to a file.
+#include <cstring>
+#include <utility>
+
+#include "base/error.h"
+#include "editor/app/editor.h"
+#include "renderer/image/image.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+image::Image8 ToImage(const Readback& texels, bool isSwapped) {
+    image::Image8 picture{texels.Extent().width, texels.Extent().height, {}};
+    const std::span<const std::byte> bytes = texels.Bytes();
+    picture.rgba.resize(bytes.size());
+    std::memcpy(picture.rgba.data(), bytes.data(), bytes.size());
+    for (size_t i = 0; i + 3 < picture.rgba.size(); i += 4) {
+        if (isSwapped) std::swap(picture.rgba[i], picture.rgba[i + 2]);
+        picture.rgba[i + 3] = 255;
+    }
+    return picture;
+}
+
+bool IsExr(const std::filesystem::path& file) {
+    return file.extension() == ".exr" || file.extension() == ".EXR";
+}
+
+}  // namespace
+
+void Editor::AskToOpen() {
+    m_dialog.Ask("Open a scene",
+                 "glTF file (.gltf or .glb), or an environment map (.hdr or .exr); both may be dropped onto "
+                 "the window",
+                 PathDialog::For::Reading, m_work.document.File(),
+                 [this](const std::filesystem::path& file) { m_work.Open(file); });
+}
+
+void Editor::AskToSavePicture() {
+    const std::string name = m_work.document.File().stem().string();
+    m_dialog.Ask("Save the picture", "As shown: .png. Linear, with variance and AOVs: .exr",
+                 PathDialog::For::Writing, (name.empty() ? "raygraph" : name) + ".png",
+                 [this](const std::filesystem::path& file) { SavePicture(file); });
+}
+
+void Editor::AskToSaveScene() {
+    if (m_work.document.File().empty()) return;
+    std::filesystem::path suggestion = m_work.document.File();
+    m_dialog.Ask("Save the scene", "With all edits: .gltf or .glb", PathDialog::For::Writing, suggestion,
+                 [this](const std::filesystem::path& file) { SaveScene(file); });
+}
+
+void Editor::UseConfig(const std::filesystem::path& folder) {
+    m_config = folder;
+    std::string message;
+    m_kept = ReadSettings(folder, message);
+    m_work.Take(m_kept);
+    if (!message.empty()) m_work.Say(message);
+}
+
+void Editor::KeepSettings() {
+    if (m_config.empty()) return;
+    Settings settings = m_work.Kept();
+    settings.window = m_windowSize.IsEmpty() ? m_kept.window : m_windowSize;
+    if (settings == m_kept) return;
+    try {
+        WriteSettings(m_config, settings);
+        m_kept = settings;
+    } catch (const Error& error) {
+        m_work.Say(error.what());
+    }
+}
+
+void Editor::SavePicture(const std::filesystem::path& file) {
+    if (!IsExr(file)) {
+        if (file.extension() != ".png" && file.extension() != ".PNG")
+            m_work.Say(file.string() + ": must end in .png or .exr");
+        else
+            m_pictureFile = file;
+        return;
+    }
+    if (!m_saveRender) {
+        m_work.Say(file.string() + ": this program cannot write .exr");
+    } else if (m_work.view.Show().view == viewport::View::Surface) {
+        m_work.Say(file.string() +
+                   ": this view shows no light; an .exr holds the path-traced or the raster view");
+    } else if (m_work.view.Size().IsEmpty()) {
+        m_work.Say(file.string() + ": there is no picture");
+    } else {
+        m_work.Say("saving " + file.string() + " ...");
+        const rhi::DeviceInfo& device = m_work.device.Info();
+        m_savingRenders.push_back({.file = file,
+                                   .capture = m_work.view.RequestCapture(),
+                                   .render = {.picture = {},
+                                              .camera = m_work.camera.View(),
+                                              .paths = m_work.view.Paths(),
+                                              .environment = m_work.gpu.Environment(),
+                                              .sceneFile = m_work.document.File().filename().string(),
+                                              .environmentFile = m_work.EnvironmentFile().filename().string(),
+                                              .device = device.name,
+                                              .driver = device.driver}});
+    }
+}
+
+void Editor::FinishSaving() {
+    std::erase_if(m_saving, [&](const Saving& saving) {
+        if (!saving.texels.IsReady()) return false;
+        try {
+            image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
+            m_work.Say("saved " + saving.file.string());
+        } catch (const Error& error) {
+            m_work.Say(error.what());
+        }
+        return true;
+    });
+    std::erase_if(m_savingRenders, [&](SavingRender& saving) {
+        if (!saving.capture.IsReady()) return false;
+        try {
+            saving.render.picture = saving.capture.Result();
+            const uint32_t samples = saving.render.picture.sampleCount;
+            m_saveRender(saving.file, std::move(saving.render));
+            m_work.Say("saved " + saving.file.string() + ", " + std::to_string(samples) + " samples");
+        } catch (const Error& error) {
+            m_work.Say(error.what());
+        }
+        return true;
+    });
+}
+
+}  // namespace raygraph::editor

@@ -1,0 +1,144 @@
+#include "editor/app/gizmo_view.h"
+
+#include <array>
+#include <cmath>
+
+namespace raygraph::editor {
+
+namespace {
+
+constexpr float kReach = 6.0f;  // points around a line that belong to it
+constexpr ImU32 kAxisColors[] = {IM_COL32(230, 70, 80, 255), IM_COL32(120, 190, 50, 255),
+                                 IM_COL32(70, 130, 240, 255), IM_COL32(215, 215, 220, 255)};
+constexpr ImU32 kHot = IM_COL32(255, 190, 60, 255);
+constexpr ImU32 kChosen = IM_COL32(150, 88, 28, 255);  // a button, over any picture
+constexpr ImU32 kShadow = IM_COL32(0, 0, 0, 110);
+
+bool IsEmpty(glm::vec2 size) {
+    return !(size.x > 0.0f && size.y > 0.0f);
+}
+
+void DrawTip(ImDrawList& list, GizmoTool tool, ImVec2 from, ImVec2 to, ImU32 color) {
+    if (tool == GizmoTool::Scale) {
+        list.AddRectFilled({to.x - 4.5f, to.y - 4.5f}, {to.x + 4.5f, to.y + 4.5f}, color);
+        return;
+    }
+    const glm::vec2 way(to.x - from.x, to.y - from.y);
+    const float length = glm::length(way);
+    if (length < 1.0f) return;
+    const glm::vec2 along = way / length, across(-along.y, along.x);
+    const auto at = [&](float ahead, float aside) {
+        const glm::vec2 place = glm::vec2(to.x, to.y) + ahead * along + aside * across;
+        return ImVec2(place.x, place.y);
+    };
+    list.AddTriangleFilled(at(9.0f, 0.0f), at(-3.0f, 5.0f), at(-3.0f, -5.0f), color);
+}
+
+void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2 corner, bool isHot) {
+    std::vector<ImVec2> places;
+    for (const glm::vec2& place : shape.places) places.emplace_back(corner.x + place.x, corner.y + place.y);
+    const ImU32 color = isHot ? kHot : kAxisColors[AxisOf(shape.handle)];
+    const auto count = static_cast<int>(places.size());
+    if (shape.isArea) {
+        const ImU32 faint = (color & 0x00FFFFFFu) | (isHot ? 0xA0000000u : 0x60000000u);
+        list.AddConvexPolyFilled(places.data(), count, faint);
+        list.AddPolyline(places.data(), count, color, ImDrawFlags_Closed, 1.0f);
+        return;
+    }
+    const float width = tool == GizmoTool::Rotate ? 2.0f : 2.5f;
+    list.AddPolyline(places.data(), count, kShadow, 0, width + 2.0f);
+    list.AddPolyline(places.data(), count, color, 0, width);
+    if (tool != GizmoTool::Rotate) DrawTip(list, tool, places.front(), places.back(), color);
+}
+
+}  // namespace
+
+// Of what is selected, unless the view has no one place for it.
+std::optional<GizmoFrame> GizmoView::FrameOfSelection(const Workspace& work, const PictureMap& map) const {
+    if (!work.selectedNode || work.view.Show().view == viewport::View::SideBySide) return std::nullopt;
+    const uint32_t node = *work.selectedNode;
+    const glm::mat4x3& nodeToWorld = work.document.WorldTransform(node);
+    std::optional<glm::vec3> pivot;
+    if (m_drag && m_drag->node == node) {
+        pivot =
+            nodeToWorld * glm::vec4(m_drag->pivot, 1.0f);  // the box around what is turned has another middle
+    } else if (work.pivot == GizmoPivot::Middle) {
+        const scene::Bounds bounds = work.document.BoundsOf(node);
+        if (!bounds.IsEmpty()) pivot = bounds.Center();
+    }
+    return FrameOf(nodeToWorld, work.tool, work.toolSpace, map, pivot);
+}
+
+bool GizmoView::Cancel(Workspace& work) {
+    if (!m_drag) return false;
+    if (work.document.EditCount() > m_drag->editsBefore) work.Undo();
+    m_drag.reset();
+    return true;
+}
+
+void GizmoView::Update(Workspace& work, const FrameInput& input, glm::vec2 mouse, glm::vec2 size,
+                       bool mayTake) {
+    m_over.reset();
+    if (m_drag && (work.selectedNode != m_drag->node || !input.IsDown(MouseButton::Left))) {
+        work.document.Settle();
+        m_drag.reset();
+    }
+    if (IsEmpty(size)) return;
+    const PictureMap map(work.camera.View(), size);
+    if (m_drag) {
+        m_over = m_drag->drag.Handle();
+        const glm::mat4 change = m_drag->drag.Change(map.RayAt(mouse), input.isControl);
+        const std::optional<glm::mat4x3> local = LocalAfter(change, m_drag->parentToWorld, m_drag->local);
+        if (local && *local != work.document.LocalTransform(m_drag->node))
+            work.Apply(TransformEdit{m_drag->node, *local});
+        return;
+    }
+    if (!mayTake) return;
+    const std::optional<GizmoFrame> frame = FrameOfSelection(work, map);
+    if (!frame) return;
+    m_over = HandleAt(ShapesOf(*frame, work.tool, map), mouse, kReach);
+    if (!m_over || !input.IsDown(MouseButton::Left)) return;
+    const uint32_t node = *work.selectedNode;
+    const glm::mat4 nodeToWorld(work.document.WorldTransform(node));
+    if (!std::isnormal(glm::determinant(nodeToWorld))) return;
+    work.document.Settle();
+    m_drag = Held{.drag = GizmoDrag(work.tool, *m_over, *frame, map, map.RayAt(mouse)),
+                  .node = node,
+                  .parentToWorld = work.document.ParentTransform(node),
+                  .local = work.document.LocalTransform(node),
+                  .pivot = glm::vec3(glm::inverse(nodeToWorld) * glm::vec4(frame->origin, 1.0f)),
+                  .editsBefore = work.document.EditCount()};
+}
+
+void GizmoView::Draw(const Workspace& work, ImVec2 corner, glm::vec2 size) const {
+    if (IsEmpty(size)) return;
+    const PictureMap map(work.camera.View(), size);
+    const std::optional<GizmoFrame> frame = FrameOfSelection(work, map);
+    if (!frame) return;
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.PushClipRect(corner, {corner.x + size.x, corner.y + size.y}, true);
+    for (const GizmoShape& shape : ShapesOf(*frame, work.tool, map)) {
+        if (m_drag && shape.handle != m_drag->drag.Handle()) continue;
+        DrawShape(list, shape, work.tool, corner, m_over == shape.handle);
+    }
+    list.PopClipRect();
+}
+
+void GizmoButtons(Workspace& work) {
+    constexpr std::array<const char*, kGizmoToolCount> kLabels{"Move (Z)", "Rotate (X)", "Scale (C)"};
+    for (size_t i = 0; i < kGizmoToolCount; i++) {
+        const auto tool = static_cast<GizmoTool>(i);
+        const bool isOn = work.tool == tool;
+        if (isOn) ImGui::PushStyleColor(ImGuiCol_Button, kChosen);
+        if (ImGui::Button(kLabels[i])) work.tool = tool;
+        if (isOn) ImGui::PopStyleColor();
+        ImGui::SameLine();
+    }
+    if (ImGui::Button(work.toolSpace == GizmoSpace::World ? "World (V)" : "Local (V)"))
+        work.toolSpace = work.toolSpace == GizmoSpace::World ? GizmoSpace::Local : GizmoSpace::World;
+    ImGui::SameLine();
+    if (ImGui::Button(work.pivot == GizmoPivot::Middle ? "Middle (P)" : "Origin (P)"))
+        work.pivot = work.pivot == GizmoPivot::Middle ? GizmoPivot::Origin : GizmoPivot::Middle;
+}
+
+}  // namespace raygraph::editor

@@ -1,0 +1,28 @@
+// What the editor hands over to be written as .exr: the program knows the format.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "editor/viewport/capture.h"
+#include "editor/viewport/view_settings.h"
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/scene/camera_view.h"
+
+namespace raygraph::editor {
+
+struct SavedRender {
+    viewport::CaptureResult picture;
+    scene::CameraView camera;  // when it was asked for
+    viewport::PathSettings paths;
+    EnvironmentSettings environment;
+    std::string sceneFile;        // without folders; "": none
+    std::string environmentFile;  // "": no map
+    std::string device, driver;
+};
+
+// Error{Io} naming the file.
+using SaveRender = std::function<void(const std::filesystem::path& file, SavedRender&& render)>;
+
+}  // namespace raygraph::editor

@@ -1,0 +1,49 @@
+// What the editor remembers from one start to the next: panels, window, how the scene is shown, recent files.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "editor/app/gizmo.h"
+#include "editor/viewport/view_settings.h"
+#include "rhi/format.h"
+
+namespace raygraph::editor {
+
+// What is shown beside the picture.
+struct Panels {
+    bool hierarchy = true;
+    bool inspector = true;
+    bool statistics = false;
+    bool graph = false;
+    bool help = false;
+
+    bool operator==(const Panels&) const = default;
+};
+
+struct Settings {
+    Panels panels;
+    rhi::Extent2D window{1440, 900};  // points
+    viewport::ShowSettings show;      // view, wipe, exposure, operator and greatest error are kept
+    GizmoTool tool = GizmoTool::Move;
+    GizmoSpace toolSpace = GizmoSpace::World;
+    GizmoPivot pivot = GizmoPivot::Middle;
+    std::vector<std::filesystem::path> recent;  // newest first, absolute, at most kMostRecent
+
+    static constexpr size_t kMostRecent = 10;
+    // Puts a file first.
+    void NoteOpened(const std::filesystem::path& file);
+    bool operator==(const Settings&) const = default;
+};
+
+// $XDG_CONFIG_HOME/raygraph, else ~/.config/raygraph; "" where there is neither.
+std::filesystem::path ConfigFolder();
+
+// Of the folder's editor.json; the defaults if there is none. One that cannot be read is left aside as a
+// whole, and `message` says why, one line.
+Settings ReadSettings(const std::filesystem::path& folder, std::string& message);
+// Makes the folder if need be. Error{Io}.
+void WriteSettings(const std::filesystem::path& folder, const Settings& settings);
+
+}  // namespace raygraph::editor

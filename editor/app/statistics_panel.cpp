@@ -1,0 +1,174 @@
+// What the picture costs: samples, error and time left, memory, times of the passes over the last frames.
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <string>
+
+#include "editor/app/panels.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+constexpr size_t kColored = 6;  // passes with a colour of their own; the others are one
+constexpr std::array<ImU32, kColored + 1> kColors{IM_COL32(232, 143, 52, 255),  IM_COL32(86, 148, 214, 255),
+                                                  IM_COL32(112, 184, 104, 255), IM_COL32(196, 104, 176, 255),
+                                                  IM_COL32(214, 196, 92, 255),  IM_COL32(98, 192, 190, 255),
+                                                  IM_COL32(120, 120, 128, 255)};
+
+template <typename... Values>
+std::string Text(const char* format, Values... values) {
+    char text[128];
+    std::snprintf(text, sizeof text, format, values...);
+    return text;
+}
+
+std::string BytesText(uint64_t bytes) {
+    return Text("%.1f MB", static_cast<double>(bytes) / (1 << 20));
+}
+
+void Row(const char* name, const std::string& value) {
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    ImGui::TextDisabled("%s", name);
+    ImGui::TableNextColumn();
+    ImGui::TextUnformatted(value.c_str());
+}
+
+void SampleRows(Workspace& work) {
+    const viewport::ViewportProgress progress = work.view.Progress();
+    Row("samples", std::to_string(progress.pathTracedSamples) + " path-traced, " +
+                       std::to_string(progress.rasterSamples) + " raster");
+    const Extent2D size = work.view.Size();
+    const std::optional<double> rate = work.sampleRate.PerSecond();
+    if (rate)
+        Row("speed", Text("%.2f samples/s, %.2f Msamples/s", *rate, *rate * size.width * size.height * 1e-6));
+    else
+        Row("speed", "-");
+    const viewport::ErrorEstimate& error = work.estimate;
+    if (!error.relativeError) {
+        Row("error", "-");
+        return;
+    }
+    std::string text = Text("%.2f %%", 100.0 * *error.relativeError);
+    if (rate && *rate > 0.0) {
+        const double left =
+            SecondsLeft(*error.relativeError, 0.01 * double{work.targetPercent}, error.sampleCount, *rate);
+        text += left > 0.0 ? ", " + DurationText(left) + " left" : ", there";
+    }
+    Row("error", text);
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    ImGui::TextDisabled("wanted");
+    ImGui::TableNextColumn();
+    ImGui::SetNextItemWidth(90.0f);
+    ImGui::DragFloat("##wanted", &work.targetPercent, 0.02f, 0.05f, 50.0f, "%.2f %%",
+                     ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
+}
+
+void Table(Workspace& work) {
+    const GpuSceneStatistics& scene = work.gpu.Statistics();
+    if (!ImGui::BeginTable("statistics", 2, ImGuiTableFlags_SizingFixedFit)) return;
+    Row("device", work.device.Info().name);
+    SampleRows(work);
+    Row("triangles",
+        std::to_string(scene.trianglesPlaced) + " in " + std::to_string(scene.instanceCount) + " instances");
+    Row("lights", std::to_string(scene.lightCount));
+    Row("BLAS", std::to_string(scene.blasCount) + ", " + BytesText(scene.blasBytesBuilt) + ", compacted " +
+                    BytesText(scene.blasBytesCompacted));
+    Row("TLAS", std::to_string(scene.tlasRebuilds) + " builds, " + std::to_string(scene.tlasUpdates) +
+                    " updates, " + BytesText(scene.tlasBytes));
+    Row("memory", BytesText(work.device.Memory().usedBytes) + ", peak " +
+                      BytesText(work.device.Memory().peakBytes) + "; textures " +
+                      BytesText(scene.textureBytes));
+    ImGui::EndTable();
+}
+
+// A column a frame, the passes on top of each other.
+void Chart(const std::vector<FrameHistory::Pass>& passes, size_t frameCount, float top, ImVec2 size) {
+    const ImVec2 from = ImGui::GetCursorScreenPos();
+    ImGui::Dummy(size);
+    ImDrawList& list = *ImGui::GetWindowDrawList();
+    list.AddRectFilled(from, {from.x + size.x, from.y + size.y}, IM_COL32(22, 22, 24, 255));
+    const float width = size.x / static_cast<float>(FrameHistory::kLength);
+    const float right = from.x + size.x;
+    const bool isHovered = ImGui::IsItemHovered();
+    for (size_t frame = 0; frame < frameCount; frame++) {
+        const float x = right - width * static_cast<float>(frameCount - frame);
+        float bottom = from.y + size.y;
+        for (size_t i = 0; i < passes.size(); i++) {
+            const float height = size.y * passes[i].ms[frame] / top;
+            if (height <= 0.0f) continue;
+            const float up = std::max(bottom - height, from.y);
+            list.AddRectFilled({x, up}, {x + std::max(width - 0.3f, 0.7f), bottom},
+                               kColors[std::min(i, kColored)]);
+            bottom = up;
+        }
+        if (!isHovered || ImGui::GetIO().MousePos.x < x || ImGui::GetIO().MousePos.x >= x + width) continue;
+        list.AddRect({x - 1.0f, from.y}, {x + width + 1.0f, from.y + size.y}, IM_COL32(255, 255, 255, 120));
+        ImGui::BeginTooltip();
+        for (const FrameHistory::Pass& pass : passes)
+            if (pass.ms[frame] > 0.0f) ImGui::Text("%8.3f ms  %s", double{pass.ms[frame]}, pass.name.c_str());
+        ImGui::EndTooltip();
+    }
+    list.AddRectFilled(from, {from.x + 62.0f, from.y + 20.0f}, IM_COL32(22, 22, 24, 200));
+    list.AddText({from.x + 4.0f, from.y + 2.0f}, IM_COL32(190, 190, 196, 255),
+                 Text("%.1f ms", double{top}).c_str());
+}
+
+void Legend(const std::vector<FrameHistory::Pass>& passes) {
+    for (size_t i = 0; i < passes.size(); i++) {
+        const ImVec2 at = ImGui::GetCursorScreenPos();
+        const float side = ImGui::GetTextLineHeight();
+        ImGui::GetWindowDrawList()->AddRectFilled(
+            {at.x, at.y + 3.0f}, {at.x + side - 6.0f, at.y + side - 3.0f}, kColors[std::min(i, kColored)]);
+        ImGui::Dummy({side, side});
+        ImGui::SameLine();
+        ImGui::Text("%8.3f ms", double{passes[i].ms.back()});
+        ImGui::SameLine();
+        ImGui::TextDisabled("%s", passes[i].name.c_str());
+    }
+}
+
+// The next of 1, 2, 5, 10, ... that holds it.
+float NiceTop(float value) {
+    float top = 0.1f;
+    for (int i = 0; top < value && i < 30; i++) top *= i % 3 == 1 ? 2.5f : 2.0f;
+    return top;
+}
+
+void Times(const Workspace& work) {
+    const FrameHistory& history = work.history;
+    if (history.Count() == 0) return;
+    const std::vector<FrameHistory::Pass> passes = history.Passes();
+    const std::vector<float> gpu = history.Gpu();
+    ImGui::Text("GPU %.1f ms, CPU %.2f ms, panels %.2f ms", double{gpu.back()}, double{history.Cpu().back()},
+                work.uiMs);
+    // One frame that takes long, as when a pipeline is made, leaves the others visible
+    std::vector<float> sorted = gpu;
+    std::ranges::sort(sorted);
+    const float most = sorted[(sorted.size() - 1) * 97 / 100];
+    Chart(passes, history.Count(), NiceTop(most), {ImGui::GetContentRegionAvail().x, 84.0f});
+    Legend(passes);
+}
+
+}  // namespace
+
+void StatisticsPanel(Workspace& work) {
+    // Side by side where there is room
+    const float room = ImGui::GetContentRegionAvail().x;
+    const bool isWide = room > 520.0f;
+    if (isWide) ImGui::BeginChild("numbers", {0.46f * room, 0.0f});
+    Table(work);
+    if (isWide) {
+        ImGui::EndChild();
+        ImGui::SameLine();
+        ImGui::BeginChild("times");
+    }
+    Times(work);
+    if (isWide) ImGui::EndChild();
+}
+
+}  // namespace raygraph::editor

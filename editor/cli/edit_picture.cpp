@@ -1,0 +1,56 @@
+#include "editor/cli/edit_picture.h"
+
+#include <utility>
+
+#include "editor/cli/version.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+// "eye target up fov", which reads back as the same view but for rounding.
+std::string CameraText(const scene::CameraView& view) {
+    std::string text;
+    for (const glm::vec3& place : {view.eye, view.eye + view.forward, view.up})
+        for (int i = 0; i < 3; i++) text.append(ToText(place[i])).append(1, ' ');
+    return text.append(ToText(glm::degrees(view.yFov)));
+}
+
+}  // namespace
+
+RenderFile RenderFileOf(editor::SavedRender&& saved) {
+    viewport::CaptureResult& picture = saved.picture;
+    PictureSettings settings;
+    settings.size = {picture.extent.width, picture.extent.height};
+    settings.view = picture.isRaster ? View::Raster : View::PathTraced;
+    if (saved.camera.projection == scene::Projection::Perspective) settings.camera = CameraText(saved.camera);
+    settings.seed = saved.paths.seed;
+    settings.sampler = saved.paths.sampler;
+    settings.scattering = saved.paths.scattering;
+    settings.lights = saved.paths.lights;
+    settings.roulette = saved.paths.roulette;
+    settings.biases = saved.paths.biases;
+    settings.environmentRotation = glm::degrees(saved.environment.rotation);
+    const glm::vec3& radiance = saved.environment.radiance;
+    if (saved.environmentFile.empty()) settings.background = {radiance.x, radiance.y, radiance.z};
+
+    RenderFile render;
+    render.size = settings.size;
+    render.radiance = std::move(picture.mean);
+    render.variance = std::move(picture.variance);
+    render.albedo = std::move(picture.albedo);
+    render.normal = std::move(picture.normal);
+    render.depth = std::move(picture.depth);
+    render.instance = std::move(picture.instance);
+    render.material = std::move(picture.material);
+    render.samples = {{0, picture.sampleCount}};
+    render.settings = Texts(settings);
+    render.sceneFile = std::move(saved.sceneFile);
+    render.environmentFile = std::move(saved.environmentFile);
+    render.version = kVersion;
+    render.device = std::move(saved.device);
+    render.driver = std::move(saved.driver);
+    return render;
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,14 @@
+// A picture of the editor as a render's .exr.
+#pragma once
+
+#include "editor/app/edit.h"
+#include "editor/cli/render_file.h"
+
+namespace raygraph::cli {
+
+// With the settings that the command line would need for it. The scene may have been edited and the camera
+// was moved by hand: so it has no hash of the scene's content, and is not merged with what has one. Albedo
+// and normals are those of the pixels' centres.
+RenderFile RenderFileOf(editor::SavedRender&& render);
+
+}  // namespace raygraph::cli

@@ -1,0 +1,60 @@
+// All of a picture, as numbers: asked of a viewport, answered by a later frame, without waiting.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "passes/accumulate.h"
+#include "passes/trace.h"
+#include "renderer/graph/renderer.h"
+
+namespace raygraph::viewport {
+
+// Rows from the top. Texels of four floats: RGBA, linear.
+struct CaptureResult {
+    Extent2D extent;
+    bool isRaster = false;        // else path-traced
+    uint32_t sampleCount = 0;     // of every pixel
+    std::vector<float> mean;      // w: coverage
+    std::vector<float> variance;  // of one sample; w without meaning
+    // What lies behind the centre of each pixel (passes::PrimaryHits).
+    std::vector<float> albedo;       // w without meaning
+    std::vector<float> normal;       // world space; w without meaning
+    std::vector<float> depth;        // one a pixel, metres along the camera's forward; infinite: nothing
+    std::vector<uint32_t> instance;  // one a pixel; 0xFFFFFFFF: nothing
+    std::vector<uint32_t> material;
+};
+
+// A request; copies are of the same one. It is answered by the first frame that shows light and ends with a
+// whole sample, and ready once the device has done that frame. Threads: that of the viewport. What the
+// viewport has not answered when it is destroyed is never ready.
+class Capture {
+  public:
+    bool IsReady() const;
+    CaptureResult Result() const;  // Error{Usage} when not ready
+
+  private:
+    friend class CaptureRequests;
+    struct State;
+    std::shared_ptr<State> m_state;
+};
+
+class CaptureRequests {
+  public:
+    Capture Request();
+    // What the open frame shows, with what it adds.
+    struct Shown {
+        TextureId mean, variance;
+        passes::Accumulation::Progress progress;
+        bool isRaster = false;
+    };
+    // Answers the requests at hand, if that is a whole number of samples.
+    void Declare(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
+                 const Shown& shown);
+
+  private:
+    std::vector<std::shared_ptr<Capture::State>> m_captures;
+};
+
+}  // namespace raygraph::viewport

@@ -1,0 +1,50 @@
+// OutlineView: the line around what is selected, kept over frames: it is found anew when it may have moved.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "editor/viewport/view_settings.h"
+#include "renderer/scene/camera_view.h"
+
+namespace raygraph::viewport {
+
+class OutlineView {
+  public:
+    explicit OutlineView(std::string name) : m_name(std::move(name)) {}
+
+    void SetInstances(std::vector<uint32_t> instances);
+    bool IsEmpty() const { return m_instances.empty(); }
+
+    // `picture` with the line on it, as a picture of its own. `camera` is that of `settings`; `isMoving`: the
+    // line may be coarse, a later frame finds the fine one.
+    TextureId Declare(Renderer& renderer, const SceneIds& scene, const SceneRevisions& revisions,
+                      const scene::CameraView& camera, passes::TraceSettings settings,
+                      const OutlineSettings& look, bool isMoving, TextureId picture);
+    // What is kept is of another scene.
+    void Invalidate() { m_made.reset(); }
+    void Forget(Renderer& renderer) { renderer.Forget(m_name); }
+
+  private:
+    // What the line was found from.
+    struct Key {
+        SceneRevisions revisions;
+        scene::CameraView camera;
+        Extent2D extent;
+        float width = 0.0f;
+        uint64_t selection = 0;
+        bool operator==(const Key&) const = default;
+    };
+    struct Made {
+        Key key;
+        bool isCoarse = false;
+    };
+
+    std::string m_name;
+    std::vector<uint32_t> m_instances;
+    uint64_t m_selection = 0;  // counts SetInstances that changed them
+    std::optional<Made> m_made;
+};
+
+}  // namespace raygraph::viewport

@@ -1,0 +1,36 @@
+// What a glTF file says without its buffers and images. Internal to renderer/scene.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "renderer/scene/gltf_accessors.h"
+#include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_meshes.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+// Where a scene file is and what it is called in messages.
+struct ScenePath {
+    std::filesystem::path file;  // Canonical.
+    // The one named, so that a link to a scene finds what stands beside the link.
+    std::filesystem::path folder;
+    std::string label;
+};
+// Error{Io} if there is none.
+ScenePath Locate(const std::filesystem::path& path);
+
+struct GltfOutline {
+    AccessorTables tables;
+    SceneData scene;                   // Materials, textures, nodes, cameras and lights, without transforms.
+    std::vector<uint32_t> images;      // As ReadMaterials returns them.
+    std::vector<MeshLayout> layouts;   // By mesh.
+    uint32_t defaultMaterial = kNone;  // Added to scene.materials, if a primitive names none.
+};
+
+// Checks all of the file's structure, and opens nothing.
+GltfOutline ReadOutline(GltfContext& context, const JsonValue& root);
+
+}  // namespace raygraph::scene

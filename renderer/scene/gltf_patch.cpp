@@ -1,0 +1,310 @@
+#include "renderer/scene/gltf_patch.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "base/error.h"
+
+namespace raygraph::scene {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <int Length>
+Json JsonVector(const glm::vec<Length, float>& vector) {
+    Json array = Json::array();
+    for (int i = 0; i < Length; i++) array.push_back(JsonNumber(vector[i]));
+    return array;
+}
+
+// Names the extension in extensionsUsed.
+void Use(Json& root, const char* extension) {
+    Json& used = root["extensionsUsed"];
+    if (!used.is_array()) used = Json::array();
+    if (std::find(used.begin(), used.end(), extension) == used.end()) used.push_back(extension);
+}
+
+// --- Nodes ---
+
+struct Parts {
+    glm::vec3 translation{0.0f};
+    glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};
+    glm::vec3 scale{1.0f};
+};
+
+// Within rounding of products of such matrices.
+bool IsNear(const glm::mat4x3& a, const glm::mat4x3& b) {
+    for (int column = 0; column < 4; column++) {
+        const float size = glm::length(a[column]) + glm::length(b[column]);
+        if (glm::length(a[column] - b[column]) > 4e-6f * size) return false;
+    }
+    return true;
+}
+
+glm::mat4x3 Matrix(const Parts& parts) {
+    Node node;
+    node.translation = parts.translation;
+    node.rotation = parts.rotation;
+    node.scale = parts.scale;
+    return node.LocalTransform();
+}
+
+// The parts that make `local`, as many as may be the node's own; nothing if it shears.
+std::optional<Parts> PartsOf(const glm::mat4x3& local, const Node& own) {
+    Parts parts{own.translation, own.rotation, own.scale};
+    parts.translation = local[3];
+    if (IsNear(Matrix(parts), local)) return parts;
+    const auto turned = [&](const glm::vec3& scale) {
+        glm::mat3 turn(local);
+        for (int i = 0; i < 3; i++) turn[i] /= scale[i];
+        return glm::normalize(glm::quat_cast(turn));
+    };
+    if (own.scale.x != 0.0f && own.scale.y != 0.0f && own.scale.z != 0.0f) {
+        parts.rotation = turned(own.scale);
+        if (IsNear(Matrix(parts), local)) return parts;
+    }
+    glm::vec3 scale(glm::length(local[0]), glm::length(local[1]), glm::length(local[2]));
+    if (glm::determinant(glm::mat3(local)) < 0.0f) scale.x = -scale.x;
+    for (int i = 0; i < 3; i++)
+        if (scale[i] == 0.0f) return std::nullopt;
+    parts.scale = scale;
+    parts.rotation = own.rotation;
+    if (IsNear(Matrix(parts), local)) return parts;
+    parts.rotation = turned(scale);
+    if (IsNear(Matrix(parts), local)) return parts;
+    return std::nullopt;
+}
+
+void PutMatrix(Json& node, const glm::mat4x3& local) {
+    for (const char* part : {"translation", "rotation", "scale"}) node.erase(part);
+    Json matrix = Json::array();
+    for (int column = 0; column < 4; column++) {
+        for (int row = 0; row < 3; row++) matrix.push_back(JsonNumber(local[column][row]));
+        matrix.push_back(column == 3 ? 1 : 0);
+    }
+    node["matrix"] = std::move(matrix);
+}
+
+void PatchNode(Json& node, const Node& loaded, const glm::mat4x3& local) {
+    const std::optional<Parts> parts = loaded.matrix ? std::nullopt : PartsOf(local, loaded);
+    if (!parts) {
+        PutMatrix(node, local);
+        return;
+    }
+    if (parts->translation != loaded.translation) node["translation"] = JsonVector(parts->translation);
+    if (parts->scale != loaded.scale) node["scale"] = JsonVector(parts->scale);
+    const glm::quat& q = parts->rotation;
+    if (q != loaded.rotation) node["rotation"] = JsonVector(glm::vec4(q.x, q.y, q.z, q.w));
+}
+
+// --- Materials ---
+
+// One material's JSON, and what its edits put there.
+class MaterialPatch {
+  public:
+    MaterialPatch(Json& root, Json& material) : m_root(root), m_material(material) {}
+
+    void Put(const Material& loaded, const Material& edited) {
+        const auto number = [](float value) { return JsonNumber(value); };
+        const auto flag = [](bool value) { return Json(value); };
+        const auto pbr = [&]() -> Json& { return m_material["pbrMetallicRoughness"]; };
+        const auto self = [&]() -> Json& { return m_material; };
+        const auto extension = [&](const char* name) {
+            return [this, name]() -> Json& { return Extension(name); };
+        };
+        const auto put = [&](auto Material::*field, auto&& where, const char* key, auto&& json) {
+            if (loaded.*field != edited.*field) where()[key] = json(edited.*field);
+        };
+        put(&Material::baseColorFactor, pbr, "baseColorFactor", JsonVector<4>);
+        put(&Material::metallicFactor, pbr, "metallicFactor", number);
+        put(&Material::roughnessFactor, pbr, "roughnessFactor", number);
+        const auto normal = [&]() -> Json& { return m_material["normalTexture"]; };
+        const auto occlusion = [&]() -> Json& { return m_material["occlusionTexture"]; };
+        // Without a texture they have no place, and no effect
+        if (m_material.contains("normalTexture")) put(&Material::normalScale, normal, "scale", number);
+        if (m_material.contains("occlusionTexture"))
+            put(&Material::occlusionStrength, occlusion, "strength", number);
+        put(&Material::emissiveFactor, self, "emissiveFactor", JsonVector<3>);
+        put(&Material::alphaMode, self, "alphaMode", [](AlphaMode mode) {
+            return mode == AlphaMode::Opaque ? "OPAQUE" : mode == AlphaMode::Mask ? "MASK" : "BLEND";
+        });
+        put(&Material::alphaCutoff, self, "alphaCutoff", number);
+        put(&Material::isDoubleSided, self, "doubleSided", flag);
+        put(&Material::emissiveStrength, extension("KHR_materials_emissive_strength"), "emissiveStrength",
+            number);
+        put(&Material::ior, extension("KHR_materials_ior"), "ior", number);
+        const auto specular = extension("KHR_materials_specular");
+        put(&Material::specularFactor, specular, "specularFactor", number);
+        put(&Material::specularColorFactor, specular, "specularColorFactor", JsonVector<3>);
+        put(&Material::transmissionFactor, extension("KHR_materials_transmission"), "transmissionFactor",
+            number);
+        const auto volume = extension("KHR_materials_volume");
+        put(&Material::thicknessFactor, volume, "thicknessFactor", number);
+        put(&Material::attenuationColor, volume, "attenuationColor", JsonVector<3>);
+        put(&Material::attenuationDistance, volume, "attenuationDistance", number);
+        if (edited.attenuationDistance == 0.0f && loaded.attenuationDistance != 0.0f)
+            volume().erase("attenuationDistance");  // which is infinite
+        if (edited.isUnlit && !loaded.isUnlit) Extension("KHR_materials_unlit");
+        if (!edited.isUnlit && loaded.isUnlit) m_material["extensions"].erase("KHR_materials_unlit");
+        put(
+            &Material::priority, [&]() -> Json& { return m_material["extras"]; }, "priority",
+            [](uint32_t priority) { return Json(priority); });
+    }
+
+  private:
+    Json& Extension(const char* name) {
+        Use(m_root, name);
+        Json& extension = m_material["extensions"][name];
+        if (extension.is_null()) extension = Json::object();
+        return extension;
+    }
+
+    Json& m_root;
+    Json& m_material;
+};
+
+bool HasSameTextures(const Material& a, const Material& b) {
+    const auto isSame = [&](TextureRef Material::*ref) {
+        return (a.*ref).texture == (b.*ref).texture && (a.*ref).texCoord == (b.*ref).texCoord;
+    };
+    return isSame(&Material::baseColorTexture) && isSame(&Material::metallicRoughnessTexture) &&
+           isSame(&Material::normalTexture) && isSame(&Material::occlusionTexture) &&
+           isSame(&Material::emissiveTexture) && isSame(&Material::specularTexture) &&
+           isSame(&Material::specularColorTexture) && isSame(&Material::transmissionTexture);
+}
+
+// The JSON of the default material, made one of the file's that every primitive without one names.
+Json& AddDefault(Json& root) {
+    Json& materials = root["materials"];
+    if (!materials.is_array()) materials = Json::array();
+    const size_t index = materials.size();
+    for (Json& mesh : root["meshes"])
+        for (Json& primitive : mesh["primitives"])
+            if (!primitive.contains("material")) primitive["material"] = index;
+    materials.push_back({{"name", "default"}});
+    return materials.back();
+}
+
+// --- Lights ---
+
+constexpr const char* kLights = "KHR_lights_punctual";
+
+bool HasSameValues(const Light& a, const Light& b) {
+    return a.type == b.type && a.color == b.color && a.intensity == b.intensity && a.range == b.range &&
+           a.innerConeAngle == b.innerConeAngle && a.outerConeAngle == b.outerConeAngle;
+}
+
+void PutLight(Json& light, const Light& loaded, const Light& edited) {
+    if (edited.color != loaded.color) light["color"] = JsonVector(edited.color);
+    if (edited.intensity != loaded.intensity) light["intensity"] = JsonNumber(edited.intensity);
+    if (edited.range != loaded.range) {
+        if (edited.range == 0.0f)
+            light.erase("range");
+        else
+            light["range"] = JsonNumber(edited.range);
+    }
+    if (edited.type != LightType::Spot) return;
+    if (edited.innerConeAngle != loaded.innerConeAngle)
+        light["spot"]["innerConeAngle"] = JsonNumber(edited.innerConeAngle);
+    if (edited.outerConeAngle != loaded.outerConeAngle)
+        light["spot"]["outerConeAngle"] = JsonNumber(edited.outerConeAngle);
+}
+
+Json* LightOf(Json& node) {
+    const auto extensions = node.find("extensions");
+    if (extensions == node.end()) return nullptr;
+    const auto lights = extensions->find(kLights);
+    if (lights == extensions->end()) return nullptr;
+    const auto light = lights->find("light");
+    return light == lights->end() ? nullptr : &*light;
+}
+
+[[noreturn]] void FailOther(const char* what, size_t inFile, size_t inScene) {
+    throw Error(ErrorKind::BadInput, "the file has " + std::to_string(inFile) + " " + what + ", the scene " +
+                                         std::to_string(inScene) + ": it is not the one that was loaded");
+}
+
+}  // namespace
+
+Json JsonNumber(float value) {
+    // A double of these digits is written with these digits, and is the float again when it is rounded
+    char digits[32];
+    const auto [end, failure] = std::to_chars(digits, digits + sizeof digits, value);
+    double number = value;
+    if (failure == std::errc{}) std::from_chars(digits, end, number);
+    if (static_cast<float>(number) != value) number = value;
+    return number;
+}
+
+void PatchNodes(Json& root, const SceneData& loaded, const SceneData& edited) {
+    if (loaded.nodes.size() != edited.nodes.size())
+        FailOther("nodes", loaded.nodes.size(), edited.nodes.size());
+    for (size_t i = 0; i < loaded.nodes.size(); i++) {
+        if (loaded.nodes[i].parent != edited.nodes[i].parent)
+            throw Error(ErrorKind::Usage, "nodes[" + std::to_string(i) + "]: its parent cannot be exchanged");
+        const glm::mat4x3 local = edited.nodes[i].LocalTransform();
+        if (local != loaded.nodes[i].LocalTransform()) PatchNode(root["nodes"][i], loaded.nodes[i], local);
+    }
+}
+
+void PatchMaterials(Json& root, const GltfOutline& outline, const SceneData& edited) {
+    const std::vector<Material>& loaded = outline.scene.materials;
+    if (loaded.size() != edited.materials.size())
+        FailOther("materials", loaded.size(), edited.materials.size());
+    for (size_t i = 0; i < loaded.size(); i++) {
+        if (!HasSameTextures(loaded[i], edited.materials[i]))
+            throw Error(ErrorKind::Usage,
+                        "materials[" + std::to_string(i) + "]: its textures cannot be exchanged");
+        // Into a copy: a material that has not been edited leaves the tree as it is
+        const bool isDefault = i == outline.defaultMaterial;
+        Json changed = isDefault ? Json::object() : root["materials"][i];
+        const Json before = changed;
+        MaterialPatch(root, changed).Put(loaded[i], edited.materials[i]);
+        if (changed == before) continue;
+        if (isDefault)
+            AddDefault(root).update(changed);
+        else
+            root["materials"][i] = std::move(changed);
+    }
+}
+
+void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
+    if (loaded.lights.size() != edited.lights.size())
+        FailOther("lights", loaded.lights.size(), edited.lights.size());
+    if (loaded.lights.empty()) return;
+    Json& nodes = root["nodes"];
+    Json& lights = root["extensions"][kLights]["lights"];
+    std::vector<size_t> userCount(lights.size(), 0);  // nodes
+    for (Json& node : nodes)
+        if (const Json* light = LightOf(node)) userCount[light->get<size_t>()]++;
+    // The scene's lights by the file's: those of one are neighbours (SceneData::lights)
+    for (size_t first = 0, end = 0; first < loaded.lights.size(); first = end) {
+        const auto lightOf = [&](size_t i) { return LightOf(nodes[loaded.lights[i].node])->get<size_t>(); };
+        const size_t index = lightOf(first);
+        bool isAlike = true;
+        for (end = first; end < loaded.lights.size() && lightOf(end) == index; end++) {
+            if (edited.lights[end].type != loaded.lights[end].type)
+                throw Error(ErrorKind::Usage,
+                            "lights[" + std::to_string(end) + "]: its type cannot be changed");
+            isAlike = isAlike && HasSameValues(edited.lights[end], edited.lights[first]);
+        }
+        if (isAlike && end - first == userCount[index]) {
+            PutLight(lights[index], loaded.lights[first], edited.lights[first]);
+            continue;
+        }
+        // Shared with others that stay as they are
+        const Json shared = lights[index];
+        for (size_t i = first; i < end; i++) {
+            if (HasSameValues(edited.lights[i], loaded.lights[i])) continue;
+            Json own = shared;
+            PutLight(own, loaded.lights[i], edited.lights[i]);
+            *LightOf(nodes[loaded.lights[i].node]) = lights.size();
+            lights.push_back(std::move(own));
+        }
+    }
+}
+
+}  // namespace raygraph::scene

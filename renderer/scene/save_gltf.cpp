@@ -1,0 +1,161 @@
+#include "renderer/scene/save_gltf.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "base/atomic_file.h"
+#include "base/error.h"
+#include "renderer/scene/gltf_container.h"
+#include "renderer/scene/gltf_patch.h"
+#include "renderer/scene/text.h"
+#include "renderer/scene/uri.h"
+
+namespace raygraph::scene {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+void WriteWhole(const fs::path& path, std::span<const std::byte> bytes) {
+    AtomicFile file(path);
+    file.Write(bytes);
+    file.Commit();
+}
+
+// Beside the scene: a file of other content is not ours to replace.
+void WriteBeside(const fs::path& path, std::span<const std::byte> bytes) {
+    if (fs::exists(path)) {
+        const std::vector<std::byte> there = DiskFileReader().Read(fs::canonical(path), UINT64_MAX);
+        if (std::ranges::equal(there, bytes)) return;
+        throw Error(ErrorKind::Io,
+                    Printable(path.string(), 1024) + ": is there already, and is another file");
+    }
+    std::error_code error;
+    fs::create_directories(path.parent_path(), error);
+    if (error)
+        throw Error(ErrorKind::Io, Printable(path.parent_path().string(), 1024) + ": " + error.message());
+    WriteWhole(path, bytes);
+}
+
+bool IsSameFolder(const fs::path& a, const fs::path& b) {
+    std::error_code error;
+    return fs::equivalent(a.empty() ? "." : a, b.empty() ? "." : b, error) && !error;
+}
+
+// The indentation of a JSON text, as Json::dump takes it; -1 for one in a single line.
+struct Indentation {
+    int width = -1;
+    char character = ' ';
+};
+Indentation IndentationOf(std::string_view text) {
+    const size_t line = text.find('\n');
+    if (line == std::string_view::npos || line + 1 >= text.size()) return {};
+    const char character = text[line + 1];
+    if (character != ' ' && character != '\t') return {.width = 0};
+    const size_t end = text.find_first_not_of(character, line + 1);
+    return {static_cast<int>(std::min<size_t>(end == std::string_view::npos ? 2 : end - line - 1, 8)),
+            character};
+}
+
+// A name that a URI may hold as it is, but for a few characters.
+std::string PercentEncode(const std::string& name) {
+    constexpr std::string_view kPlain = "-._~!$&'()*+,;=@";
+    std::string uri;
+    for (const char character : name) {
+        const auto byte = static_cast<unsigned char>(character);
+        const bool isPlain = (byte >= '0' && byte <= '9') || (byte >= 'a' && byte <= 'z') ||
+                             (byte >= 'A' && byte <= 'Z') || kPlain.find(character) != kPlain.npos;
+        constexpr char kDigits[] = "0123456789ABCDEF";
+        if (isPlain)
+            uri += character;
+        else
+            uri.append({'%', kDigits[byte >> 4], kDigits[byte & 15]});
+    }
+    return uri;
+}
+
+// What the file names: buffers, and images, of which some are read.
+void CopyFiles(const Json& root, const std::vector<uint32_t>& imagesRead, const ConfinedFolder& from,
+               const fs::path& to, uint64_t maxBytes) {
+    const auto copy = [&](const Json& thing, bool isRead) {
+        const auto uri = thing.find("uri");
+        if (uri == thing.end() || IsDataUri(uri->get_ref<const std::string&>())) return;
+        const auto& text = uri->get_ref<const std::string&>();
+        std::vector<std::byte> bytes;
+        try {
+            bytes = from.Read(text, maxBytes);
+        } catch (const Error&) {
+            if (isRead) throw;
+            return;  // nothing reads it: the scene was loaded without
+        }
+        WriteBeside(to / RelativePath(text), bytes);
+    };
+    if (const auto buffers = root.find("buffers"); buffers != root.end())
+        for (const Json& buffer : *buffers) copy(buffer, true);
+    const std::set<uint32_t> read(imagesRead.begin(), imagesRead.end());
+    if (const auto images = root.find("images"); images != root.end())
+        for (uint32_t i = 0; i < images->size(); i++) copy((*images)[i], read.contains(i));
+}
+
+std::span<const std::byte> AsBytes(const std::string& text) {
+    return std::as_bytes(std::span(text));
+}
+
+bool IsGlb(const fs::path& target) {
+    std::string extension = target.extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; });
+    if (extension != ".glb" && extension != ".gltf")
+        throw Error(ErrorKind::Usage, Printable(target.string(), 1024) + ": must end in .gltf or .glb");
+    return extension == ".glb";
+}
+
+void Write(const GltfContainer& container, Json& root, const fs::path& target, bool isGlb) {
+    const Indentation indent =
+        container.isGlb && !isGlb ? Indentation{2, ' '} : IndentationOf(container.json);
+    if (isGlb) {
+        WriteWhole(target, MakeGlb(root.dump(), container.rest));
+        return;
+    }
+    if (container.hasBinary && !root["buffers"].empty() && !root["buffers"][0].contains("uri")) {
+        const std::string name = target.stem().string() + ".bin";
+        // Without what pads the chunk
+        const size_t size = std::min(container.binary.size(), root["buffers"][0]["byteLength"].get<size_t>());
+        WriteBeside(target.parent_path() / name, container.binary.first(size));
+        root["buffers"][0]["uri"] = PercentEncode(name);
+    }
+    WriteWhole(target, AsBytes(root.dump(indent.width, indent.character) + "\n"));
+}
+
+}  // namespace
+
+void SaveGltf(const fs::path& source, const SceneData& edited, const fs::path& target,
+              const LoadOptions& options) {
+    const bool isGlb = IsGlb(target);
+    const ScenePath located = Locate(source);
+    DiskFileReader disk;
+    FileReader& files = options.reader ? *options.reader : disk;
+    const ConfinedFolder folder(located.folder, files);
+    GltfContext context{.label = located.label, .options = options, .folder = folder, .warnings = {}};
+    const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
+    context.bytesRead = file.size();
+    const GltfContainer container = OpenContainer(file, context.label);
+    // Once to be checked, once with its order
+    const nlohmann::json checked = ParseJson(container.json, context.label, options.limits);
+    const GltfOutline loaded = ReadOutline(context, JsonValue(checked, context.label));
+    Json root = Json::parse(container.json);
+    try {
+        PatchNodes(root, loaded.scene, edited);
+        PatchMaterials(root, loaded, edited);
+        PatchLights(root, loaded.scene, edited);
+    } catch (const Error& error) {
+        throw Error(error.Kind(), context.label + ": " + error.what());
+    }
+    const fs::path to = target.parent_path();
+    if (!IsSameFolder(located.folder, to))
+        CopyFiles(root, loaded.images, folder, to, options.limits.maxFileBytes);
+    Write(container, root, target, isGlb);
+}
+
+}  // namespace raygraph::scene

@@ -1,0 +1,55 @@
+// The editor as the program plays it from a script. A device is needed.
+#include <cmath>
+#include <fstream>
+
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using test::RunProgram;
+using test::SceneFile;
+
+TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
+    const test::TemporaryFolder folder;
+    std::ofstream(folder.Path() / "script.txt") << "size 120x100\nopen " << SceneFile("cornell.gltf")
+                                                << "\nwait\nsamples 3\npicture " << folder / "edit.exr"
+                                                << "\nexpect message samples\n";
+    const test::ProgramResult edited =
+        RunProgram({"edit", "--validate", "--headless-script", folder / "script.txt"});
+    if (edited.messages.find("no editor") != std::string::npos) GTEST_SKIP() << edited.messages;
+    ASSERT_EQ(edited.exitCode, 0) << edited.messages;
+    const cli::RenderFile saved = cli::ReadRenderFile(folder / "edit.exr");
+    EXPECT_EQ(saved.sceneFile, "cornell.gltf");
+    for (const cli::Aov aov :
+         {cli::Aov::Albedo, cli::Aov::Normal, cli::Aov::Depth, cli::Aov::Instance, cli::Aov::Material})
+        EXPECT_TRUE(AovsOf(saved).Has(aov)) << Name(aov);
+
+    std::vector<std::string> words{"render", SceneFile("cornell.gltf"),
+                                   "-o",     folder / "render.exr",
+                                   "--spp",  std::to_string(SampleCount(saved.samples)),
+                                   "--aov",  "depth,instance"};
+    for (const char* setting : {"camera", "size", "background", "seed"}) {
+        words.push_back(std::string("--") + setting);
+        words.push_back(saved.settings.at(setting));
+    }
+    const test::ProgramResult rendered = RunProgram(words);
+    ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;
+    const cli::RenderFile plain = cli::ReadRenderFile(folder / "render.exr");
+    EXPECT_EQ(saved.settings, plain.settings);
+    // The camera went through decimal digits: here and there a path goes another way
+    size_t unlike = 0;
+    for (size_t i = 0; i < plain.radiance.size(); i++)
+        unlike +=
+            std::abs(saved.radiance[i] - plain.radiance[i]) > 1e-3f * (1.0f + std::abs(plain.radiance[i]));
+    EXPECT_LT(unlike, plain.radiance.size() / 100);
+    size_t otherInstance = 0;
+    for (size_t i = 0; i < plain.instance.size(); i++)
+        otherInstance += saved.instance[i] != plain.instance[i];
+    EXPECT_LT(otherInstance, 4u);
+}
+
+}  // namespace
+}  // namespace raygraph

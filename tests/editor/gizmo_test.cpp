@@ -1,0 +1,197 @@
+// Where the gizmo's handles are, and what dragging them does.
+#include "editor/app/gizmo.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/constants.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace raygraph::editor {
+
+namespace {
+
+constexpr glm::vec2 kSize{800.0f, 600.0f};
+
+PictureMap FrontMap(scene::Projection projection = scene::Projection::Perspective) {
+    scene::CameraView view = scene::CameraView::LookAt({1, 2, 8}, {0, 0, 0}, {0, 1, 0});
+    view.projection = projection;
+    view.height = 5.0f;
+    return {view, kSize};
+}
+
+void ExpectNear(const glm::vec3& a, const glm::vec3& b, float tolerance = 1e-4f) {
+    EXPECT_LT(glm::length(a - b), tolerance)
+        << a.x << " " << a.y << " " << a.z << " against " << b.x << " " << b.y << " " << b.z;
+}
+
+glm::vec3 Applied(const glm::mat4& change, const glm::vec3& point) {
+    return glm::vec3(change * glm::vec4(point, 1.0f));
+}
+
+Ray RayTo(const PictureMap& map, const glm::vec3& point) {
+    return map.RayAt(*map.PlaceOf(point));
+}
+
+// What a drag from one point of space to another does.
+glm::mat4 Dragged(GizmoTool tool, GizmoHandle handle, const glm::vec3& from, const glm::vec3& to,
+                  const glm::mat4x3& node = glm::mat4x3(1.0f), GizmoSpace space = GizmoSpace::World,
+                  bool isSnapping = false) {
+    const PictureMap map = FrontMap();
+    const GizmoFrame frame = *FrameOf(node, tool, space, map);
+    return GizmoDrag(tool, handle, frame, map, RayTo(map, from)).Change(RayTo(map, to), isSnapping);
+}
+
+}  // namespace
+
+TEST(GizmoMaths, PlacesAndRaysAreInverse) {
+    for (const auto projection : {scene::Projection::Perspective, scene::Projection::Orthographic}) {
+        const PictureMap map = FrontMap(projection);
+        const glm::vec3 point(0.4f, -0.7f, 0.9f);
+        const Ray ray = RayTo(map, point);
+        const glm::vec3 way = point - ray.origin;
+        EXPECT_NEAR(glm::length(ray.direction), 1.0f, 1e-6f);
+        ExpectNear(way - glm::dot(way, ray.direction) * ray.direction, glm::vec3(0.0f));
+        const glm::vec3 beside = point + map.View().up * map.MetresAt(point, 10.0f);
+        EXPECT_NEAR(map.PlaceOf(point)->y - map.PlaceOf(beside)->y, 10.0f, 1e-2f);
+    }
+    EXPECT_FALSE(FrontMap().PlaceOf({1, 2, 9})) << "behind the eye";
+}
+
+TEST(GizmoMaths, NearestAlongIsTheFootOfTheCommonPerpendicular) {
+    // A line along x, a ray down that passes it at x = 3
+    EXPECT_NEAR(*NearestAlong({1, 0, 0}, {1, 0, 0}, {{3, 5, 2}, {0, -1, 0}}), 2.0f, 1e-6f);
+    const glm::vec3 slanted = glm::normalize(glm::vec3(1, -1, 0));
+    EXPECT_NEAR(*NearestAlong({0, 0, 0}, {1, 0, 0}, {{0, 2, 7}, slanted}), 2.0f, 1e-5f);
+    EXPECT_FALSE(NearestAlong({0, 0, 0}, {1, 0, 0}, {{0, 1, 0}, {1, 0, 0}}));
+}
+
+TEST(GizmoMaths, PlaneIsMetInFrontAlone) {
+    ExpectNear(*MeetPlane({0, 1, 0}, {0, 1, 0}, {{2, 5, 3}, {0, -1, 0}}), {2, 1, 3});
+    EXPECT_FALSE(MeetPlane({0, 1, 0}, {0, 1, 0}, {{2, 5, 3}, {0, 1, 0}}));
+    EXPECT_FALSE(MeetPlane({0, 1, 0}, {0, 1, 0}, {{2, 5, 3}, {1, 0, 0}}));
+}
+
+TEST(Gizmo, MoveAlongAnAxisStaysOnIt) {
+    // The mouse goes up as well: only x counts
+    const glm::mat4 change = Dragged(GizmoTool::Move, GizmoHandle::X, {0.5f, 0, 0}, {1.25f, 0, 0});
+    ExpectNear(Applied(change, {7, 7, 7}), {7.75f, 7, 7});
+    const glm::vec3 aside =
+        Applied(Dragged(GizmoTool::Move, GizmoHandle::Y, {0, 0.5f, 0}, {0.3f, 0.9f, 0.2f}), glm::vec3(0.0f));
+    EXPECT_EQ(aside.x, 0.0f);
+    EXPECT_EQ(aside.z, 0.0f);
+    EXPECT_GT(aside.y, 0.2f);
+}
+
+TEST(Gizmo, MoveInAPlaneFollowsTheMouse) {
+    const glm::mat4 change = Dragged(GizmoTool::Move, GizmoHandle::PlaneY, {0.2f, 0, 0.2f}, {0.7f, 0, -0.4f});
+    ExpectNear(Applied(change, glm::vec3(0.0f)), {0.5f, 0, -0.6f});
+    const PictureMap map = FrontMap();
+    const glm::vec3 step = 0.4f * map.View().right - 0.3f * map.View().up;
+    ExpectNear(Applied(Dragged(GizmoTool::Move, GizmoHandle::Whole, {0, 0, 0}, step), glm::vec3(0.0f)), step);
+}
+
+TEST(Gizmo, LocalAxesAreTheNodes) {
+    const glm::mat4x3 turned(
+        glm::rotate(glm::mat4(1.0f), glm::half_pi<float>(), glm::vec3(0, 0, 1)));  // its x is up
+    const glm::mat4 change =
+        Dragged(GizmoTool::Move, GizmoHandle::X, {0, 0.2f, 0}, {0, 0.8f, 0}, turned, GizmoSpace::Local);
+    ExpectNear(Applied(change, glm::vec3(0.0f)), {0, 0.6f, 0});
+}
+
+TEST(Gizmo, RotationTurnsAboutTheOriginByTheAngleOfTheMouse) {
+    glm::mat4x3 node(1.0f);
+    node[3] = {0.5f, 0.5f, 0.0f};
+    const glm::vec3 o = node[3];
+    const float angle = glm::radians(50.0f);
+    const glm::vec3 from = o + glm::vec3(0.6f, 0, 0),
+                    to = o + 0.6f * glm::vec3(std::cos(angle), std::sin(angle), 0);
+    const glm::mat4 change = Dragged(GizmoTool::Rotate, GizmoHandle::Z, from, to, node);
+    ExpectNear(Applied(change, o), o);
+    ExpectNear(Applied(change, o + glm::vec3(1, 0, 0)), o + glm::vec3(std::cos(angle), std::sin(angle), 0));
+    const glm::mat4 snapped =
+        Dragged(GizmoTool::Rotate, GizmoHandle::Z, from, to, node, GizmoSpace::World, true);
+    const float step = glm::radians(45.0f);
+    ExpectNear(Applied(snapped, o + glm::vec3(1, 0, 0)), o + glm::vec3(std::cos(step), std::sin(step), 0));
+}
+
+TEST(Gizmo, RingSeenFromItsEdgeTurnsAlongIt) {
+    // The eye is 2 above 8: y's ring is nearly a line. To the right, its front goes with the mouse: +y turns
+    // +z to +x.
+    const PictureMap map = FrontMap();
+    const GizmoFrame frame = *FrameOf(glm::mat4x3(1.0f), GizmoTool::Rotate, GizmoSpace::World, map);
+    const glm::vec3 front = frame.size * glm::normalize(glm::vec3(1, 0, 8));
+    const GizmoDrag drag(GizmoTool::Rotate, GizmoHandle::Y, frame, map, RayTo(map, front));
+    ExpectNear(Applied(drag.Change(RayTo(map, front), false), {1, 0, 0}), {1, 0, 0}, 1e-3f);
+    const glm::vec3 along = glm::normalize(glm::cross(glm::vec3(0, 1, 0), front));
+    const glm::mat4 change = drag.Change(RayTo(map, front + 0.3f * frame.size * along), false);
+    const glm::vec3 turned = Applied(change, {0, 0, 1});
+    EXPECT_NEAR(std::atan2(turned.x, turned.z), 0.3f, 0.03f);
+    EXPECT_NEAR(turned.y, 0.0f, 1e-5f);
+}
+
+TEST(Gizmo, ScaleKeepsTheOriginAndStretchesItsAxis) {
+    glm::mat4x3 node(1.0f);
+    node[3] = {0.5f, 0, 0};
+    const glm::mat4 change = Dragged(GizmoTool::Scale, GizmoHandle::X, {0.9f, 0, 0}, {1.3f, 0, 0}, node);
+    ExpectNear(Applied(change, {0.5f, 0, 0}), {0.5f, 0, 0});
+    ExpectNear(Applied(change, {1.5f, 1, 1}), {2.5f, 1, 1}, 1e-3f);
+    const glm::mat4 plane =
+        Dragged(GizmoTool::Scale, GizmoHandle::PlaneY, {0.9f, 0, 0.4f}, {1.3f, 0, 0.8f}, node);
+    ExpectNear(Applied(plane, {1.5f, 1, 1}), {2.5f, 1, 2}, 1e-3f);
+    const glm::mat4 flat = Dragged(GizmoTool::Scale, GizmoHandle::X, {0.9f, 0, 0}, {-3.0f, 0, 0}, node);
+    EXPECT_GT(Applied(flat, {1.5f, 0, 0}).x, 0.5f) << "never to nothing, nor through itself";
+    const PictureMap map = FrontMap();
+    const glm::mat4 whole =
+        Dragged(GizmoTool::Scale, GizmoHandle::Whole, node[3], node[3] + 0.2f * map.View().right, node);
+    const glm::vec3 grown = Applied(whole, {1.5f, 1, 1}) - node[3];
+    EXPECT_GT(grown.x, 1.05f);
+    EXPECT_NEAR(grown.x, grown.y, 1e-4f);
+}
+
+TEST(Gizmo, HandlesAreWhereTheyAreDrawn) {
+    const PictureMap map = FrontMap();
+    for (const GizmoTool tool : {GizmoTool::Move, GizmoTool::Rotate, GizmoTool::Scale}) {
+        const GizmoFrame frame = *FrameOf(glm::mat4x3(1.0f), tool, GizmoSpace::World, map);
+        const std::vector<GizmoShape> shapes = ShapesOf(frame, tool, map);
+        EXPECT_GE(shapes.size(), 4u);
+        if (tool == GizmoTool::Rotate) continue;
+        const glm::vec2 tip = *map.PlaceOf(0.95f * frame.size * frame.axes[1]);
+        EXPECT_EQ(HandleAt(shapes, tip, 6.0f), GizmoHandle::Y);
+        EXPECT_EQ(HandleAt(shapes, *map.PlaceOf({0, 0, 0}), 6.0f), GizmoHandle::Whole);
+        EXPECT_FALSE(HandleAt(shapes, tip + glm::vec2(30, -30), 6.0f));
+        EXPECT_NEAR(glm::length(*map.PlaceOf({0, frame.size, 0}) - *map.PlaceOf({0, 0, 0})), 90.0f, 10.0f)
+            << "as large however far away it is";
+    }
+}
+
+TEST(Gizmo, ArmThatPointsAtTheEyeCannotBeTaken) {
+    const PictureMap map({scene::CameraView::LookAt({0, 0, 8}, {0, 0, 0}, {0, 1, 0})}, kSize);
+    const GizmoFrame frame = *FrameOf(glm::mat4x3(1.0f), GizmoTool::Move, GizmoSpace::World, map);
+    const std::vector<GizmoShape> shapes = ShapesOf(frame, GizmoTool::Move, map);
+    const auto has = [&](GizmoHandle handle) {
+        return std::ranges::any_of(shapes, [&](const GizmoShape& s) { return s.handle == handle; });
+    };
+    EXPECT_FALSE(has(GizmoHandle::Z));
+    EXPECT_TRUE(has(GizmoHandle::PlaneZ));
+    EXPECT_FALSE(has(GizmoHandle::PlaneX));
+    EXPECT_FALSE(FrameOf(glm::mat4x3(glm::translate(glm::mat4(1.0f), glm::vec3(0, 0, 9))), GizmoTool::Move,
+                         GizmoSpace::World, map))
+        << "behind the eye";
+}
+
+TEST(Gizmo, LocalTransformFollowsBelowATurnedParent) {
+    const glm::mat4x3 parent(glm::translate(glm::mat4(1.0f), glm::vec3(3, 2, 1)) *
+                             glm::rotate(glm::mat4(1.0f), 0.7f, glm::vec3(0, 1, 0)) *
+                             glm::scale(glm::mat4(1.0f), glm::vec3(2.0f)));
+    const glm::mat4x3 local(glm::translate(glm::mat4(1.0f), glm::vec3(0.5f, 0, 0)));
+    const glm::mat4 change = glm::translate(glm::mat4(1.0f), glm::vec3(0, 1, 0));
+    const glm::mat4 after = glm::mat4(parent) * glm::mat4(*LocalAfter(change, parent, local));
+    ExpectNear(glm::vec3(after[3]), Applied(glm::mat4(parent), {0.5f, 0, 0}) + glm::vec3(0, 1, 0));
+    glm::mat4x3 flat = parent;
+    flat[0] = glm::vec3(0.0f);
+    EXPECT_FALSE(LocalAfter(change, flat, local));
+}
+
+}  // namespace raygraph::editor

@@ -1,0 +1,99 @@
+// What the editor remembers.
+#include "editor/app/settings.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "base/error.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+class SettingsTest : public ::testing::Test {
+  protected:
+    Settings Read(const std::string& text) {
+        std::ofstream(folder.Path() / "editor.json") << text;
+        message.clear();
+        return ReadSettings(folder.Path(), message);
+    }
+    test::TemporaryFolder folder;
+    std::string message;
+};
+
+}  // namespace
+
+TEST_F(SettingsTest, ComeBackAsTheyWere) {
+    Settings settings;
+    settings.panels = {
+        .hierarchy = false, .inspector = true, .statistics = true, .graph = true, .help = true};
+    settings.window = {1234, 777};
+    settings.show.view = viewport::View::Wipe;
+    settings.show.wipePosition = 0.3f;
+    settings.show.tonemap.exposureEv = -1.5f;
+    settings.show.tonemap.tonemapOperator = static_cast<TonemapOperator>(0);
+    settings.tool = GizmoTool::Scale;
+    settings.toolSpace = GizmoSpace::Local;
+    settings.pivot = GizmoPivot::Origin;
+    settings.NoteOpened("/scenes/a.gltf");
+    const std::filesystem::path config = folder.Path() / "new" / "raygraph";
+    WriteSettings(config, settings);
+    EXPECT_EQ(ReadSettings(config, message), settings);
+    EXPECT_EQ(message, "");
+    EXPECT_EQ(ReadSettings(folder.Path() / "none", message), Settings());
+    EXPECT_EQ(message, "") << "there need be none";
+}
+
+TEST_F(SettingsTest, BrokenOnesAreLeftAsideWithOneLine) {
+    for (const char* text : {"{", "[]", "{\"panels\": 3}", "{\"panels\": {\"help\": \"yes\"}}",
+                             "{\"recent\": {}}", "{\"view\": {\"exposure\": []}}", "\xff\xfe"}) {
+        EXPECT_EQ(Read(text), Settings()) << text;
+        EXPECT_NE(message.find("editor.json: "), std::string::npos) << text;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << text;
+    }
+}
+
+TEST_F(SettingsTest, ValuesOutOfRangeArePutIntoIt) {
+    const Settings read = Read(
+        "{\"window\": {\"width\": 1e9, \"height\": -4}, \"view\": {\"exposure\": 99, \"view\": \"of "
+        "tomorrow\"}}");
+    EXPECT_EQ(message, "");
+    EXPECT_EQ(read.window, (rhi::Extent2D{16384, 320}));
+    EXPECT_EQ(read.show.tonemap.exposureEv, 8.0f);
+    EXPECT_EQ(read.show.view, Settings().show.view);
+}
+
+TEST_F(SettingsTest, RecentFilesAreFewAndTheNewestComesFirst) {
+    Settings settings;
+    for (int i = 0; i < 14; i++) settings.NoteOpened("/s/" + std::to_string(i) + ".gltf");
+    settings.NoteOpened("/s/x/../9.gltf");
+    ASSERT_EQ(settings.recent.size(), Settings::kMostRecent);
+    EXPECT_EQ(settings.recent[0], "/s/9.gltf");
+    EXPECT_EQ(settings.recent[1], "/s/13.gltf");
+    EXPECT_EQ(std::count(settings.recent.begin(), settings.recent.end(), "/s/9.gltf"), 1);
+}
+
+TEST_F(SettingsTest, FolderIsTheUsersOrTheOneThatIsSet) {
+    const char* before = std::getenv("XDG_CONFIG_HOME");
+    const std::string kept = before ? before : "";
+    setenv("XDG_CONFIG_HOME", "/somewhere", 1);
+    EXPECT_EQ(ConfigFolder(), "/somewhere/raygraph");
+    setenv("XDG_CONFIG_HOME", "relative", 1);
+    const char* home = std::getenv("HOME");
+    EXPECT_EQ(ConfigFolder(), home ? std::filesystem::path(home) / ".config" / "raygraph" : "");
+    if (before)
+        setenv("XDG_CONFIG_HOME", kept.c_str(), 1);
+    else
+        unsetenv("XDG_CONFIG_HOME");
+}
+
+TEST_F(SettingsTest, FolderThatCannotBeWrittenIsAnError) {
+    std::ofstream(folder.Path() / "file") << "no folder";
+    EXPECT_THROW(WriteSettings(folder.Path() / "file", {}), Error);
+}
+
+}  // namespace raygraph::editor

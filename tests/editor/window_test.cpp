@@ -1,0 +1,88 @@
+// A window on a display of its own.
+#include "editor/app/window.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "base/error.h"
+#include "editor/app/editor.h"
+#include "rhi/swapchain.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+constexpr const char* kServer = "/usr/bin/Xvfb";
+
+// An X server without a screen that anybody sees, while it lives.
+class Display {
+  public:
+    Display() {
+        int ends[2];
+        if (pipe(ends) != 0) return;
+        m_process = fork();
+        if (m_process == 0) {
+            const std::string reply = std::to_string(ends[1]);
+            const int nowhere = open("/dev/null", O_WRONLY);
+            dup2(nowhere, 1);
+            dup2(nowhere, 2);
+            close(ends[0]);
+            execl(kServer, kServer, "-displayfd", reply.c_str(), "-screen", "0", "800x600x24", nullptr);
+            _exit(1);
+        }
+        close(ends[1]);
+        char letter = 0;
+        while (read(ends[0], &letter, 1) == 1 && letter != '\n') m_name += letter;
+        close(ends[0]);
+    }
+    ~Display() {
+        if (m_process <= 0) return;
+        kill(m_process, SIGTERM);
+        waitpid(m_process, nullptr, 0);
+    }
+    Display(const Display&) = delete;
+    Display& operator=(const Display&) = delete;
+    const std::string& Name() const { return m_name; }  // "97"; "": it did not start
+
+  private:
+    pid_t m_process = -1;
+    std::string m_name;
+};
+
+}  // namespace
+
+TEST(WindowTest, OpensAndShowsFrames) {
+    if (!std::filesystem::exists(kServer)) GTEST_SKIP() << "there is no Xvfb";
+    const Display display;
+    if (display.Name().empty()) GTEST_SKIP() << "Xvfb does not start";
+    setenv("DISPLAY", (":" + display.Name()).c_str(), 1);
+    testing::MessageLog messages;
+    {
+        Window window("test", {320, 200});
+        const auto device = rhi::Device::Create({.validation = true,
+                                                 .onMessage = messages.Callback(),
+                                                 .surfaceExtensions = window.SurfaceExtensions()});
+        rhi::Swapchain swapchain(
+            *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});
+        EXPECT_EQ(window.Extent(), (rhi::Extent2D{320, 200}));
+        WindowScreen screen(swapchain);
+        Editor editor(*device);
+        for (int i = 0; i < 4; i++) {
+            EXPECT_TRUE(editor.Frame(window.Poll(), screen));
+            EXPECT_EQ(editor.FrameError(), "");
+        }
+        device->WaitIdle();
+    }
+    EXPECT_EQ(messages.Text(0, true), "");
+}
+
+}  // namespace raygraph::editor

@@ -1,0 +1,326 @@
+// Files saved again: what was edited is there, and everything else as it was.
+#include "renderer/scene/save_gltf.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <glm/gtc/matrix_transform.hpp>
+#include <sstream>
+
+#include "tests/scene/gltf_document.h"
+
+namespace raygraph::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string TextOf(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return text.str();
+}
+
+Json JsonOf(const fs::path& file) {
+    return Json::parse(TextOf(file));
+}
+
+void ExpectSamePrimitive(const scene::Primitive& a, const scene::Primitive& b) {
+    EXPECT_EQ(a.positions, b.positions);
+    EXPECT_EQ(a.normals, b.normals);
+    EXPECT_EQ(a.tangents, b.tangents);
+    EXPECT_EQ(a.uv0, b.uv0);
+    EXPECT_EQ(a.uv1, b.uv1);
+    EXPECT_EQ(a.colors, b.colors);
+    EXPECT_EQ(a.indices, b.indices);
+    EXPECT_EQ(a.material, b.material);
+}
+
+void ExpectSameMaterial(const scene::Material& a, const scene::Material& b) {
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.baseColorFactor, b.baseColorFactor) << a.name;
+    EXPECT_EQ(a.metallicFactor, b.metallicFactor) << a.name;
+    EXPECT_EQ(a.roughnessFactor, b.roughnessFactor) << a.name;
+    EXPECT_EQ(a.normalScale, b.normalScale) << a.name;
+    EXPECT_EQ(a.occlusionStrength, b.occlusionStrength) << a.name;
+    EXPECT_EQ(a.emissiveFactor, b.emissiveFactor) << a.name;
+    EXPECT_EQ(a.emissiveStrength, b.emissiveStrength) << a.name;
+    EXPECT_EQ(a.alphaMode, b.alphaMode) << a.name;
+    EXPECT_EQ(a.alphaCutoff, b.alphaCutoff) << a.name;
+    EXPECT_EQ(a.isDoubleSided, b.isDoubleSided) << a.name;
+    EXPECT_EQ(a.ior, b.ior) << a.name;
+    EXPECT_EQ(a.specularFactor, b.specularFactor) << a.name;
+    EXPECT_EQ(a.specularColorFactor, b.specularColorFactor) << a.name;
+    EXPECT_EQ(a.transmissionFactor, b.transmissionFactor) << a.name;
+    EXPECT_EQ(a.thicknessFactor, b.thicknessFactor) << a.name;
+    EXPECT_EQ(a.attenuationColor, b.attenuationColor) << a.name;
+    EXPECT_EQ(a.attenuationDistance, b.attenuationDistance) << a.name;
+    EXPECT_EQ(a.isUnlit, b.isUnlit) << a.name;
+    EXPECT_EQ(a.priority, b.priority) << a.name;
+    EXPECT_EQ(a.baseColorTexture.texture, b.baseColorTexture.texture) << a.name;
+    EXPECT_EQ(a.normalTexture.texture, b.normalTexture.texture) << a.name;
+}
+
+float Apart(const glm::mat4x3& a, const glm::mat4x3& b) {
+    float most = 0.0f;
+    for (int i = 0; i < 4; i++) most = std::max(most, glm::length(a[i] - b[i]));
+    return most;
+}
+
+// `tolerance` of transforms; 0: to the bit.
+void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tolerance = 0.0f) {
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.nodeOrder, b.nodeOrder);
+    ASSERT_EQ(a.nodes.size(), b.nodes.size());
+    for (size_t i = 0; i < a.nodes.size(); i++) {
+        EXPECT_EQ(a.nodes[i].name, b.nodes[i].name);
+        EXPECT_EQ(a.nodes[i].parent, b.nodes[i].parent);
+        EXPECT_EQ(a.nodes[i].mesh, b.nodes[i].mesh);
+        EXPECT_LE(Apart(a.nodes[i].LocalTransform(), b.nodes[i].LocalTransform()), tolerance) << "node " << i;
+    }
+    ASSERT_EQ(a.meshes.size(), b.meshes.size());
+    for (size_t i = 0; i < a.meshes.size(); i++) {
+        ASSERT_EQ(a.meshes[i].primitives.size(), b.meshes[i].primitives.size());
+        for (size_t k = 0; k < a.meshes[i].primitives.size(); k++)
+            ExpectSamePrimitive(a.meshes[i].primitives[k], b.meshes[i].primitives[k]);
+    }
+    ASSERT_EQ(a.materials.size(), b.materials.size());
+    for (size_t i = 0; i < a.materials.size(); i++) ExpectSameMaterial(a.materials[i], b.materials[i]);
+    ASSERT_EQ(a.textures.size(), b.textures.size());
+    for (size_t i = 0; i < a.textures.size(); i++) {
+        EXPECT_EQ(a.textures[i].image, b.textures[i].image);
+        EXPECT_EQ(a.textures[i].sampler, b.textures[i].sampler);
+    }
+    ASSERT_EQ(a.images.size(), b.images.size());
+    for (size_t i = 0; i < a.images.size(); i++) EXPECT_EQ(a.images[i].rgba, b.images[i].rgba);
+    ASSERT_EQ(a.instances.size(), b.instances.size());
+    for (size_t i = 0; i < a.instances.size(); i++) {
+        EXPECT_EQ(a.instances[i].mesh, b.instances[i].mesh);
+        EXPECT_LE(Apart(a.instances[i].objectToWorld, b.instances[i].objectToWorld), tolerance);
+    }
+    ASSERT_EQ(a.cameras.size(), b.cameras.size());
+    for (size_t i = 0; i < a.cameras.size(); i++) EXPECT_EQ(a.cameras[i].yFov, b.cameras[i].yFov);
+    ASSERT_EQ(a.lights.size(), b.lights.size());
+    for (size_t i = 0; i < a.lights.size(); i++) {
+        EXPECT_EQ(a.lights[i].color, b.lights[i].color);
+        EXPECT_EQ(a.lights[i].intensity, b.lights[i].intensity);
+        EXPECT_EQ(a.lights[i].range, b.lights[i].range);
+        EXPECT_EQ(a.lights[i].outerConeAngle, b.lights[i].outerConeAngle);
+        EXPECT_EQ(a.lights[i].node, b.lights[i].node);
+    }
+}
+
+class SaveGltf : public ::testing::Test {
+  protected:
+    scene::SceneData Save(const fs::path& source, const scene::SceneData& edited, const fs::path& target) {
+        scene::SaveGltf(source, edited, target);
+        return scene::LoadGltf(target);
+    }
+    std::string Failure(const fs::path& source, const scene::SceneData& edited, const fs::path& target) {
+        try {
+            scene::SaveGltf(source, edited, target);
+        } catch (const Error& error) {
+            EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+            return error.what();
+        }
+        return "saved";
+    }
+    SceneFolder from;
+    TemporaryFolder folder;
+    fs::path Target(const char* name) const { return folder.Path() / name; }
+};
+
+}  // namespace
+
+TEST_F(SaveGltf, OwnScenesComeBackToTheBitAndTheSecondSaveIsTheFirst) {
+    size_t count = 0;
+    for (const auto& entry : fs::directory_iterator(fs::path(RAYGRAPH_SOURCE_DIR) / "scenes")) {
+        if (entry.path().extension() != ".gltf" || entry.file_size() > 400'000) continue;
+        SCOPED_TRACE(entry.path().filename().string());
+        const scene::SceneData scene = scene::LoadGltf(entry.path());
+        ExpectSame(scene, Save(entry.path(), scene, Target("saved.gltf")));
+        EXPECT_EQ(JsonOf(entry.path()), JsonOf(Target("saved.gltf")));
+        const std::string first = TextOf(Target("saved.gltf"));
+        scene::SaveGltf(Target("saved.gltf"), scene, Target("again.gltf"));
+        EXPECT_TRUE(first == TextOf(Target("again.gltf")));
+        ExpectSame(scene, Save(entry.path(), scene, Target("saved.glb")));
+        count++;
+    }
+    EXPECT_GE(count, 8u);
+}
+
+TEST_F(SaveGltf, EditsOfOwnScenesComeBack) {
+    const fs::path source = fs::path(RAYGRAPH_SOURCE_DIR) / "scenes/cornell.gltf";
+    scene::SceneData edited = scene::LoadGltf(source);
+    edited.materials[0].baseColorFactor = {0.1f, 0.7f, 1.0f / 3.0f, 1.0f};
+    edited.materials[0].roughnessFactor = 0.123456789f;
+    edited.materials[1].emissiveStrength = 12.5f;
+    edited.materials[1].ior = 1.33f;
+    edited.materials[1].transmissionFactor = 0.25f;
+    edited.materials[1].thicknessFactor = 0.5f;
+    edited.materials[1].attenuationDistance = 2.0f;
+    edited.materials[1].isUnlit = true;
+    edited.materials[1].priority = 3;
+    for (const uint32_t node : edited.nodeOrder)
+        edited.nodes[node].matrix = glm::mat4x3(
+            glm::rotate(glm::translate(glm::mat4(edited.nodes[node].LocalTransform()), {0.1f, -2.0f, 3.0f}),
+                        0.3f, glm::vec3(0.6f, 0.0f, 0.8f)));
+    for (scene::Light& light : edited.lights) light.intensity *= 1.7f;
+    scene::UpdateWorldTransforms(edited);
+    ExpectSame(edited, Save(source, edited, Target("edited.gltf")), 1e-5f);
+    const std::string first = TextOf(Target("edited.gltf"));
+    scene::SaveGltf(source, edited, Target("edited.gltf"));
+    EXPECT_EQ(first, TextOf(Target("edited.gltf")));
+    // As it was read, nothing is edited any more
+    scene::SaveGltf(Target("edited.gltf"), scene::LoadGltf(Target("edited.gltf")), Target("again.gltf"));
+    EXPECT_EQ(first, TextOf(Target("again.gltf")));
+}
+
+TEST_F(SaveGltf, MovedNodeKeepsItsRotationScaleAndAllElse) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.json["nodes"][0]["rotation"] = {0.1, 0.2, 0.3, 0.9273618495495703};
+    document.json["nodes"][0]["scale"] = {2, 3, 0.1};
+    document.json["nodes"][0]["extras"] = {{"studio", "kept"}, {"numbers", {1, 2.5, -0.0}}};
+    document.json["nodes"][0]["extensions"] = {{"EXT_unheard_of", {{"a", 1}}}};
+    document.json["extensionsUsed"] = {"EXT_unheard_of"};
+    document.AddNode({{"name", "matrix"}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 4, 5, 6, 1}}});
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    scene::SceneData edited = scene::LoadGltf(source);
+    glm::mat4x3 moved = edited.nodes[0].LocalTransform();
+    moved[3] = {0.1f, 7.0f, -1.5f};
+    edited.nodes[0].matrix = moved;
+    edited.nodes[1].matrix = glm::mat4x3(glm::translate(glm::mat4(1.0f), glm::vec3(9, 8, 7)));
+    scene::UpdateWorldTransforms(edited);
+    ExpectSame(edited, Save(source, edited, Target("moved.gltf")));
+    Json expected = document.json;
+    expected["nodes"][0]["translation"] = {0.1, 7.0, -1.5};
+    expected["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 9, 8, 7, 1};
+    EXPECT_EQ(JsonOf(Target("moved.gltf")), expected);
+}
+
+TEST_F(SaveGltf, TurnedAndShearedNodes) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.json["nodes"][0]["scale"] = {-2, 3, 4};
+    document.AddNode({{"translation", {1, 2, 3}}, {"mesh", 0}});
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    scene::SceneData edited = scene::LoadGltf(source);
+    const glm::mat4 turn = glm::rotate(glm::mat4(1.0f), 1.2f, glm::normalize(glm::vec3(1, 2, 3)));
+    edited.nodes[0].matrix = glm::mat4x3(turn * glm::mat4(edited.nodes[0].LocalTransform()));
+    edited.nodes[1].matrix =
+        glm::mat4x3(glm::scale(glm::mat4(1.0f), glm::vec3(1, 5, 1)) * turn *
+                    glm::mat4(edited.nodes[1].LocalTransform()));  // across its axes: it shears
+    scene::UpdateWorldTransforms(edited);
+    ExpectSame(edited, Save(source, edited, Target("turned.gltf")), 1e-5f);
+    const Json nodes = JsonOf(Target("turned.gltf"))["nodes"];
+    EXPECT_EQ(nodes[0]["scale"], (Json{-2, 3, 4})) << "mirrored as before";
+    EXPECT_TRUE(nodes[0].contains("rotation"));
+    EXPECT_TRUE(nodes[1].contains("matrix"));
+    EXPECT_FALSE(nodes[1].contains("translation"));
+}
+
+TEST_F(SaveGltf, DefaultMaterialThatWasEditedBecomesOneOfTheFile) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.AddMaterial({{"name", "unused"}});
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    scene::SceneData edited = scene::LoadGltf(source);
+    ASSERT_EQ(edited.materials.size(), 2u);
+    edited.materials[1].baseColorFactor = {1, 0, 0, 1};
+    ExpectSame(edited, Save(source, edited, Target("red.gltf")));
+}
+
+TEST_F(SaveGltf, SharedLightIsSplitWhereOneOfItsNodesIsEdited) {
+    GltfDocument document;
+    document.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "point"}, {"intensity", 2.0}, {"extras", 7}},
+        {{"type", "spot"}, {"intensity", 3.0}, {"spot", {{"outerConeAngle", 0.5}}}}};
+    const auto place = [](int light) {
+        return Json{{"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}};
+    };
+    for (const int light : {0, 0, 1, 1}) document.AddNode(place(light));
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    scene::SceneData edited = scene::LoadGltf(source);
+    ASSERT_EQ(edited.lights.size(), 4u);
+    edited.lights[1].intensity = 5.0f;                                      // of two
+    edited.lights[2].color = edited.lights[3].color = {1.0f, 0.5f, 0.25f};  // both
+    edited.lights[2].outerConeAngle = edited.lights[3].outerConeAngle = 0.7f;
+    const scene::SceneData saved = Save(source, edited, Target("lights.gltf"));
+    ASSERT_EQ(saved.lights.size(), 4u);
+    for (const scene::Light& light : edited.lights) {
+        const auto same = std::ranges::find_if(
+            saved.lights, [&](const scene::Light& other) { return other.node == light.node; });
+        ASSERT_NE(same, saved.lights.end());
+        EXPECT_EQ(same->intensity, light.intensity);
+        EXPECT_EQ(same->color, light.color);
+        EXPECT_EQ(same->outerConeAngle, light.outerConeAngle);
+    }
+    const Json lights = JsonOf(Target("lights.gltf"))["extensions"]["KHR_lights_punctual"]["lights"];
+    ASSERT_EQ(lights.size(), 3u) << "the spot stays one";
+    EXPECT_EQ(lights[2]["extras"], 7);
+}
+
+TEST_F(SaveGltf, BinaryFilesKeepTheirChunksAndChangeTheirKind) {
+    GltfDocument document;
+    document.AddTriangle();
+    // Its first buffer as a BIN chunk
+    const Bytes binary = BytesOf(std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0});
+    Bytes padded = binary;
+    document.json["buffers"][0] = {{"byteLength", binary.size()}};
+    const fs::path source = from.Write("scene.glb", MakeGlb(document.Text(), &padded));
+    scene::SceneData edited = scene::LoadGltf(source);
+    edited.nodes[0].matrix = glm::mat4x3(glm::translate(glm::mat4(1.0f), glm::vec3(1, 2, 3)));
+    scene::UpdateWorldTransforms(edited);
+    ExpectSame(edited, Save(source, edited, Target("saved.glb")));
+    ExpectSame(edited, Save(source, edited, Target("as text.gltf")));
+    EXPECT_EQ(JsonOf(Target("as text.gltf"))["buffers"][0]["uri"], "as%20text.bin");
+    EXPECT_EQ(fs::file_size(Target("as text.bin")), binary.size());
+    ExpectSame(edited, Save(Target("as text.gltf"), edited, Target("back.glb")));
+    EXPECT_NE(Failure(source, edited, Target("scene.obj")).find(".gltf or .glb"), std::string::npos);
+}
+
+TEST_F(SaveGltf, FilesOfTheSceneComeAlongAndNoneIsReplaced) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}}};
+    document.json["meshes"][0]["primitives"][0]["material"] = 0;
+    document.json["textures"] = {{{"source", 0}}};
+    document.json["images"] = {{{"uri", "maps/red%20one.png"}}, {{"uri", "unused-and-missing.png"}}};
+    fs::create_directories(from.Path() / "maps");
+    from.Write("maps/red one.png", MakePng(2, 2, {255, 0, 0, 255}));
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    const scene::SceneData scene = scene::LoadGltf(source);
+    ExpectSame(scene, Save(source, scene, Target("saved.gltf")));
+    EXPECT_TRUE(fs::exists(Target("maps/red one.png")));
+    ExpectSame(scene, Save(source, scene, Target("saved.gltf")));  // what is there is the same
+    std::ofstream(Target("maps/red one.png")) << "another";
+    std::ofstream(Target("saved.gltf")) << "old";
+    EXPECT_NE(Failure(source, scene, Target("saved.gltf")).find("red one.png: is there already"),
+              std::string::npos);
+    EXPECT_EQ(TextOf(Target("maps/red one.png")), "another");
+    EXPECT_EQ(TextOf(Target("saved.gltf")), "old") << "the scene comes last";
+}
+
+TEST_F(SaveGltf, FailuresAreOneLineAndLeaveWhatIsThere) {
+    GltfDocument document;
+    document.AddTriangle();
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    scene::SceneData scene = scene::LoadGltf(source);
+    EXPECT_NE(Failure(source, scene, Target("no/such/folder/scene.gltf")).find("scene.gltf"),
+              std::string::npos);
+    EXPECT_NE(Failure(from.Path() / "gone.gltf", scene, Target("a.gltf")).find("gone.gltf"),
+              std::string::npos);
+    scene::SceneData other = scene;
+    other.nodes.emplace_back();
+    EXPECT_NE(Failure(source, other, Target("a.gltf")).find("has 1 nodes, the scene 2"), std::string::npos);
+    other = scene;
+    other.materials[0].baseColorTexture.texture = 0;
+    EXPECT_NE(Failure(source, other, Target("a.gltf")).find("textures cannot be exchanged"),
+              std::string::npos);
+    EXPECT_FALSE(fs::exists(Target("a.gltf")));
+}
+
+}  // namespace raygraph::test

@@ -1,0 +1,156 @@
+// The line around what is selected: by hand-made texels, and in a viewport.
+#include "passes/outline.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <string>
+
+#include "base/error.h"
+#include "renderer/graph/pass_harness.h"
+#include "tests/viewport/viewport_test.h"
+
+namespace raygraph::testing {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+namespace {
+
+class Outline : public VulkanTest {
+  protected:
+    // Of what each pixel shows, instance + 1: the line around some instances.
+    Texels LineOf(const std::vector<float>& seen, Extent2D from, Extent2D extent,
+                  const std::vector<uint32_t>& instances, float width) {
+        std::vector<float> hits;
+        for (const float instance : seen) hits.insert(hits.end(), {instance, 7, 0, 0});
+        return harness.Run([&](PassHarness& h) {
+            const TextureId line = h.Graph().CreateTexture("line", {extent, Format::R32Float});
+            return passes::OutlineInstances(h.Graph(), h.Texture("hits", from, Format::Rgba32Uint, hits),
+                                            instances, line, width);
+        });
+    }
+    PassHarness harness{Device()};
+};
+
+std::string Row(const Texels& line, uint32_t y) {
+    std::string row;
+    for (uint32_t x = 0; x < line.extent.width; x++) {
+        const float share = line.At(x, y)[0];
+        row += share == 0.0f ? '.' : share == 1.0f ? '#' : '+';
+    }
+    return row;
+}
+
+class OutlinedViewport : public VulkanTest {
+  protected:
+    struct Shown {
+        std::vector<uint8_t> picture, outlined;
+    };
+    Shown Frame() {
+        viewed.renderer.BeginFrame();
+        const TextureId picture = viewed.viewport.Declare();
+        const TextureId outlined = viewed.viewport.DeclareOutline(picture);
+        const Readback plain = viewed.renderer.ReadBack(picture), over = viewed.renderer.ReadBack(outlined);
+        viewed.renderer.Execute();
+        over.Wait();
+        plain.Wait();
+        const auto bytes = [](const Readback& readback) {
+            const auto* first = reinterpret_cast<const uint8_t*>(readback.Bytes().data());
+            return std::vector<uint8_t>(first, first + readback.Bytes().size());
+        };
+        return {bytes(plain), bytes(over)};
+    }
+    static size_t DifferentPixels(const Shown& shown) {
+        size_t count = 0;
+        for (size_t i = 0; i < shown.picture.size(); i += 4)
+            count += !std::equal(&shown.picture[i], &shown.picture[i] + 4, &shown.outlined[i]);
+        return count;
+    }
+    ViewedScene viewed{Device(), {48, 32}};
+};
+
+}  // namespace
+
+TEST_F(Outline, LineLiesAroundTheInstancesAndNotOnThem) {
+    const std::vector<float> seen{0, 0, 0,  0,  0, 0, 0,  //
+                                  0, 0, 0,  0,  0, 0, 0,  //
+                                  0, 0, 34, 34, 5, 0, 0,  //
+                                  0, 0, 34, 34, 5, 0, 0,  //
+                                  0, 0, 0,  0,  0, 0, 0};
+    const Texels one = LineOf(seen, {7, 5}, {7, 5}, {33}, 1.0f);
+    EXPECT_EQ(Row(one, 0), ".......");
+    EXPECT_EQ(Row(one, 1), ".+##+..") << "corners are farther away: sqrt 2";
+    EXPECT_EQ(Row(one, 2), ".#..#..") << "of the other instance's pixels, too";
+    EXPECT_EQ(Row(one, 4), ".+##+..");
+    EXPECT_NEAR(one.At(1, 1)[0], 2.0f - std::sqrt(2.0f), 1e-5f);
+    const Texels both = LineOf(seen, {7, 5}, {7, 5}, {4, 33}, 1.0f);
+    EXPECT_EQ(Row(both, 2), ".#...#.") << "nothing between what belongs together";
+    const Texels wide = LineOf(seen, {7, 5}, {7, 5}, {33}, 2.0f);
+    EXPECT_EQ(Row(wide, 2), "##..##.");
+    EXPECT_EQ(Row(LineOf(seen, {7, 5}, {7, 5}, {100}, 1.0f), 2), ".......") << "which nothing shows";
+}
+
+TEST_F(Outline, CoarserHitsGiveACoarserLine) {
+    const std::vector<float> seen{0, 0, 0, 9, 0, 0};
+    const Texels line = LineOf(seen, {3, 2}, {6, 4}, {8}, 1.0f);
+    EXPECT_EQ(Row(line, 0), "......");
+    EXPECT_EQ(Row(line, 1), "##+...");
+    EXPECT_EQ(Row(line, 3), "..#...");
+}
+
+TEST_F(Outline, DrawnLineCoversThePictureByItsShare) {
+    const Texels drawn = harness.Run([&](PassHarness& h) {
+        return passes::DrawOutline(h.Graph(), h.Texture("picture", {3, 1}, Format::Rgba8Unorm, {0, 0, 1, 1}),
+                                   h.Texture("line", {3, 1}, Format::R32Float, {0.0f, 0.5f, 1.0f}),
+                                   {1, 0, 0});
+    });
+    EXPECT_EQ(drawn.At(0, 0)[2], 1.0f);
+    EXPECT_NEAR(drawn.At(1, 0)[0], 0.5f, 0.01f);
+    EXPECT_NEAR(drawn.At(1, 0)[2], 0.5f, 0.01f);
+    EXPECT_EQ(drawn.At(2, 0)[0], 1.0f);
+    EXPECT_EQ(drawn.At(2, 0)[2], 0.0f);
+    EXPECT_EQ(drawn.At(2, 0)[3], 1.0f);
+}
+
+TEST_F(Outline, RefusesWhatItCannotDraw) {
+    EXPECT_THROW(LineOf({1}, {1, 1}, {2, 2}, {0}, 0.0f), Error);
+    EXPECT_THROW(LineOf({1}, {1, 1}, {2, 2}, {0}, 9.0f), Error);
+}
+
+TEST_F(OutlinedViewport, SelectionIsOutlinedAndAccumulationGoesOn) {
+    viewed.RenderFrames(2);
+    const uint32_t samples = viewed.Samples(), resets = viewed.AllResets();
+    EXPECT_EQ(DifferentPixels(Frame()), 0u) << "nothing is selected";
+    EXPECT_THAT(viewed.renderer.DescribePlan(), Not(HasSubstr("Outline")));
+    viewed.viewport.SetOutlined({1});
+    const size_t line = DifferentPixels(Frame());
+    EXPECT_GT(line, 30u);
+    EXPECT_LT(line, 500u);
+    EXPECT_THAT(viewed.renderer.DescribePlan(), HasSubstr("OutlineInstances"));
+    EXPECT_EQ(DifferentPixels(Frame()), line);
+    EXPECT_THAT(viewed.renderer.DescribePlan(), Not(HasSubstr("OutlineInstances"))) << "it is kept";
+    EXPECT_EQ(viewed.Samples(), samples + 3);
+    EXPECT_EQ(viewed.AllResets(), resets);
+    viewed.viewport.SetOutlined({});
+    EXPECT_EQ(DifferentPixels(Frame()), 0u);
+}
+
+TEST_F(OutlinedViewport, LineFollowsCameraTransformAndSize) {
+    viewed.viewport.SetOutlined({1});
+    const Shown before = Frame();
+    scene::CameraView camera = InsideBoxes();
+    camera.eye.x += 0.2f;
+    viewed.viewport.SetCamera(camera);
+    Frame();
+    EXPECT_THAT(viewed.renderer.DescribePlan(), HasSubstr("OutlineInstances"));
+    viewed.scene.SetTransform(1, Translation({0.2f, -0.4f, 0.1f}));
+    Frame();
+    EXPECT_THAT(viewed.renderer.DescribePlan(), HasSubstr("OutlineInstances"));
+    viewed.viewport.SetSize({20, 30});
+    EXPECT_EQ(Frame().outlined.size(), size_t{20} * 30 * 4);
+    viewed.viewport.SetView(View::SideBySide);
+    EXPECT_EQ(DifferentPixels(Frame()), 0u);
+}
+
+}  // namespace raygraph::testing
