@@ -61,6 +61,7 @@ struct OptionalFeatures {
     bool clipDistance = false;  // shaderClipDistance
     bool multiDrawIndirect = false;
     bool drawIndirectFirstInstance = false;
+    bool bufferInt64Atomics = false;  // shaderBufferInt64Atomics
 };
 
 // The chained feature structures that turn the requirements on: pass Root() as VkDeviceCreateInfo::pNext.

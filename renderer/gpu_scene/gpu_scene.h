@@ -68,6 +68,7 @@ struct SceneIds {
     BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles
     uint32_t placementCount = 0;                       // records of `instances`
     std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, one after the other from 0 on
+    uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h
 };
 
 // Light from everywhere else: a constant, times an equirectangular map if there is one.
