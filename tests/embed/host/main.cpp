@@ -1,7 +1,7 @@
 // host CORNELL CLOSED_BOX: a host engine that shows two scenes in images of its own with the installed
 // package, edits one of them, adds a pass of its own, and uses our passes on what it has drawn itself. Exits
 // with 1 and one line when a picture or a count is not what it must be.
-#include <cmath>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -116,7 +116,8 @@ void ToggleViews(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     Require(cornell.Samples() == 16, "the raster view has touched the accumulation");
     cornell.viewport.SetView(viewport::View::PathTraced);
     RequireCornell(Show(gpu, renderer, cornell), "path-traced again");
-    Require(cornell.Samples() == 17, "toggling has lost " + std::to_string(cornell.Samples()) + " samples");
+    Require(cornell.Samples() == 17,
+            "toggling has left " + std::to_string(cornell.Samples()) + " samples of 17");
 }
 
 viewport::PickResult PickAt(Gpu& gpu, Renderer& renderer, Panel& panel, glm::uvec2 pixel) {
@@ -125,18 +126,32 @@ viewport::PickResult PickAt(Gpu& gpu, Renderer& renderer, Panel& panel, glm::uve
     return pick.Result();
 }
 
+// In the raster view, whose pixels change where the block was and nowhere else; the path-traced one, not
+// shown meanwhile, starts anew for that reason.
 void MoveObject(Gpu& gpu, Renderer& renderer, Panel& cornell) {
+    const size_t blockTexel = kOnTallBlock.x + size_t{kOnTallBlock.y} * kExtent.width;
+    cornell.viewport.SetView(viewport::View::Raster);
+    cornell.viewport.SetBudget({.maxRasterSamples = 1});
+    const Picture there = Show(gpu, renderer, cornell);
     Require(PickAt(gpu, renderer, cornell, kOnTallBlock).instance == kTallBlock,
             "the tall block is not there");
-    const uint32_t before = cornell.viewport.ResetCount(passes::ResetCause::Transform);
+    const uint32_t resets = cornell.viewport.ResetCount(passes::ResetCause::Transform);
+
     glm::mat4x3 away = cornell.scene.Transform(kTallBlock);
     away[3].y -= 10.0f;
     cornell.scene.SetTransform(kTallBlock, away);
+    const Picture gone = Show(gpu, renderer, cornell);
     Require(PickAt(gpu, renderer, cornell, kOnTallBlock).instance != kTallBlock,
             "the tall block is still there");
-    Require(cornell.viewport.ResetCount(passes::ResetCause::Transform) == before + 1,
-            "no reset by a transform");
+    Require(gone[blockTexel] != there[blockTexel], "the tall block is still shown");
+    Require(std::equal(gone.begin(), gone.begin() + 8 * kExtent.width, there.begin()),
+            "the ceiling has changed");
+
+    cornell.viewport.SetView(viewport::View::PathTraced);
+    Show(gpu, renderer, cornell);
     Require(cornell.Samples() == 1, "the picture is not of the moved object alone");
+    Require(cornell.viewport.ResetCount(passes::ResetCause::Transform) == resets + 1,
+            "no reset by a transform");
 }
 
 // SPIR-V of the host, compiled here by the library; it could as well come from a file.
