@@ -21,6 +21,7 @@ struct ProbedTexels {
 
 // The same of pixels that are spread evenly over the pictures, `grid` of them, row by row: what an estimate
 // of the whole is made from. At most one a pixel: of a smaller picture, every pixel.
-[[nodiscard]] BufferId ProbeGrid(Renderer& renderer, TextureId mean, TextureId variance, Extent2D grid);
+[[nodiscard]] RAYGRAPH_API BufferId ProbeGrid(Renderer& renderer, TextureId mean, TextureId variance,
+                                              Extent2D grid);
 
 }  // namespace raygraph::passes

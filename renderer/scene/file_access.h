@@ -30,7 +30,7 @@ class RAYGRAPH_API DiskFileReader final : public FileReader {
 
 // The relative path that a URI names. Throws Error{BadInput} when it has a scheme, is absolute or contains a
 // "..": the URI, quoted, and the reason.
-std::filesystem::path RelativePath(std::string_view uri);
+RAYGRAPH_API std::filesystem::path RelativePath(std::string_view uri);
 
 // The folder that a scene file stands in: relative URIs are looked up there and nowhere else.
 class RAYGRAPH_API ConfinedFolder {

@@ -250,7 +250,7 @@ struct SceneData {
 };
 
 // `a` after `b`.
-glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b);
+RAYGRAPH_API glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b);
 
 // Node to world, one per entry of `scene.nodes`; identity for nodes outside `nodeOrder`. Linear time.
 RAYGRAPH_API std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene);
