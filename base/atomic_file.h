@@ -1,4 +1,5 @@
-// A file that appears whole or not at all.
+// A file that appears whole or not at all. Threads: one object is for one thread at a time; different ones
+// share nothing.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +8,8 @@
 #include <filesystem>
 #include <span>
 
+#include "base/api.h"
+
 namespace raygraph {
 
 // Opens a new file of a unique name beside `target`; Commit() moves it over the target. Until then the target
@@ -14,7 +17,7 @@ namespace raygraph {
 // that exists and is no regular file (a folder, a device) is refused; an existing target's permissions are
 // kept. Every failure is Error{Io} naming the target and the system's reason. One object is for one thread at
 // a time.
-class AtomicFile {
+class RAYGRAPH_API AtomicFile {
   public:
     explicit AtomicFile(const std::filesystem::path& target);
     ~AtomicFile();

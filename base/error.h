@@ -5,11 +5,15 @@
 //   2. The world (no device, missing file, device lost): Error of the fitting kind, with its VkResult if any.
 //   3. An expected outcome (size not ready, swapchain out of date): a return value, never an Error.
 //   4. A broken invariant of ours: RG_CHECK_* (base/check.h), which aborts with both values.
+//
+// Threads: a plain value; what is thrown on a thread is caught there.
 #pragma once
 
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+
+#include "base/api.h"
 
 namespace raygraph {
 
@@ -24,7 +28,7 @@ enum class ErrorKind : uint8_t {
 };
 
 // The message is one line and complete by itself: "scene.gltf: accessors[3].count: 12 exceeds ...".
-class Error : public std::runtime_error {
+class RAYGRAPH_API Error : public std::runtime_error {
   public:
     Error(ErrorKind kind, const std::string& message, int32_t vkResult = 0)
         : std::runtime_error(message), m_kind(kind), m_result(vkResult) {}

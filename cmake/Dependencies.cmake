@@ -12,12 +12,14 @@ macro(_raygraph_needs)
     endif()
 endmacro()
 
-# What the libraries are linked with. They are static, so that a program is linked with it too, but one that uses
+# What the libraries are linked with. With the static ones a program is linked with it too, but one that uses
 # raygraph::scene alone has no need of a shader compiler: inside find_package(raygraph) a missing package is no fault,
-# and CMake names it when something is linked that stands on it.
+# and CMake names it when something is linked that stands on it. The shared library brings its own.
 macro(_raygraph_links)
     if("${CMAKE_FIND_PACKAGE_NAME}" STREQUAL "raygraph")
-        find_package(${ARGN} QUIET)
+        if(_raygraph_kind STREQUAL "Static")
+            find_package(${ARGN} QUIET)
+        endif()
     else()
         find_package(${ARGN} REQUIRED)
     endif()

@@ -1,23 +1,35 @@
 # `cmake --install`: libraries, public headers as they lie in the source tree, the shaders' text, the program, and the package
-# files for find_package(raygraph).
+# files for find_package(raygraph) and pkg-config. As components: raygraph_core (all that is no library),
+# raygraph_static, raygraph_shared, raygraph_program.
 include(CMakePackageConfigHelpers)
 
 get_property(libraries GLOBAL PROPERTY RAYGRAPH_LIBRARIES)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/raygraph)
 
-install(TARGETS ${libraries} EXPORT raygraphTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(EXPORT raygraphTargets NAMESPACE raygraph:: DESTINATION ${package})
+if(RAYGRAPH_PACKAGE_STATIC)
+    # All layers under one name, as the shared library is one.
+    add_library(raygraph_all INTERFACE)
+    set_target_properties(raygraph_all PROPERTIES EXPORT_NAME raygraph)
+    target_link_libraries(raygraph_all INTERFACE ${libraries})
+    install(TARGETS ${libraries} raygraph_all EXPORT raygraphStaticTargets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT raygraph_static)
+    install(EXPORT raygraphStaticTargets NAMESPACE raygraph:: DESTINATION ${package} COMPONENT raygraph_static)
+endif()
+if(RAYGRAPH_PACKAGE_SHARED)
+    include(SharedLibrary)
+endif()
+include(PkgConfig)
 if(TARGET raygraph)
-    install(TARGETS raygraph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    install(TARGETS raygraph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT raygraph_program)
 endif()
 
 install(CODE "set(RAYGRAPH_SOURCE_DIR \"${PROJECT_SOURCE_DIR}\")
-    set(RAYGRAPH_INCLUDE_DIR \"${CMAKE_INSTALL_INCLUDEDIR}/raygraph\")")
-install(SCRIPT ${PROJECT_SOURCE_DIR}/cmake/InstallHeaders.cmake)
+    set(RAYGRAPH_INCLUDE_DIR \"${CMAKE_INSTALL_INCLUDEDIR}/raygraph\")" COMPONENT raygraph_core)
+install(SCRIPT ${PROJECT_SOURCE_DIR}/cmake/InstallHeaders.cmake COMPONENT raygraph_core)
 
 set(RAYGRAPH_INSTALL_SHADER_DIR ${CMAKE_INSTALL_DATADIR}/raygraph/shaders)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/shaders/
-    DESTINATION ${RAYGRAPH_INSTALL_SHADER_DIR}
+    DESTINATION ${RAYGRAPH_INSTALL_SHADER_DIR} COMPONENT raygraph_core
     PATTERN CMakeLists.txt EXCLUDE
     PATTERN README.md EXCLUDE
     PATTERN embedded.h EXCLUDE)
@@ -31,4 +43,4 @@ install(FILES
     ${PROJECT_BINARY_DIR}/raygraphConfig.cmake
     ${PROJECT_BINARY_DIR}/raygraphConfigVersion.cmake
     ${PROJECT_SOURCE_DIR}/cmake/Dependencies.cmake
-    DESTINATION ${package})
+    DESTINATION ${package} COMPONENT raygraph_core)

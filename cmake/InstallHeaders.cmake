@@ -10,7 +10,6 @@ set(public
     renderer/gpu_scene/gpu_scene.h
     renderer/graph/pass_harness.h
     renderer/graph/renderer.h
-    renderer/image/decode.h
     renderer/image/exr.h
     renderer/image/image.h
     renderer/scene/camera_view.h

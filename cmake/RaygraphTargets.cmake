@@ -32,6 +32,8 @@ function(raygraph_library name)
     else()
         set(scope PUBLIC)
         _raygraph_flags(${target})
+        # What RAYGRAPH_API does not mark stays inside: base/api.h.
+        set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
     endif()
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
     target_include_directories(${target} ${scope}
@@ -39,6 +41,16 @@ function(raygraph_library name)
         $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/raygraph>)
     target_compile_features(${target} ${scope} cxx_std_20)
     set_property(GLOBAL APPEND PROPERTY RAYGRAPH_LIBRARIES ${target})
+endfunction()
+
+# What a library is linked with that is not of this tree.
+function(_raygraph_outer_links target result)
+    get_target_property(links ${target} LINK_LIBRARIES)
+    if(NOT links)
+        set(links)
+    endif()
+    list(FILTER links EXCLUDE REGEX "^raygraph::")
+    set(${result} ${links} PARENT_SCOPE)
 endfunction()
 
 # raygraph_private_library(TARGET SOURCES...): a library for this tree's own programs and tests, not installed.

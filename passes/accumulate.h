@@ -1,4 +1,5 @@
-// Accumulate: running mean, and variance if asked for, of one sample a frame.
+// Accumulate: running mean, and variance if asked for, of one sample a frame. Threads: that of the
+// Renderer.
 #pragma once
 
 #include <array>
@@ -6,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "base/api.h"
 #include "passes/tiles.h"
 #include "renderer/graph/renderer.h"
 
@@ -24,7 +26,7 @@ enum class ResetCause : uint8_t {
     Settings,
     Count
 };
-const char* Name(ResetCause cause);
+RAYGRAPH_API const char* Name(ResetCause cause);
 
 // What one accumulation remembers between frames. One object per accumulated image; `name` keys the
 // persistent textures. Count and resets follow the frames that were submitted: an Accumulate that is culled,
@@ -32,7 +34,7 @@ const char* Name(ResetCause cause);
 //
 // A sample may come in tiles: then pixels above the cursor are a sample ahead of those below, each a mean
 // over its own samples, and SampleCount is of the samples that are complete.
-class Accumulation {
+class RAYGRAPH_API Accumulation {
   public:
     explicit Accumulation(std::string name) : m_name(std::move(name)) {}
 
@@ -84,21 +86,21 @@ struct AccumulatedIds {
 // exactly (mean, variance, n): storing and restoring the three continues bit for bit. A changed extent resets
 // with ResetCause::Resize; asking for the variance of samples that were taken without it resets with
 // ResetCause::Settings. `accumulation` outlives the frame.
-[[nodiscard]] AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& accumulation,
-                                        bool withVariance = false);
+[[nodiscard]] RAYGRAPH_API AccumulatedIds Accumulate(Renderer& renderer, TextureId sample,
+                                                     Accumulation& accumulation, bool withVariance = false);
 
 // Takes a tile of a sample, the texels of `region`, into a picture of that size. `region` is one that
 // accumulation.Declared().cursor.Next gives; Error{Usage} for others. Once all tiles are in, the bits are
 // those of the sample in one piece. Several may come in one frame. What the ids hold of pixels without a
 // sample is undefined.
-[[nodiscard]] AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture,
-                                            const Region& region, Accumulation& accumulation,
-                                            bool withVariance = false);
+[[nodiscard]] RAYGRAPH_API AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture,
+                                                         const Region& region, Accumulation& accumulation,
+                                                         bool withVariance = false);
 
 // Continues from stored state: rgba32f texels of mean and variance (may be empty if it is not accumulated)
 // after `sampleCount` samples. Declares an upload into the persistent textures: in a frame of its own,
 // executed before the first Accumulate. `accumulation` outlives the frame and changes when it is submitted.
-void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, uint32_t sampleCount,
-             std::span<const float> mean, std::span<const float> variance);
+RAYGRAPH_API void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent,
+                          uint32_t sampleCount, std::span<const float> mean, std::span<const float> variance);
 
 }  // namespace raygraph::passes

@@ -1,6 +1,8 @@
-// Two pictures of one scene in one: what a viewport shows to tell views apart.
+// Two pictures of one scene in one: what a viewport shows to tell views apart. Threads: that of the
+// Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::passes {
@@ -10,9 +12,10 @@ namespace raygraph::passes {
 
 // `left` in the columns before position * width, `right` in those from there on, a line between them.
 // `position` is clamped to [0, 1]; at either end one picture is all there is, without a line.
-[[nodiscard]] TextureId Wipe(Renderer& renderer, TextureId left, TextureId right, float position);
+[[nodiscard]] RAYGRAPH_API TextureId Wipe(Renderer& renderer, TextureId left, TextureId right,
+                                          float position);
 
 // All of both pictures at half the size, means of 2 x 2 pixels, each in the middle of its half.
-[[nodiscard]] TextureId SideBySide(Renderer& renderer, TextureId left, TextureId right);
+[[nodiscard]] RAYGRAPH_API TextureId SideBySide(Renderer& renderer, TextureId left, TextureId right);
 
 }  // namespace raygraph::passes

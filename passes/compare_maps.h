@@ -5,8 +5,11 @@
 //   renderer.Present(Heat(renderer, error, 1.0f));
 //   ... in a later frame, if groups.IsReady() ...
 //   MapNumbers numbers = NumbersOf(groups, extent);
+//
+// Threads: that of the Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::passes {
@@ -15,26 +18,26 @@ struct DifferenceIds {
     TextureId difference;  // |a - b| of each colour channel, rgba32f as both are; alpha 1
     TextureId luminance;   // r32f, Rec. 709 luminance of that
 };
-[[nodiscard]] DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b);
+[[nodiscard]] RAYGRAPH_API DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b);
 
 // |Y(test) - Y(reference)| / max(|Y(reference)|, least), r32f, of two linear pictures, rgba32f; Y is the
 // luminance of Rec. 709 and `least`, in its units, keeps what is nearly black from counting for much.
-[[nodiscard]] TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
-                                      float least = 0.01f);
+[[nodiscard]] RAYGRAPH_API TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
+                                                   float least = 0.01f);
 
 // r32f as colours, rgba8, by HeatColor (shaders/core/ramp.glsl): 0 dark, `most` and above light. `most` is
 // above 0.
-[[nodiscard]] TextureId Heat(Renderer& renderer, TextureId values, float most);
+[[nodiscard]] RAYGRAPH_API TextureId Heat(Renderer& renderer, TextureId values, float most);
 
 // Sum and greatest value of each block of 16 x 16 pixels of an r32f texture: two floats a block. To be read
 // back, without waiting, and given to NumbersOf.
-[[nodiscard]] BufferId SumGroups(Renderer& renderer, TextureId values);
+[[nodiscard]] RAYGRAPH_API BufferId SumGroups(Renderer& renderer, TextureId values);
 
 struct MapNumbers {
     double mean = 0.0;
     float greatest = 0.0f;
 };
 // Error{Usage} while `groups` is not ready, or if it is not that of a texture of this extent.
-MapNumbers NumbersOf(const Readback& groups, Extent2D extent);
+RAYGRAPH_API MapNumbers NumbersOf(const Readback& groups, Extent2D extent);
 
 }  // namespace raygraph::passes

@@ -1,5 +1,5 @@
 // What raster passes draw: the scene's groups of triangles, each with those of its placements that may be in
-// the picture. For passes/ alone.
+// the picture. For passes/ alone. Threads: that of the Renderer.
 #pragma once
 
 #include <array>

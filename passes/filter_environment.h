@@ -1,8 +1,10 @@
-// FilterEnvironment: the environment's map as rough surfaces see it, for raster views.
+// FilterEnvironment: the environment's map as rough surfaces see it, for raster views. Threads: that of
+// the Renderer.
 #pragma once
 
 #include <string>
 
+#include "base/api.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
 
@@ -10,7 +12,7 @@ namespace raygraph::passes {
 
 // What is remembered of the filtered map between frames. One object per GpuScene and Renderer; `name` keys
 // the persistent texture.
-class FilteredEnvironment {
+class RAYGRAPH_API FilteredEnvironment {
   public:
     explicit FilteredEnvironment(std::string name) : m_name(std::move(name)) {}
     const std::string& Name() const { return m_name; }
@@ -24,7 +26,7 @@ class FilteredEnvironment {
 // Returns the levels of shaders/shared/filtered_environment.h, rgba32f, without the scene's factor and
 // rotation: the work is done once for each map. Without a map there is nothing to filter, and the texture
 // means nothing. `state` outlives the frame.
-[[nodiscard]] TextureId FilterEnvironment(Renderer& renderer, const SceneIds& scene,
-                                          FilteredEnvironment& state);
+[[nodiscard]] RAYGRAPH_API TextureId FilterEnvironment(Renderer& renderer, const SceneIds& scene,
+                                                       FilteredEnvironment& state);
 
 }  // namespace raygraph::passes

@@ -1,6 +1,7 @@
-// Flip: how much a person sees who switches between two pictures.
+// Flip: how much a person sees who switches between two pictures. Threads: that of the Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::passes {
@@ -17,7 +18,7 @@ struct FlipSettings {
 // operator of Tonemap but Linear gives them; returns r32f in [0, 1], 0 where no one sees a difference. The
 // number for a picture is the mean. Symmetric in its arguments. Error{Usage} unless both are rgba8 of one
 // extent.
-[[nodiscard]] TextureId Flip(Renderer& renderer, TextureId reference, TextureId test,
-                             const FlipSettings& settings = {});
+[[nodiscard]] RAYGRAPH_API TextureId Flip(Renderer& renderer, TextureId reference, TextureId test,
+                                          const FlipSettings& settings = {});
 
 }  // namespace raygraph::passes

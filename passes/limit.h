@@ -1,7 +1,9 @@
 // Limit and LimitPath: what tracing costs on this device without a path tracer around it. Measured beside
-// Trace in one run they turn its time into an efficiency that holds from machine to machine.
+// Trace in one run they turn its time into an efficiency that holds from machine to machine. Threads: that
+// of the Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "passes/trace.h"
 
 namespace raygraph::passes {
@@ -12,7 +14,8 @@ enum class LimitKind : uint8_t {
 };
 
 // Returns r32f without meaning of its own. `rayCounts` as in Trace.
-[[nodiscard]] TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                              LimitKind kind, TextureId* rayCounts = nullptr);
+[[nodiscard]] RAYGRAPH_API TextureId Limit(Renderer& renderer, const SceneIds& scene,
+                                           const TraceSettings& settings, LimitKind kind,
+                                           TextureId* rayCounts = nullptr);
 
 }  // namespace raygraph::passes

@@ -1,6 +1,8 @@
-// Occlusion: how much of the sky a surface sees, as far as the screen knows, for raster views.
+// Occlusion: how much of the sky a surface sees, as far as the screen knows, for raster views. Threads:
+// that of the Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "passes/raster.h"
 
 namespace raygraph::passes {
@@ -10,7 +12,7 @@ namespace raygraph::passes {
 // the picture stops nothing; what is seen stops light as if it were as deep as it looks. A few directions for
 // each sample (settings.seed, sampleIndex): the noise falls in a mean over samples. Source and formulas:
 // shaders/raster/occlusion.comp. `seen` is from DrawVisibility.
-[[nodiscard]] TextureId Occlusion(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                                  const RasterVisibility& seen);
+[[nodiscard]] RAYGRAPH_API TextureId Occlusion(Renderer& renderer, const SceneIds& scene,
+                                               const TraceSettings& settings, const RasterVisibility& seen);
 
 }  // namespace raygraph::passes

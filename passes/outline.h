@@ -1,10 +1,12 @@
 // Outline: a line around what is seen of some instances, over a picture.
+// Threads: that of the Renderer.
 #pragma once
 
 #include <functional>
 #include <glm/glm.hpp>
 #include <span>
 
+#include "base/api.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::passes {
@@ -14,13 +16,13 @@ namespace raygraph::passes {
 // goes around. `hits` is RasterVisibility::hits of the same view, of any extent: a coarser one gives a
 // coarser line. `instances` are indices as in SceneData::instances, in any order. Returns the new version of
 // `line`.
-[[nodiscard]] TextureId OutlineInstances(Renderer& renderer, TextureId hits,
-                                         std::span<const uint32_t> instances, TextureId line, float width,
-                                         std::function<void()> onSubmitted = {});
+[[nodiscard]] RAYGRAPH_API TextureId OutlineInstances(Renderer& renderer, TextureId hits,
+                                                      std::span<const uint32_t> instances, TextureId line,
+                                                      float width, std::function<void()> onSubmitted = {});
 
 // `picture`, rgba8, with the line on it in a colour of display values. Error{Usage} for other formats or
 // extents that differ.
-[[nodiscard]] TextureId DrawOutline(Renderer& renderer, TextureId picture, TextureId line,
-                                    const glm::vec3& color);
+[[nodiscard]] RAYGRAPH_API TextureId DrawOutline(Renderer& renderer, TextureId picture, TextureId line,
+                                                 const glm::vec3& color);
 
 }  // namespace raygraph::passes

@@ -1,6 +1,8 @@
-// Overlay: what there is of a picture that is being made, over a coarser one of the same view.
+// Overlay: what there is of a picture that is being made, over a coarser one of the same view. Threads:
+// that of the Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "passes/tiles.h"
 #include "renderer/graph/renderer.h"
 
@@ -8,9 +10,10 @@ namespace raygraph::passes {
 
 // The pixels that `done` has of `fine`, the others from `coarse`, of any extent, scaled bilinearly. All are
 // rgba32f; the picture has the extent of `fine`.
-[[nodiscard]] TextureId Overlay(Renderer& renderer, TextureId coarse, TextureId fine, const TileCursor& done);
+[[nodiscard]] RAYGRAPH_API TextureId Overlay(Renderer& renderer, TextureId coarse, TextureId fine,
+                                             const TileCursor& done);
 
 // `coarse`, rgba32f, scaled bilinearly to another extent.
-[[nodiscard]] TextureId Upscale(Renderer& renderer, TextureId coarse, Extent2D extent);
+[[nodiscard]] RAYGRAPH_API TextureId Upscale(Renderer& renderer, TextureId coarse, Extent2D extent);
 
 }  // namespace raygraph::passes

@@ -2,17 +2,22 @@
 
 #include "passes/draw_list.h"
 #include "passes/raster_bindings.h"
+#include "passes/rasterize.h"
 #include "passes/scene_bindings.h"
 
 namespace raygraph::passes {
 
 RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                                FilmPosition film) {
-    RequireIndirectDraws(renderer, "DrawVisibility");
+                                FilmPosition film, Rasterizer rasterizer) {
+    if (!CanRasterize(renderer, scene)) rasterizer = Rasterizer::Device;
+    const bool isDevice = rasterizer == Rasterizer::Device;
+    if (isDevice) RequireIndirectDraws(renderer, "DrawVisibility");
     RasterVisibility seen{
         .hits = renderer.CreateTexture("visibility", {settings.extent, Format::Rgba32Uint}),
-        .depth = renderer.CreateTexture("rasterDepth", {settings.extent, Format::D32Float}),
+        .depth = renderer.CreateTexture("rasterDepth",
+                                        {settings.extent, isDevice ? Format::D32Float : Format::R32Float}),
         .filmOffset = FilmOffset(film, settings.sampleIndex),
+        .rasterizer = rasterizer,
     };
     const glm::vec2 shift = ShiftOf(seen.filmOffset, settings.extent);
     const DrawList list = ListDraws(renderer, scene, RasterParameters(scene, settings), shift);

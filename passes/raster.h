@@ -2,41 +2,54 @@
 //
 //   RasterVisibility seen = DrawVisibility(renderer, scene, settings, FilmPosition::Center);
 //   renderer.Present(Tonemap(renderer, RasterShade(renderer, scene, settings, seen, environment)));
+//
+// Threads: that of the Renderer.
 #pragma once
 
 #include <glm/glm.hpp>
 
+#include "base/api.h"
 #include "passes/filter_environment.h"
 #include "passes/trace.h"
 
 namespace raygraph::passes {
 
+// What finds the pixels that a triangle is in.
+enum class Rasterizer : uint8_t {
+    Compute,  // compute shaders; exact to 1e-4 of a pixel
+    Device,   // the device's own
+};
+
 // What is nearest in each pixel.
 struct RasterVisibility {
     TextureId hits;              // rgba32ui, see shaders/raster/visibility.glsl
-    TextureId depth;             // d32f, reversed: see shaders/raster/projection.glsl; rays leave none
+    TextureId depth;             // reversed, see shaders/raster/projection.glsl; rays leave none
     BufferId drawCommands;       // gpu::DrawCommand[], as drawn: what culling has left, for statistics
     BufferId visiblePlacements;  // see shaders/shared/draw_records.h
     glm::vec2 filmOffset{0.5f};  // of the place in each pixel that was drawn
+    Rasterizer rasterizer = Rasterizer::Compute;
 };
 
 // Draws all instances that may be in the picture: placements outside of it are left out on the device, and
-// each group of triangles is one indirect draw, whatever the number of its placements. Backs are culled as
+// all triangles of the others are drawn by the same few passes, whatever their number. Backs are culled as
 // rays cull them; MASK and BLEND are there as they are to the camera ray of the same pixel and sample
 // (settings.seed, sampleIndex), so that a mean over samples is blended, in any order.
 // FilmPosition::Jittered draws one place for all pixels of a sample: a mean over samples is smooth at edges.
 // The camera has no lens here, and sees nothing nearer than its zNear. Where surfaces coincide, either may be
-// seen. Throws Error{Usage} on a device without drawIndirectFirstInstance.
-[[nodiscard]] RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene,
-                                              const TraceSettings& settings, FilmPosition film);
+// seen. Rasterizer::Compute falls back to Device where the device lacks shaderBufferInt64Atomics or the scene
+// has more than 2^32 triangles placed. Throws Error{Usage} for Device without drawIndirectFirstInstance.
+[[nodiscard]] RAYGRAPH_API RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene,
+                                                           const TraceSettings& settings, FilmPosition film,
+                                                           Rasterizer rasterizer = Rasterizer::Compute);
 
 // The same found by rays, through the same place of each pixel: for views of what the path tracer sees.
-[[nodiscard]] RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,
-                                               const TraceSettings& settings, FilmPosition film);
+[[nodiscard]] RAYGRAPH_API RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,
+                                                            const TraceSettings& settings, FilmPosition film);
 
 // The outputs of PrimaryHits, of what was drawn. `settings` are those of DrawVisibility.
-[[nodiscard]] PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,
-                                       const TraceSettings& settings, const RasterVisibility& seen);
+[[nodiscard]] RAYGRAPH_API PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,
+                                                    const TraceSettings& settings,
+                                                    const RasterVisibility& seen);
 
 // How it is found whether a light reaches a surface.
 enum class RasterShadows : uint8_t {
@@ -65,8 +78,9 @@ struct RasterSettings {
 // (`environment`, see shaders/raster/environment_lobes.glsl). Beside Trace it lacks all that is scattered
 // more than once, and the media around the camera. `seen` is from DrawVisibility; from TraceVisibility, too,
 // but then without occlusion and transmission, which need its depth.
-[[nodiscard]] TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                                    const RasterVisibility& seen, FilteredEnvironment& environment,
-                                    const RasterSettings& raster = {});
+[[nodiscard]] RAYGRAPH_API TextureId RasterShade(Renderer& renderer, const SceneIds& scene,
+                                                 const TraceSettings& settings, const RasterVisibility& seen,
+                                                 FilteredEnvironment& environment,
+                                                 const RasterSettings& raster = {});
 
 }  // namespace raygraph::passes

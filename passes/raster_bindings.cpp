@@ -1,5 +1,6 @@
 #include "passes/raster_bindings.h"
 
+#include "passes/rasterize.h"
 #include "passes/scene_bindings.h"
 
 namespace raygraph::passes {
@@ -42,6 +43,7 @@ void BindAlphaTest(PassBuilder& pass, const SceneIds& scene, SamplerKind sampler
 
 void DrawHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
               RasterVisibility& seen, GlassDrawn glass) {
+    if (seen.rasterizer == Rasterizer::Compute) return RasterizeHits(renderer, scene, settings, seen, glass);
     const gpu::TraceParameters parameters = RasterParameters(scene, settings);
     const glm::vec2 shift = ShiftOf(seen.filmOffset, settings.extent);
     const DrawList list{seen.drawCommands, seen.visiblePlacements};

@@ -1,4 +1,4 @@
-// What raster passes declare alike. For passes/ alone.
+// What raster passes declare alike. For passes/ alone. Threads: that of the Renderer.
 #pragma once
 
 #include "passes/draw_list.h"

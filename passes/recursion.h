@@ -1,7 +1,9 @@
 // LambertPath: one plain path traced in two forms, to measure on a device what a loop in ray generation saves
-// against recursion from the closest hit. Both give the same picture, to rounding.
+// against recursion from the closest hit. Both give the same picture, to rounding. Threads: that of the
+// Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "passes/trace.h"
 #include "shaders/shared/lambert_path.h"
 
@@ -13,13 +15,13 @@ enum class PathForm : uint8_t {
 };
 
 // If the device traces from closest hits as deep as PathForm::Recursive needs.
-[[nodiscard]] bool CanRecurse(const rhi::Device& device);
+[[nodiscard]] RAYGRAPH_API bool CanRecurse(const rhi::Device& device);
 
 // Returns linear radiance, rgba32f, of paths of kLambertBounces bounces: Lambert surfaces of their base
 // colour with flat normals, emission found by chance, alpha taken as opaque, the environment without its map.
 // Of `settings`, extent, camera, sampler, seed and sampleIndex count. Throws Error{Usage} for
 // PathForm::Recursive where the device cannot (CanRecurse).
-[[nodiscard]] TextureId LambertPath(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                                    PathForm form);
+[[nodiscard]] RAYGRAPH_API TextureId LambertPath(Renderer& renderer, const SceneIds& scene,
+                                                 const TraceSettings& settings, PathForm form);
 
 }  // namespace raygraph::passes

@@ -1,16 +1,18 @@
-// What every pass that traces the scene declares: the twin of shaders/scene/bindings.glsl.
+// What every pass that traces the scene declares: the twin of shaders/scene/bindings.glsl. Threads: that
+// of the Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "passes/trace.h"
 #include "renderer/graph/pass_builder.h"
 
 namespace raygraph::passes {
 
 // The part of the picture that is asked for. Error{Usage} if it is not within settings.extent.
-Region RegionOf(const TraceSettings& settings);
+RAYGRAPH_API Region RegionOf(const TraceSettings& settings);
 
 // The parameter block of a camera-ray pass.
-gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings);
+RAYGRAPH_API gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings);
 
 // A pass binds what its shaders use, and no more.
 // What non-opaque surfaces are to a pass's rays.
@@ -19,19 +21,19 @@ enum class AlphaTest : uint8_t {
     On,   // there by their alpha; needs BindGeometry and BindMaterials
 };
 // The miss and hit shaders of radiance rays, the TLAS with what it points at, and the parameters.
-void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters,
-                 AlphaTest alphaTest);
+RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
+                              const gpu::TraceParameters& parameters, AlphaTest alphaTest);
 // Those of shadow rays; beside BindTracing.
-void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
+RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
 // Instance and geometry records: from a hit to its triangle.
-void BindGeometry(PassBuilder& pass, const SceneIds& scene);
-void BindMaterials(PassBuilder& pass, const SceneIds& scene);
-void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
+RAYGRAPH_API void BindGeometry(PassBuilder& pass, const SceneIds& scene);
+RAYGRAPH_API void BindMaterials(PassBuilder& pass, const SceneIds& scene);
+RAYGRAPH_API void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
 // What light sampling looks up.
-void BindLights(PassBuilder& pass, const SceneIds& scene);
+RAYGRAPH_API void BindLights(PassBuilder& pass, const SceneIds& scene);
 // Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has.
-void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
+RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 // The choices that TraceSettings makes when a pipeline is created.
-void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
+RAYGRAPH_API void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 
 }  // namespace raygraph::passes

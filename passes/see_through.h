@@ -1,16 +1,19 @@
-// What is behind glass, for raster views: drawn without the glass, and blurred.
+// What is behind glass, for raster views: drawn without the glass, and blurred. Threads: that of the
+// Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "passes/raster.h"
 
 namespace raygraph::passes {
 
 // `seen` without the surfaces that let light through, from its lists: what is behind them in each pixel.
-[[nodiscard]] RasterVisibility DrawBehindGlass(Renderer& renderer, const SceneIds& scene,
-                                               const TraceSettings& settings, const RasterVisibility& seen);
+[[nodiscard]] RAYGRAPH_API RasterVisibility DrawBehindGlass(Renderer& renderer, const SceneIds& scene,
+                                                            const TraceSettings& settings,
+                                                            const RasterVisibility& seen);
 
 // Blurred copies of an rgba32f picture, rgba32f, colour multiplied by alpha: the levels of
 // shaders/shared/blur_levels.h, level i for footprints of 2^i pixels.
-[[nodiscard]] TextureId BlurLevels(Renderer& renderer, TextureId picture);
+[[nodiscard]] RAYGRAPH_API TextureId BlurLevels(Renderer& renderer, TextureId picture);
 
 }  // namespace raygraph::passes

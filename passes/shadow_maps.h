@@ -1,6 +1,7 @@
-// ShadowMaps: what the punctual lights see, for raster views.
+// ShadowMaps: what the punctual lights see, for raster views. Threads: that of the Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "passes/trace.h"
 
 namespace raygraph::passes {
@@ -24,8 +25,8 @@ struct ShadowMapIds {
 // moves or turns a little. Faces are culled as shadow rays cull them; MASK and BLEND are there by
 // settings.seed and sampleIndex. What is nearer to a point light or spot than 1e-4 of the scene's size casts
 // no shadow. Error{Usage} on a device without drawIndirectFirstInstance, and for an atlas of no texels.
-[[nodiscard]] ShadowMapIds DrawShadowMaps(Renderer& renderer, const SceneIds& scene,
-                                          const TraceSettings& settings,
-                                          const ShadowMapSettings& shadows = {});
+[[nodiscard]] RAYGRAPH_API ShadowMapIds DrawShadowMaps(Renderer& renderer, const SceneIds& scene,
+                                                       const TraceSettings& settings,
+                                                       const ShadowMapSettings& shadows = {});
 
 }  // namespace raygraph::passes

@@ -1,9 +1,10 @@
 // Show: a picture drawn into a texture of another format or size, such as an image of a host or of a
-// swapchain.
+// swapchain. Threads: that of the Renderer.
 #pragma once
 
 #include <functional>
 
+#include "base/api.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::passes {
@@ -11,7 +12,7 @@ namespace raygraph::passes {
 // Draws `picture`, rgba8 and display-encoded, over all of `target`, a colour target, and returns what that is
 // then. A picture of another extent is scaled, bilinearly. Into an sRGB format it is decoded first, so that
 // it looks the same. `onSubmitted` as in TonemapInto.
-[[nodiscard]] TextureId Show(Renderer& renderer, TextureId picture, TextureId target,
-                             std::function<void()> onSubmitted = {});
+[[nodiscard]] RAYGRAPH_API TextureId Show(Renderer& renderer, TextureId picture, TextureId target,
+                                          std::function<void()> onSubmitted = {});
 
 }  // namespace raygraph::passes

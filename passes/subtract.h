@@ -1,12 +1,13 @@
-// Subtract: what one picture has more than another.
+// Subtract: what one picture has more than another. Threads: that of the Renderer.
 #pragma once
 
+#include "base/api.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::passes {
 
 // whole - part in each of the four channels. All three are rgba32f and of one extent; Error{Usage} for
 // others.
-[[nodiscard]] TextureId Subtract(Renderer& renderer, TextureId whole, TextureId part);
+[[nodiscard]] RAYGRAPH_API TextureId Subtract(Renderer& renderer, TextureId whole, TextureId part);
 
 }  // namespace raygraph::passes

@@ -1,8 +1,10 @@
-// Tiles: a picture made part by part. Pure values, no device.
+// Tiles: a picture made part by part. Pure values, no device. Threads: any; one TileCursor for one thread
+// at a time.
 #pragma once
 
 #include <cstdint>
 
+#include "base/api.h"
 #include "rhi/format.h"
 
 namespace raygraph::passes {
@@ -21,15 +23,15 @@ struct Region {
 };
 
 // All of a picture.
-Region WholeOf(rhi::Extent2D picture);
+RAYGRAPH_API Region WholeOf(rhi::Extent2D picture);
 
 // Error{Usage} naming both unless the region has pixels, and all of them in the picture.
-void RequireWithin(rhi::Extent2D picture, const Region& region);
+RAYGRAPH_API void RequireWithin(rhi::Extent2D picture, const Region& region);
 
 // How far one sample of a picture has come: everything above row `y` is done, and of the `bandHeight` rows
 // from there on the first `x` pixels. Tiles are whole rows, or part of a band of rows where a few rows would
 // be too much.
-class TileCursor {
+class RAYGRAPH_API TileCursor {
   public:
     // The next tile: about `pixels` pixels, at least one, never more than are left. The cursor stays.
     Region Next(rhi::Extent2D picture, uint64_t pixels) const;

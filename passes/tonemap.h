@@ -1,8 +1,9 @@
-// Tonemap: from linear radiance to what a screen shows.
+// Tonemap: from linear radiance to what a screen shows. Threads: that of the Renderer.
 #pragma once
 
 #include <functional>
 
+#include "base/api.h"
 #include "passes/tiles.h"
 #include "renderer/graph/renderer.h"
 #include "shaders/shared/tonemap_operators.h"
@@ -19,14 +20,15 @@ struct TonemapSettings {
 
 // Reads any float texture and returns rgba8, display-encoded (see shaders/core/tonemap.glsl for each
 // operator), alpha passed through. NaN and negative radiance show as black.
-[[nodiscard]] TextureId Tonemap(Renderer& renderer, TextureId radiance, const TonemapSettings& settings = {});
+[[nodiscard]] RAYGRAPH_API TextureId Tonemap(Renderer& renderer, TextureId radiance,
+                                             const TonemapSettings& settings = {});
 
 // Into a region of `display`, rgba8; the rest of it stays. `radiance` may be of another extent: then it is
 // scaled to that of the display, each pixel from the texel that it lies in. `onSubmitted` runs when the pass
 // has been submitted, and never if it is culled or its frame dropped; it must not throw. Error{Usage} for
 // another format, and a region outside of the display.
-[[nodiscard]] TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display,
-                                    const Region& region, const TonemapSettings& settings = {},
-                                    std::function<void()> onSubmitted = {});
+[[nodiscard]] RAYGRAPH_API TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display,
+                                                 const Region& region, const TonemapSettings& settings = {},
+                                                 std::function<void()> onSubmitted = {});
 
 }  // namespace raygraph::passes

@@ -1,4 +1,4 @@
-// Trace: one path-traced sample per pixel of the scene's radiance.
+// Trace: one path-traced sample per pixel of the scene's radiance. Threads: that of the Renderer.
 #pragma once
 
 #include <array>
@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "base/api.h"
 #include "passes/tiles.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
@@ -51,7 +52,7 @@ struct RouletteSettings {
 };
 
 // Named biases: each changes the picture for less noise or time, and is off unless asked for.
-struct BiasSettings {
+struct RAYGRAPH_API BiasSettings {
     uint32_t maxDepth = kNoDepthLimit;  // bounces
     // Largest component of what a sample may bring from behind the first bounce.
     float clampIndirect = std::numeric_limits<float>::infinity();
@@ -87,13 +88,13 @@ enum class PathPart : uint8_t {
     Transmission,  // let through first
 };
 inline constexpr size_t kPathPartCount = 6;
-const char* Name(PathPart part);  // "emission"
+RAYGRAPH_API const char* Name(PathPart part);  // "emission"
 using PathPartIds = std::array<TextureId, kPathPartCount>;
 
 // The radiance by group of lights (SceneIds::lightGroupCount of them) lies in one texture: a tile of the
 // picture's extent for each, row by row. This many tiles across and down; the last ones may be left over and
 // without meaning.
-Extent2D LightGroupTiles(uint32_t groupCount);
+RAYGRAPH_API Extent2D LightGroupTiles(uint32_t groupCount);
 
 // What Trace is to write beside the radiance. Ray counts come alone.
 struct TraceOutputs {
@@ -112,8 +113,8 @@ struct TraceIds {
 // One sample of every pixel: the radiance, and of the others those that were asked for. A function of (scene,
 // settings) alone: the same device gives the same bits, in one piece or in regions. Unbiased but for
 // settings.biases. Error{Usage} for ray counts beside another output, and for a region outside the picture.
-[[nodiscard]] TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                             TraceOutputs outputs = {});
+[[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
+                                          const TraceSettings& settings, TraceOutputs outputs = {});
 
 // The camera's first hits, without light: what AOVs and the diagnostic views show. All from one ray per
 // pixel.
@@ -131,7 +132,7 @@ enum class FilmPosition : uint8_t {
     Jittered,  // where Trace's ray of the same sample goes: for averages
 };
 
-[[nodiscard]] PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene,
-                                        const TraceSettings& settings, FilmPosition film);
+[[nodiscard]] RAYGRAPH_API PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene,
+                                                     const TraceSettings& settings, FilmPosition film);
 
 }  // namespace raygraph::passes

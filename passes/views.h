@@ -3,10 +3,13 @@
 //   RasterVisibility seen = DrawVisibility(renderer, scene, settings, FilmPosition::Center);
 //   renderer.Present(PaintView(renderer, SurfaceView(renderer, scene, settings, seen, View::Roughness),
 //                              View::Roughness));
+//
+// Threads: that of the Renderer.
 #pragma once
 
 #include <string>
 
+#include "base/api.h"
 #include "passes/raster.h"
 #include "shaders/shared/views.h"
 
@@ -19,26 +22,27 @@ enum class View : uint8_t { RAYGRAPH_VIEWS(RAYGRAPH_DECLARE_VIEW) };
 inline constexpr size_t kViewCount = RAYGRAPH_VIEWS(RAYGRAPH_COUNT_VIEW);
 #undef RAYGRAPH_COUNT_VIEW
 
-const char* Name(View view);       // "path-traced"
-bool ShowsLight(View view);        // radiance, for Tonemap; the others are values, for PaintView
-bool ShowsSurface(View view);      // SurfaceView makes it
-bool IsMeanMeaningful(View view);  // over samples: not of ids and distances
+RAYGRAPH_API const char* Name(View view);       // "path-traced"
+RAYGRAPH_API bool ShowsLight(View view);        // radiance, for Tonemap; the others are values, for PaintView
+RAYGRAPH_API bool ShowsSurface(View view);      // SurfaceView makes it
+RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: not of ids and distances
 
 // Returns the view's values, rgba32f: one number three times, a colour or a vector (shaders/shared/views.h).
 // Alpha is 1 on a surface, and all is 0 where there is none. A mean over jittered samples keeps that meaning:
 // alpha becomes coverage. `seen` is from DrawVisibility or TraceVisibility. One pipeline serves all views.
 // Error{Usage} for a view that ShowsSurface denies.
-[[nodiscard]] TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                                    const RasterVisibility& seen, View view);
+[[nodiscard]] RAYGRAPH_API TextureId SurfaceView(Renderer& renderer, const SceneIds& scene,
+                                                 const TraceSettings& settings, const RasterVisibility& seen,
+                                                 View view);
 
 // Returns how many surfaces are drawn in each pixel, hidden ones and the one that is seen included: rgba32f,
 // the count three times and 1. Backs and transparency as in DrawVisibility. Up to 2048; errors as there.
-[[nodiscard]] TextureId Overdraw(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-                                 FilmPosition film);
+[[nodiscard]] RAYGRAPH_API TextureId Overdraw(Renderer& renderer, const SceneIds& scene,
+                                              const TraceSettings& settings, FilmPosition film);
 
 // TraceIds::rayCounts, or another texture of one count a pixel, as values that Accumulate and PaintView take:
 // rgba32f, the count three times and 1.
-[[nodiscard]] TextureId SpreadCounts(Renderer& renderer, TextureId counts);
+[[nodiscard]] RAYGRAPH_API TextureId SpreadCounts(Renderer& renderer, TextureId counts);
 
 // Makes values visible: rgba8, opaque, sRGB.
 //   Albedo, Emissive       sRGB-encoded, cut at 1
@@ -51,6 +55,6 @@ bool IsMeanMeaningful(View view);  // over samples: not of ids and distances
 //   overdraw,
 //                          31 at the top, and / 10 for rays, 1023 at the top
 // Black where nothing is. Error{Usage} for a view of light.
-[[nodiscard]] TextureId PaintView(Renderer& renderer, TextureId values, View view);
+[[nodiscard]] RAYGRAPH_API TextureId PaintView(Renderer& renderer, TextureId values, View view);
 
 }  // namespace raygraph::passes

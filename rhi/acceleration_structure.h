@@ -1,5 +1,5 @@
 // Acceleration structures: the owner of one, and bottom-level ones (BLAS) as the builder makes them
-// (rhi/blas_builder.h).
+// (rhi/blas_builder.h). Threads: as in rhi/resources.h; a Blas is changed by its BlasBuilder alone.
 #pragma once
 
 #include <cstdint>
@@ -7,13 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/resources.h"
 #include "rhi/vulkan.h"
 
 namespace raygraph::rhi {
 
 // Owns one VkAccelerationStructureKHR and its buffer; an owner as in rhi/resources.h.
-class AccelerationStructure {
+class RAYGRAPH_API AccelerationStructure {
   public:
     AccelerationStructure() = default;
     AccelerationStructure(Device& device, const std::string& name, VkAccelerationStructureTypeKHR type,
@@ -70,7 +71,7 @@ struct BlasDesc {
 
 // One bottom-level structure, made by BlasBuilder::Add. Its address changes when a compacted structure takes
 // its place: Version then counts up, and every TLAS that refers to it has to be rebuilt.
-class Blas {
+class RAYGRAPH_API Blas {
   public:
     const std::string& Name() const { return m_desc.name; }
     BlasKind Kind() const { return m_desc.kind; }

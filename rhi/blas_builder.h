@@ -8,7 +8,7 @@
 // compactions are due again. Statistics count what has been submitted.
 //
 // The builder orders its own steps on the device; making the results visible to their readers (a TLAS build,
-// a trace) is the work of who records the list. Not thread-safe.
+// a trace) is the work of who records the list. Threads: one at a time.
 #pragma once
 
 #include <cstdint>
@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/acceleration_structure.h"
 #include "rhi/resources.h"
 
@@ -45,7 +46,7 @@ struct CompactionStatistics {
     std::string whyOff;  // one line; empty while it is on
 };
 
-class BlasBuilder {
+class RAYGRAPH_API BlasBuilder {
   public:
     explicit BlasBuilder(Device& device, const BlasBuilderDesc& desc = {});
     ~BlasBuilder();

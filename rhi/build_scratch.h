@@ -1,5 +1,5 @@
 // Scratch memory of acceleration-structure builds: how builds share it in batches, and the barrier between
-// them. For rhi/ alone.
+// them. For rhi/ alone. Threads: those of its owner, one at a time.
 #pragma once
 
 #include <cstdint>

@@ -2,7 +2,8 @@
 // Device::Submit.
 //
 // The render graph binds the pipeline and the resources of a pass before the pass records, so that a pass
-// body usually is one call: TraceRays, Dispatch or Draw*. Each call names its native twin. Not thread-safe.
+// body usually is one call: TraceRays, Dispatch or Draw*. Each call names its native twin. Threads: one at a
+// time.
 #pragma once
 
 #include <functional>
@@ -10,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/pipeline.h"
 #include "rhi/resources.h"
 #include "rhi/vulkan.h"
@@ -46,7 +48,7 @@ struct DepthTarget {
     float clearValue = 1.0f;
 };
 
-class CommandList {
+class RAYGRAPH_API CommandList {
   public:
     CommandList() = default;
     CommandList(CommandList&& other) noexcept { *this = std::move(other); }

@@ -1,9 +1,10 @@
-// A compute pipeline.
+// A compute pipeline. Threads: any.
 #pragma once
 
 #include <array>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/pipeline.h"
 
 namespace raygraph::rhi {
@@ -14,7 +15,7 @@ struct ComputePipelineDesc {
     std::vector<SpecializationValue> specialization{};
 };
 
-class ComputePipeline : public Pipeline {
+class RAYGRAPH_API ComputePipeline : public Pipeline {
   public:
     ComputePipeline() = default;
     // Invocations of a workgroup along x, y, z, specialization included.
@@ -29,6 +30,6 @@ class ComputePipeline : public Pipeline {
 // Throws Error{Usage} naming the pipeline for a shader of another stage, a specialization id that the shader
 // does not have, or more push constants or bindings than the device takes; Error{Vulkan} or {OutOfMemory}
 // from the driver.
-ComputePipeline CreateComputePipeline(Device& device, const ComputePipelineDesc& desc);
+RAYGRAPH_API ComputePipeline CreateComputePipeline(Device& device, const ComputePipelineDesc& desc);
 
 }  // namespace raygraph::rhi

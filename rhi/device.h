@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/api.h"
 #include "base/error.h"
 #include "rhi/device_requirements.h"
 #include "rhi/functions.h"
@@ -78,7 +79,7 @@ struct AdoptedDeviceDesc {
 };
 
 enum class DeviceType : uint8_t { Cpu, Integrated, Discrete, Virtual, Other };
-const char* Name(DeviceType type);
+RAYGRAPH_API const char* Name(DeviceType type);
 
 // What is fixed about a device once it exists.
 struct DeviceInfo {
@@ -134,7 +135,7 @@ struct MemoryStatistics {
     uint64_t peakBytes = 0;  // the largest usedBytes so far
 };
 
-class Device {
+class RAYGRAPH_API Device {
   public:
     // Throws Error{NoDevice} naming every device found and why it was refused.
     static std::unique_ptr<Device> Create(const DeviceDesc& desc = {});

@@ -1,5 +1,5 @@
 // What Raygraph needs from a Vulkan device, as data: readable before any device exists, so that a host engine
-// can create its own VkDevice from it.
+// can create its own VkDevice from it. Threads: any.
 #pragma once
 
 #include <memory>
@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/vulkan.h"
 
 namespace raygraph::rhi {
@@ -47,7 +48,7 @@ struct RequirementList {
 };
 
 // The list as data; static, thread-safe.
-const RequirementList& Requirements();
+RAYGRAPH_API const RequirementList& Requirements();
 
 // Optional capabilities, found or not.
 struct OptionalFeatures {
@@ -60,11 +61,12 @@ struct OptionalFeatures {
     bool clipDistance = false;  // shaderClipDistance
     bool multiDrawIndirect = false;
     bool drawIndirectFirstInstance = false;
+    bool bufferInt64Atomics = false;  // shaderBufferInt64Atomics
 };
 
 // The chained feature structures that turn the requirements on: pass Root() as VkDeviceCreateInfo::pNext.
 // Movable, not copyable; Root() stays valid while the object lives.
-class FeatureChain {
+class RAYGRAPH_API FeatureChain {
   public:
     FeatureChain();
     FeatureChain(FeatureChain&&) noexcept;
@@ -81,21 +83,22 @@ class FeatureChain {
 // The functions below ask a physical device; `loader` is where `instance` came from. Thread-safe.
 
 // The required features plus the optional ones that `device` has.
-FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader, VkInstance instance);
+RAYGRAPH_API FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                      VkInstance instance);
 // Names of the required extensions plus the optional ones that `device` has, for VkDeviceCreateInfo. The
 // strings live as long as the program.
-std::vector<const char*> ExtensionsFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
-                                       VkInstance instance);
+RAYGRAPH_API std::vector<const char*> ExtensionsFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                                    VkInstance instance);
 // The first queue family with all of RequirementList::queueFlags; nothing if there is none.
-std::optional<uint32_t> QueueFamilyFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
-                                       VkInstance instance);
+RAYGRAPH_API std::optional<uint32_t> QueueFamilyFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                                    VkInstance instance);
 // The optional capabilities of `device`: extension and feature are both there.
-OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
-                                    VkInstance instance);
+RAYGRAPH_API OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                                 VkInstance instance);
 // Turns off what needs a device extension that is not in `enabled`.
-OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string> enabled);
+RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string> enabled);
 // Every reason for which `device` cannot be used, one line each; empty: it can.
-std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
-                                    VkInstance instance);
+RAYGRAPH_API std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
+                                                 VkInstance instance);
 
 }  // namespace raygraph::rhi

@@ -1,8 +1,10 @@
-// Texel formats the module uses, and their Vulkan twins.
+// Texel formats the module uses, and their Vulkan twins. Threads: plain values and pure functions, for any
+// thread.
 #pragma once
 
 #include <cstdint>
 
+#include "base/api.h"
 #include "rhi/vulkan.h"
 
 namespace raygraph::rhi {
@@ -28,14 +30,14 @@ enum class Format : uint8_t {
 };
 constexpr uint32_t kFormatCount = static_cast<uint32_t>(Format::D32Float) + 1;
 
-VkFormat ToVk(Format format);
+RAYGRAPH_API VkFormat ToVk(Format format);
 // Undefined for a VkFormat that is not in the list.
-Format FormatFromVk(VkFormat format);
+RAYGRAPH_API Format FormatFromVk(VkFormat format);
 // Bytes of one texel; 0 for Undefined.
-uint32_t TexelBytes(Format format);
+RAYGRAPH_API uint32_t TexelBytes(Format format);
 // "rgba32f", "rgba8-srgb", ...: for plan text, labels and errors.
-const char* Name(Format format);
-bool IsDepth(Format format);
+RAYGRAPH_API const char* Name(Format format);
+RAYGRAPH_API bool IsDepth(Format format);
 
 struct Extent2D {
     uint32_t width = 0;
@@ -46,8 +48,8 @@ struct Extent2D {
 };
 
 // Size of a mip level: halved and rounded down `level` times (level < 32), at least 1.
-Extent2D MipExtent(Extent2D extent, uint32_t level);
+RAYGRAPH_API Extent2D MipExtent(Extent2D extent, uint32_t level);
 // Levels down to 1x1; 0 for an extent of 0x0.
-uint32_t FullMipCount(Extent2D extent);
+RAYGRAPH_API uint32_t FullMipCount(Extent2D extent);
 
 }  // namespace raygraph::rhi

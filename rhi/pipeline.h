@@ -4,14 +4,15 @@
 //   set 1  the bindless textures (rhi/texture_table.h), if a stage declares set 1
 //   push constants: one range from 0, visible to all stages
 // Owners as in rhi/resources.h: move-only, freed once the timeline has passed every submission made before.
-// Made by CreateComputePipeline, CreateRasterPipeline and CreateRayTracingPipeline, which may be called from
-// any thread.
+// Threads: CreateComputePipeline, CreateRasterPipeline and CreateRayTracingPipeline, which make them, may be
+// called from any.
 #pragma once
 
 #include <span>
 #include <string>
 #include <string_view>
 
+#include "base/api.h"
 #include "rhi/reflection.h"
 #include "rhi/shader_stage.h"
 #include "rhi/vulkan.h"
@@ -23,7 +24,7 @@ class ComputePipeline;     // rhi/compute_pipeline.h
 class RasterPipeline;      // rhi/raster_pipeline.h
 class RayTracingPipeline;  // rhi/ray_tracing_pipeline.h
 
-class Pipeline {
+class RAYGRAPH_API Pipeline {
   public:
     VkPipeline Handle() const { return m_pipeline; }
     VkPipelineLayout Layout() const { return m_layout; }

@@ -1,10 +1,11 @@
 // A raster pipeline for dynamic rendering. There is no vertex input: the vertex shader fetches its attributes
 // from storage buffers by gl_VertexIndex. Not supported: MSAA, stencil, tessellation, geometry and mesh
-// shaders.
+// shaders. Threads: any.
 #pragma once
 
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/format.h"
 #include "rhi/pipeline.h"
 
@@ -36,7 +37,7 @@ struct RasterPipelineDesc {
     bool isWireframe = false;          // needs the feature fillModeNonSolid
 };
 
-class RasterPipeline : public Pipeline {
+class RAYGRAPH_API RasterPipeline : public Pipeline {
   public:
     RasterPipeline() = default;
 
@@ -46,6 +47,6 @@ class RasterPipeline : public Pipeline {
 };
 
 // Errors as for CreateComputePipeline. Viewport and scissor are dynamic.
-RasterPipeline CreateRasterPipeline(Device& device, const RasterPipelineDesc& desc);
+RAYGRAPH_API RasterPipeline CreateRasterPipeline(Device& device, const RasterPipelineDesc& desc);
 
 }  // namespace raygraph::rhi

@@ -1,13 +1,15 @@
 // A ray-tracing pipeline with its shader groups and its shader binding table (rhi/shader_binding_table.h).
 //
 // Groups are given by ray type and by hit set; no caller ever writes a table index. An instance picks its hit
-// set (TlasInstance::hitSet), a callable is picked in the shader by its place in `callables`.
+// set (TlasInstance::hitSet), a callable is picked in the shader by its place in `callables`. Threads:
+// any; a pipeline does not change once it is made.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/pipeline.h"
 #include "rhi/resources.h"
 #include "rhi/shader_binding_table.h"
@@ -49,7 +51,7 @@ struct RayTracingPipelineDesc {
     uint32_t maxRecursion = 1;  // 1: only ray generation traces
 };
 
-class RayTracingPipeline : public Pipeline {
+class RAYGRAPH_API RayTracingPipeline : public Pipeline {
   public:
     RayTracingPipeline() = default;
     // Regions for vkCmdTraceRaysKHR.
@@ -73,6 +75,6 @@ class RayTracingPipeline : public Pipeline {
 // A shader used by several groups is compiled once. Throws Error{Usage} naming the pipeline for a missing
 // ray-generation shader, a shader of the wrong stage, maxRecursion or record data above the device's limits,
 // and as CreateComputePipeline.
-RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
+RAYGRAPH_API RayTracingPipeline CreateRayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc);
 
 }  // namespace raygraph::rhi

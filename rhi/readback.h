@@ -1,11 +1,12 @@
 // Readback: bytes on their way from the device to the CPU, and the blocking short forms for tests and
-// programs.
+// programs. Threads: one object for one thread at a time; the short forms may be called from any.
 #pragma once
 
 #include <cstddef>
 #include <span>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/command_list.h"
 #include "rhi/resources.h"
 
@@ -13,7 +14,7 @@ namespace raygraph::rhi {
 
 // Copies go into the caller's list, so that they run right after what made the data; the caller submits it
 // and says as which value. One thread at a time.
-class Readback {
+class RAYGRAPH_API Readback {
   public:
     Readback() = default;
 
@@ -43,9 +44,9 @@ class Readback {
 };
 
 // Submit and wait: for tests and for programs that have nothing else to do. Errors as above.
-std::vector<std::byte> ReadBuffer(Device& device, const Buffer& source, uint64_t offset = 0,
-                                  uint64_t size = VK_WHOLE_SIZE);
-std::vector<std::byte> ReadTexture(Device& device, const Texture& source, VkImageLayout layout,
-                                   uint32_t mipLevel = 0);
+RAYGRAPH_API std::vector<std::byte> ReadBuffer(Device& device, const Buffer& source, uint64_t offset = 0,
+                                               uint64_t size = VK_WHOLE_SIZE);
+RAYGRAPH_API std::vector<std::byte> ReadTexture(Device& device, const Texture& source, VkImageLayout layout,
+                                                uint32_t mipLevel = 0);
 
 }  // namespace raygraph::rhi

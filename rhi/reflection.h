@@ -1,5 +1,5 @@
 // What a SPIR-V module says about itself: bindings, push constants, specialization constants, workgroup size.
-// Pure functions, no device; callable from any thread.
+// Threads: pure functions, no device; any thread.
 //
 // Names are the GLSL names: of the variable for images, samplers and acceleration structures; for a buffer or
 // push-constant block its instance name if it has one, otherwise the block's name.
@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/format.h"
 #include "rhi/shader_stage.h"
 
@@ -27,9 +28,9 @@ enum class BindingKind : uint8_t {
     AccelerationStructure,  // accelerationStructureEXT
 };
 
-VkDescriptorType ToVk(BindingKind kind);
+RAYGRAPH_API VkDescriptorType ToVk(BindingKind kind);
 // "storage image", "sampled image", ...: for errors.
-const char* Name(BindingKind kind);
+RAYGRAPH_API const char* Name(BindingKind kind);
 
 struct Binding {
     std::string name;
@@ -73,7 +74,7 @@ struct ShaderReflection {
 // Throws Error{Usage} starting with `name` for words that are not a module of one known stage, and for a
 // binding of a kind that Raygraph does not bind (separate images and samplers, texel buffers, 64-bit
 // specialization constants).
-ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name = "shader");
+RAYGRAPH_API ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name = "shader");
 
 // A stage's reflection with the stage's name, for messages.
 struct NamedReflection {
@@ -88,7 +89,7 @@ struct BindingInfo : Binding {
 };
 
 // The bindings of all stages of one pipeline, merged: what a pass has to bind.
-struct ShaderInterface {
+struct RAYGRAPH_API ShaderInterface {
     std::vector<BindingInfo> bindings;                   // of set 0, by binding: the pass's own
     bool usesTextureTable = false;                       // some stage uses set 1: the bindless textures
     VkShaderStageFlags stages = 0;                       // all stages
@@ -103,6 +104,6 @@ struct ShaderInterface {
 // Error{Usage} naming both shaders if one binding number has two kinds, names or array sizes, or one name two
 // numbers; naming the shader if it uses a set above 1, or set 1 for anything but `sampler2D x[]` at binding
 // 0, or a runtime array in set 0.
-ShaderInterface MergeInterface(std::span<const NamedReflection> stages);
+RAYGRAPH_API ShaderInterface MergeInterface(std::span<const NamedReflection> stages);
 
 }  // namespace raygraph::rhi

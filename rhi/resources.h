@@ -11,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "base/api.h"
 #include "rhi/format.h"
 #include "rhi/vulkan.h"
 
@@ -71,7 +72,7 @@ struct BufferDesc {
     MemoryKind memory = MemoryKind::Device;
 };
 
-class Buffer {
+class RAYGRAPH_API Buffer {
   public:
     Buffer() = default;
     Buffer(Buffer&& other) noexcept { *this = std::move(other); }
@@ -119,7 +120,7 @@ struct TextureDesc {
 
 // A 2D image with one view of all its mips (none if it is only copied). Its layout is not tracked here: that
 // is the render graph's work.
-class Texture {
+class RAYGRAPH_API Texture {
   public:
     Texture() = default;
     Texture(Texture&& other) noexcept { *this = std::move(other); }
@@ -158,7 +159,7 @@ struct SamplerDesc {
     AddressMode addressV = AddressMode::Repeat;
 };
 
-class Sampler {
+class RAYGRAPH_API Sampler {
   public:
     Sampler() = default;
     Sampler(Sampler&& other) noexcept { *this = std::move(other); }
@@ -184,7 +185,7 @@ struct MemoryRequirements {
 
 // Device memory that several transient textures and buffers with disjoint lifetimes share, each bound at
 // offset 0.
-class MemoryBlock {
+class RAYGRAPH_API MemoryBlock {
   public:
     MemoryBlock() = default;
     MemoryBlock(MemoryBlock&& other) noexcept { *this = std::move(other); }

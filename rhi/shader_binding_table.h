@@ -1,5 +1,6 @@
 // The layout of a shader binding table, as arithmetic without a device.
 //
+// clang-format off
 //   buffer  +--------------------------------------------------------+
 //   rayGen  | handle | data ...                         | padding    |  1 record, size == stride
 //           +--------------------------------------------------------+  each region starts at baseAlignment
@@ -8,12 +9,12 @@
 //           +--------------------------------------------------------+
 //   hit     | set 0, ray type 0: handle | data ... | padding         |
 //           | set 0, ray type 1: handle | data ... | padding         |  ray types adjacent: an instance
-//           points at the | set 1, ray type 0: handle | data ... | padding         |  first record of its hit
-//           set, and traceRayEXT | set 1, ray type 1: handle | data ... | padding         |  adds the ray
-//           type
+//           | set 1, ray type 0: handle | data ... | padding         |  points at the first record of its hit
+//           | set 1, ray type 1: handle | data ... | padding         |  set; traceRayEXT adds the ray type
 //           +--------------------------------------------------------+
 //   call    | callable 0: handle | data ... | padding                |
 //           +--------------------------------------------------------+
+// clang-format on
 //
 // All records of a region have the same stride: handle plus the largest data of the region, rounded up to
 // handleAlignment.
@@ -21,7 +22,7 @@
 // In shaders (shaders/shared/ray_types.h) sbtRecordOffset and missIndex are the ray type. sbtRecordStride is
 // 0, which gives every geometry of an instance the hit set of the instance. With kRayTypeCount instead,
 // geometry g of a BLAS takes hit set TlasInstance::hitSet + g, and each of these sets must exist: reading
-// past the table is undefined.
+// past the table is undefined. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <algorithm>

@@ -53,21 +53,21 @@ std::optional<std::string> ReadText(const fs::path& path) {
     return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-// Finds included files next to the including one, then in the root. Their names in messages are relative to
-// the root.
+// Finds included files next to the including one, then in the roots. Their names in messages are relative to
+// the root that they lie in.
 class FolderIncluder : public glslang::TShader::Includer {
   public:
-    FolderIncluder(fs::path root, std::vector<fs::path>* files) : m_root(std::move(root)), m_files(files) {}
+    FolderIncluder(const GlslSource& source, std::vector<fs::path>* files) : m_files(files) {
+        if (!source.includeRoot.empty()) m_roots.push_back(source.includeRoot);
+        m_roots.insert(m_roots.end(), source.moreIncludes.begin(), source.moreIncludes.end());
+    }
 
     IncludeResult* includeLocal(const char* header, const char* includer, size_t) override {
-        if (m_root.empty()) return nullptr;
         IncludeResult* result = Open(fs::path(includer).parent_path() / header);
         return result ? result : Open(header);
     }
 
-    IncludeResult* includeSystem(const char* header, const char*, size_t) override {
-        return m_root.empty() ? nullptr : Open(header);
-    }
+    IncludeResult* includeSystem(const char* header, const char*, size_t) override { return Open(header); }
 
     void releaseInclude(IncludeResult* result) override {
         if (!result) return;
@@ -78,14 +78,17 @@ class FolderIncluder : public glslang::TShader::Includer {
   private:
     IncludeResult* Open(const fs::path& relative) {
         const fs::path name = relative.lexically_normal();
-        std::optional<std::string> text = ReadText(m_root / name);
-        if (!text) return nullptr;
-        if (m_files) m_files->push_back(m_root / name);
-        auto* owned = new std::string(std::move(*text));
-        return new IncludeResult(name.generic_string(), owned->data(), owned->size(), owned);
+        for (const fs::path& root : m_roots) {
+            std::optional<std::string> text = ReadText(root / name);
+            if (!text) continue;
+            if (m_files) m_files->push_back(root / name);
+            auto* owned = new std::string(std::move(*text));
+            return new IncludeResult(name.generic_string(), owned->data(), owned->size(), owned);
+        }
+        return nullptr;
     }
 
-    fs::path m_root;
+    std::vector<fs::path> m_roots;
     std::vector<fs::path>* m_files;
 };
 
@@ -132,7 +135,7 @@ std::vector<uint32_t> CompileGlsl(const GlslSource& source, std::vector<fs::path
     shader.setEnvInput(glslang::EShSourceGlsl, language, glslang::EShClientVulkan, kInputSemanticsVersion);
     shader.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_3);
     shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_6);
-    FolderIncluder includer(source.includeRoot, includedFiles);
+    FolderIncluder includer(source, includedFiles);
     if (!shader.parse(GetDefaultResources(), kDefaultGlslVersion, false, messages, includer))
         throw Error(ErrorKind::BadInput, FirstErrors(shader.getInfoLog(), source.name));
 
@@ -149,10 +152,15 @@ std::vector<uint32_t> CompileGlsl(const GlslSource& source, std::vector<fs::path
 }
 
 std::vector<uint32_t> CompileGlslFile(const fs::path& includeRoot, const std::string& name,
-                                      std::vector<fs::path>* includedFiles) {
+                                      std::vector<fs::path>* includedFiles,
+                                      const std::vector<fs::path>& moreIncludes) {
     std::optional<std::string> text = ReadText(includeRoot / name);
     if (!text) throw Error(ErrorKind::Io, (includeRoot / name).string() + ": cannot be read");
-    return CompileGlsl({.name = name, .text = std::move(*text), .stage = {}, .includeRoot = includeRoot},
+    return CompileGlsl({.name = name,
+                        .text = std::move(*text),
+                        .stage = {},
+                        .includeRoot = includeRoot,
+                        .moreIncludes = moreIncludes},
                        includedFiles);
 }
 

@@ -1,4 +1,4 @@
-// GLSL to SPIR-V at run time, for shader hot reload and for tests.
+// GLSL to SPIR-V at run time, for shader hot reload and for tests. Threads: any, also several at once.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/shader_stage.h"
 
 namespace raygraph::rhi {
@@ -16,6 +17,7 @@ struct GlslSource {
     std::string text{};  // the whole GLSL text, starting with #version
     std::optional<StageKind> stage{};     // nothing: by the suffix of the name
     std::filesystem::path includeRoot{};  // searched after the including file's folder; empty: no includes
+    std::vector<std::filesystem::path> moreIncludes{};  // searched after that root, as roots of their own
 };
 
 // Compiles for Vulkan 1.3 (SPIR-V 1.6). The words are those that `glslangValidator -V --target-env vulkan1.3
@@ -24,11 +26,13 @@ struct GlslSource {
 // what a hot reload has to watch. Throws Error{BadInput} of one line a finding, the first five:
 // "pathtrace/pathtrace.rgen:12: 'x' : undeclared identifier"; Error{Usage} if neither stage nor suffix names
 // a stage. Callable from any thread.
-std::vector<uint32_t> CompileGlsl(const GlslSource& source,
-                                  std::vector<std::filesystem::path>* includedFiles = nullptr);
+RAYGRAPH_API std::vector<uint32_t> CompileGlsl(const GlslSource& source,
+                                               std::vector<std::filesystem::path>* includedFiles = nullptr);
 
 // The same for a file of `includeRoot`; throws Error{Io} if it cannot be read.
-std::vector<uint32_t> CompileGlslFile(const std::filesystem::path& includeRoot, const std::string& name,
-                                      std::vector<std::filesystem::path>* includedFiles = nullptr);
+RAYGRAPH_API std::vector<uint32_t> CompileGlslFile(
+    const std::filesystem::path& includeRoot, const std::string& name,
+    std::vector<std::filesystem::path>* includedFiles = nullptr,
+    const std::vector<std::filesystem::path>& moreIncludes = {});
 
 }  // namespace raygraph::rhi

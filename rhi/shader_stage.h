@@ -1,4 +1,5 @@
-// Shader stages as pipelines take them: a name, SPIR-V words and specialization values.
+// Shader stages as pipelines take them: a name, SPIR-V words and specialization values. Threads: plain
+// values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/api.h"
 #include "rhi/vulkan.h"
 
 namespace raygraph::rhi {
@@ -23,11 +25,11 @@ enum class StageKind : uint8_t {
     Fragment,
 };
 
-VkShaderStageFlagBits ToVk(StageKind stage);
+RAYGRAPH_API VkShaderStageFlagBits ToVk(StageKind stage);
 // "ray generation", "closest hit", ...: for errors.
-const char* Name(StageKind stage);
+RAYGRAPH_API const char* Name(StageKind stage);
 // By the file's suffix: .rgen .rmiss .rchit .rahit .rint .rcall .comp .vert .frag; nothing for any other.
-std::optional<StageKind> StageOfFile(std::string_view fileName);
+RAYGRAPH_API std::optional<StageKind> StageOfFile(std::string_view fileName);
 
 // One stage of a pipeline. The words are read while the pipeline is created and may be freed afterwards.
 // Empty (no words) means: this stage is not there.

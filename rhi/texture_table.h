@@ -1,10 +1,13 @@
 // TextureTable: the bindless textures, set 1 of every pipeline that declares
 //     layout(set = 1, binding = 0) uniform sampler2D textures[];
+//
+// Threads: Add and Remove may be called from any; the rest is for one at a time.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 
+#include "base/api.h"
 #include "rhi/resources.h"
 #include "rhi/vulkan.h"
 
@@ -15,14 +18,14 @@ inline constexpr uint32_t kMaxTextureTableSlots = 65536;
 
 // The layout behind Device::TextureTableLayout(): one array of combined image samplers of variable size,
 // update after bind. The caller destroys it.
-VkDescriptorSetLayout CreateTextureTableLayout(Device& device);
+RAYGRAPH_API VkDescriptorSetLayout CreateTextureTableLayout(Device& device);
 
 // Slots 0 to capacity - 1. Every slot always holds a texture: a free one holds the default, since a driver
 // may fault on an empty one. Textures are expected in SHADER_READ_ONLY_OPTIMAL; a texture and its sampler
 // outlive their slot, the defaults the table. Add and Remove may be called from any thread and at any time,
 // also while frames that use the table are in flight: a removed slot goes back to the default, and can be
 // handed out again, only when every frame that could read it has completed.
-class TextureTable {
+class RAYGRAPH_API TextureTable {
   public:
     // Throws Error{Usage} if capacity is 0 or above kMaxTextureTableSlots.
     TextureTable(Device& device, uint32_t capacity, const Texture& defaultTexture,

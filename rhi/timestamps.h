@@ -1,8 +1,8 @@
 // TimestampPool: GPU times of a frame, read without waiting.
 //
 // Each frame takes one of a few ranges of queries; a range is read when the timeline has passed its frame and
-// used again after that. A frame whose range comes up again unread (nobody polled) is lost, and counted. One
-// thread at a time.
+// used again after that. A frame whose range comes up again unread (nobody polled) is lost, and counted.
+// Threads: one at a time.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/command_list.h"
 #include "rhi/vulkan.h"
 
@@ -20,7 +21,7 @@ struct TimestampFrame {
     std::vector<double> nanoseconds;  // since the frame's first timestamp, in the order of Write
 };
 
-class TimestampPool {
+class RAYGRAPH_API TimestampPool {
   public:
     // Throws Error{Usage} if the device has no timestamps (DeviceInfo::timestampValidBits is 0) or
     // maxPerFrame is 0.

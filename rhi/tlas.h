@@ -1,4 +1,4 @@
-// Tlas: the top-level acceleration structure over instances of BLASes.
+// Tlas: the top-level acceleration structure over instances of BLASes. Threads: one thread at a time.
 #pragma once
 
 #include <array>
@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "base/api.h"
 #include "rhi/acceleration_structure.h"
 #include "rhi/build_scratch.h"
 #include "rhi/resources.h"
@@ -35,7 +36,7 @@ inline constexpr uint64_t kTlasInstanceBytes = 64;
 // Writes instances as the device reads them; `target` has kTlasInstanceBytes for each (Buffer::Mapped() for
 // example). Throws Error{Usage} with the instance's index if customIndex or the hit set's table offset
 // exceeds 24 bits.
-void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte> target);
+RAYGRAPH_API void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte> target);
 
 struct TlasDesc {
     std::string name = "tlas";
@@ -46,7 +47,7 @@ struct TlasDesc {
 // An owner as in rhi/resources.h. Scratch memory is its own. Build and Update order themselves after earlier
 // builds on the device; readers of the structure are ordered by who records the list. A list that is dropped
 // takes its builds back.
-class Tlas {
+class RAYGRAPH_API Tlas {
   public:
     Tlas() = default;
     Tlas(Device& device, const TlasDesc& desc);

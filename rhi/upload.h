@@ -6,7 +6,7 @@
 // its submission; only when every chunk is still in flight does a call wait, for the oldest one. The device
 // is never drained. Ordering: uploads come after all work submitted before them, and all work submitted after
 // them sees their data, on the one queue: waiting for the returned value is only needed to know that the data
-// is there, not to use it. One thread at a time. Flush before commands that need the data are submitted.
+// is there, not to use it. Threads: one at a time. Flush before commands that need the data are submitted.
 #pragma once
 
 #include <cstddef>
@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/api.h"
 #include "rhi/command_list.h"
 #include "rhi/resources.h"
 
@@ -27,7 +28,7 @@ struct UploaderDesc {
     uint32_t chunkCount = 4;                     // at least 2, so that copying and filling overlap
 };
 
-class Uploader {
+class RAYGRAPH_API Uploader {
   public:
     // Throws Error{Usage} for fewer than 2 chunks or chunks below 64 KiB.
     explicit Uploader(Device& device, const UploaderDesc& desc = {});

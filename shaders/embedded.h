@@ -1,9 +1,11 @@
-// The SPIR-V of every shader stage, compiled with the library.
+// The SPIR-V of every shader stage, compiled with the library. Threads: any.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string_view>
+
+#include "base/api.h"
 
 namespace raygraph {
 
@@ -13,6 +15,6 @@ struct EmbeddedShader {
 };
 
 // All embedded stages, in the order of shaders/CMakeLists.txt. Callable from any thread.
-std::span<const EmbeddedShader> EmbeddedShaders();
+RAYGRAPH_API std::span<const EmbeddedShader> EmbeddedShaders();
 
 }  // namespace raygraph

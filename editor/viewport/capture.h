@@ -1,10 +1,12 @@
 // All of a picture, as numbers: asked of a viewport, answered by a later frame, without waiting.
+// Threads: that of the viewport.
 #pragma once
 
 #include <cstdint>
 #include <memory>
 #include <vector>
 
+#include "base/api.h"
 #include "passes/accumulate.h"
 #include "passes/trace.h"
 #include "renderer/graph/renderer.h"
@@ -29,7 +31,7 @@ struct CaptureResult {
 // A request; copies are of the same one. It is answered by the first frame that shows light and ends with a
 // whole sample, and ready once the device has done that frame. Threads: that of the viewport. What the
 // viewport has not answered when it is destroyed is never ready.
-class Capture {
+class RAYGRAPH_API Capture {
   public:
     bool IsReady() const;
     CaptureResult Result() const;  // Error{Usage} when not ready
@@ -40,7 +42,7 @@ class Capture {
     std::shared_ptr<State> m_state;
 };
 
-class CaptureRequests {
+class RAYGRAPH_API CaptureRequests {
   public:
     Capture Request();
     // What the open frame shows, with what it adds.

@@ -1,4 +1,5 @@
 // How noisy a picture still is: asked of a viewport, answered by a later frame, without waiting.
+// Threads: that of the viewport.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/api.h"
 #include "passes/accumulate.h"
 #include "renderer/graph/renderer.h"
 
@@ -22,7 +24,7 @@ struct ErrorEstimate {
 // A request; copies are of the same one. It is ready once the device has done the first frame that was
 // declared after it and shows the path-traced view. Threads: that of the viewport. What the viewport has not
 // answered when it is destroyed is never ready.
-class ErrorRequest {
+class RAYGRAPH_API ErrorRequest {
   public:
     bool IsReady() const;
     ErrorEstimate Result() const;  // Error{Usage} when not ready
@@ -33,7 +35,7 @@ class ErrorRequest {
     std::shared_ptr<State> m_state;
 };
 
-class ErrorRequests {
+class RAYGRAPH_API ErrorRequests {
   public:
     ErrorRequest Request();
     // Answers the requests at hand from an accumulation, with what the open frame adds to it.

@@ -1,4 +1,5 @@
 // Questions about a pixel, answered by a later frame. Asking and looking never wait for the device.
+// Threads: that of the viewport.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/api.h"
 #include "passes/accumulate.h"
 #include "passes/trace.h"
 #include "renderer/graph/renderer.h"
@@ -43,7 +45,7 @@ struct InspectResult {
 // A request; copies are of the same one. Threads: that of the viewport. It is ready once the device has done
 // the first frame that was declared after it; a frame that is dropped answers nothing, the next one does.
 // What the viewport has not answered when it is destroyed is never ready.
-class Pick {
+class RAYGRAPH_API Pick {
   public:
     bool IsReady() const;
     PickResult Result() const;  // Error{Usage} when not ready
@@ -54,7 +56,7 @@ class Pick {
     std::shared_ptr<State> m_state;
 };
 
-class Inspection {
+class RAYGRAPH_API Inspection {
   public:
     bool IsReady() const;
     InspectResult Result() const;  // Error{Usage} when not ready
@@ -67,7 +69,7 @@ class Inspection {
 
 // What a viewport has been asked. A pixel that a later size does not have is answered without a hit or a
 // value.
-class PixelRequests {
+class RAYGRAPH_API PixelRequests {
   public:
     Pick RequestPick(glm::uvec2 pixel);
     Inspection RequestInspection(glm::uvec2 pixel);

@@ -1,9 +1,10 @@
-// What a Viewport shows, and how.
+// What a Viewport shows, and how. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
 #include <glm/glm.hpp>
 
+#include "base/api.h"
 #include "passes/tonemap.h"
 #include "passes/trace.h"
 #include "passes/views.h"
@@ -21,11 +22,11 @@ enum class View : uint8_t {
     Surface,        // a property of what is seen, or what it costs: ShowSettings::surface
 };
 inline constexpr uint32_t kViewCount = 8;
-const char* Name(View view);  // "path-traced", "side by side", ...
-bool ShowsPathTraced(View view);
-bool ShowsRaster(View view);
+RAYGRAPH_API const char* Name(View view);  // "path-traced", "side by side", ...
+RAYGRAPH_API bool ShowsPathTraced(View view);
+RAYGRAPH_API bool ShowsRaster(View view);
 // Whether there is a number for the view (Viewport::Numbers).
-bool IsMeasured(View view);
+RAYGRAPH_API bool IsMeasured(View view);
 
 // How the picture is shown. Nothing here ever starts an accumulation anew.
 struct ShowSettings {

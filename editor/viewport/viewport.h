@@ -29,6 +29,7 @@
 #include <string>
 #include <vector>
 
+#include "base/api.h"
 #include "editor/viewport/capture.h"
 #include "editor/viewport/error_estimate.h"
 #include "editor/viewport/pixel_requests.h"
@@ -73,7 +74,7 @@ struct CompareNumbers {
     uint32_t rasterSamples = 0;
 };
 
-class Viewport {
+class RAYGRAPH_API Viewport {
   public:
     Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc = {});
     ~Viewport();

@@ -8,11 +8,14 @@
 //   renderer.Execute();
 //   ... the host samples its image, then says how it left it, if it did more than that:
 //   target.Return(VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+//
+// Threads: that of the Renderer.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "base/api.h"
 #include "renderer/graph/renderer.h"
 #include "rhi/device.h"
 
@@ -39,7 +42,7 @@ struct HostSemaphores {
 
 // An image that the host owns. It outlives the frames that show in it; so does this object, by which the
 // layout is known from frame to frame. Threads: that of the Renderer.
-class HostImage {
+class RAYGRAPH_API HostImage {
   public:
     // Error{Usage} for a null image, an empty extent or a format that a picture cannot be shown in.
     HostImage(rhi::Device& device, const HostImageDesc& desc);

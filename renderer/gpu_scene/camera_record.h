@@ -1,11 +1,12 @@
-// Cameras as the shaders want them.
+// Cameras as the shaders want them. Threads: plain values and pure functions, for any thread.
 #pragma once
 
+#include "base/api.h"
 #include "renderer/scene/camera_view.h"
 #include "shaders/shared/scene_records.h"
 
 namespace raygraph {
 
-gpu::CameraRecord ToRecord(const scene::CameraView& view);
+RAYGRAPH_API gpu::CameraRecord ToRecord(const scene::CameraView& view);
 
 }  // namespace raygraph

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "shaders/shared/chunk_records.h"
+
 namespace raygraph {
 
 DrawKind KindOf(const GroupKind& group) {
@@ -31,6 +33,8 @@ DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResou
                                .boundsMax = group.bounds.max,
                                .firstSlot = table.placementCount});
             table.placementCount += placementsOf[i];
+            table.chunkCount +=
+                placementsOf[i] * ((group.triangleCount + gpu::kChunkTriangles - 1) / gpu::kChunkTriangles);
         }
         table.drawsOfKind[kind].count = static_cast<uint32_t>(records.size()) - table.drawsOfKind[kind].first;
     }

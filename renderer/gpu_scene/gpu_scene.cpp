@@ -408,6 +408,7 @@ SceneIds GpuScene::Declare(Renderer& renderer) {
     ids.draws = renderer.Import("draws", impl.draws.records, impl.drawsState);
     ids.drawsOfKind = impl.draws.drawsOfKind;
     ids.placementCount = impl.draws.placementCount;
+    ids.chunkCount = impl.draws.chunkCount;
     ids.energyTables = renderer.Import("energyTables", impl.energyTables, impl.energyTablesState);
     for (const gpu::MaterialRecord& material : impl.resources->materialRecords) {
         ids.hasAlpha |= material.alphaMode != 0u;

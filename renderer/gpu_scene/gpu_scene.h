@@ -18,6 +18,7 @@
 #include <memory>
 #include <string>
 
+#include "base/api.h"
 #include "renderer/gpu_scene/light_groups.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/image/image.h"
@@ -67,6 +68,7 @@ struct SceneIds {
     BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles
     uint32_t placementCount = 0;                       // records of `instances`
     std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, one after the other from 0 on
+    uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h
 };
 
 // Light from everywhere else: a constant, times an equirectangular map if there is one.
@@ -78,7 +80,7 @@ struct EnvironmentSettings {
 };
 
 enum class TlasWork : uint8_t { None, Update, Rebuild };
-const char* Name(TlasWork work);
+RAYGRAPH_API const char* Name(TlasWork work);
 
 struct GpuSceneStatistics {
     uint32_t instanceCount = 0;
@@ -121,7 +123,7 @@ struct GpuSceneDesc {
     uint32_t textureCapacity = 4096;
 };
 
-class GpuScene {
+class RAYGRAPH_API GpuScene {
   public:
     explicit GpuScene(Renderer& renderer, const GpuSceneDesc& desc = {});
     ~GpuScene();

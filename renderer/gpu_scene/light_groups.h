@@ -1,4 +1,5 @@
-// Which lights of a scene belong together: see gpu::kLightGroupRest and its neighbours.
+// Which lights of a scene belong together: see gpu::kLightGroupRest and its neighbours. Threads: plain
+// values and pure functions, for any thread.
 #pragma once
 
 #include <algorithm>

@@ -1,8 +1,10 @@
-// How a pass touches a resource, and what that means to Vulkan. Pure: no device, no vk* call.
+// How a pass touches a resource, and what that means to Vulkan. Pure: no device, no vk* call. Threads:
+// plain values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
 
+#include "base/api.h"
 #include "rhi/vulkan.h"
 
 namespace raygraph {
@@ -15,7 +17,7 @@ enum class PassKind : uint8_t {
     Transfer,               // copies, fills, clears; no pipeline
     AccelerationStructure,  // builds, refits, compaction copies; no pipeline
 };
-const char* Name(PassKind kind);
+RAYGRAPH_API const char* Name(PassKind kind);
 
 enum class Access : uint8_t {
     Sampled,         // texture through a sampler
@@ -42,13 +44,13 @@ enum class Access : uint8_t {
     HostRead,  // mapped memory read by the CPU once the frame has completed; the graph's own, no pass asks
                // for it
 };
-const char* Name(Access access);  // "sampled", "storage write", ...
-bool Writes(Access access);
+RAYGRAPH_API const char* Name(Access access);  // "sampled", "storage write", ...
+RAYGRAPH_API bool Writes(Access access);
 // True when the contents before the pass are needed: StorageUpdate, every read, ... ; false for pure writes.
-bool NeedsContents(Access access);
+RAYGRAPH_API bool NeedsContents(Access access);
 // Whether a pass of this kind may touch a resource that way: a compute pass has no attachments, a transfer no
 // shaders.
-bool IsLegal(PassKind kind, Access access);
+RAYGRAPH_API bool IsLegal(PassKind kind, Access access);
 
 // What an access is to the barrier planner.
 struct AccessMasks {
@@ -57,10 +59,10 @@ struct AccessMasks {
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  // textures only
 };
 // Only for legal pairs.
-AccessMasks MasksFor(PassKind kind, Access access);
+RAYGRAPH_API AccessMasks MasksFor(PassKind kind, Access access);
 
 // The pipeline stages that the shaders of a pass of this kind run in.
-VkPipelineStageFlags2 ShaderStages(PassKind kind);
+RAYGRAPH_API VkPipelineStageFlags2 ShaderStages(PassKind kind);
 
 // The last known state of a resource: what the next barrier must wait for. Survives frames for persistent and
 // imported resources. Default: never used, contents undefined.

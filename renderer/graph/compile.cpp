@@ -51,9 +51,9 @@ class Compiler {
     Plan m_plan;
     std::vector<uint8_t> m_isKept;         // by pass
     std::vector<uint32_t> m_lastOccupant;  // by block: the resource that used it last, or kNone
-    // By block: the stages of all its occupants so far. An earlier one may reach beyond the last, smaller
-    // one.
-    std::vector<VkPipelineStageFlags2> m_occupantStages;
+    // By block: the stages and writes of all its occupants so far. An earlier one may reach beyond the last,
+    // smaller one.
+    std::vector<AccessMasks> m_occupantAccess;
 };
 
 void Compiler::CheckRoots() const {
@@ -147,7 +147,7 @@ void Compiler::PlanBarriers() {
     m_plan.blockStates = m_graph.blockStates;
     m_plan.blockStates.resize(std::max(m_graph.blockStates.size(), m_plan.blocks.size()));
     m_lastOccupant.assign(m_plan.blocks.size(), kNone);
-    m_occupantStages.assign(m_plan.blocks.size(), VK_PIPELINE_STAGE_2_NONE);
+    m_occupantAccess.assign(m_plan.blocks.size(), {});
 
     Acquire();
     for (uint32_t position = 0; position < m_plan.passes.size(); ++position) PlanPass(position);
@@ -191,9 +191,15 @@ void Compiler::EnterBlock(uint32_t resource, PlannedBarrier& barrier) {
         barrier.followsLastFrame = state != ResourceState{};
     } else {
         state = m_plan.states[barrier.predecessor];
-        const VkPipelineStageFlags2 stages = state.readStages | state.writeStages;
-        state.readStages |= m_occupantStages[block];
-        m_occupantStages[block] |= stages;
+        AccessMasks& all = m_occupantAccess[block];
+        const bool isAlone = all.stages == VK_PIPELINE_STAGE_2_NONE;
+        all.stages |= state.readStages | state.writeStages;
+        all.access |= state.writeAccess;
+        if (!isAlone) {
+            state.writeStages = all.stages;
+            state.writeAccess = all.access;
+            state.readStages = VK_PIPELINE_STAGE_2_NONE;
+        }
     }
     // Being visible to someone there says nothing about the new resource.
     state.visibleStages = VK_PIPELINE_STAGE_2_NONE;

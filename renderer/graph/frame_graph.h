@@ -3,7 +3,7 @@
 //
 // The Renderer fills one from AddPass and hands it to Compile (renderer/graph/compile.h); tests write them by
 // hand. A pass may only use the newest version of a resource, so the order of declaration is an order of
-// execution and the graph has no cycles.
+// execution and the graph has no cycles. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/api.h"
 #include "renderer/graph/access.h"
 #include "renderer/graph/ids.h"
 #include "rhi/format.h"
@@ -24,7 +25,7 @@ enum class Origin : uint8_t {
     Persistent,  // the Renderer keeps it between frames
     Imported,    // someone else's
 };
-const char* Name(Origin origin);
+RAYGRAPH_API const char* Name(Origin origin);
 
 // When a write to a persistent resource keeps its pass alive.
 enum class Persistence : uint8_t {
@@ -146,9 +147,9 @@ struct FrameGraph {
                          Access access) const;
 };
 
-const char* Name(ResourceKind kind);  // "texture", "buffer", ...
+RAYGRAPH_API const char* Name(ResourceKind kind);  // "texture", "buffer", ...
 // Whether a use leaves some of the earlier contents in place. Copies into a buffer, writes by address and
 // builds of some structures of a set count as partial; Writes and CopiesTo of a texture replace all of it.
-bool KeepsEarlierContents(ResourceKind kind, Access access);
+RAYGRAPH_API bool KeepsEarlierContents(ResourceKind kind, Access access);
 
 }  // namespace raygraph

@@ -2,7 +2,7 @@
 //
 // An id names one version of one resource of one frame. A write returns a new id; the old one still names the
 // contents before the write, and using it after a later write is a Usage error ("stale id"), as is an id of
-// an earlier frame.
+// an earlier frame. Threads: plain values, for any thread; what takes them has that of the Renderer.
 #pragma once
 
 #include <cstdint>

@@ -13,6 +13,8 @@
 //           [extent](CommandList& cmd) { cmd.DispatchOver(extent); });   // runs later: capture by value
 //       return blurred;
 //   }
+//
+// Threads: that of the Renderer; a PassBuilder lives as long as the setup function runs.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +23,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include "base/api.h"
 #include "renderer/graph/access.h"
 #include "renderer/graph/ids.h"
 #include "rhi/raster_pipeline.h"
@@ -65,7 +68,7 @@ struct DepthLoad {
     float value = 1.0f;
 };
 
-class PassBuilder {
+class RAYGRAPH_API PassBuilder {
   public:
     // --- Shaders, by their name in the ShaderLibrary ("pathtrace/pathtrace.rgen") ---
     PassBuilder& RayGen(std::string_view shader);

@@ -9,7 +9,8 @@
 //   EXPECT_NEAR(out.At(0, 0)[0], 1.0f, 1e-6f);
 //
 // Each Run is a frame of one Renderer, so that persistent resources go on from Run to Run. Uses no test
-// framework; what goes wrong is an Error, and the next Run starts clean.
+// framework; what goes wrong is an Error, and the next Run starts clean. Threads: one thread at a time;
+// harnesses of several threads may share a Device.
 #pragma once
 
 #include <functional>
@@ -19,13 +20,14 @@
 #include <string_view>
 #include <vector>
 
+#include "base/api.h"
 #include "renderer/graph/renderer.h"
 
 namespace raygraph::testing {
 
 // A texture on the CPU: rows from the top, `channelCount` floats a texel. Unorm formats are scaled to [0, 1]
 // (sRGB ones are not decoded), integers converted.
-struct Texels {
+struct RAYGRAPH_API Texels {
     Extent2D extent;
     uint32_t channelCount = 0;
     std::vector<float> values;
@@ -36,12 +38,13 @@ struct Texels {
 
 // Bytes of a texture as floats, and back (rounded and clamped to what the format holds). Throws Error{Usage}
 // when sizes disagree.
-Texels DecodeTexels(std::span<const std::byte> bytes, Extent2D extent, rhi::Format format);
-std::vector<std::byte> EncodeTexels(std::span<const float> values, Extent2D extent, rhi::Format format);
+RAYGRAPH_API Texels DecodeTexels(std::span<const std::byte> bytes, Extent2D extent, rhi::Format format);
+RAYGRAPH_API std::vector<std::byte> EncodeTexels(std::span<const float> values, Extent2D extent,
+                                                 rhi::Format format);
 // 1 to 4; 0 for Undefined.
-uint32_t ChannelCount(rhi::Format format);
+RAYGRAPH_API uint32_t ChannelCount(rhi::Format format);
 
-class PassHarness {
+class RAYGRAPH_API PassHarness {
   public:
     explicit PassHarness(rhi::Device& device, const RendererDesc& desc = {});
 

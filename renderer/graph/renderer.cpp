@@ -10,7 +10,7 @@ namespace raygraph {
 Renderer::Impl::Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc& desc)
     : renderer(owner),
       device(rhiDevice),
-      shaders(desc.shaderRoot),
+      shaders(desc.shaderRoot, desc.shaderIncludes),
       programs(rhiDevice),
       transients(rhiDevice),
       timer(rhiDevice, desc.gpuTimes),

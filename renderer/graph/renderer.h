@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/api.h"
 #include "renderer/graph/access.h"
 #include "renderer/graph/frame_graph.h"
 #include "renderer/graph/ids.h"
@@ -41,6 +42,8 @@ struct RendererDesc {
     std::string name = {};  // tells several Renderers of one Device apart in the report of a lost device
     // Root of shader sources to reload from; "" uses the SPIR-V built into the library.
     std::filesystem::path shaderRoot;
+    // Roots of what those sources include besides: the installed shaders, for passes outside of the library.
+    std::vector<std::filesystem::path> shaderIncludes = {};
     bool gpuTimes = true;   // a timestamp between passes
     bool passMarks = true;  // note on the device which pass was reached, for the report of a lost device
 };
@@ -61,7 +64,7 @@ struct GraphBufferDesc {
 
 // Resources of the pass, resolved: for execute functions that copy or build. Error{Usage} for an id that the
 // pass did not declare.
-class PassResources {
+class RAYGRAPH_API PassResources {
   public:
     const rhi::Texture& Texture(TextureId id) const;
     const rhi::Buffer& Buffer(BufferId id) const;
@@ -74,7 +77,7 @@ class PassResources {
 };
 
 // A copy of a texture or buffer on its way to the CPU. Valid until the Renderer is destroyed.
-class Readback {
+class RAYGRAPH_API Readback {
   public:
     bool IsReady() const;  // the frame has completed
     void Wait() const;     // until IsReady()
@@ -104,7 +107,7 @@ struct FrameTiming {
     std::vector<PassTiming> passes;  // executed ones, in order
 };
 
-class Renderer {
+class RAYGRAPH_API Renderer {
   public:
     explicit Renderer(rhi::Device& device, const RendererDesc& desc = {});
     ~Renderer();  // waits for its frames

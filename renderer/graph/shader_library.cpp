@@ -40,7 +40,8 @@ std::string FileName(std::string_view path) {
 
 }  // namespace
 
-ShaderLibrary::ShaderLibrary(std::filesystem::path root) : m_root(std::move(root)) {}
+ShaderLibrary::ShaderLibrary(std::filesystem::path root, std::vector<std::filesystem::path> includes)
+    : m_root(std::move(root)), m_includes(std::move(includes)) {}
 ShaderLibrary::~ShaderLibrary() = default;
 
 Shader& ShaderLibrary::Insert(Shader shader) {
@@ -84,7 +85,7 @@ Shader* ShaderLibrary::LoadFromRoot(const std::string& name) {
     if (!std::filesystem::is_regular_file(file, failure)) return nullptr;
     Shader shader{.name = name};
     std::vector<std::filesystem::path> includes;
-    shader.ownWords = rhi::CompileGlslFile(m_root, name, &includes);
+    shader.ownWords = rhi::CompileGlslFile(m_root, name, &includes, m_includes);
     shader.reflection = rhi::Reflect(shader.ownWords, name);
     shader.sources.push_back(file);
     shader.sources.insert(shader.sources.end(), includes.begin(), includes.end());
@@ -101,7 +102,7 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
         if (hash == shader->sourceHash && !shader->isBroken) continue;
         std::vector<std::filesystem::path> includes;
         try {
-            std::vector<uint32_t> words = rhi::CompileGlslFile(m_root, name, &includes);
+            std::vector<uint32_t> words = rhi::CompileGlslFile(m_root, name, &includes, m_includes);
             rhi::ShaderReflection reflection = rhi::Reflect(words, name);
             const bool isSame = std::ranges::equal(words, shader->words);
             shader->isBroken = false;

@@ -34,8 +34,9 @@ struct Shader {
 
 class ShaderLibrary {
   public:
-    // `root`: folder of sources that names are relative to; empty: none.
-    explicit ShaderLibrary(std::filesystem::path root);
+    // `root`: folder of sources that names are relative to; empty: none. They may include files of
+    // `includes`.
+    explicit ShaderLibrary(std::filesystem::path root, std::vector<std::filesystem::path> includes = {});
     ~ShaderLibrary();
 
     // Takes a copy. A name that exists gets the new words.
@@ -56,6 +57,7 @@ class ShaderLibrary {
     std::string SimilarNames(std::string_view name) const;
 
     std::filesystem::path m_root;
+    std::vector<std::filesystem::path> m_includes;
     std::map<std::string, std::unique_ptr<Shader>, std::less<>> m_shaders;
 };
 

@@ -1,5 +1,6 @@
 // Multichannel OpenEXR: how a render is stored with its AOVs, variance and settings, and read back exactly
 // for resuming and merging. Error and threading contract as in renderer/image/image.h.
+// Threads: any.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/api.h"
 #include "renderer/image/image.h"
 
 namespace raygraph::image {
@@ -26,7 +28,7 @@ struct ExrChannel {
     std::variant<std::vector<float>, std::vector<uint32_t>> samples;
 };
 
-struct ExrImage {
+struct RAYGRAPH_API ExrImage {
     uint32_t width = 0, height = 0;
     std::vector<ExrChannel> channels;  // After reading: sorted by name.
     ExrAttributes attributes;
@@ -47,14 +49,15 @@ struct ExrPlane {
 // All channels of a single-part file with all int, float, double and string attributes that are not part of
 // the format itself. float32 and uint32 come back bit for bit (NaN included), half is widened to float.
 // Subsampled channels, deep and multi-part files are refused.
-ExrImage ReadExr(const std::filesystem::path& path, const DecodeLimits& limits = kEnvironmentLimits);
-ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_view name,
-                   const DecodeLimits& limits = kEnvironmentLimits);
+RAYGRAPH_API ExrImage ReadExr(const std::filesystem::path& path,
+                              const DecodeLimits& limits = kEnvironmentLimits);
+RAYGRAPH_API ExrImage DecodeExr(std::span<const std::byte> bytes, std::string_view name,
+                                const DecodeLimits& limits = kEnvironmentLimits);
 
 // Scan lines, ZIP. Error{Usage} for a plane too short for the picture, an empty or repeated channel name, or
 // an attribute whose name the format itself uses ("channels", "dataWindow", ...).
-void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-              std::span<const ExrPlane> planes, const ExrAttributes& attributes = {});
-void WriteExr(const std::filesystem::path& path, const ExrImage& image);
+RAYGRAPH_API void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height,
+                           std::span<const ExrPlane> planes, const ExrAttributes& attributes = {});
+RAYGRAPH_API void WriteExr(const std::filesystem::path& path, const ExrImage& image);
 
 }  // namespace raygraph::image

@@ -3,8 +3,8 @@
 //
 // Input is hostile: the size that a file claims is checked against the limits before anything of that size is
 // allocated, and every failure is one Error{BadInput} of one line that starts with the file's name (Error{Io}
-// when the file cannot be read, Error{OutOfMemory} when memory runs out). Every function may be called from
-// any thread; nothing here has global state.
+// when the file cannot be read, Error{OutOfMemory} when memory runs out). Threads: every function may be
+// called from any; nothing here has global state.
 #pragma once
 
 #include <cstddef>
@@ -14,6 +14,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "base/api.h"
 
 namespace raygraph::image {
 
@@ -42,13 +44,14 @@ inline constexpr DecodeLimits kEnvironmentLimits{.maxPixels = uint64_t{1} << 27}
 enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Hdr, Exr };
 
 // The format by its first bytes; names and extensions are not asked.
-FileFormat SniffFormat(std::span<const std::byte> bytes);
+RAYGRAPH_API FileFormat SniffFormat(std::span<const std::byte> bytes);
 
 // PNG, JPEG or WebP, as SniffFormat() says. `name` is for error messages. Colour profiles, gamma chunks and
 // EXIF orientation are ignored, as glTF asks. Grey becomes R = G = B, missing alpha 255, 16-bit PNG is
 // rounded to 8, CMYK JPEG is converted by the plain formula (no profile). A truncated or corrupt file is an
 // error even where the decoder could make up the rest; animated WebP is an error.
-Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits = {});
+RAYGRAPH_API Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name,
+                                 const DecodeLimits& limits = {});
 
 struct Environment {
     ImageF image;                       // Alpha 1 where the file has none.
@@ -59,20 +62,20 @@ struct Environment {
 // lines or tiles, any compression; R G B [A], or Y; half, float or uint), by content. Values stay as in the
 // file, also above 65504. A NaN or an infinity is an error that names the pixel; a negative value becomes 0
 // with a warning. The EXR data window is the picture; the display window is ignored.
-Environment ReadEnvironment(const std::filesystem::path& path,
-                            const DecodeLimits& limits = kEnvironmentLimits);
-Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
-                              const DecodeLimits& limits = kEnvironmentLimits);
+RAYGRAPH_API Environment ReadEnvironment(const std::filesystem::path& path,
+                                         const DecodeLimits& limits = kEnvironmentLimits);
+RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
+                                           const DecodeLimits& limits = kEnvironmentLimits);
 
 // The writers put the whole file in place or leave the old one as it was (base/atomic_file.h). They throw
 // Error{Io} naming the path, and Error{Usage} for a picture whose size and texels do not agree or that the
 // format cannot hold.
 
 // 8-bit RGBA PNG marked sRGB (the texels must be so encoded).
-void WritePng(const std::filesystem::path& path, const Image8& image);
+RAYGRAPH_API void WritePng(const std::filesystem::path& path, const Image8& image);
 
 // Radiance RGBE, run-length coded, rounded to the nearest; alpha is dropped. NaN and negative values become
 // 0, values beyond the format its greatest.
-void WriteHdr(const std::filesystem::path& path, const ImageF& image);
+RAYGRAPH_API void WriteHdr(const std::filesystem::path& path, const ImageF& image);
 
 }  // namespace raygraph::image

@@ -1,9 +1,11 @@
-// Where a picture is taken from: what a pass needs to make camera rays, free of any scene graph.
+// Where a picture is taken from: what a pass needs to make camera rays, free of any scene graph. Threads:
+// plain values and pure functions, for any thread.
 #pragma once
 
 #include <glm/glm.hpp>
 #include <string_view>
 
+#include "base/api.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::scene {
@@ -11,7 +13,7 @@ namespace raygraph::scene {
 // right, up and -forward are a right-handed orthonormal frame. Image coordinates x, y in [-1, 1], y up:
 //   perspective:  origin eye, direction forward + x * tan(yFov / 2) * aspect * right + y * tan(yFov / 2) * up
 //   orthographic: origin eye + x * height / 2 * aspect * right + y * height / 2 * up, direction forward
-struct CameraView {
+struct RAYGRAPH_API CameraView {
     glm::vec3 eye{0.0f};
     glm::vec3 forward{0.0f, 0.0f, -1.0f};
     glm::vec3 up{0.0f, 1.0f, 0.0f};
@@ -32,24 +34,24 @@ struct CameraView {
 
 // A placed camera. The vertical extent is kept, whatever the aspect ratio of the picture is. Scale and shear
 // of its node are ignored; a mirroring one does not mirror the picture.
-CameraView ViewOf(const Camera& camera, float aspect);
+RAYGRAPH_API CameraView ViewOf(const Camera& camera, float aspect);
 
 // A perspective camera that sees all of `bounds`, from the front, the right and slightly above. An empty box
 // is taken as the unit cube around the origin.
-CameraView ViewOfBounds(const Bounds& bounds, float aspect, float yFov = 0.7f);
+RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, float aspect, float yFov = 0.7f);
 
 // "eye target up fov": numbers separated by spaces or commas, fov the vertical angle in degrees.
 //   10 numbers: eye, target, up, fov     9: eye, target, up     7: eye, target, fov     6: eye, target
 // What is missing: up +y, fov 40. Throws Error{Usage} that quotes the text.
-CameraView ViewFromText(std::string_view text, float aspect);
+RAYGRAPH_API CameraView ViewFromText(std::string_view text, float aspect);
 
 // Is this text meant for ViewFromText rather than a camera's name or index? (Several numbers and nothing
 // else.)
-bool IsViewText(std::string_view text);
+RAYGRAPH_API bool IsViewText(std::string_view text);
 
 // The view of `--camera NAME|INDEX|"eye target up fov"`: a camera of the scene by name, then by index, then
 // by text; for an empty choice the scene's first camera, else one that frames its bounds. Throws Error{Usage}
 // listing the cameras.
-CameraView ChooseView(const SceneData& scene, std::string_view choice, float aspect);
+RAYGRAPH_API CameraView ChooseView(const SceneData& scene, std::string_view choice, float aspect);
 
 }  // namespace raygraph::scene

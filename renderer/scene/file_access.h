@@ -1,5 +1,5 @@
 // Reading the files of a scene, and nothing else: a scene names its buffers and images by text that may be
-// hostile.
+// hostile. Threads: one object for one thread at a time.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,13 @@
 #include <string_view>
 #include <vector>
 
+#include "base/api.h"
+
 namespace raygraph::scene {
 
 // Reads whole files. Implement it to watch, cache or alter what is read. Calls come from the thread that
 // loads the scene.
-class FileReader {
+class RAYGRAPH_API FileReader {
   public:
     virtual ~FileReader() = default;
     // The bytes of the regular file at `path` (absolute, no symbolic links in it). Throws Error{Io} if it
@@ -21,17 +23,17 @@ class FileReader {
     virtual std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) = 0;
 };
 
-class DiskFileReader final : public FileReader {
+class RAYGRAPH_API DiskFileReader final : public FileReader {
   public:
     std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) override;
 };
 
 // The relative path that a URI names. Throws Error{BadInput} when it has a scheme, is absolute or contains a
 // "..": the URI, quoted, and the reason.
-std::filesystem::path RelativePath(std::string_view uri);
+RAYGRAPH_API std::filesystem::path RelativePath(std::string_view uri);
 
 // The folder that a scene file stands in: relative URIs are looked up there and nowhere else.
-class ConfinedFolder {
+class RAYGRAPH_API ConfinedFolder {
   public:
     // `reader` must outlive this object. Throws Error{Io} if `folder` does not exist.
     ConfinedFolder(const std::filesystem::path& folder, FileReader& reader);

@@ -3,7 +3,8 @@
 // Read: the static core, KHR_mesh_quantization, KHR_lights_punctual, EXT_texture_webp and KHR_materials_
 // emissive_strength, ior, specular, transmission, volume and unlit. Not read: animations, skins and morph
 // targets (meshes stand in their base pose; one warning each), other extensions (one warning each; an error
-// if the file requires them), points and lines (one warning).
+// if the file requires them), points and lines (one warning). Threads: any, also several at once; none of
+// them touches a device.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +13,7 @@
 #include <string>
 #include <string_view>
 
+#include "base/api.h"
 #include "renderer/scene/file_access.h"
 #include "renderer/scene/scene_data.h"
 
@@ -50,6 +52,6 @@ struct LoadOptions {
 //   OutOfMemory  the host's memory is spent.
 // Everything is checked before it is decoded. May be called from several threads at once. Peak host memory:
 // the file, the external files, the JSON tree (about ten times its text) and the returned data.
-SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options = {});
+RAYGRAPH_API SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options = {});
 
 }  // namespace raygraph::scene

@@ -11,6 +11,8 @@
 //   3;
 //   - every optional vertex stream is empty or exactly as long as `positions`;
 //   - every float is finite, every transform affine, node parents form a forest.
+//
+// Threads: plain values; pure functions, for any thread. Whoever edits one has it alone.
 #pragma once
 
 #include <cstddef>
@@ -22,13 +24,15 @@
 #include <string>
 #include <vector>
 
+#include "base/api.h"
+
 namespace raygraph::scene {
 
 // "No such thing" in an index field.
 inline constexpr uint32_t kNone = 0xFFFFFFFFu;
 
 // An axis-aligned box. Default-constructed: empty (min above max).
-struct Bounds {
+struct RAYGRAPH_API Bounds {
     glm::vec3 min{std::numeric_limits<float>::infinity()};
     glm::vec3 max{-std::numeric_limits<float>::infinity()};
 
@@ -81,7 +85,7 @@ enum class AlphaMode : uint8_t { Opaque, Mask, Blend };
 
 // glTF's metallic-roughness material with those of its extensions that are read. Each texture is multiplied
 // with the factor beside it.
-struct Material {
+struct RAYGRAPH_API Material {
     std::string name;
     glm::vec4 baseColorFactor{1.0f};  // Linear rgb, alpha.
     TextureRef baseColorTexture;      // sRGB rgb, linear alpha.
@@ -168,7 +172,7 @@ struct ImageData {
 };
 
 // A node of the scene graph. Its index is the file's node index, so that animation and editing can name it.
-struct Node {
+struct RAYGRAPH_API Node {
     std::string name;
     uint32_t parent = kNone;
     // Local transform: `matrix` if the file gave one, else translation * rotation * scale.
@@ -246,16 +250,16 @@ struct SceneData {
 };
 
 // `a` after `b`.
-glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b);
+RAYGRAPH_API glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b);
 
 // Node to world, one per entry of `scene.nodes`; identity for nodes outside `nodeOrder`. Linear time.
-std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene);
+RAYGRAPH_API std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene);
 
 // Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved.
-void UpdateWorldTransforms(SceneData& scene);
+RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);
 
 // True if some placed surface emits light.
-bool HasEmission(const SceneData& scene);
+RAYGRAPH_API bool HasEmission(const SceneData& scene);
 
 struct SceneStatistics {
     uint64_t uniqueTriangles = 0;  // Each mesh that is placed at least once counted once.
@@ -269,6 +273,6 @@ struct SceneStatistics {
     uint64_t geometryBytes = 0;  // Host bytes of all vertex and index streams.
     uint64_t imageBytes = 0;     // Host bytes of all decoded images.
 };
-SceneStatistics Statistics(const SceneData& scene);
+RAYGRAPH_API SceneStatistics Statistics(const SceneData& scene);
 
 }  // namespace raygraph::scene

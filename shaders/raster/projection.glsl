@@ -5,17 +5,24 @@
 #include "shared/scene_records.h"
 
 // Clip space, depth reversed: 1 at zNear and 0 at infinity (perspective), 1 at the film and 0 at zFar
-// (orthographic). `shift` moves the picture, in clip units: (2, 2) is its whole size.
-vec4 ClipPosition(CameraRecord camera, vec3 position, vec2 shift) {
+// (orthographic). `shift` moves the picture, in clip units: (2, 2) is its whole size. From a place relative
+// to camera.origin.
+mat4 OffsetToClip(CameraRecord camera, vec2 shift) {
     // offset = x right + y up + depth forward, by Cramer's rule: the three need not be orthogonal
-    vec3 offset = position - camera.origin;
     vec3 film = cross(camera.right, camera.up);
     float scale = 1.0f / dot(film, camera.forward);
-    float x = scale * dot(offset, cross(camera.up, camera.forward));
-    float y = -scale * dot(offset, cross(camera.forward, camera.right));  // rows run downwards
-    float depth = scale * dot(offset, film);
-    if (camera.orthographic != 0u) return vec4(vec2(x, y) + shift, 1.0f - depth / camera.zFar, 1.0f);
-    return vec4(vec2(x, y) + shift * depth, camera.zNear, depth);
+    vec3 x = scale * cross(camera.up, camera.forward);
+    vec3 y = -scale * cross(camera.forward, camera.right);  // rows run downwards
+    vec3 depth = scale * film;
+    if (camera.orthographic != 0u)
+        return transpose(mat4(vec4(x, shift.x), vec4(y, shift.y), vec4(-depth / camera.zFar, 1.0f),
+                              vec4(0.0f, 0.0f, 0.0f, 1.0f)));
+    return transpose(mat4(vec4(x + shift.x * depth, 0.0f), vec4(y + shift.y * depth, 0.0f),
+                          vec4(0.0f, 0.0f, 0.0f, camera.zNear), vec4(depth, 0.0f)));
+}
+
+vec4 ClipPosition(CameraRecord camera, vec3 position, vec2 shift) {
+    return OffsetToClip(camera, shift) * vec4(position - camera.origin, 1.0f);
 }
 
 // False: the whole box is beyond one side of the picture, or behind the camera.

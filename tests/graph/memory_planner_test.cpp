@@ -107,6 +107,24 @@ TEST(Aliasing, HandOverOfUnreadContents_WaitsForTheWrite) {
     EXPECT_EQ(barrier.dependency.oldLayout, VK_IMAGE_LAYOUT_UNDEFINED);
 }
 
+// Likewise where others had the memory before it.
+TEST(Aliasing, HandOverOfUnreadContentsToAThird_WaitsForTheWrite) {
+    GraphMaker graph;
+    static_cast<void>(graph.Pass("First", {}, graph.Texture("first", 8), PassKind::RayTracing));
+    graph.passes.back().keepAlive = true;
+    const TextureId second = graph.Pass("Second", {}, graph.Texture("second", 4));
+    graph.passes.back().keepAlive = true;
+    graph.Present(graph.Pass("Third", {}, graph.Texture("third", 4)));
+    const Plan plan = Compile(graph);
+    ASSERT_EQ(plan.blocks.size(), 1u);
+    ASSERT_EQ(plan.passes[2].barriers.count, 1u);
+    const PlannedBarrier& barrier = plan.barriers[plan.passes[2].barriers.first];
+    EXPECT_EQ(barrier.predecessor, second.resource);
+    EXPECT_EQ(barrier.dependency.srcStages,
+              VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT);
+    EXPECT_EQ(barrier.dependency.srcAccess, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+}
+
 TEST(Aliasing, NextFrame_WaitsForWhatTheLastOneLeftInTheBlock) {
     std::vector<ResourceState> left;
     for (int frame = 0; frame < 2; ++frame) {

@@ -60,7 +60,7 @@ MayInclude() {
 
 CheckLayers() {
     local lower='base/|shaders/shared/'
-    MayInclude shaders/ 'shaders/'
+    MayInclude shaders/ 'shaders/|base/api.h'
     MayInclude base/ "$lower"
     MayInclude rhi/ "$lower|shaders/embedded.h|rhi/"
     MayInclude renderer/image/ "$lower|renderer/image/"
@@ -123,11 +123,47 @@ CheckReadmes() {
     done
 }
 
+# Prints the headers that are installed: those that cmake/InstallHeaders.cmake lists, and all that these include.
+# Without those that shaders include too, which are constants and plain records.
+PublicHeaders() {
+    local list=cmake/InstallHeaders.cmake header included
+    [[ -f $list ]] || return 0
+    local -A seen=()
+    local todo=(base/*.h passes/*.h)
+    mapfile -t -O ${#todo[@]} todo < <(sed -n '/^set(public$/,/)/p' "$list" | grep -oE '[[:alnum:]_/]+\.h')
+    while ((${#todo[@]})); do
+        header=${todo[-1]}
+        unset 'todo[-1]'
+        [[ -z ${seen[$header]-} && -f $header && $header != shaders/shared/* ]] || continue
+        seen[$header]=1
+        while read -r included; do todo+=("$included"); done < <(sed -nE 's/^#include "([^"]+)".*/\1/p' "$header")
+    done
+    printf '%s\n' "${!seen[@]}" | sort
+}
+
+# What a user of the installed headers relies on.
+CheckPublicHeaders() {
+    local header
+    PublicHeaders | while read -r header; do
+        sed '/^[^/]/Q' "$header" | grep -q 'Threads:' ||
+            echo "$header:1:" | Report 'threads: the comment on top says "Threads: ..."'
+        # Internal ones say so: "For rhi/ alone."
+        ! sed '/^[^/]/Q' "$header" | grep -qE '/ alone\.' || continue
+        awk -v name="$header" '
+            /^(\[\[nodiscard\]\] )?[A-Za-z_][][A-Za-z0-9_:<>*&, ]* [*&]?[A-Z][A-Za-z0-9]*\(/ || /^class [A-Za-z0-9]+.*\{/ {
+                if (!/RAYGRAPH_API/ && !/^(inline|constexpr|template|static|using|typedef)/ && before !~ /^template/)
+                    print name ":" FNR ":" $0
+            }
+            { before = $0 }' "$header" | Report 'export: what users call is marked RAYGRAPH_API'
+    done
+}
+
 found=$(
     CheckLayers
     CheckTokens
     CheckFiles
     CheckReadmes
+    CheckPublicHeaders
 )
 [[ -n $found ]] || exit 0
 printf '%s\n' "$found"

@@ -16,12 +16,16 @@ MakeCleanTree() {
         editor/viewport editor/app editor/cli tests; do
         mkdir -p "$tree/$folder"
         echo "# $folder" >"$tree/$folder/README.md"
-        printf '#pragma once\n#include "base/ok.h"\n' >"$tree/$folder/ok.h"
+        printf '// Threads: any.\n#pragma once\n#include "base/ok.h"\n' >"$tree/$folder/ok.h"
     done
-    echo '#pragma once' | tee "$tree/shaders/ok.h" >"$tree/base/ok.h"
+    printf '// Threads: any.\n#pragma once\n' | tee "$tree/shaders/ok.h" >"$tree/base/ok.h"
     mkdir -p "$tree/shaders/core" "$tree/tests/unit"
     echo '#include "core/other.glsl"' >"$tree/shaders/core/a.glsl"
     echo '#include "unit/fixture.h"' >"$tree/tests/unit/a.cpp"
+    [[ -n ${isInstalled-} ]] || return 0
+    mkdir -p "$tree/cmake"
+    printf 'set(public\n    rhi/a.h)\n' >"$tree/cmake/InstallHeaders.cmake"
+    printf '// A. Threads: any.\n#pragma once\n#include "rhi/b.h"\n' >"$tree/rhi/a.h"
 }
 
 # Expect RULE|quiet FILE TEXT
@@ -39,6 +43,11 @@ Expect() {
     fi
     failures=$((failures + 1))
     printf 'expected %s for %s: %s\n  status %d, output: %s\n' "$rule" "$file" "${text:0:80}" "$status" "$output"
+}
+
+# Public RULE|quiet TEXT: the same for a header that an installed one includes.
+Public() {
+    isInstalled=1 Expect "$1" rhi/b.h "$2"
 }
 
 Lines() { printf 'int x;%.0s\\n' $(seq "$1"); }
@@ -98,6 +107,14 @@ Expect quiet tests/unit/b.cpp "// $(printf 'x%.0s' {1..120})"
 Expect unfinished passes/b.cpp '// TODO: more'
 Expect unfinished cmake/b.cmake '# FIXME'
 Expect readme-size rhi/README.md "$(Lines 61)"
+
+Public threads '// B.\n#pragma once'
+Public threads '// B.\n#pragma once\n// Threads: any.\nstruct B {};'
+Public export '// B. Threads: any.\nint Count(int a);'
+Public export '// B. Threads: any.\n[[nodiscard]] std::vector<std::byte> Read(\n    int a);'
+Public export '// B. Threads: any.\nclass B : public A {\n};'
+Public quiet '// B. For rhi/ alone. Threads: any.\nint Count();'
+Public quiet '// B. Threads:\n// any.\nRAYGRAPH_API int Count();\ninline int One() { return 1; }\nclass RAYGRAPH_API B {\n};\nclass C;'
 
 cases=$((cases + 1))
 MakeCleanTree

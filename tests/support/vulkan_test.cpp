@@ -22,6 +22,25 @@ extern "C" const char* __lsan_default_suppressions() {
 // NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 #endif
 
+#if defined(__SANITIZE_THREAD__)
+#define RAYGRAPH_RACES_ARE_LOOKED_FOR 1
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define RAYGRAPH_RACES_ARE_LOOKED_FOR 1
+#endif
+#endif
+#ifdef RAYGRAPH_RACES_ARE_LOOKED_FOR
+// Driver, its compiler and the validation layer are not instrumented: of what they do between their own
+// threads, half is seen. (To ignore their calls altogether, called_from_lib, also hides the unlocking of
+// mutexes.)
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming): the name is the sanitizer's
+extern "C" const char* __tsan_default_suppressions();
+extern "C" const char* __tsan_default_suppressions() {
+    return "race:libvulkan_lvp.so\nrace:libLLVM\nrace:libVkLayer_khronos_validation.so\n";
+}
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
+#endif
+
 namespace raygraph::testing {
 namespace {
 

@@ -160,6 +160,22 @@ TEST_F(ShaderCompiler, IncludesAreSearchedNextToTheIncluderThenInTheRoot) {
     EXPECT_EQ(files, expected);
 }
 
+TEST_F(ShaderCompiler, OtherRootsAreSearchedAfterTheOwnOne) {
+    Write("own/value.glsl", "const float kOwn = 1.0;\n");
+    Write("library/value.glsl", "#error not this one\n");
+    Write("library/core/color.glsl", "#include \"core/glue.glsl\"\n");
+    Write("library/core/glue.glsl", "const float kGlue = 2.0;\n");
+    Write("own/main.comp", std::string(kInclude) +
+                               "#include \"value.glsl\"\n#include \"core/color.glsl\"\n"
+                               "layout(binding = 0) buffer O { float o; };\n"
+                               "void main() { o = kOwn + kGlue; }\n");
+    std::vector<fs::path> files;
+    EXPECT_NO_THROW(CompileGlslFile(m_root / "own", "main.comp", &files, {m_root / "library"}));
+    const std::vector<fs::path> expected{m_root / "own/value.glsl", m_root / "library/core/color.glsl",
+                                         m_root / "library/core/glue.glsl"};
+    EXPECT_EQ(files, expected);
+}
+
 TEST_F(ShaderCompiler, FileThatIsNotThereIsAnIoError) {
     try {
         CompileGlslFile(m_root, "absent.comp");

@@ -3,6 +3,7 @@
 
 #include "passes/raster.h"
 #include "renderer/scene/load_gltf.h"
+#include "shaders/shared/chunk_records.h"
 #include "shaders/shared/draw_records.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -10,6 +11,7 @@
 namespace raygraph::testing {
 
 using passes::FilmPosition;
+using passes::Rasterizer;
 using passes::TraceSettings;
 
 namespace {
@@ -28,11 +30,12 @@ class RasterHits : public VulkanTest {
         return settings;
     }
 
-    SceneRender::Hits Draw(const TraceSettings& settings) {
+    SceneRender::Hits Draw(const TraceSettings& settings, Rasterizer rasterizer = Rasterizer::Compute) {
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
         const passes::RasterVisibility seen =
-            passes::DrawVisibility(render.renderer, ids, settings, FilmPosition::Center);
+            passes::DrawVisibility(render.renderer, ids, settings, FilmPosition::Center, rasterizer);
+        EXPECT_EQ(seen.rasterizer, rasterizer);
         return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
     }
 
@@ -56,7 +59,13 @@ class RasterHits : public VulkanTest {
     // share of pixels that see a surface.
     double ExpectAgreement(const TraceSettings& settings, double edges) {
         const SceneRender::Hits traced = render.PrimaryHits(settings);
-        const SceneRender::Hits drawn = Draw(settings);
+        ExpectAgreement(settings, edges, traced, Draw(settings, Rasterizer::Device), "device");
+        return ExpectAgreement(settings, std::min(edges, 1e-4), traced, Draw(settings, Rasterizer::Compute),
+                               "compute");
+    }
+    double ExpectAgreement(const TraceSettings& settings, double edges, const SceneRender::Hits& traced,
+                           const SceneRender::Hits& drawn, const char* rasterizer) {
+        SCOPED_TRACE(rasterizer);
         const auto width = static_cast<int>(settings.extent.width);
         const auto height = static_cast<int>(settings.extent.height);
         const auto isBeside = [&](const std::vector<glm::uvec4>& ids, int x, int y, uint32_t instance) {
@@ -86,7 +95,8 @@ class RasterHits : public VulkanTest {
         EXPECT_LE(different, edges * pixels);
         EXPECT_LE(misplaced, 2e-4 * pixels) << "instances thinner than a pixel may be";
         EXPECT_LE(bent, 1e-3 * pixels);
-        RecordProperty("different", std::to_string(different) + " of " + std::to_string(width * height));
+        RecordProperty(std::string("different by ") + rasterizer,
+                       std::to_string(different) + " of " + std::to_string(width * height));
         return surfaces / pixels;
     }
 
@@ -132,6 +142,32 @@ TEST_F(RasterHits, OwnScenesAreSeenAsRaysSeeThem) {
         SCOPED_TRACE(scene.name);
         EXPECT_GE(ExpectAgreement(Load(scene.name, {160, 120}), scene.edges), scene.surfaces);
     }
+}
+
+// Each covers the whole picture: more tiles of triangles than the list of them holds.
+TEST_F(RasterHits, ManyLayersOfLargeTrianglesShowTheNearest) {
+    constexpr uint32_t kTilesEach = 32;  // of the two triangles of a layer, in a row of tiles
+    std::vector<glm::mat4x3> places(gpu::kTileCapacity / kTilesEach + 100);
+    for (size_t i = 0; i < places.size(); i++)
+        places[i] = Translation({0, 0, -1.0f - 1e-3f * float(places.size() - i)});
+    scene::SceneData scene = SceneOf({QuadMesh(9.0f)}, {OneSided(glm::vec3(0.5f))}, {places[0]});
+    scene.instances.resize(places.size(), scene.instances[0]);
+    for (size_t i = 1; i < places.size(); i++) scene.instances[i].objectToWorld = places[i];
+    render.scene.SetScene(std::move(scene));
+    TraceSettings settings = LookAt({0, 0, 1}, {0, 0, 0}, 0.6f, 64);
+    settings.extent = {kTilesEach * gpu::kTileSize, 6};
+    for (const glm::uvec4& id : Draw(settings).ids) ASSERT_EQ(id.x, places.size() - 1);
+}
+
+// The camera stands on a floor of two triangles that reach behind it, and inside a closed box.
+TEST_F(RasterHits, TrianglesThatReachBehindTheCameraAreSeenAsRaysSeeThem) {
+    scene::Mesh floor = QuadMesh(50.0f);
+    render.scene.SetScene(SceneOf({floor, BoxMesh(40.0f), SphereMesh(0.5f, 8)}, {Lambert(glm::vec3(0.5f))},
+                                  {glm::mat4x3(1.0f), glm::mat4x3(1.0f), Translation({0.3f, 2.0f, 0.2f})}));
+    for (const float angle : {0.0f, 1.0f, 2.2f, 4.0f})
+        EXPECT_GE(ExpectAgreement(
+                      LookAt({0.1f, 0.0f, 0.4f}, {std::sin(angle), std::cos(angle), 0.3f}, 1.1f, 96), 0.004),
+                  0.999);
 }
 
 TEST_F(RasterHits, AFieldOfInstancesIsSeenAsRaysSeeIt) {

@@ -52,13 +52,29 @@ Gpu::Gpu() {
     deviceInfo.ppEnabledExtensionNames = extensions.data();
     Require(vkCreateDevice(physicalDevice, &deviceInfo, nullptr, &device), "vkCreateDevice");
     vkGetDeviceQueue(device, queueFamily, 0, &queue);
+
+    VkSemaphoreTypeCreateInfo type{};
+    type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
+    type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
+    VkSemaphoreCreateInfo semaphoreInfo{};
+    semaphoreInfo.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO;
+    semaphoreInfo.pNext = &type;
+    Require(vkCreateSemaphore(device, &semaphoreInfo, nullptr, &timeline), "vkCreateSemaphore");
+    VkCommandPoolCreateInfo poolInfo{};
+    poolInfo.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
+    poolInfo.queueFamilyIndex = queueFamily;
+    Require(vkCreateCommandPool(device, &poolInfo, nullptr, &m_pool), "vkCreateCommandPool");
 }
 
 Gpu::~Gpu() {
     if (device) {
         vkDeviceWaitIdle(device);
-        vkDestroyImage(device, m_picture, nullptr);
-        vkFreeMemory(device, m_pictureMemory, nullptr);
+        for (const Owned& picture : m_pictures) {
+            vkDestroyImage(device, picture.image, nullptr);
+            vkFreeMemory(device, picture.memory, nullptr);
+        }
+        vkDestroyCommandPool(device, m_pool, nullptr);
+        vkDestroySemaphore(device, timeline, nullptr);
         vkDestroyDevice(device, nullptr);
     }
     if (instance) vkDestroyInstance(instance, nullptr);
@@ -81,71 +97,115 @@ VkDeviceMemory Gpu::Allocate(const VkMemoryRequirements& requirements, VkMemoryP
     throw std::runtime_error("host: no memory of the kind wanted");
 }
 
-VkImage Gpu::MakePicture(uint32_t width, uint32_t height) {
-    m_width = width;
-    m_height = height;
+VkImage Gpu::MakePicture(VkExtent2D extent) {
     VkImageCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
     info.imageType = VK_IMAGE_TYPE_2D;
     info.format = VK_FORMAT_R8G8B8A8_UNORM;
-    info.extent = {width, height, 1};
+    info.extent = {extent.width, extent.height, 1};
     info.mipLevels = 1;
     info.arrayLayers = 1;
     info.samples = VK_SAMPLE_COUNT_1_BIT;
-    info.usage =
-        VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
-    Require(vkCreateImage(device, &info, nullptr, &m_picture), "vkCreateImage");
+    info.usage = VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
+                 VK_IMAGE_USAGE_STORAGE_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
+    Owned& picture = m_pictures.emplace_back();
+    Require(vkCreateImage(device, &info, nullptr, &picture.image), "vkCreateImage");
     VkMemoryRequirements requirements{};
-    vkGetImageMemoryRequirements(device, m_picture, &requirements);
-    m_pictureMemory = Allocate(requirements, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-    Require(vkBindImageMemory(device, m_picture, m_pictureMemory, 0), "vkBindImageMemory");
-    return m_picture;
+    vkGetImageMemoryRequirements(device, picture.image, &requirements);
+    picture.memory = Allocate(requirements, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+    Require(vkBindImageMemory(device, picture.image, picture.memory, 0), "vkBindImageMemory");
+    return picture.image;
 }
 
-std::vector<std::array<uint8_t, 4>> Gpu::ReadPicture() {
-    std::vector<std::array<uint8_t, 4>> texels(size_t{m_width} * m_height);
-    VkBufferCreateInfo bufferInfo{};
-    bufferInfo.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-    bufferInfo.size = texels.size() * sizeof(texels[0]);
-    bufferInfo.usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-    VkBuffer buffer = VK_NULL_HANDLE;
-    Require(vkCreateBuffer(device, &bufferInfo, nullptr, &buffer), "vkCreateBuffer");
-    VkMemoryRequirements requirements{};
-    vkGetBufferMemoryRequirements(device, buffer, &requirements);
-    const VkDeviceMemory memory =
-        Allocate(requirements, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
-    Require(vkBindBufferMemory(device, buffer, memory, 0), "vkBindBufferMemory");
-
-    VkCommandPoolCreateInfo poolInfo{};
-    poolInfo.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
-    poolInfo.queueFamilyIndex = queueFamily;
-    VkCommandPool pool = VK_NULL_HANDLE;
-    Require(vkCreateCommandPool(device, &poolInfo, nullptr, &pool), "vkCreateCommandPool");
+void Gpu::Run(const std::function<void(VkCommandBuffer)>& record) {
     VkCommandBufferAllocateInfo commandsInfo{};
     commandsInfo.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
-    commandsInfo.commandPool = pool;
+    commandsInfo.commandPool = m_pool;
     commandsInfo.commandBufferCount = 1;
     VkCommandBuffer commands = VK_NULL_HANDLE;
     Require(vkAllocateCommandBuffers(device, &commandsInfo, &commands), "vkAllocateCommandBuffers");
     VkCommandBufferBeginInfo begin{};
     begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
     Require(vkBeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
-    VkBufferImageCopy region{};
-    region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-    region.imageExtent = {m_width, m_height, 1};
-    vkCmdCopyImageToBuffer(commands, m_picture, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, buffer, 1, &region);
+    record(commands);
     Require(vkEndCommandBuffer(commands), "vkEndCommandBuffer");
-    VkSubmitInfo submit{};
-    submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-    submit.commandBufferCount = 1;
-    submit.pCommandBuffers = &commands;
-    Require(vkQueueSubmit(queue, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit");
-    Require(vkQueueWaitIdle(queue), "vkQueueWaitIdle");
 
+    VkSemaphoreSubmitInfo wait{};
+    wait.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO;
+    wait.semaphore = timeline;
+    wait.value = turn;
+    wait.stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+    VkSemaphoreSubmitInfo signal = wait;
+    signal.value = ++turn;
+    VkCommandBufferSubmitInfo commandsSubmit{};
+    commandsSubmit.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
+    commandsSubmit.commandBuffer = commands;
+    VkSubmitInfo2 submit{};
+    submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
+    submit.waitSemaphoreInfoCount = 1;
+    submit.pWaitSemaphoreInfos = &wait;
+    submit.commandBufferInfoCount = 1;
+    submit.pCommandBufferInfos = &commandsSubmit;
+    submit.signalSemaphoreInfoCount = 1;
+    submit.pSignalSemaphoreInfos = &signal;
+    {
+        const std::lock_guard lock(queueLock);
+        Require(vkQueueSubmit2(queue, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit2");
+    }
+    VkSemaphoreWaitInfo done{};
+    done.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO;
+    done.semaphoreCount = 1;
+    done.pSemaphores = &timeline;
+    done.pValues = &turn;
+    Require(vkWaitSemaphores(device, &done, UINT64_MAX), "vkWaitSemaphores");
+    vkFreeCommandBuffers(device, m_pool, 1, &commands);
+}
+
+void Gpu::Clear(VkImage picture, std::array<float, 4> color) {
+    Run([&](VkCommandBuffer commands) {
+        VkImageMemoryBarrier toWrite{};
+        toWrite.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
+        toWrite.dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
+        toWrite.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+        toWrite.newLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
+        toWrite.srcQueueFamilyIndex = toWrite.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+        toWrite.image = picture;
+        toWrite.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+        vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0, 0,
+                             nullptr, 0, nullptr, 1, &toWrite);
+        const VkClearColorValue value{{color[0], color[1], color[2], color[3]}};
+        vkCmdClearColorImage(commands, picture, toWrite.newLayout, &value, 1, &toWrite.subresourceRange);
+    });
+}
+
+std::vector<Texel> Gpu::Read(VkImage picture, VkExtent2D extent) {
+    std::vector<Texel> texels(size_t{extent.width} * extent.height);
+    VkBufferCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+    info.size = texels.size() * sizeof(Texel);
+    info.usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    VkBuffer buffer = VK_NULL_HANDLE;
+    Require(vkCreateBuffer(device, &info, nullptr, &buffer), "vkCreateBuffer");
+    VkMemoryRequirements requirements{};
+    vkGetBufferMemoryRequirements(device, buffer, &requirements);
+    const VkDeviceMemory memory =
+        Allocate(requirements, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+    Require(vkBindBufferMemory(device, buffer, memory, 0), "vkBindBufferMemory");
+    Run([&](VkCommandBuffer commands) {
+        VkBufferImageCopy region{};
+        region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+        region.imageExtent = {extent.width, extent.height, 1};
+        vkCmdCopyImageToBuffer(commands, picture, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, buffer, 1, &region);
+        VkMemoryBarrier toHost{};
+        toHost.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+        toHost.srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
+        toHost.dstAccessMask = VK_ACCESS_HOST_READ_BIT;
+        vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1,
+                             &toHost, 0, nullptr, 0, nullptr);
+    });
     void* mapped = nullptr;
     Require(vkMapMemory(device, memory, 0, VK_WHOLE_SIZE, 0, &mapped), "vkMapMemory");
-    std::memcpy(texels.data(), mapped, bufferInfo.size);
-    vkDestroyCommandPool(device, pool, nullptr);
+    std::memcpy(texels.data(), mapped, info.size);
     vkDestroyBuffer(device, buffer, nullptr);
     vkFreeMemory(device, memory, nullptr);
     return texels;

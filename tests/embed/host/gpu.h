@@ -1,12 +1,17 @@
-// What a host engine has before it embeds anything: a Vulkan device and a picture in its memory.
+// What a host engine has before it embeds anything: a Vulkan device, pictures in its memory, and submissions
+// of its own, which take turns with those of others on one timeline.
 #pragma once
 
 #include <vulkan/vulkan.h>
 
 #include <array>
 #include <cstdint>
+#include <functional>
+#include <mutex>
 #include <string>
 #include <vector>
+
+using Texel = std::array<uint8_t, 4>;
 
 class Gpu {
   public:
@@ -15,10 +20,12 @@ class Gpu {
     Gpu(const Gpu&) = delete;
     Gpu& operator=(const Gpu&) = delete;
 
-    // An rgba8 picture that can be copied to and from; it lives as long as this object. Once.
-    VkImage MakePicture(uint32_t width, uint32_t height);
-    // The picture's texels, rows from the top; it is in TRANSFER_SRC_OPTIMAL.
-    std::vector<std::array<uint8_t, 4>> ReadPicture();
+    // An rgba8 picture to be copied, cleared, and read by shaders; it lives as long as this object.
+    VkImage MakePicture(VkExtent2D extent);
+    // Fills the picture, whatever it held, and leaves it in TRANSFER_DST_OPTIMAL.
+    void Clear(VkImage picture, std::array<float, 4> color);
+    // The texels of a picture in TRANSFER_SRC_OPTIMAL, rows from the top; waits for them.
+    std::vector<Texel> Read(VkImage picture, VkExtent2D extent);
 
     VkInstance instance = VK_NULL_HANDLE;
     VkPhysicalDevice physicalDevice = VK_NULL_HANDLE;
@@ -26,12 +33,21 @@ class Gpu {
     VkQueue queue = VK_NULL_HANDLE;
     uint32_t queueFamily = 0;
     std::vector<std::string> deviceExtensions;
+    std::mutex queueLock;  // of all that is submitted
+
+    // What is submitted next waits for `turn` and signals the value after it.
+    VkSemaphore timeline = VK_NULL_HANDLE;
+    uint64_t turn = 0;
 
   private:
+    struct Owned {
+        VkImage image = VK_NULL_HANDLE;
+        VkDeviceMemory memory = VK_NULL_HANDLE;
+    };
     VkDeviceMemory Allocate(const VkMemoryRequirements& requirements, VkMemoryPropertyFlags properties);
+    // Submits in turn what `record` records, and waits for it.
+    void Run(const std::function<void(VkCommandBuffer)>& record);
 
-    VkImage m_picture = VK_NULL_HANDLE;
-    VkDeviceMemory m_pictureMemory = VK_NULL_HANDLE;
-    uint32_t m_width = 0;
-    uint32_t m_height = 0;
+    std::vector<Owned> m_pictures;
+    VkCommandPool m_pool = VK_NULL_HANDLE;
 };

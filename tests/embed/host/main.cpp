@@ -1,25 +1,35 @@
-// host SCENE: a host engine that path-traces the Cornell box into its own image with the installed package.
-// Exits with 1 if the red wall is not on the left and the green one on the right.
+// host CORNELL CLOSED_BOX: a host engine that shows two scenes in images of its own with the installed
+// package, edits one of them, adds a pass of its own, and uses our passes on what it has drawn itself. Exits
+// with 1 and one line when a picture or a count is not what it must be.
+#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <memory>
+#include <stdexcept>
 
+#include "base/version.h"
+#include "editor/viewport/viewport.h"
+#include "editor/viewport/vulkan_interop.h"
 #include "gpu.h"
-#include "passes/accumulate.h"
-#include "passes/tonemap.h"
-#include "passes/trace.h"
-#include "renderer/gpu_scene/camera_record.h"
-#include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/scene/camera_view.h"
+#include "passes/compare.h"
 #include "renderer/scene/load_gltf.h"
+#include "rhi/shader_compiler.h"
 
 using namespace raygraph;  // NOLINT: the example reads better
 
 namespace {
 
 constexpr Extent2D kExtent{64, 64};
-constexpr uint32_t kSamples = 32;
+constexpr VkExtent2D kVkExtent{kExtent.width, kExtent.height};
+constexpr uint32_t kTallBlock = 2;          // instance of the Cornell box
+constexpr glm::uvec2 kOnTallBlock{25, 38};  // a pixel that shows it
+using Picture = std::vector<Texel>;
 
-void Render(const Gpu& gpu, VkImage picture, const char* scenePath) {
+void Require(bool holds, const std::string& what) {
+    if (!holds) throw std::runtime_error("host: " + what);
+}
+
+std::unique_ptr<rhi::Device> Adopt(Gpu& gpu) {
     rhi::AdoptedDeviceDesc desc;
     desc.instance = gpu.instance;
     desc.physicalDevice = gpu.physicalDevice;
@@ -28,66 +38,205 @@ void Render(const Gpu& gpu, VkImage picture, const char* scenePath) {
     desc.queueFamily = gpu.queueFamily;
     desc.getInstanceProcAddr = vkGetInstanceProcAddr;
     desc.enabledExtensions = gpu.deviceExtensions;
-    const auto device = rhi::Device::Adopt(desc);
-
-    Renderer renderer(*device);
-    GpuScene scene(renderer);
-    scene::SceneData data = scene::LoadGltf(scenePath);
-    passes::TraceSettings settings{.extent = kExtent};
-    settings.camera = ToRecord(scene::ChooseView(data, "", 1.0f));
-    scene.SetScene(std::move(data));
-
-    const rhi::Texture target = device->WrapTexture(
-        {.name = "host's picture", .extent = kExtent, .usage = rhi::TextureUsage::CopyDestination}, picture);
-    ResourceState state;  // fresh: never used, contents undefined
-    passes::Accumulation accumulation("picture");
-    for (; settings.sampleIndex < kSamples; ++settings.sampleIndex) {
-        renderer.BeginFrame();
-        const SceneIds ids = scene.Declare(renderer);
-        const TextureId sample = passes::Trace(renderer, ids, settings).radiance;
-        const TextureId shown =
-            passes::Tonemap(renderer, passes::Accumulate(renderer, sample, accumulation).mean);
-        TextureId imported = renderer.Import("picture", target, state);
-        renderer.AddPass(
-            "Show", PassKind::Transfer,
-            [&](PassBuilder& pass) {
-                pass.CopiesFrom(shown);
-                imported = pass.CopiesTo(imported);
-            },
-            [shown, imported](CommandList& commands, const PassResources& resources) {
-                commands.CopyTexture(resources.Texture(shown), resources.Texture(imported));
-            });
-        renderer.Export(imported, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
-        renderer.Execute();
-    }
-    device->WaitIdle();
+    desc.lockQueue = [&gpu] { gpu.queueLock.lock(); };
+    desc.unlockQueue = [&gpu] { gpu.queueLock.unlock(); };
+    return rhi::Device::Adopt(desc);
 }
 
-// How much redder than green the columns [first, last) of the picture are, in 8-bit steps.
-double Redness(const std::vector<std::array<uint8_t, 4>>& texels, uint32_t first, uint32_t last) {
+// A scene, a viewport on it and the host's image that it is shown in.
+struct Panel {
+    Panel(Gpu& gpu, Renderer& renderer, const char* name, const char* file)
+        : scene(renderer),
+          viewport(renderer, scene, {.name = name, .size = kExtent}),
+          image(gpu.MakePicture(kVkExtent)),
+          target(renderer.Device(), {.name = name,
+                                     .image = image,
+                                     .extent = kExtent,
+                                     .layoutAfter = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL}) {
+        scene::SceneData data = scene::LoadGltf(file);
+        viewport.SetCamera(scene::ChooseView(data, "", 1.0f));
+        viewport.SetRaster(
+            {.shadows = passes::RasterShadows::Off, .hasOcclusion = false, .hasTransmission = false});
+        scene.SetScene(std::move(data));
+    }
+    uint32_t Samples() const { return viewport.Progress().pathTracedSamples; }
+
+    GpuScene scene;
+    viewport::Viewport viewport;
+    VkImage image;
+    viewport::HostImage target;
+};
+
+// Our submission in the host's order of turns.
+viewport::HostSemaphores TakeTurn(Gpu& gpu) {
+    const uint64_t before = gpu.turn++;
+    return {.wait = {{gpu.timeline, before}}, .signal = {{gpu.timeline, gpu.turn}}};
+}
+
+using OwnPass = std::function<TextureId(TextureId shown)>;
+
+// A frame of a panel alone, with a pass of the host's own on what it shows.
+Picture Show(Gpu& gpu, Renderer& renderer, Panel& panel, const OwnPass& ownPass = {}) {
+    renderer.BeginFrame();
+    TextureId shown = panel.viewport.Declare();
+    if (ownPass) shown = ownPass(shown);
+    panel.target.Show(renderer, shown, TakeTurn(gpu));
+    renderer.Execute();
+    return gpu.Read(panel.image, kVkExtent);
+}
+
+// How much redder than green the columns [first, last) are, in 8-bit steps.
+double Redness(const Picture& picture, uint32_t first, uint32_t last) {
     double sum = 0.0;
     for (uint32_t y = 0; y < kExtent.height; ++y)
         for (uint32_t x = first; x < last; ++x) {
-            const auto& texel = texels[size_t{y} * kExtent.width + x];
+            const Texel& texel = picture[size_t{y} * kExtent.width + x];
             sum += double(texel[0]) - double(texel[1]);
         }
     return sum / (double(last - first) * kExtent.height);
 }
 
+void RequireCornell(const Picture& picture, const std::string& view) {
+    const double left = Redness(picture, 2, 8), right = Redness(picture, 56, 62);
+    Require(left > 15.0 && right < -4.0, view + ": redness " + std::to_string(left) + " at the left and " +
+                                             std::to_string(right) + " at the right wall");
+}
+
+// Grey, and nowhere dark: the same radiance from everywhere.
+void RequireClosedBox(const Picture& picture) {
+    for (const Texel& texel : picture)
+        Require(texel[0] == texel[1] && texel[1] == texel[2] && texel[0] > 64, "the closed box is not grey");
+}
+
+void ToggleViews(Gpu& gpu, Renderer& renderer, Panel& cornell) {
+    for (int i = 0; i < 16; ++i) RequireCornell(Show(gpu, renderer, cornell), "path-traced");
+    Require(cornell.Samples() == 16, "a frame is not a sample");
+    cornell.viewport.SetView(viewport::View::Raster);
+    RequireCornell(Show(gpu, renderer, cornell), "raster");
+    Require(cornell.Samples() == 16, "the raster view has touched the accumulation");
+    cornell.viewport.SetView(viewport::View::PathTraced);
+    RequireCornell(Show(gpu, renderer, cornell), "path-traced again");
+    Require(cornell.Samples() == 17,
+            "toggling has left " + std::to_string(cornell.Samples()) + " samples of 17");
+}
+
+viewport::PickResult PickAt(Gpu& gpu, Renderer& renderer, Panel& panel, glm::uvec2 pixel) {
+    const viewport::Pick pick = panel.viewport.RequestPick(pixel);
+    Show(gpu, renderer, panel);  // and waits for it
+    return pick.Result();
+}
+
+// In the raster view, whose pixels change where the block was and nowhere else; the path-traced one, not
+// shown meanwhile, starts anew for that reason.
+void MoveObject(Gpu& gpu, Renderer& renderer, Panel& cornell) {
+    const size_t blockTexel = kOnTallBlock.x + size_t{kOnTallBlock.y} * kExtent.width;
+    cornell.viewport.SetView(viewport::View::Raster);
+    cornell.viewport.SetBudget({.maxRasterSamples = 1});
+    const Picture there = Show(gpu, renderer, cornell);
+    Require(PickAt(gpu, renderer, cornell, kOnTallBlock).instance == kTallBlock,
+            "the tall block is not there");
+    const uint32_t resets = cornell.viewport.ResetCount(passes::ResetCause::Transform);
+
+    glm::mat4x3 away = cornell.scene.Transform(kTallBlock);
+    away[3].y -= 10.0f;
+    cornell.scene.SetTransform(kTallBlock, away);
+    const Picture gone = Show(gpu, renderer, cornell);
+    Require(PickAt(gpu, renderer, cornell, kOnTallBlock).instance != kTallBlock,
+            "the tall block is still there");
+    Require(gone[blockTexel] != there[blockTexel], "the tall block is still shown");
+    Require(std::equal(gone.begin(), gone.begin() + 8 * kExtent.width, there.begin()),
+            "the ceiling has changed");
+
+    cornell.viewport.SetView(viewport::View::PathTraced);
+    Show(gpu, renderer, cornell);
+    Require(cornell.Samples() == 1, "the picture is not of the moved object alone");
+    Require(cornell.viewport.ResetCount(passes::ResetCause::Transform) == resets + 1,
+            "no reset by a transform");
+}
+
+// SPIR-V of the host, compiled here by the library; it could as well come from a file.
+void AddOwnPass(Gpu& gpu, Renderer& renderer, Panel& cornell) {
+    renderer.AddShader("host/invert.comp",
+                       rhi::CompileGlsl({.name = "host/invert.comp", .text = R"(#version 460
+        layout(local_size_x = 8, local_size_y = 8) in;
+        layout(binding = 0, rgba8) readonly uniform image2D picture;
+        layout(binding = 1, rgba8) writeonly uniform image2D inverted;
+        void main() {
+            ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+            if (any(greaterThanEqual(pixel, imageSize(picture)))) return;
+            imageStore(inverted, pixel, vec4(1.0 - imageLoad(picture, pixel).rgb, 1.0));
+        })"}));
+    cornell.viewport.SetBudget({.maxSamples = 4});  // then the picture stays as it is
+    Picture shown;
+    while (cornell.Samples() < 4) shown = Show(gpu, renderer, cornell);
+    const Picture inverted = Show(gpu, renderer, cornell, [&](TextureId picture) {
+        TextureId result = renderer.CreateTexture("inverted", renderer.Desc(picture));
+        renderer.AddPass(
+            "Invert", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("host/invert.comp");
+                pass.Reads("picture", picture);
+                result = pass.Writes("inverted", result);
+            },
+            [](CommandList& commands) { commands.DispatchOver(kExtent); });
+        return result;
+    });
+    for (size_t i = 0; i < shown.size(); ++i)
+        for (size_t c = 0; c < 3; ++c)
+            Require(shown[i][c] + inverted[i][c] == 255, "the host's own pass has not inverted the picture");
+}
+
+// What the host has drawn itself, here plain blue, left of ours: Wipe over an image of the host's.
+void WipeOverOwnPicture(Gpu& gpu, Renderer& renderer, Panel& cornell) {
+    const Picture ours = Show(gpu, renderer, cornell);
+    const VkImage drawn = gpu.MakePicture(kVkExtent);
+    gpu.Clear(drawn, {0.0f, 0.0f, 1.0f, 1.0f});
+    const rhi::Texture texture = renderer.Device().WrapTexture(
+        {.name = "drawn by the host", .extent = kExtent, .usage = rhi::TextureUsage::Storage}, drawn);
+    ResourceState state{.layout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};  // as Clear leaves it
+    const Picture wiped = Show(gpu, renderer, cornell, [&](TextureId picture) {
+        return passes::Wipe(renderer, renderer.Import("drawn by the host", texture, state), picture, 0.5f);
+    });
+    for (uint32_t y = 0; y < kExtent.height; ++y) {
+        const size_t row = size_t{y} * kExtent.width;
+        Require(wiped[row + 31] == Texel{0, 0, 255, 255}, "the host's picture is not left of the line");
+        Require(wiped[row + 40] == ours[row + 40], "the viewport's picture is not right of the line");
+    }
+}
+
+// Both in one frame, of one Renderer.
+void ShowTwoScenes(Gpu& gpu, Renderer& renderer, Panel& first, Panel& second) {
+    const Picture before = Show(gpu, renderer, first);
+    for (int i = 0; i < 4; ++i) {
+        renderer.BeginFrame();
+        first.target.Show(renderer, first.viewport.Declare(), TakeTurn(gpu));
+        second.target.Show(renderer, second.viewport.Declare());
+        renderer.Execute();
+        RequireClosedBox(gpu.Read(second.image, kVkExtent));
+    }
+    Require(second.Samples() == 4, "the second viewport has not accumulated");
+    Require(gpu.Read(first.image, kVkExtent) == before, "the second viewport shows in the first one");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 2) {
-        std::fputs("host SCENE\n", stderr);
+    if (argc != 3) {
+        std::fputs("host CORNELL CLOSED_BOX\n", stderr);
         return 2;
     }
     try {
+        Require(LibraryVersion() == kHeaderVersion, "headers and library are of two versions");
         Gpu gpu;
-        Render(gpu, gpu.MakePicture(kExtent.width, kExtent.height), argv[1]);
-        const auto texels = gpu.ReadPicture();
-        const double left = Redness(texels, 2, 8), right = Redness(texels, 56, 62);
-        std::printf("redness left %.1f, right %.1f\n", left, right);
-        return left > 15.0 && right < -4.0 ? 0 : 1;
+        const auto device = Adopt(gpu);
+        Renderer renderer(*device);
+        Panel cornell(gpu, renderer, "cornell", argv[1]), closedBox(gpu, renderer, "closed box", argv[2]);
+        ToggleViews(gpu, renderer, cornell);
+        MoveObject(gpu, renderer, cornell);
+        AddOwnPass(gpu, renderer, cornell);
+        WipeOverOwnPicture(gpu, renderer, cornell);
+        ShowTwoScenes(gpu, renderer, cornell, closedBox);
+        return 0;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "%s\n", error.what());
         return 1;

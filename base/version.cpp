@@ -1,0 +1,9 @@
+#include "base/version.h"
+
+namespace raygraph {
+
+Version LibraryVersion() {
+    return kHeaderVersion;
+}
+
+}  // namespace raygraph

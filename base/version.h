@@ -1,0 +1,30 @@
+// The version of the library: semantic, docs/embed.md says what it promises. Threads: any.
+#pragma once
+
+#include <compare>
+
+#include "base/api.h"
+
+// Of these headers; the build reads the numbers from here.
+#define RAYGRAPH_VERSION_MAJOR 0
+#define RAYGRAPH_VERSION_MINOR 1
+#define RAYGRAPH_VERSION_PATCH 0
+
+namespace raygraph {
+
+struct Version {
+    int major = 0;
+    int minor = 0;
+    int patch = 0;
+
+    auto operator<=>(const Version&) const = default;
+};
+
+inline constexpr Version kHeaderVersion{RAYGRAPH_VERSION_MAJOR, RAYGRAPH_VERSION_MINOR,
+                                        RAYGRAPH_VERSION_PATCH};
+
+// Of the library that the program runs with, which may be a later one than that of the headers it was
+// compiled with.
+RAYGRAPH_API Version LibraryVersion();
+
+}  // namespace raygraph

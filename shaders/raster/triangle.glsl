@@ -1,0 +1,107 @@
+// A triangle in the picture, and which pixels see it. Nothing is clipped: edges are compared in homogeneous
+// coordinates (Olano and Greer, Triangle Scan Conversion using 2D Homogeneous Coordinates, 1997), relative to
+// each pixel's centre (Woop, Benthin and Wald, Watertight Ray/Triangle Intersection, 2013). Triangles that
+// share an edge compute it from the same numbers by the same operations but for the sign, so no pixel falls
+// between them; `precise` keeps the compiler from changing that.
+#ifndef RAYGRAPH_RASTER_TRIANGLE_GLSL
+#define RAYGRAPH_RASTER_TRIANGLE_GLSL
+
+#include "raster/projection.glsl"
+#include "scene/bindings.glsl"
+
+// Corners in clip space, but x and y in pixels, times w.
+struct PictureTriangle {
+    vec4 corners[3];
+    bool isMirrored;  // by its placement: it keeps its sides
+};
+
+mat4 OffsetToPicture(CameraRecord camera, vec2 shift, uvec2 size) {
+    vec2 scale = 0.5f * vec2(size);
+    return mat4(scale.x, 0.0f, 0.0f, 0.0f,  //
+                0.0f, scale.y, 0.0f, 0.0f,  //
+                0.0f, 0.0f, 1.0f, 0.0f,     //
+                scale.x, scale.y, 0.0f, 1.0f) *
+           OffsetToClip(camera, shift);
+}
+
+PictureTriangle ProjectTriangle(uint placement, uint primitive, vec3 origin, mat4 offsetToPicture) {
+    mat4x3 objectToWorld = instances.at[placement].objectToWorld;
+    UintStream indices = UintStream(instances.at[placement].indices);
+    Vec3Stream positions = Vec3Stream(instances.at[placement].positions);
+    PictureTriangle triangle;
+    triangle.isMirrored = dot(cross(objectToWorld[0], objectToWorld[1]), objectToWorld[2]) < 0.0f;
+    for (uint i = 0u; i < 3u; i++) {
+        vec3 at = positions.at[indices.at[3u * primitive + i]];
+        precise vec3 offset = objectToWorld[0] * at.x + objectToWorld[1] * at.y + objectToWorld[2] * at.z +
+                              (objectToWorld[3] - origin);
+        precise vec4 corner = offsetToPicture[0] * offset.x + offsetToPicture[1] * offset.y +
+                              offsetToPicture[2] * offset.z + offsetToPicture[3];
+        triangle.corners[i] = corner;
+    }
+    return triangle;
+}
+
+// In proportion to the corners' weights where the line of sight through `place` (pixels) meets the triangle's
+// plane: all of one sign inside, negative ones on its front.
+vec3 EdgesAt(PictureTriangle triangle, vec2 place) {
+    precise vec2 a = triangle.corners[0].xy - place * triangle.corners[0].w;
+    precise vec2 b = triangle.corners[1].xy - place * triangle.corners[1].w;
+    precise vec2 c = triangle.corners[2].xy - place * triangle.corners[2].w;
+    precise vec3 edges = vec3(b.x * c.y - b.y * c.x, c.x * a.y - c.y * a.x, a.x * b.y - a.y * b.x);
+    return triangle.isMirrored ? -edges : edges;
+}
+
+// Whether the pixel's centre sees the triangle: its corners' weights there, in proportion, and the depth.
+bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges, out float depth) {
+    edges = EdgesAt(triangle, place);
+    float least = min(min(edges.x, edges.y), edges.z), greatest = max(max(edges.x, edges.y), edges.z);
+    depth = 0.0f;
+    if (greatest > 0.0f && (least < 0.0f || isCulled)) return false;
+    float w = dot(edges, vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w));
+    if (w == 0.0f) return false;
+    depth = dot(edges, vec3(triangle.corners[0].z, triangle.corners[1].z, triangle.corners[2].z)) / w;
+    return depth > 0.0f && depth <= 1.0f;
+}
+
+vec2 BarycentricsOf(vec3 edges) { return edges.yz / (edges.x + edges.y + edges.z); }
+
+// Its back is to the camera, wherever it is seen; told from a place near to it.
+bool IsBackOnly(PictureTriangle triangle, vec2 place) {
+    return dot(EdgesAt(triangle, place),
+               vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w)) > 0.0f;
+}
+
+// The pixels whose centres may see the triangle, from `low` to before `high`.
+void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 high) {
+    vec2 least = vec2(size) + 1.0f, greatest = vec2(-1.0f);
+    for (uint i = 0u; i < 3u; i++) {
+        vec4 from = triangle.corners[i], to = triangle.corners[i < 2u ? i + 1u : 0u];
+        float inFront = from.w - from.z;  // what is nearer than zNear has less than 0
+        float inFrontTo = to.w - to.z;
+        if (inFront >= 0.0f) {
+            least = min(least, from.xy / from.w);
+            greatest = max(greatest, from.xy / from.w);
+        }
+        if ((inFront < 0.0f) != (inFrontTo < 0.0f)) {
+            vec4 cut = mix(from, to, inFront / (inFront - inFrontTo));
+            least = min(least, cut.xy / cut.w);
+            greatest = max(greatest, cut.xy / cut.w);
+        }
+    }
+    const float kMargin = 0.01f;  // above the rounding of a place in the picture
+    low = ivec2(ceil(clamp(least - 0.5f - kMargin, vec2(0.0f), vec2(size))));
+    high = ivec2(floor(clamp(greatest - 0.5f + kMargin, vec2(-1.0f), vec2(size) - 1.0f))) + 1;
+}
+
+// False: no place in the rectangle [low, high] can see the triangle. Edges are linear in the place, so that
+// their signs at the corners bound those inside.
+bool MayBeSeenWithin(PictureTriangle triangle, vec2 low, vec2 high, bool isCulled) {
+    vec3 e0 = EdgesAt(triangle, low), e1 = EdgesAt(triangle, high);
+    vec3 e2 = EdgesAt(triangle, vec2(low.x, high.y)), e3 = EdgesAt(triangle, vec2(high.x, low.y));
+    vec3 least = min(min(e0, e1), min(e2, e3)), greatest = max(max(e0, e1), max(e2, e3));
+    bool isFront = all(lessThanEqual(least, vec3(0.0f)));
+    bool isBack = all(greaterThanEqual(greatest, vec3(0.0f)));
+    return isFront || (isBack && !isCulled);
+}
+
+#endif

@@ -1,0 +1,40 @@
+# extract_code(PAGE FOLDER): writes the code of a page of the documentation to files below FOLDER. A comment before a fence
+# names its file; pieces of one file follow each other:
+#
+#   <!-- file: embed.cpp -->
+#   ```cpp
+#
+# Code in C++ without a file is an error: nobody would compile it. The files are made anew when the page changes.
+function(extract_code page folder)
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${page})
+    file(READ ${page} rest)
+    set(names)
+    while(rest MATCHES "(<!-- file: ([A-Za-z0-9_./]+) -->\n)?```([a-z]*)\n")
+        set(opening "${CMAKE_MATCH_0}")
+        set(name "${CMAKE_MATCH_2}")
+        if("${CMAKE_MATCH_3}" STREQUAL "cpp" AND name STREQUAL "")
+            message(FATAL_ERROR "${page}: a sample in C++ without a file")
+        endif()
+        string(FIND "${rest}" "${opening}" begin)
+        string(LENGTH "${opening}" length)
+        math(EXPR begin "${begin} + ${length}")
+        string(SUBSTRING "${rest}" ${begin} -1 rest)
+        string(FIND "${rest}" "```\n" end)
+        string(SUBSTRING "${rest}" 0 ${end} code)
+        math(EXPR end "${end} + 4")
+        string(SUBSTRING "${rest}" ${end} -1 rest)
+        if(NOT name STREQUAL "")
+            string(MAKE_C_IDENTIFIER "${name}" id)
+            list(APPEND names ${name})
+            string(APPEND text_${id} "${code}\n")
+        endif()
+    endwhile()
+    list(REMOVE_DUPLICATES names)
+    if(NOT names)
+        message(FATAL_ERROR "${page}: no code")
+    endif()
+    foreach(name IN LISTS names)
+        string(MAKE_C_IDENTIFIER "${name}" id)
+        file(CONFIGURE OUTPUT ${folder}/${name} CONTENT "${text_${id}}" @ONLY)
+    endforeach()
+endfunction()

@@ -1,0 +1,205 @@
+// What may run beside what: the threading contract of the public headers. The counts that are asserted here
+// say little;
+// `./dev tsan` runs these tests under ThreadSanitizer, which says the rest.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "base/error.h"
+#include "base/read_file.h"
+#include "editor/viewport/viewport.h"
+#include "passes/tonemap.h"
+#include "renderer/graph/pass_harness.h"
+#include "renderer/image/exr.h"
+#include "renderer/image/image.h"
+#include "renderer/scene/load_gltf.h"
+#include "rhi/command_list.h"
+#include "rhi/readback.h"
+#include "rhi/shader_compiler.h"
+#include "rhi/texture_table.h"
+#include "rhi/upload.h"
+#include "shaders/embedded.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+namespace {
+
+class Threads : public VulkanTest {};
+
+std::string SceneFile(const std::string& name) {
+    return std::string(RAYGRAPH_SOURCE_DIR) + "/scenes/" + name;
+}
+
+// Hands scenes from the thread that loads them to the one that renders.
+class Loaded {
+  public:
+    void Put(scene::SceneData&& data) {
+        const std::lock_guard lock(m_mutex);
+        m_scenes.push_back(std::move(data));
+    }
+    std::optional<scene::SceneData> Take() {
+        const std::lock_guard lock(m_mutex);
+        if (m_scenes.empty()) return std::nullopt;
+        std::optional<scene::SceneData> data(std::move(m_scenes.front()));
+        m_scenes.pop_front();
+        return data;
+    }
+
+  private:
+    std::mutex m_mutex;
+    std::deque<scene::SceneData> m_scenes;
+};
+
+// A picture through a pass of its own Renderer, and back.
+void ToneMapOnce(PassHarness& harness, float exposure) {
+    const Texels texels = harness.Run([&](PassHarness& h) {
+        const TextureId radiance =
+            h.Texture("radiance", {4, 4}, Format::Rgba32Float, {0.5f, 0.5f, 0.5f, 1.0f});
+        return passes::Tonemap(h.Graph(), radiance, {.exposureEv = exposure});
+    });
+    EXPECT_GT(texels.At(3, 3)[0], 0.0f);
+}
+
+TEST_F(Threads, ScenesAreLoaded_BesideTheThreadThatRenders) {
+    const std::vector<std::string> files{"cornell.gltf", "texture_orientation.gltf", "missing.gltf",
+                                         "small_light.gltf", "cornell.gltf"};
+    Loaded loaded;
+    std::atomic<uint32_t> refused = 0;
+    std::atomic<float> progress = 0.0f;
+    std::atomic<bool> isDone = false;
+    std::thread loader([&] {
+        for (const std::string& file : files) try {
+                scene::LoadOptions options;
+                options.progress = [&](std::string_view, float fraction) { progress = fraction; };
+                loaded.Put(scene::LoadGltf(SceneFile(file), options));
+            } catch (const Error& error) {
+                EXPECT_EQ(error.Kind(), ErrorKind::Io);
+                ++refused;
+            }
+        isDone = true;
+    });
+
+    Renderer renderer(Device());
+    GpuScene scene(renderer);
+    viewport::Viewport viewport(renderer, scene, {.size = {8, 8}});
+    viewport::PathSettings paths;
+    paths.scattering.brdf = BrdfModel::Lambert;
+    viewport.SetPaths(paths);
+    size_t shown = 0;
+    for (bool wasDone = false; !wasDone;) {
+        wasDone = isDone;  // before the last look
+        while (std::optional<scene::SceneData> data = loaded.Take()) {
+            viewport.SetCamera(scene::ChooseView(*data, "", 1.0f));
+            scene.SetScene(std::move(*data));
+            ++shown;
+            viewport.RenderFrame();
+        }
+        viewport.RenderFrame();
+        EXPECT_LE(progress, 1.0f);
+    }
+    loader.join();
+    EXPECT_EQ(shown, files.size() - 1);
+    EXPECT_EQ(refused, 1u);
+    EXPECT_GT(viewport.Progress().pathTracedSamples, 0u);
+}
+
+TEST_F(Threads, RenderersOfOneDevice_RunAtOnce) {
+    const auto run = [&] {
+        PassHarness harness(Device());
+        for (int frame = 0; frame < 12; ++frame) ToneMapOnce(harness, 0.1f * float(frame));
+    };
+    std::thread other(run);
+    run();
+    other.join();
+}
+
+TEST_F(Threads, ObjectsComeAndGo_BesideFrames) {
+    std::atomic<bool> isDone = false;
+    const rhi::Texture gray =
+        Device().CreateTexture({.name = "gray",
+                                .extent = {1, 1},
+                                .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::CopyDestination});
+    const rhi::Sampler sampler = Device().CreateSampler({});
+    {
+        rhi::Uploader uploader(Device());
+        uploader.UploadTexture(gray, BytesOf(std::vector<uint8_t>(4, 128)));
+        Device().WaitFor(uploader.Flush());
+    }
+    rhi::TextureTable table(Device(), 4096, gray, sampler);
+    std::thread maker([&] {
+        while (!isDone) {
+            const rhi::Buffer buffer = Device().CreateBuffer(
+                {.name = "short-lived", .size = 256, .usage = rhi::BufferUsage::CopyDestination});
+            rhi::CommandList commands = Device().BeginCommands("fill");
+            commands.Fill(buffer, 7);
+            const uint64_t filled = Device().Submit(std::move(commands));
+            table.Remove(table.Add(gray, sampler));
+            Device().WaitFor(filled);
+            EXPECT_GE(Device().CompletedValue(), filled);
+        }
+    });
+    std::thread uploads([&] {
+        const rhi::Buffer buffer = Device().CreateBuffer(
+            {.name = "uploaded",
+             .size = 4096,
+             .usage = rhi::BufferUsage::CopyDestination | rhi::BufferUsage::CopySource});
+        rhi::Uploader uploader(Device());
+        for (uint32_t value = 1; !isDone; ++value) {
+            const std::vector<uint32_t> words(1024, value);
+            uploader.UploadBuffer(buffer, 0, BytesOf(words));
+            Device().WaitFor(uploader.Flush());
+            EXPECT_EQ(As<uint32_t>(rhi::ReadBuffer(Device(), buffer)), words);
+        }
+    });
+    PassHarness harness(Device());
+    for (int frame = 0; frame < 12; ++frame) ToneMapOnce(harness, 0.0f);
+    isDone = true;
+    maker.join();
+    uploads.join();
+    Device().WaitIdle();
+    EXPECT_EQ(table.Count(), 0u);
+}
+
+TEST(ThreadsWithoutADevice, ShadersCompileAtOnce) {
+    const auto run = [] {
+        const auto words = rhi::CompileGlsl(
+            {.name = "a.comp",
+             .text =
+                 "#version 460\nlayout(local_size_x = 4) in;\nlayout(binding = 0) buffer B { uint b[]; };\n"
+                 "void main() { b[gl_GlobalInvocationID.x] = 1; }\n"});
+        EXPECT_EQ(rhi::Reflect(words).bindings.size(), 1u);
+        for (const EmbeddedShader& shader : EmbeddedShaders().first(8))
+            EXPECT_NO_THROW(rhi::Reflect(shader.words, shader.name));
+        EXPECT_FALSE(rhi::Requirements().extensions.empty());
+    };
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 3; ++i) threads.emplace_back(run);
+    for (std::thread& thread : threads) thread.join();
+}
+
+TEST(ThreadsWithoutADevice, PicturesAndScenesAreReadAtOnce) {
+    const test::TemporaryFolder folder;
+    const image::ImageF picture{.width = 32, .height = 8, .rgba = std::vector<float>(32 * 8 * 4, 0.5f)};
+    image::WriteHdr(folder / "picture.hdr", picture);
+    const auto run = [&](int index) {
+        const std::filesystem::path own = folder / ("own" + std::to_string(index) + ".png");
+        image::WritePng(own, {.width = 3, .height = 5, .rgba = std::vector<uint8_t>(3 * 5 * 4, 9)});
+        EXPECT_EQ(image::DecodeImage8(ReadFile(own), "own").height, 5u);
+        const std::filesystem::path exr = folder / ("own" + std::to_string(index) + ".exr");
+        image::WriteExr(exr, picture.width, picture.height,
+                        std::vector<image::ExrPlane>{{"R", std::span<const float>(picture.rgba), 4}});
+        EXPECT_EQ(image::ReadExr(exr).width, picture.width);
+        EXPECT_EQ(image::ReadEnvironment(folder / "picture.hdr").image.height, 8u);
+        EXPECT_EQ(scene::LoadGltf(SceneFile("texture_orientation.gltf")).images.empty(), false);
+    };
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 3; ++i) threads.emplace_back(run, i);
+    for (std::thread& thread : threads) thread.join();
+}
+
+}  // namespace
+}  // namespace raygraph::testing

@@ -1,0 +1,97 @@
+// What stays the same however long a viewport is used: memory, and what a toggle costs.
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <fstream>
+
+#include <unistd.h>
+
+#include "tests/viewport/viewport_test.h"
+
+namespace raygraph::testing {
+
+namespace {
+
+class ViewportEndurance : public VulkanTest {
+  protected:
+    // Of all threads of the process, so that other processes do not count; a CPU device's work is in it.
+    static double ProcessSeconds() {
+        timespec time{};
+        clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+        return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
+    }
+    static uint64_t ResidentBytes() {
+        uint64_t total = 0, resident = 0;
+        std::ifstream("/proc/self/statm") >> total >> resident;
+        return resident * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+    }
+    double FrameSeconds() {
+        const double before = ProcessSeconds();
+        Device().WaitFor(viewed.viewport.RenderFrame());
+        return ProcessSeconds() - before;
+    }
+
+    ViewedScene viewed{Device(), {96, 72}};
+};
+
+}  // namespace
+
+TEST_F(ViewportEndurance, Toggle_TheFirstFrameCostsNoMoreThanTheSecond) {
+    const auto show = [&](View view) { viewed.viewport.SetView(view); };
+    for (const View view : {View::Raster, View::PathTraced}) {  // pipelines and textures are made
+        show(view);
+        viewed.RenderFrames(4);
+    }
+    const uint32_t resets = viewed.AllResets();
+    for (const View view : {View::Raster, View::PathTraced}) {
+        const View other = view == View::Raster ? View::PathTraced : View::Raster;
+        double first = 1e9, second = 1e9;
+        for (int toggle = 0; toggle < 12; toggle++) {
+            show(other);
+            viewed.RenderFrames(2);
+            Device().WaitIdle();
+            show(view);
+            first = std::min(first, FrameSeconds());
+            second = std::min(second, FrameSeconds());
+        }
+        EXPECT_LT(first, 1.2 * second) << Name(view);
+        RecordProperty(std::string("ratio of ") + Name(view), std::to_string(first / second));
+    }
+    EXPECT_EQ(viewed.AllResets(), resets);
+}
+
+TEST_F(ViewportEndurance, TwoThousandFrames_LeaveMemoryAsItWas) {
+    viewed.viewport.SetSize({16, 12});
+    const auto visit = [&](int frame) {
+        scene::CameraView camera = InsideBoxes();
+        const float angle = 0.1f * float(frame % 100);
+        camera.eye += 0.1f * glm::vec3(std::cos(angle), 0.0f, std::sin(angle));
+        if (frame % 3 == 0) viewed.viewport.SetCamera(camera);
+        const View views[] = {View::PathTraced, View::Raster, View::Wipe, View::Difference};
+        viewed.viewport.SetView(views[frame / 5 % 4]);
+        const uint32_t size = 8 + static_cast<uint32_t>(frame % 10);
+        if (frame % 10 < 2) viewed.viewport.SetSize({16 + size, 12 + size});
+        if (frame % 7 == 0) viewed.scene.SetTransform(1, Translation({0.02f * float(frame % 20), -0.5f, 0}));
+        if (frame % 11 == 0) viewed.scene.SetMaterial(1, Lambert(glm::vec3(0.01f * float(frame % 90))));
+        viewed.viewport.RenderFrame();
+    };
+    constexpr int kFrames = 2000, kSettled = 400;
+    uint64_t deviceBytes = 0, residentBytes = 0;
+    for (int frame = 0; frame < kFrames; frame++) {
+        visit(frame);
+        if (frame != kSettled - 1 && frame != kFrames - 1) continue;
+        Device().WaitIdle();
+        viewed.viewport.RenderFrame();  // takes back what the device has done with
+        Device().WaitIdle();
+        if (frame == kSettled - 1) {
+            deviceBytes = Device().Memory().usedBytes;
+            residentBytes = ResidentBytes();
+        }
+    }
+    EXPECT_LE(Device().Memory().usedBytes, deviceBytes + deviceBytes / 50);
+    EXPECT_LE(ResidentBytes(), residentBytes + (4u << 20u));
+    RecordProperty("device bytes", std::to_string(Device().Memory().usedBytes));
+    RecordProperty("host bytes more", std::to_string(int64_t(ResidentBytes()) - int64_t(residentBytes)));
+}
+
+}  // namespace raygraph::testing
