@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "base/api.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/scene_data.h"
 
@@ -28,7 +29,8 @@ namespace raygraph::scene {
 //   BadInput  `source` cannot be loaded (any more), or is not what `edited` was made of;
 //   Usage     the target's extension is neither, `options.scene` does not exist, or something else than the
 //             above was edited.
-void SaveGltf(const std::filesystem::path& source, const SceneData& edited,
-              const std::filesystem::path& target, const LoadOptions& options = {});
+// May be called from several threads at once, for different targets.
+RAYGRAPH_API void SaveGltf(const std::filesystem::path& source, const SceneData& edited,
+                           const std::filesystem::path& target, const LoadOptions& options = {});
 
 }  // namespace raygraph::scene
