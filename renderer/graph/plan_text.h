@@ -1,5 +1,5 @@
 // The plan of a frame as text: for people, and for tests that compare it. Pure; the same plan gives the same
-// text.
+// text. Threads: pure functions, for any thread.
 #pragma once
 
 #include <string>
