@@ -9,12 +9,14 @@ set(public
     renderer/gpu_scene/camera_record.h
     renderer/gpu_scene/gpu_scene.h
     renderer/graph/pass_harness.h
+    renderer/graph/plan_text.h
     renderer/graph/renderer.h
     renderer/image/exr.h
     renderer/image/image.h
     renderer/scene/camera_view.h
     renderer/scene/file_access.h
     renderer/scene/load_gltf.h
+    renderer/scene/save_gltf.h
     renderer/scene/scene_data.h
     rhi/blas_builder.h
     rhi/command_list.h

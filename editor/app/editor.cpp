@@ -89,6 +89,7 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
             m_saving.push_back({std::exchange(m_windowFile, {}), renderer.ReadBack(drawn),
                                 renderer.Desc(drawn).format == rhi::Format::Bgra8Unorm});
         screen.End(renderer, drawn);
+        m_work.hasDrawn = true;
     } catch (const Error& error) {
         if (error.Kind() == ErrorKind::DeviceLost || error.Kind() == ErrorKind::OutOfMemory) throw;
         m_frameError = error.what();

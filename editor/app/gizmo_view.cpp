@@ -36,7 +36,14 @@ void DrawTip(ImDrawList& list, GizmoTool tool, ImVec2 from, ImVec2 to, ImU32 col
 
 void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2 corner, bool isHot) {
     std::vector<ImVec2> places;
-    for (const glm::vec2& place : shape.places) places.emplace_back(corner.x + place.x, corner.y + place.y);
+    glm::vec2 last(1e9f);
+    for (const glm::vec2& place : shape.places) {
+        // A ring seen from its edge turns back on itself: lines of no length would have spikes there
+        if (!shape.isArea && glm::length(place - last) < 1.0f) continue;
+        last = place;
+        places.emplace_back(corner.x + place.x, corner.y + place.y);
+    }
+    if (places.size() < 2) return;
     const ImU32 color = isHot ? kHot : kAxisColors[AxisOf(shape.handle)];
     const auto count = static_cast<int>(places.size());
     if (shape.isArea) {

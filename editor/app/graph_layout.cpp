@@ -55,6 +55,9 @@ GraphLayout LayOut(const FrameGraph& graph, const Plan& plan, bool withCulled) {
         }
     }
 
+    std::ranges::stable_partition(layout.lanes, [](const GraphLane& lane) {
+        return std::ranges::any_of(lane.marks, [](const GraphMark& mark) { return mark.isWritten; });
+    });
     std::vector<float> ends;  // of the rows, so far
     for (GraphLane& lane : layout.lanes) {
         const float from = layout.CenterOf(lane.marks.front().box);

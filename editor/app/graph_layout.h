@@ -44,7 +44,8 @@ struct GraphLayout {
     static float RowCenter(size_t row) { return kBoxHeight + kRowHeight * (static_cast<float>(row) + 1.2f); }
 };
 
-// Lanes of resources that are not in use at the same time share a row, as long as their names have room.
+// What passes make comes above what they only read. Lanes of resources that are not in use at the same time
+// share a row, as long as their names have room.
 GraphLayout LayOut(const FrameGraph& graph, const Plan& plan, bool withCulled);
 
 }  // namespace raygraph::editor

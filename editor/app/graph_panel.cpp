@@ -231,7 +231,7 @@ class Drawing {
 }  // namespace
 
 void GraphPanel(Workspace& work) {
-    if (work.renderer.FrameNumber() == 0) return;
+    if (!work.hasDrawn) return;
     const Renderer::CompiledFrame frame = work.renderer.LastCompiled();
     ImGui::Checkbox("culled", &work.showsCulled);
     ImGui::SameLine();

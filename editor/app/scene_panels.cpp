@@ -65,7 +65,7 @@ Placement PlacementOf(const scene::Node& node) {
         placed.scale.x = -placed.scale.x;
         turn[0] = -turn[0];
     }
-    placed.degrees = glm::degrees(glm::eulerAngles(glm::quat_cast(turn)));
+    placed.degrees = glm::degrees(glm::eulerAngles(glm::quat_cast(turn))) + 0.0f;  // no -0
     return placed;
 }
 

@@ -178,6 +178,11 @@ void Script::Do(const Line& line, Editor& editor, Screen& screen) {
             editor.SavePicture(Rest(words, 1));
         until("saved", [&] { return !editor.IsBusy(); });
         if (!std::filesystem::exists(Rest(words, 1))) Fail(line, editor.Work().message);
+    } else if (verb == "budget") {
+        viewport::BudgetSettings budget = editor.Work().view.Budget();
+        budget.frameMs = Number(word(1));
+        if (!(budget.frameMs >= 0.0)) Fail(line, "a budget is 0 or more milliseconds");
+        editor.Work().view.SetBudget(budget);
     } else if (verb == "config") {
         editor.UseConfig(Rest(words, 1));
         Frame(editor, screen);

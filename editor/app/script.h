@@ -9,6 +9,7 @@
 //   frames 10              lets time pass            wait              until loads, picks and files are done
 //   samples 64             until the view has them   material base 1 0 0   of what is selected
 //   window FILE            saves it as .png          picture FILE      saves the picture, .png or .exr
+//   budget 0               milliseconds of the device that a frame may take; 0: a frame is a sample
 //   config FOLDER          settings are read from there, and kept there when the script ends
 //   scene FILE             saves the scene, .gltf or .glb
 //   expect selected NAME | view NAME | message TEXT | edits N | samples-below N | samples-above N

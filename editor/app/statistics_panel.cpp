@@ -44,7 +44,7 @@ void SampleRows(Workspace& work) {
     const Extent2D size = work.view.Size();
     const std::optional<double> rate = work.sampleRate.PerSecond();
     if (rate)
-        Row("speed", Text("%.2f samples/s, %.2f Msamples/s", *rate, *rate * size.width * size.height * 1e-6));
+        Row("speed", Text("%.2f Msamples/s, %.2f a pixel", *rate * size.width * size.height * 1e-6, *rate));
     else
         Row("speed", "-");
     const viewport::ErrorEstimate& error = work.estimate;
@@ -80,9 +80,9 @@ void Table(Workspace& work) {
                     BytesText(scene.blasBytesCompacted));
     Row("TLAS", std::to_string(scene.tlasRebuilds) + " builds, " + std::to_string(scene.tlasUpdates) +
                     " updates, " + BytesText(scene.tlasBytes));
-    Row("memory", BytesText(work.device.Memory().usedBytes) + ", peak " +
-                      BytesText(work.device.Memory().peakBytes) + "; textures " +
-                      BytesText(scene.textureBytes));
+    Row("memory",
+        BytesText(work.device.Memory().usedBytes) + ", peak " + BytesText(work.device.Memory().peakBytes));
+    Row("textures", BytesText(scene.textureBytes));
     ImGui::EndTable();
 }
 

@@ -88,6 +88,7 @@ class Workspace {
     FrameHistory history;
     SampleRate sampleRate;
     viewport::ErrorEstimate estimate;
+    bool hasDrawn = false;       // a frame, so that there is a plan
     double uiMs = 0.0;           // host time that the panels of the last frame took
     float targetPercent = 1.0f;  // of the error, for the time left
     bool showsCulled = true;     // in the plan

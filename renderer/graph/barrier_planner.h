@@ -6,8 +6,10 @@
 //   access: execution only write after W     waits for W and makes it available other layout      a
 //   transition; it counts as a write that every later access waits for
 // The validation layers do not see image writes of TraceRays, so these rules carry tests of their own.
+// Threads: plain values and pure functions, for any thread.
 #pragma once
 
+#include "base/api.h"
 #include "renderer/graph/access.h"
 
 namespace raygraph {
@@ -38,6 +40,6 @@ struct Dependency {
 };
 
 // The dependency that must come before the access; `state` becomes the state after it.
-Dependency PlanAccess(ResourceState& state, const AccessRequest& request);
+RAYGRAPH_API Dependency PlanAccess(ResourceState& state, const AccessRequest& request);
 
 }  // namespace raygraph

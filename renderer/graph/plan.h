@@ -1,4 +1,5 @@
 // Plan: what Compile makes of a FrameGraph. Plain data that refers to the graph by index.
+// Threads: plain values, for any thread.
 #pragma once
 
 #include <cstdint>

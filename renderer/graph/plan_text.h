@@ -1,9 +1,10 @@
 // The plan of a frame as text: for people, and for tests that compare it. Pure; the same plan gives the same
-// text.
+// text. Threads: pure functions, for any thread.
 #pragma once
 
 #include <string>
 
+#include "base/api.h"
 #include "renderer/graph/frame_graph.h"
 #include "renderer/graph/plan.h"
 
@@ -12,17 +13,17 @@ namespace raygraph {
 // One block a pass: number, name, kind, what it reads and writes with versions, what it waits for; then the
 // culled passes with the reason, the resources with their lifetimes, and the shared memory with the bytes
 // saved.
-std::string DescribePlan(const FrameGraph& graph, const Plan& plan);
+RAYGRAPH_API std::string DescribePlan(const FrameGraph& graph, const Plan& plan);
 
 // Graphviz: passes as boxes (culled ones dashed), versions of resources as ellipses. `dot -Tsvg` draws it.
-std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan);
+RAYGRAPH_API std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan);
 
 // Its parts, one line each, for tools that draw a plan.
 // "radiance: RayTracingShader write -> ComputeShader read, General"
-std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier);
+RAYGRAPH_API std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier);
 // "texture 640x360 rgba32f"
-std::string ResourceText(const GraphResource& resource);
+RAYGRAPH_API std::string ResourceText(const GraphResource& resource);
 // Of one of plan.culled: "nothing needs radiance"
-std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled);
+RAYGRAPH_API std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled);
 
 }  // namespace raygraph

@@ -1,8 +1,10 @@
-// A glTF file again, with some of its values changed: what an editor saves.
+// A glTF file again, with some of its values changed: what an editor saves. Threads: any, also several at
+// once for different targets.
 #pragma once
 
 #include <filesystem>
 
+#include "base/api.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/scene_data.h"
 
@@ -28,7 +30,7 @@ namespace raygraph::scene {
 //   BadInput  `source` cannot be loaded (any more), or is not what `edited` was made of;
 //   Usage     the target's extension is neither, `options.scene` does not exist, or something else than the
 //             above was edited.
-void SaveGltf(const std::filesystem::path& source, const SceneData& edited,
-              const std::filesystem::path& target, const LoadOptions& options = {});
+RAYGRAPH_API void SaveGltf(const std::filesystem::path& source, const SceneData& edited,
+                           const std::filesystem::path& target, const LoadOptions& options = {});
 
 }  // namespace raygraph::scene

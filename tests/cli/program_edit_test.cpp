@@ -14,9 +14,9 @@ using test::SceneFile;
 
 TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
     const test::TemporaryFolder folder;
-    std::ofstream(folder.Path() / "script.txt") << "size 120x100\nopen " << SceneFile("cornell.gltf")
-                                                << "\nwait\nsamples 3\npicture " << folder / "edit.exr"
-                                                << "\nexpect message samples\n";
+    std::ofstream(folder.Path() / "script.txt")
+        << "size 120x100\nopen " << SceneFile("cornell.gltf") << "\nwait\nsamples 3\npicture "
+        << (folder.Path() / "edit.exr").string() << "\nexpect message samples\n";
     const test::ProgramResult edited =
         RunProgram({"edit", "--validate", "--headless-script", folder / "script.txt"});
     if (edited.messages.find("no editor") != std::string::npos) GTEST_SKIP() << edited.messages;

@@ -22,7 +22,10 @@ class GraphLayoutTest : public ::testing::Test {
         };
         TextureId a = texture("a"), unused = texture("unused"), b = texture("b");
         TextureId kept = texture("kept", Origin::Persistent);
+        const BufferId table = graph.Add<ResourceKind::Buffer>(
+            {.name = "table", .origin = Origin::Imported, .bytes = 64, .version = 1});
         graph.AddPass("Draw", PassKind::Compute);
+        std::ignore = graph.Use(table, Access::StorageRead);
         a = graph.Use(a, Access::StorageWrite);
         graph.AddPass("Waste", PassKind::Compute);
         std::ignore = graph.Use(a, Access::Sampled);
@@ -90,6 +93,11 @@ TEST_F(GraphLayoutTest, LanesOfOneRowDoNotTouch) {
                 layout.CenterOf(other.marks.back().box) < layout.CenterOf(one.marks.front().box);
             EXPECT_TRUE(isBefore || isAfter);
         }
+    const auto isMade = [](const GraphLane& lane) {
+        return std::ranges::any_of(lane.marks, [](const GraphMark& mark) { return mark.isWritten; });
+    };
+    EXPECT_TRUE(std::ranges::is_partitioned(layout.lanes, isMade)) << "what is only read lies below";
+    EXPECT_FALSE(isMade(layout.lanes.back()));
     EXPECT_LT(layout.rowCount, layout.lanes.size()) << "a and kept follow each other";
     const GraphLayout nothing = LayOut({}, {}, true);
     EXPECT_TRUE(nothing.boxes.empty() && nothing.lanes.empty());

@@ -151,6 +151,21 @@ TEST_F(ScriptTest, DragTurnsTheCameraAndSizesMayBeAny) {
     Play("size 1x1\nsize 37x911\nsize 0x0\nsize 700x20\nsize 640x400\nframes 2\n");
 }
 
+TEST_F(ScriptTest, PlanOfNoFrameIsNotShown) {
+    FrameInput input;
+    input.extent = {320, 200};
+    class Closed final : public Screen {
+      public:
+        std::optional<TextureId> Begin(Renderer&, rhi::Extent2D) override { return std::nullopt; }
+        void End(Renderer&, TextureId) override {}
+    } closed;
+    editor.Work().panels.graph = true;
+    for (int i = 0; i < 3; i++) EXPECT_TRUE(editor.Frame(input, closed));
+    EXPECT_TRUE(editor.Frame(input, screen));
+    EXPECT_TRUE(editor.Frame(input, screen));
+    EXPECT_EQ(editor.FrameError(), "");
+}
+
 TEST_F(ScriptTest, SavesTheWindow) {
     const std::filesystem::path file = folder.Path() / "window.png";
     Play(OpenCornell() + "view raster\nkey F1\nkey G\nkey T\nframes 4\nwindow " + file.string() + "\n");

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
 #include <sstream>
@@ -148,6 +149,35 @@ TEST_F(SaveGltf, OwnScenesComeBackToTheBitAndTheSecondSaveIsTheFirst) {
         count++;
     }
     EXPECT_GE(count, 8u);
+}
+
+TEST_F(SaveGltf, PublishedScenesComeBack) {
+    const char* assets = std::getenv("RAYGRAPH_ASSETS");
+    if (!assets || !*assets) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set";
+    size_t count = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(fs::path(assets) / "scenes" / "known")) {
+        const fs::path extension = entry.path().extension();
+        if ((extension != ".gltf" && extension != ".glb") || entry.file_size() > 3'000'000) continue;
+        SCOPED_TRACE(entry.path().filename().string());
+        scene::SceneData edited;
+        try {
+            edited = scene::LoadGltf(entry.path());
+        } catch (const Error&) {
+            continue;  // it requires an extension that is not read
+        }
+        for (scene::Material& material : edited.materials) material.roughnessFactor = 0.375f;
+        for (const uint32_t node : edited.nodeOrder) {
+            glm::mat4x3 moved = edited.nodes[node].LocalTransform();
+            moved[3] += glm::vec3(0.5f, -0.25f, 1.0f);
+            edited.nodes[node].matrix = moved;
+        }
+        scene::UpdateWorldTransforms(edited);
+        const fs::path name = entry.path().stem().string() + extension.string();
+        fs::create_directories(Target(std::to_string(count).c_str()));
+        ExpectSame(edited, Save(entry.path(), edited, Target(std::to_string(count).c_str()) / name), 1e-5f);
+        count++;
+    }
+    EXPECT_GE(count, 10u);
 }
 
 TEST_F(SaveGltf, EditsOfOwnScenesComeBack) {
