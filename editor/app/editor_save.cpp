@@ -92,8 +92,6 @@ void Editor::SavePicture(const std::filesystem::path& file) {
         m_savingRenders.push_back({.file = file,
                                    .capture = m_work.view.RequestCapture(),
                                    .render = {.picture = {},
-                                              .camera = m_work.camera.View(),
-                                              .paths = m_work.view.Paths(),
                                               .environment = m_work.gpu.Environment(),
                                               .sceneFile = m_work.document.File().filename().string(),
                                               .environmentFile = m_work.EnvironmentFile().filename().string(),

@@ -6,16 +6,12 @@
 #include <string>
 
 #include "editor/viewport/capture.h"
-#include "editor/viewport/view_settings.h"
 #include "renderer/gpu_scene/gpu_scene.h"
-#include "renderer/scene/camera_view.h"
 
 namespace raygraph::editor {
 
 struct SavedRender {
     viewport::CaptureResult picture;
-    scene::CameraView camera;  // when it was asked for
-    viewport::PathSettings paths;
     EnvironmentSettings environment;
     std::string sceneFile;        // without folders; "": none
     std::string environmentFile;  // "": no map

@@ -23,13 +23,14 @@ RenderFile RenderFileOf(editor::SavedRender&& saved) {
     PictureSettings settings;
     settings.size = {picture.extent.width, picture.extent.height};
     settings.view = picture.isRaster ? View::Raster : View::PathTraced;
-    if (saved.camera.projection == scene::Projection::Perspective) settings.camera = CameraText(saved.camera);
-    settings.seed = saved.paths.seed;
-    settings.sampler = saved.paths.sampler;
-    settings.scattering = saved.paths.scattering;
-    settings.lights = saved.paths.lights;
-    settings.roulette = saved.paths.roulette;
-    settings.biases = saved.paths.biases;
+    if (picture.camera.projection == scene::Projection::Perspective)
+        settings.camera = CameraText(picture.camera);
+    settings.seed = picture.paths.seed;
+    settings.sampler = picture.paths.sampler;
+    settings.scattering = picture.paths.scattering;
+    settings.lights = picture.paths.lights;
+    settings.roulette = picture.paths.roulette;
+    settings.biases = picture.paths.biases;
     settings.environmentRotation = glm::degrees(saved.environment.rotation);
     const glm::vec3& radiance = saved.environment.radiance;
     if (saved.environmentFile.empty()) settings.background = {radiance.x, radiance.y, radiance.z};

@@ -10,6 +10,8 @@ struct Capture::State {
     bool isSubmitted = false;
     bool isRaster = false;
     uint32_t sampleCount = 0;
+    scene::CameraView camera;
+    PathSettings paths;
     Readback mean, variance, albedo, normal, position, ids;
 };
 
@@ -47,6 +49,8 @@ CaptureResult Capture::Result() const {
     return {.extent = m_state->mean.Extent(),
             .isRaster = m_state->isRaster,
             .sampleCount = m_state->sampleCount,
+            .camera = m_state->camera,
+            .paths = m_state->paths,
             .mean = TexelsOf<float>(m_state->mean),
             .variance = TexelsOf<float>(m_state->variance),
             .albedo = TexelsOf<float>(m_state->albedo),
@@ -73,6 +77,8 @@ void CaptureRequests::Declare(Renderer& renderer, const SceneIds& scene,
     for (const std::shared_ptr<Capture::State>& state : m_captures) {
         state->isRaster = shown.isRaster;
         state->sampleCount = shown.progress.sampleCount;
+        state->camera = shown.camera;
+        state->paths = shown.paths;
         state->mean = renderer.ReadBack(shown.mean);
         state->variance = renderer.ReadBack(shown.variance);
         state->albedo = renderer.ReadBack(hits.albedo);

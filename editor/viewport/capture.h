@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "base/api.h"
+#include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
 #include "passes/trace.h"
 #include "renderer/graph/renderer.h"
+#include "renderer/scene/camera_view.h"
 
 namespace raygraph::viewport {
 
@@ -18,6 +20,8 @@ struct CaptureResult {
     Extent2D extent;
     bool isRaster = false;        // else path-traced
     uint32_t sampleCount = 0;     // of every pixel
+    scene::CameraView camera;     // that it was taken by
+    PathSettings paths;           // and how
     std::vector<float> mean;      // w: coverage
     std::vector<float> variance;  // of one sample; w without meaning
     // What lies behind the centre of each pixel (passes::PrimaryHits).
@@ -50,6 +54,8 @@ class RAYGRAPH_API CaptureRequests {
         TextureId mean, variance;
         passes::Accumulation::Progress progress;
         bool isRaster = false;
+        scene::CameraView camera;
+        PathSettings paths;
     };
     // Answers the requests at hand, if that is a whole number of samples.
     void Declare(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,

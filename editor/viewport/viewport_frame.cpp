@@ -204,10 +204,10 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
         errors.Declare(renderer, traced.mean, traced.variance, tracedSamples.Declared().sampleCount);
     if (ShowsPathTraced(show.view) && ShowsPathTraced(shownAs.view))
         captures.Declare(renderer, ids, settings,
-                         {traced.mean, traced.variance, tracedSamples.Declared(), false});
+                         {traced.mean, traced.variance, tracedSamples.Declared(), false, camera, paths});
     else if (show.view == View::Raster)
         captures.Declare(renderer, ids, settings,
-                         {drawn.mean, drawn.variance, drawnSamples.Declared(), true});
+                         {drawn.mean, drawn.variance, drawnSamples.Declared(), true, camera, paths});
 
     TimedFrame timed{.frame = renderer.FrameNumber()};
     if (shownAs.view == View::Raster && isDrawn)

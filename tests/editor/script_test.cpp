@@ -225,7 +225,7 @@ TEST_F(ScriptTest, SavesAnExrThroughTheProgram) {
     EXPECT_TRUE(saved->picture.isRaster);
     EXPECT_GE(saved->picture.sampleCount, 1u);
     EXPECT_EQ(saved->picture.extent, editor.Work().view.Size());
-    EXPECT_EQ(saved->camera, editor.Work().camera.View());
+    EXPECT_EQ(saved->picture.camera, editor.Work().camera.View());
     EXPECT_NE(Failure("picture " + (folder.Path() / "picture.bmp").string() + "\n").find(".png or .exr"),
               std::string::npos);
     saveFailure = "disk is full";
