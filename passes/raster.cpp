@@ -7,9 +7,14 @@
 
 namespace raygraph::passes {
 
+bool CanDrawVisibility(const Renderer& renderer, const SceneIds& scene, Extent2D extent) {
+    return CanRasterize(renderer, scene, extent) ||
+           renderer.Device().Info().optional.drawIndirectFirstInstance;
+}
+
 RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                                 FilmPosition film, Rasterizer rasterizer) {
-    if (!CanRasterize(renderer, scene)) rasterizer = Rasterizer::Device;
+    if (!CanRasterize(renderer, scene, settings.extent)) rasterizer = Rasterizer::Device;
     const bool isDevice = rasterizer == Rasterizer::Device;
     if (isDevice) RequireIndirectDraws(renderer, "DrawVisibility");
     RasterVisibility seen{

@@ -16,7 +16,7 @@ namespace raygraph::passes {
 
 // What finds the pixels that a triangle is in.
 enum class Rasterizer : uint8_t {
-    Compute,  // compute shaders; exact to 1e-4 of a pixel
+    Compute,  // compute shaders, at the places where rays would be
     Device,   // the device's own
 };
 
@@ -36,11 +36,16 @@ struct RasterVisibility {
 // (settings.seed, sampleIndex), so that a mean over samples is blended, in any order.
 // FilmPosition::Jittered draws one place for all pixels of a sample: a mean over samples is smooth at edges.
 // The camera has no lens here, and sees nothing nearer than its zNear. Where surfaces coincide, either may be
-// seen. Rasterizer::Compute falls back to Device where the device lacks shaderBufferInt64Atomics or the scene
-// has more than 2^32 triangles placed. Throws Error{Usage} for Device without drawIndirectFirstInstance.
+// seen. Rasterizer::Compute falls back to Device where the device lacks shaderBufferInt64Atomics, the scene
+// has 2^32 triangles placed or more, or 8 bytes a pixel are more than the device lets a shader bind (128 MiB
+// on some: 4096 x 4096 pixels). Throws Error{Usage} for Device without drawIndirectFirstInstance.
 [[nodiscard]] RAYGRAPH_API RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene,
                                                            const TraceSettings& settings, FilmPosition film,
                                                            Rasterizer rasterizer = Rasterizer::Compute);
+
+// Whether it can, or throws.
+[[nodiscard]] RAYGRAPH_API bool CanDrawVisibility(const Renderer& renderer, const SceneIds& scene,
+                                                  Extent2D extent);
 
 // The same found by rays, through the same place of each pixel: for views of what the path tracer sees.
 [[nodiscard]] RAYGRAPH_API RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,

@@ -26,6 +26,11 @@ struct ResolveConstants {
     uint32_t drawCount;
 };
 
+// One 64-bit key a pixel.
+uint64_t KeyBytes(Extent2D extent) {
+    return uint64_t{extent.width} * extent.height * sizeof(uint64_t);
+}
+
 struct ChunkIds {
     BufferId firstChunks;  // uint[], one a draw, and the number of all
     BufferId tiles;        // a count, and gpu::TriangleTile[]
@@ -40,8 +45,7 @@ ChunkIds NumberChunks(Renderer& renderer, const SceneIds& scene, const RasterVis
             renderer.CreateBuffer("firstChunks", {.size = (drawCount + uint64_t{1}) * sizeof(uint32_t)}),
         .tiles = renderer.CreateBuffer(
             "tiles", {.size = sizeof(uint32_t) + gpu::kTileCapacity * sizeof(gpu::TriangleTile)}),
-        .nearest = renderer.CreateBuffer("nearest",
-                                         {.size = uint64_t{extent.width} * extent.height * sizeof(uint64_t)}),
+        .nearest = renderer.CreateBuffer("nearest", {.size = KeyBytes(extent)}),
     };
     renderer.AddPass(
         "NumberChunks", PassKind::Compute,
@@ -74,8 +78,10 @@ void BindChunks(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParame
 
 }  // namespace
 
-bool CanRasterize(const Renderer& renderer, const SceneIds& scene) {
-    return renderer.Device().Info().optional.bufferInt64Atomics && scene.chunkCount <= gpu::kMaxChunks;
+bool CanRasterize(const Renderer& renderer, const SceneIds& scene, Extent2D extent) {
+    const rhi::DeviceInfo& device = renderer.Device().Info();
+    return device.optional.bufferInt64Atomics && scene.chunkCount <= gpu::kMaxChunks &&
+           KeyBytes(extent) <= device.maxStorageBufferBytes;
 }
 
 void RasterizeHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,

@@ -9,8 +9,9 @@
 
 namespace raygraph::passes {
 
-// Whether the device has what this takes, and the scene's triangles can be numbered.
-bool CanRasterize(const Renderer& renderer, const SceneIds& scene);
+// Whether the device has what this takes, the scene's triangles can be numbered, and a buffer can hold a key
+// for each pixel.
+bool CanRasterize(const Renderer& renderer, const SceneIds& scene, Extent2D extent);
 
 // Draws seen.hits and seen.depth anew from its lists; as DrawHits. CanRasterize comes first.
 void RasterizeHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,

@@ -107,6 +107,7 @@ struct DeviceInfo {
     uint64_t storageAlignment = 0;  // minStorageBufferOffsetAlignment
     uint64_t uniformAlignment = 0;
     uint64_t maxBufferBytes = 0;
+    uint64_t maxStorageBufferBytes = 0;  // of a buffer that a shader binds: maxStorageBufferRange
     uint32_t subgroupSize = 0;
     OptionalFeatures optional;
 };

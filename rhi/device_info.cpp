@@ -97,6 +97,7 @@ DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, 
     info.storageAlignment = properties.limits.minStorageBufferOffsetAlignment;
     info.uniformAlignment = properties.limits.minUniformBufferOffsetAlignment;
     info.maxBufferBytes = maintenance4.maxBufferSize;
+    info.maxStorageBufferBytes = properties.limits.maxStorageBufferRange;
     info.subgroupSize = subgroup.subgroupSize;
     info.optional = optional;
     return info;

@@ -169,7 +169,9 @@ void Script::Do(const Line& line, Editor& editor, Screen& screen) {
             const viewport::ViewportProgress progress = editor.Work().view.Progress();
             const viewport::View view = editor.Work().view.Show().view;
             return (!ShowsPathTraced(view) || progress.pathTracedSamples >= wanted) &&
-                   (!ShowsRaster(view) || progress.rasterSamples >= std::min(wanted, 64u));
+                   (!ShowsRaster(view) ||
+                    (progress.rasterSamples > 0 && (progress.rasterSamples >= wanted ||
+                                                    progress.rasterSamples == progress.rasterSamplesWanted)));
         });
     } else if (verb == "window" || verb == "picture") {
         if (verb == "window")

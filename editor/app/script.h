@@ -7,7 +7,7 @@
 //   drag left 100 0        presses, moves, lets go   wheel 2           notches
 //   text abc               typed                     view raster       a view by its name
 //   frames 10              lets time pass            wait              until loads, picks and files are done
-//   samples 64             until the view has them   material base 1 0 0   of what is selected
+//   samples 64             until the view has all   material base 1 0 0   of what is selected
 //   window FILE            saves it as .png          picture FILE      saves the picture, .png or .exr
 //   budget 0               milliseconds of the device that a frame may take; 0: a frame is a sample
 //   config FOLDER          settings are read from there, and kept there when the script ends

@@ -10,17 +10,10 @@ RasterView::RasterView(const std::string& name)
       m_coarse(name + ".raster/coarse"),
       m_environment(name + ".environment") {}
 
-namespace {
-
-bool CanDraw(const Renderer& renderer) {
-    return renderer.Device().Info().optional.drawIndirectFirstInstance;
-}
-
-}  // namespace
-
 passes::RasterVisibility DeclareVisibility(Renderer& renderer, const SceneIds& scene,
                                            const passes::TraceSettings& settings, passes::FilmPosition film) {
-    if (CanDraw(renderer)) return passes::DrawVisibility(renderer, scene, settings, film);
+    if (passes::CanDrawVisibility(renderer, scene, settings.extent))
+        return passes::DrawVisibility(renderer, scene, settings, film);
     return passes::TraceVisibility(renderer, scene, settings, film);
 }
 
@@ -33,14 +26,15 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
         const passes::RasterVisibility seen =
             DeclareVisibility(renderer, scene, settings, passes::FilmPosition::Jittered);
         passes::RasterSettings possible = raster;
-        if (!CanDraw(renderer)) {
+        if (!passes::CanDrawVisibility(renderer, scene, settings.extent))
             possible.hasOcclusion = possible.hasTransmission = false;
-            if (possible.shadows == passes::RasterShadows::Maps)
-                possible.shadows = passes::RasterShadows::Rays;
-        }
+        const bool hasMaps = renderer.Device().Info().optional.drawIndirectFirstInstance;
+        if (possible.shadows == passes::RasterShadows::Maps && !hasMaps)
+            possible.shadows = passes::RasterShadows::Rays;
         return passes::RasterShade(renderer, scene, settings, seen, m_environment, possible);
     };
     const uint32_t count = m_samples.SampleCount();
+    m_wantedSamples = maxSamples;
     Ids ids;
     if (count > 0 && ((maxSamples > 0 && count >= maxSamples) || scale > 1)) {
         ids.mean = renderer.Persist(m_samples.Name() + ".mean", desc);

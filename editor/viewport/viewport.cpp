@@ -169,6 +169,7 @@ ViewportProgress Viewport::Progress() const {
             .pathTracedShare =
                 pixels > 0.0 ? static_cast<double>(progress.cursor.PixelCount(size)) / pixels : 0.0,
             .rasterSamples = m_impl->raster.Samples().SampleCount(),
+            .rasterSamplesWanted = m_impl->raster.WantedSamples(),
             .coarseness = m_impl->pathTraced.Coarseness()};
 }
 

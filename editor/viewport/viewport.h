@@ -61,6 +61,8 @@ struct ViewportProgress {
     uint32_t pathTracedSamples = 0;  // of every pixel
     double pathTracedShare = 0.0;    // of the pixels that have the next sample already
     uint32_t rasterSamples = 0;
+    // Where the raster view stops: one sample if it takes longer than the budget; 0: never.
+    uint32_t rasterSamplesWanted = 0;
     // How much coarser than the picture the path-traced one is, in pixels along an edge: 1 once every pixel
     // has a sample, 0 while there is nothing.
     uint32_t coarseness = 0;

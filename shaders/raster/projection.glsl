@@ -8,17 +8,21 @@
 // (orthographic). `shift` moves the picture, in clip units: (2, 2) is its whole size. From a place relative
 // to camera.origin.
 mat4 OffsetToClip(CameraRecord camera, vec2 shift) {
+    // `precise`: pipelines that draw parts of one surface agree to the bit
     // offset = x right + y up + depth forward, by Cramer's rule: the three need not be orthogonal
-    vec3 film = cross(camera.right, camera.up);
-    float scale = 1.0f / dot(film, camera.forward);
-    vec3 x = scale * cross(camera.up, camera.forward);
-    vec3 y = -scale * cross(camera.forward, camera.right);  // rows run downwards
-    vec3 depth = scale * film;
+    precise vec3 film = cross(camera.right, camera.up);
+    precise float scale = 1.0f / dot(film, camera.forward);
+    precise vec3 x = scale * cross(camera.up, camera.forward);
+    precise vec3 y = -scale * cross(camera.forward, camera.right);  // rows run downwards
+    precise vec3 depth = scale * film;
+    precise mat4 rows;
     if (camera.orthographic != 0u)
-        return transpose(mat4(vec4(x, shift.x), vec4(y, shift.y), vec4(-depth / camera.zFar, 1.0f),
-                              vec4(0.0f, 0.0f, 0.0f, 1.0f)));
-    return transpose(mat4(vec4(x + shift.x * depth, 0.0f), vec4(y + shift.y * depth, 0.0f),
-                          vec4(0.0f, 0.0f, 0.0f, camera.zNear), vec4(depth, 0.0f)));
+        rows = mat4(vec4(x, shift.x), vec4(y, shift.y), vec4(-depth / camera.zFar, 1.0f),
+                    vec4(0.0f, 0.0f, 0.0f, 1.0f));
+    else
+        rows = mat4(vec4(x + shift.x * depth, 0.0f), vec4(y + shift.y * depth, 0.0f),
+                    vec4(0.0f, 0.0f, 0.0f, camera.zNear), vec4(depth, 0.0f));
+    return transpose(rows);
 }
 
 vec4 ClipPosition(CameraRecord camera, vec3 position, vec2 shift) {

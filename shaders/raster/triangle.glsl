@@ -17,11 +17,12 @@ struct PictureTriangle {
 
 mat4 OffsetToPicture(CameraRecord camera, vec2 shift, uvec2 size) {
     vec2 scale = 0.5f * vec2(size);
-    return mat4(scale.x, 0.0f, 0.0f, 0.0f,  //
-                0.0f, scale.y, 0.0f, 0.0f,  //
-                0.0f, 0.0f, 1.0f, 0.0f,     //
-                scale.x, scale.y, 0.0f, 1.0f) *
-           OffsetToClip(camera, shift);
+    precise mat4 result = mat4(scale.x, 0.0f, 0.0f, 0.0f,  //
+                               0.0f, scale.y, 0.0f, 0.0f,  //
+                               0.0f, 0.0f, 1.0f, 0.0f,     //
+                               scale.x, scale.y, 0.0f, 1.0f) *
+                          OffsetToClip(camera, shift);
+    return result;
 }
 
 PictureTriangle ProjectTriangle(uint placement, uint primitive, vec3 origin, mat4 offsetToPicture) {

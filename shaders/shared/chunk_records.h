@@ -21,7 +21,7 @@ RAYGRAPH_CONSTANT uint kChunkTriangles = 1u << kChunkBits;
 RAYGRAPH_CONSTANT uint kMaxChunks = 1u << (32u - kChunkBits);  // triangles are numbered by 32 bits
 RAYGRAPH_CONSTANT uint kChunkGroupSize = 64u;                  // invocations a group, one a triangle
 RAYGRAPH_CONSTANT uint kTileSize = 64u;                        // pixels a side
-RAYGRAPH_CONSTANT uint kTileCapacity = 1u << 16u;              // beyond it, an invocation draws a tile
+RAYGRAPH_CONSTANT uint kTileCapacity = 1u << 20u;              // beyond it, an invocation draws a tile
 
 struct TriangleTile {
     uint triangle;  // its number

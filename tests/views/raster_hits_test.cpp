@@ -155,8 +155,24 @@ TEST_F(RasterHits, ManyLayersOfLargeTrianglesShowTheNearest) {
     for (size_t i = 1; i < places.size(); i++) scene.instances[i].objectToWorld = places[i];
     render.scene.SetScene(std::move(scene));
     TraceSettings settings = LookAt({0, 0, 1}, {0, 0, 0}, 0.6f, 64);
-    settings.extent = {kTilesEach * gpu::kTileSize, 6};
+    settings.extent = {kTilesEach * gpu::kTileSize, 1};
     for (const glm::uvec4& id : Draw(settings).ids) ASSERT_EQ(id.x, places.size() - 1);
+}
+
+TEST_F(RasterHits, APictureThatIsTooLargeForComputeIsDrawnByTheDevice) {
+    render.scene.SetScene(SceneOf({BoxMesh(0.4f)}, {OneSided(glm::vec3(0.5f))}));
+    TraceSettings settings = LookAt({0, 0, 5}, {0, 0, 0}, 0.2f, 8);
+    const uint64_t limit = Device().Info().maxStorageBufferBytes;
+    EXPECT_GE(limit, 128u << 20u);
+    for (const uint32_t side : {64u, 16384u}) {
+        settings.extent = {side, side};
+        render.renderer.BeginFrame();
+        const passes::RasterVisibility seen = passes::DrawVisibility(
+            render.renderer, render.scene.Declare(render.renderer), settings, FilmPosition::Center);
+        render.renderer.DropFrame();
+        const bool fits = uint64_t{8} * side * side <= limit;
+        EXPECT_EQ(seen.rasterizer, fits ? Rasterizer::Compute : Rasterizer::Device) << side;
+    }
 }
 
 // The camera stands on a floor of two triangles that reach behind it, and inside a closed box.
