@@ -68,7 +68,10 @@ struct AdoptedDeviceDesc {
     uint32_t queueFamily = 0;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // the host's loader
     std::vector<std::string> enabledExtensions = {};          // device extensions the host enabled
-    bool debugUtilsEnabled = false;                           // instance has VK_EXT_debug_utils
+    // Of the optional features, those that the host enabled; nullopt: all that the device and the enabled
+    // extensions have, as FeaturesFor turns them on. Vulkan cannot be asked.
+    std::optional<OptionalFeatures> enabledFeatures = {};
+    bool debugUtilsEnabled = false;  // instance has VK_EXT_debug_utils
     const VkAllocationCallbacks* allocationCallbacks = nullptr;
     std::function<void()> lockQueue = {};  // called around every queue access when the host shares the queue
     std::function<void()> unlockQueue = {};  // both or neither

@@ -69,9 +69,10 @@ std::unique_ptr<Device> Device::Adopt(const AdoptedDeviceDesc& desc) {
     impl->unlockQueue = desc.unlockQueue;
     impl->instanceFunctions = vk;
     impl->savesPipelineCache = desc.savePipelineCache;
-    const OptionalFeatures optional =
+    OptionalFeatures optional =
         Restrict(OptionalFeaturesOf(desc.physicalDevice, desc.getInstanceProcAddr, desc.instance),
                  desc.enabledExtensions);
+    if (desc.enabledFeatures) optional = Restrict(optional, *desc.enabledFeatures);
     impl->Open(optional, PipelineCacheFolder(desc.cacheDirectory));
     return std::unique_ptr<Device>(new Device(std::move(impl)));
 }

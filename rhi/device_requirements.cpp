@@ -320,6 +320,9 @@ FeatureChain::FeatureChain() : m_impl(std::make_unique<Impl>()) {
 FeatureChain::FeatureChain(FeatureChain&&) noexcept = default;
 FeatureChain& FeatureChain::operator=(FeatureChain&&) noexcept = default;
 FeatureChain::~FeatureChain() = default;
+VkPhysicalDeviceFeatures2* FeatureChain::Root() {
+    return &m_impl->structs.root;
+}
 const VkPhysicalDeviceFeatures2* FeatureChain::Root() const {
     return &m_impl->structs.root;
 }
@@ -367,6 +370,12 @@ OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string
         if (entry.capability && entry.extension &&
             std::find(enabled.begin(), enabled.end(), entry.extension) == enabled.end())
             features.*entry.capability = false;
+    return features;
+}
+
+OptionalFeatures Restrict(OptionalFeatures features, const OptionalFeatures& enabled) {
+    for (const FeatureEntry& entry : kFeatures)
+        if (entry.capability && !(enabled.*entry.capability)) features.*entry.capability = false;
     return features;
 }
 

@@ -72,6 +72,8 @@ class RAYGRAPH_API FeatureChain {
     FeatureChain(FeatureChain&&) noexcept;
     FeatureChain& operator=(FeatureChain&&) noexcept;
     ~FeatureChain();
+    // The caller may set more flags in the chained structures, before the device is made.
+    VkPhysicalDeviceFeatures2* Root();
     const VkPhysicalDeviceFeatures2* Root() const;
 
   private:
@@ -97,6 +99,8 @@ RAYGRAPH_API OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vk
                                                  VkInstance instance);
 // Turns off what needs a device extension that is not in `enabled`.
 RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string> enabled);
+// Turns off what is off in `enabled`.
+RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, const OptionalFeatures& enabled);
 // Every reason for which `device` cannot be used, one line each; empty: it can.
 RAYGRAPH_API std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                  VkInstance instance);

@@ -157,6 +157,28 @@ TEST_F(AdoptTest, OptionalExtensionNotEnabled_TurnsTheCapabilityOff) {
               rhi::OptionalFeaturesOf(desc.physicalDevice, desc.getInstanceProcAddr, desc.instance).rayQuery);
 }
 
+// Of core Vulkan, where no extension tells.
+TEST_F(AdoptTest, OptionalFeatureNotEnabled_TurnsTheCapabilityOff) {
+    rhi::AdoptedDeviceDesc desc = host.Desc();
+    const rhi::OptionalFeatures has =
+        rhi::OptionalFeaturesOf(desc.physicalDevice, desc.getInstanceProcAddr, desc.instance);
+    EXPECT_EQ(rhi::Device::Adopt(desc)->Info().optional.bufferInt64Atomics, has.bufferInt64Atomics);
+    desc.enabledFeatures = has;
+    desc.enabledFeatures->bufferInt64Atomics = false;
+    desc.enabledFeatures->wireframe = false;
+    const rhi::OptionalFeatures optional = rhi::Device::Adopt(desc)->Info().optional;
+    EXPECT_FALSE(optional.bufferInt64Atomics);
+    EXPECT_FALSE(optional.wireframe);
+    EXPECT_EQ(optional.multiDrawIndirect, has.multiDrawIndirect) << "what is enabled stays";
+}
+
+TEST_F(AdoptTest, OptionalFeatureSaidToBeEnabled_IsOffWhereItsExtensionIs) {
+    rhi::AdoptedDeviceDesc desc = host.Desc();
+    std::erase(desc.enabledExtensions, VK_KHR_RAY_QUERY_EXTENSION_NAME);
+    desc.enabledFeatures = rhi::OptionalFeatures{.rayQuery = true};
+    EXPECT_FALSE(rhi::Device::Adopt(desc)->Info().optional.rayQuery);
+}
+
 TEST_F(AdoptTest, NullHandle_IsNamed) {
     rhi::AdoptedDeviceDesc desc = host.Desc();
     desc.queue = VK_NULL_HANDLE;
