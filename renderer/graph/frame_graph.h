@@ -93,7 +93,7 @@ struct AnyId {
         : kind(Kind), resource(id.resource), version(id.version), frame(id.frame), isValid(id.IsValid()) {}
 };
 
-struct FrameGraph {
+struct RAYGRAPH_API FrameGraph {
     uint64_t frame = 0;
     uint32_t queueFamily = 0;              // of the queue that executes the frame
     VkPipelineStageFlags2 waitStages = 0;  // of the semaphores that the frame waits for
