@@ -1,9 +1,9 @@
 // FrameGraph: one frame as plain data: resources, passes and what each pass uses. Pure: no device, no vk*
 // call.
 //
-// The Renderer fills one from AddPass and hands it to Compile (renderer/graph/compile.h); tests write them by
-// hand. A pass may only use the newest version of a resource, so the order of declaration is an order of
-// execution and the graph has no cycles. Threads: plain values and pure functions, for any thread.
+// The Renderer fills one from AddPass and compiles it; tests and tools write them by hand, and plan_text.h
+// describes them. A pass may only use the newest version of a resource, so the order of declaration is an
+// order of execution and the graph has no cycles. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
