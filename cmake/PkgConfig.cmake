@@ -1,4 +1,5 @@
-# raygraph.pc: `pkg-config --cflags --libs raygraph`; with --static also what the static libraries stand on.
+# raygraph.pc for the shared library, raygraph-static.pc for the static ones with all that they stand on:
+# `pkg-config --cflags --libs NAME`. Each has its own name, so that both may lie in one prefix.
 
 # Which pkg-config package an imported target is.
 set(packageOfTarget
@@ -49,33 +50,33 @@ function(_raygraph_pc_collect)
     set(PKG_LIBS ${PKG_LIBS} PARENT_SCOPE)
 endfunction()
 
-# _raygraph_pc(KIND REQUIRES LIBS): the file for a kind of library. It finds its prefix from where it lies.
-function(_raygraph_pc kind requires libs)
+# _raygraph_pc(NAME KIND LIBS REQUIRES): the file for a kind of library. It finds its prefix from where it lies. What only
+# the headers of glm and Vulkan are needed for is private: none of their libraries is linked.
+function(_raygraph_pc name kind libs requires)
     list(JOIN requires " " requires)
     list(JOIN libs " " libs)
     file(RELATIVE_PATH up /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
-    file(GENERATE OUTPUT ${PROJECT_BINARY_DIR}/${kind}/raygraph.pc CONTENT
+    file(GENERATE OUTPUT ${PROJECT_BINARY_DIR}/${kind}/${name}.pc CONTENT
 "prefix=\${pcfiledir}/${up}
 libdir=\${prefix}/${CMAKE_INSTALL_LIBDIR}
 includedir=\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}/raygraph
 shaderdir=\${prefix}/${CMAKE_INSTALL_DATADIR}/raygraph/shaders
 
-Name: raygraph
+Name: ${name}
 Description: ${PROJECT_DESCRIPTION}
 Version: ${PROJECT_VERSION}
 Cflags: -I\${includedir}
-Libs: -L\${libdir} -lraygraph
-Requires.private: ${requires}
-Libs.private: ${libs}
+Libs: -L\${libdir} ${libs}
+Requires: ${requires}
+Requires.private: glm vulkan
 ")
-    install(FILES ${PROJECT_BINARY_DIR}/${kind}/raygraph.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+    install(FILES ${PROJECT_BINARY_DIR}/${kind}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
         COMPONENT raygraph_${kind})
 endfunction()
 
 if(RAYGRAPH_PACKAGE_SHARED)
-    _raygraph_pc(shared "glm;vulkan" "")
+    _raygraph_pc(raygraph shared -lraygraph "")
 endif()
-# After the one for the shared library, which it replaces where both are installed: it says more.
 if(RAYGRAPH_PACKAGE_STATIC)
     set(PKG_REQUIRES)
     set(PKG_LIBS)
@@ -89,11 +90,13 @@ if(RAYGRAPH_PACKAGE_STATIC)
         endif()
     endforeach()
     list(REMOVE_DUPLICATES PKG_REQUIRES)
+    list(REMOVE_ITEM PKG_REQUIRES glm vulkan)
     # The last mention of a library comes after all that need it.
     list(REVERSE PKG_LIBS)
     list(REMOVE_DUPLICATES PKG_LIBS)
     list(REVERSE PKG_LIBS)
-    _raygraph_pc(static "${PKG_REQUIRES}" "${PKG_LIBS}")
+    # By its whole name: -lraygraph is the shared library, where that is installed too.
+    _raygraph_pc(raygraph-static static "-l:libraygraph.a;${PKG_LIBS}" "${PKG_REQUIRES}")
     # One name for the archives of all layers, whatever their order: a script for the linker.
     file(GENERATE OUTPUT ${PROJECT_BINARY_DIR}/static/libraygraph.a CONTENT "GROUP(${archives} )\n")
     install(FILES ${PROJECT_BINARY_DIR}/static/libraygraph.a DESTINATION ${CMAKE_INSTALL_LIBDIR}

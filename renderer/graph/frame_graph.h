@@ -1,9 +1,9 @@
 // FrameGraph: one frame as plain data: resources, passes and what each pass uses. Pure: no device, no vk*
 // call.
 //
-// The Renderer fills one from AddPass and hands it to Compile (renderer/graph/compile.h); tests write them by
-// hand. A pass may only use the newest version of a resource, so the order of declaration is an order of
-// execution and the graph has no cycles. Threads: plain values and pure functions, for any thread.
+// The Renderer fills one from AddPass and compiles it; tests and tools write them by hand, and plan_text.h
+// describes them. A pass may only use the newest version of a resource, so the order of declaration is an
+// order of execution and the graph has no cycles. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -93,7 +93,7 @@ struct AnyId {
         : kind(Kind), resource(id.resource), version(id.version), frame(id.frame), isValid(id.IsValid()) {}
 };
 
-struct FrameGraph {
+struct RAYGRAPH_API FrameGraph {
     uint64_t frame = 0;
     uint32_t queueFamily = 0;              // of the queue that executes the frame
     VkPipelineStageFlags2 waitStages = 0;  // of the semaphores that the frame waits for

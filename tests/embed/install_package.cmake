@@ -1,7 +1,9 @@
-# cmake -D BUILD=<folder> -D KIND=static|shared -D PREFIX=<folder> -P install_package.cmake: the package with libraries of
-# that kind alone, and nothing left of an earlier one.
+# cmake -D BUILD=<folder> -D KINDS=static|shared|static,shared|none -D PREFIX=<folder> -P install_package.cmake: the
+# package with libraries of these kinds alone, and nothing left of an earlier one.
 file(REMOVE_RECURSE ${PREFIX})
-foreach(component IN ITEMS core ${KIND})
+string(REPLACE "," ";" components "core,${KINDS}")
+list(REMOVE_ITEM components none)
+foreach(component IN LISTS components)
     execute_process(COMMAND_ERROR_IS_FATAL ANY
         COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix ${PREFIX} --component raygraph_${component})
 endforeach()

@@ -154,6 +154,14 @@ CheckPublicHeaders() {
                 if (!/RAYGRAPH_API/ && !/^(inline|constexpr|template|static|using|typedef)/ && before !~ /^template/)
                     print name ":" FNR ":" $0
             }
+            # A struct whose member functions are not all written where they are declared; `call` is such a one so far.
+            /^struct / { isOpen = /\{$/ && !/RAYGRAPH_API/; struct = name ":" FNR ":" $0; call = "" }
+            /^};/ { isOpen = 0 }
+            isOpen && (call != "" || /^    [A-Za-z_][][A-Za-z0-9_:<>*&, ]*[ *&][A-Z][A-Za-z0-9]*\(/) {
+                if (call != "" || before !~ /^ *template/) call = call $0
+                if (call ~ /;/ && call !~ /[{=]/) { print struct; isOpen = 0 }
+                if (call ~ /[;{]/) call = ""
+            }
             { before = $0 }' "$header" | Report 'export: what users call is marked RAYGRAPH_API'
     done
 }

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/version.h"
 #include "editor/viewport/viewport.h"
+#include "renderer/graph/plan_text.h"
 #include "renderer/scene/load_gltf.h"
 #include "rhi/reflection.h"
 #include "rhi/shader_compiler.h"
@@ -22,6 +23,16 @@ bool IsRefused(const char* file) {
         return error.Kind() == ErrorKind::Io;
     }
     return false;
+}
+
+// A graph of the host's own, for its tools.
+bool IsDescribed() {
+    FrameGraph graph;
+    graph.Begin(1);
+    const TextureId picture = graph.Add<ResourceKind::Texture>({.name = "picture", .extent = {4, 2}});
+    graph.AddPass("Draw", PassKind::Compute);
+    graph.Present(graph.Use(picture, Access::StorageWrite));
+    return ResourceText(graph.resources[0]).starts_with("texture 4x2");
 }
 
 }  // namespace
@@ -41,7 +52,7 @@ int main(int argc, char** argv) {
                     reflection.workgroupSize[0]);
         const bool isAsExpected = LibraryVersion() == kHeaderVersion &&
                                   scene.Statistics().instanceCount > 0 && reflection.workgroupSize[0] == 4 &&
-                                  IsRefused(argv[2]);
+                                  IsRefused(argv[2]) && IsDescribed();
         return isAsExpected ? 0 : 1;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "%s\n", error.what());
