@@ -46,12 +46,12 @@ bool Editor::Frame(const FrameInput& input, Screen& screen) {
         m_isPicking = false;  // of what is gone
         KeepSettings();       // with the file among the recent ones
     }
-    for (const std::filesystem::path& file : input.dropped) m_work.Open(file);
+    for (const std::filesystem::path& file : input.dropped) Open(file);
     TakePick();
     FinishSaving();
     m_work.Observe();
-    if (input.isClosing) return false;
-    if (input.extent.IsEmpty()) return true;
+    if (input.isClosing) Leave();
+    if (input.extent.IsEmpty()) return !m_isLeaving;
     const auto points = [&](uint32_t pixels) {
         return static_cast<uint32_t>(std::lround(static_cast<float>(pixels) / input.scale));
     };
@@ -89,6 +89,7 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
             m_saving.push_back({std::exchange(m_windowFile, {}), renderer.ReadBack(drawn),
                                 renderer.Desc(drawn).format == rhi::Format::Bgra8Unorm});
         screen.End(renderer, drawn);
+        NoteCaptured();
         m_work.hasDrawn = true;
     } catch (const Error& error) {
         if (error.Kind() == ErrorKind::DeviceLost || error.Kind() == ErrorKind::OutOfMemory) throw;
@@ -108,7 +109,7 @@ void Editor::MenuBar() {
         if (ImGui::MenuItem("Open...", "Ctrl+O")) AskToOpen();
         if (ImGui::BeginMenu("Recent", !m_work.recent.empty())) {
             for (const std::filesystem::path& file : std::vector(m_work.recent))
-                if (ImGui::MenuItem(file.c_str())) m_work.Open(file);
+                if (ImGui::MenuItem(file.c_str())) Open(file);
             ImGui::EndMenu();
         }
         const bool hasScene = !m_work.document.File().empty();
@@ -117,7 +118,7 @@ void Editor::MenuBar() {
         if (ImGui::MenuItem("Save picture...", "Ctrl+S")) AskToSavePicture();
         if (ImGui::MenuItem("Screenshot", "F12")) SavePicture("raygraph.png");
         ImGui::Separator();
-        if (ImGui::MenuItem("Quit", "Ctrl+Q")) m_isLeaving = true;
+        if (ImGui::MenuItem("Quit", "Ctrl+Q")) Leave();
         ImGui::EndMenu();
     }
     if (ImGui::BeginMenu("Edit")) {
@@ -149,6 +150,7 @@ void Editor::MenuBar() {
 void Editor::BuildUi(const FrameInput& input) {
     MenuBar();
     m_dialog.Draw();
+    m_unsaved.Draw(input);
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     const float side = std::floor(std::min(kSide, kSideShare * window.x));
     const float top = ImGui::GetFrameHeight(), bottom = window.y - kStatus;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -12,6 +13,7 @@
 #include "editor/app/saved_render.h"
 #include "editor/app/screen.h"
 #include "editor/app/ui.h"
+#include "editor/app/unsaved_dialog.h"
 #include "editor/app/workspace.h"
 
 namespace raygraph::editor {
@@ -26,8 +28,16 @@ class Editor {
     explicit Editor(rhi::Device& device, EditorOptions options = {});
 
     Workspace& Work() { return m_work; }
-    // Takes the input, draws the next frame. False: the user wants to leave.
+    // Takes the input, draws the next frame. False: the user wants to leave, and nothing unsaved is lost that
+    // they have not been asked about.
     bool Frame(const FrameInput& input, Screen& screen);
+    bool IsLeaving() const { return m_isLeaving; }
+    // Whether the user is asked about unsaved edits (Open, and leaving); meanwhile nothing of the kind
+    // happens.
+    bool IsAsking() const { return m_unsaved.IsAsking(); }
+    // A scene or an environment map, as Workspace::Open; a scene after the user was asked about unsaved
+    // edits.
+    void Open(const std::filesystem::path& file);
     // Where the picture's upper left corner is in the window, pixels, as of the last frame.
     glm::ivec2 PictureOrigin() const { return m_viewOrigin; }
     // Until it is false, a script that waits goes on waiting: for a scene, a pick or a file.
@@ -61,7 +71,11 @@ class Editor {
     void Fly(const FrameInput& input);
     void TakePick();
     void Draw(Screen& screen, const FrameInput& input);
+    void NoteCaptured();
     void FinishSaving();
+    void Leave();
+    // `then`, once there are no unsaved edits or the user lets them go.
+    void BeforeLoss(std::function<void()> then);
 
     Workspace m_work;
     Ui m_ui;
@@ -71,6 +85,7 @@ class Editor {
     Settings m_kept;                 // as they are in the file
     Extent2D m_windowSize{};         // points, as of the last frame
     PathDialog m_dialog;
+    UnsavedDialog m_unsaved;
     // The picture's place in the window, pixels, as of the last frame
     glm::ivec2 m_viewOrigin{0};
     GizmoView m_gizmo;
@@ -90,7 +105,8 @@ class Editor {
     struct SavingRender {
         std::filesystem::path file;
         viewport::Capture capture;
-        SavedRender render;  // but for the picture
+        SavedRender render;    // but for the picture
+        bool isTaken = false;  // and, before, for the names of the files
     };
     std::vector<SavingRender> m_savingRenders;
     std::string m_frameError;

@@ -44,7 +44,7 @@ void Editor::Keys(const FrameInput& input) {
                 AskToSaveScene();
             else if (key == Key::S)
                 AskToSavePicture();
-            if (key == Key::Q) m_isLeaving = true;
+            if (key == Key::Q) Leave();
             if (key == Key::Y || (key == Key::Z && input.isShift))
                 m_work.Redo();
             else if (key == Key::Z)

@@ -28,12 +28,37 @@ bool IsExr(const std::filesystem::path& file) {
 
 }  // namespace
 
+void Editor::BeforeLoss(std::function<void()> then) {
+    if (!m_work.document.IsEdited()) {
+        then();
+        return;
+    }
+    const std::filesystem::path file = m_work.document.File();
+    m_unsaved.Ask(file.string(), [this, file, then = std::move(then)](UnsavedDialog::Answer answer) {
+        if (answer == UnsavedDialog::Answer::Cancel) return;
+        // What cannot be saved is not lost either: the message says why
+        if (answer == UnsavedDialog::Answer::Save && !SaveScene(file)) return;
+        then();
+    });
+}
+
+void Editor::Open(const std::filesystem::path& file) {
+    if (Workspace::IsEnvironment(file))
+        m_work.Open(file);
+    else
+        BeforeLoss([this, file] { m_work.Open(file); });
+}
+
+void Editor::Leave() {
+    BeforeLoss([this] { m_isLeaving = true; });
+}
+
 void Editor::AskToOpen() {
     m_dialog.Ask("Open a scene",
                  "glTF file (.gltf or .glb), or an environment map (.hdr or .exr); both may be dropped onto "
                  "the window",
                  PathDialog::For::Reading, m_work.document.File(),
-                 [this](const std::filesystem::path& file) { m_work.Open(file); });
+                 [this](const std::filesystem::path& file) { Open(file); });
 }
 
 void Editor::AskToSavePicture() {
@@ -89,14 +114,19 @@ void Editor::SavePicture(const std::filesystem::path& file) {
     } else {
         m_work.Say("saving " + file.string() + " ...");
         const rhi::DeviceInfo& device = m_work.device.Info();
-        m_savingRenders.push_back({.file = file,
-                                   .capture = m_work.view.RequestCapture(),
-                                   .render = {.picture = {},
-                                              .environment = m_work.gpu.Environment(),
-                                              .sceneFile = m_work.document.File().filename().string(),
-                                              .environmentFile = m_work.EnvironmentFile().filename().string(),
-                                              .device = device.name,
-                                              .driver = device.driver}});
+        SavingRender saving{.file = file, .capture = m_work.view.RequestCapture(), .render = {}};
+        saving.render.device = device.name;
+        saving.render.driver = device.driver;
+        m_savingRenders.push_back(std::move(saving));
+    }
+}
+
+void Editor::NoteCaptured() {
+    for (SavingRender& saving : m_savingRenders) {
+        if (saving.isTaken || !saving.capture.IsTaken()) continue;
+        saving.isTaken = true;
+        saving.render.sceneFile = m_work.document.File().filename().string();
+        saving.render.environmentFile = m_work.EnvironmentFile().filename().string();
     }
 }
 

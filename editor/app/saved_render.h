@@ -6,13 +6,12 @@
 #include <string>
 
 #include "editor/viewport/capture.h"
-#include "renderer/gpu_scene/gpu_scene.h"
 
 namespace raygraph::editor {
 
 struct SavedRender {
     viewport::CaptureResult picture;
-    EnvironmentSettings environment;
+    // Of the frame that was captured
     std::string sceneFile;        // without folders; "": none
     std::string environmentFile;  // "": no map
     std::string device, driver;

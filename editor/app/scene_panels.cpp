@@ -3,13 +3,12 @@
 
 #include <algorithm>
 
-#include <glm/gtc/matrix_transform.hpp>
-#include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_ptr.hpp>
 #include <string>
 #include <utility>
 
 #include "editor/app/panels.h"
+#include "editor/app/placement.h"
 
 namespace raygraph::editor {
 
@@ -47,30 +46,10 @@ void SettleAfterItem(Workspace& work) {
     if (ImGui::IsItemDeactivatedAfterEdit()) work.document.Settle();
 }
 
-struct Placement {
-    glm::vec3 translation{0.0f}, degrees{0.0f}, scale{1.0f};
-};
-
-// A matrix that shears is taken without its shear.
-Placement PlacementOf(const scene::Node& node) {
-    const glm::mat4x3 local = node.LocalTransform();
-    Placement placed;
-    placed.translation = local[3];
-    glm::mat3 turn(1.0f);
-    for (int i = 0; i < 3; i++) {
-        placed.scale[i] = glm::length(local[i]);
-        if (placed.scale[i] > 0.0f) turn[i] = local[i] / placed.scale[i];
-    }
-    if (glm::determinant(turn) < 0.0f) {
-        placed.scale.x = -placed.scale.x;
-        turn[0] = -turn[0];
-    }
-    placed.degrees = glm::degrees(glm::eulerAngles(glm::quat_cast(turn))) + 0.0f;  // no -0
-    return placed;
-}
-
 void TransformFields(Workspace& work, uint32_t node) {
-    Placement placed = PlacementOf(work.document.Scene().nodes[node]);
+    const glm::mat4x3 local = work.document.LocalTransform(node);
+    const Placement before = PlacementOf(local);
+    Placement placed = before;
     const float step = std::max(0.002f * work.document.Scene().bounds.Radius(), 1e-4f);
     bool isEdited = false, isSettled = false;
     const auto field = [&](const char* name, glm::vec3& value, float speed) {
@@ -80,12 +59,8 @@ void TransformFields(Workspace& work, uint32_t node) {
     field("position", placed.translation, step);
     field("rotation", placed.degrees, 0.5f);
     field("scale", placed.scale, 0.01f);
-    if (isEdited && glm::all(glm::greaterThan(glm::abs(placed.scale), glm::vec3(1e-9f)))) {
-        const glm::mat4 turned = glm::translate(glm::mat4(1.0f), placed.translation) *
-                                 glm::mat4_cast(glm::quat(glm::radians(placed.degrees))) *
-                                 glm::scale(glm::mat4(1.0f), placed.scale);
-        work.Apply(TransformEdit{node, glm::mat4x3(turned)});
-    }
+    if (isEdited && glm::all(glm::greaterThan(glm::abs(placed.scale), glm::vec3(1e-9f))))
+        work.Apply(TransformEdit{node, Placed(local, before, placed)});
     if (isSettled) work.document.Settle();
 }
 

@@ -67,6 +67,7 @@ void Script::Frame(Editor& editor, Screen& screen) {
     m_input.pressed.clear();
     m_input.text.clear();
     m_input.dropped.clear();
+    m_input.isClosing = false;
     m_input.wheel = 0.0f;
 }
 
@@ -120,6 +121,10 @@ void Script::Do(const Line& line, Editor& editor, Screen& screen) {
     } else if (verb == "open") {
         m_input.dropped.emplace_back(Rest(words, 1));
         Frame(editor, screen);
+    } else if (verb == "close") {
+        m_input.isClosing = true;
+        Frame(editor, screen);
+        Frame(editor, screen);  // with what it asks
     } else if (verb == "key") {
         std::string name = word(1);
         for (size_t plus = name.find('+'); plus != std::string::npos; plus = name.find('+')) {
@@ -228,6 +233,9 @@ void Script::Expect(const Line& line, Editor& editor) const {
     } else if (what == "edits") {
         const auto count = static_cast<float>(work.document.EditCount());
         require(count == Number(value), std::to_string(work.document.EditCount()));
+    } else if (what == "asking" || what == "leaving") {
+        const bool holds = what == "asking" ? editor.IsAsking() : editor.IsLeaving();
+        require(value == (holds ? "yes" : "no"), holds ? "yes" : "no");
     } else if (what == "samples-below") {
         const uint32_t samples = work.view.Progress().pathTracedSamples;
         require(static_cast<float>(samples) < Number(value), std::to_string(samples));

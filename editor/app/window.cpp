@@ -164,6 +164,7 @@ FrameInput Window::Poll(double seconds) {
     input.isShift |= isHeld(GLFW_KEY_LEFT_SHIFT) || isHeld(GLFW_KEY_RIGHT_SHIFT);
     input.isAlt |= isHeld(GLFW_KEY_LEFT_ALT) || isHeld(GLFW_KEY_RIGHT_ALT);
     input.isClosing = glfwWindowShouldClose(window) != 0;
+    glfwSetWindowShouldClose(window, GLFW_FALSE);  // the user may think better of it
     return input;
 }
 

@@ -24,7 +24,8 @@ class Window {
     rhi::MakeSurface SurfaceMaker();
     rhi::Extent2D Extent() const;  // pixels
 
-    // Takes what happened since the last call; `seconds` at most to wait for something to happen.
+    // Takes what happened since the last call, a wish to close among it; `seconds` at most to wait for
+    // something to happen.
     FrameInput Poll(double seconds = 0.0);
     void SetTitle(const std::string& title);
 

@@ -2,22 +2,19 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "base/error.h"
 
 namespace raygraph::editor {
 
-namespace {
-
-bool IsEnvironment(const std::filesystem::path& file) {
+bool Workspace::IsEnvironment(const std::filesystem::path& file) {
     std::string extension = file.extension().string();
     std::ranges::transform(extension, extension.begin(),
                            [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
     return extension == ".hdr" || extension == ".exr";
 }
-
-}  // namespace
 
 void Workspace::Open(const std::filesystem::path& file) {
     if (IsEnvironment(file)) {
@@ -32,7 +29,7 @@ bool Workspace::Try(Change&& change) {
     try {
         change();
         return true;
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {  // Error, or of a library: no reason to lose what is open
         Say(error.what());
         return false;
     }

@@ -39,6 +39,8 @@ class Workspace {
         camera.Set(scene::ViewOfBounds({}, 1.0f), 2.0f);
     }
 
+    // By the file's extension, .hdr or .exr; else it is taken for a scene.
+    static bool IsEnvironment(const std::filesystem::path& file);
     // Begins to load a scene beside the frames that go on, or an environment map (.hdr, .exr); says so if
     // another load of the kind is under way.
     void Open(const std::filesystem::path& file);

@@ -40,10 +40,9 @@ DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSe
     m_scene.SetScene(std::move(input.data));
     m_scene.SetLightGroups(std::move(groups));
     const bool hasMap = !input.environment.rgba.empty();
-    const auto& background = settings.background;
-    m_scene.SetEnvironment(
-        {.radiance = hasMap ? glm::vec3(1.0f) : glm::vec3(background[0], background[1], background[2]),
-         .rotation = glm::radians(settings.environmentRotation)});
+    const auto& radiance = hasMap ? settings.environmentTint : settings.background;
+    m_scene.SetEnvironment({.radiance = glm::vec3(radiance[0], radiance[1], radiance[2]),
+                            .rotation = glm::radians(settings.environmentRotation)});
     if (!hasMap) return;
     m_scene.SetEnvironmentMap(input.environment);
     input.environment = {};

@@ -8,11 +8,13 @@ namespace raygraph::cli {
 
 namespace {
 
-// "eye target up fov", which reads back as the same view but for rounding.
+// "eye target up fov" or "eye target up HEIGHTm", which reads back as the same view but for rounding.
 std::string CameraText(const scene::CameraView& view) {
     std::string text;
     for (const glm::vec3& place : {view.eye, view.eye + view.forward, view.up})
         for (int i = 0; i < 3; i++) text.append(ToText(place[i])).append(1, ' ');
+    if (view.projection == scene::Projection::Orthographic)
+        return text.append(ToText(view.height)).append("m");
     return text.append(ToText(glm::degrees(view.yFov)));
 }
 
@@ -23,17 +25,17 @@ RenderFile RenderFileOf(editor::SavedRender&& saved) {
     PictureSettings settings;
     settings.size = {picture.extent.width, picture.extent.height};
     settings.view = picture.isRaster ? View::Raster : View::PathTraced;
-    if (picture.camera.projection == scene::Projection::Perspective)
-        settings.camera = CameraText(picture.camera);
+    settings.camera = CameraText(picture.camera);
     settings.seed = picture.paths.seed;
     settings.sampler = picture.paths.sampler;
     settings.scattering = picture.paths.scattering;
     settings.lights = picture.paths.lights;
     settings.roulette = picture.paths.roulette;
     settings.biases = picture.paths.biases;
-    settings.environmentRotation = glm::degrees(saved.environment.rotation);
-    const glm::vec3& radiance = saved.environment.radiance;
-    if (saved.environmentFile.empty()) settings.background = {radiance.x, radiance.y, radiance.z};
+    settings.environmentRotation = glm::degrees(picture.environment.rotation);
+    const glm::vec3& radiance = picture.environment.radiance;
+    (saved.environmentFile.empty() ? settings.background : settings.environmentTint) = {
+        radiance.x, radiance.y, radiance.z};
 
     RenderFile render;
     render.size = settings.size;

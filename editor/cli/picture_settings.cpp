@@ -79,8 +79,8 @@ constexpr PictureSetting kTable[] = {
      [](const PictureSettings& settings) { return std::string(Name(settings.view)); }},
     {"camera", "CAMERA",
      "A camera of the scene by name or index, or \"eye target up fov\" as ten numbers, fov the vertical "
-     "angle "
-     "in degrees. Default: the scene's first camera, else one that frames the scene",
+     "angle in degrees, or with m the height that is seen, in metres, without perspective. Default: the "
+     "scene's first camera, else one that frames the scene",
      [](PictureSettings& settings, std::string_view text) {
          if (scene::IsViewText(text)) std::ignore = scene::ViewFromText(text, 1.0f);  // malformed ones early
          settings.camera = text;
@@ -200,6 +200,9 @@ constexpr PictureSetting kTable[] = {
          settings.environmentRotation = static_cast<float>(ParseNumber(text, -36000.0, 36000.0));
      },
      [](const PictureSettings& settings) { return ToText(settings.environmentRotation); }},
+    {"env-tint", "R,G,B", "Factor on the radiance of the environment map (1,1,1)",
+     [](PictureSettings& settings, std::string_view text) { settings.environmentTint = ParseRadiance(text); },
+     [](const PictureSettings& settings) { return ToText(settings.environmentTint); }},
     {"background", "R,G,B", "Constant radiance of the environment, instead of a map (0,0,0)",
      [](PictureSettings& settings, std::string_view text) { settings.background = ParseRadiance(text); },
      [](const PictureSettings& settings) { return ToText(settings.background); }},

@@ -36,6 +36,7 @@ struct PictureSettings {
     passes::BiasSettings biases{};
     passes::RasterSettings raster{};
     float environmentRotation = 0.0f;  // degrees about +y
+    std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};
     std::array<float, 3> background{0.0f, 0.0f, 0.0f};
     std::vector<LightGroupPatterns> lightGroups;
 };

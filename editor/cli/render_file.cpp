@@ -252,6 +252,8 @@ std::string FirstMismatch(const RenderFile& a, const RenderFile& b) {
     if (a.sceneFile != b.sceneFile) return differ("scene", a.sceneFile, b.sceneFile);
     if (a.environmentFile != b.environmentFile)
         return differ("environment", a.environmentFile, b.environmentFile);
+    if (a.sceneHash.empty() || b.sceneHash.empty())
+        return "scene: " + a.sceneFile + " was saved by the editor, perhaps with edits that are in no file";
     if (a.sceneHash != b.sceneHash) return "scene: the content of " + a.sceneFile + " has changed";
     if (a.environmentHash != b.environmentHash)
         return "environment: the content of " + a.environmentFile + " has changed";

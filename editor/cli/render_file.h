@@ -45,7 +45,7 @@ struct RenderFile {
     SampleRanges samples;
     SettingTexts settings;
     std::string sceneFile;        // file name without folders
-    std::string sceneHash;        // of the scene's content; "" if unknown
+    std::string sceneHash;        // of the scene's content; "": saved by the editor
     std::string environmentFile;  // "": no map
     std::string environmentHash;
     std::string version;  // of the program

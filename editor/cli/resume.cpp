@@ -10,6 +10,8 @@ ResumedRender ReadResumedRender(const std::filesystem::path& path) {
     const auto refuse = [&](const std::string& why) {
         throw Error(ErrorKind::BadInput, path.string() + " cannot be resumed: " + why);
     };
+    if (render.sceneHash.empty())
+        refuse("it was saved by the editor, whose scene may have had edits that are in no file");
     const View view = SettingsFrom(render.settings).view;
     if (view != View::PathTraced) refuse(std::string("it shows the view ") + Name(view));
     if (render.samples.size() != 1)

@@ -12,6 +12,7 @@ struct Capture::State {
     uint32_t sampleCount = 0;
     scene::CameraView camera;
     PathSettings paths;
+    EnvironmentSettings environment;
     Readback mean, variance, albedo, normal, position, ids;
 };
 
@@ -36,8 +37,12 @@ std::vector<T> ChannelOf(const std::vector<T>& texels, size_t channel) {
 
 }  // namespace
 
+bool Capture::IsTaken() const {
+    return m_state && m_state->isSubmitted;
+}
+
 bool Capture::IsReady() const {
-    if (!m_state || !m_state->isSubmitted) return false;
+    if (!IsTaken()) return false;
     const State& state = *m_state;
     return state.mean.IsReady() && state.variance.IsReady() && state.albedo.IsReady() &&
            state.normal.IsReady() && state.position.IsReady() && state.ids.IsReady();
@@ -51,6 +56,7 @@ CaptureResult Capture::Result() const {
             .sampleCount = m_state->sampleCount,
             .camera = m_state->camera,
             .paths = m_state->paths,
+            .environment = m_state->environment,
             .mean = TexelsOf<float>(m_state->mean),
             .variance = TexelsOf<float>(m_state->variance),
             .albedo = TexelsOf<float>(m_state->albedo),
@@ -79,6 +85,7 @@ void CaptureRequests::Declare(Renderer& renderer, const SceneIds& scene,
         state->sampleCount = shown.progress.sampleCount;
         state->camera = shown.camera;
         state->paths = shown.paths;
+        state->environment = shown.environment;
         state->mean = renderer.ReadBack(shown.mean);
         state->variance = renderer.ReadBack(shown.variance);
         state->albedo = renderer.ReadBack(hits.albedo);

@@ -10,6 +10,7 @@
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
 #include "passes/trace.h"
+#include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/scene/camera_view.h"
 
@@ -18,10 +19,11 @@ namespace raygraph::viewport {
 // Rows from the top. Texels of four floats: RGBA, linear.
 struct CaptureResult {
     Extent2D extent;
-    bool isRaster = false;        // else path-traced
-    uint32_t sampleCount = 0;     // of every pixel
-    scene::CameraView camera;     // that it was taken by
-    PathSettings paths;           // and how
+    bool isRaster = false;     // else path-traced
+    uint32_t sampleCount = 0;  // of every pixel
+    scene::CameraView camera;  // that it was taken by
+    PathSettings paths;        // and how
+    EnvironmentSettings environment;
     std::vector<float> mean;      // w: coverage
     std::vector<float> variance;  // of one sample; w without meaning
     // What lies behind the centre of each pixel (passes::PrimaryHits).
@@ -37,6 +39,8 @@ struct CaptureResult {
 // viewport has not answered when it is destroyed is never ready.
 class RAYGRAPH_API Capture {
   public:
+    // A submitted frame has answered: nothing that changes after it is in the result.
+    bool IsTaken() const;
     bool IsReady() const;
     CaptureResult Result() const;  // Error{Usage} when not ready
 
@@ -56,6 +60,7 @@ class RAYGRAPH_API CaptureRequests {
         bool isRaster = false;
         scene::CameraView camera;
         PathSettings paths;
+        EnvironmentSettings environment;
     };
     // Answers the requests at hand, if that is a whole number of samples.
     void Declare(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,

@@ -204,10 +204,12 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
         errors.Declare(renderer, traced.mean, traced.variance, tracedSamples.Declared().sampleCount);
     if (ShowsPathTraced(show.view) && ShowsPathTraced(shownAs.view))
         captures.Declare(renderer, ids, settings,
-                         {traced.mean, traced.variance, tracedSamples.Declared(), false, camera, paths});
+                         {traced.mean, traced.variance, tracedSamples.Declared(), false, camera, paths,
+                          scene->Environment()});
     else if (show.view == View::Raster)
-        captures.Declare(renderer, ids, settings,
-                         {drawn.mean, drawn.variance, drawnSamples.Declared(), true, camera, paths});
+        captures.Declare(
+            renderer, ids, settings,
+            {drawn.mean, drawn.variance, drawnSamples.Declared(), true, camera, paths, scene->Environment()});
 
     TimedFrame timed{.frame = renderer.FrameNumber()};
     if (shownAs.view == View::Raster && isDrawn)
@@ -225,7 +227,8 @@ TextureId Viewport::Impl::DeclareOutline(TextureId picture) {
     if (declaredIn.expired())
         throw Error(ErrorKind::Usage, "Viewport \"" + name + "\": DeclareOutline comes after Declare");
     const bool isMoving = budget.IsLimited() && IsRecent(changedAt);
-    return outline.Declare(renderer, declaredScene, scene->Revisions(), camera, declaredSettings,
+    // Of the frame: setters may have been called since Declare
+    return outline.Declare(renderer, declaredScene, drawnFrom->revisions, drawnFrom->camera, declaredSettings,
                            outlineSettings, isMoving, picture);
 }
 

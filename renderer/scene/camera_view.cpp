@@ -1,6 +1,7 @@
 #include "renderer/scene/camera_view.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <glm/gtc/constants.hpp>
@@ -44,6 +45,16 @@ std::optional<std::vector<float>> Numbers(std::string_view text) {
         if (!text.empty() && !isSeparator(text.front())) return std::nullopt;
         numbers.push_back(number);
     }
+}
+
+// `text` without the m of a height that ends it; true if there was one.
+bool TakeMetres(std::string_view& text) {
+    while (text.ends_with(' ')) text.remove_suffix(1);
+    if (text.size() < 2 || text.back() != 'm' ||
+        !(std::isdigit(text[text.size() - 2]) || text[text.size() - 2] == '.'))
+        return false;
+    text.remove_suffix(1);
+    return true;
 }
 
 [[noreturn]] void FailChoice(const SceneData& scene, std::string_view choice) {
@@ -100,7 +111,9 @@ CameraView ViewFromText(std::string_view text, float aspect) {
     const auto fail = [&](const char* why) -> CameraView {
         throw Error(ErrorKind::Usage, "camera " + Quoted(text) + ": " + why);
     };
-    const auto numbers = Numbers(text);
+    std::string_view digits = text;
+    const bool isHeight = TakeMetres(digits);
+    const auto numbers = Numbers(digits);
     if (!numbers) return fail("must be numbers: eye target up fov");
     const std::vector<float>& n = *numbers;
     if (n.size() != 6 && n.size() != 7 && n.size() != 9 && n.size() != 10)
@@ -109,16 +122,23 @@ CameraView ViewFromText(std::string_view text, float aspect) {
     const glm::vec3 target(n[3], n[4], n[5]);
     const glm::vec3 up = n.size() >= 9 ? glm::vec3(n[6], n[7], n[8]) : glm::vec3(0, 1, 0);
     const bool hasFov = n.size() == 7 || n.size() == 10;
-    const float fovDegrees = hasFov ? n.back() : 40.0f;
+    if (isHeight && !hasFov) return fail("a height in metres has the place of the fov");
+    if (isHeight && !(n.back() > 0.0f)) return fail("the height must be above 0");
+    const float fovDegrees = hasFov && !isHeight ? n.back() : 40.0f;
     if (!HasDirection(target - eye)) return fail("eye and target must differ");
     if (!(fovDegrees > 0.0f && fovDegrees < 180.0f)) return fail("fov must be between 0 and 180 degrees");
     CameraView view = CameraView::LookAt(eye, target, up);
     view.yFov = glm::radians(fovDegrees);
+    if (isHeight) {
+        view.projection = Projection::Orthographic;
+        view.height = n.back();
+    }
     view.aspect = aspect;
     return view;
 }
 
 bool IsViewText(std::string_view text) {
+    TakeMetres(text);
     const auto numbers = Numbers(text);
     return numbers && numbers->size() > 1;
 }

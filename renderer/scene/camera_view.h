@@ -42,7 +42,7 @@ RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, float aspect, float y
 
 // "eye target up fov": numbers separated by spaces or commas, fov the vertical angle in degrees.
 //   10 numbers: eye, target, up, fov     9: eye, target, up     7: eye, target, fov     6: eye, target
-// What is missing: up +y, fov 40. Throws Error{Usage} that quotes the text.
+// up +y, fov 40 where missing; a fov "2.5m": orthographic, that height. Error{Usage} that quotes the text.
 RAYGRAPH_API CameraView ViewFromText(std::string_view text, float aspect);
 
 // Is this text meant for ViewFromText rather than a camera's name or index? (Several numbers and nothing

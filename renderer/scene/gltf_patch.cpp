@@ -149,9 +149,14 @@ class MaterialPatch {
             volume().erase("attenuationDistance");  // which is infinite
         if (edited.isUnlit && !loaded.isUnlit) Extension("KHR_materials_unlit");
         if (!edited.isUnlit && loaded.isUnlit) m_material["extensions"].erase("KHR_materials_unlit");
-        put(
-            &Material::priority, [&]() -> Json& { return m_material["extras"]; }, "priority",
-            [](uint32_t priority) { return Json(priority); });
+        const auto extras = [&]() -> Json& {
+            Json& values = m_material["extras"];
+            if (!values.is_null() && !values.is_object())
+                throw Error(ErrorKind::Usage,
+                            "a material's extras are no object: no priority can be put there");
+            return values;
+        };
+        put(&Material::priority, extras, "priority", [](uint32_t priority) { return Json(priority); });
     }
 
   private:
@@ -222,6 +227,23 @@ Json* LightOf(Json& node) {
     return light == lights->end() ? nullptr : &*light;
 }
 
+// The edited light of each loaded one, by their nodes, which have at most one each: a light that was split
+// when the file was saved is another place down in the file than in what was edited.
+std::vector<const Light*> EditedLights(const SceneData& loaded, const SceneData& edited) {
+    std::vector<const Light*> byNode(loaded.nodes.size(), nullptr);
+    for (const Light& light : edited.lights)
+        if (light.node < byNode.size()) byNode[light.node] = &light;
+    std::vector<const Light*> lights;
+    for (const Light& light : loaded.lights) {
+        lights.push_back(byNode.at(light.node));
+        if (!lights.back())
+            throw Error(ErrorKind::BadInput, "nodes[" + std::to_string(light.node) +
+                                                 "] has a light in the file and none in the scene: it is "
+                                                 "not the one that was loaded");
+    }
+    return lights;
+}
+
 [[noreturn]] void FailOther(const char* what, size_t inFile, size_t inScene) {
     throw Error(ErrorKind::BadInput, "the file has " + std::to_string(inFile) + " " + what + ", the scene " +
                                          std::to_string(inScene) + ": it is not the one that was loaded");
@@ -275,6 +297,7 @@ void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
     if (loaded.lights.size() != edited.lights.size())
         FailOther("lights", loaded.lights.size(), edited.lights.size());
     if (loaded.lights.empty()) return;
+    const std::vector<const Light*> now = EditedLights(loaded, edited);
     Json& nodes = root["nodes"];
     Json& lights = root["extensions"][kLights]["lights"];
     std::vector<size_t> userCount(lights.size(), 0);  // nodes
@@ -286,21 +309,21 @@ void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
         const size_t index = lightOf(first);
         bool isAlike = true;
         for (end = first; end < loaded.lights.size() && lightOf(end) == index; end++) {
-            if (edited.lights[end].type != loaded.lights[end].type)
-                throw Error(ErrorKind::Usage,
-                            "lights[" + std::to_string(end) + "]: its type cannot be changed");
-            isAlike = isAlike && HasSameValues(edited.lights[end], edited.lights[first]);
+            if (now[end]->type != loaded.lights[end].type)
+                throw Error(ErrorKind::Usage, "the light of nodes[" + std::to_string(now[end]->node) +
+                                                  "]: its type cannot be changed");
+            isAlike = isAlike && HasSameValues(*now[end], *now[first]);
         }
         if (isAlike && end - first == userCount[index]) {
-            PutLight(lights[index], loaded.lights[first], edited.lights[first]);
+            PutLight(lights[index], loaded.lights[first], *now[first]);
             continue;
         }
         // Shared with others that stay as they are
         const Json shared = lights[index];
         for (size_t i = first; i < end; i++) {
-            if (HasSameValues(edited.lights[i], loaded.lights[i])) continue;
+            if (HasSameValues(*now[i], loaded.lights[i])) continue;
             Json own = shared;
-            PutLight(own, loaded.lights[i], edited.lights[i]);
+            PutLight(own, loaded.lights[i], *now[i]);
             *LightOf(nodes[loaded.lights[i].node]) = lights.size();
             lights.push_back(std::move(own));
         }

@@ -6,6 +6,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "renderer/image/image.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_patch.h"
 #include "renderer/scene/text.h"
@@ -25,16 +26,25 @@ void WriteWhole(const fs::path& path, std::span<const std::byte> bytes) {
 
 // Beside the scene: a file of other content is not ours to replace.
 void WriteBeside(const fs::path& path, std::span<const std::byte> bytes) {
-    if (fs::exists(path)) {
-        const std::vector<std::byte> there = DiskFileReader().Read(fs::canonical(path), UINT64_MAX);
+    const auto require = [](const fs::path& of, const std::error_code& error) {
+        if (error) throw Error(ErrorKind::Io, Printable(of.string(), 1024) + ": " + error.message());
+    };
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    // A link to nothing is something
+    if (fs::exists(status) || fs::is_symlink(fs::symlink_status(path, error))) {
+        const fs::path real = fs::canonical(path, error);
+        require(path, error);
+        const std::vector<std::byte> there = DiskFileReader().Read(real, UINT64_MAX);
         if (std::ranges::equal(there, bytes)) return;
         throw Error(ErrorKind::Io,
                     Printable(path.string(), 1024) + ": is there already, and is another file");
     }
-    std::error_code error;
-    fs::create_directories(path.parent_path(), error);
-    if (error)
-        throw Error(ErrorKind::Io, Printable(path.parent_path().string(), 1024) + ": " + error.message());
+    if (status.type() != fs::file_type::not_found) require(path, error);
+    if (const fs::path parent = path.parent_path(); !parent.empty()) {
+        fs::create_directories(parent, error);
+        require(parent, error);
+    }
     WriteWhole(path, bytes);
 }
 
@@ -75,6 +85,15 @@ std::string PercentEncode(const std::string& name) {
     return uri;
 }
 
+// `to / uri`; a file's name may not make it one that programs read without being asked.
+fs::path PlaceFor(const std::string& uri, const fs::path& to) {
+    const fs::path relative = RelativePath(uri);
+    for (const fs::path& part : relative)
+        if (part != "." && part.native().starts_with('.'))
+            throw Error(ErrorKind::BadInput, Quoted(uri) + ": is the name of a hidden file, and not copied");
+    return to / relative;
+}
+
 // What the file names: buffers, and images, of which some are read.
 void CopyFiles(const Json& root, const std::vector<uint32_t>& imagesRead, const ConfinedFolder& from,
                const fs::path& to, uint64_t maxBytes) {
@@ -89,7 +108,8 @@ void CopyFiles(const Json& root, const std::vector<uint32_t>& imagesRead, const 
             if (isRead) throw;
             return;  // nothing reads it: the scene was loaded without
         }
-        WriteBeside(to / RelativePath(text), bytes);
+        if (!isRead && image::SniffFormat(bytes) == image::FileFormat::Unknown) return;
+        WriteBeside(PlaceFor(text, to), bytes);
     };
     if (const auto buffers = root.find("buffers"); buffers != root.end())
         for (const Json& buffer : *buffers) copy(buffer, true);
@@ -118,12 +138,15 @@ void Write(const GltfContainer& container, Json& root, const fs::path& target, b
         WriteWhole(target, MakeGlb(root.dump(), container.rest));
         return;
     }
-    if (container.hasBinary && !root["buffers"].empty() && !root["buffers"][0].contains("uri")) {
+    const auto buffers = root.find("buffers");
+    if (container.hasBinary && buffers != root.end() && !buffers->empty() &&
+        !buffers->front().contains("uri")) {
+        Json& first = buffers->front();
         const std::string name = target.stem().string() + ".bin";
         // Without what pads the chunk
-        const size_t size = std::min(container.binary.size(), root["buffers"][0]["byteLength"].get<size_t>());
+        const size_t size = std::min(container.binary.size(), first["byteLength"].get<size_t>());
         WriteBeside(target.parent_path() / name, container.binary.first(size));
-        root["buffers"][0]["uri"] = PercentEncode(name);
+        first["uri"] = PercentEncode(name);
     }
     WriteWhole(target, AsBytes(root.dump(indent.width, indent.character) + "\n"));
 }
@@ -151,6 +174,8 @@ void SaveGltf(const fs::path& source, const SceneData& edited, const fs::path& t
         PatchLights(root, loaded.scene, edited);
     } catch (const Error& error) {
         throw Error(error.Kind(), context.label + ": " + error.what());
+    } catch (const Json::exception& error) {  // where reading does not look, something is of another type
+        throw Error(ErrorKind::BadInput, context.label + ": " + Printable(error.what(), 1024));
     }
     const fs::path to = target.parent_path();
     if (!IsSameFolder(located.folder, to))

@@ -10,26 +10,34 @@
 
 namespace raygraph::scene {
 
-// Writes the scene file `source` to `target` with the values of `edited`: what LoadGltf made of `source` by
-// the same options, and has been edited since. Of it, the local transforms of the nodes, the materials'
-// numbers and flags, and the lights are looked at; vertices and texels may be missing. What has not been
-// edited stays as the file has it: its JSON values in their order, extensions and extras that nothing here
-// knows, buffers and images. Loaded again, `target` gives the scene of `edited`: values bit for bit, edited
-// rotations and scales to rounding. Saved twice, it is the same bytes.
+// Writes the scene file `source` to `target` with the values of `edited`: what LoadGltf made of `source`, or
+// of a file that this wrote from it, by the same options, and has been edited since. Vertices and texels may
+// be missing. What has not been edited stays as the file has it: its JSON values in their order, extensions
+// and extras that nothing here knows, buffers and images. Loaded again, `target` gives the scene of `edited`
+// as far as it is written: values bit for bit, edited rotations and scales to rounding. Saved twice, it is
+// the same bytes.
+//
+// Written, where they differ from the file's: the nodes' local transforms; the materials' factors, alpha
+// mode and cutoff, flags, ior, volume and priority, but for normalScale and occlusionStrength of a material
+// without that texture, which have no place; color, intensity, range and cone angles of the light of a node.
+// Refused, as Usage: other parents, textures of materials, types of lights. Ignored without a word: all else,
+// as names, cameras, meshes and what nodes place (Node::mesh), instances, textures and images.
 //
 // The target's extension says what is written, .glb or .gltf. The BIN chunk of a .glb that becomes a .gltf is
-// put beside it as NAME.bin. Files that the scene names are copied into the target's folder, as far as they
-// are not there; one of the same name and other content is never overwritten. All files appear whole or not
-// at all, the scene file last.
+// put beside it as NAME.bin. What `buffers` and `images` name is copied into the target's folder, as far as
+// it is not there: buffers, images that were read, others that are of a known format. What extensions name
+// by a `uri` of their own is not. A file of the same name and other content is never overwritten, and a
+// hidden one (".name") never made. All files appear whole or not at all, the scene file last.
 //
 // A light that several nodes share and that only some of them have edited becomes two, a default material
 // that was edited becomes one of the file's.
 //
 // Throws raygraph::Error, one line each:
 //   Io        a file cannot be read or written, or the target's folder has another file of a name;
-//   BadInput  `source` cannot be loaded (any more), or is not what `edited` was made of;
-//   Usage     the target's extension is neither, `options.scene` does not exist, or something else than the
-//             above was edited.
+//   BadInput  `source` cannot be loaded (any more), is not what `edited` was made of, or names a hidden file
+//             that would have to be copied;
+//   Usage     the target's extension is neither, `options.scene` does not exist, something was edited that
+//             is refused, or a material's extras that are no object would have to hold its priority.
 RAYGRAPH_API void SaveGltf(const std::filesystem::path& source, const SceneData& edited,
                            const std::filesystem::path& target, const LoadOptions& options = {});
 

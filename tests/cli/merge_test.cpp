@@ -108,8 +108,10 @@ TEST(Merge, DifferentPicturesAreRefusedNamingTheDifference) {
                 "size: 5x3 against 3x5");
     ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.sceneFile = "ball.gltf"; }),
                 "scene: box.gltf against ball.gltf");
-    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.sceneHash.clear(); }),
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.sceneHash = "other"; }),
                 "box.gltf has changed");
+    ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.sceneHash.clear(); }),
+                "box.gltf was saved by the editor");
     ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.environmentFile.clear(); }),
                 "environment: sky.hdr against none");
     ExpectError(ErrorKind::BadInput, merge([](RenderFile& r) { r.environmentHash.clear(); }),

@@ -1,7 +1,9 @@
 // The editor as the program plays it from a script. A device is needed.
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
+#include "renderer/image/image.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
@@ -49,6 +51,45 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
     for (size_t i = 0; i < plain.instance.size(); i++)
         otherInstance += saved.instance[i] != plain.instance[i];
     EXPECT_LT(otherInstance, 4u);
+}
+
+TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
+    const test::TemporaryFolder folder;
+    nlohmann::json scene = nlohmann::json::parse(std::ifstream(SceneFile("cornell.gltf")));
+    scene["cameras"][0] = {
+        {"type", "orthographic"},
+        {"orthographic", {{"xmag", 1.0}, {"ymag", 0.75}, {"znear", 0.01}, {"zfar", 100.0}}}};
+    std::ofstream(folder / "flat.gltf") << scene;
+    const image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 0.5f)};
+    image::WriteHdr(folder.Path() / "sky.hdr", sky);
+    std::ofstream(folder.Path() / "script.txt")
+        << "size 120x100\nopen " << (folder / "flat.gltf").string() << "\nwait\nopen "
+        << (folder / "sky.hdr").string() << "\nwait\nsamples 1\npicture " << (folder / "edit.exr").string()
+        << "\n";
+    const test::ProgramResult edited = RunProgram({"edit", "--headless-script", folder / "script.txt"});
+    if (edited.messages.find("no editor") != std::string::npos) GTEST_SKIP() << edited.messages;
+    ASSERT_EQ(edited.exitCode, 0) << edited.messages;
+    const cli::RenderFile saved = cli::ReadRenderFile(folder / "edit.exr");
+    EXPECT_EQ(saved.environmentFile, "sky.hdr");
+    EXPECT_EQ(saved.settings.at("env-tint"), "1,1,1");
+    EXPECT_TRUE(saved.settings.at("camera").ends_with("1.5m")) << saved.settings.at("camera");
+
+    const test::ProgramResult rendered =
+        RunProgram({"render", folder / "flat.gltf", "-o", folder / "render.exr", "--spp", "1", "--aov",
+                    "depth,instance", "--env", folder / "sky.hdr", "--env-tint", "0.5,1,2", "--camera",
+                    saved.settings.at("camera"), "--size", saved.settings.at("size")});
+    ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;
+    const cli::RenderFile plain = cli::ReadRenderFile(folder / "render.exr");
+    EXPECT_EQ(plain.settings.at("camera"), saved.settings.at("camera"));
+    size_t otherInstance = 0;
+    for (size_t i = 0; i < plain.instance.size(); i++)
+        otherInstance += saved.instance[i] != plain.instance[i];
+    EXPECT_LT(otherInstance, 4u);
+
+    const test::ProgramResult resumed = RunProgram(
+        {"render", folder / "flat.gltf", "--resume", folder / "edit.exr", "--env", folder / "sky.hdr"});
+    EXPECT_NE(resumed.exitCode, 0);
+    EXPECT_NE(resumed.messages.find("saved by the editor"), std::string::npos) << resumed.messages;
 }
 
 }  // namespace

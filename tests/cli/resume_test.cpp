@@ -80,6 +80,11 @@ TEST(Resume, WhatCannotBeContinuedIsBadInput) {
     WriteRenderFile(path, render);
     ExpectError(ErrorKind::BadInput, read, "a.exr", "albedo");
 
+    render = MakeRender(0, 8);
+    render.sceneHash.clear();
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "saved by the editor");
+
     WriteRenderFile(path, MakeRender(3, 8));
     EXPECT_EQ(ReadResumedRender(path).render.samples, (SampleRanges{{3, 8}}));
 }

@@ -216,6 +216,63 @@ TEST_F(ScriptTest, SavesTheSceneWithItsEdits) {
     EXPECT_NE(Failure("scene /nowhere/at/all.gltf\n"), "");
 }
 
+TEST_F(ScriptTest, AsksBeforeEditsAreLost) {
+    const std::string file = (folder.Path() / "saved.gltf").string();
+    const std::string other = RAYGRAPH_SOURCE_DIR "/scenes/furnace_sphere.gltf";
+    Play(OpenCornell() + "view raster\nmouse 320 120\nclick left\nwait\nscene " + file + "\n");
+    const uint32_t material = *editor.Work().selectedMaterial;
+    const std::string edit = "material base 0.25 0.5 1\n";
+    // Escape keeps everything, whatever was about to lose it
+    Play(edit);
+    for (const std::string& loss :
+         {std::string("close\n"), std::string("key ctrl+q\n"), "open " + other + "\nwait\n"})
+        Play("size 640x400\n" + loss +
+             "expect asking yes\nexpect leaving no\nkey escape\nexpect asking no\n");
+    Play("wait\nexpect leaving no\nexpect edits 1\nopen " + (folder.Path() / "sky.hdr").string() +
+         "\nexpect asking no\nwait\n");
+    EXPECT_EQ(editor.Work().document.File(), file);
+    EXPECT_NE(scene::LoadGltf(file).materials[material].baseColorFactor.x, 0.25f);
+    // A file that cannot be written keeps everything, too
+    std::ofstream(file, std::ios::app) << " ";
+    Play(
+        "size 640x400\nkey ctrl+q\nkey s\nexpect asking no\nexpect leaving no\nexpect edits 1\n"
+        "expect message has changed\n");
+    // Discarded
+    Play("size 640x400\nopen " + other +
+         "\nexpect asking yes\nkey d\nwait\nexpect asking no\nexpect edits 0\n");
+    EXPECT_EQ(editor.Work().document.File(), other);
+    // Saved
+    Play(OpenCornell() + "mouse 320 120\nclick left\nwait\nscene " + file + ".gltf\n" + edit +
+         "close\nkey s\nexpect leaving yes\n");
+    EXPECT_EQ(scene::LoadGltf(file + ".gltf").materials[material].baseColorFactor.x, 0.25f);
+    EXPECT_FALSE(editor.Work().document.IsEdited());
+}
+
+TEST_F(ScriptTest, NothingIsAskedWhereNothingIsLost) {
+    Play("size 320x200\nclose\nexpect asking no\nexpect leaving yes\n");
+}
+
+TEST_F(ScriptTest, ExrNamesTheFilesAndTheSkyOfTheFrameThatWasSaved) {
+    image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 0.5f)};
+    image::WriteHdr(folder.Path() / "sky.hdr", sky);
+    const std::string open = OpenCornell() + "view raster\nopen " + (folder.Path() / "sky.hdr").string();
+    Play(open + "\nwait\n");
+    Workspace& work = editor.Work();
+    const auto save = [&](auto&& change) {
+        editor.SavePicture(folder.Path() / "picture.exr");
+        change();  // before a frame is there
+        Play("size 640x400\nwait\n");
+    };
+    save([&] { work.gpu.SetEnvironment({.radiance = {0.25f, 0.5f, 1.0f}, .rotation = 0.5f}); });
+    ASSERT_TRUE(saved);
+    EXPECT_EQ(saved->picture.environment.radiance, glm::vec3(0.25f, 0.5f, 1.0f));
+    EXPECT_EQ(saved->picture.environment.rotation, 0.5f);
+    EXPECT_EQ(saved->environmentFile, "sky.hdr");
+    EXPECT_EQ(saved->sceneFile, "cornell.gltf");
+    save([&] { work.RemoveEnvironmentMap(); });
+    EXPECT_EQ(saved->environmentFile, "");
+}
+
 TEST_F(ScriptTest, SavesAnExrThroughTheProgram) {
     const std::string file = (folder.Path() / "picture.exr").string();
     Play(OpenCornell() + "view raster\nsize 320x200\nsamples 1\npicture " + file +

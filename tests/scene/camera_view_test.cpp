@@ -90,10 +90,17 @@ TEST(CameraView, TextGivesEyeTargetUpAndFov) {
     EXPECT_FLOAT_EQ(scene::ViewFromText("0 0 5 0 0 0", 1).yFov, glm::radians(40.0f));
     EXPECT_FLOAT_EQ(scene::ViewFromText("0 0 5 0 0 0 25", 1).yFov, glm::radians(25.0f));
     ExpectNear(scene::ViewFromText("+1e1 0 5 0 0 0 0 0 1", 1).eye, {10, 0, 5});
+    const CameraView flat = scene::ViewFromText("0 0 5 0 0 0 0 1 0 2.5m", 1);
+    EXPECT_EQ(flat.projection, scene::Projection::Orthographic);
+    EXPECT_FLOAT_EQ(flat.height, 2.5f);
+    EXPECT_TRUE(scene::IsViewText("0 0 5 0 0 0 2m"));
+    EXPECT_FALSE(scene::IsViewText("2m")) << "a camera may be called so";
 }
 
 TEST(CameraView, BadTextIsRefusedWithTheReason) {
     const auto error = [](const char* text) { return UsageError([&] { scene::ViewFromText(text, 1); }); };
+    EXPECT_NE(error("0 0 5 0 0 0 0 1 0 0m").find("above 0"), std::string::npos);
+    EXPECT_NE(error("0 0 5 0 0 0m").find("place of the fov"), std::string::npos);
     EXPECT_EQ(error("1 2 3"),
               "camera \"1 2 3\": must have 10 numbers (eye target up fov), or 9, 7 or 6 without fov or up");
     EXPECT_EQ(error("1 2 3 4 5 x"), "camera \"1 2 3 4 5 x\": must be numbers: eye target up fov");

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "tests/scene/gltf_document.h"
+#include "tests/scene/same_scene.h"
 
 namespace raygraph::test {
 namespace {
@@ -25,91 +26,6 @@ std::string TextOf(const fs::path& file) {
 
 Json JsonOf(const fs::path& file) {
     return Json::parse(TextOf(file));
-}
-
-void ExpectSamePrimitive(const scene::Primitive& a, const scene::Primitive& b) {
-    EXPECT_EQ(a.positions, b.positions);
-    EXPECT_EQ(a.normals, b.normals);
-    EXPECT_EQ(a.tangents, b.tangents);
-    EXPECT_EQ(a.uv0, b.uv0);
-    EXPECT_EQ(a.uv1, b.uv1);
-    EXPECT_EQ(a.colors, b.colors);
-    EXPECT_EQ(a.indices, b.indices);
-    EXPECT_EQ(a.material, b.material);
-}
-
-void ExpectSameMaterial(const scene::Material& a, const scene::Material& b) {
-    EXPECT_EQ(a.name, b.name);
-    EXPECT_EQ(a.baseColorFactor, b.baseColorFactor) << a.name;
-    EXPECT_EQ(a.metallicFactor, b.metallicFactor) << a.name;
-    EXPECT_EQ(a.roughnessFactor, b.roughnessFactor) << a.name;
-    EXPECT_EQ(a.normalScale, b.normalScale) << a.name;
-    EXPECT_EQ(a.occlusionStrength, b.occlusionStrength) << a.name;
-    EXPECT_EQ(a.emissiveFactor, b.emissiveFactor) << a.name;
-    EXPECT_EQ(a.emissiveStrength, b.emissiveStrength) << a.name;
-    EXPECT_EQ(a.alphaMode, b.alphaMode) << a.name;
-    EXPECT_EQ(a.alphaCutoff, b.alphaCutoff) << a.name;
-    EXPECT_EQ(a.isDoubleSided, b.isDoubleSided) << a.name;
-    EXPECT_EQ(a.ior, b.ior) << a.name;
-    EXPECT_EQ(a.specularFactor, b.specularFactor) << a.name;
-    EXPECT_EQ(a.specularColorFactor, b.specularColorFactor) << a.name;
-    EXPECT_EQ(a.transmissionFactor, b.transmissionFactor) << a.name;
-    EXPECT_EQ(a.thicknessFactor, b.thicknessFactor) << a.name;
-    EXPECT_EQ(a.attenuationColor, b.attenuationColor) << a.name;
-    EXPECT_EQ(a.attenuationDistance, b.attenuationDistance) << a.name;
-    EXPECT_EQ(a.isUnlit, b.isUnlit) << a.name;
-    EXPECT_EQ(a.priority, b.priority) << a.name;
-    EXPECT_EQ(a.baseColorTexture.texture, b.baseColorTexture.texture) << a.name;
-    EXPECT_EQ(a.normalTexture.texture, b.normalTexture.texture) << a.name;
-}
-
-float Apart(const glm::mat4x3& a, const glm::mat4x3& b) {
-    float most = 0.0f;
-    for (int i = 0; i < 4; i++) most = std::max(most, glm::length(a[i] - b[i]));
-    return most;
-}
-
-// `tolerance` of transforms; 0: to the bit.
-void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tolerance = 0.0f) {
-    EXPECT_EQ(a.name, b.name);
-    EXPECT_EQ(a.nodeOrder, b.nodeOrder);
-    ASSERT_EQ(a.nodes.size(), b.nodes.size());
-    for (size_t i = 0; i < a.nodes.size(); i++) {
-        EXPECT_EQ(a.nodes[i].name, b.nodes[i].name);
-        EXPECT_EQ(a.nodes[i].parent, b.nodes[i].parent);
-        EXPECT_EQ(a.nodes[i].mesh, b.nodes[i].mesh);
-        EXPECT_LE(Apart(a.nodes[i].LocalTransform(), b.nodes[i].LocalTransform()), tolerance) << "node " << i;
-    }
-    ASSERT_EQ(a.meshes.size(), b.meshes.size());
-    for (size_t i = 0; i < a.meshes.size(); i++) {
-        ASSERT_EQ(a.meshes[i].primitives.size(), b.meshes[i].primitives.size());
-        for (size_t k = 0; k < a.meshes[i].primitives.size(); k++)
-            ExpectSamePrimitive(a.meshes[i].primitives[k], b.meshes[i].primitives[k]);
-    }
-    ASSERT_EQ(a.materials.size(), b.materials.size());
-    for (size_t i = 0; i < a.materials.size(); i++) ExpectSameMaterial(a.materials[i], b.materials[i]);
-    ASSERT_EQ(a.textures.size(), b.textures.size());
-    for (size_t i = 0; i < a.textures.size(); i++) {
-        EXPECT_EQ(a.textures[i].image, b.textures[i].image);
-        EXPECT_EQ(a.textures[i].sampler, b.textures[i].sampler);
-    }
-    ASSERT_EQ(a.images.size(), b.images.size());
-    for (size_t i = 0; i < a.images.size(); i++) EXPECT_EQ(a.images[i].rgba, b.images[i].rgba);
-    ASSERT_EQ(a.instances.size(), b.instances.size());
-    for (size_t i = 0; i < a.instances.size(); i++) {
-        EXPECT_EQ(a.instances[i].mesh, b.instances[i].mesh);
-        EXPECT_LE(Apart(a.instances[i].objectToWorld, b.instances[i].objectToWorld), tolerance);
-    }
-    ASSERT_EQ(a.cameras.size(), b.cameras.size());
-    for (size_t i = 0; i < a.cameras.size(); i++) EXPECT_EQ(a.cameras[i].yFov, b.cameras[i].yFov);
-    ASSERT_EQ(a.lights.size(), b.lights.size());
-    for (size_t i = 0; i < a.lights.size(); i++) {
-        EXPECT_EQ(a.lights[i].color, b.lights[i].color);
-        EXPECT_EQ(a.lights[i].intensity, b.lights[i].intensity);
-        EXPECT_EQ(a.lights[i].range, b.lights[i].range);
-        EXPECT_EQ(a.lights[i].outerConeAngle, b.lights[i].outerConeAngle);
-        EXPECT_EQ(a.lights[i].node, b.lights[i].node);
-    }
 }
 
 class SaveGltf : public ::testing::Test {
@@ -293,6 +209,48 @@ TEST_F(SaveGltf, SharedLightIsSplitWhereOneOfItsNodesIsEdited) {
     EXPECT_EQ(lights[2]["extras"], 7);
 }
 
+TEST_F(SaveGltf, SecondSaveAfterASplitPutsEachLightsValuesOnItsOwnNode) {
+    GltfDocument document;
+    document.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"intensity", 2.0}},
+                                                                    {{"type", "point"}, {"intensity", 3.0}}};
+    for (const int light : {0, 0, 1})
+        document.AddNode({{"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}});
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    scene::SceneData edited = scene::LoadGltf(source);
+    edited.lights[0].intensity = 5.0f;
+    const auto expectByNode = [&](const scene::SceneData& saved) {
+        ASSERT_EQ(saved.lights.size(), 3u);
+        for (const scene::Light& light : saved.lights) {
+            const float wanted[] = {edited.lights[0].intensity, edited.lights[1].intensity,
+                                    edited.lights[2].intensity};
+            EXPECT_EQ(light.intensity, wanted[light.node]) << "node " << light.node;
+        }
+    };
+    expectByNode(Save(source, edited, Target("once.gltf")));
+    expectByNode(Save(Target("once.gltf"), edited, Target("twice.gltf")));
+    EXPECT_EQ(TextOf(Target("once.gltf")), TextOf(Target("twice.gltf")));
+    edited.lights[2].intensity = 7.0f;
+    expectByNode(Save(Target("twice.gltf"), edited, Target("twice.gltf")));
+    edited.lights[1].node = 2;
+    EXPECT_NE(Failure(source, edited, Target("other.gltf")).find("nodes[1] has a light in the file"),
+              std::string::npos);
+}
+
+TEST_F(SaveGltf, ExtrasThatAreNoObjectStayAndTakeNoPriority) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.json["materials"] = {{{"extras", "a text"}}};
+    document.json["meshes"][0]["primitives"][0]["material"] = 0;
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    scene::SceneData edited = scene::LoadGltf(source);
+    edited.materials[0].metallicFactor = 0.25f;
+    ExpectSame(edited, Save(source, edited, Target("saved.gltf")));
+    EXPECT_EQ(JsonOf(Target("saved.gltf"))["materials"][0]["extras"], "a text");
+    edited.materials[0].priority = 3;
+    EXPECT_NE(Failure(source, edited, Target("saved.gltf")).find("extras"), std::string::npos);
+}
+
 TEST_F(SaveGltf, BinaryFilesKeepTheirChunksAndChangeTheirKind) {
     GltfDocument document;
     document.AddTriangle();
@@ -310,6 +268,70 @@ TEST_F(SaveGltf, BinaryFilesKeepTheirChunksAndChangeTheirKind) {
     EXPECT_EQ(fs::file_size(Target("as text.bin")), binary.size());
     ExpectSame(edited, Save(Target("as text.gltf"), edited, Target("back.glb")));
     EXPECT_NE(Failure(source, edited, Target("scene.obj")).find(".gltf or .glb"), std::string::npos);
+}
+
+TEST_F(SaveGltf, ChunkThatNoBufferIsMadeOfLeavesNothingBehind) {
+    const Bytes binary(8);
+    const fs::path source = from.Write("scene.glb", MakeGlb(R"({"asset":{"version":"2.0"}})", &binary));
+    Save(source, scene::LoadGltf(source), Target("saved.gltf"));
+    EXPECT_FALSE(JsonOf(Target("saved.gltf")).contains("buffers"));
+}
+
+TEST_F(SaveGltf, BareNamesAreOfTheCurrentFolder) {
+    GltfDocument document;
+    document.AddTriangle();
+    const Bytes binary = BytesOf(std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0});
+    document.json["buffers"][0] = {{"byteLength", binary.size()}};
+    const fs::path source = from.Write("scene.glb", MakeGlb(document.Text(), &binary));
+    const scene::SceneData scene = scene::LoadGltf(source);
+    const fs::path before = fs::current_path();
+    fs::current_path(folder.Path());
+    const std::string failure = Failure(source, scene, "bare.gltf");
+    const std::string again = Failure("bare.gltf", scene, "again.gltf");
+    fs::current_path(before);
+    EXPECT_EQ(failure, "saved");
+    EXPECT_EQ(again, "saved");
+    EXPECT_TRUE(fs::exists(Target("bare.bin")));
+    ExpectSame(scene, scene::LoadGltf(Target("again.gltf")));
+}
+
+TEST_F(SaveGltf, SceneCannotHaveFilesOfItsChoiceMade) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.json["images"] = {{{"uri", "script.sh"}}, {{"uri", "unread.png"}}};
+    from.Write("script.sh", "#!/bin/sh");
+    from.Write("unread.png", MakePng(2, 2, {255, 0, 0, 255}));
+    fs::path source = from.Write("scene.gltf", document.Text());
+    const scene::SceneData scene = scene::LoadGltf(source);
+    ExpectSame(scene, Save(source, scene, Target("saved.gltf")));
+    EXPECT_FALSE(fs::exists(Target("script.sh"))) << "is no image";
+    EXPECT_TRUE(fs::exists(Target("unread.png")));
+    fs::create_directories(from.Path() / ".config");
+    for (const char* hidden : {".profile", "%2Eprofile", ".config/start"}) {
+        from.Write(hidden[0] == '%' ? ".profile" : hidden, "data");
+        document.json["buffers"][0] = {{"uri", hidden}, {"byteLength", 4}};
+        document.json.erase("meshes");
+        document.json.erase("accessors");
+        document.json.erase("bufferViews");
+        document.json["nodes"] = {{{"name", "empty"}}};
+        source = from.Write("hidden.gltf", document.Text());
+        const scene::SceneData empty = scene::LoadGltf(source);
+        EXPECT_NE(Failure(source, empty, Target("hidden.gltf")).find("hidden file"), std::string::npos);
+        EXPECT_FALSE(fs::exists(Target("hidden.gltf")));
+    }
+    EXPECT_FALSE(fs::exists(Target(".profile")));
+    EXPECT_FALSE(fs::exists(Target(".config")));
+}
+
+TEST_F(SaveGltf, LinkInTheWayIsAnErrorOfOneLine) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.json["images"] = {{{"uri", "map.png"}}};
+    from.Write("map.png", MakePng(2, 2, {255, 0, 0, 255}));
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    const scene::SceneData scene = scene::LoadGltf(source);
+    fs::create_symlink("map.png", Target("map.png"));  // leads to itself
+    EXPECT_NE(Failure(source, scene, Target("saved.gltf")).find("map.png"), std::string::npos);
 }
 
 TEST_F(SaveGltf, FilesOfTheSceneComeAlongAndNoneIsReplaced) {

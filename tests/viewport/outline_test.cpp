@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "base/error.h"
@@ -50,6 +51,7 @@ class OutlinedViewport : public VulkanTest {
     Shown Frame() {
         viewed.renderer.BeginFrame();
         const TextureId picture = viewed.viewport.Declare();
+        if (afterDeclare) afterDeclare();
         const TextureId outlined = viewed.viewport.DeclareOutline(picture);
         const Readback plain = viewed.renderer.ReadBack(picture), over = viewed.renderer.ReadBack(outlined);
         viewed.renderer.Execute();
@@ -68,6 +70,7 @@ class OutlinedViewport : public VulkanTest {
         return count;
     }
     ViewedScene viewed{Device(), {48, 32}};
+    std::function<void()> afterDeclare;
 };
 
 }  // namespace
@@ -151,6 +154,17 @@ TEST_F(OutlinedViewport, LineFollowsCameraTransformAndSize) {
     EXPECT_EQ(Frame().outlined.size(), size_t{20} * 30 * 4);
     viewed.viewport.SetView(View::SideBySide);
     EXPECT_EQ(DifferentPixels(Frame()), 0u);
+}
+
+TEST_F(OutlinedViewport, CameraSetAfterDeclareIsOfTheNextFramesLine) {
+    viewed.viewport.SetOutlined({1});
+    scene::CameraView camera = InsideBoxes();
+    camera.eye.x += 0.2f;
+    afterDeclare = [&] { viewed.viewport.SetCamera(camera); };
+    Frame();  // the line of where the camera was
+    afterDeclare = {};
+    Frame();
+    EXPECT_THAT(viewed.renderer.DescribePlan(), HasSubstr("OutlineInstances"));
 }
 
 }  // namespace raygraph::testing

@@ -1,0 +1,39 @@
+#include "editor/app/unsaved_dialog.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace raygraph::editor {
+
+void UnsavedDialog::Ask(std::string file, std::function<void(Answer)> use) {
+    m_file = std::move(file);
+    m_use = std::move(use);
+    m_isNew = true;
+}
+
+void UnsavedDialog::Draw(const FrameInput& input) {
+    constexpr const char* kTitle = "Unsaved edits";
+    if (!IsAsking()) return;
+    const bool isNew = std::exchange(m_isNew, false);
+    // Also after another dialog has closed it
+    if (!ImGui::IsPopupOpen(kTitle)) ImGui::OpenPopup(kTitle);
+    if (!ImGui::BeginPopupModal(kTitle, nullptr, ImGuiWindowFlags_AlwaysAutoResize)) return;
+    ImGui::Text("%s has edits that are not saved. Save writes over it.", m_file.c_str());
+    // Keys of the frame that asked are not the answer
+    const auto isPressed = [&](Key key) { return !isNew && std::ranges::count(input.pressed, key) > 0; };
+    std::optional<Answer> answer;
+    if (ImGui::Button("Save (S)") || isPressed(Key::S)) answer = Answer::Save;
+    ImGui::SameLine();
+    if (ImGui::Button("Discard (D)") || isPressed(Key::D)) answer = Answer::Discard;
+    ImGui::SameLine();
+    if (ImGui::Button("Cancel (Esc)") || isPressed(Key::Escape)) answer = Answer::Cancel;
+    if (answer) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+    // It may ask anew
+    if (answer) std::exchange(m_use, nullptr)(*answer);
+}
+
+}  // namespace raygraph::editor

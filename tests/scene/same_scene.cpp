@@ -1,0 +1,97 @@
+#include "tests/scene/same_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace raygraph::test {
+
+namespace {
+
+void ExpectSamePrimitive(const scene::Primitive& a, const scene::Primitive& b) {
+    EXPECT_EQ(a.positions, b.positions);
+    EXPECT_EQ(a.normals, b.normals);
+    EXPECT_EQ(a.tangents, b.tangents);
+    EXPECT_EQ(a.uv0, b.uv0);
+    EXPECT_EQ(a.uv1, b.uv1);
+    EXPECT_EQ(a.colors, b.colors);
+    EXPECT_EQ(a.indices, b.indices);
+    EXPECT_EQ(a.material, b.material);
+}
+
+void ExpectSameMaterial(const scene::Material& a, const scene::Material& b) {
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.baseColorFactor, b.baseColorFactor) << a.name;
+    EXPECT_EQ(a.metallicFactor, b.metallicFactor) << a.name;
+    EXPECT_EQ(a.roughnessFactor, b.roughnessFactor) << a.name;
+    EXPECT_EQ(a.normalScale, b.normalScale) << a.name;
+    EXPECT_EQ(a.occlusionStrength, b.occlusionStrength) << a.name;
+    EXPECT_EQ(a.emissiveFactor, b.emissiveFactor) << a.name;
+    EXPECT_EQ(a.emissiveStrength, b.emissiveStrength) << a.name;
+    EXPECT_EQ(a.alphaMode, b.alphaMode) << a.name;
+    EXPECT_EQ(a.alphaCutoff, b.alphaCutoff) << a.name;
+    EXPECT_EQ(a.isDoubleSided, b.isDoubleSided) << a.name;
+    EXPECT_EQ(a.ior, b.ior) << a.name;
+    EXPECT_EQ(a.specularFactor, b.specularFactor) << a.name;
+    EXPECT_EQ(a.specularColorFactor, b.specularColorFactor) << a.name;
+    EXPECT_EQ(a.transmissionFactor, b.transmissionFactor) << a.name;
+    EXPECT_EQ(a.thicknessFactor, b.thicknessFactor) << a.name;
+    EXPECT_EQ(a.attenuationColor, b.attenuationColor) << a.name;
+    EXPECT_EQ(a.attenuationDistance, b.attenuationDistance) << a.name;
+    EXPECT_EQ(a.isUnlit, b.isUnlit) << a.name;
+    EXPECT_EQ(a.priority, b.priority) << a.name;
+    EXPECT_EQ(a.baseColorTexture.texture, b.baseColorTexture.texture) << a.name;
+    EXPECT_EQ(a.normalTexture.texture, b.normalTexture.texture) << a.name;
+}
+
+}  // namespace
+
+float Apart(const glm::mat4x3& a, const glm::mat4x3& b) {
+    float most = 0.0f;
+    for (int i = 0; i < 4; i++) most = std::max(most, glm::length(a[i] - b[i]));
+    return most;
+}
+
+void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tolerance) {
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.nodeOrder, b.nodeOrder);
+    ASSERT_EQ(a.nodes.size(), b.nodes.size());
+    for (size_t i = 0; i < a.nodes.size(); i++) {
+        EXPECT_EQ(a.nodes[i].name, b.nodes[i].name);
+        EXPECT_EQ(a.nodes[i].parent, b.nodes[i].parent);
+        EXPECT_EQ(a.nodes[i].mesh, b.nodes[i].mesh);
+        EXPECT_LE(Apart(a.nodes[i].LocalTransform(), b.nodes[i].LocalTransform()), tolerance) << "node " << i;
+    }
+    ASSERT_EQ(a.meshes.size(), b.meshes.size());
+    for (size_t i = 0; i < a.meshes.size(); i++) {
+        ASSERT_EQ(a.meshes[i].primitives.size(), b.meshes[i].primitives.size());
+        for (size_t k = 0; k < a.meshes[i].primitives.size(); k++)
+            ExpectSamePrimitive(a.meshes[i].primitives[k], b.meshes[i].primitives[k]);
+    }
+    ASSERT_EQ(a.materials.size(), b.materials.size());
+    for (size_t i = 0; i < a.materials.size(); i++) ExpectSameMaterial(a.materials[i], b.materials[i]);
+    ASSERT_EQ(a.textures.size(), b.textures.size());
+    for (size_t i = 0; i < a.textures.size(); i++) {
+        EXPECT_EQ(a.textures[i].image, b.textures[i].image);
+        EXPECT_EQ(a.textures[i].sampler, b.textures[i].sampler);
+    }
+    ASSERT_EQ(a.images.size(), b.images.size());
+    for (size_t i = 0; i < a.images.size(); i++) EXPECT_EQ(a.images[i].rgba, b.images[i].rgba);
+    ASSERT_EQ(a.instances.size(), b.instances.size());
+    for (size_t i = 0; i < a.instances.size(); i++) {
+        EXPECT_EQ(a.instances[i].mesh, b.instances[i].mesh);
+        EXPECT_LE(Apart(a.instances[i].objectToWorld, b.instances[i].objectToWorld), tolerance);
+    }
+    ASSERT_EQ(a.cameras.size(), b.cameras.size());
+    for (size_t i = 0; i < a.cameras.size(); i++) EXPECT_EQ(a.cameras[i].yFov, b.cameras[i].yFov);
+    ASSERT_EQ(a.lights.size(), b.lights.size());
+    for (size_t i = 0; i < a.lights.size(); i++) {
+        EXPECT_EQ(a.lights[i].color, b.lights[i].color);
+        EXPECT_EQ(a.lights[i].intensity, b.lights[i].intensity);
+        EXPECT_EQ(a.lights[i].range, b.lights[i].range);
+        EXPECT_EQ(a.lights[i].outerConeAngle, b.lights[i].outerConeAngle);
+        EXPECT_EQ(a.lights[i].node, b.lights[i].node);
+    }
+}
+
+}  // namespace raygraph::test
