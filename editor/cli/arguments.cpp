@@ -150,7 +150,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddScene(*bench, arguments.scene)->required();
     AddSettings(*bench, arguments.given,
                 {"size", "camera", "scene", "sampler", "brdf", "multiscatter", "nee", "light-sampler", "mis",
-                 "rr", "rr-start", "max-depth", "background", "env-rotation"});
+                 "rr", "rr-start", "max-depth", "background", "env-rotation", "env-tint"});
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", "Timed frames of each kind in a round (8)",
               [&](const std::string& text) { arguments.frames = ParseCount(text, 1, 100000); });
@@ -224,6 +224,8 @@ void CheckRender(const RenderArguments& arguments) {
         Refuse("--background and --env exclude each other");
     if (arguments.given.contains("env-rotation") && arguments.environment.empty() && arguments.resume.empty())
         Refuse("--env-rotation turns a map: it needs --env");
+    if (arguments.given.contains("env-tint") && arguments.environment.empty() && arguments.resume.empty())
+        Refuse("--env-tint is of a map: it needs --env");
 }
 
 void CheckMerge(const MergeArguments& arguments) {

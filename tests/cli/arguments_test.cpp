@@ -157,6 +157,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage({"render", "a.gltf", "--background", "1,1"}, "--background");
     ExpectUsage({"render", "a.gltf", "--background", "1,1,1", "--env", "a.hdr"}, "--background", "--env");
     ExpectUsage({"render", "a.gltf", "--env-rotation", "90"}, "--env-rotation", "--env");
+    ExpectUsage({"render", "a.gltf", "--env-tint", "1,1,0"}, "--env-tint", "--env");
     ExpectUsage({"render", "a.gltf", "--camera", "0 1 5 0 0"}, "--camera", "0 1 5 0 0");
     ExpectUsage({"render", "a.gltf", "--camera", "0 1 5 0 1 5 0 1 0 40"}, "--camera", "differ");
     ExpectUsage({"render", "a.gltf", "--max-depth", "-1"}, "--max-depth");
@@ -224,6 +225,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.focusDistance = 3.5f;
     settings.roulette = {Roulette::Frame, 11, 0.75f};
     settings.environmentRotation = 0.1f;
+    settings.environmentTint = {0.5f, 1.0f, 2.0f};
     settings.background = {0.1f, 0.2f, 0.3f};
     settings.lightGroups = {{"key", {"lamp*", "bulb"}}, {"fill", {"window"}}};
     const SettingTexts texts = Texts(settings);

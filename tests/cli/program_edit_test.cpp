@@ -81,6 +81,11 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
     ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;
     const cli::RenderFile plain = cli::ReadRenderFile(folder / "render.exr");
     EXPECT_EQ(plain.settings.at("camera"), saved.settings.at("camera"));
+    ASSERT_EQ(plain.instance[0], 0xFFFFFFFFu) << "the corner sees the sky";
+    for (const size_t c : {0u, 1u, 2u}) {
+        EXPECT_NEAR(saved.radiance[c], 0.5f, 1e-3f);
+        EXPECT_NEAR(plain.radiance[c], 0.25f * float(1u << c), 1e-3f) << "tinted";
+    }
     size_t otherInstance = 0;
     for (size_t i = 0; i < plain.instance.size(); i++)
         otherInstance += saved.instance[i] != plain.instance[i];
