@@ -1,116 +1,163 @@
 #include "editor/cli/content_hash.h"
 
-#include <algorithm>
-#include <array>
-#include <cstring>
+#include <xxhash.h>
+
+#include <concepts>
+#include <memory>
+#include <optional>
+#include <span>
+#include <type_traits>
+#include <vector>
 
 namespace raygraph::cli {
 
 namespace {
 
-void AddTexture(ContentHash& hash, const scene::TextureRef& reference) {
-    hash.Add(reference.texture);
-    hash.Add(reference.texCoord);
-}
+// A number, or a vector or matrix of numbers: without padding.
+template <typename T>
+concept Plain = std::is_arithmetic_v<T> || std::is_enum_v<T> || requires {
+    typename T::value_type;
+    { T::length() } -> std::convertible_to<int>;
+};
 
-void AddPrimitive(ContentHash& hash, const scene::Primitive& primitive) {
-    hash.Add(primitive.positions);
-    hash.Add(primitive.normals);
-    hash.Add(primitive.tangents);
-    hash.Add(primitive.uv0);
-    hash.Add(primitive.uv1);
-    hash.Add(primitive.colors);
-    hash.Add(primitive.indices);
-    hash.Add(primitive.material);
-}
+class ContentHash {
+  public:
+    ContentHash() : m_state(XXH3_createState()) {
+        if (!m_state) throw std::bad_alloc();
+        XXH3_64bits_reset(m_state.get());
+    }
 
-void AddMaterial(ContentHash& hash, const scene::Material& material) {
-    hash.Add(material.baseColorFactor);
-    AddTexture(hash, material.baseColorTexture);
-    hash.Add(material.metallicFactor);
-    hash.Add(material.roughnessFactor);
-    AddTexture(hash, material.metallicRoughnessTexture);
-    AddTexture(hash, material.normalTexture);
-    hash.Add(material.normalScale);
-    hash.Add(material.emissiveFactor);
-    hash.Add(material.emissiveStrength);
-    AddTexture(hash, material.emissiveTexture);
-    hash.Add(material.alphaMode);
-    hash.Add(material.alphaCutoff);
-    hash.Add(material.isDoubleSided);
-}
+    template <typename... Values>
+    void AddAll(const Values&... values) {
+        (Add(values), ...);
+    }
 
-void AddTextureAndImage(ContentHash& hash, const scene::SceneData& scene) {
-    for (const scene::Texture& texture : scene.textures) {
-        hash.Add(texture.image);
-        hash.Add(texture.sampler.wrapU);
-        hash.Add(texture.sampler.wrapV);
-        hash.Add(texture.sampler.magFilter);
-        hash.Add(texture.sampler.minFilter);
-        hash.Add(texture.colorSpace);
+    void Add(const Plain auto& value) { XXH3_64bits_update(m_state.get(), &value, sizeof value); }
+    void Add(const std::string& text) { AddRun(std::span(text)); }
+    template <typename T>
+    void Add(const std::optional<T>& value) {
+        Add(value.has_value());
+        if (value) Add(*value);
     }
-    for (const scene::ImageData& image : scene.images) {
-        hash.Add(image.width);
-        hash.Add(image.rgba);
+    template <typename T>
+    void Add(const std::vector<T>& values) {
+        if constexpr (Plain<T>) {
+            AddRun(std::span(values));
+        } else {
+            Add(uint64_t{values.size()});
+            for (const T& value : values) Add(value);
+        }
     }
-}
 
-void AddCamerasAndLights(ContentHash& hash, const scene::SceneData& scene) {
-    for (const scene::Camera& camera : scene.cameras) {
-        hash.Add(camera.projection);
-        hash.Add(camera.yFov);
-        hash.Add(camera.xMag);
-        hash.Add(camera.yMag);
-        hash.Add(camera.cameraToWorld);
+    // Each names all fields of its struct: one that is added to the struct does not compile until it is added
+    // here, and to the hash if a picture can depend on it.
+    void Add(const scene::Bounds& bounds) {
+        const auto& [min, max] = bounds;
+        AddAll(min, max);
     }
-    for (const scene::Light& light : scene.lights) {
-        hash.Add(light.type);
-        hash.Add(light.color);
-        hash.Add(light.intensity);
-        hash.Add(light.innerConeAngle);
-        hash.Add(light.outerConeAngle);
-        hash.Add(light.lightToWorld);
+    void Add(const scene::Primitive& primitive) {
+        const auto& [positions, normals, tangents, uv0, uv1, colors, indices, material, bounds] = primitive;
+        AddAll(positions, normals, tangents, uv0, uv1, colors, indices, material, bounds);
     }
+    void Add(const scene::Mesh& mesh) {
+        const auto& [name, primitives] = mesh;
+        Add(primitives);
+    }
+    void Add(const scene::TextureRef& reference) {
+        const auto& [texture, texCoord] = reference;
+        AddAll(texture, texCoord);
+    }
+    void Add(const scene::Material& material) {
+        const auto& [name, baseColorFactor, baseColorTexture, metallicFactor, roughnessFactor,
+                     metallicRoughnessTexture, normalTexture, normalScale, occlusionTexture,
+                     occlusionStrength, emissiveFactor, emissiveStrength, emissiveTexture, alphaMode,
+                     alphaCutoff, isDoubleSided, ior, specularFactor, specularTexture, specularColorFactor,
+                     specularColorTexture, transmissionFactor, transmissionTexture, thicknessFactor,
+                     attenuationColor, attenuationDistance, isUnlit, priority] = material;
+        AddAll(name, baseColorFactor, baseColorTexture, metallicFactor, roughnessFactor,
+               metallicRoughnessTexture, normalTexture, normalScale, occlusionTexture, occlusionStrength,
+               emissiveFactor, emissiveStrength, emissiveTexture, alphaMode, alphaCutoff, isDoubleSided, ior,
+               specularFactor, specularTexture, specularColorFactor, specularColorTexture, transmissionFactor,
+               transmissionTexture, thicknessFactor, attenuationColor, attenuationDistance, isUnlit,
+               priority);
+    }
+    void Add(const scene::Sampler& sampler) {
+        const auto& [wrapU, wrapV, magFilter, minFilter, mipFilter, usesMips] = sampler;
+        AddAll(wrapU, wrapV, magFilter, minFilter, mipFilter, usesMips);
+    }
+    void Add(const scene::Texture& texture) {
+        const auto& [name, image, sampler, colorSpace] = texture;
+        AddAll(image, sampler, colorSpace);
+    }
+    void Add(const scene::ImageData& image) {
+        const auto& [name, width, height, rgba] = image;
+        AddAll(width, height, rgba);
+    }
+    void Add(const scene::Node& node) {
+        const auto& [name, parent, translation, rotation, scale, matrix, mesh] = node;
+        AddAll(name, parent, translation, rotation, scale, matrix, mesh);
+    }
+    void Add(const scene::Instance& instance) {
+        const auto& [mesh, node, objectToWorld] = instance;
+        AddAll(mesh, node, objectToWorld);
+    }
+    void Add(const scene::Camera& camera) {
+        const auto& [name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld] =
+            camera;
+        AddAll(name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld);
+    }
+    void Add(const scene::Light& light) {
+        const auto& [name, node, type, color, intensity, range, innerConeAngle, outerConeAngle,
+                     lightToWorld] = light;
+        AddAll(name, node, type, color, intensity, range, innerConeAngle, outerConeAngle, lightToWorld);
+    }
+    void Add(const scene::SceneData& scene) {
+        const auto& [name, meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights,
+                     bounds, warnings] = scene;
+        AddAll(meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights, bounds);
+    }
+    void Add(const image::ImageF& image) {
+        const auto& [width, height, rgba] = image;
+        AddAll(width, height, rgba);
+    }
+
+    std::string Text() const {
+        constexpr std::string_view kDigits = "0123456789abcdef";
+        const uint64_t hash = XXH3_64bits_digest(m_state.get());
+        std::string text;
+        for (int shift = 60; shift >= 0; shift -= 4) text += kDigits[(hash >> shift) & 15];
+        return text;
+    }
+
+  private:
+    // With its length, so that what lies in neighbouring lists is not mixed up.
+    template <typename T>
+    void AddRun(std::span<T> values) {
+        Add(uint64_t{values.size()});
+        XXH3_64bits_update(m_state.get(), values.data(), values.size_bytes());
+    }
+
+    struct FreeState {
+        void operator()(XXH3_state_t* state) const { XXH3_freeState(state); }
+    };
+    std::unique_ptr<XXH3_state_t, FreeState> m_state;
+};
+
+template <typename T>
+std::string TextOf(const T& content) {
+    ContentHash hash;
+    hash.Add(content);
+    return hash.Text();
 }
 
 }  // namespace
 
-void ContentHash::AddBytes(std::span<const std::byte> bytes) {
-    for (size_t i = 0; i < bytes.size(); i += sizeof(uint64_t)) {
-        uint64_t word = 0;
-        std::memcpy(&word, bytes.data() + i, std::min(sizeof(word), bytes.size() - i));
-        // One round of a multiplicative hash; the shift carries high bits back down
-        m_hash = (m_hash ^ word) * 0x2545F4914F6CDD1Du;
-        m_hash ^= m_hash >> 29;
-    }
-}
-
-std::string ContentHash::Text() const {
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    std::string text;
-    for (int shift = 60; shift >= 0; shift -= 4) text += kDigits[(m_hash >> shift) & 15];
-    return text;
-}
-
 std::string HashOf(const scene::SceneData& scene) {
-    ContentHash hash;
-    for (const scene::Mesh& mesh : scene.meshes)
-        for (const scene::Primitive& primitive : mesh.primitives) AddPrimitive(hash, primitive);
-    for (const scene::Material& material : scene.materials) AddMaterial(hash, material);
-    AddTextureAndImage(hash, scene);
-    for (const scene::Instance& instance : scene.instances) {
-        hash.Add(instance.mesh);
-        hash.Add(instance.objectToWorld);
-    }
-    AddCamerasAndLights(hash, scene);
-    return hash.Text();
+    return TextOf(scene);
 }
 
 std::string HashOf(const image::ImageF& image) {
-    ContentHash hash;
-    hash.Add(image.width);
-    hash.Add(image.rgba);
-    return hash.Text();
+    return TextOf(image);
 }
 
 }  // namespace raygraph::cli

@@ -313,6 +313,27 @@ TEST(ProgramRender, DarknessIsWarnedOfUnlessThereIsLight) {
     EXPECT_EQ((cli::Texels(radiance.begin(), radiance.begin() + 4)), (cli::Texels{1, 2, 3, 0}));
 }
 
+TEST(ProgramRender, ResumeRefusesAMaterialThatHasChanged) {
+    const test::TemporaryFolder folder;
+    const auto write = [&](const std::string& ior) {
+        std::string text = kTriangle;
+        text.insert(1, R"("materials": [{"extensions": {"KHR_materials_ior": {"ior": )" + ior + "}}}],");
+        text.insert(1, R"("extensionsUsed": ["KHR_materials_ior"],)");
+        text.replace(text.find(R"({"POSITION": 0})"), 15, R"({"POSITION": 0}, "material": 0)");
+        std::ofstream(folder / "triangle.gltf") << text;
+    };
+    const std::vector<std::string> words{"render", folder / "triangle.gltf", "--background", "1,2,3"};
+    write("1.5");
+    const ProgramResult first =
+        RunProgram(Words(words, {"--size", "8x8", "--spp", "1", "-o", folder / "a.exr"}));
+    EXPECT_EQ(first.exitCode, 0) << first.messages;
+    write("1.1");
+    const ProgramResult resumed = RunProgram(Words(words, {"--resume", folder / "a.exr", "--spp", "2"}));
+    EXPECT_EQ(resumed.exitCode, 4);
+    EXPECT_NE(resumed.messages.find("the content of triangle.gltf has changed"), std::string::npos)
+        << resumed.messages;
+}
+
 TEST(ProgramRender, TheEnvironmentMapIsRecordedAndAskedForAgain) {
     const test::TemporaryFolder folder;
     std::ofstream(folder / "triangle.gltf") << kTriangle;

@@ -1,6 +1,5 @@
 #include <cmath>
 
-#include "editor/cli/content_hash.h"
 #include "editor/cli/image_statistics.h"
 #include "editor/cli/pass_times.h"
 #include "tests/cli/cli_test.h"
@@ -56,52 +55,6 @@ TEST(PassTimes, PassesOfOneNameInAFrameAddUp) {
     EXPECT_EQ(summary[0].count, 3u);
     EXPECT_EQ(summary[1].gpuMsMedian, 3.0);
     EXPECT_EQ(times.MedianMs("Tonemap"), 0.0);
-}
-
-scene::SceneData TriangleScene() {
-    scene::SceneData data;
-    data.materials.resize(1);
-    data.meshes.resize(1);
-    scene::Primitive& primitive = data.meshes[0].primitives.emplace_back();
-    primitive.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    primitive.indices = {0, 1, 2};
-    data.instances.resize(1);
-    data.textures.resize(1);
-    data.images.push_back({"", 1, 1, {1, 2, 3, 4}});
-    data.cameras.resize(1);
-    data.lights.resize(1);
-    return data;
-}
-
-TEST(ContentHash, ChangesWithAnythingThatThePictureDependsOn) {
-    const std::string hash = HashOf(TriangleScene());
-    EXPECT_EQ(hash.size(), 16u);
-    EXPECT_EQ(HashOf(TriangleScene()), hash);
-    const auto changed = [&](auto change) {
-        scene::SceneData data = TriangleScene();
-        change(data);
-        return HashOf(data) != hash;
-    };
-    using Data = scene::SceneData;
-    EXPECT_TRUE(changed([](Data& d) { d.meshes[0].primitives[0].positions[2].y = 1.0000001f; }));
-    EXPECT_TRUE(changed([](Data& d) { d.meshes[0].primitives[0].indices = {0, 2, 1}; }));
-    EXPECT_TRUE(changed([](Data& d) { d.materials[0].baseColorFactor.x = 0.5f; }));
-    EXPECT_TRUE(changed([](Data& d) { d.materials[0].emissiveStrength = 2.0f; }));
-    EXPECT_TRUE(changed([](Data& d) { d.instances[0].objectToWorld[3].x = 1.0f; }));
-    EXPECT_TRUE(changed([](Data& d) { d.images[0].rgba[3] = 5; }));
-    EXPECT_TRUE(changed([](Data& d) { d.textures[0].colorSpace = scene::ColorSpace::Srgb; }));
-    EXPECT_TRUE(changed([](Data& d) { d.cameras[0].yFov = 1.0f; }));
-    EXPECT_TRUE(changed([](Data& d) { d.lights[0].intensity = 2.0f; }));
-    EXPECT_FALSE(changed([](Data& d) { d.name = "other"; }));
-}
-
-TEST(ContentHash, ChangesWithATexelOfTheEnvironment) {
-    const image::ImageF sky{2, 1, std::vector<float>(8, 1.0f)};
-    image::ImageF other = sky;
-    other.rgba[5] = 1.5f;
-    EXPECT_NE(HashOf(sky), HashOf(other));
-    const image::ImageF tall{1, 2, sky.rgba};
-    EXPECT_NE(HashOf(sky), HashOf(tall));
 }
 
 }  // namespace

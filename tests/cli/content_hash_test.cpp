@@ -1,0 +1,201 @@
+// Every field of every struct of a scene, changed one by one.
+#include "editor/cli/content_hash.h"
+
+#include <cmath>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "tests/cli/cli_test.h"
+
+namespace raygraph::cli {
+namespace {
+
+using namespace scene;
+
+SceneData OneOfEach() {
+    SceneData scene;
+    scene.meshes.resize(1);
+    Primitive& primitive = scene.meshes[0].primitives.emplace_back();
+    primitive.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    primitive.indices = {0, 1, 2};
+    scene.materials.resize(1);
+    scene.textures.resize(1);
+    scene.images.push_back({"", 1, 1, {1, 2, 3, 4}});
+    scene.nodes.resize(1);
+    scene.nodeOrder = {0};
+    scene.instances.resize(1);
+    scene.cameras.resize(1);
+    scene.lights.resize(1);
+    return scene;
+}
+
+// The least change of a value of each type that a scene is made of.
+void Change(bool& value) {
+    value = !value;
+}
+void Change(float& value) {
+    value = std::nextafter(value, value > 0.0f ? 0.0f : 1.0f);
+}
+void Change(int32_t& value) {
+    value++;
+}
+void Change(uint32_t& value) {
+    value++;
+}
+void Change(std::string& value) {
+    value += 'x';
+}
+template <typename T>
+requires std::is_enum_v<T>
+void Change(T& value) {
+    value = static_cast<T>(static_cast<int>(value) + 1);
+}
+template <int N>
+void Change(glm::vec<N, float>& value) {
+    Change(value[N - 1]);
+}
+void Change(glm::quat& value) {
+    Change(value.z);
+}
+void Change(glm::mat4x3& value) {
+    Change(value[3][2]);
+}
+void Change(std::optional<glm::mat4x3>& value) {
+    value.emplace(1.0f);
+}
+void Change(TextureRef& value) {
+    Change(value.texture);
+}
+void Change(Sampler& value) {
+    Change(value.wrapU);
+}
+void Change(Bounds& value) {
+    value.Extend(glm::vec3(1.0f));
+}
+template <typename T>
+void Change(std::vector<T>& value) {
+    value.emplace_back();
+}
+
+// All fields of a struct: one that is added to it does not compile here until it is named.
+auto FieldsOf(Bounds& s) {
+    auto& [a, b] = s;
+    return std::tie(a, b);
+}
+auto FieldsOf(Primitive& s) {
+    auto& [a, b, c, d, e, f, g, h, i] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i);
+}
+auto FieldsOf(Mesh& s) {
+    auto& [name, a] = s;
+    return std::tie(a);
+}
+auto FieldsOf(TextureRef& s) {
+    auto& [a, b] = s;
+    return std::tie(a, b);
+}
+auto FieldsOf(Material& s) {
+    auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, bb, cc] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, bb, cc);
+}
+auto FieldsOf(Sampler& s) {
+    auto& [a, b, c, d, e, f] = s;
+    return std::tie(a, b, c, d, e, f);
+}
+auto FieldsOf(Texture& s) {
+    auto& [name, a, b, c] = s;
+    return std::tie(a, b, c);
+}
+auto FieldsOf(ImageData& s) {
+    auto& [name, a, b, c] = s;
+    return std::tie(a, b, c);
+}
+auto FieldsOf(Node& s) {
+    auto& [a, b, c, d, e, f, g] = s;
+    return std::tie(a, b, c, d, e, f, g);
+}
+auto FieldsOf(Instance& s) {
+    auto& [a, b, c] = s;
+    return std::tie(a, b, c);
+}
+auto FieldsOf(Camera& s) {
+    auto& [a, b, c, d, e, f, g, h, i, j] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j);
+}
+auto FieldsOf(Light& s) {
+    auto& [a, b, c, d, e, f, g, h, i] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i);
+}
+auto FieldsOf(SceneData& s) {
+    auto& [name, a, b, c, d, e, f, g, h, i, j, warnings] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j);
+}
+
+// Changes each field of what `select` finds in a scene, and expects another hash every time.
+template <typename Select, size_t... I>
+void ExpectEachChangeSeen(const char* what, Select select, std::index_sequence<I...>) {
+    const std::string hash = HashOf(OneOfEach());
+    const auto changeField = [&]<size_t Field>() {
+        SceneData scene = OneOfEach();
+        Change(std::get<Field>(FieldsOf(select(scene))));
+        EXPECT_NE(HashOf(scene), hash) << what << ", field " << Field;
+    };
+    (changeField.template operator()<I>(), ...);
+}
+
+template <typename Select>
+void ExpectEachChangeSeen(const char* what, Select select) {
+    SceneData scene;
+    using Fields = decltype(FieldsOf(select(scene)));
+    ExpectEachChangeSeen(what, select, std::make_index_sequence<std::tuple_size_v<Fields>>());
+}
+
+TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
+    ASSERT_EQ(HashOf(OneOfEach()), HashOf(OneOfEach()));
+    EXPECT_EQ(HashOf(OneOfEach()).size(), 16u);
+    ExpectEachChangeSeen("scene", [](SceneData& s) -> SceneData& { return s; });
+    ExpectEachChangeSeen("bounds", [](SceneData& s) -> Bounds& { return s.bounds; });
+    ExpectEachChangeSeen("mesh", [](SceneData& s) -> Mesh& { return s.meshes[0]; });
+    ExpectEachChangeSeen("primitive", [](SceneData& s) -> Primitive& { return s.meshes[0].primitives[0]; });
+    ExpectEachChangeSeen("material", [](SceneData& s) -> Material& { return s.materials[0]; });
+    ExpectEachChangeSeen("reference",
+                         [](SceneData& s) -> TextureRef& { return s.materials[0].transmissionTexture; });
+    ExpectEachChangeSeen("texture", [](SceneData& s) -> Texture& { return s.textures[0]; });
+    ExpectEachChangeSeen("sampler", [](SceneData& s) -> Sampler& { return s.textures[0].sampler; });
+    ExpectEachChangeSeen("image", [](SceneData& s) -> ImageData& { return s.images[0]; });
+    ExpectEachChangeSeen("node", [](SceneData& s) -> Node& { return s.nodes[0]; });
+    ExpectEachChangeSeen("instance", [](SceneData& s) -> Instance& { return s.instances[0]; });
+    ExpectEachChangeSeen("camera", [](SceneData& s) -> Camera& { return s.cameras[0]; });
+    ExpectEachChangeSeen("light", [](SceneData& s) -> Light& { return s.lights[0]; });
+}
+
+TEST(ContentHash, SeesWhatIsWithinAList) {
+    const auto changed = [](auto change) {
+        SceneData scene = OneOfEach();
+        change(scene);
+        return HashOf(scene) != HashOf(OneOfEach());
+    };
+    EXPECT_TRUE(changed([](SceneData& s) { s.meshes[0].primitives[0].positions[2].y = 1.0000001f; }));
+    EXPECT_TRUE(changed([](SceneData& s) { s.meshes[0].primitives[0].indices = {0, 2, 1}; }));
+    EXPECT_TRUE(changed([](SceneData& s) { s.images[0].rgba[3] = 5; }));
+}
+
+TEST(ContentHash, IgnoresNamesThatNoOptionChoosesBy) {
+    SceneData renamed = OneOfEach();
+    renamed.name = renamed.meshes[0].name = renamed.textures[0].name = renamed.images[0].name = "other";
+    renamed.warnings = {"other"};
+    EXPECT_EQ(HashOf(renamed), HashOf(OneOfEach()));
+}
+
+TEST(ContentHash, ChangesWithATexelOfTheEnvironment) {
+    const image::ImageF sky{2, 1, std::vector<float>(8, 1.0f)};
+    image::ImageF other = sky;
+    other.rgba[5] = 1.5f;
+    EXPECT_NE(HashOf(sky), HashOf(other));
+    const image::ImageF tall{1, 2, sky.rgba};
+    EXPECT_NE(HashOf(sky), HashOf(tall));
+}
+
+}  // namespace
+}  // namespace raygraph::cli
