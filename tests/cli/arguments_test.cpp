@@ -7,6 +7,7 @@
 #include "passes/tonemap.h"
 #include "passes/trace.h"
 #include "tests/cli/cli_test.h"
+#include "tests/support/source_file.h"
 
 namespace raygraph::cli {
 namespace {
@@ -183,7 +184,7 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
 }
 
 TEST(Arguments, HelpAndDocsNameEveryView) {
-    std::ifstream file(std::filesystem::path(RAYGRAPH_SOURCE_DIR) / "docs/raster.md");
+    std::ifstream file(test::SourceFile("docs/raster.md"));
     const std::string page{std::istreambuf_iterator<char>(file), {}};
     const std::string help = std::get<ShowText>(Parse({"render", "--help"})).text;
     for (size_t i = 0; i < passes::kViewCount; i++) {

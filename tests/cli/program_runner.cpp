@@ -12,6 +12,7 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "tests/support/source_file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {
@@ -39,7 +40,7 @@ void LeaveLeaksOut() {
 std::vector<char*> Pointers(std::vector<std::string>& words) {
     static std::once_flag isSet;
     std::call_once(isSet, LeaveLeaksOut);
-    words.insert(words.begin(), RAYGRAPH_PROGRAM);
+    words.insert(words.begin(), EnvironmentOr("RAYGRAPH_PROGRAM", RAYGRAPH_BUILT_PROGRAM));
     std::vector<char*> pointers;
     for (std::string& word : words) pointers.push_back(word.data());
     pointers.push_back(nullptr);
@@ -102,7 +103,7 @@ ProgramResult RunProgramOnTerminal(
 }
 
 std::string SceneFile(const char* name) {
-    return std::string(RAYGRAPH_SOURCE_DIR) + "/scenes/" + name;
+    return (SourceFile("scenes") / name).string();
 }
 
 }  // namespace raygraph::test

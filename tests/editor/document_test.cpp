@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "renderer/scene/load_gltf.h"
+#include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::editor {
@@ -14,7 +15,7 @@ namespace {
 class DocumentTest : public testing::VulkanTest {
   protected:
     DocumentTest() {
-        scene::SceneData data = scene::LoadGltf(RAYGRAPH_SOURCE_DIR "/scenes/cornell.gltf");
+        scene::SceneData data = scene::LoadGltf(test::SourceFile("scenes/cornell.gltf"));
         document = Document("cornell.gltf", data);
         gpu.SetScene(std::move(data));
     }

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/load_gltf.h"
+#include "tests/support/source_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
@@ -34,7 +35,7 @@ class ScriptTest : public testing::VulkanTest {
         return "";
     }
     std::string OpenCornell() const {
-        return std::string("size 640x400\nopen ") + RAYGRAPH_SOURCE_DIR "/scenes/cornell.gltf\nwait\n";
+        return "size 640x400\nopen " + test::SourceFile("scenes/cornell.gltf").string() + "\nwait\n";
     }
 
     test::TemporaryFolder folder;
@@ -218,7 +219,7 @@ TEST_F(ScriptTest, SavesTheSceneWithItsEdits) {
 
 TEST_F(ScriptTest, AsksBeforeEditsAreLost) {
     const std::string file = (folder.Path() / "saved.gltf").string();
-    const std::string other = RAYGRAPH_SOURCE_DIR "/scenes/furnace_sphere.gltf";
+    const std::string other = test::SourceFile("scenes/furnace_sphere.gltf").string();
     Play(OpenCornell() + "view raster\nmouse 320 120\nclick left\nwait\nscene " + file + "\n");
     const uint32_t material = *editor.Work().selectedMaterial;
     const std::string edit = "material base 0.25 0.5 1\n";

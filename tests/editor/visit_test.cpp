@@ -6,6 +6,7 @@
 #include "editor/app/editor.h"
 #include "editor/app/screen.h"
 #include "editor/app/script.h"
+#include "tests/support/source_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
@@ -34,7 +35,7 @@ TEST_F(VisitTest, OpensOrbitsTogglesEditsUndoesPicksSavesResizesAndForgivesABrok
     const auto file = [&](const char* name) { return (folder.Path() / name).string(); };
     std::ostringstream script;
     script
-        << "size 400x260\nopen " RAYGRAPH_SOURCE_DIR "/scenes/cornell.gltf\nwait\n"
+        << "size 400x260\nopen " << test::SourceFile("scenes/cornell.gltf").string() << "\nwait\n"
         << "mouse 200 100\ndrag left 40 10\ndrag middle 5 5\nwheel 1\nframes 2\n"
         << "key R\nframes 2\nkey R\nframes 2\nkey W\nframes 2\nview relative error\nframes 3\nkey W\nkey W\n"
         << "mouse 200 90\nclick left\nwait\nmaterial base 0.1 0.9 0.2\nexpect edits 1\nkey ctrl+z\nexpect "

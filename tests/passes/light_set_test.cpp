@@ -5,6 +5,7 @@
 #include "rhi/shader_compiler.h"
 #include "shared/light_samplers.h"
 #include "tests/support/scene_render.h"
+#include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
@@ -201,7 +202,7 @@ TEST_F(LightSetTest, IrradianceOnTheDeviceIsTheSumOfTheClosedForms) {
     rhi::GlslSource source;
     source.name = "test/irradiance.comp";
     source.text = kIrradianceShader;
-    source.includeRoot = RAYGRAPH_SOURCE_DIR "/shaders";
+    source.includeRoot = test::SourceFile("shaders");
     render.renderer.AddShader("test/irradiance.comp", rhi::CompileGlsl(source));
 
     // A lamp of radiance 2 facing down, 2 m above; a point light; light from above; a grey sky

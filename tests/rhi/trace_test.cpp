@@ -4,6 +4,7 @@
 
 #include "rhi/device.h"
 #include "rhi/shader_compiler.h"
+#include "tests/support/source_file.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -56,10 +57,8 @@ TestMesh Waves(uint32_t side, float amplitude) {
 }
 
 ShaderStage TraceTest::Compile(const std::string& name, const std::string& body) {
-    m_words.push_back(CompileGlsl({.name = name,
-                                   .text = kHead + body,
-                                   .stage = {},
-                                   .includeRoot = std::filesystem::path(RAYGRAPH_SOURCE_DIR) / "shaders"}));
+    m_words.push_back(CompileGlsl(
+        {.name = name, .text = kHead + body, .stage = {}, .includeRoot = test::SourceFile("shaders")}));
     return {name, m_words.back()};
 }
 

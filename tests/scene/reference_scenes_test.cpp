@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "tests/scene/gltf_document.h"
+#include "tests/support/source_file.h"
 
 namespace raygraph::test {
 namespace {
@@ -34,12 +35,12 @@ std::vector<fs::path> SceneFiles(const fs::path& folder) {
 }
 
 scene::SceneStatistics OwnStatistics(const char* name) {
-    return scene::Statistics(scene::LoadGltf(fs::path(RAYGRAPH_SOURCE_DIR) / "scenes" / name));
+    return scene::Statistics(scene::LoadGltf(test::SourceFile("scenes") / name));
 }
 
 TEST(OwnScenes, LoadWithoutWarnings) {
     size_t count = 0;
-    for (const fs::path& file : SceneFiles(fs::path(RAYGRAPH_SOURCE_DIR) / "scenes")) {
+    for (const fs::path& file : SceneFiles(test::SourceFile("scenes"))) {
         const scene::SceneData scene = scene::LoadGltf(file);
         EXPECT_TRUE(scene.warnings.empty()) << file << ": " << scene.warnings[0];
         EXPECT_FALSE(scene.instances.empty()) << file;
@@ -56,7 +57,7 @@ TEST(OwnScenes, InstancedFieldSharesOneMesh) {
 }
 
 scene::SceneData OwnScene(const char* name) {
-    return scene::LoadGltf(fs::path(RAYGRAPH_SOURCE_DIR) / "scenes" / name);
+    return scene::LoadGltf(test::SourceFile("scenes") / name);
 }
 
 // Placed triangles that emit, and the box around them.

@@ -11,6 +11,7 @@
 
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
+#include "tests/support/source_file.h"
 
 namespace raygraph::test {
 namespace {
@@ -52,7 +53,7 @@ class SaveGltf : public ::testing::Test {
 
 TEST_F(SaveGltf, OwnScenesComeBackToTheBitAndTheSecondSaveIsTheFirst) {
     size_t count = 0;
-    for (const auto& entry : fs::directory_iterator(fs::path(RAYGRAPH_SOURCE_DIR) / "scenes")) {
+    for (const auto& entry : fs::directory_iterator(test::SourceFile("scenes"))) {
         if (entry.path().extension() != ".gltf" || entry.file_size() > 400'000) continue;
         SCOPED_TRACE(entry.path().filename().string());
         const scene::SceneData scene = scene::LoadGltf(entry.path());
@@ -97,7 +98,7 @@ TEST_F(SaveGltf, PublishedScenesComeBack) {
 }
 
 TEST_F(SaveGltf, EditsOfOwnScenesComeBack) {
-    const fs::path source = fs::path(RAYGRAPH_SOURCE_DIR) / "scenes/cornell.gltf";
+    const fs::path source = test::SourceFile("scenes/cornell.gltf");
     scene::SceneData edited = scene::LoadGltf(source);
     edited.materials[0].baseColorFactor = {0.1f, 0.7f, 1.0f / 3.0f, 1.0f};
     edited.materials[0].roughnessFactor = 0.123456789f;

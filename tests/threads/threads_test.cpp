@@ -22,6 +22,7 @@
 #include "rhi/texture_table.h"
 #include "rhi/upload.h"
 #include "shaders/embedded.h"
+#include "tests/support/source_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
@@ -31,7 +32,7 @@ namespace {
 class Threads : public VulkanTest {};
 
 std::string SceneFile(const std::string& name) {
-    return std::string(RAYGRAPH_SOURCE_DIR) + "/scenes/" + name;
+    return (test::SourceFile("scenes") / name).string();
 }
 
 // Hands scenes from the thread that loads them to the one that renders.

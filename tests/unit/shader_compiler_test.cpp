@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "shaders/embedded.h"
+#include "tests/support/source_file.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -86,7 +87,7 @@ TEST_F(ShaderCompiler, WordsAreThoseOfTheBuildTimeCompiler) {
 }
 
 TEST_F(ShaderCompiler, EmbeddedShadersCompileToTheSameWords) {
-    const fs::path root = fs::path(RAYGRAPH_SOURCE_DIR) / "shaders";
+    const fs::path root = test::SourceFile("shaders");
     ASSERT_FALSE(EmbeddedShaders().empty());
     for (const EmbeddedShader& shader : EmbeddedShaders()) {
         const std::vector<uint32_t> words = CompileGlslFile(root, std::string(shader.name));

@@ -6,6 +6,7 @@
 
 #include "editor/viewport/vulkan_interop.h"
 #include "renderer/scene/load_gltf.h"
+#include "tests/support/source_file.h"
 #include "tests/viewport/viewport_test.h"
 
 namespace raygraph::testing {
@@ -54,7 +55,7 @@ void ShowInPanel(rhi::Device& device, VkImage panelImage, Extent2D panelSize, co
 // clang-format on
 
 std::string Text(const std::string& path) {
-    std::ifstream file(std::string(RAYGRAPH_SOURCE_DIR) + "/" + path);
+    std::ifstream file(test::SourceFile(path));
     std::stringstream text;
     text << file.rdbuf();
     return text.str();
@@ -80,7 +81,7 @@ TEST_F(Example, TheExample_Runs) {
     constexpr Extent2D kSize{32, 32};
     const rhi::Texture image = Device().CreateTexture({.name = "panel", .extent = kSize});
     Host host;
-    const std::string scene = std::string(RAYGRAPH_SOURCE_DIR) + "/scenes/cornell.gltf";
+    const std::string scene = test::SourceFile("scenes/cornell.gltf").string();
     ShowInPanel(Device(), image.Image(), kSize, scene.c_str(), host);
     ASSERT_EQ(host.picked.size(), 1u);
     EXPECT_TRUE(host.picked[0].isHit);

@@ -6,6 +6,7 @@
 #include "shaders/shared/chunk_records.h"
 #include "shaders/shared/draw_records.h"
 #include "tests/support/scene_render.h"
+#include "tests/support/source_file.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
@@ -22,7 +23,7 @@ class RasterHits : public VulkanTest {
   protected:
     // Loads one of our own scenes and looks through its camera.
     TraceSettings Load(const char* name, Extent2D extent) {
-        scene::SceneData data = scene::LoadGltf(std::filesystem::path(RAYGRAPH_SOURCE_DIR) / "scenes" / name);
+        scene::SceneData data = scene::LoadGltf(test::SourceFile("scenes") / name);
         TraceSettings settings;
         settings.extent = extent;
         settings.camera = ToRecord(scene::ChooseView(data, "", float(extent.width) / float(extent.height)));

@@ -1,0 +1,22 @@
+// The files of the source tree that tests read: scenes, shaders, pages of the documentation.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <string_view>
+
+namespace raygraph::test {
+
+// The value of the environment variable, or `otherwise` where it is unset or empty.
+inline const char* EnvironmentOr(const char* variable, const char* otherwise) {
+    const char* value = std::getenv(variable);
+    return value && *value ? value : otherwise;
+}
+
+// SourceFile("scenes/cornell.gltf"): in the folder that RAYGRAPH_SOURCES names, so that tests run on machines
+// that did not build them, or else in the tree that they were built from.
+inline std::filesystem::path SourceFile(std::string_view name) {
+    return std::filesystem::path(EnvironmentOr("RAYGRAPH_SOURCES", RAYGRAPH_SOURCE_DIR)) / name;
+}
+
+}  // namespace raygraph::test
