@@ -23,10 +23,23 @@ AccelerationStructure::AccelerationStructure(Device& device, const std::string& 
                                                      &m_structure),
                  name + ": vkCreateAccelerationStructureKHR");
     device.SetName(VK_OBJECT_TYPE_ACCELERATION_STRUCTURE_KHR, reinterpret_cast<uint64_t>(m_structure), name);
-    VkAccelerationStructureDeviceAddressInfoKHR address{};
-    address.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR;
-    address.accelerationStructure = m_structure;
-    m_address = vk.vkGetAccelerationStructureDeviceAddressKHR(device.Handle(), &address);
+    AskForAddress();
+}
+
+AccelerationStructure AccelerationStructure::Wrap(Device& device, VkAccelerationStructureKHR structure) {
+    AccelerationStructure wrapped;
+    wrapped.m_device = &device;
+    wrapped.m_structure = structure;
+    wrapped.m_isOwned = false;
+    wrapped.AskForAddress();
+    return wrapped;
+}
+
+void AccelerationStructure::AskForAddress() {
+    VkAccelerationStructureDeviceAddressInfoKHR ask{};
+    ask.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_DEVICE_ADDRESS_INFO_KHR;
+    ask.accelerationStructure = m_structure;
+    m_address = m_device->Vk().vkGetAccelerationStructureDeviceAddressKHR(m_device->Handle(), &ask);
 }
 
 AccelerationStructure& AccelerationStructure::operator=(AccelerationStructure&& other) noexcept {
@@ -34,6 +47,7 @@ AccelerationStructure& AccelerationStructure::operator=(AccelerationStructure&& 
     Release();
     m_device = std::exchange(other.m_device, nullptr);
     m_storage = std::move(other.m_storage);
+    m_isOwned = std::exchange(other.m_isOwned, true);
     m_structure = std::exchange(other.m_structure, VK_NULL_HANDLE);
     m_address = std::exchange(other.m_address, 0);
     m_bytes = std::exchange(other.m_bytes, 0);
@@ -46,13 +60,13 @@ AccelerationStructure::~AccelerationStructure() {
 
 // The structure goes before its storage: what is retired is destroyed in order.
 void AccelerationStructure::Release() noexcept {
-    if (m_structure) {
+    if (m_structure && m_isOwned) {
         m_device->Retire([device = m_device, structure = m_structure] {
             device->Vk().vkDestroyAccelerationStructureKHR(device->Handle(), structure,
                                                            device->AllocationCallbacks());
         });
-        m_structure = VK_NULL_HANDLE;
     }
+    m_structure = VK_NULL_HANDLE;
     m_storage = {};
 }
 

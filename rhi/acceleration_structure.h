@@ -22,16 +22,21 @@ class RAYGRAPH_API AccelerationStructure {
     AccelerationStructure(AccelerationStructure&& other) noexcept { *this = std::move(other); }
     AccelerationStructure& operator=(AccelerationStructure&& other) noexcept;
     ~AccelerationStructure();
+    // A host's, which stays the host's: destroying this object then frees nothing. Bytes() is 0.
+    static AccelerationStructure Wrap(Device& device, VkAccelerationStructureKHR structure);
 
     VkAccelerationStructureKHR Handle() const { return m_structure; }
+    bool IsOwned() const { return m_isOwned; }
     VkDeviceAddress Address() const { return m_address; }
     uint64_t Bytes() const { return m_bytes; }
     explicit operator bool() const { return m_structure != VK_NULL_HANDLE; }
 
   private:
     void Release() noexcept;
+    void AskForAddress();
     Device* m_device = nullptr;
     Buffer m_storage;
+    bool m_isOwned = true;
     VkAccelerationStructureKHR m_structure = VK_NULL_HANDLE;
     VkDeviceAddress m_address = 0;
     uint64_t m_bytes = 0;

@@ -89,12 +89,15 @@ const DeviceFunctions& CommandList::Vk() const {
 }
 
 void CommandList::Barriers(std::span<const VkMemoryBarrier2> memory,
-                           std::span<const VkImageMemoryBarrier2> images) {
-    if (memory.empty() && images.empty()) return;
+                           std::span<const VkImageMemoryBarrier2> images,
+                           std::span<const VkBufferMemoryBarrier2> buffers) {
+    if (memory.empty() && images.empty() && buffers.empty()) return;
     VkDependencyInfo info{};
     info.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO;
     info.memoryBarrierCount = static_cast<uint32_t>(memory.size());
     info.pMemoryBarriers = memory.data();
+    info.bufferMemoryBarrierCount = static_cast<uint32_t>(buffers.size());
+    info.pBufferMemoryBarriers = buffers.data();
     info.imageMemoryBarrierCount = static_cast<uint32_t>(images.size());
     info.pImageMemoryBarriers = images.data();
     Vk().vkCmdPipelineBarrier2(m_commands, &info);

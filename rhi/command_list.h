@@ -58,8 +58,9 @@ class RAYGRAPH_API CommandList {
     VkCommandBuffer Handle() const { return m_commands; }
     Device& Owner() const { return *m_device; }
 
-    // vkCmdPipelineBarrier2, one call for the batch; nothing when both are empty.
-    void Barriers(std::span<const VkMemoryBarrier2> memory, std::span<const VkImageMemoryBarrier2> images);
+    // vkCmdPipelineBarrier2, one call for the batch; nothing when all are empty.
+    void Barriers(std::span<const VkMemoryBarrier2> memory, std::span<const VkImageMemoryBarrier2> images,
+                  std::span<const VkBufferMemoryBarrier2> buffers = {});
 
     // One memory barrier for everything before and after it; for transfers and tests, not for frames.
     void FullBarrier();

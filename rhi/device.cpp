@@ -1,12 +1,15 @@
 #include "rhi/device.h"
 
+#include <tuple>
+
 #include "base/check.h"
 #include "rhi/device_impl.h"
 #include "rhi/texture_table.h"
 
 namespace raygraph::rhi {
 
-void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder) {
+void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
+                        std::optional<std::chrono::milliseconds> wantedHangLimit) {
     const auto check = [&](VkResult result, const char* what) {
         if (result != VK_SUCCESS)
             throw Error(ErrorKind::NoDevice, "device '" + name + "': " + what + ": " + ResultName(result),
@@ -14,6 +17,8 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     };
     vk = LoadDeviceFunctions(instanceFunctions.vkGetDeviceProcAddr, device, hasDebugUtils);
     info = ReadDeviceInfo(instanceFunctions, physicalDevice, queueFamily, optional);
+    hangLimit = wantedHangLimit.value_or(info.type == DeviceType::Cpu ? std::chrono::milliseconds(0)
+                                                                      : kDefaultHangLimit);
 
     VmaVulkanFunctions functions{};
     functions.vkGetInstanceProcAddr = getInstanceProcAddr;
@@ -49,21 +54,44 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     check(vk.vkCreatePipelineCache(device, &cacheInfo, allocation, &pipelineCache), "vkCreatePipelineCache");
 }
 
-void Device::Impl::Drain() noexcept {
-    const uint64_t last = lastSubmitted.load();
-    if (timeline && last > 0) {
-        VkSemaphoreWaitInfo wait{VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &timeline, &last};
-        if (vk.vkWaitSemaphores(device, &wait, UINT64_MAX) == VK_SUCCESS) return;
-        // A lost device: whatever is still running ends in finite time, which the queue knows.
-        LockQueue();
-        vk.vkQueueWaitIdle(queue);
-        UnlockQueue();
+VkResult Device::Impl::Await(uint64_t value, std::chrono::milliseconds limit) const noexcept {
+    const VkSemaphoreWaitInfo wait{VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &timeline, &value};
+    if (limit.count() == 0) return vk.vkWaitSemaphores(device, &wait, UINT64_MAX);
+    const auto nanoseconds =
+        static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(limit).count());
+    uint64_t before = 0;
+    VkResult result = vk.vkGetSemaphoreCounterValue(device, timeline, &before);
+    while (result == VK_SUCCESS) {
+        result = vk.vkWaitSemaphores(device, &wait, nanoseconds);
+        if (result != VK_TIMEOUT) return result;
+        uint64_t completed = 0;
+        result = vk.vkGetSemaphoreCounterValue(device, timeline, &completed);
+        if (result == VK_SUCCESS && completed == before) return VK_TIMEOUT;
+        before = completed;  // slow, but it does not hang
     }
+    return result;
+}
+
+bool Device::Impl::Drain() noexcept {
+    const uint64_t last = lastSubmitted.load();
+    if (!timeline || last == 0) return true;
+    const VkResult result = Await(last, hangLimit);
+    if (result == VK_TIMEOUT) return false;
+    if (result == VK_SUCCESS) return true;
+    // A lost device: whatever is still running ends in finite time, which the queue knows.
+    LockQueue();
+    vk.vkQueueWaitIdle(queue);
+    UnlockQueue();
+    return true;
+}
+
+void Device::Impl::Silence() noexcept {
+    if (messenger) instanceFunctions.vkDestroyDebugUtilsMessengerEXT(instance, messenger, allocation);
+    messenger = VK_NULL_HANDLE;
 }
 
 void Device::Impl::Close() noexcept {
     if (device && vk.vkDestroyDevice) {
-        Drain();
         retired.CollectAll();
         for (const CommandSlot& slot : slots) vk.vkDestroyCommandPool(device, slot.pool, allocation);
         slots.clear();
@@ -84,13 +112,12 @@ void Device::Impl::Close() noexcept {
                 instanceFunctions.vkGetDeviceProcAddr(device, "vkDestroyDevice"));
             if (destroy) destroy(device, allocation);
         }
-        if (messenger) instanceFunctions.vkDestroyDebugUtilsMessengerEXT(instance, messenger, allocation);
+        Silence();
         if (instance && instanceFunctions.vkDestroyInstance)
             instanceFunctions.vkDestroyInstance(instance, allocation);
     }
     // Closing again does nothing.
     device = VK_NULL_HANDLE;
-    messenger = VK_NULL_HANDLE;
     instance = VK_NULL_HANDLE;
 }
 
@@ -106,7 +133,15 @@ Device::Device(std::unique_ptr<Impl> impl) : m_impl(std::move(impl)) {}
 
 Device::~Device() {
     if (m_impl->savesPipelineCache) SavePipelineCache();
-    m_impl->Close();
+    if (m_impl->Drain()) {
+        m_impl->Close();
+        return;
+    }
+    // What the device may still be using cannot be freed; that goes for the loader, too, and all that is kept
+    // for later.
+    Say(MessageSeverity::Error, "device '" + m_impl->name + "' hangs: nothing of it is freed");
+    m_impl->Silence();
+    std::ignore = m_impl.release();
 }
 
 const DeviceInfo& Device::Info() const {
@@ -139,6 +174,9 @@ VkPipelineCache Device::PipelineCache() const {
 }
 uint32_t Device::FramesInFlight() const {
     return m_impl->framesInFlight;
+}
+std::chrono::milliseconds Device::HangLimit() const {
+    return m_impl->hangLimit;
 }
 const VkAllocationCallbacks* Device::AllocationCallbacks() const {
     return m_impl->allocation;

@@ -7,6 +7,7 @@
 // CommandList belongs to one thread at a time.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -27,6 +28,7 @@ typedef struct VmaAllocator_T* VmaAllocator;
 namespace raygraph::rhi {
 
 class CommandList;
+class Tlas;
 
 enum class MessageSeverity : uint8_t { Info, Warning, Error };
 
@@ -40,6 +42,9 @@ struct Message {
 // Called from any thread, possibly inside a Vulkan call: must not call back into the Device.
 using MessageCallback = std::function<void(const Message&)>;
 
+// How long a wait may last without any submission completing; see hangLimit.
+inline constexpr std::chrono::milliseconds kDefaultHangLimit = std::chrono::minutes(2);
+
 struct DeviceDesc {
     std::string name = "raygraph";
     // "": the best suitable; "1": by index; otherwise a case-insensitive part of the name
@@ -52,6 +57,10 @@ struct DeviceDesc {
     // (rhi/swapchain.h). Error{NoDevice} if one of them or VK_KHR_swapchain is missing.
     std::vector<std::string> surfaceExtensions = {};
     uint32_t framesInFlight = 2;
+    // A wait in which no submission completes for this long ends in Error{DeviceLost}, which names the last
+    // pass reached. 0: waits have no end. nullopt: kDefaultHangLimit, and 0 on a CPU device, whose frames may
+    // take that long.
+    std::optional<std::chrono::milliseconds> hangLimit = {};
     bool savePipelineCache = true;              // keep it on disk between runs
     std::filesystem::path cacheDirectory = {};  // "": $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
@@ -68,15 +77,16 @@ struct AdoptedDeviceDesc {
     uint32_t queueFamily = 0;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // the host's loader
     std::vector<std::string> enabledExtensions = {};          // device extensions the host enabled
-    // Of the optional features, those that the host enabled; nullopt: all that the device and the enabled
-    // extensions have, as FeaturesFor turns them on. Vulkan cannot be asked.
-    std::optional<OptionalFeatures> enabledFeatures = {};
+    // Of the optional features, those that the host enabled: no other is used, as Vulkan cannot be asked. For
+    // a device made by FeaturesFor that is OptionalFeaturesOf.
+    OptionalFeatures enabledFeatures = {};
     bool debugUtilsEnabled = false;  // instance has VK_EXT_debug_utils
     const VkAllocationCallbacks* allocationCallbacks = nullptr;
     std::function<void()> lockQueue = {};  // called around every queue access when the host shares the queue
     std::function<void()> unlockQueue = {};  // both or neither
     MessageCallback onMessage = {};
     uint32_t framesInFlight = 2;
+    std::optional<std::chrono::milliseconds> hangLimit = {};  // as in DeviceDesc
     bool savePipelineCache = false;
     std::filesystem::path cacheDirectory = {};
 };
@@ -149,7 +159,9 @@ class RAYGRAPH_API Device {
     // libvulkan.so.1.
     static std::vector<DeviceReport> Enumerate(PFN_vkGetInstanceProcAddr loader = nullptr);
 
-    ~Device();  // waits for the device to be idle
+    // Waits for the device to be idle. One that hangs beyond DeviceDesc::hangLimit keeps what it may still be
+    // using, as a message says: nothing of it is freed.
+    ~Device();
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
 
@@ -163,6 +175,7 @@ class RAYGRAPH_API Device {
     VmaAllocator Allocator() const;
     VkPipelineCache PipelineCache() const;
     uint32_t FramesInFlight() const;
+    std::chrono::milliseconds HangLimit() const;  // 0: none
     const VkAllocationCallbacks* AllocationCallbacks() const;
 
     // Creation. All throw Error{OutOfMemory} or Error{Vulkan} with the object's name, Error{Usage} for a bad
@@ -173,6 +186,12 @@ class RAYGRAPH_API Device {
     Texture CreateTexture(const TextureDesc& desc, const MemoryBlock& memory);
     // A view on a host's image, which stays the host's.
     Texture WrapTexture(const TextureDesc& desc, VkImage image);
+    // A host's buffer in Device memory, which stays the host's; `desc` says its size and what it was made
+    // for. Only if its address is asked for (Buffer::Address, passes that reach it by address, builds) it
+    // needs VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT.
+    Buffer WrapBuffer(const BufferDesc& desc, VkBuffer buffer);
+    // A host's top-level structure, which stays the host's to build and destroy; see rhi/tlas.h.
+    Tlas WrapTlas(const std::string& name, VkAccelerationStructureKHR structure);
     Sampler CreateSampler(const SamplerDesc& desc);
     MemoryBlock CreateMemoryBlock(const std::string& name, const MemoryRequirements& requirements);
     MemoryRequirements RequirementsOf(const TextureDesc& desc);
@@ -188,16 +207,20 @@ class RAYGRAPH_API Device {
     // Error{DeviceLost} (see AddLastPassReport) or Error{Vulkan}.
     uint64_t Submit(CommandList&& commands, std::span<const SemaphoreUse> waits = {},
                     std::span<const SemaphoreUse> signals = {});
+    // Submits no commands: the signals follow the waits. For work that failed before its submission, whose
+    // semaphores others count on. Returns and throws as Submit does.
+    uint64_t Forward(std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals);
     uint64_t CompletedValue() const;
     uint64_t LastSubmittedValue() const;
     VkSemaphore Timeline() const;
+    // Throws Error{DeviceLost} for a lost device, and for one that hangs (DeviceDesc::hangLimit).
     void WaitFor(uint64_t value);
     // Waits for our own submissions; a host's on the same queue are not looked at.
     void WaitIdle();
 
     // vkQueuePresentKHR under the queue's lock: for Swapchain alone. Its result is the caller's to read.
     VkResult Present(const VkPresentInfoKHR& info);
-    // vkQueueWaitIdle under the queue's lock: presentation has no timeline to wait for.
+    // WaitIdle, then vkQueueWaitIdle under the queue's lock: presentation has no timeline to wait for.
     void WaitQueueIdle();
 
     // Runs `destroy` once all work submitted so far, and every command list now being recorded, has

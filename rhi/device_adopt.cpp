@@ -69,11 +69,11 @@ std::unique_ptr<Device> Device::Adopt(const AdoptedDeviceDesc& desc) {
     impl->unlockQueue = desc.unlockQueue;
     impl->instanceFunctions = vk;
     impl->savesPipelineCache = desc.savePipelineCache;
-    OptionalFeatures optional =
+    const OptionalFeatures available =
         Restrict(OptionalFeaturesOf(desc.physicalDevice, desc.getInstanceProcAddr, desc.instance),
                  desc.enabledExtensions);
-    if (desc.enabledFeatures) optional = Restrict(optional, *desc.enabledFeatures);
-    impl->Open(optional, PipelineCacheFolder(desc.cacheDirectory));
+    impl->Open(Restrict(available, desc.enabledFeatures), PipelineCacheFolder(desc.cacheDirectory),
+               desc.hangLimit);
     return std::unique_ptr<Device>(new Device(std::move(impl)));
 }
 

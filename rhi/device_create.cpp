@@ -252,7 +252,7 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
                     result);
 
     impl->Open(OptionalFeaturesOf(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance),
-               PipelineCacheFolder(desc.cacheDirectory));
+               PipelineCacheFolder(desc.cacheDirectory), desc.hangLimit);
     impl->vk.vkGetDeviceQueue(impl->device, impl->queueFamily, 0, &impl->queue);
     return std::unique_ptr<Device>(new Device(std::move(impl)));
 }

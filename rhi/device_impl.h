@@ -71,12 +71,19 @@ struct Device::Impl {
 
     // From the handles to a working device: functions, allocator, timeline, pipeline cache. Throws; Close()
     // then frees what there is.
-    void Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder);
-    // Waits for the device, frees everything, and in the created case the device and the instance. Never
-    // throws.
+    void Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
+              std::optional<std::chrono::milliseconds> wantedHangLimit);
+    // Frees everything of a device that is idle or lost, and in the created case the device and the instance.
+    // Never throws.
     void Close() noexcept;
-    // Everything of ours has left the queue, or the device is lost.
-    void Drain() noexcept;
+    // Everything of ours has left the queue, or the device is lost. False: it hangs.
+    bool Drain() noexcept;
+    // Waits for the timeline; VK_TIMEOUT when no submission completed for the limit.
+    VkResult Await(uint64_t value, std::chrono::milliseconds limit) const noexcept;
+    uint64_t SubmitBatch(const Device& owner, VkCommandBuffer commands, std::span<const SemaphoreUse> waits,
+                         std::span<const SemaphoreUse> signals);
+    // No message of the validation layers comes any more.
+    void Silence() noexcept;
     void LockQueue();
     void UnlockQueue();
 
@@ -106,6 +113,8 @@ struct Device::Impl {
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
     std::atomic<uint64_t> lastSubmitted{0};
     std::atomic<uint64_t> lastCompleted{0};  // as far as we have asked
+    std::chrono::milliseconds hangLimit{0};  // 0: none
+    std::atomic<bool> hangs{false};          // a wait has found it so
     std::mutex slotMutex;
     std::vector<CommandSlot> slots;  // not being recorded
     RetireQueue retired;

@@ -62,6 +62,8 @@ struct OptionalFeatures {
     bool multiDrawIndirect = false;
     bool drawIndirectFirstInstance = false;
     bool bufferInt64Atomics = false;  // shaderBufferInt64Atomics
+
+    bool operator==(const OptionalFeatures&) const = default;
 };
 
 // The chained feature structures that turn the requirements on: pass Root() as VkDeviceCreateInfo::pNext.

@@ -161,8 +161,7 @@ MemoryRequirements Device::RequirementsOf(const TextureDesc& desc) {
 
 void Device::Finish(Buffer& buffer) {
     SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), buffer.m_desc.name);
-    VkBufferDeviceAddressInfo address{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, buffer.m_buffer};
-    buffer.m_address = Vk().vkGetBufferDeviceAddress(Handle(), &address);
+    buffer.m_address = buffer.AskForAddress();
 }
 
 Buffer Device::CreateBuffer(const BufferDesc& desc) {
@@ -199,6 +198,18 @@ Buffer Device::CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory) {
     buffer.m_device = this;
     Finish(buffer);
     return buffer;
+}
+
+Buffer Device::WrapBuffer(const BufferDesc& desc, VkBuffer buffer) {
+    if (!buffer) Refuse(Describe(desc), "the host's buffer is null");
+    CheckDesc(*this, desc);
+    if (desc.memory != MemoryKind::Device) Refuse(Describe(desc), "a host's buffer is Device memory");
+    Buffer wrapped;
+    wrapped.m_desc = desc;
+    wrapped.m_buffer = buffer;
+    wrapped.m_ownsBuffer = false;
+    wrapped.m_device = this;
+    return wrapped;
 }
 
 void Device::Free(VkBuffer buffer, VmaAllocation allocation) noexcept {

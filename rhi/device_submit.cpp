@@ -87,6 +87,37 @@ void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
         for (auto undo = onDropped.rbegin(); undo != onDropped.rend(); ++undo) (*undo)();
 }
 
+// One batch, with or without commands, that moves the timeline on; returns its value.
+uint64_t Device::Impl::SubmitBatch(const Device& owner, VkCommandBuffer commands,
+                                   std::span<const SemaphoreUse> waits,
+                                   std::span<const SemaphoreUse> signals) {
+    std::vector<VkSemaphoreSubmitInfo> waitInfos, signalInfos;
+    for (const SemaphoreUse& use : waits) waitInfos.push_back(SubmitInfo(use));
+    for (const SemaphoreUse& use : signals) signalInfos.push_back(SubmitInfo(use));
+    signalInfos.push_back(SubmitInfo({timeline, 0}));
+    VkCommandBufferSubmitInfo buffer{};
+    buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
+    buffer.commandBuffer = commands;
+    VkSubmitInfo2 batch{};
+    batch.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
+    batch.waitSemaphoreInfoCount = static_cast<uint32_t>(waitInfos.size());
+    batch.pWaitSemaphoreInfos = waitInfos.data();
+    batch.commandBufferInfoCount = commands ? 1 : 0;
+    batch.pCommandBufferInfos = &buffer;
+    batch.signalSemaphoreInfoCount = static_cast<uint32_t>(signalInfos.size());
+    batch.pSignalSemaphoreInfos = signalInfos.data();
+
+    const std::lock_guard lock(submitMutex);
+    const uint64_t value = lastSubmitted.load() + 1;
+    signalInfos.back().value = value;
+    LockQueue();
+    const VkResult result = vk.vkQueueSubmit2(queue, 1, &batch, VK_NULL_HANDLE);
+    UnlockQueue();
+    owner.Check(result, "vkQueueSubmit2");
+    lastSubmitted = value;
+    return value;
+}
+
 uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> waits,
                         std::span<const SemaphoreUse> signals) {
     if (commands.m_device != this)
@@ -94,36 +125,20 @@ uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> wa
     CommandList list = std::move(commands);  // dropped if anything below throws
     Check(m_impl->vk.vkEndCommandBuffer(list.Handle()), "vkEndCommandBuffer");
 
-    std::vector<VkSemaphoreSubmitInfo> waitInfos, signalInfos;
-    for (const SemaphoreUse& use : waits) waitInfos.push_back(SubmitInfo(use));
-    for (const SemaphoreUse& use : signals) signalInfos.push_back(SubmitInfo(use));
-    signalInfos.push_back(SubmitInfo({m_impl->timeline, 0}));
-    VkCommandBufferSubmitInfo buffer{};
-    buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO;
-    buffer.commandBuffer = list.Handle();
-    VkSubmitInfo2 info{};
-    info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2;
-    info.waitSemaphoreInfoCount = static_cast<uint32_t>(waitInfos.size());
-    info.pWaitSemaphoreInfos = waitInfos.data();
-    info.commandBufferInfoCount = 1;
-    info.pCommandBufferInfos = &buffer;
-    info.signalSemaphoreInfoCount = static_cast<uint32_t>(signalInfos.size());
-    info.pSignalSemaphoreInfos = signalInfos.data();
-
-    uint64_t value = 0;
-    {
-        const std::lock_guard lock(m_impl->submitMutex);
-        value = m_impl->lastSubmitted.load() + 1;
-        signalInfos.back().value = value;
-        m_impl->LockQueue();
-        const VkResult result = m_impl->vk.vkQueueSubmit2(m_impl->queue, 1, &info, VK_NULL_HANDLE);
-        m_impl->UnlockQueue();
-        Check(result, "vkQueueSubmit2");
-        m_impl->lastSubmitted = value;
-    }
+    const uint64_t value = m_impl->SubmitBatch(*this, list.Handle(), waits, signals);
     Recycle(list, value);
     CollectGarbage();
     return value;
+}
+
+uint64_t Device::Forward(std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals) {
+    // Without commands no other stage ties the signals to the waits.
+    const auto atAllStages = [](std::span<const SemaphoreUse> uses) {
+        std::vector<SemaphoreUse> all(uses.begin(), uses.end());
+        for (SemaphoreUse& use : all) use.stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
+        return all;
+    };
+    return m_impl->SubmitBatch(*this, VK_NULL_HANDLE, atAllStages(waits), atAllStages(signals));
 }
 
 uint64_t Device::CompletedValue() const {
@@ -148,9 +163,18 @@ void Device::WaitFor(uint64_t value) {
     if (value > LastSubmittedValue())
         throw Error(ErrorKind::Usage, "WaitFor(" + std::to_string(value) + "): the last submission is " +
                                           std::to_string(LastSubmittedValue()));
-    const VkSemaphoreWaitInfo wait{
-        VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &m_impl->timeline, &value};
-    Check(m_impl->vk.vkWaitSemaphores(Handle(), &wait, UINT64_MAX), "vkWaitSemaphores");
+    // Who has waited once for a device that hangs does not wait again.
+    const bool hasHung = m_impl->hangs.load();
+    const VkResult result = m_impl->Await(value, hasHung ? std::chrono::milliseconds(1) : m_impl->hangLimit);
+    if (result == VK_TIMEOUT) {
+        m_impl->hangs = true;
+        throw Error(ErrorKind::DeviceLost,
+                    "the device hangs: waiting for submission " + std::to_string(value) + ", none after " +
+                        std::to_string(CompletedValue()) + " has completed for " +
+                        std::to_string(m_impl->hangLimit.count()) + " ms; " + m_impl->lastPassReports->Text(),
+                    VK_TIMEOUT);
+    }
+    Check(result, "vkWaitSemaphores");
     CollectGarbage();
 }
 
@@ -167,6 +191,7 @@ VkResult Device::Present(const VkPresentInfoKHR& info) {
 }
 
 void Device::WaitQueueIdle() {
+    WaitIdle();
     const std::lock_guard lock(m_impl->submitMutex);
     m_impl->LockQueue();
     const VkResult result = m_impl->vk.vkQueueWaitIdle(m_impl->queue);

@@ -5,7 +5,7 @@
 namespace raygraph::rhi {
 
 void Buffer::Release() noexcept {
-    if (!m_buffer) return;
+    if (!m_buffer || !m_ownsBuffer) return;
     Device* device = m_device;
     device->Retire(
         [device, buffer = m_buffer, allocation = m_allocation] { device->Free(buffer, allocation); });
@@ -20,7 +20,13 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
     m_allocation = std::exchange(other.m_allocation, nullptr);
     m_address = std::exchange(other.m_address, 0);
     m_mapped = std::exchange(other.m_mapped, nullptr);
+    m_ownsBuffer = std::exchange(other.m_ownsBuffer, true);
     return *this;
+}
+
+VkDeviceAddress Buffer::AskForAddress() const {
+    const VkBufferDeviceAddressInfo ask{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, m_buffer};
+    return m_device->Vk().vkGetBufferDeviceAddress(m_device->Handle(), &ask);
 }
 
 Buffer::~Buffer() {

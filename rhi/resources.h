@@ -81,22 +81,27 @@ class RAYGRAPH_API Buffer {
 
     VkBuffer Handle() const { return m_buffer; }
     uint64_t Size() const { return m_desc.size; }
-    // Device address; every buffer has one (buffer device address is a requirement).
-    VkDeviceAddress Address() const { return m_address; }
+    // Device address; every buffer has one (buffer device address is a requirement). A host's is asked for
+    // each time.
+    VkDeviceAddress Address() const { return m_ownsBuffer ? m_address : AskForAddress(); }
     // The mapped bytes of an Upload or Readback buffer, coherent; empty for Device memory.
     std::span<std::byte> Mapped() const;
     const BufferDesc& Desc() const { return m_desc; }
+    // False for a host's buffer that was only wrapped: destroying this object then frees nothing.
+    bool OwnsBuffer() const { return m_ownsBuffer; }
     explicit operator bool() const { return m_buffer != VK_NULL_HANDLE; }
 
   private:
     friend class Device;
     void Release() noexcept;
+    VkDeviceAddress AskForAddress() const;
     Device* m_device = nullptr;
     BufferDesc m_desc;
     VkBuffer m_buffer = VK_NULL_HANDLE;
     VmaAllocation m_allocation = nullptr;  // null: bound to a MemoryBlock, or not ours
     VkDeviceAddress m_address = 0;
     std::byte* m_mapped = nullptr;
+    bool m_ownsBuffer = true;
 };
 
 enum class TextureUsage : uint32_t {

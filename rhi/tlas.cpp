@@ -85,6 +85,15 @@ Tlas::Tlas(Device& device, const TlasDesc& desc) : m_device(&device), m_desc(des
     m_built = std::make_shared<Built>();
 }
 
+Tlas Device::WrapTlas(const std::string& name, VkAccelerationStructureKHR structure) {
+    if (!structure) throw Error(ErrorKind::Usage, "TLAS '" + name + "': the host's structure is null");
+    Tlas wrapped;
+    wrapped.m_device = this;
+    wrapped.m_desc.name = name;
+    wrapped.m_structure = AccelerationStructure::Wrap(*this, structure);
+    return wrapped;
+}
+
 void Tlas::Build(CommandList& commands, const Buffer& instances, uint32_t count) {
     Record(commands, instances, count, false);
 }
@@ -102,6 +111,7 @@ void Tlas::Update(CommandList& commands, const Buffer& instances, uint32_t count
 
 void Tlas::Record(CommandList& commands, const Buffer& instances, uint32_t count, bool isUpdate) {
     const std::string name = "TLAS '" + m_desc.name + "': ";
+    if (!m_structure.IsOwned()) throw Error(ErrorKind::Usage, name + "it is the host's to build");
     if (count > m_desc.capacity)
         throw Error(ErrorKind::Usage, name + std::to_string(count) + " instances exceed its capacity of " +
                                           std::to_string(m_desc.capacity));

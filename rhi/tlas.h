@@ -46,7 +46,9 @@ struct TlasDesc {
 
 // An owner as in rhi/resources.h. Scratch memory is its own. Build and Update order themselves after earlier
 // builds on the device; readers of the structure are ordered by who records the list. A list that is dropped
-// takes its builds back.
+// takes its builds back. One of Device::WrapTlas is a host's, to be traced against: Build and Update are
+// refused, Bytes and InstanceCount are 0. Its instances carry what our shaders read of them, and the offsets
+// that WriteInstances writes for a hit set.
 class RAYGRAPH_API Tlas {
   public:
     Tlas() = default;
@@ -70,6 +72,7 @@ class RAYGRAPH_API Tlas {
     explicit operator bool() const { return static_cast<bool>(m_structure); }
 
   private:
+    friend class Device;
     void Record(CommandList& commands, const Buffer& instances, uint32_t count, bool isUpdate);
     Device* m_device = nullptr;
     TlasDesc m_desc;

@@ -164,6 +164,12 @@ void Compiler::Acquire() {
             std::none_of(m_graph.roots.begin(), m_graph.roots.end(), isRootOf))
             continue;
         if (state.queueFamily != m_graph.queueFamily) {
+            const GraphResource& resource = m_graph.resources[r];
+            if (resource.kind != ResourceKind::Texture && resource.kind != ResourceKind::Buffer)
+                throw Error(ErrorKind::Usage, Quoted(resource.name) + ", a " + Name(resource.kind) +
+                                                  ", comes from queue family " +
+                                                  std::to_string(state.queueFamily) +
+                                                  ": what crosses is the buffer that holds it");
             m_plan.barriers.push_back({.resource = r,
                                        .dependency = {.srcStages = kOwnerStages,
                                                       .dstStages = kOwnerStages,

@@ -191,13 +191,22 @@ void FrameGraph::Present(TextureId texture) {
 void FrameGraph::Export(TextureId texture, VkImageLayout layout, uint32_t toQueueFamily) {
     const uint32_t index = Resolve(texture, "Export hands back");
     const GraphResource& resource = resources[index];
-    if (resource.origin != Origin::Imported)
-        throw Error(ErrorKind::Usage, "Export hands back " + Quoted(resource.name) + ", a " +
-                                          Name(resource.origin) +
-                                          " texture: only imported ones have an owner");
     if (layout == VK_IMAGE_LAYOUT_UNDEFINED || layout == VK_IMAGE_LAYOUT_PREINITIALIZED)
         throw Error(ErrorKind::Usage,
                     "Export hands back " + Quoted(resource.name) + " in a layout that drops its contents");
+    ExportResource(index, layout, toQueueFamily);
+}
+
+void FrameGraph::Export(BufferId buffer, uint32_t toQueueFamily) {
+    ExportResource(Resolve(buffer, "Export hands back"), VK_IMAGE_LAYOUT_UNDEFINED, toQueueFamily);
+}
+
+void FrameGraph::ExportResource(uint32_t index, VkImageLayout layout, uint32_t toQueueFamily) {
+    const GraphResource& resource = resources[index];
+    if (resource.origin != Origin::Imported)
+        throw Error(ErrorKind::Usage, "Export hands back " + Quoted(resource.name) + ", a " +
+                                          Name(resource.origin) + ' ' + Name(resource.kind) +
+                                          ": only imported ones have an owner");
     for (const Root& root : roots)
         if (root.kind == RootKind::Exported && root.resource == index)
             throw Error(ErrorKind::Usage, "Export hands back " + Quoted(resource.name) + " twice");

@@ -134,6 +134,7 @@ struct RAYGRAPH_API FrameGraph {
     // Throw as Use does; `what` says who asks: "Present".
     void Present(TextureId texture);
     void Export(TextureId texture, VkImageLayout layout, uint32_t toQueueFamily = VK_QUEUE_FAMILY_IGNORED);
+    void Export(BufferId buffer, uint32_t toQueueFamily = VK_QUEUE_FAMILY_IGNORED);
     void ReadOnHost(BufferId buffer);
     // The index of a resource of this frame whose newest version the id names.
     uint32_t Resolve(AnyId id, std::string_view what) const;
@@ -143,6 +144,7 @@ struct RAYGRAPH_API FrameGraph {
   private:
     uint32_t AddResource(GraphResource resource);
     uint32_t UseResource(AnyId id, Access access);
+    void ExportResource(uint32_t index, VkImageLayout layout, uint32_t toQueueFamily);
     void CheckWithinPass(const GraphPass& pass, const GraphResource& resource, const ResourceUse& earlier,
                          Access access) const;
 };

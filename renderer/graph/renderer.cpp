@@ -1,5 +1,7 @@
 #include "renderer/graph/renderer.h"
 
+#include <algorithm>
+
 #include "base/error.h"
 #include "renderer/graph/plan_text.h"
 #include "renderer/graph/renderer_impl.h"
@@ -29,7 +31,7 @@ Renderer::Renderer(rhi::Device& device, const RendererDesc& desc)
     : m_impl(std::make_unique<Impl>(*this, device, desc)) {}
 
 Renderer::~Renderer() {
-    m_impl->DropFrame();
+    DropFrame();
     try {
         m_impl->device.WaitFor(m_impl->lastSubmitted);
     } catch (const Error&) {
@@ -68,8 +70,6 @@ void Renderer::BeginFrame() {
     impl.graph.Begin(next);
     impl.resources.clear();
     impl.uniformBytes.clear();
-    impl.waits.clear();
-    impl.signals.clear();
     impl.whyBroken.clear();
     impl.compileMs = 0.0;
     impl.isOpen = true;
@@ -96,9 +96,27 @@ void Renderer::Impl::GiveUp(std::string why) {
 }
 
 void Renderer::Impl::DropFrame() {
+    ForwardSemaphores();
+    CloseFrame();
+}
+
+// What fails here fails after the Error that dropped the frame: that one says more.
+void Renderer::Impl::ForwardSemaphores() noexcept {
+    if (waits.forwarded.empty() && signals.forwarded.empty()) return;
+    try {
+        lastSubmitted = device.Forward(waits.forwarded, signals.forwarded);
+    } catch (const std::exception& failure) {
+        device.Say(rhi::MessageSeverity::Warning,
+                   std::string("the semaphores of a dropped frame are not signalled: ") + failure.what());
+    }
+}
+
+void Renderer::Impl::CloseFrame() {
     isOpen = false;
     openFrame = nullptr;
     onSubmitted.clear();
+    waits.Clear();
+    signals.Clear();
     persistents.DropReplacements();
     // Declarations hold what the execute functions captured.
     for (PassDeclaration& pass : passes) pass.execute = nullptr;
@@ -158,7 +176,24 @@ std::vector<std::string> Renderer::ReloadShaders() {
 }
 
 void Renderer::AddShader(std::string_view name, std::span<const uint32_t> spirv) {
-    m_impl->shaders.Add(name, spirv);
+    Impl& impl = *m_impl;
+    const Shader* known = impl.shaders.Known(name);
+    if (!known) {
+        impl.shaders.Add(name, spirv);
+        return;
+    }
+    if (std::ranges::equal(known->words, spirv)) return;
+    const std::string subject = "AddShader " + Quoted(name) + ": ";
+    if (impl.openFrame)
+        throw Error(ErrorKind::Usage, subject + "a frame is open, and its passes were checked against the " +
+                                          "shader of that name; it comes before BeginFrame or after Execute");
+    const std::vector<uint32_t> before(known->words.begin(), known->words.end());
+    impl.shaders.Add(name, spirv);
+    const std::vector<std::string> problems = impl.programs.Rebuild({&known, 1});
+    if (problems.empty()) return;
+    impl.shaders.Add(name, before);
+    impl.programs.Rebuild({&known, 1});
+    throw Error(ErrorKind::Usage, subject + "the one that was there stays, since " + problems.front());
 }
 
 }  // namespace raygraph

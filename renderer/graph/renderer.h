@@ -92,6 +92,12 @@ class RAYGRAPH_API Readback {
     std::shared_ptr<State> m_state;
 };
 
+// What becomes of a semaphore of a frame that is dropped.
+enum class WhenDropped : uint8_t {
+    Forward,     // waited for or signalled all the same: who counts on it goes on
+    LeaveAlone,  // for the next frame to use
+};
+
 struct PassTiming {
     std::string name;
     double cpuMs = 0.0;  // recording
@@ -120,8 +126,8 @@ class RAYGRAPH_API Renderer {
     // is dropped.
     void BeginFrame();
     uint64_t FrameNumber() const;
-    // Gives up the frame at hand: for a program that goes on after an Error of its own while declaring. Does
-    // nothing when there is none.
+    // Drops the open frame, for a program that goes on after an Error while declaring: its semaphores are
+    // forwarded now, not when the next frame begins. Does nothing when no frame is open.
     void DropFrame();
     // Expires when the frame at hand has been executed, dropped or given up: while it lives, what the frame
     // was declared from must stay as it is. Expired already when no frame is open.
@@ -149,8 +155,10 @@ class RAYGRAPH_API Renderer {
     void Forget(std::string_view name);
     // Imported: owned by the caller, alive until the frame has completed. `state` is read when the frame is
     // compiled and written back when it is submitted; it must outlive Execute. What is imported twice in a
-    // frame is one resource: the id of its newest version comes back. An image that another queue family
-    // released (state.queueFamily) was released with oldLayout = newLayout = state.layout.
+    // frame is one resource: the id of its newest version comes back. What another queue family released
+    // (state.queueFamily) is acquired before the first pass: the whole of a buffer, an image with oldLayout =
+    // newLayout = state.layout. A structure crosses with the buffer that holds it, imported as well: with
+    // another family of its own it is refused when the frame is compiled.
     TextureId Import(std::string_view name, const rhi::Texture& texture, ResourceState& state);
     BufferId Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state);
     TlasId Import(std::string_view name, const rhi::Tlas& tlas, ResourceState& state);
@@ -170,13 +178,16 @@ class RAYGRAPH_API Renderer {
     // --- Roots: what the frame is for. Passes that lead to no root are culled. ---
     // The texture shown; left in the layout VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL unless exported.
     void Present(TextureId texture);
-    // Hands an imported texture back in the given layout and queue family.
+    // Hands an imported texture back in the given layout and queue family, or a buffer in the queue family.
     void Export(TextureId texture, VkImageLayout layout, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
+    void Export(BufferId buffer, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
     Readback ReadBack(TextureId texture);
     Readback ReadBack(BufferId buffer);
-    // The frame's submission waits for, or signals, a semaphore of the host.
-    void WaitSemaphore(const rhi::SemaphoreUse& semaphore);
-    void SignalSemaphore(const rhi::SemaphoreUse& semaphore);
+    // The frame's submission waits for, or signals, a semaphore of the host. A frame that is dropped forwards
+    // those that it has been given: a submission without commands waits and signals in its place, unless the
+    // device is lost.
+    void WaitSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped = WhenDropped::Forward);
+    void SignalSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped = WhenDropped::Forward);
 
     // Compiles, records and submits; returns the timeline value that completes the frame. On an Error the
     // frame is dropped and the next BeginFrame starts clean.
@@ -208,7 +219,9 @@ class RAYGRAPH_API Renderer {
     // a frame is open: its passes were checked against the shaders as they are.
     std::vector<std::string> ReloadShaders();
 
-    // Shaders of passes outside the library: SPIR-V under a name, copied.
+    // Shaders of passes outside the library: SPIR-V under a name, copied. Other words under a known name make
+    // the pipelines that use it again; Error{Usage} while a frame is open, and where they do not fit: then
+    // the shader stays as it was.
     void AddShader(std::string_view name, std::span<const uint32_t> spirv);
 
   private:

@@ -322,16 +322,22 @@ void Renderer::Export(TextureId texture, VkImageLayout layout, uint32_t queueFam
     m_impl->isCompiled = false;
 }
 
-void Renderer::WaitSemaphore(const rhi::SemaphoreUse& semaphore) {
+void Renderer::Export(BufferId buffer, uint32_t queueFamily) {
+    m_impl->RequireOpen("Export");
+    m_impl->graph.Export(buffer, queueFamily);
+    m_impl->isCompiled = false;
+}
+
+void Renderer::WaitSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped) {
     m_impl->RequireOpen("WaitSemaphore");
-    m_impl->waits.push_back(semaphore);
+    m_impl->waits.Add(semaphore, whenDropped);
     m_impl->graph.waitStages |= semaphore.stages;
     m_impl->isCompiled = false;
 }
 
-void Renderer::SignalSemaphore(const rhi::SemaphoreUse& semaphore) {
+void Renderer::SignalSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped) {
     m_impl->RequireOpen("SignalSemaphore");
-    m_impl->signals.push_back(semaphore);
+    m_impl->signals.Add(semaphore, whenDropped);
 }
 
 }  // namespace raygraph

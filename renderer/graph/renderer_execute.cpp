@@ -136,12 +136,14 @@ void Renderer::Impl::RecordPass(rhi::CommandList& commands, const PlannedPass& p
     if (info.kind == PassKind::Raster) commands.EndRendering();
 }
 
-// Buffers and structures by one merged memory barrier, textures each by its own. With `holdsTransfers`
+// Buffers and structures by one merged memory barrier, textures, and what changes its queue family, each by
+// its own. With `holdsTransfers`
 // transfers wait as well: the pass's mark is one.
 void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRange& range,
                                     bool holdsTransfers) {
     if (range.count == 0) return;
     imageBarriers.clear();
+    bufferBarriers.clear();
     VkMemoryBarrier2 memory{};
     memory.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;
     bool hasMemory = false;
@@ -150,6 +152,21 @@ void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRan
         const Dependency& dependency = barrier.dependency;
         const VkPipelineStageFlags2 dstStages =
             dependency.dstStages | (holdsTransfers ? VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT : 0);
+        if (barrier.srcQueueFamily != barrier.dstQueueFamily &&
+            graph.resources[barrier.resource].kind == ResourceKind::Buffer) {
+            VkBufferMemoryBarrier2& buffer = bufferBarriers.emplace_back();
+            buffer = {};
+            buffer.sType = VK_STRUCTURE_TYPE_BUFFER_MEMORY_BARRIER_2;
+            buffer.srcStageMask = dependency.srcStages;
+            buffer.srcAccessMask = dependency.srcAccess;
+            buffer.dstStageMask = dstStages;
+            buffer.dstAccessMask = dependency.dstAccess;
+            buffer.srcQueueFamilyIndex = barrier.srcQueueFamily;
+            buffer.dstQueueFamilyIndex = barrier.dstQueueFamily;
+            buffer.buffer = resources[barrier.resource].buffer->Handle();
+            buffer.size = VK_WHOLE_SIZE;
+            continue;
+        }
         const bool isTexture = graph.resources[barrier.resource].kind == ResourceKind::Texture;
         // What another resource wrote to the same memory is no access through this image.
         const bool isHandOver = barrier.predecessor != kNone || barrier.followsLastFrame;
@@ -176,7 +193,7 @@ void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRan
         image.image = texture.Image();
         image.subresourceRange = texture.AllMips();
     }
-    commands.Barriers(std::span(&memory, hasMemory ? 1 : 0), imageBarriers);
+    commands.Barriers(std::span(&memory, hasMemory ? 1 : 0), imageBarriers, bufferBarriers);
 }
 
 void Renderer::Impl::BindPass(rhi::CommandList& commands, const PassDeclaration& pass) {
@@ -276,7 +293,7 @@ uint64_t Renderer::Execute() {
         for (std::function<void()>& run : impl.onSubmitted) commands.OnSubmitted(std::move(run));
         timing.recordMs = recording.Milliseconds();
         const Stopwatch submission;
-        value = impl.device.Submit(std::move(commands), impl.waits, impl.signals);
+        value = impl.device.Submit(std::move(commands), impl.waits.all, impl.signals.all);
         timing.submitMs = submission.Milliseconds();
     } catch (...) {
         impl.DropFrame();
@@ -284,7 +301,7 @@ uint64_t Renderer::Execute() {
     }
     // The frame is closed before anything that is not part of it.
     impl.Commit(value);
-    impl.DropFrame();
+    impl.CloseFrame();
     timing.compileMs = impl.compileMs;
     impl.timer.EndFrame(value, std::move(timing));
     impl.transients.Trim(impl.frameNumber);

@@ -49,6 +49,21 @@ struct FrameResource {
     Persistent* persistent = nullptr;
 };
 
+// The semaphores that a frame waits for, or those that it signals.
+struct FrameSemaphores {
+    std::vector<rhi::SemaphoreUse> all;
+    std::vector<rhi::SemaphoreUse> forwarded;  // of these, when the frame is dropped
+
+    void Add(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped) {
+        all.push_back(semaphore);
+        if (whenDropped == WhenDropped::Forward) forwarded.push_back(semaphore);
+    }
+    void Clear() {
+        all.clear();
+        forwarded.clear();
+    }
+};
+
 struct Renderer::Impl {
     Impl(Renderer& owner, rhi::Device& rhiDevice, const RendererDesc& desc);
 
@@ -84,7 +99,11 @@ struct Renderer::Impl {
     void GiveUp(std::string why);
     // The resource behind an id that the pass declared; Error{Usage} otherwise.
     uint32_t DeclaredBy(uint32_t pass, AnyId id) const;
+    // The frame is over, executed or not.
+    void CloseFrame();
+    // It is over without having been submitted.
     void DropFrame();
+    void ForwardSemaphores() noexcept;
 
     Renderer& renderer;
     rhi::Device& device;
@@ -109,8 +128,8 @@ struct Renderer::Impl {
     std::vector<FrameResource> resources;  // by FrameGraph::resources
     std::vector<PassDeclaration> passes;   // by FrameGraph::passes; longer than that: kept for their memory
     std::vector<std::byte> uniformBytes;   // all uniform data of the frame
-    std::vector<rhi::SemaphoreUse> waits;
-    std::vector<rhi::SemaphoreUse> signals;
+    FrameSemaphores waits;
+    FrameSemaphores signals;
     std::vector<std::function<void()>> onSubmitted;
     Stopwatch sinceBegin;
     double compileMs = 0.0;
@@ -128,6 +147,7 @@ struct Renderer::Impl {
 
     // Kept for their memory.
     std::vector<VkImageMemoryBarrier2> imageBarriers;
+    std::vector<VkBufferMemoryBarrier2> bufferBarriers;
     std::vector<rhi::BoundResource> bound;
     std::vector<rhi::ColorTarget> colorTargets;
 };

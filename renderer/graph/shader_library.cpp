@@ -53,18 +53,21 @@ Shader& ShaderLibrary::Insert(Shader shader) {
     return inserted;
 }
 
-void ShaderLibrary::Add(std::string_view name, std::span<const uint32_t> spirv) {
+const Shader* ShaderLibrary::Known(std::string_view name) const {
+    const auto known = m_shaders.find(name);
+    return known == m_shaders.end() ? nullptr : known->second.get();
+}
+
+const Shader& ShaderLibrary::Add(std::string_view name, std::span<const uint32_t> spirv) {
     Shader shader{.name = std::string(name), .reflection = rhi::Reflect(spirv, name)};
     shader.ownWords.assign(spirv.begin(), spirv.end());
     const auto known = m_shaders.find(name);
-    if (known == m_shaders.end()) {
-        Insert(std::move(shader));
-        return;
-    }
+    if (known == m_shaders.end()) return Insert(std::move(shader));
     Shader& old = *known->second;
     shader.index = old.index;
     old = std::move(shader);
     old.words = old.ownWords;
+    return old;
 }
 
 const Shader& ShaderLibrary::Find(std::string_view name) {

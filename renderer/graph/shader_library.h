@@ -40,7 +40,9 @@ class ShaderLibrary {
     ~ShaderLibrary();
 
     // Takes a copy. A name that exists gets the new words.
-    void Add(std::string_view name, std::span<const uint32_t> spirv);
+    const Shader& Add(std::string_view name, std::span<const uint32_t> spirv);
+    // The shader of that name, if it has been asked for or added; null otherwise.
+    const Shader* Known(std::string_view name) const;
     // Throws Error{Usage} naming the shaders of a similar name if there is none; as rhi::CompileGlsl for a
     // source that does not compile and has never done so.
     const Shader& Find(std::string_view name);

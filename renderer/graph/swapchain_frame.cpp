@@ -19,8 +19,9 @@ std::optional<TextureId> SwapchainFrame::Begin(Renderer& renderer, Extent2D exte
 }
 
 void SwapchainFrame::End(Renderer& renderer, TextureId drawn) {
-    renderer.WaitSemaphore(m_image.acquired);
-    renderer.SignalSemaphore(m_image.drawn);
+    // An image that is not shown is given again, with the same semaphores.
+    renderer.WaitSemaphore(m_image.acquired, WhenDropped::LeaveAlone);
+    renderer.SignalSemaphore(m_image.drawn, WhenDropped::LeaveAlone);
     renderer.Export(drawn, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
     renderer.Execute();
     m_isStale = !m_swapchain.Present(m_image);

@@ -232,6 +232,59 @@ resources
     EXPECT_EQ(plan.states[host.resource].layout, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
 }
 
+TEST(Barriers, BufferOfAnotherQueueFamily_IsAcquiredAndReleased) {
+    GraphMaker graph;
+    graph.queueFamily = 0;
+    const BufferId host = graph.Imported<ResourceKind::Buffer>("host", {.queueFamily = 2});
+    graph.AddPass("Fill", PassKind::Transfer);
+    graph.Export(graph.Use(host, Access::CopyWrite), 3);
+    const Plan plan = Compile(graph);
+    EXPECT_EQ(DescribePlan(graph, plan), R"(1 pass, 4 barriers
+
+before the first pass
+    waits   host: AllCommands done -> AllCommands read+write, queue family 2 -> 0
+
+1 Fill (transfer)
+    writes  host v1 (copy target)
+    waits   host: AllCommands done -> Transfer write
+
+end
+    exports host v1
+    waits   host: Transfer write -> AllCommands read+write
+    waits   host: AllCommands write -> nothing, queue family 0 -> 3
+
+resources
+    host  buffer 0 B                  imported    passes 1-end
+)");
+    EXPECT_EQ(plan.states[host.resource].queueFamily, 3u);
+}
+
+TEST(Barriers, ExportedBuffer_KeepsItsWriterAndIsWaitedForWhateverItsOwnerDid) {
+    GraphMaker graph;
+    const BufferId host = graph.Imported<ResourceKind::Buffer>("host");
+    graph.AddPass("Fill", PassKind::Transfer);
+    graph.Export(graph.Use(host, Access::CopyWrite));
+    EXPECT_EQ(graph.Order(), "Fill");
+    EXPECT_EQ(Compile(graph).states[host.resource].writeStages, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
+    EXPECT_EQ(
+        UsageMessage([&] { graph.Export(host); }),
+        R"(Export hands back "host" as it was before pass "Fill" wrote it: use the id that the write returned)");
+    const BufferId own = graph.Buffer("own");
+    EXPECT_EQ(UsageMessage([&] { graph.Export(own); }),
+              R"(Export hands back "own", a transient buffer: only imported ones have an owner)");
+}
+
+TEST(Barriers, StructureOfAnotherQueueFamily_IsRefused) {
+    GraphMaker graph;
+    graph.queueFamily = 0;
+    const TlasId tlas = graph.Imported<ResourceKind::Tlas>("host", {.queueFamily = 2});
+    graph.AddPass("Trace", PassKind::RayTracing);
+    graph.Use(tlas, Access::TraceStructure);
+    graph.passes.back().keepAlive = true;
+    EXPECT_EQ(UsageMessage([&] { Compile(graph); }),
+              R"("host", a TLAS, comes from queue family 2: what crosses is the buffer that holds it)");
+}
+
 TEST(Barriers, TransitionOfAnImport_DoesNotOvertakeTheSemaphoreOfTheHost) {
     GraphMaker graph;
     graph.waitStages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;

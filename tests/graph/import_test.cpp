@@ -3,6 +3,7 @@
 
 #include "rhi/readback.h"
 #include "tests/graph/graph_test.h"
+#include "tests/rhi/fake_loader.h"
 
 namespace raygraph {
 namespace {
@@ -148,6 +149,45 @@ TEST_F(Import, HostsBuffer_IsReadAndKeepsItsState) {
         m_renderer.Execute();
         readback.Wait();
         EXPECT_EQ(testing::As<uint32_t>(readback.Bytes()), std::vector<uint32_t>(16, frame));
+    }
+}
+
+// lavapipe has one queue family: what is recorded is what can be seen of it.
+TEST(ImportOfAnotherQueueFamily, BufferIsAcquiredAndReleasedByItsOwnBarriers) {
+    testing::FakeLoader loader;
+    const std::unique_ptr<rhi::Device> device =
+        rhi::Device::Create({.savePipelineCache = false, .getInstanceProcAddr = loader.Entry()});
+    const rhi::Buffer owner =
+        device->CreateBuffer({.name = "host", .size = 64, .usage = rhi::BufferUsage::CopyDestination});
+    const rhi::Buffer host = device->WrapBuffer(owner.Desc(), owner.Handle());
+    const uint32_t ours = device->QueueFamily(), theirs = ours + 1;
+    ResourceState state{.queueFamily = theirs};
+    {
+        Renderer renderer(*device);
+        for (int frame = 0; frame < 2; ++frame) {
+            loader.Tell().bufferBarriers.clear();
+            renderer.BeginFrame();
+            BufferId buffer = renderer.Import("host", host, state);
+            renderer.AddPass(
+                "Fill", PassKind::Transfer, [&](PassBuilder& pass) { buffer = pass.CopiesTo(buffer); },
+                [buffer](CommandList& commands, const PassResources& resources) {
+                    commands.Fill(resources.Buffer(buffer), 7);
+                });
+            renderer.Export(buffer, theirs);
+            renderer.Execute();
+            EXPECT_EQ(state.queueFamily, theirs);
+            const std::vector<VkBufferMemoryBarrier2>& barriers = loader.Tell().bufferBarriers;
+            ASSERT_EQ(barriers.size(), 2u);
+            for (const VkBufferMemoryBarrier2& barrier : barriers) {
+                EXPECT_EQ(barrier.buffer, owner.Handle());
+                EXPECT_EQ(barrier.offset, 0u);
+                EXPECT_EQ(barrier.size, VK_WHOLE_SIZE);
+            }
+            EXPECT_EQ(barriers[0].srcQueueFamilyIndex, theirs);
+            EXPECT_EQ(barriers[0].dstQueueFamilyIndex, ours);
+            EXPECT_EQ(barriers[1].srcQueueFamilyIndex, ours);
+            EXPECT_EQ(barriers[1].dstQueueFamilyIndex, theirs);
+        }
     }
 }
 

@@ -133,5 +133,87 @@ TEST_F(Reload, BrokenFromTheStart_IsAnErrorOfThePass) {
     EXPECT_EQ(Value(), 1.0f);
 }
 
+// SPIR-V that is handed in, under one name.
+class AddedShader : public GraphTest {
+  protected:
+    static std::vector<uint32_t> Words(const std::string& value) {
+        return CompileText("test/value.comp",
+                           "layout(local_size_x = 8, local_size_y = 8) in;\n"
+                           "layout(binding = 0, r32f) uniform writeonly image2D target;\n"
+                           "void main() { imageStore(target, ivec2(gl_GlobalInvocationID.xy), vec4(" +
+                               value + ")); }\n");
+    }
+    TextureId Declare() {
+        TextureId target = m_renderer.CreateTexture("target", {.extent = {8, 8}, .format = Format::R32Float});
+        m_renderer.AddPass(
+            "Value", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("test/value.comp");
+                target = pass.Writes("target", target);
+            },
+            [](CommandList& commands) {
+                commands.DispatchOver({8, 8});
+            });
+        return target;
+    }
+    float Value() {
+        m_renderer.BeginFrame();
+        const Readback readback = m_renderer.ReadBack(Declare());
+        m_renderer.Execute();
+        return Read(readback).values.front();
+    }
+    // The message of the Error{Usage} of adding the words.
+    std::string Refusal(const std::vector<uint32_t>& words) {
+        try {
+            m_renderer.AddShader("test/value.comp", words);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+            return error.what();
+        }
+        ADD_FAILURE() << "the words are taken";
+        return "";
+    }
+};
+
+TEST_F(AddedShader, OtherWordsUnderAKnownName_AreUsedFromTheNextFrameOn) {
+    m_renderer.AddShader("test/value.comp", Words("1.0"));
+    EXPECT_EQ(Value(), 1.0f);
+    m_renderer.AddShader("test/value.comp", Words("2.0"));
+    EXPECT_EQ(Value(), 2.0f);
+    EXPECT_EQ(m_renderer.PipelineCount(), 1u);
+    const double spent = m_renderer.PipelineCreationMs();
+    m_renderer.AddShader("test/value.comp", Words("2.0"));
+    EXPECT_EQ(m_renderer.PipelineCreationMs(), spent) << "the same words make nothing";
+}
+
+TEST_F(AddedShader, OtherWordsWhileAFrameIsOpen_AreRefused) {
+    m_renderer.AddShader("test/value.comp", Words("1.0"));
+    m_renderer.BeginFrame();
+    const Readback readback = m_renderer.ReadBack(Declare());
+    EXPECT_EQ(Refusal(Words("2.0")),
+              R"(AddShader "test/value.comp": a frame is open, and its passes were checked against the )"
+              "shader of that name; it comes before BeginFrame or after Execute");
+    m_renderer.AddShader("test/value.comp", Words("1.0"));
+    m_renderer.AddShader("test/new.comp", Words("3.0"));
+    m_renderer.Execute();
+    EXPECT_EQ(Read(readback).values.front(), 1.0f);
+    m_renderer.AddShader("test/value.comp", Words("2.0"));
+    EXPECT_EQ(Value(), 2.0f);
+}
+
+TEST_F(AddedShader, WordsThatDoNotFit_LeaveTheOneThatWasThere) {
+    m_renderer.AddShader("test/value.comp", Words("1.0"));
+    EXPECT_EQ(Value(), 1.0f);
+    const std::vector<uint32_t> vertex = [] {
+        rhi::GlslSource source;
+        source.name = "test/value.vert";
+        source.text = "#version 460\nvoid main() { gl_Position = vec4(0.0); }\n";
+        return rhi::CompileGlsl(source);
+    }();
+    EXPECT_THAT(Refusal(vertex),
+                HasSubstr(R"(AddShader "test/value.comp": the one that was there stays, since )"));
+    EXPECT_EQ(Value(), 1.0f);
+}
+
 }  // namespace
 }  // namespace raygraph

@@ -121,6 +121,27 @@ TEST_F(Structures, BuiltAndTracedInOneFrame_AreHitWhereTheyAre) {
     EXPECT_THAT(plan, HasSubstr("blases: StructureBuild write -> StructureBuild read\n"));
 }
 
+TEST_F(Structures, HostsTlas_IsTracedAndStaysTheHosts) {
+    Frame(true, true, 0.0f);
+    rhi::Tlas owner = std::exchange(m_tlas, Device().WrapTlas("the host's", m_tlas.Handle()));
+    EXPECT_EQ(m_tlas.Handle(), owner.Handle());
+    EXPECT_EQ(m_tlas.Address(), owner.Address());
+    EXPECT_GT(Sum(Frame(false, false, 0.0f)), 0.0f);
+
+    const rhi::Buffer instances =
+        Device().CreateBuffer({.name = "i", .size = 64, .usage = rhi::BufferUsage::BuildInput});
+    rhi::CommandList commands = Device().BeginCommands("build");
+    try {
+        m_tlas.Build(commands, instances, 0);
+        ADD_FAILURE() << "it is built";
+    } catch (const Error& error) {
+        EXPECT_STREQ(error.what(), "TLAS 'the host's': it is the host's to build");
+    }
+    m_tlas = {};
+    m_tlas = std::move(owner);
+    EXPECT_GT(Sum(Frame(false, false, 0.0f)), 0.0f) << "it is still there";
+}
+
 TEST_F(Structures, NextFrame_NeedsNoBarrierToTraceThemAgain) {
     Frame(true, true, 0.0f);
     Frame(false, false, 0.0f);

@@ -136,6 +136,67 @@ TEST_F(AdoptTest, WrappedImage_StaysTheHosts) {
     vk.vkFreeMemory(host.Handle(), memory, nullptr);
 }
 
+TEST_F(AdoptTest, WrappedBuffer_StaysTheHosts) {
+    const rhi::DeviceFunctions& vk = host.Functions();
+    const auto bindBuffer = reinterpret_cast<PFN_vkBindBufferMemory2>(
+        host.InstanceFunctions().vkGetDeviceProcAddr(host.Handle(), "vkBindBufferMemory2"));
+    const auto make = [&](VkBufferUsageFlags usage, VkMemoryAllocateFlags flags) {
+        VkBufferCreateInfo info{};
+        info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
+        info.size = 16;
+        info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | usage;
+        VkBuffer buffer = VK_NULL_HANDLE;
+        EXPECT_EQ(vk.vkCreateBuffer(host.Handle(), &info, nullptr, &buffer), VK_SUCCESS);
+        const VkDeviceBufferMemoryRequirements ask{VK_STRUCTURE_TYPE_DEVICE_BUFFER_MEMORY_REQUIREMENTS,
+                                                   nullptr, &info};
+        VkMemoryRequirements2 needs{VK_STRUCTURE_TYPE_MEMORY_REQUIREMENTS_2, nullptr, {}};
+        vk.vkGetDeviceBufferMemoryRequirements(host.Handle(), &ask, &needs);
+        const VkMemoryAllocateFlagsInfo how{VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO, nullptr, flags, 0};
+        const VkMemoryAllocateInfo allocate{
+            VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, &how, needs.memoryRequirements.size,
+            static_cast<uint32_t>(std::countr_zero(needs.memoryRequirements.memoryTypeBits))};
+        VkDeviceMemory memory = VK_NULL_HANDLE;
+        EXPECT_EQ(vk.vkAllocateMemory(host.Handle(), &allocate, nullptr, &memory), VK_SUCCESS);
+        const VkBindBufferMemoryInfo bind{VK_STRUCTURE_TYPE_BIND_BUFFER_MEMORY_INFO, nullptr, buffer, memory,
+                                          0};
+        EXPECT_EQ(bindBuffer(host.Handle(), 1, &bind), VK_SUCCESS);
+        return std::pair(buffer, memory);
+    };
+    // The layers would report an address asked of the one without.
+    const auto plain = make(0, 0);
+    const auto addressed =
+        make(VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
+             VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT);
+    {
+        const std::unique_ptr<rhi::Device> device = rhi::Device::Adopt(host.Desc());
+        const rhi::BufferDesc desc{.name = "host buffer",
+                                   .size = 16,
+                                   .usage = BufferUsage::CopySource | BufferUsage::CopyDestination};
+        const rhi::Buffer buffer = device->WrapBuffer(desc, plain.first);
+        EXPECT_FALSE(buffer.OwnsBuffer());
+        EXPECT_TRUE(buffer.Mapped().empty());
+        EXPECT_EQ(device->Memory().usedBytes, 0u);
+        rhi::Uploader uploader(*device);
+        const std::vector<uint32_t> values{1, 2, 3, 4};
+        uploader.UploadBuffer(buffer, 0, BytesOf(values));
+        uploader.Flush();
+        EXPECT_EQ(As<uint32_t>(rhi::ReadBuffer(*device, buffer)), values);
+        EXPECT_NE(device->WrapBuffer({.name = "addressed", .size = 16}, addressed.first).Address(), 0u);
+
+        EXPECT_THAT(ErrorOf([&] { std::ignore = device->WrapBuffer(desc, VK_NULL_HANDLE); }).what(),
+                    HasSubstr("the host's buffer is null"));
+        rhi::BufferDesc mapped = desc;
+        mapped.memory = rhi::MemoryKind::Upload;
+        EXPECT_EQ(ErrorOf([&] { std::ignore = device->WrapBuffer(mapped, plain.first); }).Kind(),
+                  ErrorKind::Usage);
+    }
+    // Still the host's to destroy: the layers would report a second destruction.
+    for (const auto& [buffer, memory] : {plain, addressed}) {
+        vk.vkDestroyBuffer(host.Handle(), buffer, nullptr);
+        vk.vkFreeMemory(host.Handle(), memory, nullptr);
+    }
+}
+
 // ---- What a host may forget.
 
 TEST_F(AdoptTest, ExtensionNotEnabled_IsNamed) {
@@ -164,12 +225,27 @@ TEST_F(AdoptTest, OptionalFeatureNotEnabled_TurnsTheCapabilityOff) {
         rhi::OptionalFeaturesOf(desc.physicalDevice, desc.getInstanceProcAddr, desc.instance);
     EXPECT_EQ(rhi::Device::Adopt(desc)->Info().optional.bufferInt64Atomics, has.bufferInt64Atomics);
     desc.enabledFeatures = has;
-    desc.enabledFeatures->bufferInt64Atomics = false;
-    desc.enabledFeatures->wireframe = false;
+    desc.enabledFeatures.bufferInt64Atomics = false;
+    desc.enabledFeatures.wireframe = false;
     const rhi::OptionalFeatures optional = rhi::Device::Adopt(desc)->Info().optional;
     EXPECT_FALSE(optional.bufferInt64Atomics);
     EXPECT_FALSE(optional.wireframe);
     EXPECT_EQ(optional.multiDrawIndirect, has.multiDrawIndirect) << "what is enabled stays";
+}
+
+// Core Vulkan does not tell what a device was made with: what a host does not list may be off.
+TEST_F(AdoptTest, HostThatListsNothing_HasNoOptionalFeature) {
+    rhi::AdoptedDeviceDesc desc;
+    const rhi::AdoptedDeviceDesc full = host.Desc();
+    desc.instance = full.instance;
+    desc.physicalDevice = full.physicalDevice;
+    desc.device = full.device;
+    desc.queue = full.queue;
+    desc.queueFamily = full.queueFamily;
+    desc.getInstanceProcAddr = full.getInstanceProcAddr;
+    desc.enabledExtensions = full.enabledExtensions;
+    EXPECT_EQ(rhi::Device::Adopt(desc)->Info().optional, rhi::OptionalFeatures{});
+    EXPECT_NE(rhi::Device::Adopt(full)->Info().optional, rhi::OptionalFeatures{});
 }
 
 TEST_F(AdoptTest, OptionalFeatureSaidToBeEnabled_IsOffWhereItsExtensionIs) {

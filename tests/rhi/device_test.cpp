@@ -4,11 +4,13 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
+#include <thread>
 
 #include "rhi/command_list.h"
 #include "rhi/readback.h"
 #include "tests/rhi/error_of.h"
 #include "tests/rhi/fake_loader.h"
+#include "tests/rhi/gate.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
@@ -309,6 +311,87 @@ TEST_F(DeviceLostTest, DestroyingTheDeviceAfterwards_FreesEverything) {
     buffer = {};
     device.reset();
     EXPECT_EQ(log.Text(), "") << "a device says so when memory is left";
+}
+
+// ---- Devices that hang.
+
+// A device whose queue stands still until the test lets it go on.
+struct HangTest : ::testing::Test {
+    explicit HangTest(std::chrono::milliseconds limit = std::chrono::milliseconds(50)) {
+        rhi::DeviceDesc desc{.name = "hanging", .hangLimit = limit, .savePipelineCache = false};
+        desc.onMessage = log.Callback();
+        device = rhi::Device::Create(desc);
+        report = device->AddLastPassReport([] { return std::string("last pass reached: Trace"); });
+    }
+    uint64_t SubmitAfter(const Gate& gate) {
+        const rhi::SemaphoreUse wait = gate.At(1);
+        return device->Submit(device->BeginCommands("waits"), {&wait, 1});
+    }
+    MessageLog log;
+    std::unique_ptr<rhi::Device> device;
+    std::shared_ptr<const void> report;
+};
+
+TEST_F(HangTest, WaitBeyondTheLimit_IsALostDeviceThatNamesTheLastPass) {
+    const uint64_t before = device->Submit(device->BeginCommands("runs"));
+    device->WaitFor(before);
+    {
+        Gate gate(*device);
+        const uint64_t value = SubmitAfter(gate);
+        const Error error = ErrorOf([&] { device->WaitFor(value); });
+        EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost);
+        EXPECT_STREQ(error.what(),
+                     "the device hangs: waiting for submission 2, none after 1 has completed for "
+                     "50 ms; last pass reached: Trace");
+        EXPECT_EQ(ErrorOf([&] { device->WaitIdle(); }).Kind(), ErrorKind::DeviceLost);
+        gate.Open();
+        while (device->CompletedValue() < value) std::this_thread::yield();
+    }
+    device.reset();
+    EXPECT_EQ(log.Text(), "") << "it went on, so that everything is freed";
+}
+
+// A long queue is no hang, as long as something completes.
+struct SlowQueueTest : HangTest {
+    SlowQueueTest() : HangTest(std::chrono::milliseconds(400)) {}
+};
+
+TEST_F(SlowQueueTest, SubmissionsThatCompleteOneByOne_AreWaitedFor) {
+    std::vector<std::unique_ptr<Gate>> gates;
+    uint64_t last = 0;
+    for (int i = 0; i < 5; ++i) last = SubmitAfter(*gates.emplace_back(std::make_unique<Gate>(*device)));
+    std::jthread opener([&] {
+        for (const auto& gate : gates) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(120));
+            gate->Open();
+        }
+    });
+    EXPECT_NO_THROW(device->WaitFor(last)) << "600 ms in steps of 120 ms, with a limit of 400 ms";
+    opener.join();
+}
+
+#ifndef __SANITIZE_ADDRESS__  // what is left is a leak, and meant
+TEST_F(HangTest, DestroyingIt_LeavesItAsItIs) {
+    VkSemaphoreTypeCreateInfo type{};
+    type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
+    type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
+    const VkSemaphoreCreateInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type, 0};
+    rhi::SemaphoreUse never{.value = 1};
+    ASSERT_EQ(device->Vk().vkCreateSemaphore(device->Handle(), &info, nullptr, &never.semaphore), VK_SUCCESS);
+    device->Submit(device->BeginCommands("waits"), {&never, 1});
+    device.reset();
+    EXPECT_EQ(log.Text(), "device 'hanging' hangs: nothing of it is freed\n");
+}
+#endif
+
+TEST(HangLimit, IsOffOnACpuDevice) {
+    const std::unique_ptr<rhi::Device> device = rhi::Device::Create({.savePipelineCache = false});
+    const std::chrono::milliseconds expected =
+        device->Info().type == rhi::DeviceType::Cpu ? std::chrono::milliseconds(0) : rhi::kDefaultHangLimit;
+    EXPECT_EQ(device->HangLimit(), expected);
+    EXPECT_EQ(
+        rhi::Device::Create({.hangLimit = std::chrono::seconds(7), .savePipelineCache = false})->HangLimit(),
+        std::chrono::seconds(7));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "base/check.h"
@@ -22,6 +23,7 @@ struct State {
     PFN_vkGetPhysicalDeviceFormatProperties2 formats = nullptr;
     PFN_vkCreateBuffer createBuffer = nullptr;
     PFN_vkResetCommandPool resetPool = nullptr;
+    PFN_vkCmdPipelineBarrier2 barrier = nullptr;
 };
 State* activeState = nullptr;
 
@@ -65,6 +67,7 @@ VKAPI_ATTR void VKAPI_CALL Properties(VkPhysicalDevice device, VkPhysicalDeviceP
 VKAPI_ATTR VkResult VKAPI_CALL Submit(VkQueue queue, uint32_t count, const VkSubmitInfo2* infos,
                                       VkFence fence) {
     if (activeState->lies.submitResult != VK_SUCCESS) return activeState->lies.submitResult;
+    if (const VkResult next = std::exchange(activeState->lies.nextSubmitResult, VK_SUCCESS)) return next;
     return activeState->submit(queue, count, infos, fence);
 }
 
@@ -93,6 +96,13 @@ VKAPI_ATTR VkResult VKAPI_CALL ResetPool(VkDevice device, VkCommandPool pool, Vk
     return activeState->resetPool(device, pool, flags);
 }
 
+VKAPI_ATTR void VKAPI_CALL Barrier(VkCommandBuffer commands, const VkDependencyInfo* info) {
+    std::vector<VkBufferMemoryBarrier2>& seen = activeState->lies.bufferBarriers;
+    seen.insert(seen.end(), info->pBufferMemoryBarriers,
+                info->pBufferMemoryBarriers + info->bufferMemoryBarrierCount);
+    activeState->barrier(commands, info);
+}
+
 template <typename Function>
 PFN_vkVoidFunction Fake(PFN_vkVoidFunction real, Function& kept, Function fake) {
     if (!real) return nullptr;
@@ -106,6 +116,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
     if (std::strcmp(name, "vkWaitSemaphores") == 0) return Fake(real, activeState->wait, Wait);
     if (std::strcmp(name, "vkCreateBuffer") == 0) return Fake(real, activeState->createBuffer, CreateBuffer);
     if (std::strcmp(name, "vkResetCommandPool") == 0) return Fake(real, activeState->resetPool, ResetPool);
+    if (std::strcmp(name, "vkCmdPipelineBarrier2") == 0) return Fake(real, activeState->barrier, Barrier);
     return real;
 }
 

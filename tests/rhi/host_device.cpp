@@ -186,6 +186,7 @@ rhi::AdoptedDeviceDesc HostDevice::Desc() const {
     desc.queueFamily = m_queueFamily;
     desc.getInstanceProcAddr = m_loader->GetInstanceProcAddr();
     desc.enabledExtensions = m_extensions;
+    desc.enabledFeatures = rhi::OptionalFeaturesOf(m_physicalDevice, desc.getInstanceProcAddr, m_instance);
     desc.debugUtilsEnabled = m_hasDebugUtils;
     return desc;
 }

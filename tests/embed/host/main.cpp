@@ -38,6 +38,7 @@ std::unique_ptr<rhi::Device> Adopt(Gpu& gpu) {
     desc.queueFamily = gpu.queueFamily;
     desc.getInstanceProcAddr = vkGetInstanceProcAddr;
     desc.enabledExtensions = gpu.deviceExtensions;
+    desc.enabledFeatures = rhi::OptionalFeaturesOf(gpu.physicalDevice, vkGetInstanceProcAddr, gpu.instance);
     desc.lockQueue = [&gpu] { gpu.queueLock.lock(); };
     desc.unlockQueue = [&gpu] { gpu.queueLock.unlock(); };
     return rhi::Device::Adopt(desc);
