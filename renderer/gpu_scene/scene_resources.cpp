@@ -250,7 +250,8 @@ rhi::Buffer UploadTable(rhi::Device& device, rhi::Uploader& uploader, const char
     rhi::Buffer buffer =
         device.CreateBuffer({.name = name,
                              .size = content.size_bytes(),
-                             .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+                             .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination |
+                                      rhi::BufferUsage::CopySource});
     uploader.UploadBuffer(buffer, 0, std::as_bytes(content));
     return buffer;
 }

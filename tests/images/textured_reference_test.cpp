@@ -66,27 +66,28 @@ void AddWall(scene::SceneData& scene) {
     }
 }
 
-// Three strips before the wall, of one mesh: MASK, BLEND, and one whose alpha counts for nothing.
+// Four strips before the wall, of one mesh: two of MASK, one of BLEND, and one whose alpha counts for
+// nothing.
 void AddStrips(scene::SceneData& scene) {
     scene::Mesh mesh;
-    for (const AlphaMode mode : {AlphaMode::Mask, AlphaMode::Blend, AlphaMode::Opaque}) {
+    for (const AlphaMode mode : {AlphaMode::Mask, AlphaMode::Blend, AlphaMode::Mask, AlphaMode::Opaque}) {
         const uint32_t strip = static_cast<uint32_t>(mesh.primitives.size());
         scene::Material material = Lambert({0.7f, 0.9f, 0.8f});
         material.baseColorFactor.a = 0.8f;
         material.alphaMode = mode;
         material.alphaCutoff = 0.35f;
         material.baseColorTexture = {
-            .texture = AddTexture(scene, 2, kModes[strip], kModes[(strip + 1) % 3],
+            .texture = AddTexture(scene, 2, kModes[strip % 3], kModes[(strip + 1) % 3],
                                   strip == 1 ? FilterMode::Nearest : FilterMode::Linear),
-            .texCoord = static_cast<int32_t>((strip + 1) % 2)};
+            .texCoord = static_cast<int32_t>(strip % 2)};
         scene::Primitive primitive =
             QuadMesh(0.5f, static_cast<uint32_t>(scene.materials.size())).primitives[0];
         for (glm::vec3& position : primitive.positions)
-            position = glm::vec3(0.6f * position.x + float(strip) - 1.0f, 2.2f * position.y, 0.5f);
+            position = glm::vec3(0.5f * position.x + 0.75f * float(strip) - 1.1f, 2.2f * position.y, 0.5f);
         primitive.bounds = {};
         for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
-        primitive.uv0 = Coordinates({-0.3f, -0.6f}, {0.8f, 2.1f});
-        primitive.uv1 = Coordinates({0.9f, 1.7f}, {-0.4f, -0.8f});
+        primitive.uv0 = Coordinates({-0.3f + 0.3f * float(strip), -0.6f}, {0.8f, 2.1f});
+        primitive.uv1 = Coordinates({0.9f, 1.7f - 0.3f * float(strip)}, {-0.4f, -0.8f});
         if (mode == AlphaMode::Blend)
             primitive.colors = {{1.0f, 0.5f, 0.5f, 0.9f},
                                 {0.5f, 1.0f, 0.5f, 0.5f},

@@ -165,11 +165,14 @@ Bytes MakeGlb(std::string_view json, const Bytes* binary) {
 }
 
 Bytes MakePng(uint32_t width, uint32_t height, std::array<uint8_t, 4> color) {
-    image::Image8 image{.width = width, .height = height, .rgba = {}};
-    for (uint32_t i = 0; i < width * height; ++i)
-        image.rgba.insert(image.rgba.end(), color.begin(), color.end());
+    std::vector<uint8_t> rgba;
+    for (uint32_t i = 0; i < width * height; ++i) rgba.insert(rgba.end(), color.begin(), color.end());
+    return MakePngOf(width, height, rgba);
+}
+
+Bytes MakePngOf(uint32_t width, uint32_t height, const std::vector<uint8_t>& rgba) {
     const TemporaryFolder folder;
-    image::WritePng(folder / "image.png", image);
+    image::WritePng(folder / "image.png", {.width = width, .height = height, .rgba = rgba});
     return scene::DiskFileReader().Read(std::filesystem::canonical(folder / "image.png"), 1u << 30);
 }
 

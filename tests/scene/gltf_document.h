@@ -114,5 +114,7 @@ Bytes MakeGlb(std::string_view json, const Bytes* binary);
 
 // A PNG of the given size, every texel `color`.
 Bytes MakePng(uint32_t width, uint32_t height, std::array<uint8_t, 4> color);
+// A PNG of these texels, 4 bytes each, rows from the top.
+Bytes MakePngOf(uint32_t width, uint32_t height, const std::vector<uint8_t>& rgba);
 
 }  // namespace raygraph::test

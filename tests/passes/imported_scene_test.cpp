@@ -1,0 +1,386 @@
+// From the text of a glTF file to the records on the device, and to what is seen: every field arrives. The
+// numbers expected here are those of the text, not those of what the importer made of it.
+#include <cmath>
+#include <cstring>
+#include <numbers>
+
+#include "tests/scene/gltf_document.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+namespace {
+
+using test::GltfDocument;
+using test::Json;
+
+template <typename T>
+std::vector<T> Records(const Readback& readback) {
+    readback.Wait();
+    std::vector<T> records(readback.Bytes().size() / sizeof(T));
+    std::memcpy(records.data(), readback.Bytes().data(), records.size() * sizeof(T));
+    return records;
+}
+
+class ImportedScene : public VulkanTest {
+  protected:
+    template <typename T>
+    std::vector<T> TableOf(const GltfDocument& document, BufferId SceneIds::*table) {
+        render.scene.SetScene(test::Load(document));
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const Readback readback = render.renderer.ReadBack(ids.*table);
+        render.renderer.Execute();
+        return Records<T>(readback);
+    }
+    SceneRender render{Device()};
+};
+
+size_t AddTexture(GltfDocument& document, const test::Bytes& png, const Json& sampler = {}) {
+    const size_t image = document.Add("images", {{"uri", test::DataUri(png)}});
+    Json texture{{"source", image}};
+    if (!sampler.is_null()) texture["sampler"] = document.Add("samplers", sampler);
+    return document.Add("textures", texture);
+}
+
+// The square -1 ... 1 of the xy plane, facing +z. Corners go -x-y, +x-y, +x+y, -x+y.
+Json Square(GltfDocument& document, const std::vector<float>& uv, size_t material) {
+    const size_t positions = document.AddAccessor<float>({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}, 3);
+    const size_t normals = document.AddAccessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+    const size_t indices = document.AddAccessor<uint16_t>({0, 1, 2, 0, 2, 3}, 1);
+    Json primitive{{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}},
+                   {"indices", indices},
+                   {"material", material}};
+    if (!uv.empty()) primitive["attributes"]["TEXCOORD_0"] = document.AddAccessor(uv, 2);
+    return primitive;
+}
+
+// (0, 0) is the image's upper left corner.
+const std::vector<float> kUpright{0, 1, 1, 1, 1, 0, 0, 0};
+
+passes::TraceSettings Facing(float height, uint32_t size) {
+    scene::CameraView view = scene::CameraView::LookAt({0, 0, 4}, {0, 0, 0}, {0, 1, 0});
+    view.projection = scene::Projection::Orthographic;
+    view.height = height;
+    passes::TraceSettings settings;
+    settings.extent = {size, size};
+    settings.camera = ToRecord(view);
+    settings.scattering.brdf = BrdfModel::Lambert;
+    return settings;
+}
+
+void ExpectNear(const glm::vec3& seen, const glm::vec3& expected, float tolerance, const char* what) {
+    EXPECT_LT(glm::distance(seen, expected), tolerance)
+        << what << ": " << seen.x << ' ' << seen.y << ' ' << seen.z << " for " << expected.x << ' '
+        << expected.y << ' ' << expected.z;
+}
+
+}  // namespace
+
+TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
+    GltfDocument document;
+    document.AddMaterial(Json::object());
+    document.AddMaterial(R"({
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [0.11, 0.22, 0.33, 0.44], "metallicFactor": 0.55, "roughnessFactor": 0.66
+        },
+        "emissiveFactor": [0.1, 0.2, 0.4], "alphaMode": "MASK", "alphaCutoff": 0.77, "doubleSided": true,
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 5},
+            "KHR_materials_ior": {"ior": 1.7},
+            "KHR_materials_specular": {"specularFactor": 0.88, "specularColorFactor": [0.9, 0.8, 1.5]},
+            "KHR_materials_transmission": {"transmissionFactor": 0.35},
+            "KHR_materials_volume": {
+                "thicknessFactor": 0.1, "attenuationColor": [0.5, 0.25, 0.125], "attenuationDistance": 2
+            }
+        },
+        "extras": {"priority": 7}
+    })"_json);
+    document.AddMaterial({{"alphaMode", "BLEND"}, {"extensions", {{"KHR_materials_unlit", Json::object()}}}});
+    document.AddTriangle()["material"] = 1;
+    const auto records = TableOf<gpu::MaterialRecord>(document, &SceneIds::materials);
+    ASSERT_GE(records.size(), 3u);
+    const gpu::MaterialRecord& plain = records[0];
+    EXPECT_EQ(plain.baseColor, glm::vec4(1.0f));
+    EXPECT_EQ(plain.emission, glm::vec3(0.0f));
+    EXPECT_EQ(plain.metallic, 1.0f);
+    EXPECT_EQ(plain.roughness, 1.0f);
+    EXPECT_EQ(plain.alphaMode, 0u);
+    EXPECT_EQ(plain.flags, 0u);
+    EXPECT_EQ(plain.ior, 1.5f);
+    EXPECT_EQ(plain.specular, 1.0f);
+    EXPECT_EQ(plain.transmission, 0.0f);
+    const gpu::MaterialRecord& record = records[1];
+    EXPECT_EQ(record.baseColor, glm::vec4(0.11f, 0.22f, 0.33f, 0.44f));
+    EXPECT_EQ(record.metallic, 0.55f);
+    EXPECT_EQ(record.roughness, 0.66f);
+    ExpectNear(record.emission, {0.5f, 1.0f, 2.0f}, 1e-6f, "emission");
+    EXPECT_EQ(record.alphaMode, 1u);
+    EXPECT_EQ(record.alphaCutoff, 0.77f);
+    EXPECT_EQ(record.flags, gpu::kMaterialDoubleSided | gpu::kMaterialVolume);
+    EXPECT_EQ(record.ior, 1.7f);
+    EXPECT_EQ(record.specular, 0.88f);
+    EXPECT_EQ(record.specularColor, glm::vec3(0.9f, 0.8f, 1.5f));
+    EXPECT_EQ(record.transmission, 0.35f);
+    // exp(-absorption * 2 m) is the colour
+    const float ln2 = std::numbers::ln2_v<float>;
+    ExpectNear(record.absorption, glm::vec3(0.5f, 1.0f, 1.5f) * ln2, 1e-5f, "absorption");
+    EXPECT_EQ(record.priority, 7u);
+    EXPECT_EQ(records[2].alphaMode, 2u);
+    EXPECT_EQ(records[2].flags, gpu::kMaterialUnlit);
+}
+
+// The slots of the table are numbered by the device: what tells textures apart here is that each is in one
+// place alone.
+TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
+    GltfDocument document;
+    document.AddTriangle()["material"] = 0;
+    for (uint32_t i = 0; i < 7; i++) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
+    const auto ref = [](int index, int set) { return Json{{"index", index}, {"texCoord", set}}; };
+    Json material{
+        {"pbrMetallicRoughness", {{"baseColorTexture", ref(0, 1)}, {"metallicRoughnessTexture", ref(1, 0)}}},
+        {"normalTexture", ref(2, 1)},
+        {"emissiveTexture", ref(3, 0)}};
+    material["normalTexture"]["scale"] = 0.25;
+    material["extensions"]["KHR_materials_specular"] = {{"specularTexture", ref(4, 1)},
+                                                        {"specularColorTexture", ref(5, 0)}};
+    material["extensions"]["KHR_materials_transmission"] = {{"transmissionTexture", ref(6, 1)}};
+    document.AddMaterial(material);
+    const scene::SceneData scene = test::Load(document);
+    const scene::Material& imported = scene.materials.at(0);
+    const scene::TextureRef refs[] = {imported.baseColorTexture,   imported.metallicRoughnessTexture,
+                                      imported.normalTexture,      imported.emissiveTexture,
+                                      imported.specularTexture,    imported.specularColorTexture,
+                                      imported.transmissionTexture};
+    const auto record = TableOf<gpu::MaterialRecord>(document, &SceneIds::materials).at(0);
+    EXPECT_EQ(record.normalScale, 0.25f);
+    const uint32_t fields[] = {record.baseColorTexture,   record.metallicRoughnessTexture,
+                               record.normalTexture,      record.emissiveTexture,
+                               record.specularTexture,    record.specularColorTexture,
+                               record.transmissionTexture};
+    const uint32_t firstSlot = fields[0] & ~gpu::kSecondTexCoord;
+    for (uint32_t i = 0; i < 7; i++) {
+        ASSERT_TRUE(refs[i].IsPresent()) << i;
+        const scene::Texture& texture = scene.textures.at(static_cast<size_t>(refs[i].texture));
+        EXPECT_EQ(scene.images.at(texture.image).width, i + 1);
+        const bool isColor = i == 0 || i == 3 || i == 5;
+        EXPECT_EQ(texture.colorSpace, isColor ? scene::ColorSpace::Srgb : scene::ColorSpace::Linear) << i;
+        // A fresh table gives out slots in the order of the scene's textures
+        EXPECT_EQ((fields[i] & ~gpu::kSecondTexCoord) - firstSlot,
+                  static_cast<uint32_t>(refs[i].texture - refs[0].texture))
+            << i;
+        EXPECT_EQ((fields[i] & gpu::kSecondTexCoord) != 0, i % 2 == 0) << i;
+    }
+}
+
+TEST_F(ImportedScene, EveryFieldOfAPunctualLightIsInItsRecord) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = R"([
+        {"type": "directional", "color": [0.5, 0.25, 1], "intensity": 4},
+        {"type": "spot", "color": [1, 0.5, 0.25], "intensity": 8,
+         "spot": {"innerConeAngle": 0.3, "outerConeAngle": 0.7}},
+        {"type": "point", "color": [0.25, 1, 0.5], "intensity": 2}
+    ])"_json;
+    // A quarter turn about +x carries -z to +y
+    const double half = std::numbers::sqrt2 / 2.0;
+    for (int i = 0; i < 3; i++)
+        document.AddNode({{"extensions", {{"KHR_lights_punctual", {{"light", i}}}}},
+                          {"translation", {1 + i, 2, 3}},
+                          {"rotation", {half, 0, 0, half}}});
+    const auto records = TableOf<gpu::LightRecord>(document, &SceneIds::lights);
+    ASSERT_EQ(records.size(), 3u);
+    // Bounded ones come first
+    const gpu::LightRecord &spot = records[0], &point = records[1], &sun = records[2];
+    EXPECT_EQ(spot.kind, gpu::kLightSpot);
+    ExpectNear(spot.p0, {2, 2, 3}, 1e-6f, "place of the spot");
+    ExpectNear(spot.e1, {0, 1, 0}, 1e-6f, "direction of the spot");
+    ExpectNear(spot.e2, {8, 4, 2}, 1e-6f, "intensity of the spot");
+    // KHR_lights_punctual: 1 / (cos inner - cos outer), and -cos outer times that
+    const float scale = 1.0f / (std::cos(0.3f) - std::cos(0.7f));
+    EXPECT_NEAR(spot.spotScale, scale, 1e-4f);
+    EXPECT_NEAR(spot.spotOffset, -std::cos(0.7f) * scale, 1e-4f);
+    EXPECT_EQ(point.kind, gpu::kLightPoint);
+    ExpectNear(point.p0, {3, 2, 3}, 1e-6f, "place of the point");
+    ExpectNear(point.e2, {0.5f, 2, 1}, 1e-6f, "intensity of the point");
+    EXPECT_EQ(sun.kind, gpu::kLightDirectional);
+    ExpectNear(sun.e1, {0, 1, 0}, 1e-6f, "direction of the sun");
+    ExpectNear(sun.e2, {2, 1, 4}, 1e-6f, "illuminance of the sun");
+}
+
+// A white square under one light of each kind, by closed form.
+TEST_F(ImportedScene, EveryKindOfPunctualLightLightsAsItsFileSays) {
+    const Json kLights = R"([
+        {"type": "directional", "intensity": 4},
+        {"type": "point", "intensity": 8},
+        {"type": "spot", "intensity": 8, "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}},
+        {"type": "spot", "intensity": 8, "spot": {"innerConeAngle": 0.01, "outerConeAngle": 0.3}}
+    ])"_json;
+    const double pi = std::numbers::pi;
+    // At (0.8, 0, 2), facing -z: a point of the square's middle is at an angle of 0.381 from the axis
+    const double square = 0.8 * 0.8 + 2.0 * 2.0, cosine = 2.0 / std::sqrt(square);
+    const double share = (cosine - std::cos(0.5)) / (std::cos(0.2) - std::cos(0.5));
+    const double kExpected[] = {4.0 / pi, 8.0 * cosine / (pi * square),
+                                8.0 * cosine * share * share / (pi * square), 0.0};
+    for (size_t i = 0; i < 4; i++) {
+        GltfDocument document;
+        document.AddMaterial(Json::object());
+        document.AddNode({{"mesh", document.AddMesh(Square(document, {}, 0))}});
+        document.json["extensions"]["KHR_lights_punctual"]["lights"] = Json::array({kLights[i]});
+        document.AddNode(
+            {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}, {"translation", {0.8, 0, 2}}});
+        render.scene.SetScene(test::Load(document));
+        const glm::vec3 seen = render.TraceOnce(Facing(1e-4f, 4)).At(1, 1);
+        ExpectNear(seen, glm::vec3(float(kExpected[i])), float(2e-3 * kExpected[i]) + 1e-6f,
+                   kLights[i].dump().c_str());
+    }
+}
+
+TEST_F(ImportedScene, EveryFieldOfACameraIsInItsRecord) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.json["cameras"] = R"([
+        {"type": "perspective", "perspective": {"yfov": 0.9, "aspectRatio": 3, "znear": 0.2, "zfar": 50}},
+        {"type": "orthographic", "orthographic": {"xmag": 3, "ymag": 1.5, "znear": 0.3, "zfar": 40}}
+    ])"_json;
+    // A quarter turn about +y carries -z to -x and +x to -z; scale does not count
+    const double half = std::numbers::sqrt2 / 2.0;
+    for (int i = 0; i < 2; i++)
+        document.AddNode({{"camera", i},
+                          {"translation", {5 + i, 6, 7}},
+                          {"rotation", {0, half, 0, half}},
+                          {"scale", {2, 3, 4}}});
+    const scene::SceneData scene = test::Load(document);
+    ASSERT_EQ(scene.cameras.size(), 2u);
+    const gpu::CameraRecord perspective = ToRecord(scene::ChooseView(scene, "0", 2.0f));
+    ExpectNear(perspective.origin, {5, 6, 7}, 1e-5f, "eye");
+    ExpectNear(perspective.forward, {-1, 0, 0}, 1e-5f, "forward");
+    const float tangent = std::tan(0.45f);
+    ExpectNear(perspective.right, {0, 0, -2.0f * tangent}, 1e-5f, "right");
+    ExpectNear(perspective.up, {0, tangent, 0}, 1e-5f, "up");
+    EXPECT_EQ(perspective.orthographic, 0u);
+    EXPECT_EQ(perspective.lensRadius, 0.0f);
+    EXPECT_EQ(perspective.zNear, 0.2f);
+    EXPECT_EQ(perspective.zFar, 50.0f);
+    const gpu::CameraRecord parallel = ToRecord(scene::ChooseView(scene, "1", 2.0f));
+    ExpectNear(parallel.origin, {6, 6, 7}, 1e-5f, "eye");
+    ExpectNear(parallel.right, {0, 0, -3}, 1e-5f, "right");
+    ExpectNear(parallel.up, {0, 1.5f, 0}, 1e-5f, "up");
+    EXPECT_EQ(parallel.orthographic, 1u);
+    EXPECT_EQ(parallel.zNear, 0.3f);
+    EXPECT_EQ(parallel.zFar, 40.0f);
+}
+
+TEST_F(ImportedScene, NestedNodesPlaceTheirMeshes) {
+    GltfDocument document;
+    document.AddMaterial(Json::object());
+    const size_t mesh = document.AddMesh(Square(document, {}, 0));
+    document.AddNode({{"scale", {2, 2, 2}}, {"translation", {0, 0, -1}}, {"children", {1}}});
+    document.Add("nodes", {{"mesh", mesh}, {"translation", {1, 0, 0}}});
+    const auto records = TableOf<gpu::InstanceRecord>(document, &SceneIds::instances);
+    ASSERT_EQ(records.size(), 1u);
+    ExpectNear(records[0].objectToWorld[0], {2, 0, 0}, 1e-6f, "x axis");
+    ExpectNear(records[0].objectToWorld[1], {0, 2, 0}, 1e-6f, "y axis");
+    ExpectNear(records[0].objectToWorld[2], {0, 0, 2}, 1e-6f, "z axis");
+    ExpectNear(records[0].objectToWorld[3], {2, 0, -1}, 1e-6f, "place");
+}
+
+// What a vertex of the file says is what is seen there: colours and both sets of coordinates, of bytes and
+// shorts too.
+TEST_F(ImportedScene, VertexAttributesOfEveryWidthAreSeen) {
+    // Rows from the top: black, dark, light, white, by levels that sRGB encodes as 0, 64, 128 and 255
+    const test::Bytes rows =
+        test::MakePngOf(1, 4, {0, 0, 0, 255, 64, 64, 64, 255, 128, 128, 128, 255, 255, 255, 255, 255});
+    const float levels[] = {0.0f, 0.0513f, 0.2159f, 1.0f};
+    for (const int set : {0, 1}) {
+        GltfDocument document;
+        const Json nearest{{"magFilter", 9728}, {"minFilter", 9728}, {"wrapS", 33071}, {"wrapT", 33071}};
+        const size_t texture = AddTexture(document, rows, nearest);
+        document.AddMaterial(
+            {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}, {"texCoord", set}}}}}});
+        Json primitive = Square(document, {}, 0);
+        // Set 0: bytes, left column the second row, right column the last. Set 1: shorts, first and third
+        primitive["attributes"]["TEXCOORD_0"] =
+            document.AddAccessor<uint8_t>({0, 96, 0, 224, 0, 224, 0, 96}, 2, true);
+        primitive["attributes"]["TEXCOORD_1"] =
+            document.AddAccessor<uint16_t>({0, 8192, 0, 40960, 0, 40960, 0, 8192}, 2, true);
+        primitive["attributes"]["COLOR_0"] = document.AddAccessor<uint8_t>(
+            {255, 128, 0, 255, 255, 128, 0, 255, 255, 128, 0, 255, 255, 128, 0, 255}, 4, true);
+        document.AddNode({{"mesh", document.AddMesh(primitive)}});
+        render.scene.SetScene(test::Load(document));
+        const FloatImage albedo = render.PrimaryHits(Facing(2.0f, 16)).albedo;
+        const float left = levels[set == 0 ? 1 : 0], right = levels[set == 0 ? 3 : 2];
+        const glm::vec3 color(1.0f, 128.0f / 255.0f, 0.0f);
+        ExpectNear(albedo.At(0, 5), left * color, 3e-3f, "left");
+        ExpectNear(albedo.At(15, 5), right * color, 3e-3f, "right");
+    }
+}
+
+// glTF 2.0, 3.9.3: the green channel points up in texture space, that is to the image's top. The tangents are
+// made by the importer.
+TEST_F(ImportedScene, NormalMapIsBumpyTowardsTheImagesTopAndRight) {
+    // How the image lies on the square: upright, mirrored from left to right, upside down
+    const std::vector<float> kMirrored{1, 1, 0, 1, 0, 0, 1, 0}, kUpsideDown{0, 0, 1, 0, 1, 1, 0, 1};
+    const glm::vec3 read = 2.0f * glm::vec3(140, 155, 250) / 255.0f - 1.0f;
+    const std::pair<std::vector<float>, glm::vec3> kCases[] = {{kUpright, {read.x, read.y, read.z}},
+                                                               {kMirrored, {-read.x, read.y, read.z}},
+                                                               {kUpsideDown, {read.x, -read.y, read.z}}};
+    for (const auto& [uv, bent] : kCases) {
+        GltfDocument document;
+        const size_t texture = AddTexture(document, test::MakePng(2, 2, {140, 155, 250, 255}));
+        document.AddMaterial({{"normalTexture", {{"index", texture}}}});
+        document.AddNode({{"mesh", document.AddMesh(Square(document, uv, 0))}});
+        render.scene.SetScene(test::Load(document));
+        ExpectNear(render.PrimaryHits(Facing(1.0f, 4)).normal.At(1, 1), glm::normalize(bent), 2e-3f,
+                   "normal");
+    }
+}
+
+// Wrap modes and filters by glTF's own numbers. The image: black, then white.
+TEST_F(ImportedScene, SamplersOfTheFileWrapAndFilterWhatIsSeen) {
+    const test::Bytes png = test::MakePngOf(2, 1, {0, 0, 0, 255, 255, 255, 255, 255});
+    constexpr int kRepeat = 10497, kMirror = 33648, kClamp = 33071, kNearest = 9728, kLinear = 9729;
+    struct Case {
+        int wrap, filter;
+        float at[4];  // u = -0.375, 0.375, 0.875, 1.375
+    };
+    // Texel centres are at 0.25 and 0.75; what is asked for lies between centres a quarter or half of the way
+    const Case kCases[] = {
+        {kRepeat, kNearest, {1, 0, 1, 0}},
+        {kMirror, kNearest, {0, 0, 1, 1}},
+        {kClamp, kNearest, {0, 0, 1, 1}},
+        {kRepeat, kLinear, {0.75f, 0.25f, 0.75f, 0.25f}},
+        {kMirror, kLinear, {0.25f, 0.25f, 1, 0.75f}},
+        {kClamp, kLinear, {0, 0.25f, 1, 1}},
+    };
+    for (const Case& expected : kCases)
+        for (const bool isAlongU : {true, false}) {
+            GltfDocument document;
+            Json sampler{{"magFilter", expected.filter}};
+            sampler[isAlongU ? "wrapS" : "wrapT"] = expected.wrap;
+            sampler[isAlongU ? "wrapT" : "wrapS"] = expected.wrap == kClamp ? kRepeat : kClamp;
+            const size_t texture = AddTexture(
+                document, isAlongU ? png : test::MakePngOf(1, 2, {0, 0, 0, 255, 255, 255, 255, 255}),
+                sampler);
+            document.AddMaterial({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}});
+            const float places[] = {-0.375f, 0.375f, 0.875f, 1.375f};
+            for (size_t i = 0; i < 4; i++) {
+                std::vector<float> uv;
+                for (int corner = 0; corner < 4; corner++) {
+                    uv.push_back(isAlongU ? places[i] : 0.5f);
+                    uv.push_back(isAlongU ? 0.5f : places[i]);
+                }
+                document.AddNode({{"mesh", document.AddMesh(Square(document, uv, 0))},
+                                  {"translation", {-3 + 2 * static_cast<int>(i), 0, 0}}});
+            }
+            render.scene.SetScene(test::Load(document));
+            const FloatImage albedo = render.PrimaryHits(Facing(8.0f, 8)).albedo;
+            for (uint32_t i = 0; i < 4; i++)
+                EXPECT_NEAR(albedo.At(2 * i, 3).y, expected.at[i], 0.01f)
+                    << "wrap " << expected.wrap << ", filter " << expected.filter << ", at " << places[i]
+                    << (isAlongU ? " along u" : " along v");
+        }
+}
+
+}  // namespace raygraph::testing
