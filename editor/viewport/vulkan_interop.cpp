@@ -36,6 +36,9 @@ HostImage::HostImage(rhi::Device& device, const HostImageDesc& desc) : m_desc(de
 }
 
 void HostImage::Show(Renderer& renderer, TextureId picture, const HostSemaphores& semaphores) {
+    // First, so that a frame that fails below has them to forward.
+    for (const rhi::SemaphoreUse& semaphore : semaphores.wait) renderer.WaitSemaphore(semaphore);
+    for (const rhi::SemaphoreUse& semaphore : semaphores.signal) renderer.SignalSemaphore(semaphore);
     const Extent2D extent = renderer.Desc(picture).extent;
     if (!(extent == m_desc.extent))
         throw Error(ErrorKind::Usage, "HostImage \"" + m_desc.name + "\" of " + SizeOf(m_desc.extent) +
@@ -54,8 +57,6 @@ void HostImage::Show(Renderer& renderer, TextureId picture, const HostSemaphores
     else
         target = passes::Show(renderer, picture, target);
     renderer.Export(target, m_desc.layoutAfter, m_desc.queueFamilyAfter);
-    for (const rhi::SemaphoreUse& semaphore : semaphores.wait) renderer.WaitSemaphore(semaphore);
-    for (const rhi::SemaphoreUse& semaphore : semaphores.signal) renderer.SignalSemaphore(semaphore);
 }
 
 void HostImage::Return(VkImageLayout layout, uint32_t queueFamily) {
