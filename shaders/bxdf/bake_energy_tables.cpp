@@ -148,6 +148,7 @@ shading::WalkSurface Surface(double alpha, uint kind, float f0, float f90, doubl
     surface.eta = static_cast<float>(eta);
     surface.fresnel.f0 = shading::vec3(f0);
     surface.fresnel.f90 = shading::vec3(f90);
+    surface.fresnel.exactF90 = shading::vec3(1.0f);
     surface.fresnel.isMetal = false;
     return surface;
 }
@@ -234,10 +235,11 @@ Entry Glass(double mu, double alpha, double eta) {
     mu = std::max(mu, 1e-5);
     const GlassBounce bounce = OneBounceOfGlass(mu, alpha, eta);
     const double f0 = Square((eta - 1.0) / (eta + 1.0));
-    double reflected = bounce.k + f0 * bounce.a + bounce.b;
+    const float f90 = shading::DielectricF90(static_cast<float>(eta));
+    double reflected = bounce.k + f0 * bounce.a + static_cast<double>(f90) * bounce.b;
     if (alpha > 0.0) {
         const shading::WalkSurface surface =
-            Surface(alpha, shading::kWalkRefracts, static_cast<float>(f0), 1.0f, eta);
+            Surface(alpha, shading::kWalkRefracts, static_cast<float>(f0), f90, eta);
         double count = 0.0;
         for (uint32_t i = 0; i < kGlassWalks; ++i)
             count += shading::SampleWalk(surface, ViewAt(mu), i).wi.z > 0.0f ? 1.0 : 0.0;

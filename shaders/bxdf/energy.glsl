@@ -12,6 +12,7 @@
 #ifndef RAYGRAPH_BXDF_ENERGY_GLSL
 #define RAYGRAPH_BXDF_ENERGY_GLSL
 
+#include "bxdf/fresnel.glsl"
 #include "core/math.glsl"
 #include "shared/energy_tables.h"
 #include "shared/multiscatter_kinds.h"
@@ -157,9 +158,10 @@ INLINE GlassScale GlassScaleAt(vec3 f0, vec3 f90, vec2 single, vec2 alpha, float
     if (!isLeaving) total = vec3(0.0f, single.x, single.y);
 
     // What the walk makes of the two parts, for the Fresnel of eta
-    float own = Sqr((eta - 1.0f) / (eta + 1.0f));
-    float reflected = total.x + own * total.y + total.z;
-    float share = reflected / max(reflected + (1.0f - own) * entry.x, 1e-4f);
+    float own = DielectricF0(eta);
+    float own90 = DielectricF90(eta);
+    float reflected = total.x + own * total.y + own90 * total.z;
+    float share = reflected / max(reflected + (1.0f - own) * entry.x + (1.0f - own90) * entry.y, 1e-4f);
     float toReflected = min(entry.z / max(share, 1e-3f), 1.0f);
     float toTransmitted = (1.0f - entry.z) / max(1.0f - share, 1e-3f);
     // The same for this Fresnel, and nothing lost

@@ -52,7 +52,7 @@ INLINE bool HasDiffuseBase(PreparedGltf g) { return MaxComponent(g.diffuse) > 0.
 // The chance that Sample_f reflects at a facet of glass.
 INLINE float GlassReflectChance(PreparedGltf g, vec3 reflectance) {
     float reflected = Average(g.glassReflect * reflectance);
-    float passed = Average(g.glassPass * (vec3(1.0f) - reflectance));
+    float passed = Average(g.glassPass * PassedShare(reflectance));
     float sum = reflected + passed;
     return sum > 0.0f ? reflected / sum : 1.0f;
 }
@@ -63,7 +63,7 @@ INLINE vec3 GltfBase(PreparedGltf g, vec3 wi) {
     FacetEnergy energy = FacetEnergyAt(g.row, wi.z);
     vec3 layer = SingleAlbedo(energy, g.dielectric.f0, g.dielectric.f90) +
                  LaterAlbedo(g, energy, g.dielectric.f0, g.dielectric.f90);
-    return g.diffuse * max(vec3(1.0f) - layer, vec3(0.0f));
+    return g.diffuse * max(PassedShare(layer), vec3(0.0f));
 }
 
 // All that is sampled by the cosine: the base, and what facets of glass return after many bounces.
@@ -89,7 +89,7 @@ INLINE vec3 GltfFacets(PreparedGltf g, vec3 wi, OUT(float) pdf) {
               RefractionPDF(g.facets, g.wo, wi, wm, g.eta);
         float lobe = HasCompensation() ? CompensatedRefractionLobe(g, wi, wm)
                                        : RefractionLobe(g.facets, g.wo, wi, wm, g.eta);
-        return g.glassPass * (vec3(1.0f) - reflectance) * lobe;
+        return g.glassPass * PassedShare(reflectance) * lobe;
     }
     vec3 mirrored = vec3(wi.x, wi.y, abs(wi.z));
     vec3 wm = ReflectionNormal(g.wo, mirrored);
@@ -104,7 +104,7 @@ INLINE vec3 GltfFacets(PreparedGltf g, vec3 wi, OUT(float) pdf) {
     if (HasGlass(g)) {
         vec3 reflectance = GlassReflectance(g, cosI);
         float reflectChance = GlassReflectChance(g, reflectance);
-        value += isThrough ? g.glassPass * (vec3(1.0f) - reflectance) : g.glassReflect * reflectance;
+        value += isThrough ? g.glassPass * PassedShare(reflectance) : g.glassReflect * reflectance;
         chance += g.glassChance * (isThrough ? 1.0f - reflectChance : reflectChance);
     }
     pdf = chance * ReflectionPDF(g.facets, g.wo, wm);
@@ -260,7 +260,7 @@ INLINE BSDFSample SampleDirection(PreparedGltf g, float uc, vec2 u, OUT(bool) is
         } else {
             result.flags = kBxDFTransmission | kind;
             result.pdf = facetChance - reflected;
-            result.f = g.glassPass * (vec3(1.0f) - reflectance);
+            result.f = g.glassPass * PassedShare(reflectance);
             if (g.isThin) {
                 result.wi = 2.0f * cosI * m - g.wo;
                 result.wi.z = -result.wi.z;

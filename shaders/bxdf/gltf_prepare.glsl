@@ -72,9 +72,9 @@ INLINE uint Flags(GltfBxDF lobe) {
 
 INLINE FacetFresnel DielectricFresnel(GltfBxDF lobe) {
     FacetFresnel fresnel;
-    float f0 = Sqr((lobe.eta - 1.0f) / (lobe.eta + 1.0f));
-    fresnel.f0 = min(f0 * lobe.specularColor, vec3(1.0f)) * lobe.specular;
-    fresnel.f90 = vec3(lobe.specular);
+    fresnel.f0 = min(DielectricF0(lobe.eta) * lobe.specularColor, vec3(1.0f)) * lobe.specular;
+    fresnel.f90 = vec3(lobe.specular * DielectricF90(lobe.eta));
+    fresnel.exactF90 = vec3(lobe.specular);
     fresnel.isMetal = false;
     return fresnel;
 }
@@ -83,6 +83,7 @@ INLINE FacetFresnel MetalFresnel(GltfBxDF lobe) {
     FacetFresnel fresnel;
     fresnel.f0 = lobe.baseColor;
     fresnel.f90 = vec3(1.0f);
+    fresnel.exactF90 = vec3(1.0f);
     fresnel.isMetal = true;
     return fresnel;
 }
@@ -159,9 +160,12 @@ INLINE PreparedGltf Prepare(GltfBxDF lobe, vec3 wo) {
         g.reflect0 += g.layerScale * f0;
         g.reflect90 += g.layerScale * f90;
         FacetEnergy mean = MeanFacetEnergy(g.row);
-        vec3 passed = vec3(1.0f) - SingleAlbedo(mean, f0, f90) - LaterAlbedo(g, mean, f0, f90);
-        vec3 base = opaque * lobe.baseColor * max(vec3(1.0f) - single - multiple, vec3(0.0f));
-        g.diffuse = base * kInvPi / max(passed, vec3(1e-3f));
+        // The same of each channel: PassedShare
+        vec3 meanLater = LaterAlbedo(g, mean, f0, f90);
+        float passedMean = MinComponent(vec3(1.0f) - SingleAlbedo(mean, f0, f90) - meanLater);
+        float passed = MinComponent(vec3(1.0f) - single - multiple);
+        vec3 base = opaque * lobe.baseColor * max(passed, 0.0f);
+        g.diffuse = base * kInvPi / max(passedMean, 1e-3f);
         g.opaqueChance += Average(g.layerScale * single);
         g.diffuseChance = Average(base);
     }

@@ -149,7 +149,7 @@ INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRn
         ray.weight *= reflected / chance;
         ray.view = ray.view - 2.0f * cosI * m;
     } else {
-        ray.weight *= (vec3(1.0f) - reflected) / (1.0f - chance);
+        ray.weight *= PassedShare(reflected) / (1.0f - chance);
         float cosT = SafeSqrt(1.0f - (1.0f - cosI * cosI) / (eta * eta));
         // Onwards and seen from the other side: inverted twice
         ray.view = normalize((cosI * m - ray.view) / eta - cosT * m);
@@ -183,7 +183,7 @@ INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
         vec3 reflected = ThinReflectance(surface, ray.firstCos, ray.lastCos);
         float chance = clamp((reflected.x + reflected.y + reflected.z) * (1.0f / 3.0f), 0.0f, 1.0f);
         bool isReflected = WalkGet1D(rng) < chance;
-        result.weight = isReflected ? reflected / chance : (vec3(1.0f) - reflected) / (1.0f - chance);
+        result.weight = isReflected ? reflected / chance : PassedShare(reflected) / (1.0f - chance);
         if (!isReflected) result.wi.z = -result.wi.z;
     }
     return result;
@@ -206,7 +206,7 @@ INLINE vec3 ConnectReflected(WalkRay ray, WalkSurface surface, vec3 w, bool isTh
     vec3 reflected = vec3(0.0f);
     if (surface.kind == kWalkPassesThin) {
         reflected = ThinReflectance(surface, ray.firstCos, cosI);
-        if (isThrough) reflected = vec3(1.0f) - reflected;
+        if (isThrough) reflected = PassedShare(reflected);
     } else {
         reflected =
             FacetReflectance(surface.fresnel, cosI, ray.side > 0.0f ? surface.eta : 1.0f / surface.eta);
@@ -228,7 +228,7 @@ INLINE vec3 ConnectRefracted(WalkRay ray, WalkSurface surface, vec3 w) {
     float phase =
         WalkDistribution(surface.alpha, m) * cosI * jacobian / ProjectedFacets(surface.alpha, ray.view);
     float leaves = exp2(-DepthFromOtherSide(ray.depth) * WalkLambda(surface.alpha, -w));
-    return (vec3(1.0f) - FacetReflectance(surface.fresnel, cosI, eta)) * (phase * leaves);
+    return PassedShare(FacetReflectance(surface.fresnel, cosI, eta)) * (phase * leaves);
 }
 
 // f |wi.z| by one bounce of reflection (all of it above, but for Fresnel), exactly: the mean of a connection
@@ -254,7 +254,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
         if (single > 0.0f) {
             float cosI = dot(wo, normalize(wo + target));
             vec3 reflected = FacetReflectance(surface.fresnel, cosI, surface.eta);
-            sum = (isThin && isThrough ? vec3(1.0f) - reflected : reflected) * single;
+            sum = (isThin && isThrough ? PassedShare(reflected) : reflected) * single;
         }
     }
 

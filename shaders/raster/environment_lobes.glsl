@@ -58,7 +58,7 @@ vec3 GltfEnvironment(PreparedGltf g, float roughness, float open, Frame frame) {
     vec3 layer = SingleAlbedo(energy, f0, f90) + LaterAlbedo(g, energy, f0, f90);
     vec3 metal =
         SingleAlbedo(energy, lobe.baseColor, vec3(1.0f)) + LaterAlbedo(g, energy, lobe.baseColor, vec3(1.0f));
-    vec3 below = (1.0f - lobe.metallic) * lobe.baseColor * max(vec3(1.0f) - layer, vec3(0.0f));
+    vec3 below = (1.0f - lobe.metallic) * lobe.baseColor * max(PassedShare(layer), vec3(0.0f));
     float glass = HasTraceFeature(kTraceGlass) ? lobe.transmission : 0.0f;
 
     vec3 reflected = FromLocal(frame, DominantReflection(g.wo, roughness));
@@ -87,7 +87,7 @@ GlassPath PathThroughGlass(PreparedGltf g, float roughness, Frame frame) {
     vec3 f0 = g.dielectric.f0;
     vec3 f90 = g.dielectric.f90;
     vec3 layer = SingleAlbedo(energy, f0, f90) + LaterAlbedo(g, energy, f0, f90);
-    vec3 below = (1.0f - lobe.metallic) * lobe.baseColor * max(vec3(1.0f) - layer, vec3(0.0f));
+    vec3 below = (1.0f - lobe.metallic) * lobe.baseColor * max(PassedShare(layer), vec3(0.0f));
     path.weight = lobe.transmission * below;
     vec3 through = -g.wo;
     vec3 refracted = vec3(0.0f);

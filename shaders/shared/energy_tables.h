@@ -33,8 +33,8 @@ RAYGRAPH_CONSTANT uint kEnergyMeanOffset = kEnergyReflectionOffset + kEnergyCosC
 
 // Glass, [eta][alpha][cos], from the thinner side (eta > 1 lies beyond) and from the denser one. C and D of
 // the transmission (1 - F0) C + (1 - F90) D of one bounce, masked as reflection is; the share of all light
-// that the walk reflects, for the F0 of eta and F90 = 1. From the denser side also, fifth to seventh, what
-// one bounce reflects, K + F0 A + F90 B, as K, A and B.
+// that the walk reflects, for the F0 and F90 of eta (bxdf/fresnel.glsl). From the denser side also, fifth to
+// seventh, what one bounce reflects, K + F0 A + F90 B, as K, A and B.
 RAYGRAPH_CONSTANT uint kEnergyGlassCosCount = 13u;
 RAYGRAPH_CONSTANT uint kEnergyGlassAlphaCount = 13u;
 RAYGRAPH_CONSTANT uint kEnergyGlassEtaCount = 9u;

@@ -71,7 +71,7 @@ TEST(Fresnel, BeyondTheCriticalAngleEverythingIsReflected) {
         for (float share : {0.0f, 0.3f, 0.999f}) {
             EXPECT_EQ(FresnelDielectric(-critical * share, eta), 1.0f);
             EXPECT_EQ(FresnelDielectric(critical * share, 1.0f / eta), 1.0f);
-            EXPECT_EQ(FresnelSchlickDielectric(-critical * share, eta), 1.0f);
+            EXPECT_EQ(FresnelSchlickDielectric(critical * share, 1.0f / eta), 1.0f);
             EXPECT_EQ(RefractedCosine(critical * share, 1.0f / eta), -1.0f);
         }
         EXPECT_LT(FresnelDielectric(-critical - 0.01f, eta), 0.99f);
