@@ -275,7 +275,7 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.flags = (values.isDoubleSided ? gpu::kMaterialDoubleSided : 0u) |
                    (values.isUnlit ? gpu::kMaterialUnlit : 0u) |
                    (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
-    record.ior = values.ior;
+    record.ior = values.ior > 0.0f ? values.ior : gpu::kInfiniteIor;
     record.specular = values.specularFactor;
     record.specularColor = values.specularColorFactor;
     record.transmission = values.transmissionFactor;

@@ -157,9 +157,10 @@ INLINE GlassScale GlassScaleAt(vec3 f0, vec3 f90, vec2 single, vec2 alpha, float
     }
     if (!isLeaving) total = vec3(0.0f, single.x, single.y);
 
-    // What the walk makes of the two parts, for the Fresnel of eta
-    float own = DielectricF0(eta);
-    float own90 = DielectricF90(eta);
+    // What the walk makes of the two parts, for the Fresnel of eta, or that of the table's last
+    float tableEta = clamp(eta, 1.0f / 3.0f, 3.0f);
+    float own = DielectricF0(tableEta);
+    float own90 = DielectricF90(tableEta);
     float reflected = total.x + own * total.y + own90 * total.z;
     float share = reflected / max(reflected + (1.0f - own) * entry.x + (1.0f - own90) * entry.y, 1e-4f);
     float toReflected = min(entry.z / max(share, 1e-3f), 1.0f);

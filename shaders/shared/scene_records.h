@@ -70,6 +70,10 @@ struct GeometryRecord {
     uint padding;  // C++ aligns an address to 8 bytes, GLSL to 4
 };
 
+// What KHR_materials_ior's special value 0 stands for: F0 is 1 to the last bit, and the square is in the
+// range of float.
+RAYGRAPH_CONSTANT float kInfiniteIor = 1e8f;
+
 // Bits of MaterialRecord::flags.
 RAYGRAPH_CONSTANT uint kMaterialDoubleSided = 1u;  // else back faces are not there at all
 RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;        // emits its base colour, scatters nothing
@@ -86,7 +90,7 @@ struct MaterialRecord {
     float alphaCutoff;
     uint alphaMode;  // 0 opaque, 1 mask, 2 blend
     uint flags;      // kMaterial*
-    float ior;
+    float ior;       // kInfiniteIor: reflects all
     float specular;
     vec3 specularColor;  // linear
     float transmission;

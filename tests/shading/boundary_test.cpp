@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "shared/scene_records.h"
 #include "tests/shading/gltf_lobe.h"
 
 namespace raygraph::shading {
@@ -121,6 +122,41 @@ TEST(Boundary, LightThroughAColouredLayerKeepsItsColour) {
             lobe.alpha = vec2(0.3f);
             const glm::dvec3 rough = MeasureAlbedo(lobe, DirectionAt(0.9f, 0.0f), 1u << 14).transmitted;
             EXPECT_NEAR(rough.x, rough.y, 0.04) << isThin;  // facets light each other red
+        }
+    }
+}
+
+class FresnelScope {
+  public:
+    explicit FresnelScope(FresnelModel model) { threadFresnelModel = model; }
+    ~FresnelScope() { threadFresnelModel = FresnelModel::Schlick; }
+    FresnelScope(const FresnelScope&) = delete;
+    FresnelScope& operator=(const FresnelScope&) = delete;
+};
+
+TEST(Boundary, InfiniteIndexReflectsAllInEveryModel) {
+    for (const FresnelModel model :
+         {FresnelModel::Schlick, FresnelModel::Dielectric, FresnelModel::Conductor, FresnelModel::Lazanyi}) {
+        const FresnelScope fresnel(model);
+        for (const MultiscatterKind kind :
+             {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
+            const MultiscatterScope multiscatter(kind);
+            for (const float eta : {gpu::kInfiniteIor, 1.0f / gpu::kInfiniteIor})
+                for (const float alpha : {0.0f, 0.05f, 0.4f})
+                    for (const uint shape : {0u, 1u, 2u}) {
+                        GltfBxDF lobe = Glass(alpha, eta);
+                        lobe.baseColor = vec3(0.2f);
+                        lobe.transmission = shape == 2u ? 0.0f : 1.0f;
+                        lobe.isThin = shape == 1u ? 1u : 0u;
+                        const Albedo albedo = MeasureAlbedo(lobe, DirectionAt(0.6f, 0.2f), 1u << 10);
+                        // One bounce alone loses much of a rough surface's light
+                        const double lost = kind == MultiscatterKind::Off ? alpha : 0.05 * alpha;
+                        EXPECT_NEAR(albedo.reflected.y, 1.0, lost + 1e-5)
+                            << "model " << static_cast<int>(model) << " multiscatter "
+                            << static_cast<int>(kind) << " eta " << eta << " alpha " << alpha << " shape "
+                            << shape;
+                        EXPECT_LT(albedo.transmitted.y, 1e-5);
+                    }
         }
     }
 }
