@@ -28,9 +28,9 @@ Extent2D InvocationsFor(Extent2D extent) {
     return {static_cast<uint32_t>(std::min<uint64_t>(pixels, kMostInvocations)), 1};
 }
 
-// A count of pixels taken, 0 to begin with.
+// TraceCounts, 0 to begin with.
 BufferId PixelQueue(Renderer& renderer) {
-    BufferId queue = renderer.CreateBuffer("pixelQueue", {.size = sizeof(uint32_t)});
+    BufferId queue = renderer.CreateBuffer("pixelQueue", {.size = sizeof(TraceCounts)});
     renderer.AddPass(
         "PixelQueue", PassKind::Transfer, [&](PassBuilder& pass) { queue = pass.CopiesTo(queue); },
         [queue](CommandList& commands, const PassResources& resources) {
@@ -65,7 +65,7 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
         const Extent2D extent{tiles.width * traced.width, tiles.height * traced.height};
         ids.lightGroups = renderer.CreateTexture("lightGroups", {extent, Format::Rgba32Float});
     }
-    BufferId queue = PixelQueue(renderer);
+    ids.counts = PixelQueue(renderer);
     renderer.AddPass(
         "Trace", PassKind::RayTracing,
         [&](PassBuilder& pass) {
@@ -78,7 +78,7 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
             BindEnvironment(pass, scene);
             BindLights(pass, scene);
             pass.Reads("energyTables", scene.energyTables);
-            queue = pass.Updates("pixelQueue", queue);
+            ids.counts = pass.Updates("pixelQueue", ids.counts);
             ids.radiance = pass.Writes("radiance", ids.radiance);
             if (outputs.rayCounts) ids.rayCounts = pass.Writes("rayCounts", ids.rayCounts);
             for (size_t i = 0; outputs.parts && i < kPathPartCount; i++)

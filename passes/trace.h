@@ -103,11 +103,20 @@ struct TraceOutputs {
     bool lightGroups = false;
 };
 
+// What Trace counts, as the buffer TraceIds::counts holds it.
+struct TraceCounts {
+    uint32_t takenPixels = 0;  // of no use afterwards: invocations overrun the number of pixels
+    // Samples that were infinite or no number. They are written as black, and count as samples.
+    uint32_t nonFiniteSamples = 0;
+};
+
 struct TraceIds {
-    TextureId radiance;     // rgba32f, linear; alpha 1 where the camera ray hit a surface, 0 where it escaped
+    // rgba32f, linear, finite; alpha 1 where the camera ray hit a surface, 0 where it escaped
+    TextureId radiance;
     TextureId rayCounts;    // r32f, rays traced in the pixel, shadow rays included
     PathPartIds parts{};    // rgba32f each, alpha as there
     TextureId lightGroups;  // rgba32f, alpha as there; the groups sum to the radiance, to rounding
+    BufferId counts;        // TraceCounts
 };
 
 // One sample of every pixel: the radiance, and of the others those that were asked for. A function of (scene,

@@ -70,7 +70,7 @@ RemovedLight MeasureRemoved(std::span<const float> removed, std::span<const floa
                             std::span<const float> picture) {
     RG_CHECK_EQ(removed.size(), variance.size());
     RG_CHECK_EQ(removed.size(), picture.size());
-    double removedSum = 0.0, varianceSum = 0.0, pictureSum = 0.0, pixels = 0.0;
+    double removedSum = 0.0, varianceSum = 0.0, pictureSum = 0.0;
     for (size_t i = 0; i + 3 < removed.size(); i += 4) {
         double luminance = 0.0, left = 0.0, deviation = 0.0;
         for (size_t c = 0; c < 3; c++) {
@@ -78,14 +78,13 @@ RemovedLight MeasureRemoved(std::span<const float> removed, std::span<const floa
             left += kLuminance[c] * picture[i + c];
             deviation += kLuminance[c] * std::sqrt(double{variance[i + c]});
         }
-        if (!std::isfinite(luminance) || !std::isfinite(left) || !std::isfinite(deviation)) continue;
         removedSum += luminance;
         pictureSum += left;
         varianceSum += deviation * deviation;
-        pixels++;
     }
     RemovedLight light{.samples = samples};
-    if (pixels == 0.0) return light;
+    if (removed.empty()) return light;
+    const double pixels = 0.25 * static_cast<double>(removed.size());
     light.mean = removedSum / pixels;
     if (samples > 1) light.standardError = std::sqrt(varianceSum / samples) / pixels;
     const double whole = pictureSum / pixels + light.mean;

@@ -42,8 +42,7 @@ struct RemovedLight {
     std::optional<double> share, shareStandardError;
 };
 
-// RGBA texels: mean and variance of what `samples` twins had more, and the biased picture. Pixels that are
-// not finite are left out.
+// RGBA texels: mean and variance of what `samples` twins had more, and the biased picture.
 RemovedLight MeasureRemoved(std::span<const float> removed, std::span<const float> variance, uint32_t samples,
                             std::span<const float> picture);
 

@@ -1,4 +1,4 @@
-// What is said about a finished picture: its mean, its broken pixels and how noisy it still is.
+// What is said about a finished picture: its mean and how noisy it still is.
 #pragma once
 
 #include <array>
@@ -9,10 +9,9 @@
 namespace raygraph::cli {
 
 struct ImageStatistics {
-    std::array<double, 3> mean{};  // linear, over the finite pixels
-    uint64_t nonFinitePixels = 0;  // NaN or infinity in R, G or B
+    std::array<double, 3> mean{};  // linear
     // The standard error of a pixel as a part of the picture's mean: sqrt(mean(variance / n)) / mean, both
-    // means over the finite pixels and R, G and B. None below two samples, without variance, or for black.
+    // means over the pixels and R, G and B. None below two samples, without variance, or for black.
     std::optional<double> relativeError;
 };
 

@@ -322,6 +322,7 @@ void RenderCommand(RenderArguments arguments) {
         report->timingsMs.render = 1e3 * rendered.seconds;
         report->throughput.samplesPerSecond = samplesPerSecond;
         report->image = statistics;
+        report->nonFiniteSamples = session.NonFiniteSamples();
         report->removed = removed;
     }
     if (!arguments.isQuiet) WarnAll(progress, messages.TakeWarnings());
@@ -335,8 +336,9 @@ void RenderCommand(RenderArguments arguments) {
         std::fprintf(stderr, "raygraph: %s samples; what there is was written\n", text.c_str());
     }
     if (arguments.isQuiet) return;
-    if (statistics.nonFinitePixels > 0)
-        Warn(progress, std::to_string(statistics.nonFinitePixels) + " pixels are not finite");
+    if (const uint64_t count = session.NonFiniteSamples(); count > 0)
+        Warn(progress, std::to_string(count) + (count == 1 ? " sample was" : " samples were") +
+                           " infinite or no number, and counted as black");
     PrintSummary(arguments, render, job, rendered, samplesPerSecond, statistics, removed);
 }
 

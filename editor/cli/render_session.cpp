@@ -77,6 +77,7 @@ passes::TraceIds RenderSession::DeclareSample(const SceneIds& ids, const passes:
 void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
                                     bool isMeasuring) {
     const passes::TraceIds sample = DeclareSample(ids, settings);
+    if (TracesPaths()) m_counts.push_back(m_renderer.ReadBack(sample.counts));
     for (KeptPart& part : m_parts) Keep(sample.parts[part.index], part.sum, isLast);
     if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, m_groups, isLast);
     m_twins.Declare(m_renderer, settings, sample.radiance, m_submitted, isLast,
@@ -139,6 +140,7 @@ void RenderSession::RenderSample(bool isLast, bool isMeasuring) {
     if (m_isKeepingCenter && isLast) DeclareCenterRay(ids, settings);
     m_pending.push_back(m_renderer.Execute());
     m_submitted++;
+    NonFiniteSamples();
     m_times.Add(m_renderer.TakeTimings());
 }
 
@@ -146,6 +148,14 @@ uint32_t RenderSession::SamplesDone() {
     const uint64_t completed = m_renderer.Device().CompletedValue();
     while (!m_pending.empty() && m_pending.front() <= completed) m_pending.pop_front();
     return m_submitted - static_cast<uint32_t>(m_pending.size());
+}
+
+uint64_t RenderSession::NonFiniteSamples() {
+    while (!m_counts.empty() && m_counts.front().IsReady()) {
+        m_nonFiniteSamples += ValuesOf<passes::TraceCounts>(m_counts.front()).front().nonFiniteSamples;
+        m_counts.pop_front();
+    }
+    return m_nonFiniteSamples;
 }
 
 void RenderSession::WaitForSamples() {

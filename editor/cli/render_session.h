@@ -43,6 +43,8 @@ class RenderSession {
     uint32_t SamplesSubmitted() const { return m_submitted; }
     // Of the newest measured sample that has arrived, scaled to the samples done since; none before.
     std::optional<double> RelativeError();
+    // Of the finished ones that this session rendered: those that were infinite or no number, and are black.
+    uint64_t NonFiniteSamples();
     // Waits until the device has done what was submitted.
     void WaitForSamples();
 
@@ -101,6 +103,8 @@ class RenderSession {
     Accumulated m_groups{"lightGroups"};
     std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
     Readback m_variance, m_display, m_position, m_ids;
+    std::deque<Readback> m_counts;  // TraceCounts of samples, until they have arrived
+    uint64_t m_nonFiniteSamples = 0;
     std::optional<Measurement> m_measurement;
     std::optional<double> m_errorOfOneSample;
     PassTimes m_times;

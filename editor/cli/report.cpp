@@ -88,7 +88,7 @@ std::string ToJson(const Report& report) {
                       {"host_peak_bytes", report.memory.hostPeakBytes}};
     json["throughput"] = ThroughputJson(report);
     json["image"] = {{"mean", report.image.mean},
-                     {"nonfinite_pixels", report.image.nonFinitePixels},
+                     {"nonfinite_samples", report.nonFiniteSamples},
                      {"relative_error", OrNull(report.image.relativeError)}};
     json["removed"] = RemovedJson(report);
     // Names may come from files and drivers: bytes that are no UTF-8 are replaced

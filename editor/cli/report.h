@@ -46,6 +46,7 @@ struct Report {
         std::optional<double> raysPerSample;
     } throughput;
     ImageStatistics image;
+    uint64_t nonFiniteSamples = 0;         // that this run rendered, and counted as black
     std::map<Bias, RemovedLight> removed;  // of the biases that are on
 };
 

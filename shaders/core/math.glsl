@@ -22,6 +22,10 @@ INLINE float SafeSqrt(float x) { return sqrt(max(x, 0.0f)); }
 INLINE float MaxComponent(vec3 v) { return max(v.x, max(v.y, v.z)); }
 INLINE float MinComponent(vec3 v) { return min(v.x, min(v.y, v.z)); }
 
+// Neither NaN nor infinite; by its bits, which no optimization for finite numbers takes away.
+INLINE bool IsFinite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
+INLINE bool IsFinite(vec3 v) { return IsFinite(v.x) && IsFinite(v.y) && IsFinite(v.z); }
+
 // (cos x, sin x) for |x| <= pi / 4, to one unit in the last place: S. Moshier's polynomials (Cephes, sinf and
 // cosf). Shading uses these where it can, since GLSL's own may be off by 2^-11, and by different amounts on
 // each device.

@@ -31,7 +31,10 @@ void AddToGroup(vec3 value, uint light) {
 #include "integrator/path.glsl"
 
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
-layout(set = 0, binding = 24, scalar) buffer PixelQueue { uint takenCount; } pixelQueue;  // starts at 0
+layout(set = 0, binding = 24, scalar) buffer PixelQueue {  // starts at 0; passes/trace.h: TraceCounts
+    uint takenCount;
+    uint nonFiniteCount;
+} pixelQueue;
 #ifdef COUNT_RAYS
 layout(set = 0, binding = 17, r32f) writeonly uniform image2D rayCounts;
 #endif
@@ -86,7 +89,19 @@ PathState PathOf(uvec2 texel) {
     return StartPath(ray, rng);
 }
 
+// A sample that is infinite or no number is black, and counted: what becomes of samples later need not look.
+void BlackenIfNotFinite(inout PathState path) {
+    if (IsFinite(path.radiance)) return;
+    atomicAdd(pixelQueue.nonFiniteCount, 1u);
+    path.radiance = vec3(0.0f);
+    if (kKeepsParts) path.parts = NoParts();
+#ifdef LIGHT_GROUPS
+    for (uint i = 0u; i < kMaxLightGroups; i++) groupSums[i] = vec3(0.0f);
+#endif
+}
+
 void Store(uvec2 texel, PathState path) {
+    BlackenIfNotFinite(path);
     imageStore(radiance, ivec2(texel), vec4(path.radiance, path.alpha));
 #ifdef COUNT_RAYS
     imageStore(rayCounts, ivec2(texel), vec4(float(path.rayCount)));

@@ -131,5 +131,32 @@ TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
     }
 }
 
+// A small sphere that shines as bright as a float can say, under a sky that does too: their sum is infinite.
+TEST_F(ProgramBias, InfiniteSamplesAreBlackAndReported) {
+    std::ifstream file(SceneFile("furnace_sphere.gltf"));
+    nlohmann::json scene = nlohmann::json::parse(file);
+    for (nlohmann::json& node : scene.at("nodes"))
+        if (node.contains("mesh")) node["scale"] = {0.02, 0.02, 0.02};
+    for (nlohmann::json& material : scene.at("materials")) {
+        material["pbrMetallicRoughness"] = {{"metallicFactor", 0.0}};
+        material["emissiveFactor"] = {1, 1, 1};
+        material["extensions"] = {{"KHR_materials_emissive_strength", {{"emissiveStrength", 1e38}}}};
+    }
+    scene["extensionsUsed"] = {"KHR_materials_emissive_strength"};
+    const std::string path = m_folder / "bright.gltf", json = m_folder / "bright.json";
+    std::ofstream(path) << scene;
+    const test::ProgramResult result =
+        RunProgram({"render", path, "-o", m_folder / "bright.hdr", "--report", json, "--size", "8x8", "--spp",
+                    "3", "--brdf", "lambert", "--nee", "off", "--background", "3e38,3e38,3e38", "--camera",
+                    "0 0 1  0 0 0  0 1 0  1"});
+    ASSERT_EQ(result.exitCode, 0) << result.messages;
+    EXPECT_NE(result.messages.find("192 samples were infinite or no number"), std::string::npos)
+        << result.messages;
+    std::ifstream reported(json);
+    const nlohmann::json image = nlohmann::json::parse(reported).at("image");
+    EXPECT_EQ(image.at("nonfinite_samples"), 8 * 8 * 3);
+    EXPECT_EQ(image.at("mean"), nlohmann::json({0.0, 0.0, 0.0}));
+}
+
 }  // namespace
 }  // namespace raygraph

@@ -94,7 +94,7 @@ TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
     EXPECT_GT(report.at("throughput").at("rays_per_sample").get<double>(), 1.0);
     EXPECT_GT(report.at("memory").at("device_peak_bytes").get<uint64_t>(), 32u * 32 * 16);
     EXPECT_GT(report.at("image").at("relative_error").get<double>(), 0.0);
-    EXPECT_EQ(report.at("image").at("nonfinite_pixels"), 0);
+    EXPECT_EQ(report.at("image").at("nonfinite_samples"), 0);
     const auto& passes = report.at("passes");
     const auto trace = std::find_if(passes.begin(), passes.end(),
                                     [](const auto& pass) { return pass.at("name") == "Trace"; });

@@ -32,7 +32,7 @@ TEST(Report, SchemaOneHasTheseMembers) {
               (Names{"blas_count", "bytes_built", "bytes_compacted", "tlas_bytes"}));
     EXPECT_EQ(Keys(json.at("memory")), (Names{"device_peak_bytes", "host_peak_bytes"}));
     EXPECT_EQ(Keys(json.at("throughput")), (Names{"mrays_per_s", "msamples_per_s", "rays_per_sample"}));
-    EXPECT_EQ(Keys(json.at("image")), (Names{"mean", "nonfinite_pixels", "relative_error"}));
+    EXPECT_EQ(Keys(json.at("image")), (Names{"mean", "nonfinite_samples", "relative_error"}));
     EXPECT_TRUE(json.contains("settings"));
     EXPECT_TRUE(json.at("removed").empty());
     report.removed[Bias::MaxDepth] = {.samples = 4, .mean = 0.5, .share = 0.25};

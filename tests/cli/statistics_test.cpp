@@ -14,15 +14,6 @@ TEST(ImageStatistics, RelativeErrorIsTheStandardErrorOverTheMean) {
     EXPECT_EQ(statistics.mean, (std::array<double, 3>{1, 2, 3}));
     ASSERT_TRUE(statistics.relativeError);
     EXPECT_DOUBLE_EQ(*statistics.relativeError, 0.5);
-    EXPECT_EQ(statistics.nonFinitePixels, 0u);
-}
-
-TEST(ImageStatistics, BrokenPixelsAreCountedAndLeftOut) {
-    const std::vector<float> mean{2, 2, 2, 1, NAN, INFINITY, 0, 1, 0, 0, -INFINITY, 1, 4, 4, 4, 1};
-    const ImageStatistics statistics = Measure(mean, std::vector<float>(16, 0.0f), 4);
-    EXPECT_EQ(statistics.nonFinitePixels, 2u);
-    EXPECT_EQ(statistics.mean, (std::array<double, 3>{3, 3, 3}));
-    EXPECT_EQ(statistics.relativeError, 0.0);
 }
 
 TEST(ImageStatistics, NoErrorWithoutTwoSamplesVarianceOrLight) {

@@ -25,6 +25,20 @@ vec3 UnitVector(std::mt19937& generator) {
     return normalize(v);
 }
 
+TEST(Math, FiniteIsNeitherNaNNorInfinite) {
+    const float infinity = std::numeric_limits<float>::infinity();
+    for (const float broken : {infinity, -infinity, std::numeric_limits<float>::quiet_NaN()}) {
+        EXPECT_FALSE(IsFinite(broken));
+        for (int c = 0; c < 3; ++c) {
+            vec3 v(1.0f);
+            v[c] = broken;
+            EXPECT_FALSE(IsFinite(v)) << c;
+        }
+    }
+    for (const float number : {0.0f, -1.0f, 1e-45f, std::numeric_limits<float>::max()})
+        EXPECT_TRUE(IsFinite(vec3(number))) << number;
+}
+
 std::vector<vec3> EdgeNormals() {
     std::vector<vec3> normals;
     for (float s : {1.0f, -1.0f}) {
