@@ -86,6 +86,10 @@ gpu::FlipKernels KernelsFor(float pixelsPerDegree) {
 struct FilteredRows {
     TextureId colors, features;
 };
+// What a picture is compared by, see shaders/post/flip_columns.comp.
+struct Filtered {
+    TextureId labAndEdge, point;
+};
 
 FilteredRows FilterRows(Renderer& renderer, TextureId picture, const gpu::FlipKernels& kernels) {
     const Extent2D extent = renderer.Desc(picture).extent;
@@ -105,23 +109,41 @@ FilteredRows FilterRows(Renderer& renderer, TextureId picture, const gpu::FlipKe
     return rows;
 }
 
+// By the same program for either picture: to the bit alike where they are alike.
+Filtered FilterColumns(Renderer& renderer, const FilteredRows& rows, const gpu::FlipKernels& kernels) {
+    const Extent2D extent = renderer.Desc(rows.colors).extent;
+    Filtered filtered{renderer.CreateTexture("flipLabAndEdge", {extent, Format::Rgba32Float}),
+                      renderer.CreateTexture("flipPoint", {extent, Format::R32Float})};
+    renderer.AddPass(
+        "FlipColumns", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("post/flip_columns.comp");
+            pass.Reads("colors", rows.colors);
+            pass.Reads("features", rows.features);
+            pass.Uniform("kernels", kernels);
+            filtered.labAndEdge = pass.Writes("labAndEdge", filtered.labAndEdge);
+            filtered.point = pass.Writes("point", filtered.point);
+        },
+        [extent](CommandList& commands) { commands.DispatchOver(extent); });
+    return filtered;
+}
+
 }  // namespace
 
 TextureId Flip(Renderer& renderer, TextureId reference, TextureId test, const FlipSettings& settings) {
     const Extent2D extent = RequireAlike(renderer, "Flip", reference, test, Format::Rgba8Unorm);
     const gpu::FlipKernels kernels = KernelsFor(settings.pixelsPerDegree);
-    const FilteredRows ofReference = FilterRows(renderer, reference, kernels);
-    const FilteredRows ofTest = FilterRows(renderer, test, kernels);
+    const Filtered ofReference = FilterColumns(renderer, FilterRows(renderer, reference, kernels), kernels);
+    const Filtered ofTest = FilterColumns(renderer, FilterRows(renderer, test, kernels), kernels);
     TextureId error = renderer.CreateTexture("flip", {extent, Format::R32Float});
     renderer.AddPass(
-        "FlipColumns", PassKind::Compute,
+        "FlipCompare", PassKind::Compute,
         [&](PassBuilder& pass) {
-            pass.Compute("post/flip_columns.comp");
-            pass.Reads("referenceColors", ofReference.colors);
-            pass.Reads("referenceFeatures", ofReference.features);
-            pass.Reads("testColors", ofTest.colors);
-            pass.Reads("testFeatures", ofTest.features);
-            pass.Uniform("kernels", kernels);
+            pass.Compute("post/flip_compare.comp");
+            pass.Reads("referenceLabAndEdge", ofReference.labAndEdge);
+            pass.Reads("referencePoint", ofReference.point);
+            pass.Reads("testLabAndEdge", ofTest.labAndEdge);
+            pass.Reads("testPoint", ofTest.point);
             error = pass.Writes("error", error);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });

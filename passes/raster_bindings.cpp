@@ -73,6 +73,16 @@ void DrawHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& se
             });
         isFirst = false;
     }
+    renderer.AddPass(
+        "PlaceHits", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("raster/place_hits.comp");
+            pass.Uniform("parameters", parameters);
+            pass.Reads("instances", scene.instances);
+            pass.Constants(shift);
+            seen.hits = pass.Updates("visibility", seen.hits);
+        },
+        [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
 }
 
 }  // namespace raygraph::passes

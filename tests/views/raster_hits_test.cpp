@@ -98,6 +98,7 @@ class RasterHits : public VulkanTest {
         EXPECT_LE(bent, 1e-3 * pixels);
         RecordProperty(std::string("different by ") + rasterizer,
                        std::to_string(different) + " of " + std::to_string(width * height));
+        RecordProperty(std::string("bent by ") + rasterizer, std::to_string(bent));
         return surfaces / pixels;
     }
 

@@ -1,0 +1,32 @@
+// Where in its triangle the centre of each drawn pixel is, as resolve_visibility.comp computes it. What the
+// device interpolates over a triangle that reaches far, or is seen at a grazing angle, is off: it rounds
+// corners to a grid in the picture, and cuts off what is behind the camera.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define NO_TLAS
+#include "scene/extensions.glsl"
+
+#include "raster/triangle.glsl"
+#include "raster/visibility.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 20, rgba32ui) uniform uimage2D visibility;
+layout(push_constant, scalar) uniform Constants { vec2 shift; } constants;
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 size = imageSize(visibility);
+    if (any(greaterThanEqual(pixel, size))) return;
+    Hit hit = UnpackVisibility(imageLoad(visibility, pixel));
+    if (hit.t < 0.0f) return;
+    CameraRecord camera = parameters.value.camera;
+    PictureTriangle triangle = ProjectTriangle(hit.instance, hit.primitive, camera.origin,
+                                               OffsetToPicture(camera, constants.shift, uvec2(size)));
+    vec3 edges = EdgesAt(triangle, vec2(pixel) + 0.5f);
+    // By the device's rounding the centre may be just outside: the nearest place inside then
+    float sum = edges.x + edges.y + edges.z;
+    vec3 weights = max((sum < 0.0f ? -1.0f : 1.0f) * edges, vec3(0.0f));
+    sum = weights.x + weights.y + weights.z;
+    if (sum > 0.0f)
+        imageStore(visibility, pixel, PackVisibility(hit.instance, hit.primitive, weights.yz / sum));
+}
