@@ -7,6 +7,7 @@
 #include "base/check.h"
 #include "renderer/gpu_scene/alias_table.h"
 #include "renderer/gpu_scene/light_bvh.h"
+#include "shaders/shared/ray_clearance.h"
 
 namespace raygraph {
 
@@ -26,21 +27,41 @@ double Representable(double power) {
     return power >= kMinPower ? std::min(power, kMaxPower) : 0.0;  // a NaN becomes 0
 }
 
+// Of the rays that end anywhere on a triangle, whose record has the world's p0, e1 and e2. RayClearance is
+// convex in the point; the record adds roundings of its own.
+float TriangleClearance(const Emitter& emitter, const glm::mat4x3& objectToWorld, const glm::vec3& p0,
+                        const glm::vec3& e1, const glm::vec3& e2) {
+    float clearance = 0.0f;
+    for (const glm::vec3& vertex : {emitter.p0, emitter.p1, emitter.p2})
+        clearance =
+            std::max(clearance, gpu::RayClearance(glm::mat3(objectToWorld), objectToWorld[3], emitter.p0,
+                                                  emitter.p1 - emitter.p0, emitter.p2 - emitter.p0, vertex));
+    const glm::vec3 across = glm::cross(e1, e2);
+    const float length = glm::length(across);
+    const glm::vec3 sizes = glm::abs(p0) + glm::abs(e1) + glm::abs(e2);
+    return clearance +
+           4.0f * gpu::kRoundoff * (length > 0.0f ? glm::dot(glm::abs(across), sizes) / length : 0.0f);
+}
+
 gpu::LightRecord TriangleLight(const Emitter& emitter, const EmitterPlacement& placement,
                                const glm::mat4x3& objectToWorld) {
-    const glm::vec3 p0 = objectToWorld * glm::vec4(emitter.p0, 1.0f);
+    const glm::dmat3 linear{glm::dvec3(objectToWorld[0]), glm::dvec3(objectToWorld[1]),
+                            glm::dvec3(objectToWorld[2])};
+    const glm::vec3 p0 = linear * glm::dvec3(emitter.p0) + glm::dvec3(objectToWorld[3]);
+    const glm::vec3 e1 = linear * (glm::dvec3(emitter.p1) - glm::dvec3(emitter.p0));
+    const glm::vec3 e2 = linear * (glm::dvec3(emitter.p2) - glm::dvec3(emitter.p0));
     const bool isMirrored = glm::determinant(glm::mat3(objectToWorld)) < 0.0f;
     return {.p0 = p0,
             .kind = gpu::kLightTriangle,
-            .e1 = objectToWorld * glm::vec4(emitter.p1, 1.0f) - p0,
+            .e1 = e1,
             .flags = (emitter.isDoubleSided ? gpu::kLightDoubleSided : 0u) |
                      (isMirrored ? gpu::kLightMirrored : 0u),
-            .e2 = objectToWorld * glm::vec4(emitter.p2, 1.0f) - p0,
+            .e2 = e2,
             .instance = placement.record,
             .primitive = emitter.primitive,
             .bitTrail = 0,
             .spotScale = 0.0f,
-            .spotOffset = 0.0f};
+            .offset = TriangleClearance(emitter, objectToWorld, p0, e1, e2)};
 }
 
 uint32_t GroupAt(const std::vector<uint32_t>& groups, size_t index) {
@@ -79,7 +100,7 @@ gpu::LightRecord PunctualLight(const scene::Light& light) {
             .primitive = 0,
             .bitTrail = 0,
             .spotScale = isSpot ? scale : 0.0f,
-            .spotOffset = isSpot ? -cosOuter * scale : 0.0f};
+            .offset = isSpot ? -cosOuter * scale : 0.0f};
 }
 
 double PunctualPower(const gpu::LightRecord& light, double sceneRadius) {
@@ -87,7 +108,7 @@ double PunctualPower(const gpu::LightRecord& light, double sceneRadius) {
     if (light.kind == gpu::kLightDirectional) return kPi * sceneRadius * sceneRadius * intensity;
     if (light.kind == gpu::kLightPoint) return 4.0 * kPi * intensity;
     // The integral of clamp(c scale + offset, 0, 1)^2 over c up to 1: a parabola, then a constant
-    const double end = double{light.spotScale} + double{light.spotOffset};  // before the clamp, at c = 1
+    const double end = double{light.spotScale} + double{light.offset};  // before the clamp, at c = 1
     const double ramp = std::min(end, 1.0);
     const double integral = (ramp * ramp * ramp / 3.0 + (end - ramp)) / double{light.spotScale};
     return 2.0 * kPi * intensity * integral;

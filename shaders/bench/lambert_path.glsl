@@ -30,7 +30,7 @@ bool EndsLambertPath(SurfaceInteraction surface, uint depth) {
 // The next ray, drawn by the cosine: what it brings counts by the base colour.
 Ray ScatterLambert(SurfaceInteraction surface, inout Sampler rng) {
     Ray ray;
-    ray.origin = OffsetRayOrigin(surface.position, surface.geometricNormal);
+    ray.origin = OffsetRayOrigin(surface.position, surface.geometricNormal, surface.clearance);
     ray.direction = FromLocal(FrameFromZ(surface.geometricNormal), SampleCosineHemisphere(Get2D(rng)));
     return ray;
 }

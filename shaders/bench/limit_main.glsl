@@ -3,8 +3,8 @@
 // number. Includers define LIMIT_BOUNCES, and may define COUNT_RAYS.
 #include "scene/extensions.glsl"
 
+#include "bench/limit_ray_offset.glsl"
 #include "core/frame.glsl"
-#include "core/ray_offset.glsl"
 #include "core/rng.glsl"
 #include "core/warp.glsl"
 #include "scene/bindings.glsl"
@@ -39,7 +39,7 @@ void main() {
         vec3 n = normalize(cross(linear * e1, linear * e2));
         if (dot(n, ray.direction) > 0.0f) n = -n;
         vec3 p = p0 + hit.barycentrics.x * e1 + hit.barycentrics.y * e2;
-        ray.origin = OffsetRayOrigin(instance.objectToWorld * vec4(p, 1.0f), n);
+        ray.origin = OffsetLimitRay(instance.objectToWorld * vec4(p, 1.0f), n);
         ray.direction = FromLocal(FrameFromZ(n), SampleCosineHemisphere(Get2D(rng)));
         hit = Intersect(ray, 0u);
         value = kLimitAlbedo * value + hit.t;

@@ -31,7 +31,7 @@ INLINE MediumStack MediaAround(vec3 origin) {
             else
                 around = AppendOuterMedium(around, id);
         }
-        ray.origin = OffsetRayOrigin(surface.position, -surface.geometricNormal);
+        ray.origin = OffsetRayOrigin(surface.position, -surface.geometricNormal, surface.clearance);
     }
     return around;
 }

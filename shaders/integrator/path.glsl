@@ -25,6 +25,7 @@
 #include "core/rng.glsl"
 #include "integrator/media.glsl"
 #include "integrator/path_parts.glsl"
+#include "integrator/segment.glsl"
 #include "lights/lights.glsl"
 #include "scene/ray.glsl"
 #include "shared/scene_records.h"
@@ -57,6 +58,7 @@ struct PathState {
     float etaScale;        // square of the index of refraction along the path: what roulette must not count
     float scatterPDF;      // of the ray's direction; 0: light sampling cannot make this path
     LightContext scatter;  // where the ray left, for light sampling
+    SegmentStart start;    // where the ray left, for media
     MediumStack media;
     uint depth;     // bounces so far
     uint rayCount;  // rays traced
@@ -75,6 +77,7 @@ INLINE PathState StartPath(Ray ray, Sampler rng) {
     path.scatterPDF = 0.0f;
     path.scatter.position = ray.origin;
     path.scatter.normal = vec3(0.0f);
+    path.start = StartAtCamera();
     path.media = NoMedia();
     path.depth = 0u;
     path.rayCount = 0u;
@@ -177,7 +180,8 @@ struct Vertex {
 
 INLINE vec3 OriginTowards(SurfaceInteraction surface, float side) {
     return OffsetRayOrigin(surface.position,
-                           side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
+                           side > 0.0f ? surface.geometricNormal : -surface.geometricNormal,
+                           surface.clearance);
 }
 
 // What a light sends, `scattered` being f |cos| towards it and `scatterPDF` the density of its direction.
@@ -219,6 +223,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
+    if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(vertex.surface);
     if (HasTraceFeature(kTraceGlass) && IsTransmissive(scattered.flags)) {
         path.etaScale *= scattered.eta * scattered.eta;
         if (HasTraceFeature(kTraceVolumes)) path.media = vertex.beyond;
@@ -278,7 +283,8 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
 // rays, the surfaces of volumes are opaque.
 INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
     path.scatterPDF = 0.0f;
-    path.ray.origin = OffsetRayOrigin(surface.position, -surface.geometricNormal);
+    path.start = StartAtSurface(surface);
+    path.ray.origin = OffsetRayOrigin(surface.position, -surface.geometricNormal, surface.clearance);
 }
 
 // Adds what the path's ray found, and scatters it there. `direct` becomes the light that a shadow ray may
@@ -301,7 +307,8 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     boundary.eta = surface.material.ior;
     float distance = isHit ? hit.t : kInfinity;
     if (HasTraceFeature(kTraceVolumes)) {
-        path.throughput *= Transmittance(CurrentMedium(path.media), distance);
+        float inside = isHit ? SegmentLength(path.start, surface, path.ray, distance) : kInfinity;
+        path.throughput *= Transmittance(CurrentMedium(path.media), inside);
         if (isVolume)
             boundary = CrossBoundary(path.media, surface.material.id, surface.isFront);
         else

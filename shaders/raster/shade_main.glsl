@@ -72,7 +72,8 @@ float FreeShare(SurfaceInteraction surface, LightSample light, uint ordinal, uin
     float side = dot(light.wi, surface.geometricNormal);
     Ray ray;
     ray.origin = OffsetRayOrigin(surface.position,
-                                 side > 0.0f ? surface.geometricNormal : -surface.geometricNormal);
+                                 side > 0.0f ? surface.geometricNormal : -surface.geometricNormal,
+                                 surface.clearance);
     ray.direction = light.wi;
     float distance = kInfinity;
     if (light.distance < kInfinity) {

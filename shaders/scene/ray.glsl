@@ -55,6 +55,9 @@ struct Medium {
 // direction back along the ray.
 struct SurfaceInteraction {
     vec3 position;
+    vec3 instanceOrigin;  // position is the sum of these two, rounded
+    vec3 fromInstance;
+    float clearance;  // of a ray that leaves here, along the geometric normal: RayClearance
     vec3 geometricNormal;
     vec3 shadingNormal;
     vec3 emission;  // radiance towards wo

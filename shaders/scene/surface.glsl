@@ -2,6 +2,7 @@
 #ifndef RAYGRAPH_SCENE_SURFACE_GLSL
 #define RAYGRAPH_SCENE_SURFACE_GLSL
 
+#include "core/ray_offset.glsl"
 #include "core/shading_normal.glsl"
 #include "scene/material_textures.glsl"
 #include "scene/ray.glsl"
@@ -82,7 +83,11 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     vec3 e2 = positions.at[triangle.vertices.z] - p0;
     vec3 p = p0 + triangle.weights.y * e1 + triangle.weights.z * e2;
     SurfaceInteraction surface;
-    surface.position = instance.objectToWorld * vec4(p, 1.0f);
+    surface.instanceOrigin = instance.objectToWorld[3];
+    surface.fromInstance = mat3(instance.objectToWorld) * p;
+    surface.position = surface.fromInstance + surface.instanceOrigin;
+    surface.clearance =
+        RayClearance(mat3(instance.objectToWorld), instance.objectToWorld[3], p0, e1, e2, p);
 
     // Normals, on the side the ray came from
     vec3 ng = NormalToWorld(instance.objectToWorld, cross(e1, e2));

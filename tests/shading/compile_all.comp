@@ -108,7 +108,7 @@ void main() {
     vec3 direction = FromLocal(frame, s.wi);
     vec2 uv = EquirectFromDirection(direction, 0.5f);
     vec3 back = ToLocal(frame, DirectionFromEquirect(uv, 0.5f)) + SampleUniformTriangle(uv);
-    vec3 color = ratio * OffsetRayOrigin(back, frame.z) + difference;
+    vec3 color = ratio * OffsetRayOrigin(back, frame.z, RayClearance(mat3(frame.x, frame.y, frame.z), uv.xxy, back, uv.xyy, uv.yyx, back)) + difference;
     color = SrgbDecode(color) * Luminance(color) * float(kRayTypeShadow * kRayTypeCount);
 
     LightContext context;

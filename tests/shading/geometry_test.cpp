@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
@@ -85,70 +84,152 @@ TEST(Frame, LocalAndWorldAreInverse) {
     EXPECT_LT(length(FromLocal(frame, vec3(1.0f, 0.0f, 0.0f)) - frame.x), 1e-6f);
 }
 
-struct OffsetOutcome {
-    int behindCount = 0;       // New origins that are not strictly on the normal's side of the plane.
-    double largestMove = 0.0;  // Relative to the size of the coordinates.
+// A placed triangle, and a point of it as scene/surface.glsl computes it.
+struct Placed {
+    mat3 linear{1.0f};
+    vec3 translation{0.0f};
+    vec3 p0{0.0f}, e1{0.0f}, e2{0.0f};
+    vec2 weights{0.0f};
+
+    vec3 ObjectPoint() const { return p0 + weights.x * e1 + weights.y * e2; }
+    vec3 Point() const { return linear * ObjectPoint() + translation; }
+    float Clearance() const { return RayClearance(linear, translation, p0, e1, e2, ObjectPoint()); }
+    vec3 Normal() const {
+        const vec3 n = cross(e1, e2);
+        return normalize(n.x * cross(linear[1], linear[2]) + n.y * cross(linear[2], linear[0]) +
+                         n.z * cross(linear[0], linear[1]));
+    }
 };
 
-// Points on triangles of extent `extent` about places of distance up to `distance` from the world's origin,
-// offset to both sides; sides are judged in double against the plane through the float vertices.
-OffsetOutcome OffsetPoints(float distance, float extent, uint32_t seed) {
-    std::mt19937 generator(seed);
-    OffsetOutcome outcome;
-    for (int i = 0; i < 100'000; ++i) {
-        const vec3 center = UnitVector(generator) * distance * Uniform(generator);
-        const vec3 v0 = center + UnitVector(generator) * extent;
-        const vec3 v1 = center + UnitVector(generator) * extent;
-        const vec3 v2 = center + UnitVector(generator) * extent;
-        const glm::dvec3 exactNormal =
-            glm::cross(glm::dvec3(v1) - glm::dvec3(v0), glm::dvec3(v2) - glm::dvec3(v0));
-        // Slivers have no normal worth the name.
-        if (glm::length(exactNormal) < 0.05 * extent * extent) continue;
-        const vec3 normal = normalize(cross(v1 - v0, v2 - v0));
-        const float b1 = std::sqrt(Uniform(generator));
-        const float b2 = (1.0f - b1) * Uniform(generator);
-        const vec3 p = (1.0f - b1 - b2) * v0 + b1 * v1 + b2 * v2;
-        for (float side : {1.0f, -1.0f}) {
-            const vec3 origin = OffsetRayOrigin(p, side * normal);
-            const double height =
-                side * glm::dot(glm::normalize(exactNormal), glm::dvec3(origin) - glm::dvec3(v0));
-            if (!(height > 0.0)) ++outcome.behindCount;
-            const double size = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z), 1.0f});
-            outcome.largestMove =
-                std::max(outcome.largestMove, static_cast<double>(length(origin - p)) / size);
-        }
-    }
-    return outcome;
+glm::dvec3 Double(vec3 v) {
+    return glm::dvec3(v);
 }
 
-TEST(RayOffset, LeavesTheSurfaceOnTheSideOfTheNormal) {
+glm::dmat3 Double(const mat3& m) {
+    return {Double(m[0]), Double(m[1]), Double(m[2])};
+}
+
+// Metres of `place` above the plane of the exact triangle, on the side of the normal.
+double HeightAbove(const Placed& placed, const glm::dvec3& place) {
+    const glm::dmat3 linear = Double(placed.linear);
+    const glm::dvec3 normal = glm::normalize(glm::transpose(glm::inverse(linear)) *
+                                             glm::cross(Double(placed.e1), Double(placed.e2))) *
+                              (glm::determinant(linear) < 0.0 ? -1.0 : 1.0);
+    return glm::dot(normal, place - (linear * Double(placed.p0) + Double(placed.translation)));
+}
+
+// Where a device that inverts the transform in float and takes the ray's origin into object space in float
+// puts the origin, carried back to the world without further error.
+glm::dvec3 AsDeviceHasIt(const Placed& placed, vec3 origin) {
+    const glm::mat4 matrix(glm::vec4(placed.linear[0], 0.0f), glm::vec4(placed.linear[1], 0.0f),
+                           glm::vec4(placed.linear[2], 0.0f), glm::vec4(placed.translation, 1.0f));
+    const glm::mat4 inverse = glm::inverse(matrix);
+    const vec3 inObject = vec3(inverse[0]) * origin.x + vec3(inverse[1]) * origin.y +
+                          vec3(inverse[2]) * origin.z + vec3(inverse[3]);
+    return Double(placed.linear) * Double(inObject) + Double(placed.translation);
+}
+
+mat3 RandomLinear(std::mt19937& generator, int kind) {
+    if (kind == 0) return mat3(1.0f);
+    const Frame turn = FrameFromZ(UnitVector(generator));
+    const float angle = 6.0f * Uniform(generator);
+    const vec3 x = std::cos(angle) * turn.x + std::sin(angle) * turn.y;
+    mat3 linear(x, cross(turn.z, x), turn.z);
+    if (kind == 1) return linear;
+    for (int i = 0; i < 3; ++i) linear[i] *= std::exp(2.0f * Uniform(generator) - 1.0f);
+    if (kind == 3) linear[0] = linear[0] + 0.5f * linear[1];  // sheared
+    if (kind == 4) linear[2] = -linear[2];                    // mirrored
+    return linear;
+}
+
+// A triangle of `extent` metres, `far` from its object's origin, at `near` from the world's.
+Placed RandomTriangle(std::mt19937& generator, int kind, float extent, float far, float near) {
+    Placed placed;
+    placed.linear = RandomLinear(generator, kind);
+    placed.p0 = far * UnitVector(generator) + extent * UnitVector(generator);
+    placed.e1 = (placed.p0 + extent * UnitVector(generator)) - placed.p0;
+    placed.e2 = (placed.p0 + extent * UnitVector(generator)) - placed.p0;
+    placed.translation = near * UnitVector(generator) - placed.linear * placed.p0;
+    const float b1 = std::sqrt(Uniform(generator));
+    placed.weights = vec2(b1, (1.0f - b1) * Uniform(generator));
+    return placed;
+}
+
+TEST(RayClearance, LeavesTheSurfaceInTheWorldAndAsTheDeviceHasIt) {
     struct Place {
-        float distance, extent;
+        float extent, far, near;
     };
-    // Tiny things at the origin, rooms, towns far from it, a plain of a million units.
-    for (const Place& place : {Place{0.01f, 0.001f}, Place{0.01f, 0.01f}, Place{1.0f, 0.01f},
-                               Place{1.0f, 1.0f}, Place{10.0f, 0.1f}, Place{10.0f, 10.0f}, Place{1e3f, 1.0f},
-                               Place{1e3f, 100.0f}, Place{1e5f, 1e3f}, Place{1e6f, 1e4f}}) {
-        const OffsetOutcome outcome = OffsetPoints(place.distance, place.extent, 3);
-        EXPECT_EQ(outcome.behindCount, 0) << place.distance << ' ' << place.extent;
-        // 256 steps of 2^-23, twice that after a power of two, on each axis.
-        EXPECT_LT(outcome.largestMove, 1.1e-4) << place.distance << ' ' << place.extent;
+    std::mt19937 generator(3);
+    // Tiny things, rooms, towns, vertices and nodes that cancel, and what is far off
+    for (const Place& place :
+         {Place{0.001f, 0.01f, 0.01f}, Place{1.0f, 1.0f, 10.0f}, Place{1.0f, 1000.0f, 1.0f},
+          Place{0.1f, 300.0f, 300.0f}, Place{100.0f, 1.0f, 10000.0f}, Place{1.0f, 1e5f, 10.0f},
+          Place{1e4f, 1e6f, 1e6f}}) {
+        for (int kind = 0; kind < 5; ++kind) {
+            int behindCount = 0;
+            double largest = 0.0;  // clearance over the size of a float step of the largest coordinate
+            for (int i = 0; i < 20'000; ++i) {
+                const Placed placed = RandomTriangle(generator, kind, place.extent, place.far, place.near);
+                const float area = length(cross(placed.e1, placed.e2));
+                if (area < 0.05f * place.extent * place.extent)
+                    continue;  // slivers have a bound of their own
+                const float clearance = placed.Clearance();
+                for (const float side : {1.0f, -1.0f}) {
+                    const vec3 origin = OffsetRayOrigin(placed.Point(), side * placed.Normal(), clearance);
+                    if (!(side * HeightAbove(placed, Double(origin)) > 0.0)) ++behindCount;
+                    if (!(side * HeightAbove(placed, AsDeviceHasIt(placed, origin)) > 0.0)) ++behindCount;
+                }
+                const double size = length(placed.Point()) + length(placed.translation) +
+                                    length(placed.linear * placed.p0) + place.extent;
+                largest = std::max(largest, double{clearance} / (size * 0x1p-23));
+            }
+            EXPECT_EQ(behindCount, 0)
+                << place.extent << ' ' << place.far << ' ' << place.near << ", " << kind;
+            // Rotations add up to the root of 3 on each axis, there and back; scale and shear some more
+            EXPECT_LT(largest, kind == 0 ? 12.0 : 80.0) << place.far << ' ' << place.near << ", " << kind;
+        }
     }
 }
 
-TEST(RayOffset, MovesEveryCoordinateAlongItsNormal) {
-    for (float size : {1e-30f, 1e-6f, 0.031f, 0.032f, 1.0f, 255.9f, 1e6f}) {
-        for (float p : {size, -size}) {
-            for (float n : {1.0f, -1.0f, 0.25f, -0.25f}) {
-                const float moved = OffsetCoordinate(p, n);
-                EXPECT_EQ(moved > p, n > 0.0f) << p << ' ' << n;
-                EXPECT_NE(moved, p) << p << ' ' << n;
-            }
-            EXPECT_EQ(OffsetCoordinate(p, 0.0f), p);
-        }
+// The bound is made of what was rounded, axis by axis: what is exact costs nothing.
+TEST(RayClearance, CountsOnlyWhatHasAnErrorAlongTheNormal) {
+    Placed wall;  // faces along x, a metre wide, 100 m off along y
+    wall.p0 = vec3(0.0f, 100.0f, 0.0f);
+    wall.e1 = vec3(0.0f, 1.0f, 0.0f);
+    wall.e2 = vec3(0.0f, 0.0f, 1.0f);
+    wall.weights = vec2(0.25f, 0.25f);
+    const float near = wall.Clearance();
+    EXPECT_GT(near, 0.0f);
+    EXPECT_LT(near, 1e-6f);
+    wall.translation = vec3(0.0f, 10000.0f, 5000.0f);
+    EXPECT_LT(wall.Clearance(), 1e-6f) << "moved along itself";
+    wall.translation = vec3(1000.0f, 0.0f, 0.0f);
+    // Two roundings of its place, six of the terms of the inverse: o.x - t.x
+    EXPECT_NEAR(wall.Clearance(), gpu::kRoundoff * (2.0f + 6.0f * 2.0f) * 1000.0f, 1e-5f);
+    EXPECT_LT(wall.Clearance(), 0.9e-3f) << "a pane of 1 mm at 1 km";
+    wall.translation = vec3(-1000.0f, 0.0f, 0.0f);
+    wall.p0.x = 1000.0f;
+    // Two of the vertices and three of the transform, and the inverse
+    EXPECT_NEAR(wall.Clearance(), gpu::kRoundoff * (2.0f + 3.0f + 6.0f) * 1000.0f, 1e-5f)
+        << "the place is near 0, its terms are not";
+}
+
+TEST(RayClearance, GrowsWithTheScaleOfTheWorldAndIsFiniteForSlivers) {
+    std::mt19937 generator(5);
+    for (int i = 0; i < 1000; ++i) {
+        Placed placed = RandomTriangle(generator, 1, 1.0f, 10.0f, 10.0f);
+        const float clearance = placed.Clearance();
+        placed.linear = mat3(64.0f * placed.linear[0], 64.0f * placed.linear[1], 64.0f * placed.linear[2]);
+        placed.translation *= 64.0f;
+        EXPECT_NEAR(placed.Clearance(), 64.0f * clearance, 1e-3f * 64.0f * clearance);
+        placed = RandomTriangle(generator, 1, 1.0f, 1.0f, 10.0f);
+        placed.e2 = placed.e1 + 1e-5f * UnitVector(generator);
+        EXPECT_GT(placed.Clearance(), 0.0f);
+        EXPECT_LT(placed.Clearance(), 1e-3f);
+        placed.e2 = placed.e1;  // without area
+        EXPECT_GT(placed.Clearance(), 0.0f);
+        EXPECT_LT(placed.Clearance(), 1e-3f);
     }
-    EXPECT_GT(OffsetCoordinate(0.0f, 1.0f), 0.0f);
-    EXPECT_LT(OffsetCoordinate(-0.0f, -1.0f), 0.0f);
 }
 
 TEST(Equirect, AxesAreWhereTheConventionPutsThem) {

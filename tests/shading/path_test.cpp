@@ -43,6 +43,9 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     const vec3 normal = dot(outward, ray.direction) < 0.0f ? outward : -outward;
     SurfaceInteraction surface{};
     surface.position = scene.radius * outward;
+    surface.instanceOrigin = vec3(0.0f);
+    surface.fromInstance = surface.position;
+    surface.clearance = 16.0f * gpu::kRoundoff * scene.radius;
     surface.geometricNormal = normal;
     surface.shadingNormal = normal;
     surface.emission = scene.emission;
