@@ -137,8 +137,10 @@ void Compiler::PlanBarriers() {
     for (const GraphResource& resource : m_graph.resources) {
         ResourceState& state = m_plan.states.emplace_back(
             resource.origin == Origin::Transient ? ResourceState{} : resource.state);
-        // The frame's semaphores guard what the host hands in: a transition must not overtake the wait.
-        if (resource.origin == Origin::Imported && resource.kind == ResourceKind::Texture) {
+        // The frame's semaphores guard what the host hands in: a transition must not overtake the wait, and
+        // what runs in stages that do not wait themselves comes after those that do.
+        const bool allWait = (m_graph.waitStages & VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) != 0;
+        if (resource.origin == Origin::Imported && (resource.kind == ResourceKind::Texture || !allWait)) {
             const bool isRead = state.readStages != VK_PIPELINE_STAGE_2_NONE;
             (isRead ? state.readStages : state.writeStages) |= m_graph.waitStages;
         }

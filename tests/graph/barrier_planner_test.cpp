@@ -295,6 +295,21 @@ TEST(Barriers, TransitionOfAnImport_DoesNotOvertakeTheSemaphoreOfTheHost) {
         << graph.Text();
 }
 
+TEST(Barriers, BufferOfAHostThatSomeStagesWaitFor_IsWaitedForByTheOthers) {
+    const auto text = [](VkPipelineStageFlags2 waitStages) {
+        GraphMaker graph;
+        graph.waitStages = waitStages;
+        const BufferId host = graph.Imported<ResourceKind::Buffer>("host");
+        graph.AddPass("Read", PassKind::RayTracing);
+        graph.Use(host, Access::StorageRead);
+        graph.passes.back().keepAlive = true;
+        return graph.Text();
+    };
+    EXPECT_NE(text(kCompute).find("host: ComputeShader done -> RayTracingShader read\n"), std::string::npos)
+        << text(kCompute);
+    EXPECT_EQ(text(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT).find("waits"), std::string::npos);
+}
+
 TEST(Barriers, ShownAndExportedTexture_IsLeftAsItsOwnerAsked) {
     GraphMaker graph;
     const TextureId host = graph.Pass("Fill", {}, graph.Imported<ResourceKind::Texture>("host"));

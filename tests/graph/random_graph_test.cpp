@@ -1,0 +1,202 @@
+// Random graphs over several frames, judged by an oracle that knows Vulkan and not the planner; and faults
+// planted into plans, to see that it finds them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "renderer/graph/compile.h"
+#include "renderer/graph/memory_planner.h"
+#include "renderer/graph/plan_text.h"
+#include "tests/graph/memory_model.h"
+#include "tests/graph/oracle.h"
+#include "tests/graph/random_frames.h"
+
+namespace raygraph {
+namespace {
+
+using oracle::Oracle;
+
+constexpr uint64_t kSeeds = 400;
+constexpr int kFrames = 4;
+
+std::string Lines(const std::vector<std::string>& lines) {
+    std::string text;
+    for (const std::string& line : lines) text += line + '\n';
+    return text;
+}
+
+// Calls `look` with each frame's oracle, before it judges, graph and plan.
+template <typename Look>
+void ForEachFrame(uint64_t seed, Look&& look) {
+    Oracle oracle;
+    RandomFrames frames(seed, oracle);
+    for (int f = 0; f < kFrames; ++f) {
+        const FrameGraph& graph = frames.Declare();
+        const Plan plan = Compile(graph);
+        look(oracle, graph, plan);
+        ASSERT_EQ(Lines(oracle.Judge(graph, plan)), "") << "seed " << seed << ", frame " << f << '\n'
+                                                        << DescribePlan(graph, plan);
+        frames.Commit(plan, oracle);
+    }
+}
+
+TEST(RandomGraph, EveryHazardIsOrderedVisibleAndInTheRightLayout) {
+    size_t passes = 0, barriers = 0, shared = 0, transfers = 0;
+    for (uint64_t seed = 0; seed < kSeeds && !::testing::Test::HasFailure(); ++seed)
+        ForEachFrame(seed, [&](const Oracle&, const FrameGraph&, const Plan& plan) {
+            passes += plan.passes.size();
+            barriers += plan.barriers.size();
+            transfers += plan.acquire.count;
+            for (const PlannedBarrier& barrier : plan.barriers)
+                shared += barrier.predecessor != kNone ? 1 : 0;
+        });
+    // What has been judged is worth it.
+    EXPECT_GT(passes, kSeeds * kFrames * 2);
+    EXPECT_GT(barriers, kSeeds * kFrames * 4);
+    EXPECT_GT(shared, kSeeds);
+    EXPECT_GT(transfers, kSeeds / 10);
+}
+
+// How many of the planted faults are found, of how many.
+struct Found {
+    size_t planted = 0;
+    size_t found = 0;
+    std::string missed;  // the first one
+
+    void Judge(Oracle oracle, const FrameGraph& graph, const Plan& plan, const std::string& what) {
+        ++planted;
+        if (!oracle.Judge(graph, plan).empty())
+            ++found;
+        else if (missed.empty())
+            missed = what + '\n' + DescribePlan(graph, plan);
+    }
+};
+
+// Barriers that may be one too many: the graph does not know that semaphores have made all visible, and hands
+// back to its owner what no pass has touched.
+bool IsPrecaution(const FrameGraph& graph, const Plan& plan, const PlannedBarrier& barrier) {
+    if (graph.resources[barrier.resource].origin != Origin::Imported) return false;
+    return graph.waitStages != 0 || !plan.lifetimes[barrier.resource].IsUsed();
+}
+
+bool WritesIt(const FrameGraph& graph, const GraphPass& pass, uint32_t resource) {
+    const auto begin = graph.uses.begin() + pass.firstUse;
+    return std::any_of(begin, begin + pass.useCount, [&](const ResourceUse& use) {
+        return use.resource == resource && use.versionOut != use.versionIn;
+    });
+}
+
+// Whether anything has ever been written that an access behind the barrier could miss.
+bool HasSomethingToSee(const FrameGraph& graph, const Plan& plan, size_t position,
+                       const PlannedBarrier& barrier) {
+    const Dependency& dependency = barrier.dependency;
+    if (dependency.oldLayout != dependency.newLayout ||
+        graph.resources[barrier.resource].state.writeStages != VK_PIPELINE_STAGE_2_NONE)
+        return true;
+    return std::any_of(plan.passes.begin(), plan.passes.begin() + static_cast<ptrdiff_t>(position),
+                       [&](const PlannedPass& planned) {
+                           return WritesIt(graph, graph.passes[planned.pass], barrier.resource);
+                       });
+}
+
+// Whether a write of this frame is made available by this barrier, before the pass at `position`, and by no
+// barrier before it.
+bool IsFirstAfterAWrite(const FrameGraph& graph, const Plan& plan, size_t position,
+                        const PlannedBarrier& barrier) {
+    const uint32_t r = barrier.predecessor != kNone ? barrier.predecessor : barrier.resource;
+    while (position-- > 0) {
+        const PlannedPass& planned = plan.passes[position];
+        if (WritesIt(graph, graph.passes[planned.pass], r)) return true;
+        for (uint32_t b = planned.barriers.first; b < planned.barriers.first + planned.barriers.count; ++b)
+            if (plan.barriers[b].resource == r) return false;
+    }
+    return false;
+}
+
+// The range that a barrier is in: a pass's position, or that of the end.
+template <typename Look>
+void ForEachBarrier(const Plan& plan, Look&& look) {
+    const auto range = [&](size_t position, const BarrierRange& barriers) {
+        for (uint32_t b = barriers.first; b < barriers.first + barriers.count; ++b) look(position, b);
+    };
+    for (size_t position = 0; position < plan.passes.size(); ++position)
+        range(position, plan.passes[position].barriers);
+    range(plan.passes.size(), plan.finish);
+}
+
+TEST(RandomGraph, DroppedBarrierIsFound) {
+    Found drops;
+    for (uint64_t seed = 0; seed < kSeeds / 8; ++seed)
+        ForEachFrame(seed, [&](const Oracle& oracle, const FrameGraph& graph, const Plan& plan) {
+            for (size_t b = 0; b < plan.barriers.size(); ++b) {
+                if (IsPrecaution(graph, plan, plan.barriers[b])) continue;
+                Plan fault = plan;
+                // Its place in the batch stays, and does nothing.
+                fault.barriers[b].dependency = {.oldLayout = plan.barriers[b].dependency.oldLayout,
+                                                .newLayout = plan.barriers[b].dependency.oldLayout};
+                fault.barriers[b].srcQueueFamily = fault.barriers[b].dstQueueFamily = VK_QUEUE_FAMILY_IGNORED;
+                drops.Judge(oracle, graph, fault,
+                            "seed " + std::to_string(seed) + ": " + BarrierText(graph, plan.barriers[b]));
+            }
+        });
+    EXPECT_GT(drops.planted, 1000u);
+    EXPECT_EQ(drops.found, drops.planted) << drops.missed;
+}
+
+TEST(RandomGraph, WeakenedAccessMaskIsFound) {
+    Found sources, targets;
+    for (uint64_t seed = 0; seed < kSeeds / 8; ++seed)
+        ForEachFrame(seed, [&](const Oracle& oracle, const FrameGraph& graph, const Plan& plan) {
+            ForEachBarrier(plan, [&](size_t position, uint32_t b) {
+                const PlannedBarrier& barrier = plan.barriers[b];
+                if (IsPrecaution(graph, plan, barrier)) return;
+                const std::string what = "seed " + std::to_string(seed) + ": " + BarrierText(graph, barrier);
+                // What has been made available before stays so.
+                if (oracle::WritesOf(barrier.dependency.srcAccess) != 0 &&
+                    IsFirstAfterAWrite(graph, plan, position, barrier)) {
+                    Plan fault = plan;
+                    fault.barriers[b].dependency.srcAccess = VK_ACCESS_2_NONE;
+                    sources.Judge(oracle, graph, fault, what);
+                }
+                if (!HasSomethingToSee(graph, plan, position, barrier)) return;
+                Plan fault = plan;
+                fault.barriers[b].dependency.dstAccess = VK_ACCESS_2_NONE;
+                targets.Judge(oracle, graph, fault, what);
+            });
+        });
+    EXPECT_GT(sources.planted, 500u);
+    EXPECT_GT(targets.planted, 1000u);
+    EXPECT_EQ(sources.found, sources.planted) << sources.missed;
+    EXPECT_EQ(targets.found, targets.planted) << targets.missed;
+}
+
+// A lifetime that ends a pass too early lets the memory planner give its block to another resource.
+TEST(RandomGraph, ShortenedLifetimeIsFound) {
+    Found lifetimes;
+    for (uint64_t seed = 0; seed < kSeeds; ++seed)
+        ForEachFrame(seed, [&](const Oracle& oracle, const FrameGraph& graph, const Plan& plan) {
+            for (uint32_t r = 0; r < graph.resources.size(); ++r) {
+                const Lifetime& lifetime = plan.lifetimes[r];
+                if (lifetime.block == kNone || lifetime.first == lifetime.last) continue;
+                Plan fault = plan;
+                fault.lifetimes[r].last = lifetime.first;
+                fault.blocks.clear();
+                PlanMemory(graph, fault);
+                // Only where the planner took the opportunity
+                bool isShared = false;
+                for (uint32_t other = 0; other < graph.resources.size(); ++other)
+                    isShared = isShared || (other != r && plan.lifetimes[other].IsUsed() &&
+                                            fault.lifetimes[other].block == fault.lifetimes[r].block &&
+                                            plan.lifetimes[other].first <= lifetime.last &&
+                                            lifetime.first <= plan.lifetimes[other].last);
+                if (isShared)
+                    lifetimes.Judge(oracle, graph, fault,
+                                    "seed " + std::to_string(seed) + ": " + graph.resources[r].name);
+            }
+        });
+    EXPECT_GT(lifetimes.planted, 50u);
+    EXPECT_EQ(lifetimes.found, lifetimes.planted) << lifetimes.missed;
+}
+
+}  // namespace
+}  // namespace raygraph
