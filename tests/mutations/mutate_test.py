@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""The parts of ./dev mutate that need no build: lists are read strictly, mutations apply once, random ones repeat."""
+
+import tempfile
+import unittest
+from pathlib import Path
+
+from mutate import Groups, HERE, NamedTests, ROOT
+from mutation import Mutation, MutationError, ReadEquivalents, ReadMutations
+from random_mutations import RandomMutations
+
+
+def ListOf(text):
+    with tempfile.NamedTemporaryFile("w", suffix=".txt", encoding="utf-8", delete=False) as file:
+        file.write(text)
+    return Path(file.name)
+
+
+class MutationTest(unittest.TestCase):
+    def test_applies_in_exactly_one_place(self):
+        flip = Mutation("flip", "a.cpp", "x + y", "x - y")
+        self.assertEqual(flip.Apply("z = x + y;"), "z = x - y;")
+        for text in ("z = x * y;", "x + y; x + y"):
+            with self.assertRaises(MutationError):
+                flip.Apply(text)
+
+    def test_after_picks_the_place_below(self):
+        flip = Mutation("flip", "a.cpp", "x + y", "x - y", after="void B()")
+        self.assertEqual(flip.Apply("void A() { x + y; } void B() { x + y; }"), "void A() { x + y; } void B() { x - y; }")
+        with self.assertRaises(MutationError):
+            flip.Apply("void A() { x + y; }")
+
+    def test_names_select_tests_by_pattern(self):
+        mutation = Mutation("m", "a.cpp", "x", "y", ["Suite.One", "Other.*"])
+        self.assertEqual(NamedTests(mutation, {"unit": ["Suite.One", "Suite.Two"], "rhi": ["Other.A"], "cli": ["Else.A"]}),
+                         {"unit": ["Suite.One"], "rhi": ["Other.A"]})
+        with self.assertRaises(MutationError):
+            NamedTests(mutation, {"unit": ["Suite.Two"]})
+
+    def test_a_list_that_lacks_something_is_refused(self):
+        whole = "[a]\nharm: h\nfile: f\nold: x\nnew: y\ntests: S.T\n"
+        self.assertEqual(ReadMutations(ListOf(whole))[0].tests, ["S.T"])
+        for broken in (whole.replace("harm: h\n", ""), whole.replace("S.T", ""), whole.replace("new: y", "new: x"),
+                       whole + "old: z\n", whole + "stray\n", whole.replace("[a]\n", "")):
+            with self.assertRaises(MutationError, msg=broken):
+                ReadMutations(ListOf(broken))
+
+
+class GroupTest(unittest.TestCase):
+    def test_share_a_build_only_where_each_is_judged_alone(self):
+        a = Mutation("a", "scene.cpp", "x", "y")
+        b = Mutation("b", "shader.glsl", "x", "y")
+        c = Mutation("c", "scene.cpp", "v", "w")
+        named = {"a": {"scene": ["T"]}, "b": {"shading": ["T"]}, "c": {"scene": ["T"]}}
+        inputs = {"scene": {"scene.cpp"}, "shading": {"shader.glsl"}}
+        self.assertEqual(Groups([a, b, c], named, inputs), [[a, b], [c]])
+        inputs["shading"].add("scene.cpp")
+        self.assertEqual(Groups([a, b, c], named, inputs), [[a], [b], [c]])
+
+
+class RandomTest(unittest.TestCase):
+    def First(self, seed, known=frozenset()):
+        files = [str(path.relative_to(ROOT)) for path in (ROOT / "shaders").rglob("*.glsl")]
+        generator = RandomMutations(ROOT, files, seed, known)
+        return [next(generator) for _ in range(50)]
+
+    def test_the_same_seed_gives_the_same_mutations_and_another_gives_others(self):
+        self.assertEqual(self.First(1), self.First(1))
+        self.assertNotEqual(self.First(1), self.First(2))
+
+    def test_every_one_applies_and_none_is_known(self):
+        drawn = self.First(1)
+        for mutation in drawn:
+            text = (ROOT / mutation.file).read_text(encoding="utf-8")
+            self.assertNotEqual(mutation.Apply(text), text)
+        known = {(m.file, m.old, m.new) for m in drawn[:25]}
+        self.assertFalse(known & {(m.file, m.old, m.new) for m in self.First(1, known)})
+
+
+class ListsTest(unittest.TestCase):
+    def test_the_chosen_mutations_apply_to_the_sources(self):
+        for path in (HERE / "lists").glob("*.txt"):
+            if path.name == "equivalent.txt":
+                ReadEquivalents(path)
+                continue
+            for mutation in ReadMutations(path):
+                mutation.Apply((ROOT / mutation.file).read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    unittest.main()
