@@ -1,47 +1,16 @@
 // The Cornell box against independent renderers. Left out where RAYGRAPH_ASSETS is unset.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 
-#include "renderer/image/exr.h"
 #include "renderer/scene/load_gltf.h"
-#include "tests/support/scene_render.h"
-#include "tests/support/vulkan_test.h"
+#include "tests/images/reference_image.h"
 
 namespace raygraph::testing {
 
 namespace {
 
-class CornellReference : public VulkanTest {
+class CornellReference : public ReferenceTest {
   protected:
-    void SetUp() override {
-        VulkanTest::SetUp();
-        const char* folder = std::getenv("RAYGRAPH_ASSETS");
-        if (!folder) GTEST_SKIP() << "RAYGRAPH_ASSETS is unset";
-        assets = folder;
-    }
-
-    struct Reference {
-        uint32_t width, height;
-        std::vector<float> channels[3];
-        glm::dvec3 Mean() const {
-            glm::dvec3 mean(0.0);
-            for (int c = 0; c < 3; c++)
-                for (const float value : channels[c]) mean[c] += value;
-            return mean / double(channels[0].size());
-        }
-    };
-    Reference Read(const char* name) const {
-        const image::ExrImage exr = image::ReadExr(assets / "references" / name);
-        Reference reference{exr.width, exr.height, {}};
-        for (int c = 0; c < 3; c++) {
-            const std::vector<float>* channel = exr.FloatChannel(std::string(1, "RGB"[c]));
-            EXPECT_NE(channel, nullptr);
-            reference.channels[c] = *channel;
-        }
-        return reference;
-    }
     RenderedImage Render(uint32_t size, uint32_t samples) {
         scene::SceneData data = scene::LoadGltf(assets / "references/scenes/cornell_lambert.gltf");
         passes::TraceSettings settings;
@@ -51,21 +20,7 @@ class CornellReference : public VulkanTest {
         render.scene.SetScene(std::move(data));
         return render.Render(settings, samples);
     }
-
-    std::filesystem::path assets;
-    SceneRender render{Device()};
 };
-
-// Averages the picture over blocks of `size` x `size` pixels.
-template <typename Value>
-std::vector<double> Blocks(uint32_t width, uint32_t height, uint32_t size, Value&& value) {
-    const uint32_t columns = width / size;
-    std::vector<double> blocks(size_t{columns} * (height / size), 0.0);
-    for (uint32_t y = 0; y < height; y++)
-        for (uint32_t x = 0; x < width; x++)
-            blocks[size_t{y / size} * columns + x / size] += value(x, y) / (double(size) * size);
-    return blocks;
-}
 
 // The mean over each block and its two neighbours on every side.
 std::vector<double> Pooled(const std::vector<double>& values, int columns) {
@@ -88,7 +43,7 @@ std::vector<double> Pooled(const std::vector<double>& values, int columns) {
 // taken to be distributed as ours. On the upper walls it is 1 % darker than we and pbrt are, which this test
 // cannot see.
 TEST_F(CornellReference, Trace_AgreesWithCyclesBlockByBlock) {
-    const Reference reference = Read("cornell_lambert.exr");
+    const ReferenceImage reference = Read("cornell_lambert.exr");
     ASSERT_EQ(reference.width, 320u);
     constexpr uint32_t kSamples = 64;
     constexpr double kReferenceSamples = 2048;
@@ -120,7 +75,7 @@ TEST_F(CornellReference, Trace_AgreesWithCyclesBlockByBlock) {
 }
 
 TEST_F(CornellReference, Trace_AgreesWithPbrtInTheMean) {
-    const Reference reference = Read("pbrt_cornell_lambert.exr");
+    const ReferenceImage reference = Read("pbrt_cornell_lambert.exr");
     const glm::dvec3 mean = Render(128, 256).mean.Mean(), expected = reference.Mean();
     for (int c = 0; c < 3; c++) EXPECT_NEAR(mean[c], expected[c], 0.015 * expected[c]) << "channel " << c;
 }
