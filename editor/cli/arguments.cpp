@@ -157,6 +157,13 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddOption(*bench, "--rounds", "N", "Rounds; times are medians over all of them (5)",
               [&](const std::string& text) { arguments.rounds = ParseCount(text, 1, 1000); });
     AddPath(*bench, "--json", "FILE", "Write the result line to a file as well", arguments.json);
+    AddPath(
+        *bench, "--compare", "FILE",
+        "Compare with the result of the same scene stored there, by the cost relative to limit_path; exit "
+        "status 6 if it is dearer",
+        arguments.compare);
+    AddOption(*bench, "--tolerance", "SHARE", "With --compare: by how much the cost may rise (0.05)",
+              [&](const std::string& text) { arguments.tolerance = ParseNumber(text, 0.0, 100.0); });
     AddDevice(*bench, arguments.device);
     AddQuiet(*bench, arguments.isQuiet);
     return bench;
@@ -262,7 +269,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     app.footer(
         "raygraph COMMAND --help shows a command's options.\n"
         "Exit status: 0 done, 1 failure, 2 usage, 3 no suitable device, 4 bad input, 5 device lost or out "
-        "of memory.");
+        "of memory, 6 dearer than the stored run (bench --compare).");
 
     RenderArguments renderArguments;
     BenchArguments benchArguments;

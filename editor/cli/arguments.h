@@ -44,7 +44,9 @@ struct BenchArguments {
     uint32_t frames = 8;  // timed ones of each kind in a round
     uint32_t rounds = 5;
     std::string device;
-    std::filesystem::path json;  // "": stdout alone
+    std::filesystem::path json;     // "": stdout alone
+    std::filesystem::path compare;  // results to compare with; "": none
+    double tolerance = 0.05;        // that a cost may rise relative to the stored one
     bool isQuiet = false;
 };
 

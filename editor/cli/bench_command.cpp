@@ -1,6 +1,8 @@
 // raygraph bench
 #include <nlohmann/json.hpp>
 
+#include "base/read_file.h"
+#include "editor/cli/bench_compare.h"
 #include "editor/cli/bench_run.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
@@ -39,6 +41,7 @@ Json ResultJson(const BenchResult& result, const PictureSettings& settings, cons
             {"limit", tracing(result.limit)},
             {"limit_path", tracing(result.limitPath)},
             {"trace_efficiency", result.traceEfficiency},
+            {"cost", ToJson(result.cost)},
             {"recursion",
              {{"loop_ms", result.recursion.loopMs},
               {"recursive_ms", orNull(result.recursion.recursiveMs)},
@@ -70,6 +73,8 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
     tracing("limit", result.limit);
     tracing("limit_path", result.limitPath);
     std::fprintf(stderr, "  %-16s %9.3f\n", "efficiency", result.traceEfficiency);
+    std::fprintf(stderr, "  %-16s %9.3f of limit_path, by %s\n", "cost", result.cost.median,
+                 result.cost.measure.c_str());
     PrintRecursion(result.recursion, device);
     std::fprintf(stderr, "  %-16s %9.3f Msamples/s, %.3f a CPU second\n", "throughput",
                  result.samplesPerSecond * 1e-6, result.samplesPerCpuSecond * 1e-6);
@@ -77,7 +82,12 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
 
 }  // namespace
 
-void BenchCommand(const BenchArguments& arguments) {
+ExitCode BenchCommand(const BenchArguments& arguments) {
+    std::string stored;
+    if (!arguments.compare.empty()) {
+        const std::vector<std::byte> bytes = AsInput([&] { return ReadFile(arguments.compare); });
+        stored.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    }
     if (!arguments.json.empty()) CheckWritable(std::vector{arguments.json}, std::vector{arguments.scene});
     PictureSettings settings = SettingsFrom(arguments.given);
     if (!arguments.given.contains("max-depth")) settings.biases.maxDepth = kDefaultDepth;
@@ -91,11 +101,15 @@ void BenchCommand(const BenchArguments& arguments) {
     const BenchResult result = RunBench(scene, {arguments.frames, arguments.rounds}, progress);
     progress.Clear();
 
-    const std::string line = ResultJson(result, settings, input, device->Info())
-                                 .dump(-1, ' ', false, Json::error_handler_t::replace);
+    const Json json = ResultJson(result, settings, input, device->Info());
+    const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace);
     if (!arguments.json.empty()) WriteTextFile(arguments.json, line + "\n");
     if (!arguments.isQuiet) PrintForPeople(result, device->Info());
     PrintLine(line);
+    if (arguments.compare.empty()) return ExitCode::Done;
+    const BenchChange change = CompareBench(arguments.compare, stored, json, arguments.tolerance);
+    std::fprintf(stderr, "%s\n", ToText(change, json).c_str());
+    return change.IsWorse() ? ExitCode::Dearer : ExitCode::Done;
 }
 
 }  // namespace raygraph::cli

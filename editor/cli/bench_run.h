@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "editor/cli/bench_compare.h"
 #include "editor/cli/device_scene.h"
 #include "editor/cli/pass_times.h"
 #include "editor/cli/progress.h"
@@ -36,6 +37,7 @@ struct BenchResult {
     TracingSpeed limit;            // camera rays alone
     TracingSpeed limitPath;        // four cosine bounces more, no shading
     double traceEfficiency = 0.0;  // rays per second of trace over those of limitPath
+    RelativeCost cost;             // of whole path-traced frames, in frames of limitPath
     RecursionSpeed recursion;
     double secondsPerFrame = 0.0;  // of whole path-traced frames, wall clock, mean
     double samplesPerSecond = 0.0;

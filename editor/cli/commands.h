@@ -2,12 +2,14 @@
 #pragma once
 
 #include "editor/cli/arguments.h"
+#include "editor/cli/exit_code.h"
 
 namespace raygraph::cli {
 
 // Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png.
 void RenderCommand(RenderArguments arguments);
-void BenchCommand(const BenchArguments& arguments);
+// Dearer where a stored run is to be compared with and was less so.
+ExitCode BenchCommand(const BenchArguments& arguments);
 void InfoCommand(const InfoArguments& arguments);
 void GraphCommand(const GraphArguments& arguments);
 void MergeCommand(const MergeArguments& arguments);

@@ -11,10 +11,11 @@ namespace raygraph::cli {
 
 namespace {
 
-void Run(int argc, const char* const* argv) {
+ExitCode Run(int argc, const char* const* argv) {
+    ExitCode code = ExitCode::Done;
     std::visit(Overloaded{
                    [](const RenderArguments& arguments) { RenderCommand(arguments); },
-                   [](const BenchArguments& arguments) { BenchCommand(arguments); },
+                   [&](const BenchArguments& arguments) { code = BenchCommand(arguments); },
                    [](const InfoArguments& arguments) { InfoCommand(arguments); },
                    [](const GraphArguments& arguments) { GraphCommand(arguments); },
                    [](const MergeArguments& arguments) { MergeCommand(arguments); },
@@ -23,12 +24,12 @@ void Run(int argc, const char* const* argv) {
                },
                ParseArguments(argc, argv));
     if (std::fflush(stdout) != 0) throw Error(ErrorKind::Io, "stdout cannot be written");
+    return code;
 }
 
 ExitCode Main(int argc, const char* const* argv) {
     try {
-        Run(argc, argv);
-        return ExitCode::Done;
+        return Run(argc, argv);
     } catch (const Error& error) {
         std::fprintf(stderr, "raygraph: %s\n", error.what());
         return ExitCodeFor(error.Kind());

@@ -389,6 +389,20 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     }
     for (const char* pass : {"Trace", "Accumulate", "Tonemap", "Limit", "LimitPath", "LambertLoop"})
         EXPECT_GT(json.at("gpu_ms_median").at(pass).get<double>(), 0.0) << pass;
+
+    // Beside a run that was stored as four times as cheap, and as four times as dear
+    const auto compare = [&](double factor) {
+        nlohmann::json stored = json;
+        stored["cost"]["median"] = factor * json.at("cost").at("median").get<double>();
+        stored["cost"]["standard_error"] = 0.0;
+        std::ofstream(folder / "stored.json") << stored.dump() << "\n";
+        return RunProgram({"bench", SceneFile("cornell.gltf"), "--size", "64x36", "--frames", "2", "--rounds",
+                           "3", "--compare", folder / "stored.json", "--tolerance", "0.5"});
+    };
+    const ProgramResult dearer = compare(0.25);
+    EXPECT_EQ(dearer.exitCode, 6) << dearer.messages;
+    EXPECT_NE(dearer.messages.find(": worse"), std::string::npos) << dearer.messages;
+    EXPECT_EQ(compare(4.0).exitCode, 0);
 }
 
 TEST(ProgramGraph, ShowsThePassesOfAFrame) {

@@ -1,0 +1,100 @@
+#include "editor/cli/bench_compare.h"
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "base/error.h"
+#include "editor/cli/pass_times.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+[[noreturn]] void Refuse(const std::filesystem::path& file, const std::string& scene,
+                         const std::string& why) {
+    throw Error(ErrorKind::BadInput, file.string() + ": " + (scene.empty() ? "" : scene + ": ") + why);
+}
+
+std::string SceneName(const Json& result) {
+    return std::filesystem::path(result.at("scene").get<std::string>()).filename().string();
+}
+
+Json FindScene(const std::filesystem::path& file, const std::string& stored, const std::string& scene) {
+    std::istringstream lines(stored);
+    for (std::string line; std::getline(lines, line);) {
+        if (line.empty()) continue;
+        try {
+            Json result = Json::parse(line);
+            if (SceneName(result) == scene) return result;
+        } catch (const Json::exception&) {
+            Refuse(file, "", "a line that is no result of raygraph bench");
+        }
+    }
+    Refuse(file, scene, "no stored run of this scene");
+}
+
+void RequireAlike(const std::filesystem::path& file, const std::string& scene, const std::string& what,
+                  const Json& stored, const Json& now) {
+    if (stored != now)
+        Refuse(file, scene, "stored with the " + what + " " + stored.dump() + ", this run has " + now.dump());
+}
+
+}  // namespace
+
+RelativeCost RelativeCostOf(std::string measure, const std::vector<double>& ratios) {
+    RelativeCost cost{.measure = std::move(measure), .median = Median(ratios), .standardError = 0.0};
+    std::vector<double> deviations;
+    for (const double ratio : ratios) deviations.push_back(std::abs(ratio - cost.median));
+    // Of normally distributed ratios: their deviation is 1.4826 times the median absolute one, and the error
+    // of a median sqrt(pi / 2) times that of a mean
+    if (ratios.size() > 1)
+        cost.standardError =
+            1.4826 * Median(std::move(deviations)) * 1.2533 / std::sqrt(static_cast<double>(ratios.size()));
+    return cost;
+}
+
+Json ToJson(const RelativeCost& cost) {
+    return {{"limit_path_version", kLimitPathVersion},
+            {"measure", cost.measure},
+            {"median", cost.median},
+            {"standard_error", cost.standardError}};
+}
+
+BenchChange CompareBench(const std::filesystem::path& file, const std::string& stored, const Json& now,
+                         double tolerance) {
+    const std::string scene = SceneName(now);
+    const Json before = FindScene(file, stored, scene);
+    try {
+        const Json &costBefore = before.at("cost"), &cost = now.at("cost");
+        RequireAlike(file, scene, "device", before.at("device"), now.at("device"));
+        for (const char* key : {"limit_path_version", "measure"})
+            RequireAlike(file, scene, key, costBefore.at(key), cost.at(key));
+        // An option that one of the two programs does not know is none of this
+        for (const auto& [name, value] : before.at("settings").items())
+            if (now.at("settings").contains(name))
+                RequireAlike(file, scene, "setting " + name, value, now.at("settings").at(name));
+        const double was = costBefore.at("median"), is = cost.at("median");
+        if (!(was > 0.0) || !(is > 0.0)) Refuse(file, scene, "a cost that is not above 0");
+        const double wasError = costBefore.at("standard_error"), isError = cost.at("standard_error");
+        return {.change = is / was - 1.0,
+                .noise = 2.0 * is / was * std::hypot(wasError / was, isError / is),
+                .tolerance = tolerance};
+    } catch (const Json::exception&) {
+        Refuse(file, scene, "stored by a program without costs relative to limit_path");
+    }
+}
+
+std::string ToText(const BenchChange& change, const Json& now) {
+    const char* verdict = change.IsWorse() ? "worse" : change.IsUncertain() ? "uncertain" : "not worse";
+    char text[200];
+    std::snprintf(text, sizeof(text), "%-24s %8.3f of limit_path: %+.1f%%, noise %.1f%%: %s",
+                  SceneName(now).c_str(), now.at("cost").at("median").get<double>(), 100.0 * change.change,
+                  100.0 * change.noise, verdict);
+    return text;
+}
+
+}  // namespace raygraph::cli
