@@ -107,42 +107,108 @@ void Accumulation::Reset(ResetCause cause) {
     m_resets[static_cast<size_t>(cause)]++;
 }
 
-AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture, const Region& region,
-                              Accumulation& accumulation, bool withVariance) {
-    const GraphTextureDesc desc{picture, Format::Rgba32Float};
-    if (!(renderer.Desc(tile).extent == region.Extent()))
-        throw Error(ErrorKind::Usage, "accumulation \"" + accumulation.Name() + "\": a tile of " +
-                                          std::to_string(renderer.Desc(tile).extent.width) + "x" +
-                                          std::to_string(renderer.Desc(tile).extent.height) +
-                                          " texels for a region of " + std::to_string(region.width) + "x" +
-                                          std::to_string(region.height));
-    AccumulatedIds result;
-    result.mean = renderer.Persist(accumulation.Name() + ".mean", desc);
-    if (withVariance) result.variance = renderer.Persist(accumulation.Name() + ".variance", desc);
+namespace {
 
-    AccumulationStep step(renderer, accumulation, picture, withVariance);
-    step.StartAnewIfNeeded(renderer.IsFresh(result.mean) ||
-                           (withVariance && renderer.IsFresh(result.variance)));
-    step.TakeTile(region);
+// Names in the shaders, and behind the accumulation's own those of the textures.
+constexpr std::array<const char*, ExactSums::kPlanes> kSumNames{"sum0", "sum1", "sum2", "sum3"};
+constexpr std::array<const char*, ExactSums::kPlanes> kSquareNames{"squares0", "squares1", "squares2",
+                                                                   "squares3"};
+
+std::string NameOf(const Accumulation& accumulation, const char* what) {
+    return accumulation.Name() + "." + what;
+}
+
+void DeclareSums(Renderer& renderer, TextureId tile, const Region& region, const AccumulationStep& step,
+                 AccumulatedIds& ids) {
+    const bool withVariance = ids.squares[0].IsValid();
     struct Constants {
         uint32_t offset[2];
-        uint32_t sampleCount;
+        uint32_t isFirst;
     };
     renderer.AddPass(
         "Accumulate", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute(withVariance ? "post/accumulate_variance.comp" : "post/accumulate.comp");
             pass.Reads("newSample", tile);
-            pass.Constants(Constants{{region.x, region.y}, step.SampleCount()});
-            result.mean = pass.Updates("mean", result.mean);
-            if (withVariance) result.variance = pass.Updates("variance", result.variance);
+            pass.Constants(Constants{{region.x, region.y}, step.SampleCount() == 0 ? 1u : 0u});
+            for (size_t k = 0; k < ExactSums::kPlanes; k++)
+                ids.sums[k] = pass.Updates(kSumNames[k], ids.sums[k]);
+            for (size_t k = 0; k < ExactSums::kPlanes && withVariance; k++)
+                ids.squares[k] = pass.Updates(kSquareNames[k], ids.squares[k]);
         },
         [step, extent = region.Extent()](CommandList& commands) {
             commands.DispatchOver(extent);
             step.Commit(commands);
         });
+}
+
+// Culled unless mean or variance lead to something shown, or it is to be kept alive.
+void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount, AccumulatedIds& ids,
+                 bool isAlive) {
+    const bool withVariance = ids.squares[0].IsValid();
+    struct Constants {
+        uint32_t offset[2];
+        uint32_t extent[2];
+        uint32_t sampleCount;
+    };
+    renderer.AddPass(
+        "ResolveSums", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute(withVariance ? "post/resolve_sums_variance.comp" : "post/resolve_sums.comp");
+            for (size_t k = 0; k < ExactSums::kPlanes; k++) pass.Reads(kSumNames[k], ids.sums[k]);
+            for (size_t k = 0; k < ExactSums::kPlanes && withVariance; k++)
+                pass.Reads(kSquareNames[k], ids.squares[k]);
+            pass.Constants(Constants{{region.x, region.y}, {region.width, region.height}, sampleCount});
+            // Of a tile, the rest stays
+            const bool isWhole = WholeOf(renderer.Desc(ids.mean).extent) == region;
+            const auto write = [&](const char* name, TextureId id) {
+                return isWhole ? pass.Writes(name, id) : pass.Updates(name, id);
+            };
+            ids.mean = write("mean", ids.mean);
+            if (withVariance) ids.variance = write("variance", ids.variance);
+            if (isAlive) pass.KeepAlive();
+        },
+        [extent = region.Extent()](CommandList& commands) { commands.DispatchOver(extent); });
+}
+
+}  // namespace
+
+AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation, Extent2D extent,
+                    bool withVariance) {
+    const GraphTextureDesc floats{extent, Format::Rgba32Float}, words{extent, Format::Rgba32Uint};
+    AccumulatedIds ids;
+    ids.mean = renderer.Persist(NameOf(accumulation, "mean"), floats);
+    if (withVariance) ids.variance = renderer.Persist(NameOf(accumulation, "variance"), floats);
+    for (size_t k = 0; k < ExactSums::kPlanes; k++) {
+        ids.sums[k] = renderer.Persist(NameOf(accumulation, kSumNames[k]), words);
+        if (withVariance) ids.squares[k] = renderer.Persist(NameOf(accumulation, kSquareNames[k]), words);
+    }
+    return ids;
+}
+
+void Forget(Renderer& renderer, const Accumulation& accumulation) {
+    for (const char* what : {"mean", "variance"}) renderer.Forget(NameOf(accumulation, what));
+    for (const char* what : kSumNames) renderer.Forget(NameOf(accumulation, what));
+    for (const char* what : kSquareNames) renderer.Forget(NameOf(accumulation, what));
+}
+
+AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture, const Region& region,
+                              Accumulation& accumulation, bool withVariance) {
+    if (!(renderer.Desc(tile).extent == region.Extent()))
+        throw Error(ErrorKind::Usage, "accumulation \"" + accumulation.Name() + "\": a tile of " +
+                                          std::to_string(renderer.Desc(tile).extent.width) + "x" +
+                                          std::to_string(renderer.Desc(tile).extent.height) +
+                                          " texels for a region of " + std::to_string(region.width) + "x" +
+                                          std::to_string(region.height));
+    AccumulatedIds ids = Kept(renderer, accumulation, picture, withVariance);
+    AccumulationStep step(renderer, accumulation, picture, withVariance);
+    step.StartAnewIfNeeded(renderer.IsFresh(ids.sums[0]) ||
+                           (withVariance && renderer.IsFresh(ids.squares[0])));
+    step.TakeTile(region);
+    DeclareSums(renderer, tile, region, step, ids);
+    DeclareMean(renderer, region, step.SampleCount() + 1, ids, false);
     step.Declare();
-    return result;
+    return ids;
 }
 
 AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& accumulation,
@@ -153,17 +219,17 @@ AccumulatedIds Accumulate(Renderer& renderer, TextureId sample, Accumulation& ac
 
 namespace {
 
-void Upload(Renderer& renderer, const std::string& name, Extent2D extent, std::span<const float> texels,
-            std::function<void(CommandList&)> andThen) {
+TextureId Upload(Renderer& renderer, const std::string& name, TextureId target,
+                 const ExactSums::Plane& texels, std::function<void(CommandList&)> andThen) {
+    const Extent2D extent = renderer.Desc(target).extent;
     const size_t expected = size_t{4} * extent.width * extent.height;
     if (texels.size() != expected)
         throw Error(ErrorKind::Usage, "accumulation \"" + name + "\": " + std::to_string(texels.size()) +
-                                          " floats to restore, " + std::to_string(extent.width) + "x" +
-                                          std::to_string(extent.height) + " rgba needs " +
+                                          " words to restore, a plane of " + std::to_string(extent.width) +
+                                          "x" + std::to_string(extent.height) + " has " +
                                           std::to_string(expected));
-    TextureId target = renderer.Persist(name, {extent, Format::Rgba32Float});
     BufferId staging = renderer.CreateBuffer(
-        name + ".restored", {.size = texels.size_bytes(), .memory = rhi::MemoryKind::Upload});
+        name + ".restored", {.size = std::span(texels).size_bytes(), .memory = rhi::MemoryKind::Upload});
     renderer.AddPass(
         "Restore", PassKind::Transfer,
         [&](PassBuilder& pass) {
@@ -171,25 +237,31 @@ void Upload(Renderer& renderer, const std::string& name, Extent2D extent, std::s
             target = pass.CopiesTo(target);
             pass.KeepAlive();
         },
-        [staging, target, texels = std::vector<float>(texels.begin(), texels.end()),
-         andThen = std::move(andThen)](CommandList& commands, const PassResources& resources) {
+        [staging, target, texels, andThen = std::move(andThen)](CommandList& commands,
+                                                                const PassResources& resources) {
             const rhi::Buffer& buffer = resources.Buffer(staging);
-            std::memcpy(buffer.Mapped().data(), texels.data(), texels.size() * sizeof(float));
+            std::memcpy(buffer.Mapped().data(), texels.data(), std::span(texels).size_bytes());
             commands.CopyToTexture(buffer, 0, resources.Texture(target));
-            andThen(commands);
+            if (andThen) andThen(commands);
         });
+    return target;
 }
 
 }  // namespace
 
 void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, uint32_t sampleCount,
-             std::span<const float> mean, std::span<const float> variance) {
-    AccumulationStep step(renderer, accumulation, extent, !variance.empty());
+             const ExactSums& sums) {
+    AccumulationStep step(renderer, accumulation, extent, sums.HasSquares());
     step.TakeSamples(sampleCount);
-    if (!variance.empty())
-        Upload(renderer, accumulation.Name() + ".variance", extent, variance, [](CommandList&) {});
-    Upload(renderer, accumulation.Name() + ".mean", extent, mean,
-           [step](CommandList& commands) { step.Commit(commands); });
+    AccumulatedIds ids = Kept(renderer, accumulation, extent, sums.HasSquares());
+    for (size_t k = 0; k < ExactSums::kPlanes && sums.HasSquares(); k++)
+        ids.squares[k] =
+            Upload(renderer, NameOf(accumulation, kSquareNames[k]), ids.squares[k], sums.squares[k], {});
+    for (size_t k = 1; k < ExactSums::kPlanes; k++)
+        ids.sums[k] = Upload(renderer, NameOf(accumulation, kSumNames[k]), ids.sums[k], sums.sums[k], {});
+    ids.sums[0] = Upload(renderer, NameOf(accumulation, kSumNames[0]), ids.sums[0], sums.sums[0],
+                         [step](CommandList& commands) { step.Commit(commands); });
+    DeclareMean(renderer, WholeOf(extent), sampleCount, ids, true);
 }
 
 }  // namespace raygraph::passes

@@ -1,4 +1,4 @@
-// Accumulate: running mean, and variance if asked for, of one sample a frame. Threads: that of the
+// Accumulate: mean, and variance if asked for, of samples that come frame by frame. Threads: that of the
 // Renderer.
 #pragma once
 
@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/api.h"
+#include "passes/exact_sums.h"
 #include "passes/tiles.h"
 #include "renderer/graph/renderer.h"
 
@@ -76,31 +77,40 @@ class RAYGRAPH_API Accumulation {
 };
 
 struct AccumulatedIds {
-    TextureId mean;  // rgba32f
-    TextureId
-        variance;  // rgba32f, unbiased variance of one sample, 0 below two samples; invalid if not asked for
+    TextureId mean;      // rgba32f
+    TextureId variance;  // rgba32f, unbiased variance of one sample, 0 below two; invalid if not asked for
+    // rgba32ui, planes of ExactSums. To show one keeps the samples without the cost of mean and variance.
+    std::array<TextureId, ExactSums::kPlanes> sums, squares;
 };
 
-// mean_n = mean_(n-1) + (x - mean_(n-1)) / n and Welford's recurrence for the sample variance (Welford 1962,
-// "Note on a Method for Calculating Corrected Sums of Squares and Products"), in float32. The state is
-// exactly (mean, variance, n): storing and restoring the three continues bit for bit. A changed extent resets
-// with ResetCause::Resize; asking for the variance of samples that were taken without it resets with
-// ResetCause::Settings. `accumulation` outlives the frame.
+// Adds the sample to sums in integers, which never round (ExactSums), and takes mean and variance from these:
+// each the float nearest to the exact one of any number of samples, whatever their order and grouping. A
+// changed extent resets with ResetCause::Resize; asking for the variance of samples that were taken without
+// it resets with ResetCause::Settings. `accumulation` outlives the frame. Values that are not finite count as
+// 0, so the bits are defined for any sample; to tell them is up to the pass that makes the samples.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Accumulate(Renderer& renderer, TextureId sample,
                                                      Accumulation& accumulation, bool withVariance = false);
 
 // Takes a tile of a sample, the texels of `region`, into a picture of that size. `region` is one that
 // accumulation.Declared().cursor.Next gives; Error{Usage} for others. Once all tiles are in, the bits are
 // those of the sample in one piece. Several may come in one frame. What the ids hold of pixels without a
-// sample is undefined.
+// sample is undefined, and mean and variance of those outside of `region` are the last that a frame used.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture,
                                                          const Region& region, Accumulation& accumulation,
                                                          bool withVariance = false);
 
-// Continues from stored state: rgba32f texels of mean and variance (may be empty if it is not accumulated)
-// after `sampleCount` samples. Declares an upload into the persistent textures: in a frame of its own,
-// executed before the first Accumulate. `accumulation` outlives the frame and changes when it is submitted.
+// What is there without a new sample: mean and variance as the last frame that used them left them, and the
+// sums.
+[[nodiscard]] RAYGRAPH_API AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation,
+                                               Extent2D extent, bool withVariance);
+
+// Gives the memory back. Between frames; the accumulation is to be reset.
+RAYGRAPH_API void Forget(Renderer& renderer, const Accumulation& accumulation);
+
+// Continues from stored sums of `sampleCount` samples, with squares if their variance is to be accumulated.
+// Declares an upload into the persistent textures: in a frame of its own, executed before the first
+// Accumulate. `accumulation` outlives the frame and changes when it is submitted.
 RAYGRAPH_API void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent,
-                          uint32_t sampleCount, std::span<const float> mean, std::span<const float> variance);
+                          uint32_t sampleCount, const ExactSums& sums);
 
 }  // namespace raygraph::passes

@@ -1,8 +1,8 @@
 // The named biases of a render, and how much light each of them took.
 //
-// Every kTwinPeriod-th sample is traced once more for each bias that is on, with that bias alone switched off
-// and the same random numbers. What the twin has more than the sample is an unbiased estimate of what the
-// bias removed (or, below 0, added).
+// Every sample whose index is a multiple of kTwinPeriod is traced once more for each bias that is on, with
+// that bias alone switched off and the same random numbers. What the twin has more than the sample is an
+// unbiased estimate of what the bias removed (or, below 0, added).
 #pragma once
 
 #include <array>
@@ -21,9 +21,8 @@ inline constexpr size_t kBiasCount = kBiases.size();
 const char* Name(Bias bias);    // "max_depth", as in the AOV removed_max_depth and in the report
 const char* Option(Bias bias);  // "--max-depth"
 
-// The first sample of a range has twins, and every kTwinPeriod-th after it. Any fixed place within blocks of
-// a power of two does: the samplers give every index of a block the same chances, and shuffle the blocks
-// independently.
+// A sample has twins or not whichever run it is traced in. Any fixed place within blocks of a power of two
+// does: the samplers give every index of a block the same chances, and shuffle the blocks independently.
 inline constexpr uint32_t kTwinPeriod = 16;
 
 bool IsOn(const passes::BiasSettings& biases, Bias bias);

@@ -1,6 +1,5 @@
 #include "editor/cli/bias_twins.h"
 
-#include "editor/cli/texel_readback.h"
 #include "passes/subtract.h"
 
 namespace raygraph::cli {
@@ -14,44 +13,46 @@ BiasTwins::BiasTwins(const passes::BiasSettings& biases) {
 
 void BiasTwins::Restore(Renderer& renderer, const RenderFile& render) {
     const Extent2D extent{render.size.width, render.size.height};
-    for (Kept& kept : m_kept) {
-        const size_t i = static_cast<size_t>(kept.bias);
-        if (!render.removed[i].empty())
-            passes::Restore(renderer, kept.accumulation, extent, render.removedSamples, render.removed[i],
-                            render.removedVariance[i]);
-    }
+    for (Kept& kept : m_kept)
+        if (const passes::ExactSums& sums = render.sums.removed[static_cast<size_t>(kept.bias)];
+            render.removedSamples > 0 && !sums.IsEmpty())
+            passes::Restore(renderer, kept.accumulation, extent, render.removedSamples, sums);
 }
 
 void BiasTwins::Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,
-                        uint32_t samplesBefore, bool isLast, const TraceSample& trace) {
-    const bool isDue = samplesBefore % kTwinPeriod == 0;
+                        bool isLast, const TraceSample& trace) {
+    const bool isDue = settings.sampleIndex % kTwinPeriod == 0;
     for (Kept& kept : m_kept) {
-        passes::AccumulatedIds sums;
+        passes::AccumulatedIds ids;
         if (isDue) {
             const TextureId twin = trace(Without(settings, kept.bias));
-            sums = passes::Accumulate(renderer, passes::Subtract(renderer, twin, sample), kept.accumulation,
-                                      true);
-            renderer.Present(sums.mean);
+            ids = passes::Accumulate(renderer, passes::Subtract(renderer, twin, sample), kept.accumulation,
+                                     true);
+            renderer.Present(ids.mean);  // the last sample may have no twins
         } else if (isLast && kept.accumulation.SampleCount() > 0) {
-            const GraphTextureDesc desc{settings.extent, Format::Rgba32Float};
-            sums.mean = renderer.Persist(kept.accumulation.Name() + ".mean", desc);
-            sums.variance = renderer.Persist(kept.accumulation.Name() + ".variance", desc);
+            ids = passes::Kept(renderer, kept.accumulation, settings.extent, true);
         } else {
             continue;
         }
         if (!isLast) continue;
-        kept.mean = renderer.ReadBack(sums.mean);
-        kept.variance = renderer.ReadBack(sums.variance);
+        kept.mean = renderer.ReadBack(ids.mean);
+        kept.variance = renderer.ReadBack(ids.variance);
+        kept.sums = SumsReadback(renderer, ids);
     }
 }
 
-void BiasTwins::Take(RenderFile& render) const {
+void BiasTwins::Take(RenderFile& render, bool withSums) const {
     for (const Kept& kept : m_kept) {
-        if (kept.accumulation.SampleCount() == 0) continue;
         const size_t i = static_cast<size_t>(kept.bias);
+        render.removedSamples = kept.accumulation.SampleCount();
+        if (render.removedSamples == 0) {
+            render.removed[i] = render.removedVariance[i] = Texels(4 * render.size.PixelCount(), 0.0f);
+            if (withSums) render.sums.removed[i] = passes::MakeExactSums(render.size.PixelCount(), true);
+            continue;
+        }
         render.removed[i] = ValuesOf<float>(kept.mean);
         render.removedVariance[i] = ValuesOf<float>(kept.variance);
-        render.removedSamples = kept.accumulation.SampleCount();
+        if (withSums) render.sums.removed[i] = kept.sums.Values();
     }
 }
 

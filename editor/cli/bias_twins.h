@@ -6,6 +6,7 @@
 
 #include "editor/cli/bias.h"
 #include "editor/cli/render_file.h"
+#include "editor/cli/texel_readback.h"
 #include "passes/accumulate.h"
 
 namespace raygraph::cli {
@@ -19,12 +20,12 @@ class BiasTwins {
     // have starts from nothing.
     void Restore(Renderer& renderer, const RenderFile& render);
     // In each frame: traces the twins of `sample` if it has any. It was traced with `settings`, as `trace`
-    // does with other ones, and comes after `samplesBefore` of its range.
+    // does with other ones.
     using TraceSample = std::function<TextureId(const passes::TraceSettings&)>;
-    void Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,
-                 uint32_t samplesBefore, bool isLast, const TraceSample& trace);
-    // After the last sample: fills what was removed, if any sample had twins.
-    void Take(RenderFile& render) const;
+    void Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample, bool isLast,
+                 const TraceSample& trace);
+    // After the last sample: fills what was removed, zeros if no sample had twins.
+    void Take(RenderFile& render, bool withSums) const;
 
   private:
     struct Kept {
@@ -32,6 +33,7 @@ class BiasTwins {
         Bias bias;
         passes::Accumulation accumulation;
         Readback mean, variance;  // set by the last sample
+        SumsReadback sums;
     };
     std::vector<Kept> m_kept;  // never resized: frames refer to its accumulations
 };

@@ -27,14 +27,28 @@ std::vector<Texels> FromTiles(const Texels& tiles, ImageSize size, uint32_t grou
     return pictures;
 }
 
-Texels ToTiles(const std::vector<Texels>& pictures, ImageSize size) {
+std::vector<passes::ExactSums> FromTiles(const passes::ExactSums& tiles, ImageSize size,
+                                         uint32_t groupCount) {
+    std::vector<passes::ExactSums> pictures(groupCount, passes::MakeExactSums(size.PixelCount(), false));
+    for (uint32_t group = 0; group < groupCount; group++)
+        for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
+            ForEachRow(size, groupCount, group, [&](size_t to, size_t from) {
+                std::copy_n(tiles.sums[k].data() + from, 4 * size_t{size.width},
+                            pictures[group].sums[k].data() + to);
+            });
+    return pictures;
+}
+
+passes::ExactSums ToTiles(const std::vector<passes::ExactSums>& pictures, ImageSize size) {
     const uint32_t count = static_cast<uint32_t>(pictures.size());
     const Extent2D across = passes::LightGroupTiles(count);
-    Texels tiles(4 * size.PixelCount() * across.width * across.height, 0.0f);
+    passes::ExactSums tiles = passes::MakeExactSums(size.PixelCount() * across.width * across.height, false);
     for (uint32_t group = 0; group < count; group++)
-        ForEachRow(size, count, group, [&](size_t from, size_t to) {
-            std::copy_n(pictures[group].data() + from, 4 * size_t{size.width}, tiles.data() + to);
-        });
+        for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
+            ForEachRow(size, count, group, [&](size_t from, size_t to) {
+                std::copy_n(pictures[group].sums[k].data() + from, 4 * size_t{size.width},
+                            tiles.sums[k].data() + to);
+            });
     return tiles;
 }
 

@@ -9,10 +9,11 @@
 
 namespace raygraph::cli {
 
-// One picture for each group, out of the tiles' texels.
+// One picture for each group, out of the tiles' texels; and the sums of one.
 std::vector<Texels> FromTiles(const Texels& tiles, ImageSize size, uint32_t groupCount);
+std::vector<passes::ExactSums> FromTiles(const passes::ExactSums& tiles, ImageSize size, uint32_t groupCount);
 
-// The other way; tiles that are left over are black.
-Texels ToTiles(const std::vector<Texels>& pictures, ImageSize size);
+// The other way; tiles that are left over are black. Squares have no tiles.
+passes::ExactSums ToTiles(const std::vector<passes::ExactSums>& pictures, ImageSize size);
 
 }  // namespace raygraph::cli

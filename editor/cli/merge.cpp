@@ -1,6 +1,7 @@
 #include "editor/cli/merge.h"
 
-#include <map>
+#include <algorithm>
+#include <utility>
 
 #include "base/check.h"
 #include "base/error.h"
@@ -8,12 +9,6 @@
 namespace raygraph::cli {
 
 namespace {
-
-// A part is folded into double-precision sums; the division comes once, at the end.
-struct Sums {
-    std::vector<double> mean;          // running mean
-    std::vector<double> squaredError;  // sum over samples of (x - mean)^2
-};
 
 void RequireSameChannels(const NamedRender& first, const NamedRender& other) {
     const auto require = [&](const char* channels, bool inFirst, bool inOther) {
@@ -41,29 +36,40 @@ void RequireDisjoint(const NamedRender& a, const NamedRender& b) {
                                              ToText(a.render.samples) + " and " + ToText(b.render.samples));
 }
 
-// Folds `count` samples of this mean (and variance, if there is one) into sums that hold `countBefore`.
-void Fold(Sums& sums, double countBefore, const Texels& mean, const Texels& variance, double count) {
-    sums.mean.resize(mean.size());
-    sums.squaredError.resize(variance.size());
-    const double weight = count / (countBefore + count);
-    for (size_t i = 0; i < mean.size(); i++) {
-        const double delta = mean[i] - sums.mean[i];
-        if (!variance.empty())
-            sums.squaredError[i] += variance[i] * (count - 1.0) + delta * delta * countBefore * weight;
-        // The first part's mean as it is, infinity included
-        sums.mean[i] = countBefore == 0.0 ? mean[i] : sums.mean[i] + delta * weight;
+// Adds to sums that may be of no part yet.
+void Add(passes::ExactSums& sums, passes::ExactSums&& others) {
+    if (sums.IsEmpty())
+        sums = std::move(others);
+    else if (!others.IsEmpty())
+        passes::AddSums(sums, others);
+}
+
+void Add(RenderSums& sums, RenderSums&& others) {
+    Add(sums.radiance, std::move(others.radiance));
+    for (const Aov aov : kAovs)
+        if (passes::ExactSums* of = SumsOf(sums, aov)) Add(*of, std::move(*SumsOf(others, aov)));
+    for (size_t i = 0; i < sums.lightGroups.size(); i++)
+        Add(sums.lightGroups[i], std::move(others.lightGroups[i]));
+}
+
+// Sets the pictures to what the sums say.
+void TakeMeans(RenderFile& render) {
+    const auto count = static_cast<uint32_t>(SampleCount(render.samples));
+    render.radiance = passes::MeanOf(render.sums.radiance, count);
+    if (render.sums.radiance.HasSquares()) render.variance = passes::VarianceOf(render.sums.radiance, count);
+    for (const Aov aov : kAovs) {
+        const passes::ExactSums* sums = SumsOf(render.sums, aov);
+        if (sums != nullptr && !sums->IsEmpty() && aov < Aov::RemovedMaxDepth)
+            *MeanOf(render, aov) = passes::MeanOf(*sums, count);
     }
-}
-
-Texels MeanOf(const Sums& sums) {
-    return {sums.mean.begin(), sums.mean.end()};
-}
-
-Texels VarianceOf(const Sums& sums, double count) {
-    Texels variance(sums.squaredError.size(), 0.0f);
-    for (size_t i = 0; i < variance.size() && count > 1.0; i++)
-        variance[i] = static_cast<float>(sums.squaredError[i] / (count - 1.0));
-    return variance;
+    for (size_t i = 0; i < kBiasCount; i++) {
+        const passes::ExactSums& sums = render.sums.removed[i];
+        if (sums.IsEmpty() || render.removedSamples == 0) continue;
+        render.removed[i] = passes::MeanOf(sums, render.removedSamples);
+        render.removedVariance[i] = passes::VarianceOf(sums, render.removedSamples);
+    }
+    for (size_t i = 0; i < render.lightGroups.size(); i++)
+        render.lightGroups[i] = passes::MeanOf(render.sums.lightGroups[i], count);
 }
 
 }  // namespace
@@ -71,46 +77,25 @@ Texels VarianceOf(const Sums& sums, double count) {
 RenderFile Merge(std::vector<NamedRender> parts) {
     RG_CHECK(!parts.empty());
     for (size_t i = 1; i < parts.size(); i++) RequireCompatible(parts[0], parts[i]);
+    for (const NamedRender& part : parts)
+        if (!HasSums(part.render))
+            throw Error(ErrorKind::BadInput,
+                        part.name + " lacks sums of samples, the channels sum0.R and so on");
     for (size_t i = 0; i < parts.size(); i++)
         for (size_t j = 0; j < i; j++) RequireDisjoint(parts[j], parts[i]);
 
-    Sums radiance;
-    std::map<Aov, Sums> aovs;
-    std::array<Sums, kBiasCount> removed;
-    double removedSamples = 0.0;
-    std::vector<Sums> groups(parts[0].render.lightGroups.size());
-    SampleRanges samples;
-    for (const NamedRender& part : parts) {
-        const RenderFile& render = part.render;
-        const double before = static_cast<double>(SampleCount(samples));
-        const double count = static_cast<double>(SampleCount(render.samples));
-        Fold(radiance, before, render.radiance, render.variance, count);
-        for (const Aov aov : kAovs)
-            if (const Texels* mean = MeanOf(render, aov); mean && aov < Aov::RemovedMaxDepth)
-                Fold(aovs[aov], before, *mean, {}, count);
-        for (size_t i = 0; i < kBiasCount; i++)
-            Fold(removed[i], removedSamples, render.removed[i], render.removedVariance[i],
-                 render.removedSamples);
-        removedSamples += render.removedSamples;
-        for (size_t i = 0; i < groups.size(); i++) Fold(groups[i], before, render.lightGroups[i], {}, count);
-        samples = Union(samples, render.samples);
-    }
-    const uint64_t total = SampleCount(samples);
-    if (total > 0xFFFFFFFFu)
-        throw Error(ErrorKind::BadInput, std::to_string(total) + " samples are more than can be counted");
-
+    // What is not accumulated is alike in all parts, and comes from that of the first samples
+    std::ranges::sort(parts, {}, [](const NamedRender& part) { return part.render.samples.front().first; });
     RenderFile merged = std::move(parts[0].render);
-    merged.radiance = MeanOf(radiance);
-    merged.variance = VarianceOf(radiance, static_cast<double>(total));
-    for (const Aov aov : kAovs)
-        if (Texels* mean = MeanOf(merged, aov)) *mean = MeanOf(aovs[aov]);
-    for (size_t i = 0; i < kBiasCount; i++) {
-        merged.removed[i] = MeanOf(removed[i]);
-        merged.removedVariance[i] = VarianceOf(removed[i], removedSamples);
+    for (size_t i = 1; i < parts.size(); i++) {
+        RenderFile& part = parts[i].render;
+        Add(merged.sums, std::move(part.sums));
+        merged.removedSamples += part.removedSamples;
+        merged.samples = Union(merged.samples, part.samples);
     }
-    for (size_t i = 0; i < groups.size(); i++) merged.lightGroups[i] = MeanOf(groups[i]);
-    merged.removedSamples = static_cast<uint32_t>(removedSamples);
-    merged.samples = std::move(samples);
+    if (const uint64_t total = SampleCount(merged.samples); total > 0xFFFFFFFFu)
+        throw Error(ErrorKind::BadInput, std::to_string(total) + " samples are more than can be counted");
+    TakeMeans(merged);
     return merged;
 }
 

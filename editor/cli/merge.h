@@ -11,11 +11,10 @@ struct NamedRender {
     RenderFile render;
 };
 
-// The render that has the samples of all `parts`: means weighted by sample counts, variances pooled (Chan,
-// Golub and LeVeque 1979, "Updating Formulae and a Pairwise Algorithm for Computing Sample Variances"), in
-// double. Depth, ids, device and driver are those of the first part.
+// The render that has the samples of all `parts`, with the bits of one run that took all of them, in whatever
+// order the parts are given. Depth, ids, device and driver are those of the part with the first samples.
 // Error{BadInput} naming two parts when their samples overlap, their settings, scene or environment differ,
-// or one has channels that the other lacks. At least one part.
+// or one has channels that the other lacks; naming one that has no sums to add. At least one part.
 RenderFile Merge(std::vector<NamedRender> parts);
 
 }  // namespace raygraph::cli

@@ -226,7 +226,7 @@ std::map<Bias, RemovedLight> RemovedOf(const RenderFile& render) {
     std::map<Bias, RemovedLight> all;
     for (const Bias bias : kBiases) {
         const size_t i = static_cast<size_t>(bias);
-        if (!render.removed[i].empty())
+        if (!render.removed[i].empty() && render.removedSamples > 0)
             all[bias] = MeasureRemoved(render.removed[i], render.removedVariance[i], render.removedSamples,
                                        render.radiance);
     }
@@ -296,6 +296,7 @@ void RenderCommand(RenderArguments arguments) {
                 .lightGroupCount = static_cast<uint32_t>(LightGroupNames(job.settings.lightGroups).size()),
                 .withVariance = WritesKind(arguments, OutputKind::Exr) || !arguments.report.empty() ||
                                 progress.IsOn() || arguments.error.has_value(),
+                .withSums = WritesKind(arguments, OutputKind::Exr),
                 .firstSample = job.firstSample,
                 .raster = job.settings.raster,
                 .tonemap = {.exposureEv = arguments.exposureEv, .tonemapOperator = arguments.tonemap},

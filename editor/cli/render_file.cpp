@@ -1,5 +1,6 @@
 #include "editor/cli/render_file.h"
 
+#include <algorithm>
 #include <span>
 
 #include "base/check.h"
@@ -10,7 +11,11 @@ namespace raygraph::cli {
 
 namespace {
 
+// Of the channels and attributes together. 1, which had no such attribute: means alone, without sums.
+constexpr std::string_view kFormat = "2";
+
 // Attributes. Settings are stored as the texts of their options: "raygraph.setting.seed" = "1".
+constexpr const char* kAttributeFormat = "raygraph.format";
 constexpr const char* kAttributeVersion = "raygraph.version";
 constexpr const char* kAttributeDevice = "raygraph.device";
 constexpr const char* kAttributeDriver = "raygraph.driver";
@@ -51,6 +56,20 @@ ChannelNames VarianceChannels(Bias bias) {
     return ColorChannels(std::string(Name(AovOf(bias))) + ".variance");
 }
 
+// "albedo.R" becomes "albedo.sum0.R", "R" becomes "sum0.R".
+std::string WordChannel(const std::string& channel, const char* what, size_t word) {
+    std::string name = channel;
+    return name.insert(name.rfind('.') + 1, what + std::to_string(word) + '.');
+}
+
+// Word k of the squares of channel c lies in this plane, in component c or, of the highest word, 3.
+size_t SquarePlane(size_t k, size_t c) {
+    return k < passes::ExactSums::kPlanes ? k : c;
+}
+size_t SquareComponent(size_t k, size_t c) {
+    return k < passes::ExactSums::kPlanes ? c : 3;
+}
+
 struct IdChannel {
     const char* name;
     std::vector<uint32_t> RenderFile::*ids;
@@ -72,6 +91,26 @@ bool TakeChannels(const image::ExrImage& file, const Names& names, Texels& texel
     return true;
 }
 
+// The same with the words of their sums, and with those of their squares.
+template <typename Names>
+bool TakeSums(const image::ExrImage& file, const Names& names, bool withSquares, passes::ExactSums& sums) {
+    if (file.UintChannel(WordChannel(names[0], "sum", 0)) == nullptr) return false;
+    sums = passes::MakeExactSums(size_t{file.width} * file.height, withSquares);
+    const auto take = [&](const std::string& name, passes::ExactSums::Plane& plane, size_t component) {
+        const std::vector<uint32_t>* words = file.UintChannel(name);
+        if (words == nullptr)
+            throw Error(ErrorKind::BadInput, "there are sums of samples but no channel " + name);
+        for (size_t i = 0; i < words->size(); i++) plane[4 * i + component] = (*words)[i];
+    };
+    for (size_t c = 0; c < std::size(names); c++)
+        for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
+            take(WordChannel(names[c], "sum", k), sums.sums[k], c);
+    for (size_t c = 0; c < 3 && withSquares; c++)
+        for (size_t k = 0; k <= passes::ExactSums::kPlanes; k++)
+            take(WordChannel(names[c], "squares", k), sums.squares[SquarePlane(k, c)], SquareComponent(k, c));
+    return true;
+}
+
 std::string TextAttribute(const image::ExrImage& file, const char* name) {
     const auto attribute = file.attributes.find(name);
     if (attribute == file.attributes.end()) return {};
@@ -79,6 +118,31 @@ std::string TextAttribute(const image::ExrImage& file, const char* name) {
     if (text == nullptr)
         throw Error(ErrorKind::BadInput, std::string("attribute ") + name + " is not a text");
     return *text;
+}
+
+void RequireFormat(const image::ExrImage& file) {
+    const std::string format = TextAttribute(file, kAttributeFormat);
+    if (format == kFormat) return;
+    if (!format.empty())
+        throw Error(ErrorKind::BadInput, std::string(kAttributeFormat) + " is " + format +
+                                             "; this program reads " + std::string(kFormat));
+    if (file.attributes.contains(kAttributeSampleRanges))
+        throw Error(
+            ErrorKind::BadInput,
+            "written by an older version, which stored no sums of samples: it can be neither resumed nor "
+            "merged");
+    throw Error(ErrorKind::BadInput,
+                std::string("no attribute ") + kAttributeFormat + ": not a render of this program");
+}
+
+// Every pixel has as many samples, so far.
+void RequireEven(const image::ExrImage& file, uint64_t sampleCount) {
+    const std::vector<uint32_t>* counts = file.UintChannel("samples");
+    if (counts == nullptr) throw Error(ErrorKind::BadInput, "there is no uint channel samples");
+    for (const uint32_t count : *counts)
+        if (count != sampleCount)
+            throw Error(ErrorKind::BadInput, "a pixel has " + std::to_string(count) +
+                                                 " samples, the render " + std::to_string(sampleCount));
 }
 
 SampleRanges SamplesOf(const image::ExrImage& file) {
@@ -101,9 +165,10 @@ void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
             throw Error(ErrorKind::BadInput, std::string("of ") + Name(AovOf(bias)) +
                                                  " there is one of mean and variance, not both");
         if (!hasVariance) continue;
+        TakeSums(file, MeanChannels(AovOf(bias)), true, render.sums.removed[i]);
         const std::string count = TextAttribute(file, kAttributeRemovedSamples);
         try {
-            render.removedSamples = ParseCount(count, 1);
+            render.removedSamples = ParseCount(count);
         } catch (const Error& error) {
             throw Error(ErrorKind::BadInput, std::string(kAttributeRemovedSamples) + ": " + error.what());
         }
@@ -112,13 +177,19 @@ void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
 
 RenderFile FromExr(const image::ExrImage& file) {
     RenderFile render;
+    RequireFormat(file);
     render.samples = SamplesOf(file);
     render.size = {file.width, file.height};
     if (!TakeChannels(file, kRadianceNames, render.radiance))
         throw Error(ErrorKind::BadInput, "there is no float channel R");
-    TakeChannels(file, kVarianceNames, render.variance);
-    for (const Aov aov : kAovs)
-        if (Texels* mean = MeanOf(render, aov)) TakeChannels(file, MeanChannels(aov), *mean);
+    RequireEven(file, SampleCount(render.samples));
+    const bool hasVariance = TakeChannels(file, kVarianceNames, render.variance);
+    TakeSums(file, kRadianceNames, hasVariance, render.sums.radiance);
+    for (const Aov aov : kAovs) {
+        Texels* mean = MeanOf(render, aov);
+        if (mean == nullptr || !TakeChannels(file, MeanChannels(aov), *mean)) continue;
+        if (aov < Aov::RemovedMaxDepth) TakeSums(file, MeanChannels(aov), false, *SumsOf(render.sums, aov));
+    }
     TakeRemoved(file, render);
     if (const std::vector<float>* depth = file.FloatChannel("Z")) render.depth = *depth;
     for (const IdChannel& channel : kIdChannels)
@@ -144,9 +215,11 @@ RenderFile FromExr(const image::ExrImage& file) {
     if (recorded != render.size)
         throw Error(ErrorKind::BadInput, "the recorded size " + ToText(recorded) +
                                              " is not that of the picture, " + ToText(render.size));
-    for (const ChannelNames& names : GroupChannels(render.settings))
+    for (const ChannelNames& names : GroupChannels(render.settings)) {
         if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
             throw Error(ErrorKind::BadInput, "there is no float channel " + names[0]);
+        TakeSums(file, names, false, render.sums.lightGroups.emplace_back());
+    }
     return render;
 }
 
@@ -165,6 +238,26 @@ const Texels* MeanOf(const RenderFile& render, Aov aov) {
     return MeanOf(const_cast<RenderFile&>(render), aov);
 }
 
+passes::ExactSums* SumsOf(RenderSums& sums, Aov aov) {
+    if (aov == Aov::Albedo) return &sums.albedo;
+    if (aov == Aov::Normal) return &sums.normal;
+    if (aov < Aov::Emission) return nullptr;
+    if (aov >= Aov::RemovedMaxDepth)
+        return &sums.removed[static_cast<size_t>(aov) - static_cast<size_t>(Aov::RemovedMaxDepth)];
+    return &sums.parts[static_cast<size_t>(aov) - static_cast<size_t>(Aov::Emission)];
+}
+
+bool HasSums(const RenderFile& render) {
+    if (render.sums.radiance.IsEmpty() || render.sums.radiance.HasSquares() == render.variance.empty())
+        return false;
+    for (const Aov aov : kAovs)
+        if (const Texels* mean = MeanOf(render, aov);
+            mean && !mean->empty() && SumsOf(const_cast<RenderSums&>(render.sums), aov)->IsEmpty())
+            return false;
+    return render.lightGroups.size() == render.sums.lightGroups.size() &&
+           std::ranges::none_of(render.sums.lightGroups, &passes::ExactSums::IsEmpty);
+}
+
 AovSet AovsOf(const RenderFile& render) {
     AovSet aovs;
     for (const Aov aov : kAovs)
@@ -177,7 +270,10 @@ AovSet AovsOf(const RenderFile& render) {
 
 void KeepOnly(RenderFile& render, const AovSet& aovs) {
     for (const Aov aov : kAovs)
-        if (Texels* mean = MeanOf(render, aov); mean && !aovs.Has(aov)) mean->clear();
+        if (Texels* mean = MeanOf(render, aov); mean && !aovs.Has(aov)) {
+            mean->clear();
+            *SumsOf(render.sums, aov) = {};
+        }
     for (const Bias bias : kBiases)
         if (!aovs.Has(AovOf(bias))) render.removedVariance[static_cast<size_t>(bias)].clear();
     if (!aovs.Has(Aov::Depth)) render.depth.clear();
@@ -190,17 +286,34 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     const auto add = [&](const std::string& name, const Texels& texels, size_t c) {
         planes.push_back({name, std::span<const float>(texels).subspan(c), 4});
     };
+    const auto addWords = [&](const std::string& name, const passes::ExactSums::Plane& plane, size_t c) {
+        planes.push_back({name, std::span<const uint32_t>(plane).subspan(c), 4});
+    };
+    const auto addSums = [&](const auto& names, const passes::ExactSums& sums) {
+        for (size_t c = 0; c < std::size(names) && !sums.IsEmpty(); c++)
+            for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
+                addWords(WordChannel(names[c], "sum", k), sums.sums[k], c);
+        for (size_t c = 0; c < 3 && sums.HasSquares(); c++)
+            for (size_t k = 0; k <= passes::ExactSums::kPlanes; k++)
+                addWords(WordChannel(names[c], "squares", k), sums.squares[SquarePlane(k, c)],
+                         SquareComponent(k, c));
+    };
     for (size_t c = 0; c < 4; c++) add(kRadianceNames[c], render.radiance, c);
     for (size_t c = 0; c < 3 && !render.variance.empty(); c++) add(kVarianceNames[c], render.variance, c);
+    addSums(kRadianceNames, render.sums.radiance);
     for (const Aov aov : kAovs) {
         const Texels* mean = MeanOf(render, aov);
-        for (size_t c = 0; mean && c < 3 && !mean->empty(); c++) add(MeanChannels(aov)[c], *mean, c);
+        if (mean == nullptr || mean->empty()) continue;
+        for (size_t c = 0; c < 3; c++) add(MeanChannels(aov)[c], *mean, c);
+        addSums(MeanChannels(aov), *SumsOf(const_cast<RenderSums&>(render.sums), aov));
     }
     if (!render.lightGroups.empty()) {
         const std::vector<ChannelNames> names = GroupChannels(render.settings);
         RG_CHECK_EQ(names.size(), render.lightGroups.size());
-        for (size_t i = 0; i < names.size(); i++)
+        for (size_t i = 0; i < names.size(); i++) {
             for (size_t c = 0; c < 3; c++) add(names[i][c], render.lightGroups[i], c);
+            if (!render.sums.lightGroups.empty()) addSums(names[i], render.sums.lightGroups[i]);
+        }
     }
     bool hasRemoved = false;
     for (const Bias bias : kBiases) {
@@ -218,6 +331,7 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     planes.push_back({"samples", std::span<const uint32_t>(samples)});
 
     image::ExrAttributes attributes;
+    attributes[kAttributeFormat] = std::string(kFormat);
     attributes[kAttributeVersion] = render.version;
     attributes[kAttributeDevice] = render.device;
     attributes[kAttributeDriver] = render.driver;

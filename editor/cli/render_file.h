@@ -8,6 +8,11 @@
 // (along the camera's forward; infinite where nothing is hit), id.instance and id.material (uint; 0xFFFFFFFF
 // where nothing is hit). Z and the ids are those of the ray through the pixel's centre. Attributes: see
 // kAttribute* in the source.
+//
+// The means are for other programs. What is gone on with are exact sums of the samples, one channel (uint) a
+// word, lowest first (shaders/shared/exact_sums.h): sum0.R to sum3.A, squares0.R to squares4.B, and with the
+// others albedo.sum0.R, N.sum0.X, light.NAME.sum0.R, removed_max_depth.squares0.R and so on. `samples` tells
+// how many samples a pixel's sums are of: today as many for all pixels.
 #pragma once
 
 #include <array>
@@ -20,12 +25,22 @@
 #include "editor/cli/parse.h"
 #include "editor/cli/picture_settings.h"
 #include "editor/cli/sample_ranges.h"
+#include "passes/exact_sums.h"
 #include "renderer/image/exr.h"
 
 namespace raygraph::cli {
 
 // RGBA, rows from the top, 4 * width * height floats; empty when it was not rendered.
 using Texels = std::vector<float>;
+
+// Of what the pictures of a RenderFile are the means. In what the editor saved there are none.
+struct RenderSums {
+    passes::ExactSums radiance;  // with squares where there is a variance
+    passes::ExactSums albedo, normal;
+    std::array<passes::ExactSums, passes::kPathPartCount> parts;
+    std::array<passes::ExactSums, kBiasCount> removed;  // with squares
+    std::vector<passes::ExactSums> lightGroups;
+};
 
 struct RenderFile {
     ImageSize size;
@@ -38,6 +53,7 @@ struct RenderFile {
     std::array<Texels, kBiasCount> removed, removedVariance;
     uint32_t removedSamples = 0;      // with twins
     std::vector<Texels> lightGroups;  // by LightGroupNames of its settings; w is not stored
+    RenderSums sums;                  // w stored of the radiance alone
     std::vector<float> depth;
     std::vector<uint32_t> instance;
     std::vector<uint32_t> material;
@@ -57,6 +73,12 @@ struct RenderFile {
 Texels* MeanOf(RenderFile& render, Aov aov);
 const Texels* MeanOf(const RenderFile& render, Aov aov);
 
+// Its sums; nullptr likewise.
+passes::ExactSums* SumsOf(RenderSums& sums, Aov aov);
+
+// Whether all that is a mean has its sums.
+bool HasSums(const RenderFile& render);
+
 // The AOVs that it has.
 AovSet AovsOf(const RenderFile& render);
 
@@ -66,7 +88,7 @@ void KeepOnly(RenderFile& render, const AovSet& aovs);
 void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render);
 
 // Error{BadInput} naming the path: for a file that cannot be read, is no EXR, or is no render of this program
-// that can be continued (a channel or an attribute is missing or malformed).
+// in this format (a channel or an attribute is missing or malformed, or it is of an older or newer version).
 RenderFile ReadRenderFile(const std::filesystem::path& path);
 
 // "scene: cornell.gltf against box.gltf": the first thing for which samples of `a` and `b` do not belong in

@@ -4,7 +4,6 @@
 #include <numeric>
 
 #include "editor/cli/light_group_tiles.h"
-#include "editor/cli/texel_readback.h"
 #include "passes/raster.h"
 
 namespace raygraph::cli {
@@ -39,29 +38,33 @@ RenderSession::RenderSession(DeviceScene& scene, const RenderPlan& plan)
 void RenderSession::RestoreFrom(const RenderFile& render) {
     const Extent2D extent{render.size.width, render.size.height};
     const uint32_t count = render.samples.front().count;
+    const RenderSums& sums = render.sums;
     m_renderer.BeginFrame();
-    passes::Restore(m_renderer, m_radiance.accumulation, extent, count, render.radiance, render.variance);
-    if (m_isKeepingAlbedo)
-        passes::Restore(m_renderer, m_albedo.accumulation, extent, count, render.albedo, {});
-    if (m_isKeepingNormal)
-        passes::Restore(m_renderer, m_normal.accumulation, extent, count, render.normal, {});
+    passes::Restore(m_renderer, m_radiance.accumulation, extent, count, sums.radiance);
+    if (m_isKeepingAlbedo) passes::Restore(m_renderer, m_albedo.accumulation, extent, count, sums.albedo);
+    if (m_isKeepingNormal) passes::Restore(m_renderer, m_normal.accumulation, extent, count, sums.normal);
     for (KeptPart& part : m_parts)
-        passes::Restore(m_renderer, part.sum.accumulation, extent, count, render.parts[part.index], {});
+        passes::Restore(m_renderer, part.sum.accumulation, extent, count, sums.parts[part.index]);
     if (m_plan.lightGroupCount > 0) {
         const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
         passes::Restore(m_renderer, m_groups.accumulation,
                         {tiles.width * extent.width, tiles.height * extent.height}, count,
-                        ToTiles(render.lightGroups, render.size), {});
+                        ToTiles(sums.lightGroups, render.size));
     }
     m_twins.Restore(m_renderer, render);
     m_renderer.Execute();
     m_submitted = count;
 }
 
+void RenderSession::ReadBack(const passes::AccumulatedIds& ids, Accumulated& into) {
+    into.mean = m_renderer.ReadBack(ids.mean);
+    if (m_plan.withSums) into.sums = SumsReadback(m_renderer, ids);
+}
+
 void RenderSession::Keep(TextureId sample, Accumulated& into, bool isLast) {
     const passes::AccumulatedIds ids = passes::Accumulate(m_renderer, sample, into.accumulation);
-    m_renderer.Present(ids.mean);
-    if (isLast) into.mean = m_renderer.ReadBack(ids.mean);
+    m_renderer.Present(ids.sums[0]);
+    if (isLast) ReadBack(ids, into);
 }
 
 passes::TraceIds RenderSession::DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings) {
@@ -80,13 +83,13 @@ void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSett
     if (TracesPaths()) m_counts.push_back(m_renderer.ReadBack(sample.counts));
     for (KeptPart& part : m_parts) Keep(sample.parts[part.index], part.sum, isLast);
     if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, m_groups, isLast);
-    m_twins.Declare(m_renderer, settings, sample.radiance, m_submitted, isLast,
+    m_twins.Declare(m_renderer, settings, sample.radiance, isLast,
                     [&](const auto& twin) { return DeclareSample(ids, twin).radiance; });
     const passes::AccumulatedIds sums =
         passes::Accumulate(m_renderer, sample.radiance, m_radiance.accumulation, m_plan.withVariance);
-    m_renderer.Present(sums.mean);
+    m_renderer.Present(sums.sums[0]);
     if (isLast) {
-        m_radiance.mean = m_renderer.ReadBack(sums.mean);
+        ReadBack(sums, m_radiance);
         if (m_plan.withVariance) m_variance = m_renderer.ReadBack(sums.variance);
         m_display = m_renderer.ReadBack(passes::Tonemap(m_renderer, sums.mean, m_plan.tonemap));
     } else if (isMeasuring && m_plan.withVariance && !m_measurement) {
@@ -107,11 +110,11 @@ void RenderSession::DeclareValues(const SceneIds& ids, const passes::TraceSettin
     else
         values = passes::SurfaceView(m_renderer, ids, settings,
                                      passes::TraceVisibility(m_renderer, ids, settings, film), m_plan.view);
-    const TextureId mean = passes::Accumulate(m_renderer, values, m_radiance.accumulation).mean;
-    m_renderer.Present(mean);
+    const passes::AccumulatedIds sums = passes::Accumulate(m_renderer, values, m_radiance.accumulation);
+    m_renderer.Present(sums.sums[0]);
     if (!isLast) return;
-    m_radiance.mean = m_renderer.ReadBack(mean);
-    m_display = m_renderer.ReadBack(passes::PaintView(m_renderer, mean, m_plan.view));
+    ReadBack(sums, m_radiance);
+    m_display = m_renderer.ReadBack(passes::PaintView(m_renderer, sums.mean, m_plan.view));
 }
 
 void RenderSession::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
@@ -176,15 +179,26 @@ std::optional<double> RenderSession::RelativeError() {
     return *m_errorOfOneSample / std::sqrt(static_cast<double>(done));
 }
 
+void RenderSession::Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const {
+    mean = ValuesOf<float>(from.mean);
+    if (m_plan.withSums) sums = from.sums.Values();
+}
+
 void RenderSession::TakePicture(RenderFile& render) {
-    render.radiance = ValuesOf<float>(m_radiance.mean);
+    Take(m_radiance, render.radiance, render.sums.radiance);
     if (ShowsLight() && m_plan.withVariance) render.variance = ValuesOf<float>(m_variance);
-    if (m_isKeepingAlbedo) render.albedo = ValuesOf<float>(m_albedo.mean);
-    if (m_isKeepingNormal) render.normal = ValuesOf<float>(m_normal.mean);
-    for (const KeptPart& part : m_parts) render.parts[part.index] = ValuesOf<float>(part.sum.mean);
-    if (m_plan.lightGroupCount > 0)
-        render.lightGroups = FromTiles(ValuesOf<float>(m_groups.mean), render.size, m_plan.lightGroupCount);
-    if (ShowsLight()) m_twins.Take(render);
+    if (m_isKeepingAlbedo) Take(m_albedo, render.albedo, render.sums.albedo);
+    if (m_isKeepingNormal) Take(m_normal, render.normal, render.sums.normal);
+    for (const KeptPart& part : m_parts)
+        Take(part.sum, render.parts[part.index], render.sums.parts[part.index]);
+    if (m_plan.lightGroupCount > 0) {
+        Texels tiles;
+        passes::ExactSums sums;
+        Take(m_groups, tiles, sums);
+        render.lightGroups = FromTiles(tiles, render.size, m_plan.lightGroupCount);
+        if (m_plan.withSums) render.sums.lightGroups = FromTiles(sums, render.size, m_plan.lightGroupCount);
+    }
+    if (ShowsLight()) m_twins.Take(render, m_plan.withSums);
     if (m_isKeepingCenter) {
         const std::vector<uint32_t> hits = ValuesOf<uint32_t>(m_ids);
         if (m_plan.aovs.Has(Aov::Depth)) render.depth = ChannelOf(ValuesOf<float>(m_position), 3);

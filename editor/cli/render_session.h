@@ -12,6 +12,7 @@
 #include "editor/cli/image_statistics.h"
 #include "editor/cli/pass_times.h"
 #include "editor/cli/render_file.h"
+#include "editor/cli/texel_readback.h"
 #include "passes/accumulate.h"
 #include "passes/filter_environment.h"
 #include "passes/tonemap.h"
@@ -24,6 +25,7 @@ struct RenderPlan {
     AovSet aovs;                            // what to keep beside the picture
     uint32_t lightGroupCount = 0;           // that are told apart; 0: none are
     bool withVariance = false;              // of the radiance
+    bool withSums = false;                  // hands out the sums of all that is accumulated
     uint32_t firstSample = 0;               // index
     passes::RasterSettings raster;          // of the raster view
     passes::TonemapSettings tonemap;        // of the display picture
@@ -63,11 +65,12 @@ class RenderSession {
     bool TracesPaths() const { return m_plan.view == View::PathTraced; }
 
   private:
-    // An accumulated picture; `mean` is set by the last sample.
+    // An accumulated picture; what is read back is set by the last sample.
     struct Accumulated {
         explicit Accumulated(const char* name) : accumulation(name) {}
         passes::Accumulation accumulation;
         Readback mean;
+        SumsReadback sums;
     };
     struct KeptPart {
         size_t index;  // of the PathPart
@@ -88,6 +91,8 @@ class RenderSession {
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
     void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
     void Keep(TextureId sample, Accumulated& into, bool isLast);
+    void ReadBack(const passes::AccumulatedIds& ids, Accumulated& into);
+    void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
 
     DeviceScene& m_scene;
     Renderer& m_renderer;

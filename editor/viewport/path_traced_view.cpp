@@ -48,9 +48,8 @@ void PathTracedView::Reset(passes::ResetCause cause) {
 }
 
 void PathTracedView::Forget(Renderer& renderer) {
-    renderer.Forget(m_full.Name() + ".mean");
-    renderer.Forget(m_full.Name() + ".variance");
-    for (const Level& level : m_levels) renderer.Forget(level.sample.Name() + ".mean");
+    passes::Forget(renderer, m_full);
+    for (const Level& level : m_levels) passes::Forget(renderer, level.sample);
 }
 
 uint32_t PathTracedView::Coarseness() const {
@@ -110,9 +109,7 @@ PathTracedView::Ids PathTracedView::Declare(Renderer& renderer, const SceneIds& 
 PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const SceneIds& scene,
                                                    const passes::TraceSettings& settings,
                                                    const FrameBudget& budget, const BudgetSettings& limits) {
-    const GraphTextureDesc desc{settings.extent, Format::Rgba32Float};
-    passes::AccumulatedIds ids{renderer.Persist(m_full.Name() + ".mean", desc),
-                               renderer.Persist(m_full.Name() + ".variance", desc)};
+    passes::AccumulatedIds ids = passes::Kept(renderer, m_full, settings.extent, true);
     double left = budget.TracingMs();
     for (uint32_t i = 0; i < std::max(1u, limits.samplesPerFrame); i++) {
         const Accumulation::Progress& progress = m_full.Declared();
@@ -152,8 +149,7 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
             .base = traced.mean,
             .baseScale = next != nullptr ? next->scale : 1};
     if (into.Declared().sampleCount == 0) {
-        ids.base = renderer.Persist(shown->sample.Name() + ".mean",
-                                    {ExtentAt(extent, shown->scale), Format::Rgba32Float});
+        ids.base = passes::Kept(renderer, shown->sample, ExtentAt(extent, shown->scale), false).mean;
         ids.baseScale = shown->scale;
         ids.radiance = passes::Overlay(renderer, ids.base, traced.mean, into.Declared().cursor);
     }
@@ -163,9 +159,9 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
     }
     if (next != nullptr) {
         ids.radiance = passes::Upscale(renderer, ids.radiance, extent);
-        const GraphTextureDesc desc{extent, Format::Rgba32Float};
-        ids.mean = renderer.Persist(m_full.Name() + ".mean", desc);
-        ids.variance = renderer.Persist(m_full.Name() + ".variance", desc);
+        const passes::AccumulatedIds kept = passes::Kept(renderer, m_full, extent, true);
+        ids.mean = kept.mean;
+        ids.variance = kept.variance;
     }
     return ids;
 }

@@ -20,7 +20,7 @@ passes::RasterVisibility DeclareVisibility(Renderer& renderer, const SceneIds& s
 RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
                                     const passes::RasterSettings& raster, uint32_t maxSamples,
                                     uint32_t scale) {
-    const GraphTextureDesc desc{settings.extent, Format::Rgba32Float};
+    const Extent2D extent = settings.extent;
     const auto declareSample = [&](uint32_t sampleIndex) {
         settings.sampleIndex = sampleIndex;
         const passes::RasterVisibility seen =
@@ -37,17 +37,17 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
     m_wantedSamples = maxSamples;
     Ids ids;
     if (count > 0 && ((maxSamples > 0 && count >= maxSamples) || scale > 1)) {
-        ids.mean = renderer.Persist(m_samples.Name() + ".mean", desc);
-        ids.variance = renderer.Persist(m_samples.Name() + ".variance", desc);
-        ids.radiance = ids.base = ids.mean;
+        const passes::AccumulatedIds kept = passes::Kept(renderer, m_samples, extent, true);
+        ids = {.radiance = kept.mean, .mean = kept.mean, .variance = kept.variance, .base = kept.mean};
     } else if (scale > 1) {
-        settings.extent = {(desc.extent.width + scale - 1) / scale, (desc.extent.height + scale - 1) / scale};
+        settings.extent = {(extent.width + scale - 1) / scale, (extent.height + scale - 1) / scale};
         const TextureId sample = declareSample(m_coarse.SampleCount());
         ids.base = passes::Accumulate(renderer, sample, m_coarse).mean;
         ids.baseScale = scale;
-        ids.radiance = passes::Upscale(renderer, ids.base, desc.extent);
-        ids.mean = renderer.Persist(m_samples.Name() + ".mean", desc);
-        ids.variance = renderer.Persist(m_samples.Name() + ".variance", desc);
+        ids.radiance = passes::Upscale(renderer, ids.base, extent);
+        const passes::AccumulatedIds kept = passes::Kept(renderer, m_samples, extent, true);
+        ids.mean = kept.mean;
+        ids.variance = kept.variance;
     } else {
         const TextureId sample = declareSample(count);
         const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, m_samples, true);
@@ -62,9 +62,8 @@ void RasterView::ForgetEnvironment(Renderer& renderer) {
 }
 
 void RasterView::Forget(Renderer& renderer) {
-    renderer.Forget(m_samples.Name() + ".mean");
-    renderer.Forget(m_samples.Name() + ".variance");
-    renderer.Forget(m_coarse.Name() + ".mean");
+    passes::Forget(renderer, m_samples);
+    passes::Forget(renderer, m_coarse);
     renderer.Forget(m_name + ".environment");
 }
 

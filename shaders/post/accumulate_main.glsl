@@ -1,33 +1,77 @@
-// Accumulate: takes the next sample, or a tile of it, into the running mean. Includers may define
-// WITH_VARIANCE.
+// Accumulate: adds the next sample, or a tile of it, to the exact sums. Includers may define WITH_VARIANCE.
 layout(local_size_x = 8, local_size_y = 8) in;
 
+#include "post/exact_planes.glsl"
+
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D newSample;
-layout(set = 0, binding = 1, rgba32f) uniform image2D mean;
-#ifdef WITH_VARIANCE
-layout(set = 0, binding = 2, rgba32f) uniform image2D variance;
-#endif
 
 layout(push_constant) uniform Constants {
-    uvec2 offset;      // of the new sample in the picture
-    uint sampleCount;  // of its pixels in the mean so far
+    uvec2 offset;  // of the new sample in the picture
+    uint isFirst;  // of its pixels: what is stored is undefined
 } constants;
+
+// Adds to a word of each channel what is to be added and the carry from the words below, and carries on. The
+// plane is read and written only where that changes something: the highest words seldom change.
+#define ADD_TO(plane)                                                      \
+    {                                                                      \
+        uvec4 fromAddend, fromSum;                                         \
+        uvec4 change = uaddCarry(addend, carry, fromAddend);               \
+        carry = fromAddend;                                                \
+        if (isFirst || change != uvec4(0u)) {                              \
+            uvec4 before = isFirst ? uvec4(0u) : imageLoad(plane, pixel);  \
+            imageStore(plane, pixel, uaddCarry(before, change, fromSum));  \
+            carry += fromSum;                                              \
+        }                                                                  \
+    }
+
+ExactValue values[4];
+
+uvec4 Words(int k) {
+    return uvec4(WordOf(values[0], k), WordOf(values[1], k), WordOf(values[2], k), WordOf(values[3], k));
+}
+
+#ifdef WITH_VARIANCE
+// The highest word of channel c, in plane c.
+#define ADD_TO_HIGHEST(plane, channel)                                                        \
+    {                                                                                         \
+        uint change = WordOf(values[channel], kSquareWords - 1) + carry[channel];             \
+        if (change != 0u) imageStore(plane, pixel, imageLoad(plane, pixel) + uvec4(0u, 0u, 0u, change)); \
+    }
+#endif
 
 void main() {
     ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(texel, imageSize(newSample)))) return;
     ivec2 pixel = texel + ivec2(constants.offset);
-    vec4 value = imageLoad(newSample, texel);
-    // What is stored before the first sample is undefined, possibly NaN: not read into the arithmetic
-    bool isFirst = constants.sampleCount == 0u;
-    float count = float(constants.sampleCount + 1u);
-    vec4 oldMean = isFirst ? vec4(0.0f) : imageLoad(mean, pixel);
-    vec4 delta = value - oldMean;
-    vec4 newMean = isFirst ? value : oldMean + delta / count;
-    imageStore(mean, pixel, newMean);
+    bool isFirst = constants.isFirst != 0u;
+    uvec4 bits = floatBitsToUint(imageLoad(newSample, texel)), addend;
+    uvec4 carry;
+    for (int c = 0; c < 4; c++) {
+        values[c] = ExactSample(bits[c]);
+        carry[c] = values[c].isNegative ? 1u : 0u;
+    }
+    addend = Words(0);
+    ADD_TO(sum0)
+    addend = Words(1);
+    ADD_TO(sum1)
+    addend = Words(2);
+    ADD_TO(sum2)
+    addend = Words(3);
+    ADD_TO(sum3)
 #ifdef WITH_VARIANCE
-    vec4 squares = constants.sampleCount < 2u ? vec4(0.0f) : imageLoad(variance, pixel) * (count - 2.0f);
-    vec4 newVariance = isFirst ? vec4(0.0f) : (squares + delta * (value - newMean)) / (count - 1.0f);
-    imageStore(variance, pixel, newVariance);
+    for (int c = 0; c < 3; c++) values[c] = ExactSquare(values[c]);
+    values[3] = ExactSample(0u);
+    carry = uvec4(0u);
+    addend = Words(0);
+    ADD_TO(squares0)
+    addend = Words(1);
+    ADD_TO(squares1)
+    addend = Words(2);
+    ADD_TO(squares2)
+    addend = Words(3);
+    ADD_TO(squares3)
+    ADD_TO_HIGHEST(squares0, 0)
+    ADD_TO_HIGHEST(squares1, 1)
+    ADD_TO_HIGHEST(squares2, 2)
 #endif
 }

@@ -4,19 +4,32 @@
 
 namespace raygraph::test {
 
+namespace {
+
+// Sample n of a picture, by texel and salt.
+std::vector<float> MadeUpSample(size_t pixels, float scale, uint32_t n, float salt) {
+    std::vector<float> texels(4 * pixels);
+    for (size_t i = 0; i < texels.size(); i++)
+        texels[i] = scale * (1.5f + std::sin(static_cast<float>(i) + 1.3f * static_cast<float>(n) + salt));
+    return texels;
+}
+
+}  // namespace
+
 cli::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt) {
     cli::RenderFile render;
     render.size = {5, 3};
     const size_t pixels = render.size.PixelCount();
-    const auto fill = [&](cli::Texels& texels, float scale) {
-        texels.resize(4 * pixels);
-        for (size_t i = 0; i < texels.size(); i++)
-            texels[i] = scale * (1.5f + std::sin(static_cast<float>(i) + salt));
+    const auto fill = [&](cli::Texels& mean, passes::ExactSums& sums, float scale, bool withSquares) {
+        sums = passes::MakeExactSums(pixels, withSquares);
+        for (uint32_t n = firstSample; n < firstSample + sampleCount; n++)
+            passes::AddSample(sums, MadeUpSample(pixels, scale, n, salt));
+        mean = passes::MeanOf(sums, sampleCount);
     };
-    fill(render.radiance, 1.0f);
-    fill(render.variance, 0.25f);
-    fill(render.albedo, 0.5f);
-    fill(render.normal, 0.3f);
+    fill(render.radiance, render.sums.radiance, 1.0f, true);
+    render.variance = passes::VarianceOf(render.sums.radiance, sampleCount);
+    fill(render.albedo, render.sums.albedo, 0.5f, false);
+    fill(render.normal, render.sums.normal, 0.3f, false);
     for (size_t i = 0; i < pixels; i++) {
         render.depth.push_back(i == 7 ? INFINITY : 1.0f + static_cast<float>(i));
         render.instance.push_back(i == 7 ? 0xFFFFFFFFu : static_cast<uint32_t>(i));

@@ -34,7 +34,7 @@ void ExpectError(ErrorKind kind, Run&& run, const Texts&... texts) {
         EXPECT_NE(message.find(text), std::string::npos) << message << "\n  lacks " << text;
 }
 
-// A render with every channel, of made-up values that differ from pixel to pixel and with `salt`.
+// A render with every channel, of made-up samples that differ from pixel to pixel and with `salt`.
 cli::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt = 0.0f);
 
 // Of R, G and B of all pixels.

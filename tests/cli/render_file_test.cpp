@@ -21,13 +21,24 @@ void ExpectSameColor(const Texels& a, const Texels& b) {
     }
 }
 
+void ExpectSameColor(const passes::ExactSums& a, const passes::ExactSums& b) {
+    for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
+        for (size_t i = 0; i < b.sums[k].size(); i++) {
+            if (i % 4 != 3) {
+                EXPECT_EQ(a.sums[k].at(i), b.sums[k][i]) << i;
+            }
+        }
+}
+
 TEST(RenderFile, ReadsBackWhatWasWrittenBitForBit) {
     const test::TemporaryFolder folder;
     RenderFile written = MakeRender(128, 64);
-    written.samples = {{0, 3}, {128, 64}};
     written.radiance[4] = 1e-42f;  // a denormal
     written.radiance[8] = INFINITY;
-    written.parts[static_cast<size_t>(passes::PathPart::Diffuse)] = written.normal;
+    written.samples = {{0, 3}, {128, 61}};
+    const size_t diffuse = static_cast<size_t>(passes::PathPart::Diffuse);
+    written.parts[diffuse] = written.normal;
+    written.sums.parts[diffuse] = written.sums.normal;
     WriteRenderFile(folder / "a.exr", written);
     const RenderFile read = ReadRenderFile(folder / "a.exr");
     ExpectSameColor(*MeanOf(read, Aov::Diffuse), written.normal);
@@ -35,6 +46,10 @@ TEST(RenderFile, ReadsBackWhatWasWrittenBitForBit) {
     EXPECT_EQ(read.size, written.size);
     EXPECT_EQ(read.radiance, written.radiance);
     ExpectSameColor(read.variance, written.variance);
+    EXPECT_TRUE(HasSums(read));
+    EXPECT_EQ(read.sums.radiance, written.sums.radiance);
+    ExpectSameColor(read.sums.normal, written.sums.normal);
+    ExpectSameColor(read.sums.parts[diffuse], written.sums.normal);
     ExpectSameColor(read.albedo, written.albedo);
     ExpectSameColor(read.normal, written.normal);
     EXPECT_EQ(read.depth, written.depth);
@@ -53,7 +68,16 @@ TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {
     WriteRenderFile(folder / "a.exr", MakeRender(16, 48));
     const image::ExrImage file = image::ReadExr(folder / "a.exr");
     std::vector<std::string> names;
-    for (const image::ExrChannel& channel : file.channels) names.push_back(channel.name);
+    size_t words = 0;
+    for (const image::ExrChannel& channel : file.channels) {
+        const bool isWord = channel.name.find("sum") != std::string::npos ||
+                            channel.name.find("squares") != std::string::npos;
+        words += isWord;
+        if (!isWord) names.push_back(channel.name);
+    }
+    EXPECT_EQ(words, 4u * 4 + 5 * 3 + 4 * 3 + 4 * 3);
+    for (const char* name : {"sum0.R", "sum3.A", "squares4.B", "albedo.sum2.G", "N.sum0.X"})
+        EXPECT_NE(file.UintChannel(name), nullptr) << name;
     EXPECT_EQ(names, (std::vector<std::string>{"A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "albedo.B",
                                                "albedo.G", "albedo.R", "id.instance", "id.material",
                                                "samples", "variance.B", "variance.G", "variance.R"}));
@@ -61,6 +85,7 @@ TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {
     ASSERT_NE(samples, nullptr);
     EXPECT_EQ((*samples)[7], 48u);
     const auto text = [&](const char* name) { return std::get<std::string>(file.attributes.at(name)); };
+    EXPECT_EQ(text("raygraph.format"), "2");
     EXPECT_EQ(text("raygraph.samples"), "48");
     EXPECT_EQ(text("raygraph.sampleOffset"), "16");
     EXPECT_EQ(text("raygraph.sampleRanges"), "16-63");
@@ -87,7 +112,7 @@ TEST(RenderFile, RemovedLightNeedsItsVarianceAndCount) {
 
     image::ExrImage file = image::ReadExr(path);
     EXPECT_NE(file.FloatChannel("removed_clamp_indirect.R"), nullptr);
-    file.attributes["raygraph.removedSamples"] = "0";
+    file.attributes["raygraph.removedSamples"] = "some";
     image::WriteExr(path, file);
     const auto readAgain = [&] { ReadRenderFile(path); };
     ExpectError(ErrorKind::BadInput, readAgain, "a.exr", "raygraph.removedSamples");
@@ -105,7 +130,7 @@ TEST(RenderFile, ChannelsThatWereNotRenderedAreLeftOut) {
     written.instance.clear();
     written.material.clear();
     WriteRenderFile(folder / "a.exr", written);
-    EXPECT_EQ(image::ReadExr(folder / "a.exr").channels.size(), 8u);
+    EXPECT_EQ(image::ReadExr(folder / "a.exr").channels.size(), 8u + 4 * 4 + 5 * 3);
     const RenderFile read = ReadRenderFile(folder / "a.exr");
     EXPECT_TRUE(read.albedo.empty() && read.normal.empty() && read.depth.empty() && read.instance.empty());
 }
@@ -123,6 +148,14 @@ TEST(RenderFile, WhatIsNoRenderIsBadInputNamingTheFile) {
     image::WriteExr(path, file);
     ExpectError(ErrorKind::BadInput, read, "a.exr", "not a render");
 
+    file.attributes["raygraph.sampleRanges"] = "0-3";
+    image::WriteExr(path, file);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "older version");
+    file.attributes["raygraph.format"] = "3";
+    image::WriteExr(path, file);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "raygraph.format is 3");
+    file.attributes["raygraph.format"] = "2";
+
     file.attributes["raygraph.sampleRanges"] = "0-x";
     image::WriteExr(path, file);
     ExpectError(ErrorKind::BadInput, read, "a.exr", "0-x");
@@ -136,6 +169,11 @@ TEST(RenderFile, WhatIsNoRenderIsBadInputNamingTheFile) {
     ExpectError(ErrorKind::BadInput, read, "a.exr", "no G");
 
     for (const char* name : {"G", "B", "A"}) file.channels.push_back({name, std::vector<float>{1, 2}});
+    file.channels.push_back({"samples", std::vector<uint32_t>{4, 5}});
+    image::WriteExr(path, file);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "a pixel has 5 samples, the render 4");
+
+    file.channels.back().samples = std::vector<uint32_t>{4, 4};
     image::WriteExr(path, file);
     ExpectError(ErrorKind::BadInput, read, "a.exr", "size 640x360", "2x1");
 
@@ -147,6 +185,11 @@ TEST(RenderFile, WhatIsNoRenderIsBadInputNamingTheFile) {
     file.attributes["raygraph.setting.seed"] = "12";
     image::WriteExr(path, file);
     EXPECT_EQ(ReadRenderFile(path).radiance, (Texels{1, 1, 1, 1, 2, 2, 2, 2}));
+    EXPECT_FALSE(HasSums(ReadRenderFile(path)));
+
+    file.channels.push_back({"sum0.R", std::vector<uint32_t>{0, 0}});
+    image::WriteExr(path, file);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "no channel sum1.R");
 }
 
 }  // namespace

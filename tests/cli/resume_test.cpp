@@ -76,6 +76,11 @@ TEST(Resume, WhatCannotBeContinuedIsBadInput) {
     ExpectError(ErrorKind::BadInput, read, "a.exr", "variance");
 
     render = MakeRender(0, 8);
+    render.sums = {};
+    WriteRenderFile(path, render);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "sum0.R");
+
+    render = MakeRender(0, 8);
     render.settings["view"] = "albedo";
     WriteRenderFile(path, render);
     ExpectError(ErrorKind::BadInput, read, "a.exr", "albedo");

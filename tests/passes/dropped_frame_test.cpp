@@ -181,10 +181,11 @@ TEST_F(DroppedAccumulationTest, ResizeOfADroppedFrameKeepsTheSamples) {
 }
 
 TEST_F(DroppedAccumulationTest, RestoreOfADroppedFrameRestoresNothing) {
-    const std::vector<float> stored(8, 9.0f);
+    passes::ExactSums stored = passes::MakeExactSums(2, false);
+    for (int n = 0; n < 5; n++) passes::AddSample(stored, std::vector<float>(8, 9.0f));
     const auto restore = [&](bool fails) {
         harness.Run([&](PassHarness& h) {
-            passes::Restore(h.Graph(), accumulation, kExtent, 5, stored, {});
+            passes::Restore(h.Graph(), accumulation, kExtent, 5, stored);
             if (fails) AddFailingPass(h.Graph());
             return h.Texture("nothing", {1, 1}, Format::R32Float, {0.0f});
         });

@@ -1,0 +1,100 @@
+#include "passes/exact_sums.h"
+
+#include <bit>
+#include <string>
+
+#include "base/check.h"
+#include "base/error.h"
+#include "shaders/shared/exact_sums.h"
+
+namespace raygraph::passes {
+
+namespace {
+
+static_assert(ExactSums::kPlanes == gpu::kSumWords && ExactSums::kPlanes + 1 == gpu::kSquareWords);
+
+void RequireAlike(size_t pixels, size_t otherPixels, bool isAlike) {
+    if (pixels != otherPixels || !isAlike)
+        throw Error(ErrorKind::Usage, "exact sums: " + std::to_string(otherPixels) + " pixels to add to " +
+                                          std::to_string(pixels) +
+                                          (isAlike ? "" : ", and the squares of one side alone"));
+}
+
+// Adds a word with the carry from the word below, and leaves its own.
+void AddWord(uint32_t& word, uint32_t added, uint32_t& carry) {
+    const uint64_t sum = uint64_t{word} + added + carry;
+    word = static_cast<uint32_t>(sum);
+    carry = static_cast<uint32_t>(sum >> 32);
+}
+
+// Word k of the squares of a channel.
+template <typename Planes>
+auto& SquareWord(Planes& squares, size_t pixel, size_t channel, size_t k) {
+    return k < ExactSums::kPlanes ? squares[k][4 * pixel + channel] : squares[channel][4 * pixel + 3];
+}
+
+gpu::ExactSum SumOf(const ExactSums& sums, size_t pixel, size_t channel) {
+    gpu::ExactSum sum;
+    for (size_t k = 0; k < ExactSums::kPlanes; k++) sum.words[k] = sums.sums[k][4 * pixel + channel];
+    return sum;
+}
+
+}  // namespace
+
+ExactSums MakeExactSums(size_t pixelCount, bool withSquares) {
+    ExactSums sums;
+    sums.sums.fill(ExactSums::Plane(4 * pixelCount, 0u));
+    if (withSquares) sums.squares = sums.sums;
+    return sums;
+}
+
+void AddSample(ExactSums& sums, std::span<const float> rgba) {
+    RequireAlike(sums.PixelCount(), rgba.size() / 4, true);
+    for (size_t i = 0; i < rgba.size(); i++) {
+        const gpu::ExactValue value = gpu::ExactSample(std::bit_cast<uint32_t>(rgba[i]));
+        uint32_t carry = value.isNegative ? 1 : 0;
+        for (int k = 0; k < gpu::kSumWords; k++) AddWord(sums.sums[k][i], gpu::WordOf(value, k), carry);
+        if (!sums.HasSquares() || i % 4 == 3) continue;
+        const gpu::ExactValue square = gpu::ExactSquare(value);
+        carry = 0;
+        for (int k = 0; k < gpu::kSquareWords; k++)
+            AddWord(SquareWord(sums.squares, i / 4, i % 4, k), gpu::WordOf(square, k), carry);
+    }
+}
+
+void AddSums(ExactSums& sums, const ExactSums& others) {
+    RequireAlike(sums.PixelCount(), others.PixelCount(), sums.HasSquares() == others.HasSquares());
+    for (size_t i = 0; i < 4 * sums.PixelCount(); i++) {
+        uint32_t carry = 0;
+        for (size_t k = 0; k < ExactSums::kPlanes; k++) AddWord(sums.sums[k][i], others.sums[k][i], carry);
+        if (!sums.HasSquares() || i % 4 == 3) continue;
+        carry = 0;
+        for (size_t k = 0; k <= ExactSums::kPlanes; k++)
+            AddWord(SquareWord(sums.squares, i / 4, i % 4, k), SquareWord(others.squares, i / 4, i % 4, k),
+                    carry);
+    }
+}
+
+std::vector<float> MeanOf(const ExactSums& sums, uint32_t sampleCount) {
+    RG_CHECK(sampleCount > 0);
+    std::vector<float> mean(4 * sums.PixelCount());
+    for (size_t i = 0; i < mean.size(); i++)
+        mean[i] = std::bit_cast<float>(gpu::MeanOfExactSum(SumOf(sums, i / 4, i % 4), sampleCount));
+    return mean;
+}
+
+std::vector<float> VarianceOf(const ExactSums& sums, uint32_t sampleCount) {
+    RG_CHECK(sums.HasSquares());
+    std::vector<float> variance(4 * sums.PixelCount(), 0.0f);
+    for (size_t i = 0; i < variance.size(); i++) {
+        if (i % 4 == 3) continue;
+        gpu::ExactSquares squares;
+        for (size_t k = 0; k <= ExactSums::kPlanes; k++)
+            squares.words[k] = SquareWord(sums.squares, i / 4, i % 4, k);
+        variance[i] =
+            std::bit_cast<float>(gpu::VarianceOfExactSums(SumOf(sums, i / 4, i % 4), squares, sampleCount));
+    }
+    return variance;
+}
+
+}  // namespace raygraph::passes

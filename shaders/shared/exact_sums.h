@@ -1,0 +1,269 @@
+// Exact sums of samples: one text for C++ and GLSL, in 32-bit integers alone, so that every device and the
+// host give the same bits.
+//
+// A sample is taken as the nearest multiple of 2^-64 (ties to even): exactly, unless it is below 2^-40. One
+// beyond +-2^40 counts as +-2^40; one that is not finite counts as 0. Its sum is an integer in units of
+// 2^-64, kSumWords words, lowest first, two's complement; that of its squares likewise, kSquareWords words,
+// never negative, each square rounded to the nearest unit. Integers have no rounding to depend on an order:
+// sums over any parts of the samples, added up in any order, are the sum over all of them.
+//
+// Room: sums up to 2^63 and sums of squares up to 2^96: 7e8 samples of 1e10 and their squares. What goes
+// beyond wraps around.
+#ifndef RAYGRAPH_SHARED_EXACT_SUMS_H
+#define RAYGRAPH_SHARED_EXACT_SUMS_H
+
+#ifdef __cplusplus
+#include <bit>
+#include <cstdint>
+
+namespace raygraph::gpu {
+using uint = uint32_t;
+#define RAYGRAPH_CONSTANT inline constexpr
+#define RAYGRAPH_FUNCTION inline
+#else
+#define RAYGRAPH_CONSTANT const
+#define RAYGRAPH_FUNCTION
+#endif
+
+RAYGRAPH_CONSTANT int kSumWords = 4;
+RAYGRAPH_CONSTANT int kSquareWords = 5;
+RAYGRAPH_CONSTANT int kUnitExponent = -64;
+RAYGRAPH_CONSTANT int kGreatestExponent = 40;  // of the greatest value
+
+struct ExactSum {
+    uint words[4];
+};
+struct ExactSquares {
+    uint words[5];
+};
+struct ExactNumber {  // wide enough for all on the way to mean and variance
+    uint words[8];
+};
+struct UintPair {
+    uint low, high;
+};
+
+// magnitude * 2^shift units.
+struct ExactValue {
+    UintPair magnitude;
+    int shift;  // at least 0
+    bool isNegative;
+};
+
+RAYGRAPH_FUNCTION UintPair MultiplyUints(uint a, uint b) {
+    UintPair product;
+#ifdef __cplusplus
+    const uint64_t wide = uint64_t{a} * b;
+    product.low = static_cast<uint>(wide);
+    product.high = static_cast<uint>(wide >> 32);
+#else
+    umulExtended(a, b, product.high, product.low);
+#endif
+    return product;
+}
+
+// Zeros above the highest bit of a value that is not 0.
+RAYGRAPH_FUNCTION int LeadingZeros(uint value) {
+#ifdef __cplusplus
+    return std::countl_zero(value);
+#else
+    return 31 - findMSB(value);
+#endif
+}
+
+// The 32 bits of `value` from bit `offset` on; those outside of it are 0.
+RAYGRAPH_FUNCTION uint BitsFrom(UintPair value, int offset) {
+    if (offset <= -32 || offset >= 64) return 0u;
+    if (offset < 0) return value.low << uint(-offset);
+    if (offset == 0) return value.low;
+    if (offset < 32) return (value.low >> uint(offset)) | (value.high << uint(32 - offset));
+    return value.high >> uint(offset - 32);
+}
+
+// value * 2^-shift, to the nearest, ties to even. `value` is below 2^63 and shift at least 1.
+RAYGRAPH_FUNCTION UintPair ShiftRightRounded(UintPair value, int shift) {
+    UintPair result;
+    result.low = BitsFrom(value, shift);
+    result.high = BitsFrom(value, shift + 32);
+    bool isHalf = (BitsFrom(value, shift - 1) & 1u) != 0u;
+    bool isMore = (BitsFrom(value, shift - 33) | BitsFrom(value, shift - 65)) != 0u;
+    if (isHalf && (isMore || (result.low & 1u) != 0u)) {
+        result.low += 1u;
+        if (result.low == 0u) result.high += 1u;
+    }
+    return result;
+}
+
+// What a sample counts as, from the bits of its float.
+RAYGRAPH_FUNCTION ExactValue ExactSample(uint bits) {
+    int exponent = int((bits >> 23u) & 255u);
+    ExactValue value;
+    value.isNegative = (bits >> 31u) != 0u;
+    value.magnitude.low = (bits & 0x7FFFFFu) | 0x800000u;  // of a denormal too: it is far below a unit
+    value.magnitude.high = 0u;
+    value.shift = exponent - 150 - kUnitExponent;
+    if (exponent == 255) {
+        value.magnitude.low = 0u;
+        value.shift = 0;
+    } else if (exponent >= 127 + kGreatestExponent) {
+        value.magnitude.low = 0x800000u;
+        value.shift = kGreatestExponent - 23 - kUnitExponent;
+    } else if (value.shift < 0) {
+        value.magnitude = ShiftRightRounded(value.magnitude, -value.shift);
+        value.shift = 0;
+    }
+    return value;
+}
+
+RAYGRAPH_FUNCTION ExactValue ExactSquare(ExactValue value) {
+    ExactValue square;
+    square.isNegative = false;
+    square.magnitude = MultiplyUints(value.magnitude.low, value.magnitude.low);
+    square.shift = 2 * value.shift + kUnitExponent;
+    if (square.shift < 0) {
+        square.magnitude = ShiftRightRounded(square.magnitude, -square.shift);
+        square.shift = 0;
+    }
+    return square;
+}
+
+// Word `k` of a value in units. Of a negative one the complement: adding 1 to all of its words makes it the
+// two's complement.
+RAYGRAPH_FUNCTION uint WordOf(ExactValue value, int k) {
+    uint word = BitsFrom(value.magnitude, 32 * k - value.shift);
+    return value.isNegative ? ~word : word;
+}
+
+// The bits of the float nearest to n * 2^exponent / (high * 2^32 + low), ties to even. The divisor is not 0.
+// Below the least normal float: 0. Restoring division, a bit a step.
+RAYGRAPH_FUNCTION uint NearestQuotient(ExactNumber n, int exponent, UintPair divisor) {
+    for (int step = 0; step < 7; step++) {
+        if (n.words[7] != 0u) break;
+        for (int i = 7; i > 0; i--) n.words[i] = n.words[i - 1];
+        n.words[0] = 0u;
+        exponent -= 32;
+    }
+    if (n.words[7] == 0u) return 0u;
+    // The highest bits of n, from its first one on, and whether others are below them
+    int zeros = LeadingZeros(n.words[7]);
+    uint top[3];
+    for (int i = 0; i < 3; i++) {
+        UintPair pair;
+        pair.low = n.words[i + 4];
+        pair.high = n.words[i + 5];
+        top[i] = BitsFrom(pair, 32 - zeros);
+    }
+    exponent -= zeros;
+    uint rest = (n.words[4] << uint(zeros)) | n.words[3] | n.words[2] | n.words[1] | n.words[0];
+
+    if (divisor.high == 0u) {
+        divisor.high = divisor.low;
+        divisor.low = 0u;
+        exponent += 32;
+    }
+    int divisorZeros = LeadingZeros(divisor.high);
+    divisor.high = BitsFrom(divisor, 32 - divisorZeros);
+    divisor.low <<= uint(divisorZeros);
+    exponent += divisorZeros;
+
+    // 63 bits are less than the divisor; the 26 that follow give a quotient of 25 or 26 bits
+    uint low = (top[1] >> 1u) | (top[2] << 31u), high = top[2] >> 1u;
+    uint next = (top[1] << 31u) | (top[0] >> 1u);
+    rest |= (next & 63u) | (top[0] & 1u);
+    uint quotient = 0u;
+    for (int step = 0; step < 26; step++) {
+        bool isBeyond = (high >> 31u) != 0u;
+        high = (high << 1u) | (low >> 31u);
+        low = (low << 1u) | (next >> 31u);
+        next <<= 1u;
+        quotient <<= 1u;
+        if (isBeyond || high > divisor.high || (high == divisor.high && low >= divisor.low)) {
+            high -= divisor.high + (low < divisor.low ? 1u : 0u);
+            low -= divisor.low;
+            quotient |= 1u;
+        }
+    }
+    rest |= high | low;
+    exponent += 5 * 32 + 7;  // of the quotient: the words and bits of n that it leaves out
+
+    uint extra = quotient >= (1u << 25u) ? 2u : 1u;  // bits beyond 24
+    uint halfway = 1u << (extra - 1u), below = quotient & (2u * halfway - 1u);
+    uint mantissa = quotient >> extra;
+    if (below > halfway || (below == halfway && (rest != 0u || (mantissa & 1u) != 0u))) mantissa += 1u;
+    int biased = exponent + int(extra) + 150;
+    if (biased <= 0) return 0u;
+    return (uint(biased) << 23u) + (mantissa - 0x800000u);  // carries into the exponent from 2^24
+}
+
+// The magnitude of a sum; the words above it are 0.
+RAYGRAPH_FUNCTION ExactNumber MagnitudeOf(ExactSum sum) {
+    bool isNegative = (sum.words[3] >> 31u) != 0u;
+    ExactNumber magnitude;
+    uint carry = isNegative ? 1u : 0u;
+    for (int i = 0; i < 4; i++) {
+        uint word = isNegative ? ~sum.words[i] : sum.words[i];
+        magnitude.words[i] = word + carry;
+        carry = magnitude.words[i] < carry ? 1u : 0u;
+        magnitude.words[i + 4] = 0u;
+    }
+    return magnitude;
+}
+
+// The bits of the float nearest to the mean of `count` samples, at least one.
+RAYGRAPH_FUNCTION uint MeanOfExactSum(ExactSum sum, uint count) {
+    UintPair divisor;
+    divisor.low = count;
+    divisor.high = 0u;
+    uint mean = NearestQuotient(MagnitudeOf(sum), kUnitExponent, divisor);
+    return mean == 0u ? 0u : mean | (sum.words[3] & 0x80000000u);
+}
+
+// The bits of the float nearest to the unbiased variance of `count` samples, 0 below two:
+// (count * sum(x^2) - sum(x)^2) / (count * (count - 1)), in integers.
+RAYGRAPH_FUNCTION uint VarianceOfExactSums(ExactSum sum, ExactSquares squares, uint count) {
+    if (count < 2u) return 0u;
+    // count * squares, in units of 2^-128
+    ExactNumber n;
+    n.words[0] = 0u;
+    n.words[1] = 0u;
+    uint carry = 0u;
+    for (int i = 0; i < 5; i++) {
+        UintPair product = MultiplyUints(squares.words[i], count);
+        n.words[i + 2] = product.low + carry;
+        carry = product.high + (n.words[i + 2] < carry ? 1u : 0u);
+    }
+    n.words[7] = carry;
+    // sum^2
+    ExactNumber magnitude = MagnitudeOf(sum), square;
+    for (int i = 0; i < 8; i++) square.words[i] = 0u;
+    for (int i = 0; i < 4; i++) {
+        carry = 0u;
+        for (int j = 0; j < 4; j++) {
+            UintPair product = MultiplyUints(magnitude.words[i], magnitude.words[j]);
+            uint added = product.low + carry;
+            carry = product.high + (added < carry ? 1u : 0u);
+            square.words[i + j] += added;
+            carry += square.words[i + j] < added ? 1u : 0u;
+        }
+        square.words[i + 4] = carry;
+    }
+    // Rounded squares may leave less than nothing
+    uint borrow = 0u;
+    for (int i = 0; i < 8; i++) {
+        uint from = n.words[i], less = square.words[i];
+        n.words[i] = from - less - borrow;
+        borrow = from < less || (from == less && borrow != 0u) ? 1u : 0u;
+    }
+    if (borrow != 0u) return 0u;
+    UintPair divisor = MultiplyUints(count, count - 1u);
+    return NearestQuotient(n, 2 * kUnitExponent, divisor);
+}
+
+#undef RAYGRAPH_CONSTANT
+#undef RAYGRAPH_FUNCTION
+
+#ifdef __cplusplus
+}  // namespace raygraph::gpu
+#endif
+
+#endif
