@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/error.h"
+#include "base/out_of_memory.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
 #include "renderer/gpu_scene/environment_alias.h"
@@ -82,7 +83,9 @@ struct GpuScene::Impl {
     Impl(Renderer& r, const GpuSceneDesc& desc)
         : device(r.Device()),
           uploader(device),
-          builder(device, {.name = "scene BLASes", .scratchBudget = desc.scratchBudget}) {
+          builder(device, {.name = "scene BLASes",
+                           .scratchBudget = desc.scratchBudget,
+                           .compactsWithoutGain = desc.compactsWithoutGain}) {
         const uint32_t white = 0xFFFFFFFFu;
         const glm::vec4 black(0.0f);
         defaultTexture = SolidTexture(device, uploader, "white", rhi::Format::Rgba8Unorm,
@@ -141,6 +144,9 @@ struct GpuScene::Impl {
         for (const scene::Instance& instance : data.instances)
             statistics.trianglesPlaced += resources->meshes[instance.mesh].triangleCount;
     }
+
+    void SetEnvironmentMap(const image::ImageF& equirectangular);
+    SceneIds Declare(Renderer& renderer);
 
     rhi::Buffer UploadAlias(const EnvironmentAlias& alias) {
         const std::span<const std::byte> bytes = std::as_bytes(std::span(alias.entries));
@@ -263,12 +269,12 @@ struct GpuScene::Impl {
 };
 
 GpuScene::GpuScene(Renderer& renderer, const GpuSceneDesc& desc)
-    : m_impl(std::make_unique<Impl>(renderer, desc)) {}
+    : m_impl(WithMemoryErrors("GpuScene", [&] { return std::make_unique<Impl>(renderer, desc); })) {}
 GpuScene::~GpuScene() = default;
 
 void GpuScene::SetScene(scene::SceneData&& scene) {
     m_impl->RequireNoFrame("SetScene");
-    m_impl->Replace(std::move(scene));
+    WithMemoryErrors("SetScene", [&] { m_impl->Replace(std::move(scene)); });
 }
 
 void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
@@ -361,29 +367,32 @@ const EnvironmentSettings& GpuScene::Environment() const {
 
 void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
     m_impl->RequireNoFrame("SetEnvironmentMap");
+    WithMemoryErrors("SetEnvironmentMap", [&] { m_impl->SetEnvironmentMap(equirectangular); });
+}
+
+void GpuScene::Impl::SetEnvironmentMap(const image::ImageF& equirectangular) {
     RequireRadiance(equirectangular);
-    rhi::Texture map =
-        m_impl->device.CreateTexture({.name = "environment map",
-                                      .extent = {equirectangular.width, equirectangular.height},
-                                      .format = rhi::Format::Rgba32Float});
+    rhi::Texture map = device.CreateTexture({.name = "environment map",
+                                             .extent = {equirectangular.width, equirectangular.height},
+                                             .format = rhi::Format::Rgba32Float});
     const EnvironmentAlias alias = BuildEnvironmentAlias(equirectangular);
-    rhi::Buffer mapAlias;
+    rhi::Buffer newAlias;
     try {
-        mapAlias = m_impl->UploadAlias(alias);
-        m_impl->uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
+        newAlias = UploadAlias(alias);
+        uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
     } catch (...) {
-        m_impl->uploader.Flush();  // closes its list, which would keep what is retired from being freed
+        uploader.Flush();  // closes its list, which would keep what is retired from being freed
         throw;
     }
-    m_impl->uploader.Flush();
-    m_impl->environmentMap = std::move(map);
-    m_impl->environmentVersion++;
-    m_impl->revisions.environment++;
-    m_impl->environmentState = SampledState();
-    m_impl->mapAlias = std::move(mapAlias);
-    m_impl->mapCells = {alias.width, alias.height};
-    m_impl->mapMeanRadiance = alias.meanRadiance;
-    m_impl->environmentAliasState = {};
+    uploader.Flush();
+    environmentMap = std::move(map);
+    environmentVersion++;
+    revisions.environment++;
+    environmentState = SampledState();
+    mapAlias = std::move(newAlias);
+    mapCells = {alias.width, alias.height};
+    mapMeanRadiance = alias.meanRadiance;
+    environmentAliasState = {};
 }
 
 void GpuScene::RemoveEnvironmentMap() {
@@ -398,30 +407,33 @@ void GpuScene::RemoveEnvironmentMap() {
 }
 
 SceneIds GpuScene::Declare(Renderer& renderer) {
-    Impl& impl = *m_impl;
-    impl.RequireNoFrame("Declare");
-    impl.declaredIn = renderer.OpenFrame();
+    m_impl->RequireNoFrame("Declare");
+    return WithMemoryErrors("GpuScene", [&] { return m_impl->Declare(renderer); });
+}
+
+SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
+    declaredIn = renderer.OpenFrame();
     SceneIds ids;
-    impl.DeclareEnvironment(renderer, ids);
-    ids.geometries = renderer.Import("geometries", impl.resources->geometries, impl.geometriesState);
-    ids.materials = renderer.Import("materials", impl.resources->materials, impl.materialsState);
-    ids.draws = renderer.Import("draws", impl.draws.records, impl.drawsState);
-    ids.drawsOfKind = impl.draws.drawsOfKind;
-    ids.placementCount = impl.draws.placementCount;
-    ids.chunkCount = impl.draws.chunkCount;
-    ids.energyTables = renderer.Import("energyTables", impl.energyTables, impl.energyTablesState);
-    for (const gpu::MaterialRecord& material : impl.resources->materialRecords) {
+    DeclareEnvironment(renderer, ids);
+    ids.geometries = renderer.Import("geometries", resources->geometries, geometriesState);
+    ids.materials = renderer.Import("materials", resources->materials, materialsState);
+    ids.draws = renderer.Import("draws", draws.records, drawsState);
+    ids.drawsOfKind = draws.drawsOfKind;
+    ids.placementCount = draws.placementCount;
+    ids.chunkCount = draws.chunkCount;
+    ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
+    for (const gpu::MaterialRecord& material : resources->materialRecords) {
         ids.hasAlpha |= material.alphaMode != 0u;
         ids.hasGlass |= material.transmission > 0.0f;
         ids.hasVolumes |= (material.flags & gpu::kMaterialVolume) != 0u;
     }
-    ids.hasTextures = !impl.resources->textures.empty();
-    ids.textures = renderer.Import("textures", *impl.textureTable);
-    ids.blases = renderer.ImportBlasSet("BLASes", impl.blasState);
-    impl.DeclareBlasWork(renderer, ids);
-    impl.DeclareMaterialUpload(renderer, ids);
-    impl.lights->Declare(renderer, ids);
-    impl.instances->DeclareRefresh(renderer, ids, [&statistics = impl.statistics](TlasWork work) {
+    ids.hasTextures = !resources->textures.empty();
+    ids.textures = renderer.Import("textures", *textureTable);
+    ids.blases = renderer.ImportBlasSet("BLASes", blasState);
+    DeclareBlasWork(renderer, ids);
+    DeclareMaterialUpload(renderer, ids);
+    lights->Declare(renderer, ids);
+    instances->DeclareRefresh(renderer, ids, [&statistics = statistics](TlasWork work) {
         statistics.lastTlasWork = work;
         statistics.tlasUpdates += work == TlasWork::Update ? 1 : 0;
         statistics.tlasRebuilds += work == TlasWork::Rebuild ? 1 : 0;

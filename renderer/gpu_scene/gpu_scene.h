@@ -121,6 +121,8 @@ struct SceneRevisions {
 struct GpuSceneDesc {
     uint64_t scratchBudget = 64ull << 20;  // bytes of build scratch at a time
     uint32_t textureCapacity = 4096;
+    // Compacts also on a driver that gains nothing by it: to test there what compaction does.
+    bool compactsWithoutGain = false;
 };
 
 class RAYGRAPH_API GpuScene {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/out_of_memory.h"
 #include "renderer/graph/plan_text.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
@@ -169,10 +170,12 @@ std::vector<std::string> Renderer::ReloadShaders() {
     if (m_impl->openFrame)
         throw Error(ErrorKind::Usage,
                     "ReloadShaders: a frame is open; it comes before BeginFrame or after Execute");
-    ShaderLibrary::ReloadResult reloaded = m_impl->shaders.Reload();
-    std::vector<std::string> messages = m_impl->programs.Rebuild(reloaded.changed);
-    messages.insert(messages.begin(), reloaded.messages.begin(), reloaded.messages.end());
-    return messages;
+    return WithMemoryErrors("ReloadShaders", [&] {
+        ShaderLibrary::ReloadResult reloaded = m_impl->shaders.Reload();
+        std::vector<std::string> messages = m_impl->programs.Rebuild(reloaded.changed);
+        messages.insert(messages.begin(), reloaded.messages.begin(), reloaded.messages.end());
+        return messages;
+    });
 }
 
 void Renderer::AddShader(std::string_view name, std::span<const uint32_t> spirv) {

@@ -1,5 +1,6 @@
 // Declaring a frame: resources, passes, roots.
 #include "base/error.h"
+#include "base/out_of_memory.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
 
@@ -242,12 +243,15 @@ const rhi::Sampler* Renderer::Impl::FindSampler(const rhi::SamplerDesc& desc) {
 PassId Renderer::AddPassErased(std::string_view name, PassKind kind, const SetupFunction& setup,
                                ExecuteFunction execute) {
     Impl& impl = *m_impl;
-    impl.RequireOpen("AddPass " + Quoted(name));
+    const std::string subject = "AddPass " + Quoted(name);
+    impl.RequireOpen(subject);
     PassDeclaration& pass = impl.StartPass(name, kind);
     try {
-        PassBuilder builder(*this, impl.graph, impl.shaders, pass);
-        setup(builder);
-        impl.FinishPass(pass);
+        WithMemoryErrors(subject, [&] {
+            PassBuilder builder(*this, impl.graph, impl.shaders, pass);
+            setup(builder);
+            impl.FinishPass(pass);
+        });
     } catch (...) {
         // Half a pass cannot be taken back: its writes have made ids stale.
         impl.GiveUp("pass " + Quoted(name) + " was not declared");

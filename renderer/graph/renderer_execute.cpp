@@ -4,6 +4,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/out_of_memory.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
 #include "rhi/texture_table.h"
@@ -62,7 +63,7 @@ void Renderer::Impl::CompileFrame() {
 
 void Renderer::Compile() {
     m_impl->RequireOpen("Compile");
-    m_impl->CompileFrame();
+    WithMemoryErrors("Compile", [&] { m_impl->CompileFrame(); });
 }
 
 // Finds or makes what the executed passes use: memory, persistent resources, pipelines.
@@ -277,6 +278,21 @@ void Renderer::Impl::Commit(uint64_t value) {
     }
 }
 
+// Compiles, records and submits what has been declared.
+uint64_t Renderer::Impl::Submit(FrameTiming& timing) {
+    CompileFrame();
+    const Stopwatch recording;
+    Prepare();
+    rhi::CommandList commands = device.BeginCommands("frame");
+    Record(commands, timing);
+    for (std::function<void()>& run : onSubmitted) commands.OnSubmitted(std::move(run));
+    timing.recordMs = recording.Milliseconds();
+    const Stopwatch submission;
+    const uint64_t value = device.Submit(std::move(commands), waits.all, signals.all);
+    timing.submitMs = submission.Milliseconds();
+    return value;
+}
+
 uint64_t Renderer::Execute() {
     Impl& impl = *m_impl;
     FrameTiming timing;
@@ -285,16 +301,7 @@ uint64_t Renderer::Execute() {
     uint64_t value = 0;
     try {
         impl.RequireOpen("Execute");
-        impl.CompileFrame();
-        const Stopwatch recording;
-        impl.Prepare();
-        rhi::CommandList commands = impl.device.BeginCommands("frame");
-        impl.Record(commands, timing);
-        for (std::function<void()>& run : impl.onSubmitted) commands.OnSubmitted(std::move(run));
-        timing.recordMs = recording.Milliseconds();
-        const Stopwatch submission;
-        value = impl.device.Submit(std::move(commands), impl.waits.all, impl.signals.all);
-        timing.submitMs = submission.Milliseconds();
+        value = WithMemoryErrors("Execute", [&] { return impl.Submit(timing); });
     } catch (...) {
         impl.DropFrame();
         throw;

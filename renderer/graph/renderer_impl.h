@@ -95,6 +95,7 @@ struct Renderer::Impl {
     void RecordBarriers(rhi::CommandList& commands, const BarrierRange& range, bool holdsTransfers);
     void BindPass(rhi::CommandList& commands, const PassDeclaration& pass);
     void BeginTargets(rhi::CommandList& commands, const PassDeclaration& pass);
+    uint64_t Submit(FrameTiming& timing);
     void Commit(uint64_t value);
     void GiveUp(std::string why);
     // The resource behind an id that the pass declared; Error{Usage} otherwise.

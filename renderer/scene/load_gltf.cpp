@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <new>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "base/error.h"
+#include "base/out_of_memory.h"
 #include "renderer/scene/gltf_accessors.h"
 #include "renderer/scene/gltf_buffers.h"
 #include "renderer/scene/gltf_container.h"
@@ -126,18 +126,14 @@ SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options
     FileReader& files = options.reader ? *options.reader : disk;
     const ConfinedFolder folder(located.folder, files);
     GltfContext context{.label = located.label, .options = options, .folder = folder, .warnings = {}};
-    try {
+    return WithMemoryErrors(context.label, [&] {
         context.Progress("file", 0.0f);
         const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
         context.bytesRead = file.size();
         const GltfContainer container = OpenContainer(file, context.label);
         const nlohmann::json json = ParseJson(container.json, context.label, options.limits);
         return Import(context, container, JsonValue(json, context.label));
-    } catch (const std::bad_alloc&) {
-        throw Error(ErrorKind::OutOfMemory, context.label + ": the host's memory is spent");
-    } catch (const std::length_error&) {
-        throw Error(ErrorKind::OutOfMemory, context.label + ": asks for more memory than a process can have");
-    }
+    });
 }
 
 }  // namespace raygraph::scene

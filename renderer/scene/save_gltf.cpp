@@ -6,6 +6,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/out_of_memory.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_patch.h"
@@ -151,10 +152,8 @@ void Write(const GltfContainer& container, Json& root, const fs::path& target, b
     WriteWhole(target, AsBytes(root.dump(indent.width, indent.character) + "\n"));
 }
 
-}  // namespace
-
-void SaveGltf(const fs::path& source, const SceneData& edited, const fs::path& target,
-              const LoadOptions& options) {
+void Save(const fs::path& source, const SceneData& edited, const fs::path& target,
+          const LoadOptions& options) {
     const bool isGlb = IsGlb(target);
     const ScenePath located = Locate(source);
     DiskFileReader disk;
@@ -181,6 +180,13 @@ void SaveGltf(const fs::path& source, const SceneData& edited, const fs::path& t
     if (!IsSameFolder(located.folder, to))
         CopyFiles(root, loaded.images, folder, to, options.limits.maxFileBytes);
     Write(container, root, target, isGlb);
+}
+
+}  // namespace
+
+void SaveGltf(const fs::path& source, const SceneData& edited, const fs::path& target,
+              const LoadOptions& options) {
+    WithMemoryErrors(Printable(target.string(), 1024), [&] { Save(source, edited, target, options); });
 }
 
 }  // namespace raygraph::scene

@@ -1,4 +1,5 @@
 // GpuScene: the TLAS is refreshed every frame with the least work, and the rays see it.
+#include "rhi/command_list.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -21,8 +22,9 @@ class GpuSceneTest : public VulkanTest {
         return {hits.ids[0].x, hits.ids[1].x, hits.ids[2].x};
     }
     static constexpr uint32_t kMiss = 0xFFFFFFFFu;
+    explicit GpuSceneTest(const GpuSceneDesc& desc = {}) : render(Device(), desc) {}
 
-    SceneRender render{Device()};
+    SceneRender render;
 };
 
 }  // namespace
@@ -159,6 +161,76 @@ TEST_F(GpuSceneTest, Compaction_IsPolledAndKeepsEveryHit) {
         EXPECT_FALSE(statistics.whyCompactionOff.empty());
     else
         EXPECT_LT(statistics.blasBytesCompacted, statistics.blasBytesBuilt);
+}
+
+// Where compaction gains nothing it is off, unless asked for: so its work is seen everywhere.
+class CompactionTest : public GpuSceneTest {
+  protected:
+    CompactionTest() : GpuSceneTest({.compactsWithoutGain = true}) { render.scene.SetScene(Spheres()); }
+    static scene::SceneData Spheres() {
+        return SceneOf({SphereMesh(0.4f, 24), SphereMesh(0.4f, 24)}, {Lambert(glm::vec3(0.5f))},
+                       {Translation({-1, 0, 0}), Translation({1, 0, 0})});
+    }
+    bool HasCompacted() const {
+        return render.renderer.DescribePlan().find("CompactBlas") != std::string::npos;
+    }
+    static constexpr std::array<uint32_t, 3> kBoth{0, kMiss, 1};
+};
+
+TEST_F(CompactionTest, TlasIsRebuiltOverTheCompactedStructuresInTheSameFrame) {
+    EXPECT_EQ(Seen(), kBoth);
+    Device().WaitIdle();  // the sizes are there
+    const uint64_t rebuilds = render.scene.Statistics().tlasRebuilds;
+    EXPECT_EQ(Seen(), kBoth);
+    ASSERT_TRUE(HasCompacted());
+    const std::string plan = render.renderer.DescribePlan();
+    EXPECT_LT(plan.find("CompactBlas"), plan.find("RefreshTlas"));
+    EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Rebuild);
+    EXPECT_EQ(render.scene.Statistics().tlasRebuilds, rebuilds + 1);
+    EXPECT_EQ(render.scene.Statistics().compactionsPending, 0u);
+    EXPECT_FALSE(render.scene.Statistics().isCompactionOff);
+    EXPECT_TRUE(render.scene.IsSettled());
+    EXPECT_EQ(Seen(), kBoth);
+    EXPECT_FALSE(HasCompacted()) << "once";
+}
+
+// What is freed is given out again: rays that still went through the old structures would read what is
+// written there now.
+TEST_F(CompactionTest, NoRayReadsTheOldStructures) {
+    EXPECT_EQ(Seen(), kBoth);
+    Device().WaitIdle();
+    EXPECT_EQ(Seen(), kBoth);
+    ASSERT_TRUE(HasCompacted());
+    Device().WaitIdle();
+    const GpuSceneStatistics statistics = render.scene.Statistics();
+    std::vector<rhi::Buffer> others;
+    rhi::CommandList commands = Device().BeginCommands("write over what is free");
+    for (int i = 0; i < 16; i++) {
+        others.push_back(Device().CreateBuffer(
+            {.name = "other",
+             .size = statistics.blasBytesBuilt / statistics.blasCount,
+             .usage = rhi::BufferUsage::AccelerationStructure | rhi::BufferUsage::CopyDestination}));
+        commands.Fill(others.back(), 0);
+    }
+    Device().Submit(std::move(commands));
+    EXPECT_EQ(Seen(), kBoth);
+    render.scene.SetTransform(1, Translation({0, 0, 0}));
+    EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, 1, kMiss}));
+}
+
+TEST_F(CompactionTest, OldStructuresAreFreed) {
+    const auto bytes = [&](bool compacts) {
+        Device().WaitIdle();
+        const uint64_t before = Device().Memory().usedBytes;
+        SceneRender other(Device(), {.compactsWithoutGain = compacts});
+        other.scene.SetScene(Spheres());
+        for (int frame = 0; frame < 8; frame++) {
+            other.TraceOnce(LookAt({0, 0, 5}, {0, 0, 0}, 0.5f, 4));
+            Device().WaitIdle();
+        }
+        return Device().Memory().usedBytes - before;
+    };
+    EXPECT_LE(bytes(true), bytes(false));
 }
 
 TEST_F(GpuSceneTest, SetScene_ReplacesTheSceneInFlight) {

@@ -34,7 +34,8 @@ struct RenderedImage {
 // A device-side scene with its renderer; the settings are those of Trace.
 class SceneRender {
   public:
-    explicit SceneRender(rhi::Device& device) : renderer(device), scene(renderer) {}
+    explicit SceneRender(rhi::Device& device, const GpuSceneDesc& desc = {})
+        : renderer(device), scene(renderer, desc) {}
 
     // Renders samples settings.sampleIndex ... + sampleCount - 1.
     RenderedImage Render(passes::TraceSettings settings, uint32_t sampleCount);

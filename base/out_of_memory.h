@@ -1,0 +1,31 @@
+// The border for std::bad_alloc: what the standard library throws when memory is spent leaves as an Error.
+//
+// Functions that allocate by the size of their input run within it, so that a host catches one type and can
+// free something. Threads: any.
+#pragma once
+
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "base/error.h"
+
+namespace raygraph {
+
+// What `run` returns. Error{OutOfMemory} in place of std::bad_alloc and std::length_error; `subject` names
+// the object or the call. All else passes.
+template <typename Run>
+decltype(auto) WithMemoryErrors(std::string_view subject, Run&& run) {
+    try {
+        return std::forward<Run>(run)();
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::OutOfMemory, std::string(subject) + ": the host's memory is spent");
+    } catch (const std::length_error&) {
+        throw Error(ErrorKind::OutOfMemory,
+                    std::string(subject) + ": asks for more memory than a process can have");
+    }
+}
+
+}  // namespace raygraph

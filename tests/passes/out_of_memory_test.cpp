@@ -1,0 +1,80 @@
+// Spent memory leaves the library as an Error, and leaves what there was.
+#include "base/out_of_memory.h"
+#include "base/error.h"
+#include "rhi/device.h"
+#include "tests/support/failing_memory.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+namespace {
+
+// The Error that `action` throws while allocations of more than `bytes` fail.
+template <typename Action>
+std::string MessageOf(size_t bytes, Action&& action) {
+    try {
+        const FailingMemory failing(bytes);
+        action();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
+        return error.what();
+    }
+    ADD_FAILURE() << "no Error was thrown";
+    return "";
+}
+
+TEST(OutOfMemory, LeavesAsAnErrorThatNamesWhatWasAskedFor) {
+    EXPECT_EQ(MessageOf(1000, [] { WithMemoryErrors("scene.gltf", [] { return std::vector<int>(1000); }); }),
+              "scene.gltf: the host's memory is spent");
+    EXPECT_EQ(MessageOf(1000,
+                        [] {
+                            WithMemoryErrors("scene.gltf", [] {
+                                return std::vector<int>(std::vector<int>().max_size() + 1);
+                            });
+                        }),
+              "scene.gltf: asks for more memory than a process can have");
+}
+
+// Without layers, which allocate on the same thread and do not expect to fail.
+class OutOfMemoryTest : public ::testing::Test {
+  protected:
+    std::vector<int> kept;  // so that no compiler takes the allocation away
+    std::unique_ptr<rhi::Device> device = rhi::Device::Create({.savePipelineCache = false});
+    SceneRender render{*device};
+    const passes::TraceSettings settings = LookAt({0, 0, 3}, {0, 0, 0}, 0.8f, 8);
+};
+
+TEST_F(OutOfMemoryTest, SetScene_LeavesTheSceneThatWasThere) {
+    render.scene.SetScene(SceneOf({BoxMesh(0.5f)}, {Lambert(glm::vec3(0.5f), glm::vec3(1.0f))}));
+    const FloatImage before = render.TraceOnce(settings);
+    scene::SceneData large = SceneOf({SphereMesh(0.5f, 64)}, {Lambert(glm::vec3(0.5f), glm::vec3(3.0f))});
+    EXPECT_EQ(MessageOf(16384, [&] { render.scene.SetScene(std::move(large)); }),
+              "SetScene: the host's memory is spent");
+    EXPECT_EQ(render.TraceOnce(settings).values, before.values);
+    render.scene.SetScene(SceneOf({BoxMesh(0.5f)}, {Lambert(glm::vec3(0.5f), glm::vec3(2.0f))}));
+    EXPECT_EQ(render.TraceOnce(settings).At(4, 4).x, 2.0f * before.At(4, 4).x);
+}
+
+TEST_F(OutOfMemoryTest, Frame_IsDropped) {
+    Renderer& renderer = render.renderer;
+    const auto declare = [&](bool inSetup, bool inExecute) {
+        renderer.BeginFrame();
+        renderer.AddPass(
+            "Allocates", PassKind::Transfer,
+            [&](PassBuilder& pass) {
+                pass.KeepAlive();
+                if (inSetup) std::vector<int>(1000).swap(kept);
+            },
+            [this, inExecute](CommandList&) {
+                if (inExecute) std::vector<int>(1000).swap(kept);
+            });
+        renderer.Execute();
+    };
+    EXPECT_EQ(MessageOf(3000, [&] { declare(true, false); }),
+              R"(AddPass "Allocates": the host's memory is spent)");
+    EXPECT_EQ(MessageOf(3000, [&] { declare(false, true); }), "Execute: the host's memory is spent");
+    EXPECT_NO_THROW(declare(true, true));
+}
+
+}  // namespace
+}  // namespace raygraph::testing

@@ -1,0 +1,37 @@
+#include "tests/support/failing_memory.h"
+
+#include <cstdlib>
+#include <new>
+
+namespace {
+
+thread_local size_t largestAllocation = ~size_t{0};
+
+}  // namespace
+
+namespace raygraph::testing {
+
+FailingMemory::FailingMemory(size_t bytes) {
+    largestAllocation = bytes;
+}
+
+FailingMemory::~FailingMemory() {
+    largestAllocation = ~size_t{0};
+}
+
+}  // namespace raygraph::testing
+
+// The other forms of the standard library call these.
+void* operator new(size_t bytes) {
+    if (bytes <= largestAllocation)
+        if (void* memory = std::malloc(bytes == 0 ? 1 : bytes)) return memory;
+    throw std::bad_alloc();
+}
+
+void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+
+void operator delete(void* memory, size_t) noexcept {
+    std::free(memory);
+}
