@@ -56,18 +56,6 @@ void CheckIndex(const char* what, uint32_t index, size_t count) {
 
 }  // namespace
 
-const char* Name(TlasWork work) {
-    switch (work) {
-        case TlasWork::None:
-            return "nothing";
-        case TlasWork::Update:
-            return "update";
-        case TlasWork::Rebuild:
-            return "rebuild";
-    }
-    return "unknown";
-}
-
 // From the first to the last record that has changed since the last upload.
 struct DirtyRange {
     uint32_t first = 0, end = 0;

@@ -23,6 +23,18 @@ void ForEachRun(std::span<const uint32_t> values, Copy&& copy) {
 
 }  // namespace
 
+const char* Name(TlasWork work) {
+    switch (work) {
+        case TlasWork::None:
+            return "nothing";
+        case TlasWork::Update:
+            return "update";
+        case TlasWork::Rebuild:
+            return "rebuild";
+    }
+    return "unknown";
+}
+
 void InstanceSet::MovedPlacements::Add(uint32_t placement) {
     if (!m_isListed[placement]) m_list.push_back(placement);
     m_isListed[placement] = true;
