@@ -52,6 +52,8 @@ Expect 'skipped-unexpectedly: A.Skips ' 'a skip that is not in the list fails'
 text=$("$runner" --shard 0/7 --skips "$folder/skips" "$folder/program" 2>&1) || { echo "shard 0 of 7 fails"; bad=1; }
 Expect '1 tests: 1 passed, 0 failed' 'a shard is its own tests alone'
 echo 'A.PassesToo | measures time' >"$folder/alone"
-text=$("$runner" --shard 6/7 --alone "$folder/alone" --skips "$folder/skips" "$folder/program" 2>&1)
-Expect '1 tests: 1 passed, 0 failed' 'tests of the list that run alone are run too'
+text=$("$runner" --part alone --alone "$folder/alone" --skips "$folder/skips" "$folder/program" 2>&1)
+Expect '1 tests: 1 passed, 0 failed' 'of the tests that run alone, there is one'
+text=$("$runner" --timeout 1 --part together --alone "$folder/alone" --skips "$folder/skips" "$folder/program" 2>&1)
+Expect '6 tests: 1 passed, 4 failed' 'the others are run without it'
 exit $bad
