@@ -129,6 +129,7 @@ void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSetti
 void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
     uint32_t features = FeaturesOf(scene, settings);
     if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
+    if (settings.biases.shadowTerminator) features |= kTraceShadowTerminator;
     SpecializeModels(pass, settings, features);
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));
     pass.Specialize("kRoulette", static_cast<uint32_t>(settings.roulette.kind));

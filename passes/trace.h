@@ -57,6 +57,9 @@ struct RAYGRAPH_API BiasSettings {
     // Largest component of what a sample may bring from behind the first bounce.
     float clampIndirect = std::numeric_limits<float>::infinity();
     float regularize = 0.0f;  // least GGX alpha of surfaces seen after the first bounce
+    // Opaque surfaces are shaded where their vertex normals bend them to: no edges of triangles in the shadow
+    // that a smooth body throws on itself.
+    bool shadowTerminator = false;
 
     bool operator==(const BiasSettings&) const = default;
 };

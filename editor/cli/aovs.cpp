@@ -22,7 +22,8 @@ constexpr const char* kNames[] = {"albedo",
                                   "transmission",
                                   "removed_max_depth",
                                   "removed_clamp_indirect",
-                                  "removed_regularize"};
+                                  "removed_regularize",
+                                  "removed_shadow_terminator"};
 static_assert(std::size(kNames) == kAovCount);
 
 // Why a picture of these settings has none; "" if it can have it.

@@ -29,8 +29,9 @@ enum class Aov : uint8_t {
     RemovedMaxDepth,  // from here on in the order of Bias
     RemovedClampIndirect,
     RemovedRegularize,
+    RemovedShadowTerminator,
 };
-inline constexpr size_t kAovCount = 14;
+inline constexpr size_t kAovCount = 15;
 inline constexpr std::array<Aov, kAovCount> kAovs = [] {  // in their order
     std::array<Aov, kAovCount> all{};
     for (size_t i = 0; i < kAovCount; i++) all[i] = static_cast<Aov>(i);

@@ -131,7 +131,8 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
         *render, "--aov", "LIST",
         "Further channels of an .exr: albedo, normal, depth, instance, material; the light by its path: "
         "emission, direct, indirect, and by what scattered it first: diffuse, specular, transmission; "
-        "what a bias took: removed_max_depth, removed_clamp_indirect, removed_regularize; or all. "
+        "what a bias took: removed_max_depth, removed_clamp_indirect, removed_regularize, "
+        "removed_shadow_terminator; or all. "
         "Samples and variance are always there",
         [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
     AddPath(*render, "--resume", "FILE.exr",

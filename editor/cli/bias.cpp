@@ -10,8 +10,8 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr const char* kNames[] = {"max_depth", "clamp_indirect", "regularize"};
-constexpr const char* kOptions[] = {"--max-depth", "--clamp-indirect", "--regularize"};
+constexpr const char* kNames[] = {"max_depth", "clamp_indirect", "regularize", "shadow_terminator"};
+constexpr const char* kOptions[] = {"--max-depth", "--clamp-indirect", "--regularize", "--shadow-terminator"};
 constexpr double kLuminance[] = {0.2126, 0.7152, 0.0722};  // Rec. 709, as in shaders/core/color.glsl
 
 std::string Percent(double share) {
@@ -38,6 +38,8 @@ bool IsOn(const passes::BiasSettings& biases, Bias bias) {
             return !std::isinf(biases.clampIndirect);
         case Bias::Regularize:
             return biases.regularize > 0.0f;
+        case Bias::ShadowTerminator:
+            return biases.shadowTerminator;
     }
     return false;
 }
@@ -61,6 +63,9 @@ passes::TraceSettings Without(passes::TraceSettings settings, Bias bias) {
             break;
         case Bias::Regularize:
             settings.biases.regularize = off.regularize;
+            break;
+        case Bias::ShadowTerminator:
+            settings.biases.shadowTerminator = off.shadowTerminator;
             break;
     }
     return settings;

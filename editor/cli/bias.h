@@ -15,8 +15,9 @@
 
 namespace raygraph::cli {
 
-enum class Bias : uint8_t { MaxDepth, ClampIndirect, Regularize };
-inline constexpr std::array kBiases{Bias::MaxDepth, Bias::ClampIndirect, Bias::Regularize};
+enum class Bias : uint8_t { MaxDepth, ClampIndirect, Regularize, ShadowTerminator };
+inline constexpr std::array kBiases{Bias::MaxDepth, Bias::ClampIndirect, Bias::Regularize,
+                                    Bias::ShadowTerminator};
 inline constexpr size_t kBiasCount = kBiases.size();
 const char* Name(Bias bias);    // "max_depth", as in the AOV removed_max_depth and in the report
 const char* Option(Bias bias);  // "--max-depth"

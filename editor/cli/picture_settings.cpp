@@ -177,6 +177,15 @@ constexpr PictureSetting kTable[] = {
          settings.biases.regularize = static_cast<float>(ParseNumber(text, 0.0, 1.0));
      },
      [](const PictureSettings& settings) { return ToText(settings.biases.regularize); }},
+    {"shadow-terminator", "on|off",
+     "Bias: shade opaque surfaces where their vertex normals bend them to, so that the shadow which a smooth "
+     "body throws on itself shows no triangles (off)",
+     [](PictureSettings& settings, std::string_view text) {
+         settings.biases.shadowTerminator = ParseChoice(text, {"off", "on"}) == 1;
+     },
+     [](const PictureSettings& settings) {
+         return std::string(settings.biases.shadowTerminator ? "on" : "off");
+     }},
     {"shadows", "SHADOWS",
      "Shadows of the raster view: rays (default), maps (of point lights, spots and directional ones alone) "
      "or "

@@ -69,6 +69,28 @@ Medium MediumAt(uint material) {
     return medium;
 }
 
+// For kTraceShadowTerminator: takes the surface for the curved one that its vertex normals describe, so that
+// light which grazes it ends where the curve turns away and not at the edge of a triangle. Not for what lets
+// light through: a ray that starts above the triangle would enter twice.
+void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, GeometryRecord geometry,
+                 Triangle triangle, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 wo) {
+    if (!IsPresent(geometry.normals) || surface.material.transmission > 0.0f) return;
+    if ((surface.material.flags & kMaterialVolume) != 0u) return;
+    Vec3Stream normals = Vec3Stream(geometry.normals);
+    float side = surface.isFront ? 1.0f : -1.0f;
+    vec3 lift = LiftToCurve(triangle.weights, p, p0, p1, p2, side * normals.at[triangle.vertices.x],
+                            side * normals.at[triangle.vertices.y], side * normals.at[triangle.vertices.z]);
+    surface.fromInstance += mat3(instance.objectToWorld) * lift;
+    surface.position = surface.fromInstance + surface.instanceOrigin;
+    vec3 n = side * NormalToWorld(instance.objectToWorld, InterpolateVec3(normals, triangle));
+    float square = dot(n, n);
+    if (!(square > 0.0f)) return;
+    n = AdaptShadingNormal(n * inversesqrt(square), surface.geometricNormal, wo);
+    surface.clearance /= max(dot(n, surface.geometricNormal), 0.1f);  // it was along the triangle's normal
+    surface.geometricNormal = n;
+    surface.shadingNormal = AdaptShadingNormal(surface.shadingNormal, surface.geometricNormal, wo);
+}
+
 // `ray` is the ray that found the hit.
 SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     InstanceRecord instance = instances.at[hit.instance];
@@ -106,6 +128,8 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.light = LightOf(instance, hit.primitive);
     surface.material = MaterialInputs(geometry, material, triangle);
     if ((material.flags & kMaterialUnlit) != 0u) surface.emission += surface.material.baseColor;
+    if (HasTraceFeature(kTraceShadowTerminator))
+        BendSurface(surface, instance, geometry, triangle, p, p0, p0 + e1, p0 + e2, -ray.direction);
     return surface;
 }
 

@@ -37,6 +37,8 @@
 //   Textures, Glass:  materials have textures, let light through
 //   Volumes:          surfaces enclose media
 //   ProbeMedia:       the camera may be inside of some
+// and of the biases, one that changes what a surface is:
+//   ShadowTerminator: opaque surfaces are where their vertex normals bend them to (scene/surface.glsl)
 #define RAYGRAPH_TRACE_FEATURES(X) \
     X(LightSampling, 1)            \
     X(TriangleLights, 2)           \
@@ -45,7 +47,8 @@
     X(Textures, 16)                \
     X(Glass, 32)                   \
     X(Volumes, 64)                 \
-    X(ProbeMedia, 128)
+    X(ProbeMedia, 128)             \
+    X(ShadowTerminator, 256)
 
 #ifdef __cplusplus
 
@@ -79,7 +82,7 @@ struct TraceOptions {
     BrdfModel brdf = BrdfModel::Gltf;
     MisHeuristic mis = MisHeuristic::Power;
     Roulette roulette = Roulette::Throughput;
-    uint32_t features = ~kTraceProbeMedia;
+    uint32_t features = ~(kTraceProbeMedia | kTraceShadowTerminator);
 };
 inline thread_local TraceOptions threadTraceOptions;
 inline uint32_t ActiveBrdf() {
@@ -116,7 +119,7 @@ RAYGRAPH_TRACE_FEATURES(RAYGRAPH_DECLARE)
 layout(constant_id = 5) const uint kBrdf = kBrdfGltf;
 layout(constant_id = 7) const uint kMis = kMisPower;
 layout(constant_id = 8) const uint kRoulette = kRouletteThroughput;
-layout(constant_id = 9) const uint kTraceFeatures = 0xFFFFFFFFu;
+layout(constant_id = 9) const uint kTraceFeatures = 255u;  // all that a scene may need
 uint ActiveBrdf() {
     return kBrdf;
 }

@@ -218,7 +218,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.seed = 4294967295u;
     settings.sampler = SamplerKind::Tea;
     settings.raster.shadows = passes::RasterShadows::Maps;
-    settings.biases = {.maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f};
+    settings.biases = {.maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f, .shadowTerminator = true};
     settings.scattering = {BrdfModel::Lafortune, MicrofacetModel::Phong, MaskingModel::Separable,
                            FresnelModel::Lazanyi, MultiscatterKind::Walk};
     settings.lights = {false, LightSampler::Power, MisHeuristic::Balance};

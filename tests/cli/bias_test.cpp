@@ -11,7 +11,7 @@ namespace {
 
 passes::TraceSettings AllOn() {
     passes::TraceSettings settings;
-    settings.biases = {.maxDepth = 3, .clampIndirect = 2.0f, .regularize = 0.1f};
+    settings.biases = {.maxDepth = 3, .clampIndirect = 2.0f, .regularize = 0.1f, .shadowTerminator = true};
     return settings;
 }
 

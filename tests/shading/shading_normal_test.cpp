@@ -79,4 +79,26 @@ TEST(ShadingNormal, BendsWithoutAJump) {
     }
 }
 
+// A triangle of the unit sphere, its normals the sphere's.
+TEST(LiftToCurve, PointsOfATriangleNearTheSphereThatItsNormalsAreOf) {
+    std::mt19937 random(3);
+    for (int i = 0; i < 200; ++i) {
+        const vec3 axis = RandomDirection(random);
+        vec3 v[3];
+        for (vec3& vertex : v) vertex = normalize(axis + 0.3f * RandomDirection(random));
+        const auto lifted = [&](vec3 weights, float side) {
+            const vec3 p = weights.x * v[0] + weights.y * v[1] + weights.z * v[2];
+            return p + LiftToCurve(weights, p, v[0], v[1], v[2], side * v[0], side * v[1], side * v[2]);
+        };
+        const vec3 middle = (v[0] + v[1] + v[2]) / 3.0f;
+        const float gap = 1.0f - length(middle);
+        const float height = length(lifted(vec3(1.0f / 3.0f), 1.0f));
+        // From the chord to the tangent planes: at most twice the gap
+        EXPECT_GE(height, 1.0f - 0.35f * gap - 1e-6f);
+        EXPECT_LE(height, 1.0f + 1.1f * gap + 1e-6f);
+        EXPECT_LT(length(lifted(vec3(0.0f, 1.0f, 0.0f), 1.0f) - v[1]), 1e-6f) << "a vertex stays";
+        EXPECT_LT(length(lifted(vec3(1.0f / 3.0f), -1.0f) - middle), 1e-6f) << "from inside it is hollow";
+    }
+}
+
 }  // namespace raygraph::shading
