@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/gpu_scene/camera_record.h"
+
 namespace raygraph::passes {
 
 namespace {
@@ -58,6 +60,13 @@ void SpecializeModels(PassBuilder& pass, const TraceSettings& settings, uint32_t
     specialize("kLightSampler", settings.lights.sampler);
 }
 
+// As the device has it.
+gpu::CameraRecord FromSceneOrigin(gpu::CameraRecord camera, const glm::dvec3& sceneOrigin) {
+    camera.origin = EyeOf(camera) - sceneOrigin;
+    camera.originRest = glm::vec3(0.0f);
+    return camera;
+}
+
 }  // namespace
 
 Region RegionOf(const TraceSettings& settings) {
@@ -70,7 +79,7 @@ Region RegionOf(const TraceSettings& settings) {
 
 gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings) {
     return {
-        .camera = settings.camera,
+        .camera = FromSceneOrigin(settings.camera, scene.origin),
         .environment = scene.environment,
         .lights = scene.lightSet,
         .pictureSize = {settings.extent.width, settings.extent.height},
@@ -83,6 +92,7 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
         .frameDepth = FrameDepth(settings),
         .clampIndirect = settings.biases.clampIndirect,
         .regularize = settings.biases.regularize,
+        .sceneOrigin = scene.origin,
     };
 }
 

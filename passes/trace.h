@@ -69,7 +69,7 @@ struct TraceSettings {
     // What Trace and PrimaryHits make of the picture: their textures have its extent. Empty: all of it. The
     // pixels of a part have the bits that they have in the whole.
     Region region{};
-    gpu::CameraRecord camera{};
+    gpu::CameraRecord camera{};  // in the world, as ToRecord makes it
     SamplerKind sampler = SamplerKind::Sobol;
     uint32_t seed = 0;
     uint32_t sampleIndex = 0;

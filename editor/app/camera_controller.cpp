@@ -27,17 +27,17 @@ void CameraController::Set(const scene::CameraView& view, float distance) {
 
 void CameraController::Face(glm::vec3 forward) {
     const scene::CameraView turned =
-        scene::CameraView::LookAt(m_view.eye, m_view.eye + forward, {0.0f, 1.0f, 0.0f});
+        scene::CameraView::LookAt(m_view.eye, m_view.eye + glm::dvec3(forward), {0.0f, 1.0f, 0.0f});
     m_view.forward = turned.forward;
     m_view.up = turned.up;
     m_view.right = turned.right;
 }
 
 void CameraController::Orbit(glm::vec2 angles) {
-    const glm::vec3 pivot = Pivot();
+    const glm::dvec3 pivot = Pivot();
     // The camera goes to the right about the pivot: what it sees turns to the left
     const glm::vec3 forward = Turned(m_view.forward, {-angles.x, -angles.y});
-    m_view.eye = pivot - m_distance * forward;
+    m_view.eye = pivot - glm::dvec3(m_distance * forward);
     Face(forward);
 }
 
@@ -58,9 +58,9 @@ void CameraController::Dolly(float notches) {
         m_view.height *= factor;
         return;
     }
-    const glm::vec3 pivot = Pivot();
+    const glm::dvec3 pivot = Pivot();
     m_distance = std::max(m_distance * factor, kNearest);
-    m_view.eye = pivot - m_distance * m_view.forward;
+    m_view.eye = pivot - glm::dvec3(m_distance * m_view.forward);
 }
 
 void CameraController::Fly(glm::vec3 metres) {
@@ -76,7 +76,7 @@ void CameraController::Frame(const scene::Bounds& bounds) {
     m_distance = radius / std::sin(half);
     if (m_view.projection == scene::Projection::Orthographic)
         m_view.height = 2.0f * radius / std::min(1.0f, m_view.aspect);
-    m_view.eye = middle - m_distance * m_view.forward;
+    m_view.eye = glm::dvec3(middle) - glm::dvec3(m_distance * m_view.forward);
 }
 
 }  // namespace raygraph::editor

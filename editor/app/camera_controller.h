@@ -12,7 +12,7 @@ class CameraController {
     // Takes a camera over; what it turns around lies ahead of it, at `distance` metres.
     void Set(const scene::CameraView& view, float distance);
     const scene::CameraView& View() const { return m_view; }
-    glm::vec3 Pivot() const { return m_view.eye + m_distance * m_view.forward; }
+    glm::dvec3 Pivot() const { return m_view.eye + glm::dvec3(m_distance * m_view.forward); }
     float Distance() const { return m_distance; }
 
     // Radians, to the right and up; about the pivot, +y stays up. It stops short of looking straight along y.

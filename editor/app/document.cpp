@@ -104,9 +104,13 @@ std::vector<uint32_t> Document::InstancesUnder(uint32_t node) const {
     return instances;
 }
 
-glm::mat4x3 Document::ParentTransform(uint32_t node) const {
+scene::PlacedTransform Document::ParentPlace(uint32_t node) const {
     const uint32_t parent = m_scene.nodes.at(node).parent;
-    return parent == scene::kNone ? glm::mat4x3(1.0f) : m_worldTransforms[parent];
+    return parent == scene::kNone ? scene::PlacedTransform{} : m_worldTransforms[parent];
+}
+
+glm::mat4x3 Document::ParentTransform(uint32_t node) const {
+    return ParentPlace(node).matrix;
 }
 
 scene::Bounds Document::BoundsOf(uint32_t node) const {
@@ -118,7 +122,8 @@ scene::Bounds Document::BoundsOf(uint32_t node) const {
 Edit Document::Current(const Edit& of) const {
     return std::visit(Overloaded{
                           [&](const TransformEdit& e) -> Edit {
-                              return TransformEdit{e.node, m_scene.nodes.at(e.node).LocalTransform()};
+                              const scene::Node& node = m_scene.nodes.at(e.node);
+                              return TransformEdit{e.node, node.LocalTransform(), node.translationRest};
                           },
                           [&](const MaterialEdit& e) -> Edit {
                               return MaterialEdit{e.material, m_scene.materials.at(e.material)};
@@ -137,40 +142,50 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
         for (int row = 0; row < 3; row++)
             if (!(std::abs(edit.local[column][row]) < kLargest))
                 throw Error(ErrorKind::Usage, "a node's transform has to be made of finite numbers");
+    const scene::Node& edited = m_scene.nodes[edit.node];
+    const bool isTurned = edit.rest == glm::vec3(0.0f) && edit.local[3] == edited.LocalTransform()[3];
+    const glm::vec3 rest = isTurned ? edited.translationRest : edit.rest;  // its place stays
     const std::vector<uint32_t> moved = Subtree(edit.node);
-    std::vector<glm::mat4x3> before;
+    std::vector<scene::PlacedTransform> before;
     for (const uint32_t node : moved) before.push_back(m_worldTransforms[node]);
     // Only what lies below the node moves
-    const auto place = [&](uint32_t node, const glm::mat4x3& nodeToWorld) {
+    const auto place = [&](uint32_t node, const scene::PlacedTransform& nodeToWorld) {
         m_worldTransforms[node] = nodeToWorld;
         const uint32_t light = m_placed[node].light;
         if (light == scene::kNone) return;
         scene::Light values = m_scene.lights[light];
-        values.lightToWorld = nodeToWorld;
+        values.lightToWorld = nodeToWorld.matrix;
+        values.translationRest = nodeToWorld.rest;
         gpu.SetLight(light, values);  // may be refused
         m_scene.lights[light] = values;
     };
-    const auto local = [&](uint32_t node) {
-        return node == edit.node ? edit.local : m_scene.nodes[node].LocalTransform();
+    const auto local = [&](uint32_t node) -> scene::PlacedTransform {
+        if (node == edit.node) return {edit.local, rest};
+        return {m_scene.nodes[node].LocalTransform(), m_scene.nodes[node].translationRest};
     };
     size_t done = 0;
     try {
         for (; done < moved.size(); done++)
-            place(moved[done], scene::Compose(ParentTransform(moved[done]), local(moved[done])));
+            place(moved[done], scene::Compose(ParentPlace(moved[done]), local(moved[done])));
     } catch (const Error&) {
         m_worldTransforms[moved[done]] = before[done];
         while (done-- > 0) place(moved[done], before[done]);
         throw;
     }
     m_scene.nodes[edit.node].matrix = edit.local;
+    m_scene.nodes[edit.node].translationRest = rest;
     for (const uint32_t node : moved) {
         const Placed& placed = m_placed[node];
-        if (placed.camera != scene::kNone)
-            m_scene.cameras[placed.camera].cameraToWorld = m_worldTransforms[node];
+        const scene::PlacedTransform& nodeToWorld = m_worldTransforms[node];
+        if (placed.camera != scene::kNone) {
+            m_scene.cameras[placed.camera].cameraToWorld = nodeToWorld.matrix;
+            m_scene.cameras[placed.camera].translationRest = nodeToWorld.rest;
+        }
         if (placed.instance == scene::kNone) continue;
-        m_scene.instances[placed.instance].objectToWorld = m_worldTransforms[node];
+        m_scene.instances[placed.instance].objectToWorld = nodeToWorld.matrix;
+        m_scene.instances[placed.instance].translationRest = nodeToWorld.rest;
         m_instanceBounds[placed.instance] = InstanceBounds(placed.instance);
-        gpu.SetTransform(placed.instance, m_worldTransforms[node]);
+        gpu.SetTransform(placed.instance, nodeToWorld.matrix, nodeToWorld.rest);
     }
     m_scene.bounds = {};
     for (const scene::Bounds& bounds : m_instanceBounds) m_scene.bounds.Extend(bounds);

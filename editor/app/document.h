@@ -18,6 +18,7 @@ namespace raygraph::editor {
 struct TransformEdit {
     uint32_t node = 0;
     glm::mat4x3 local{1.0f};
+    glm::vec3 rest{0.0f};  // of local's translation, see scene_data.h
 };
 struct MaterialEdit {
     uint32_t material = 0;
@@ -53,7 +54,7 @@ class Document {
     const std::vector<uint32_t>& Roots() const { return m_roots; }
     glm::mat4x3 LocalTransform(uint32_t node) const { return m_scene.nodes.at(node).LocalTransform(); }
     // Node to world; that of the parent, the identity for a root.
-    const glm::mat4x3& WorldTransform(uint32_t node) const { return m_worldTransforms.at(node); }
+    const glm::mat4x3& WorldTransform(uint32_t node) const { return m_worldTransforms.at(node).matrix; }
     glm::mat4x3 ParentTransform(uint32_t node) const;
     // Of a node and all below it, world space.
     scene::Bounds BoundsOf(uint32_t node) const;
@@ -99,10 +100,11 @@ class Document {
 
     std::vector<std::vector<uint32_t>> m_children;
     std::vector<uint32_t> m_roots;
-    std::vector<Placed> m_placed;                 // by node
-    std::vector<glm::mat4x3> m_worldTransforms;   // by node
-    std::vector<scene::Bounds> m_meshBounds;      // by mesh
-    std::vector<scene::Bounds> m_instanceBounds;  // by instance
+    std::vector<Placed> m_placed;  // by node
+    scene::PlacedTransform ParentPlace(uint32_t node) const;
+    std::vector<scene::PlacedTransform> m_worldTransforms;  // by node
+    std::vector<scene::Bounds> m_meshBounds;                // by mesh
+    std::vector<scene::Bounds> m_instanceBounds;            // by instance
     std::vector<Step> m_steps;
     size_t m_saved = 0;     // m_done when it was saved; kNeverSaved: no number of steps leads there
     size_t m_done = 0;      // steps that are in effect; those after it can be redone

@@ -74,8 +74,9 @@ Ray PictureMap::RayAt(glm::vec2 place) const {
     const glm::vec2 film(2.0f * place.x / m_size.x - 1.0f, 1.0f - 2.0f * place.y / m_size.y);
     if (m_view.projection == scene::Projection::Orthographic) {
         const float half = 0.5f * m_view.height;
-        return {m_view.eye + film.x * half * m_view.aspect * m_view.right + film.y * half * m_view.up,
-                m_view.forward};
+        return {
+            glm::vec3(m_view.eye) + film.x * half * m_view.aspect * m_view.right + film.y * half * m_view.up,
+            m_view.forward};
     }
     const float half = std::tan(0.5f * m_view.yFov);
     return {m_view.eye, glm::normalize(m_view.forward + film.x * half * m_view.aspect * m_view.right +
@@ -84,12 +85,12 @@ Ray PictureMap::RayAt(glm::vec2 place) const {
 
 float PictureMap::MetresAt(const glm::vec3& point, float points) const {
     if (m_view.projection == scene::Projection::Orthographic) return m_view.height * points / m_size.y;
-    const float depth = glm::dot(point - m_view.eye, m_view.forward);
+    const float depth = glm::dot(glm::vec3(glm::dvec3(point) - m_view.eye), m_view.forward);
     return std::max(2.0f * depth * std::tan(0.5f * m_view.yFov) * points / m_size.y, 0.0f);
 }
 
 std::optional<glm::vec2> PictureMap::PlaceOf(const glm::vec3& point) const {
-    const glm::vec3 way = point - m_view.eye;
+    const glm::vec3 way = glm::dvec3(point) - m_view.eye;
     float half = 0.5f * m_view.height;
     if (m_view.projection == scene::Projection::Perspective) {
         const float depth = glm::dot(way, m_view.forward);
@@ -102,7 +103,7 @@ std::optional<glm::vec2> PictureMap::PlaceOf(const glm::vec3& point) const {
 
 glm::vec3 PictureMap::ToEye(const glm::vec3& point) const {
     if (m_view.projection == scene::Projection::Orthographic) return -m_view.forward;
-    return glm::normalize(m_view.eye - point);
+    return glm::normalize(m_view.eye - glm::dvec3(point));
 }
 
 std::optional<float> NearestAlong(const glm::vec3& origin, const glm::vec3& axis, const Ray& ray) {

@@ -177,7 +177,7 @@ void Workspace::UseCamera(std::optional<uint32_t> index) {
     const scene::CameraView taken =
         index ? scene::ViewOf(scene.cameras.at(*index), aspect) : scene::ViewOfBounds(scene.bounds, aspect);
     const float distance =
-        scene.bounds.IsEmpty() ? 1.0f : glm::dot(scene.bounds.Center() - taken.eye, taken.forward);
+        scene.bounds.IsEmpty() ? 1.0f : glm::dot(scene.bounds.Center() - glm::vec3(taken.eye), taken.forward);
     camera.Set(taken, distance > 0.0f ? distance : std::max(scene.bounds.Radius(), 0.01f));
 }
 

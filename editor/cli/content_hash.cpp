@@ -94,22 +94,24 @@ class ContentHash {
         AddAll(width, height, rgba);
     }
     void Add(const scene::Node& node) {
-        const auto& [name, parent, translation, rotation, scale, matrix, mesh] = node;
-        AddAll(name, parent, translation, rotation, scale, matrix, mesh);
+        const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh] = node;
+        AddAll(name, parent, translation, translationRest, rotation, scale, matrix, mesh);
     }
     void Add(const scene::Instance& instance) {
-        const auto& [mesh, node, objectToWorld] = instance;
-        AddAll(mesh, node, objectToWorld);
+        const auto& [mesh, node, objectToWorld, translationRest] = instance;
+        AddAll(mesh, node, objectToWorld, translationRest);
     }
     void Add(const scene::Camera& camera) {
-        const auto& [name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld] =
-            camera;
-        AddAll(name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld);
+        const auto& [name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld,
+                     translationRest] = camera;
+        AddAll(name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld,
+               translationRest);
     }
     void Add(const scene::Light& light) {
-        const auto& [name, node, type, color, intensity, range, innerConeAngle, outerConeAngle,
-                     lightToWorld] = light;
-        AddAll(name, node, type, color, intensity, range, innerConeAngle, outerConeAngle, lightToWorld);
+        const auto& [name, node, type, color, intensity, range, innerConeAngle, outerConeAngle, lightToWorld,
+                     translationRest] = light;
+        AddAll(name, node, type, color, intensity, range, innerConeAngle, outerConeAngle, lightToWorld,
+               translationRest);
     }
     void Add(const scene::SceneData& scene) {
         const auto& [name, meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights,

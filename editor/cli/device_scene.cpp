@@ -10,7 +10,7 @@ namespace {
 // Distance along the view to the middle of the scene, for a lens that was given no focus.
 float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
     if (bounds.IsEmpty()) return 1.0f;
-    const float distance = glm::dot(bounds.Center() - view.eye, view.forward);
+    const float distance = glm::dot(bounds.Center() - glm::vec3(view.eye), view.forward);
     return distance > 0.0f ? distance : 1.0f;
 }
 
@@ -38,6 +38,7 @@ DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSe
     : m_renderer(device), m_scene(m_renderer), m_settings(TraceSettingsFrom(settings, input.data)) {
     LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
     m_scene.SetScene(std::move(input.data));
+    m_scene.SetViewpoint(EyeOf(m_settings.camera));
     m_scene.SetLightGroups(std::move(groups));
     const bool hasMap = !input.environment.rgba.empty();
     const auto& radiance = hasMap ? settings.environmentTint : settings.background;

@@ -107,6 +107,7 @@ const BudgetSettings& Viewport::Budget() const {
 
 TextureId Viewport::Declare() {
     if (m_impl->size.IsEmpty()) return {};
+    m_impl->scene->SetViewpoint(m_impl->camera.eye);
     return m_impl->Declare(m_impl->scene->Declare(m_impl->renderer));
 }
 

@@ -114,7 +114,8 @@ class RAYGRAPH_API Viewport {
     // of the viewport's size, display-encoded and opaque; an invalid id for a size without area. To be read
     // alone: it may be kept for later frames.
     TextureId Declare();
-    // For a scene that several viewports show: `ids` are of its Declare in this frame.
+    // For a scene that several viewports show: `ids` are of its Declare in this frame. Its SetViewpoint is
+    // the host's then.
     TextureId Declare(const SceneIds& ids);
     // After Declare, in the same frame: `picture`, which Declare returned, with a line around what is seen of
     // the outlined instances, as a picture of its own: what Declare returned stays free of it, to be saved,

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "renderer/scene/split_place.h"
+
 namespace raygraph {
 
 namespace {
@@ -13,8 +15,9 @@ constexpr float kDefaultZFar = 1e4f;  // metres
 gpu::CameraRecord ToRecord(const scene::CameraView& view) {
     const bool isOrthographic = view.projection == scene::Projection::Orthographic;
     const float halfHeight = isOrthographic ? 0.5f * view.height : std::tan(0.5f * view.yFov);
+    const scene::SplitPlace eye = scene::Split(view.eye);
     return {
-        .origin = view.eye,
+        .origin = eye.rounded,
         .orthographic = isOrthographic ? 1u : 0u,
         .right = halfHeight * view.aspect * view.right,
         .up = halfHeight * view.up,
@@ -23,7 +26,12 @@ gpu::CameraRecord ToRecord(const scene::CameraView& view) {
         .focusDistance = 1.0f,
         .zNear = view.zNear,
         .zFar = view.zFar > 0.0f ? view.zFar : kDefaultZFar,
+        .originRest = eye.rest,
     };
+}
+
+glm::dvec3 EyeOf(const gpu::CameraRecord& camera) {
+    return glm::dvec3(camera.origin) + glm::dvec3(camera.originRest);
 }
 
 }  // namespace raygraph

@@ -8,5 +8,7 @@
 namespace raygraph {
 
 RAYGRAPH_API gpu::CameraRecord ToRecord(const scene::CameraView& view);
+// Where the record's camera is, in the world.
+RAYGRAPH_API glm::dvec3 EyeOf(const gpu::CameraRecord& camera);
 
 }  // namespace raygraph

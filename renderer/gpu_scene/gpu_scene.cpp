@@ -13,6 +13,7 @@
 #include "renderer/gpu_scene/environment_alias.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_set.h"
+#include "renderer/gpu_scene/scene_origin.h"
 #include "renderer/gpu_scene/scene_resources.h"
 #include "rhi/blas_builder.h"
 #include "rhi/texture_table.h"
@@ -114,6 +115,8 @@ struct GpuScene::Impl {
         instances = std::move(newInstances);
         resources = std::move(newResources);
         draws = std::move(newDraws);
+        origin = glm::dvec3(0.0);
+        MoveOrigin(ChooseSceneOrigin(origin, glm::dvec3(0.0), instances->Reach()));
         drawsState = {};
         hasUnbuiltBlases = true;
         dirtyMaterials = {};
@@ -135,6 +138,13 @@ struct GpuScene::Impl {
 
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     SceneIds Declare(Renderer& renderer);
+
+    void MoveOrigin(const glm::dvec3& to) {
+        if (origin == to) return;
+        origin = to;
+        instances->MoveOrigin(to);
+        lights->MoveOrigin(to, *instances);
+    }
 
     rhi::Buffer UploadAlias(const EnvironmentAlias& alias) {
         const std::span<const std::byte> bytes = std::as_bytes(std::span(alias.entries));
@@ -234,6 +244,7 @@ struct GpuScene::Impl {
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
     std::unique_ptr<LightSet> lights;
     DrawTable draws;
+    glm::dvec3 origin{0.0};
     std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
     DirtyRange dirtyMaterials;
@@ -265,18 +276,25 @@ void GpuScene::SetScene(scene::SceneData&& scene) {
     WithMemoryErrors("SetScene", [&] { m_impl->Replace(std::move(scene)); });
 }
 
-void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
+void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld,
+                            const glm::vec3& translationRest) {
     m_impl->RequireNoFrame("SetTransform");
     CheckIndex("instance", instance, m_impl->instances->Count());
-    if (m_impl->instances->Transform(instance) == objectToWorld) return;
+    const scene::PlacedTransform placed{objectToWorld, translationRest};
+    if (m_impl->instances->Transform(instance) == placed) return;
     m_impl->revisions.transforms++;
-    m_impl->instances->SetTransform(instance, objectToWorld);
-    m_impl->lights->SetTransform(instance, objectToWorld);
+    m_impl->instances->SetTransform(instance, placed);
+    m_impl->lights->SetTransform(instance, m_impl->instances->DeviceTransform(instance));
 }
 
 glm::mat4x3 GpuScene::Transform(uint32_t instance) const {
     CheckIndex("instance", instance, m_impl->instances->Count());
-    return m_impl->instances->Transform(instance);
+    return m_impl->instances->Transform(instance).matrix;
+}
+
+void GpuScene::SetViewpoint(const glm::dvec3& eye) {
+    m_impl->RequireNoFrame("SetViewpoint");
+    m_impl->MoveOrigin(ChooseSceneOrigin(m_impl->origin, eye, m_impl->instances->Reach()));
 }
 
 void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
@@ -321,24 +339,8 @@ const scene::Light& GpuScene::Light(uint32_t light) const {
 
 void GpuScene::SetLightGroups(LightGroups groups) {
     m_impl->RequireNoFrame("SetLightGroups");
-    const auto check = [&](const char* what, const std::vector<uint32_t>& list, size_t count) {
-        if (!list.empty() && list.size() != count)
-            throw Error(ErrorKind::Usage, "GpuScene: groups of " + std::to_string(list.size()) + " " + what +
-                                              ", the scene has " + std::to_string(count));
-        for (const uint32_t group : list)
-            if (group != gpu::kLightGroupRest &&
-                (group < gpu::kLightGroupNamed || group - gpu::kLightGroupNamed >= groups.namedCount))
-                throw Error(ErrorKind::Usage, "GpuScene: light group " + std::to_string(group) + " of " +
-                                                  what + ", with " + std::to_string(groups.namedCount) +
-                                                  " named groups");
-    };
-    if (groups.namedCount > gpu::kMaxNamedLightGroups)
-        throw Error(ErrorKind::Usage, "GpuScene: " + std::to_string(groups.namedCount) +
-                                          " light groups, at most " +
-                                          std::to_string(gpu::kMaxNamedLightGroups) + " have names");
-    check("instances", groups.instances, m_impl->instances->Count());
-    check("materials", groups.materials, m_impl->resources->materialRecords.size());
-    check("lights", groups.lights, m_impl->lights->PunctualCount());
+    RequireFitting(groups, m_impl->instances->Count(), m_impl->resources->materialRecords.size(),
+                   m_impl->lights->PunctualCount());
     m_impl->lights->SetGroups(std::move(groups));
 }
 
@@ -402,6 +404,7 @@ SceneIds GpuScene::Declare(Renderer& renderer) {
 SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     declaredIn = renderer.OpenFrame();
     SceneIds ids;
+    ids.origin = origin;
     DeclareEnvironment(renderer, ids);
     ids.geometries = renderer.Import("geometries", resources->geometries, geometriesState);
     ids.materials = renderer.Import("materials", resources->materials, materialsState);

@@ -69,6 +69,7 @@ struct SceneIds {
     uint32_t placementCount = 0;                       // records of `instances`
     std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, one after the other from 0 on
     uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h
+    glm::dvec3 origin{0.0};   // in the world: what is on the device is relative to it
 };
 
 // Light from everywhere else: a constant, times an equirectangular map if there is one.
@@ -136,9 +137,17 @@ class RAYGRAPH_API GpuScene {
     // On an Error the scene that was there stays.
     void SetScene(scene::SceneData&& scene);
 
-    // Instance indices are those of SceneData::instances. Error{Usage} out of range.
-    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
-    glm::mat4x3 Transform(uint32_t instance) const;
+    // Where the scene is looked at from, in the world: the device's coordinates, which are floats, begin near
+    // there or where the scene is nearest to it (docs/large-coordinates.md). Costs nothing unless that is
+    // more than 128 m from where they begin now; then it is as if everything had moved, but for Revisions. A
+    // scene that is told no viewpoint takes the place that is nearest to the world's origin.
+    void SetViewpoint(const glm::dvec3& eye);
+
+    // Instance indices are those of SceneData::instances. Error{Usage} out of range. The place is
+    // objectToWorld[3] + translationRest, added in double.
+    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld,
+                      const glm::vec3& translationRest = glm::vec3(0.0f));
+    glm::mat4x3 Transform(uint32_t instance) const;  // without its rest
     // No ray hits an invisible instance. A change rebuilds the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
     bool IsVisible(uint32_t instance) const;

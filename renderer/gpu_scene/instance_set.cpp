@@ -53,13 +53,14 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
     for (const scene::Instance& instance : instances) {
         const MeshResources& mesh = resources.meshes[instance.mesh];
         const auto index = static_cast<uint32_t>(m_instances.size());
-        m_instances.push_back({.objectToWorld = instance.objectToWorld,
+        m_instances.push_back({.objectToWorld = {instance.objectToWorld, instance.translationRest},
                                .mesh = instance.mesh,
                                .firstPlacement = PlacementCount()});
         for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; group++) {
             m_placements.push_back({.instance = index, .group = group, .firstLight = lightCount});
             lightCount += static_cast<uint32_t>(resources.groups[group].emitters.size());
         }
+        ExtendReach(m_instances.back());
     }
     m_slotToPlacement.resize(m_placements.size());
     std::iota(m_slotToPlacement.begin(), m_slotToPlacement.end(), 0u);
@@ -78,10 +79,23 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
     m_tlas = rhi::Tlas(device, {.name = "scene TLAS", .capacity = static_cast<uint32_t>(capacity)});
 }
 
-void InstanceSet::SetTransform(uint32_t index, const glm::mat4x3& objectToWorld) {
+void InstanceSet::ExtendReach(const Instance& instance) {
+    const MeshResources& mesh = m_resources.meshes[instance.mesh];
+    for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; group++)
+        m_reach.Extend(m_resources.groups[group].bounds.Transformed(instance.objectToWorld.matrix));
+}
+
+void InstanceSet::MoveOrigin(const glm::dvec3& origin) {
+    m_origin = origin;
+    m_areRecordsDue = true;
+    m_needsRebuild = true;
+}
+
+void InstanceSet::SetTransform(uint32_t index, const scene::PlacedTransform& objectToWorld) {
     Instance& instance = m_instances[index];
     if (instance.objectToWorld == objectToWorld) return;
     instance.objectToWorld = objectToWorld;
+    ExtendReach(instance);
     for (uint32_t group = 0; group < m_resources.meshes[instance.mesh].groupCount; group++) {
         m_movedInRecords.Add(instance.firstPlacement + group);
         m_movedInTlas.Add(instance.firstPlacement + group);
@@ -104,10 +118,11 @@ TlasWork InstanceSet::PendingWork() const {
 rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t placement) const {
     const Instance& instance = m_instances[m_placements[placement].instance];
     const GroupResources& group = m_resources.groups[m_placements[placement].group];
+    const glm::mat4x3 objectToWorld = DeviceTransform(m_placements[placement].instance);
     rhi::TlasInstance result;
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 4; column++)
-            result.objectToWorld[static_cast<size_t>(4 * row + column)] = instance.objectToWorld[column][row];
+            result.objectToWorld[static_cast<size_t>(4 * row + column)] = objectToWorld[column][row];
     result.customIndex = placement;
     result.blas = instance.isVisible ? group.blas->Address() : 0;
     // A face keeps its side under a mirroring transform, for Vulkan as for glTF: nothing to flip
@@ -118,7 +133,7 @@ rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t placement) const {
 gpu::InstanceRecord InstanceSet::RecordOf(uint32_t placement) const {
     const Placement& placed = m_placements[placement];
     gpu::InstanceRecord record = m_resources.groups[placed.group].record;
-    record.objectToWorld = m_instances[placed.instance].objectToWorld;
+    record.objectToWorld = DeviceTransform(placed.instance);
     record.instance = placed.instance;
     record.firstLight = placed.firstLight;
     if (!m_instances[placed.instance].isVisible) record.draw = gpu::kNotDrawn;
@@ -129,7 +144,7 @@ void InstanceSet::OrderSlots() {
     std::vector<glm::vec3> centers(m_placements.size());
     for (size_t i = 0; i < m_placements.size(); i++) {
         const glm::vec3 center = m_resources.groups[m_placements[i].group].bounds.Center();
-        centers[i] = m_instances[m_placements[i].instance].objectToWorld * glm::vec4(center, 1.0f);
+        centers[i] = DeviceTransform(m_placements[i].instance) * glm::vec4(center, 1.0f);
     }
     m_slotToPlacement = SpatialOrder(centers);
     for (uint32_t slot = 0; slot < m_slotToPlacement.size(); slot++)

@@ -29,8 +29,15 @@ class InstanceSet {
 
     std::span<const Placement> Placements() const { return m_placements; }
     uint32_t Count() const { return static_cast<uint32_t>(m_instances.size()); }
-    const glm::mat4x3& Transform(uint32_t index) const { return m_instances[index].objectToWorld; }
-    void SetTransform(uint32_t index, const glm::mat4x3& objectToWorld);
+    const scene::PlacedTransform& Transform(uint32_t index) const { return m_instances[index].objectToWorld; }
+    void SetTransform(uint32_t index, const scene::PlacedTransform& objectToWorld);
+    // As the device has it: from the scene's origin.
+    glm::mat4x3 DeviceTransform(uint32_t index) const {
+        return m_instances[index].objectToWorld.RelativeTo(m_origin);
+    }
+    void MoveOrigin(const glm::dvec3& origin);
+    // The box around all places that an instance has had, in the world.
+    const scene::Bounds& Reach() const { return m_reach; }
     void SetVisible(uint32_t index, bool isVisible);
     bool IsVisible(uint32_t index) const { return m_instances[index].isVisible; }
     // A BLAS was built or has moved: every address has to be written again.
@@ -47,7 +54,7 @@ class InstanceSet {
 
   private:
     struct Instance {
-        glm::mat4x3 objectToWorld;
+        scene::PlacedTransform objectToWorld;
         uint32_t mesh = 0;
         uint32_t firstPlacement = 0;  // one for each group of the mesh
         bool isVisible = true;
@@ -65,6 +72,7 @@ class InstanceSet {
         std::vector<bool> m_isListed;
     };
 
+    void ExtendReach(const Instance& instance);
     rhi::TlasInstance TlasInstanceOf(uint32_t placement) const;
     gpu::InstanceRecord RecordOf(uint32_t placement) const;
     uint32_t PlacementCount() const { return static_cast<uint32_t>(m_placements.size()); }
@@ -82,6 +90,8 @@ class InstanceSet {
     const SceneResources& m_resources;
     std::vector<Instance> m_instances;
     std::vector<Placement> m_placements;
+    glm::dvec3 m_origin{0.0};
+    scene::Bounds m_reach;
     std::vector<uint32_t> m_slotToPlacement;  // TLAS order: spatial
     std::vector<uint32_t> m_placementToSlot;
     MovedPlacements m_movedInRecords{0}, m_movedInTlas{0};

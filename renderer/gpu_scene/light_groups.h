@@ -3,9 +3,11 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "base/api.h"
 #include "shaders/shared/light_records.h"
 
 namespace raygraph {
@@ -17,6 +19,10 @@ struct LightGroups {
     uint32_t namedCount = 0;  // at most gpu::kMaxNamedLightGroups
     std::vector<uint32_t> instances, materials, lights;
 };
+
+// Error{Usage} for lists that are neither empty nor of the scene's sizes, or a group that is out of range.
+RAYGRAPH_API void RequireFitting(const LightGroups& groups, size_t instanceCount, size_t materialCount,
+                                 size_t lightCount);
 
 // Of something that is in two: the lower one, Rest last of all.
 inline uint32_t FirstLightGroup(uint32_t a, uint32_t b) {

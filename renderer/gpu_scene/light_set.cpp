@@ -31,12 +31,19 @@ void RequireSane(uint32_t index, const scene::Light& light) {
             "its intensity must be finite and not negative");
     for (int column = 0; column < 4; column++)
         require(IsFinite(light.lightToWorld[column]), "its transform must be finite");
+    require(IsFinite(light.translationRest), "its transform must be finite");
     require(glm::determinant(glm::mat3(light.lightToWorld)) != 0.0f, "its transform has no inverse");
     if (light.type != scene::LightType::Spot) return;
     constexpr float kMostAngle = 1.5707964f;
     require(light.innerConeAngle >= 0.0f && light.innerConeAngle < light.outerConeAngle &&
                 light.outerConeAngle <= kMostAngle,
             "innerConeAngle must be below outerConeAngle, and that at most pi/2");
+}
+
+scene::Light FromOrigin(scene::Light light, const glm::dvec3& origin) {
+    light.lightToWorld = scene::PlacedTransform{light.lightToWorld, light.translationRest}.RelativeTo(origin);
+    light.translationRest = glm::vec3(0.0f);
+    return light;
 }
 
 }  // namespace
@@ -63,7 +70,7 @@ LightSet::LightSet(rhi::Device& device, SceneResources& resources,
         m_scene.instances.push_back({.objectToWorld = instance.objectToWorld});
     for (const scene::Material& material : data.materials)
         m_scene.emission.push_back(material.EmittedRadiance());
-    m_scene.punctual = data.lights;
+    m_scene.punctual = m_punctual = data.lights;
     m_scene.radius = data.bounds.Radius();
 
     uint64_t lightCount = data.lights.size();
@@ -97,7 +104,16 @@ void LightSet::SetEmission(uint32_t material, const glm::vec3& radiance) {
 
 void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
     RequireSane(light, values);
-    m_scene.punctual[light] = values;
+    m_punctual[light] = values;
+    m_scene.punctual[light] = FromOrigin(values, m_origin);
+    m_isTableDue = true;
+}
+
+void LightSet::MoveOrigin(const glm::dvec3& origin, const InstanceSet& instances) {
+    m_origin = origin;
+    for (uint32_t i = 0; i < m_scene.instances.size(); i++)
+        m_scene.instances[i].objectToWorld = instances.DeviceTransform(i);
+    for (size_t i = 0; i < m_punctual.size(); i++) m_scene.punctual[i] = FromOrigin(m_punctual[i], origin);
     m_isTableDue = true;
 }
 

@@ -21,13 +21,16 @@ class LightSet {
     LightSet(rhi::Device& device, SceneResources& resources,
              std::span<const InstanceSet::Placement> placements, const scene::SceneData& data);
 
-    // Indices are those of the scene, and in range.
+    // Indices are those of the scene, and in range. Transforms of instances are from the scene's origin;
+    // those of punctual lights in the world.
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
     void SetVisible(uint32_t instance, bool isVisible);
     void SetEmission(uint32_t material, const glm::vec3& radiance);
     // Error{Usage} for values that no file may have.
     void SetPunctual(uint32_t light, const scene::Light& values);
-    const scene::Light& Punctual(uint32_t light) const { return m_scene.punctual[light]; }
+    const scene::Light& Punctual(uint32_t light) const { return m_punctual[light]; }
+    // Takes all transforms again: `instances` has its own by then.
+    void MoveOrigin(const glm::dvec3& origin, const InstanceSet& instances);
     // Of the scene's sizes, and in range.
     void SetGroups(LightGroups groups);
     // Mean radiance over the sphere, and the table that chooses directions.
@@ -40,14 +43,16 @@ class LightSet {
 
     uint32_t LightCount() const { return m_table.set.activeCount; }  // those that shine
     uint32_t EmissiveTriangleCount() const { return m_table.emissiveTriangleCount; }
-    uint32_t PunctualCount() const { return static_cast<uint32_t>(m_scene.punctual.size()); }
+    uint32_t PunctualCount() const { return static_cast<uint32_t>(m_punctual.size()); }
     uint64_t RebuildCount() const { return m_rebuildCount; }
 
   private:
     void RecordUpload(CommandList& commands);
 
     rhi::Device& m_device;
-    LightScene m_scene;
+    LightScene m_scene;                    // from the origin
+    std::vector<scene::Light> m_punctual;  // in the world
+    glm::dvec3 m_origin{0.0};
     std::vector<bool> m_isEmitterInstance;
     std::vector<bool> m_isEmitterMaterial;
     LightTable m_table;

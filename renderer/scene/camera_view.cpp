@@ -31,16 +31,16 @@ void SetFrame(CameraView& view, const glm::vec3& forward, const glm::vec3& up) {
 }
 
 // The numbers of `text`, or nothing if it holds anything else.
-std::optional<std::vector<float>> Numbers(std::string_view text) {
+std::optional<std::vector<double>> Numbers(std::string_view text) {
     const auto isSeparator = [](char c) { return c == ' ' || c == ',' || c == '\t'; };
-    std::vector<float> numbers;
+    std::vector<double> numbers;
     while (true) {
         while (!text.empty() && isSeparator(text.front())) text.remove_prefix(1);
         if (text.empty()) return numbers;
         if (text.front() == '+' && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
-        float number = 0.0f;
+        double number = 0.0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-        if (error != std::errc() || !std::isfinite(number)) return std::nullopt;
+        if (error != std::errc() || !std::isfinite(static_cast<float>(number))) return std::nullopt;
         text.remove_prefix(static_cast<size_t>(end - text.data()));
         if (!text.empty() && !isSeparator(text.front())) return std::nullopt;
         numbers.push_back(number);
@@ -68,7 +68,7 @@ bool TakeMetres(std::string_view& text) {
 
 }  // namespace
 
-CameraView CameraView::LookAt(const glm::vec3& eye, const glm::vec3& target, const glm::vec3& up) {
+CameraView CameraView::LookAt(const glm::dvec3& eye, const glm::dvec3& target, const glm::vec3& up) {
     CameraView view;
     view.eye = eye;
     const glm::vec3 direction = target - eye;
@@ -78,7 +78,7 @@ CameraView CameraView::LookAt(const glm::vec3& eye, const glm::vec3& target, con
 
 CameraView ViewOf(const Camera& camera, float aspect) {
     CameraView view;
-    view.eye = camera.cameraToWorld[3];
+    view.eye = PlacedTransform{camera.cameraToWorld, camera.translationRest}.Place();
     const glm::vec3 back = camera.cameraToWorld[2];
     SetFrame(view, HasDirection(back) ? -glm::normalize(back) : glm::vec3(0, 0, -1), camera.cameraToWorld[1]);
     view.projection = camera.projection;
@@ -115,23 +115,24 @@ CameraView ViewFromText(std::string_view text, float aspect) {
     const bool isHeight = TakeMetres(digits);
     const auto numbers = Numbers(digits);
     if (!numbers) return fail("must be numbers: eye target up fov");
-    const std::vector<float>& n = *numbers;
+    const std::vector<double>& n = *numbers;
     if (n.size() != 6 && n.size() != 7 && n.size() != 9 && n.size() != 10)
         return fail("must have 10 numbers (eye target up fov), or 9, 7 or 6 without fov or up");
-    const glm::vec3 eye(n[0], n[1], n[2]);
-    const glm::vec3 target(n[3], n[4], n[5]);
+    const glm::dvec3 eye(n[0], n[1], n[2]);
+    const glm::dvec3 target(n[3], n[4], n[5]);
     const glm::vec3 up = n.size() >= 9 ? glm::vec3(n[6], n[7], n[8]) : glm::vec3(0, 1, 0);
     const bool hasFov = n.size() == 7 || n.size() == 10;
     if (isHeight && !hasFov) return fail("a height in metres has the place of the fov");
-    if (isHeight && !(n.back() > 0.0f)) return fail("the height must be above 0");
-    const float fovDegrees = hasFov && !isHeight ? n.back() : 40.0f;
+    const auto last = static_cast<float>(n.back());
+    if (isHeight && !(last > 0.0f)) return fail("the height must be above 0");
+    const float fovDegrees = hasFov && !isHeight ? last : 40.0f;
     if (!HasDirection(target - eye)) return fail("eye and target must differ");
     if (!(fovDegrees > 0.0f && fovDegrees < 180.0f)) return fail("fov must be between 0 and 180 degrees");
     CameraView view = CameraView::LookAt(eye, target, up);
     view.yFov = glm::radians(fovDegrees);
     if (isHeight) {
         view.projection = Projection::Orthographic;
-        view.height = n.back();
+        view.height = last;
     }
     view.aspect = aspect;
     return view;

@@ -14,7 +14,7 @@ namespace raygraph::scene {
 //   perspective:  origin eye, direction forward + x * tan(yFov / 2) * aspect * right + y * tan(yFov / 2) * up
 //   orthographic: origin eye + x * height / 2 * aspect * right + y * height / 2 * up, direction forward
 struct RAYGRAPH_API CameraView {
-    glm::vec3 eye{0.0f};
+    glm::dvec3 eye{0.0};
     glm::vec3 forward{0.0f, 0.0f, -1.0f};
     glm::vec3 up{0.0f, 1.0f, 0.0f};
     glm::vec3 right{1.0f, 0.0f, 0.0f};
@@ -29,7 +29,7 @@ struct RAYGRAPH_API CameraView {
 
     // A camera at `eye` that looks at `target`. `up` need not be perpendicular; if it is parallel to the view
     // direction or zero another is chosen. If eye and target are one point it looks along -z.
-    static CameraView LookAt(const glm::vec3& eye, const glm::vec3& target, const glm::vec3& up);
+    static CameraView LookAt(const glm::dvec3& eye, const glm::dvec3& target, const glm::vec3& up);
 };
 
 // A placed camera. The vertical extent is kept, whatever the aspect ratio of the picture is. Scale and shear

@@ -28,6 +28,16 @@ glm::mat4x3 ReadMatrix(const JsonValue& value) {
     return matrix;
 }
 
+// What float leaves of three numbers of an array.
+glm::vec3 RestOf(const JsonValue& value, size_t first) {
+    glm::vec3 rest;
+    for (int i = 0; i < 3; ++i) {
+        const double number = value.At(first + static_cast<size_t>(i)).Number();
+        rest[i] = static_cast<float>(number - static_cast<double>(static_cast<float>(number)));
+    }
+    return rest;
+}
+
 glm::quat ReadRotation(GltfContext& context, const JsonValue& value) {
     std::array<float, 4> xyzw{0, 0, 0, 1};
     value.FloatsIfPresent(xyzw);
@@ -61,8 +71,12 @@ class GraphReader {
     void ReadNode(const JsonValue& value, uint32_t index) {
         Node& node = m_scene.nodes[index];
         node.name = value.RequireObject()["name"].StringOr("");
-        if (value["matrix"].IsPresent()) node.matrix = ReadMatrix(value["matrix"]);
         value["translation"].FloatsIfPresent({&node.translation.x, 3});
+        if (value["translation"].IsPresent()) node.translationRest = RestOf(value["translation"], 0);
+        if (value["matrix"].IsPresent()) {
+            node.matrix = ReadMatrix(value["matrix"]);
+            node.translationRest = RestOf(value["matrix"], 12);
+        }
         node.rotation = ReadRotation(m_context, value["rotation"]);
         value["scale"].FloatsIfPresent({&node.scale.x, 3});
         node.mesh = value["mesh"].IndexOr(kNone, m_meshCount, "meshes");
@@ -238,17 +252,17 @@ void ReadNodes(GltfContext& context, const JsonValue& root, size_t meshCount, Sc
 
 void PlaceInstances(GltfContext& context, const JsonValue& root, SceneData& scene) {
     const JsonValue nodes = root["nodes"];
-    const std::vector<glm::mat4x3> transforms = WorldTransforms(scene);
+    const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
     for (const uint32_t node : scene.nodeOrder) {
         const JsonValue where = nodes.At(node);
-        if (!IsFinite(transforms[node])) where.Fail("its world transform is not finite");
+        if (!IsFinite(transforms[node].matrix)) where.Fail("its world transform is not finite");
         const uint32_t mesh = scene.nodes[node].mesh;
         if (mesh == kNone || scene.meshes[mesh].primitives.empty()) continue;
-        if (!CanInvert(transforms[node])) {
+        if (!CanInvert(transforms[node].matrix)) {
             context.Warn(where, "singular", "is scaled to nothing or flat, its mesh is left out");
             continue;
         }
-        scene.instances.push_back({mesh, node, transforms[node]});
+        scene.instances.push_back({mesh, node, transforms[node].matrix, transforms[node].rest});
     }
     UpdateWorldTransforms(scene);
     const bool isFinite =

@@ -78,11 +78,20 @@ std::optional<Parts> PartsOf(const glm::mat4x3& local, const Node& own) {
     return std::nullopt;
 }
 
-void PutMatrix(Json& node, const glm::mat4x3& local) {
+// `isMoved`: its place is another than that of the file, whose numbers may have more digits.
+void PutMatrix(Json& node, const glm::mat4x3& local, bool isMoved) {
+    Json place = JsonVector(local[3]);
+    for (size_t i = 0; i < 3 && !isMoved; i++) {
+        if (node.contains("matrix"))
+            place[i] = node["matrix"][12 + i];
+        else if (node.contains("translation"))
+            place[i] = node["translation"][i];
+    }
     for (const char* part : {"translation", "rotation", "scale"}) node.erase(part);
     Json matrix = Json::array();
     for (int column = 0; column < 4; column++) {
-        for (int row = 0; row < 3; row++) matrix.push_back(JsonNumber(local[column][row]));
+        for (int row = 0; row < 3; row++)
+            matrix.push_back(column == 3 ? place[static_cast<size_t>(row)] : JsonNumber(local[column][row]));
         matrix.push_back(column == 3 ? 1 : 0);
     }
     node["matrix"] = std::move(matrix);
@@ -91,7 +100,7 @@ void PutMatrix(Json& node, const glm::mat4x3& local) {
 void PatchNode(Json& node, const Node& loaded, const glm::mat4x3& local) {
     const std::optional<Parts> parts = loaded.matrix ? std::nullopt : PartsOf(local, loaded);
     if (!parts) {
-        PutMatrix(node, local);
+        PutMatrix(node, local, local[3] != loaded.LocalTransform()[3]);
         return;
     }
     if (parts->translation != loaded.translation) node["translation"] = JsonVector(parts->translation);

@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/check.h"
+#include "renderer/scene/split_place.h"
 
 namespace raygraph::scene {
 namespace {
@@ -57,23 +58,33 @@ glm::mat4x3 Node::LocalTransform() const {
     return {rotated[0] * scale.x, rotated[1] * scale.y, rotated[2] * scale.z, translation};
 }
 
-glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b) {
-    const glm::mat3 linear(a);
-    return {linear * b[0], linear * b[1], linear * b[2], linear * b[3] + a[3]};
+glm::mat4x3 PlacedTransform::RelativeTo(const glm::dvec3& origin) const {
+    return {matrix[0], matrix[1], matrix[2], glm::vec3(Place() - origin)};
 }
 
-std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene) {
-    std::vector<glm::mat4x3> transforms(scene.nodes.size(), glm::mat4x3(1.0f));
+PlacedTransform Compose(const PlacedTransform& a, const PlacedTransform& b) {
+    const glm::mat3 linear(a.matrix);
+    const SplitPlace place = Split(glm::dmat3(linear) * b.Place() + a.Place());
+    return {{linear * b.matrix[0], linear * b.matrix[1], linear * b.matrix[2], place.rounded}, place.rest};
+}
+
+std::vector<PlacedTransform> WorldTransforms(const SceneData& scene) {
+    std::vector<PlacedTransform> transforms(scene.nodes.size());
     for (const uint32_t index : scene.nodeOrder) {
         const Node& node = scene.nodes[index];
-        const glm::mat4x3 local = node.LocalTransform();
+        const PlacedTransform local{node.LocalTransform(), node.translationRest};
         transforms[index] = node.parent == kNone ? local : Compose(transforms[node.parent], local);
     }
     return transforms;
 }
 
 void UpdateWorldTransforms(SceneData& scene) {
-    const std::vector<glm::mat4x3> transforms = WorldTransforms(scene);
+    const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
+    const auto place = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
+        if (node == kNone) return;
+        matrix = transforms[node].matrix;
+        rest = transforms[node].rest;
+    };
     std::vector<Bounds> meshBounds(scene.meshes.size());
     for (size_t i = 0; i < scene.meshes.size(); ++i)
         for (const Primitive& primitive : scene.meshes[i].primitives) meshBounds[i].Extend(primitive.bounds);
@@ -81,13 +92,11 @@ void UpdateWorldTransforms(SceneData& scene) {
     scene.bounds = {};
     for (Instance& instance : scene.instances) {
         RG_CHECK_LT(instance.mesh, scene.meshes.size());
-        if (instance.node != kNone) instance.objectToWorld = transforms[instance.node];
+        place(instance.node, instance.objectToWorld, instance.translationRest);
         scene.bounds.Extend(meshBounds[instance.mesh].Transformed(instance.objectToWorld));
     }
-    for (Camera& camera : scene.cameras)
-        if (camera.node != kNone) camera.cameraToWorld = transforms[camera.node];
-    for (Light& light : scene.lights)
-        if (light.node != kNone) light.lightToWorld = transforms[light.node];
+    for (Camera& camera : scene.cameras) place(camera.node, camera.cameraToWorld, camera.translationRest);
+    for (Light& light : scene.lights) place(light.node, light.lightToWorld, light.translationRest);
 }
 
 bool HasEmission(const SceneData& scene) {

@@ -5,6 +5,10 @@
 // their node's -z; colours are linear Rec. 709 unless a texture says sRGB; texture coordinate (0, 0) is the
 // upper left texel corner.
 //
+// Far from the origin float has no digits left for what is small: at 10 km its steps are 1 mm. So transforms
+// into the world keep the rest of their translation beside them: objectToWorld[3] + translationRest, added in
+// double, is the place. Whoever knows no rest leaves it 0.
+//
 // Guarantees of a SceneData that LoadGltf returned (GpuScene relies on them and does not check again):
 //   - every index is in range, or kNone / -1 where the field allows it;
 //   - every vertex index of a primitive is smaller than its vertex count, and indices.size() is a multiple of
@@ -177,6 +181,7 @@ struct RAYGRAPH_API Node {
     uint32_t parent = kNone;
     // Local transform: `matrix` if the file gave one, else translation * rotation * scale.
     glm::vec3 translation{0.0f};
+    glm::vec3 translationRest{0.0f};             // Of `translation`, or of the matrix's.
     glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};  // w, x, y, z; unit length.
     glm::vec3 scale{1.0f};
     std::optional<glm::mat4x3> matrix;
@@ -195,6 +200,7 @@ struct Instance {
     uint32_t mesh = 0;
     uint32_t node = kNone;  // The node that placed it; kNone for one without a node.
     glm::mat4x3 objectToWorld{1.0f};
+    glm::vec3 translationRest{0.0f};
 
     bool IsMirrored() const { return glm::determinant(glm::mat3(objectToWorld)) < 0.0f; }
 };
@@ -213,6 +219,7 @@ struct Camera {
     float zNear = 0.0f;        // Metres. Kept for raster views.
     float zFar = 0.0f;         // Metres; 0 = infinite.
     glm::mat4x3 cameraToWorld{1.0f};
+    glm::vec3 translationRest{0.0f};
 };
 
 enum class LightType : uint8_t { Directional, Point, Spot };
@@ -228,6 +235,7 @@ struct Light {
     float innerConeAngle = 0.0f;  // Spot: radians from the axis, full intensity within.
     float outerConeAngle = 0.785398163f;  // Spot: radians from the axis, nothing outside.
     glm::mat4x3 lightToWorld{1.0f};
+    glm::vec3 translationRest{0.0f};
 
     bool operator==(const Light&) const = default;
 };
@@ -249,11 +257,23 @@ struct SceneData {
     std::vector<std::string> warnings;  // One line each: what was skipped or mended while loading.
 };
 
-// `a` after `b`.
-RAYGRAPH_API glm::mat4x3 Compose(const glm::mat4x3& a, const glm::mat4x3& b);
+// A transform whose translation has the digits of a double: matrix[3] + rest.
+struct RAYGRAPH_API PlacedTransform {
+    glm::mat4x3 matrix{1.0f};
+    glm::vec3 rest{0.0f};
+
+    glm::dvec3 Place() const { return glm::dvec3(matrix[3]) + glm::dvec3(rest); }
+    // The same with its place seen from `origin`, rounded once.
+    glm::mat4x3 RelativeTo(const glm::dvec3& origin) const;
+
+    bool operator==(const PlacedTransform&) const = default;
+};
+
+// `a` after `b`; the translation in double.
+RAYGRAPH_API PlacedTransform Compose(const PlacedTransform& a, const PlacedTransform& b);
 
 // Node to world, one per entry of `scene.nodes`; identity for nodes outside `nodeOrder`. Linear time.
-RAYGRAPH_API std::vector<glm::mat4x3> WorldTransforms(const SceneData& scene);
+RAYGRAPH_API std::vector<PlacedTransform> WorldTransforms(const SceneData& scene);
 
 // Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved.
 RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);

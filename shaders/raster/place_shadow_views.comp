@@ -75,6 +75,7 @@ ShadowView MakeView(vec3 origin, Frame frame, float halfWidth) {
     view.camera.focusDistance = 1.0f;
     view.camera.zNear = 1.0f;
     view.camera.zFar = 1.0f;
+    view.camera.originRest = vec3(0.0f);
     return view;
 }
 

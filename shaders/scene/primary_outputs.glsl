@@ -25,7 +25,7 @@ void StorePrimaryHit(ivec2 pixel, Hit hit, Ray ray) {
         if (IsPresent(geometry.primitives)) primitive = UintStream(geometry.primitives).at[primitive];
         outAlbedo = vec4(surface.material.baseColor, 1.0f);
         outNormal = vec4(surface.shadingNormal, 0.0f);
-        outPosition = vec4(surface.position, depth);
+        outPosition = vec4(surface.position + parameters.value.sceneOrigin, depth);
         outIds = uvec4(instance.instance, geometry.material, primitive, geometryIndex);
     }
     imageStore(albedo, pixel, outAlbedo);

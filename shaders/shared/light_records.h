@@ -49,8 +49,8 @@ RAYGRAPH_CONSTANT uint kMaxLightGroups = 10u;
 // "No light": in a group's triangleLights and in InstanceRecord::firstLight.
 RAYGRAPH_CONSTANT uint kNoLight = 0xFFFFFFFFu;
 
-// World space throughout. A triangle keeps the order of its vertices, so that barycentrics mean the same here
-// and in a hit.
+// World space from the scene's origin, throughout. A triangle keeps the order of its vertices, so that
+// barycentrics mean the same here and in a hit.
 struct LightRecord {
     vec3 p0;          // triangle: vertex 0. Point, spot: where it is
     uint kind;        // kLight*

@@ -45,7 +45,7 @@ RAYGRAPH_CONSTANT uint kSecondTexCoord = 0x80000000u;
 RAYGRAPH_CONSTANT uint kNotDrawn = 0xFFFFFFFFu;
 
 struct InstanceRecord {
-    mat4x3 objectToWorld;        // columns: x, y, z axes and translation
+    mat4x3 objectToWorld;        // columns: x, y, z axes and translation, from the scene's origin
     RAYGRAPH_ADDRESS positions;  // vec3 a vertex of the group
     RAYGRAPH_ADDRESS indices;    // uint, three a triangle, in the order of the BLAS
     RAYGRAPH_ADDRESS
@@ -106,6 +106,8 @@ struct MaterialRecord {
 };
 
 struct CameraRecord {
+    // On the device from the scene's origin. As ToRecord makes it and passes take it, in the world, with
+    // originRest: what rounding to float has left of it.
     vec3 origin;
     uint orthographic;    // 1: rays are parallel, origin moves over the film
     vec3 right;           // half the film's width at distance 1 (perspective), or in metres (orthographic)
@@ -116,6 +118,7 @@ struct CameraRecord {
     // Raster views alone, which see nothing nearer (perspective) or farther (orthographic); metres
     float zNear;
     float zFar;
+    vec3 originRest;
 };
 
 struct EnvironmentRecord {
@@ -139,6 +142,7 @@ struct TraceParameters {
     uint frameDepth;      // bounces of this sample's paths, where they all have the same
     float clampIndirect;  // largest component of a contribution after the first bounce; infinity: off
     float regularize;     // least alpha of a surface after the first bounce; 0: off
+    vec3 sceneOrigin;     // in the world; every other place on the device is relative to it
 };
 
 #undef RAYGRAPH_CONSTANT
@@ -149,7 +153,7 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 30 * 4);
-static_assert(sizeof(TraceParameters) == 43 * 4);
+static_assert(sizeof(TraceParameters) == 49 * 4);
 }  // namespace raygraph::gpu
 #endif
 

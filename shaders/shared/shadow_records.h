@@ -49,7 +49,7 @@ struct SceneBoundsRecord {
 #undef RAYGRAPH_CONSTANT
 
 #ifdef __cplusplus
-static_assert(sizeof(ShadowView) == 19 * 4);
+static_assert(sizeof(ShadowView) == 22 * 4);
 static_assert(sizeof(SceneBoundsRecord) == 6 * 4);
 }  // namespace raygraph::gpu
 #endif

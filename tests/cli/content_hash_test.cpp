@@ -112,20 +112,20 @@ auto FieldsOf(ImageData& s) {
     return std::tie(a, b, c);
 }
 auto FieldsOf(Node& s) {
-    auto& [a, b, c, d, e, f, g] = s;
-    return std::tie(a, b, c, d, e, f, g);
+    auto& [a, b, c, d, e, f, g, h] = s;
+    return std::tie(a, b, c, d, e, f, g, h);
 }
 auto FieldsOf(Instance& s) {
-    auto& [a, b, c] = s;
-    return std::tie(a, b, c);
+    auto& [a, b, c, d] = s;
+    return std::tie(a, b, c, d);
 }
 auto FieldsOf(Camera& s) {
-    auto& [a, b, c, d, e, f, g, h, i, j] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j);
+    auto& [a, b, c, d, e, f, g, h, i, j, k] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
 }
 auto FieldsOf(Light& s) {
-    auto& [a, b, c, d, e, f, g, h, i] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i);
+    auto& [a, b, c, d, e, f, g, h, i, j] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j);
 }
 auto FieldsOf(SceneData& s) {
     auto& [name, a, b, c, d, e, f, g, h, i, j, warnings] = s;

@@ -98,7 +98,7 @@ TEST(CameraController, FrameShowsAllOfABoxFromWhereItLooks) {
     const scene::CameraView& view = camera.View();
     for (int corner = 0; corner < 8; corner++) {
         const glm::vec3 point(corner & 1 ? 9 : 11, corner & 2 ? 9 : 11, corner & 4 ? 9 : 11);
-        const glm::vec3 way = point - view.eye;
+        const glm::vec3 way = glm::dvec3(point) - view.eye;
         const float depth = glm::dot(way, view.forward), half = std::tan(0.5f * view.yFov) * depth;
         EXPECT_LT(std::abs(glm::dot(way, view.up)), half);
         EXPECT_LT(std::abs(glm::dot(way, view.right)), half * view.aspect);

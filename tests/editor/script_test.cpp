@@ -145,7 +145,7 @@ TEST_F(ScriptTest, SavedPictureHasNoOutline) {
 
 TEST_F(ScriptTest, DragTurnsTheCameraAndSizesMayBeAny) {
     Play(OpenCornell() + "view raster\n");
-    const glm::vec3 eye = editor.Work().camera.View().eye;
+    const glm::dvec3 eye = editor.Work().camera.View().eye;
     Play("size 640x400\nmouse 320 200\ndrag left 60 0\n");
     EXPECT_NE(editor.Work().camera.View().eye, eye);
     EXPECT_FALSE(editor.Work().selectedNode) << "a drag is no click";

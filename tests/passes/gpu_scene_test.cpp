@@ -299,4 +299,76 @@ TEST_F(GpuSceneTest, IndicesOutOfRangeAreUsageErrorsThatNameTheCount) {
     EXPECT_THROW(render.scene.SetVisible(7, true), Error);
 }
 
+// The device's coordinates begin where the scene is looked at; the world's do not move.
+TEST_F(GpuSceneTest, SetViewpoint_MovesWhatIsOnTheDeviceAndNothingInTheWorld) {
+    scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f), glm::vec3(1.0f))});
+    for (const float x : {0.0f, 5000.0f})
+        scene.instances.push_back({.mesh = 0, .objectToWorld = Translation({x, 0, 0})});
+    scene.instances.erase(scene.instances.begin());
+    render.scene.SetScene(std::move(scene));
+    const auto originNow = [&] {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        render.renderer.Present(
+            passes::Trace(render.renderer, ids, LookAt({0, 0, 5}, {0, 0, 0}, 1.0f, 1)).radiance);
+        render.renderer.Execute();
+        return ids.origin;
+    };
+    EXPECT_EQ(originNow(), glm::dvec3(0.0));
+    const SceneRevisions before = render.scene.Revisions();
+    for (const double x : {100.0, -127.0, 3.0}) {
+        render.scene.SetViewpoint({x, 50.0, 5.0});
+        EXPECT_EQ(originNow(), glm::dvec3(0.0)) << x << " is near enough";
+    }
+    const uint64_t rebuilds = render.scene.Statistics().tlasRebuilds;
+    render.scene.SetViewpoint({5003.0, 0.0, 5.0});
+    EXPECT_EQ(originNow(), glm::dvec3(39 * 128.0, 0.0, 0.0));
+    EXPECT_EQ(render.scene.Statistics().tlasRebuilds, rebuilds + 1);
+    render.scene.SetViewpoint({4890.0, 0.0, 5.0});
+    EXPECT_EQ(originNow(), glm::dvec3(39 * 128.0, 0.0, 0.0)) << "it stays while the eye is near";
+    EXPECT_EQ(render.scene.Revisions(), before);
+    EXPECT_EQ(render.scene.Transform(1)[3].x, 5000.0f);
+
+    // Through what is on the device now: places, and light found by its table
+    const passes::TraceSettings settings = LookAt({5000.25f, 0.25f, 3.0f}, {5000.25f, 0.25f, 0.0f}, 0.01f, 2);
+    const SceneRender::Hits hits = render.PrimaryHits(settings);
+    EXPECT_EQ(hits.ids[0].x, 1u);
+    EXPECT_NEAR(hits.position.values[0].x, 5000.25f, 0.02f);
+    EXPECT_NEAR(hits.position.values[0].w, 3.0f, 1e-5f) << "depth along the view";
+    EXPECT_NEAR(render.Render(settings, 1).mean.Mean().y, 1.0, 1e-6);
+    render.scene.SetTransform(1, Translation({5000, 0, 1}));
+    EXPECT_NEAR(render.PrimaryHits(settings).position.values[0].w, 2.0f, 1e-5f) << "moved in the world";
+    render.scene.SetViewpoint({0.0, 0.0, 5.0});
+    EXPECT_EQ(originNow(), glm::dvec3(0.0));
+    EXPECT_NEAR(render.PrimaryHits(settings).position.values[0].w, 2.0f, 1e-3f);
+}
+
+// A light and what it shines on, the two moved together: as bright anywhere.
+TEST_F(GpuSceneTest, SetViewpoint_LightsComeAlong) {
+    double radiance[2] = {};
+    for (const bool isFar : {false, true}) {
+        const glm::vec3 place = isFar ? glm::vec3(8000.0f, -4000.0f, 2000.0f) : glm::vec3(0.0f);
+        scene::SceneData scene =
+            SceneOf({QuadMesh(2.0f), QuadMesh(0.25f, 1)},
+                    {Lambert(glm::vec3(0.5f)), Lambert(glm::vec3(0.0f), glm::vec3(3.0f))},
+                    {Translation(place), Translation(place + glm::vec3(0, 0, 1))});
+        scene::Light point, spot;
+        point.lightToWorld = Translation(place + glm::vec3(1.0f, 0.0f, 1.0f));
+        spot.type = scene::LightType::Spot;
+        spot.lightToWorld = Translation(place + glm::vec3(-1.0f, 0.0f, 1.5f));
+        scene.lights = {point, spot};
+        render.scene.SetScene(std::move(scene));
+        render.scene.SetEnvironment({.radiance = glm::vec3(0.0f)});
+        passes::TraceSettings settings =
+            LookAt(place + glm::vec3(3, 1, 3), place + glm::vec3(-0.5f, 0, 0), 0.2f, 16);
+        radiance[isFar ? 1 : 0] = render.Render(settings, 16).mean.Mean().y;
+        spot.intensity = 4.0f;
+        render.scene.SetLight(1, spot);
+        EXPECT_EQ(render.scene.Light(1), spot);
+        EXPECT_GT(render.Render(settings, 16).mean.Mean().y, 1.2 * radiance[isFar ? 1 : 0]);
+    }
+    EXPECT_GT(radiance[0], 0.05);
+    EXPECT_NEAR(radiance[1] / radiance[0], 1.0, 0.01);
+}
+
 }  // namespace raygraph::testing

@@ -73,10 +73,31 @@ TraceSettings FacingX(float x, float distance) {
 }  // namespace
 
 TEST_F(TracePrecision, Trace_PaneAbsorbsTheSameNearAndFar) {
-    for (const float x : {0.0f, -100.0f, 200.0f, 300.0f, 1000.0f}) {
+    for (const float x : {0.0f, -100.0f, 200.0f, 300.0f, 1000.0f, -3000.0f, 10000.0f}) {
         render.scene.SetScene(SceneOf({Pane(0.004f)}, {AbsorbingGlass(0.004f)}, {Translation({x, 0, 0})}));
         for (const float distance : {2.0f, 1000.0f})
             EXPECT_LT(ErrorOfPane(FacingX(x, distance)), 0.01) << x << " m, from " << distance << " m";
+    }
+}
+
+TEST_F(TracePrecision, Trace_PaneOfAMillimetreAbsorbsTheSameUpToAKilometre) {
+    // Alone, and in a scene that reaches to the camera, so that the pane is 1 km from where coordinates begin
+    for (const bool isAlone : {true, false}) {
+        for (const float x : {0.0f, 300.0f, 1000.0f}) {
+            scene::SceneData data =
+                SceneOf({Pane(0.001f)}, {AbsorbingGlass(0.001f)}, {Translation({x, 0, 0})});
+            for (const float beside : {-5.0f, 1000.0f}) {
+                if (isAlone) continue;
+                data.instances.push_back({.mesh = 0, .objectToWorld = Translation({x + beside, 50, 0})});
+            }
+            render.scene.SetScene(std::move(data));
+            for (const float distance : {2.0f, 1000.0f}) {
+                const TraceSettings settings = FacingX(x, distance);
+                render.scene.SetViewpoint(EyeOf(settings.camera));
+                EXPECT_LT(ErrorOfPane(settings), 0.01)
+                    << x << " m, from " << distance << " m" << (isAlone ? ", alone" : "");
+            }
+        }
     }
 }
 
@@ -118,7 +139,7 @@ TEST_F(TracePrecision, Trace_LitQuadWhosePlaceCancelsDoesNotShadowItself) {
 TEST_F(TracePrecision, Trace_ShadowOfAThinBoxBeginsAtTheBox) {
     // A box of 10 cm, 1 mm high, on a floor; light comes over its edge at 45 degrees: a shadow of 1 mm
     const float height = 0.001f;
-    for (const float x : {0.0f, 100.0f, 1000.0f}) {
+    for (const float x : {0.0f, 100.0f, 1000.0f, 10000.0f}) {
         scene::SceneData data =
             SceneOf({Block({1.0f, 0.5f, 1.0f}, {0, -0.5f, 0}), Block({0.05f, 0.5f * height, 0.05f})},
                     {Lambert(glm::vec3(0.8f))}, {Translation({x, 0, 0}), Translation({x, 0.5f * height, 0})});

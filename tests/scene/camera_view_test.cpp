@@ -118,7 +118,7 @@ TEST(CameraView, FramedBoundsAreSeenWhole) {
         ExpectFrame(view);
         for (int corner = 0; corner < 8; ++corner) {
             const vec3 point(corner & 1 ? 5 : -3, corner & 2 ? 2 : 1, corner & 4 ? 40 : 2);
-            const vec3 d = point - view.eye;
+            const vec3 d = glm::dvec3(point) - view.eye;
             const float depth = glm::dot(d, view.forward);
             EXPECT_GT(depth, view.zNear);
             EXPECT_LE(std::abs(glm::dot(d, view.up)) / depth, std::tan(view.yFov / 2) * 1.0001f);
@@ -133,7 +133,7 @@ TEST(CameraView, EmptyAndPointLikeBoundsGiveAUsableView) {
     point.Extend(vec3(100, 100, 100));
     const CameraView view = scene::ViewOfBounds(point, 1.0f);
     ExpectFrame(view);
-    EXPECT_GT(glm::distance(view.eye, vec3(100)), 0.0f);
+    EXPECT_GT(glm::distance(view.eye, glm::dvec3(100)), 0.0f);
 }
 
 scene::SceneData WithCameras(std::string first = "front") {

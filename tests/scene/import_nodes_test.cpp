@@ -119,6 +119,25 @@ TEST(Nodes, MovingANodeMovesInstancesCamerasLightsAndBounds) {
     ExpectNear(scene.bounds.max, {8, 1, 0});
 }
 
+// 10 km off, float has steps of 1 mm; nodes add up in double.
+TEST(Nodes, PlacesFarFromTheOriginKeepTheDigitsOfTheFile) {
+    const double far = 10000.0002, near = 0.0123;
+    GltfDocument document = WithMesh();
+    document.AddNode({{"translation", {far, 0, -far}}, {"children", {1}}});
+    document.Add("nodes", {{"mesh", 0}, {"translation", {near, 0.1, 0}}});
+    const scene::SceneData scene = Load(document);
+    const glm::dvec3 expected(far + near, 0.1, -far);  // of which float would keep 10000.0127
+    const scene::Instance& instance = scene.instances[0];
+    const scene::PlacedTransform placed{instance.objectToWorld, instance.translationRest};
+    for (int i = 0; i < 3; i++) {
+        EXPECT_NEAR(placed.Place()[i], expected[i], 1e-9) << i;
+        EXPECT_EQ(instance.objectToWorld[3][i], static_cast<float>(expected[i])) << i;
+        EXPECT_NEAR(placed.RelativeTo(glm::dvec3(9984, 0, -9984))[3][i],
+                    expected[i] - glm::dvec3(9984, 0, -9984)[i], 1e-6)
+            << i;
+    }
+}
+
 TEST(Nodes, SharedChildIsRefused) {
     GltfDocument document = WithMesh();
     document.AddNode({{"children", {2}}});

@@ -1,0 +1,19 @@
+// Where the device's coordinates begin. Threads: pure functions, for any thread.
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph {
+
+// Metres. The origin lies on a grid of this size, and stays until the place that matters is farther than this
+// along an axis: a camera that moves to and fro does not move it.
+inline constexpr double kOriginGrid = 128.0;
+
+// The place that matters is that of the scene's box which is nearest to the eye: what is seen is there or
+// beyond. Scenes that are seen within 128 m of the world's origin keep (0, 0, 0). `scene` is in the world; an
+// empty one is nowhere, and `current` is returned; so it is for an eye that is not finite.
+glm::dvec3 ChooseSceneOrigin(const glm::dvec3& current, const glm::dvec3& eye, const scene::Bounds& scene);
+
+}  // namespace raygraph
