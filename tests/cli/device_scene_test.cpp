@@ -1,0 +1,130 @@
+// From the options of the command line to what the passes are told: each changes its own part and no other.
+#include "editor/cli/device_scene.h"
+
+#include <algorithm>
+#include <numbers>
+#include <set>
+#include <string>
+
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+using Parts = std::map<std::string, std::string>;
+
+std::string Text(const glm::vec3& v) {
+    return std::to_string(v.x) + " " + std::to_string(v.y) + " " + std::to_string(v.z);
+}
+template <typename T>
+std::string Number(T value) {
+    return std::to_string(static_cast<double>(value));
+}
+
+// What a picture is made with, in parts that have names.
+Parts PartsOf(DeviceScene& scene) {
+    const passes::TraceSettings s = scene.SettingsFor(3);
+    const EnvironmentSettings& environment = scene.Scene().Environment();
+    return {{"extent", Number(s.extent.width) + "x" + Number(s.extent.height)},
+            {"eye", Text(s.camera.origin)},
+            {"lens radius", Number(s.camera.lensRadius)},
+            {"focus distance", Number(s.camera.focusDistance)},
+            {"sampler", Number(s.sampler)},
+            {"seed", Number(s.seed)},
+            {"sample", Number(s.sampleIndex)},
+            {"brdf", Number(s.scattering.brdf)},
+            {"distribution", Number(s.scattering.distribution)},
+            {"masking", Number(s.scattering.masking)},
+            {"fresnel", Number(s.scattering.fresnel)},
+            {"multiscatter", Number(s.scattering.multiscatter)},
+            {"light sampling", Number(s.lights.isOn)},
+            {"light sampler", Number(s.lights.sampler)},
+            {"mis", Number(s.lights.mis)},
+            {"roulette", Number(s.roulette.kind)},
+            {"roulette's start", Number(s.roulette.start)},
+            {"survival", Number(s.roulette.survival)},
+            {"depth", Number(s.biases.maxDepth)},
+            {"clamp", Number(s.biases.clampIndirect)},
+            {"regularize", Number(s.biases.regularize)},
+            {"environment", Text(environment.radiance)},
+            {"environment's rotation", Number(environment.rotation)}};
+}
+
+class DeviceSceneTest : public testing::VulkanTest {
+  protected:
+    static Parts PartsWith(const SettingTexts& texts, bool hasMap = false) {
+        SceneInput input;
+        scene::Camera camera;
+        camera.cameraToWorld[3] = {0.0f, 0.0f, 5.0f};
+        input.data.cameras.push_back(camera);
+        camera.cameraToWorld[3] = {1.0f, 2.0f, 3.0f};
+        input.data.cameras.push_back(camera);
+        if (hasMap) input.environment = {.width = 1, .height = 1, .rgba = {1.0f, 1.0f, 1.0f, 1.0f}};
+        DeviceScene scene(Device(), input, SettingsFrom(texts));
+        return PartsOf(scene);
+    }
+    struct Change {
+        const char* option;
+        const char* text;
+        std::set<std::string> parts;
+        const char* value = nullptr;  // of its only part
+    };
+    static void ExpectChange(const Change& change, bool hasMap = false) {
+        SCOPED_TRACE(std::string("--") + change.option + " " + change.text);
+        const Parts before = PartsWith({}, hasMap), after = PartsWith({{change.option, change.text}}, hasMap);
+        std::set<std::string> changed;
+        for (const auto& [name, value] : before)
+            if (after.at(name) != value) changed.insert(name);
+        EXPECT_EQ(changed, change.parts);
+        if (change.value != nullptr) {
+            EXPECT_EQ(after.at(*change.parts.begin()), change.value);
+        }
+    }
+};
+
+}  // namespace
+
+TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
+    const Change kChanges[] = {
+        {"size", "64x32", {"extent"}},
+        {"camera", "1", {"eye"}, "1.000000 2.000000 3.000000"},
+        {"aperture", "0.25", {"lens radius"}, "0.250000"},
+        {"focus", "3.5", {"focus distance"}, "3.500000"},
+        {"sampler", "tea", {"sampler"}, "2.000000"},
+        {"seed", "7", {"seed"}, "7.000000"},
+        {"brdf", "lafortune", {"brdf"}, "2.000000"},
+        {"distribution", "phong", {"distribution"}, "2.000000"},
+        {"masking", "shortcut", {"masking"}, "2.000000"},
+        {"fresnel", "lazanyi", {"fresnel"}, "3.000000"},
+        {"multiscatter", "walk", {"multiscatter"}, "2.000000"},
+        {"nee", "off", {"light sampling"}, "0.000000"},
+        {"light-sampler", "power", {"light sampler"}, "1.000000"},
+        {"mis", "balance", {"mis"}, "0.000000"},
+        {"rr", "off", {"roulette"}, "3.000000"},
+        {"rr", "frame:0.5", {"roulette", "survival"}},
+        {"rr-start", "5", {"roulette's start"}, "5.000000"},
+        {"max-depth", "4", {"depth"}, "4.000000"},
+        {"clamp-indirect", "2.5", {"clamp"}, "2.500000"},
+        {"regularize", "0.5", {"regularize"}, "0.500000"},
+        {"background", "1,2,3", {"environment"}, "1.000000 2.000000 3.000000"},
+        {"env-rotation", "180", {"environment's rotation"}, "3.141593"},
+        {"env-tint", "2,3,4", {}},
+    };
+    for (const Change& change : kChanges) ExpectChange(change);
+    // With a map, its factor counts in place of the background
+    ExpectChange({"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"}, true);
+    ExpectChange({"background", "1,2,3", {}}, true);
+    // Every setting is here but those that tell the command what to do with the picture
+    for (const PictureSetting& setting : PictureSettingTable()) {
+        const std::string name = setting.name;
+        const bool isOfCommand =
+            name == "view" || name == "scene" || name == "shadows" || name == "light-group";
+        const bool isHere = std::any_of(std::begin(kChanges), std::end(kChanges),
+                                        [&](const Change& change) { return change.option == name; });
+        EXPECT_NE(isHere, isOfCommand) << name;
+    }
+    EXPECT_EQ(PartsWith({}).at("sample"), "3.000000");
+}
+
+}  // namespace raygraph::cli
