@@ -14,6 +14,8 @@ constexpr HitGroupShaders kTestedHit{
     .closestHit = "scene/hit.rchit", .anyHit = "scene/hit.rahit", .intersection = {}};
 constexpr HitGroupShaders kOpaqueShadow{};
 constexpr HitGroupShaders kTestedShadow{.closestHit = {}, .anyHit = "scene/shadow.rahit", .intersection = {}};
+constexpr HitGroupShaders kWallShadow{
+    .closestHit = {}, .anyHit = "scene/wall_shadow.rahit", .intersection = {}};
 
 uint32_t MixBits(uint32_t x) {
     x = (x ^ (x >> 16)) * 0x21f0aaadu;
@@ -43,6 +45,8 @@ uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
     }
     if (scene.hasTextures) features |= kTraceTextures;
     if (scene.hasGlass) features |= kTraceGlass;
+    if (scene.hasThinWalls) features |= kTraceThinWalls;
+    if (scene.hasAlpha) features |= kTraceAnyHit;
     return features;
 }
 
@@ -107,8 +111,12 @@ void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParam
 }
 
 void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
-    pass.Miss(RayType::Shadow, "scene/shadow.rmiss");
-    pass.HitGroup(RayType::Shadow, scene.hasAlpha ? kTestedShadow : kOpaqueShadow);
+    pass.Specialize("kHasWallShadows", scene.hasThinWalls ? 1u : 0u);
+    pass.Miss(RayType::Shadow, scene.hasThinWalls ? "scene/wall_shadow.rmiss" : "scene/shadow.rmiss");
+    if (scene.hasThinWalls)
+        pass.HitGroup(RayType::Shadow, kWallShadow);
+    else
+        pass.HitGroup(RayType::Shadow, scene.hasAlpha ? kTestedShadow : kOpaqueShadow);
 }
 
 void BindGeometry(PassBuilder& pass, const SceneIds& scene) {

@@ -55,7 +55,8 @@ struct TriangleGeometry {
     uint32_t vertexCount = 0;      // every index is below it
     VkDeviceAddress indices = 0;   // of the first index, a multiple of 4
     uint32_t triangleCount = 0;
-    bool isOpaque = true;  // opaque geometry never runs an any-hit shader
+    bool isOpaque = true;       // opaque geometry never runs an any-hit shader
+    bool isAnyHitOnce = false;  // no ray runs it more than once on a triangle
 };
 
 // Boxes for an intersection shader: tightly packed VkAabbPositionsKHR (float min[3], max[3]).

@@ -29,8 +29,11 @@ void CheckAddress(const BlasDesc& desc, const std::string& what, VkDeviceAddress
     if (address % alignment != 0) Fail(desc, what + " is not a multiple of " + std::to_string(alignment));
 }
 
-VkGeometryFlagsKHR FlagsOf(bool isOpaque) {
-    return isOpaque ? VK_GEOMETRY_OPAQUE_BIT_KHR : 0;
+VkGeometryFlagsKHR FlagsOf(bool isOpaque, bool isAnyHitOnce) {
+    VkGeometryFlagsKHR flags = 0;
+    if (isOpaque) flags |= VK_GEOMETRY_OPAQUE_BIT_KHR;
+    if (isAnyHitOnce) flags |= VK_GEOMETRY_NO_DUPLICATE_ANY_HIT_INVOCATION_BIT_KHR;
+    return flags;
 }
 
 }  // namespace
@@ -74,6 +77,7 @@ void CheckUpdatable(const BlasDesc& built, const BlasDesc& next) {
         CheckSame(built, name + ".triangleCount", a.triangleCount, b.triangleCount);
         CheckSame(built, name + ".vertexCount", a.vertexCount, b.vertexCount);
         CheckSame(built, name + ".isOpaque", a.isOpaque, b.isOpaque);
+        CheckSame(built, name + ".isAnyHitOnce", a.isAnyHitOnce, b.isAnyHitOnce);
     }
     for (size_t i = 0; i < built.aabbs.size(); ++i) {
         const std::string name = At("aabbs", i);
@@ -87,7 +91,7 @@ BlasGeometry::BlasGeometry(const BlasDesc& desc, VkBuildAccelerationStructureFla
         VkAccelerationStructureGeometryKHR geometry{};
         geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
         geometry.geometryType = VK_GEOMETRY_TYPE_TRIANGLES_KHR;
-        geometry.flags = FlagsOf(source.isOpaque);
+        geometry.flags = FlagsOf(source.isOpaque, source.isAnyHitOnce);
         auto& triangles = geometry.geometry.triangles;
         triangles.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_TRIANGLES_DATA_KHR;
         triangles.vertexFormat = VK_FORMAT_R32G32B32_SFLOAT;
@@ -103,7 +107,7 @@ BlasGeometry::BlasGeometry(const BlasDesc& desc, VkBuildAccelerationStructureFla
         VkAccelerationStructureGeometryKHR geometry{};
         geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
         geometry.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
-        geometry.flags = FlagsOf(source.isOpaque);
+        geometry.flags = FlagsOf(source.isOpaque, false);
         auto& aabbs = geometry.geometry.aabbs;
         aabbs.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR;
         aabbs.data.deviceAddress = source.boxes;

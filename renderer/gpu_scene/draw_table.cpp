@@ -12,13 +12,9 @@ DrawKind KindOf(const GroupKind& group) {
 }
 
 DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
-                        std::span<const scene::Instance> instances) {
+                        std::span<const InstanceSet::Placement> placements) {
     std::vector<uint32_t> placementsOf(resources.groups.size());
-    for (const scene::Instance& instance : instances) {
-        const MeshResources& mesh = resources.meshes[instance.mesh];
-        for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; group++)
-            placementsOf[group]++;
-    }
+    for (const InstanceSet::Placement& placement : placements) placementsOf[placement.group]++;
 
     DrawTable table;
     std::vector<gpu::DrawRecord> records;

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/scene_resources.h"
 #include "shaders/shared/draw_records.h"
 
@@ -22,6 +23,6 @@ DrawKind KindOf(const GroupKind& group);
 
 // Uploads the table, and gives each group's record the number of its draw.
 DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
-                        std::span<const scene::Instance> instances);
+                        std::span<const InstanceSet::Placement> placements);
 
 }  // namespace raygraph

@@ -17,6 +17,9 @@ struct EnvironmentAlias {
 
 inline constexpr uint64_t kMaxEnvironmentCells = uint64_t{1} << 22;
 
+// Error{Usage} for a map without texels, or with values that are negative or not finite.
+void RequireRadiance(const image::ImageF& map);
+
 // A cell is a texel, or a square of 2^k x 2^k where the map is larger than `maxCells` and its size allows.
 // Its weight is the integral of the luminance of the map as a sampler interpolates it (bilinear, repeated in
 // u, clamped in v) times solid angle: it is 0 only where the map, so looked up, is black all over the cell.

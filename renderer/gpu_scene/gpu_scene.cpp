@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstring>
 #include <optional>
 
 #include "base/error.h"
 #include "base/out_of_memory.h"
+#include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
 #include "renderer/gpu_scene/environment_alias.h"
@@ -31,20 +31,6 @@ rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const ch
     return texture;
 }
 
-void RequireRadiance(const image::ImageF& map) {
-    const size_t count = size_t{4} * map.width * map.height;
-    if (count == 0 || map.rgba.size() != count)
-        throw Error(ErrorKind::Usage, "GpuScene: SetEnvironmentMap: " + std::to_string(map.width) + "x" +
-                                          std::to_string(map.height) + " texels asked for, " +
-                                          std::to_string(map.rgba.size() / 4) + " given");
-    for (size_t i = 0; i < count; i++)
-        if (!std::isfinite(map.rgba[i]) || map.rgba[i] < 0.0f)
-            throw Error(ErrorKind::Usage,
-                        "GpuScene: SetEnvironmentMap: texel " + std::to_string(i / 4 % map.width) + ", " +
-                            std::to_string(i / 4 / map.width) + " holds " + std::to_string(map.rgba[i]) +
-                            ", must be finite and not negative");
-}
-
 ResourceState SampledState() {
     return {.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
 }
@@ -56,17 +42,6 @@ void CheckIndex(const char* what, uint32_t index, size_t count) {
 }
 
 }  // namespace
-
-// From the first to the last record that has changed since the last upload.
-struct DirtyRange {
-    uint32_t first = 0, end = 0;
-    bool IsEmpty() const { return first == end; }
-    uint32_t Count() const { return end - first; }
-    void Add(uint32_t index) {
-        first = IsEmpty() ? index : std::min(first, index);
-        end = std::max(end, index + 1);
-    }
-};
 
 struct GpuScene::Impl {
     Impl(Renderer& r, const GpuSceneDesc& desc)
@@ -103,8 +78,8 @@ struct GpuScene::Impl {
         DrawTable newDraws;
         try {
             newResources = UploadScene(device, uploader, builder, *textureTable, data);
-            newDraws = MakeDrawTable(device, uploader, *newResources, data.instances);
             newInstances = std::make_unique<InstanceSet>(device, *newResources, data.instances);
+            newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
             newLights = std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
         } catch (...) {
             uploader.Flush();  // its lists refer to what has just been given up
@@ -144,6 +119,19 @@ struct GpuScene::Impl {
         origin = to;
         instances->MoveOrigin(to);
         lights->MoveOrigin(to, *instances);
+    }
+
+    // Groups go by what their materials have become.
+    void UpdateKinds(uint32_t material) {
+        const KindChanges changes = raygraph::UpdateKinds(*resources, builder, material);
+        hasUnbuiltBlases |= changes.areStructures;
+        lights->SetSides(material, !IsBackCulled(resources->materialRecords[material]));
+        if (!changes.areSides) return;
+        revisions.geometry++;
+        draws = MakeDrawTable(device, uploader, *resources, instances->Placements());
+        uploader.Flush();
+        drawsState = {};
+        instances->MarkGroupsChanged();
     }
 
     rhi::Buffer UploadAlias(const EnvironmentAlias& alias) {
@@ -322,6 +310,7 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->revisions.materials++;
     m_impl->dirtyMaterials.Add(material);
     m_impl->lights->SetEmission(material, values.EmittedRadiance());
+    WithMemoryErrors("SetMaterial", [&] { m_impl->UpdateKinds(material); });
 }
 
 void GpuScene::SetLight(uint32_t light, const scene::Light& values) {
@@ -414,9 +403,12 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     ids.chunkCount = draws.chunkCount;
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
     for (const gpu::MaterialRecord& material : resources->materialRecords) {
-        ids.hasAlpha |= material.alphaMode != 0u;
         ids.hasGlass |= material.transmission > 0.0f;
         ids.hasVolumes |= (material.flags & gpu::kMaterialVolume) != 0u;
+    }
+    for (const GroupResources& group : resources->groups) {
+        ids.hasAlpha |= !group.kind.isOpaque;
+        ids.hasThinWalls |= group.kind.isThinWall;
     }
     ids.hasTextures = !resources->textures.empty();
     ids.textures = renderer.Import("textures", *textureTable);

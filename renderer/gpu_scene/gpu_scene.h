@@ -58,10 +58,11 @@ struct SceneIds {
     BufferId environmentAlias;        // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
     BufferId energyTables;        // "energyTables": float[], see shaders/shared/energy_tables.h
-    bool hasAlpha = false;        // a material is not opaque
+    bool hasAlpha = false;        // an any-hit shader tells whether some surfaces are there
     bool hasTextures = false;     // a material has one
     bool hasGlass = false;        // a material lets light through
     bool hasVolumes = false;      // a material bounds a medium
+    bool hasThinWalls = false;    // light goes straight on through some surfaces: smooth thin walls
     uint32_t triangleLights = 0;  // of the lights, dark ones included
     uint32_t punctualLights = 0;
     uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
@@ -110,7 +111,7 @@ struct GpuSceneStatistics {
 // How often the scene has changed, by what changed: for whoever keeps something that was made of it. An edit
 // that changes nothing does not count; what leaves the picture as it is (light groups, compaction) neither.
 struct SceneRevisions {
-    uint64_t geometry = 0;     // SetScene, SetVisible
+    uint64_t geometry = 0;     // SetScene, SetVisible; SetMaterial where backs or holes come or go
     uint64_t transforms = 0;   // SetTransform
     uint64_t materials = 0;    // SetMaterial, emission included
     uint64_t lights = 0;       // SetLight
@@ -151,9 +152,10 @@ class RAYGRAPH_API GpuScene {
     // No ray hits an invisible instance. A change rebuilds the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
     bool IsVisible(uint32_t instance) const;
-    // Factors change. What SetScene has sorted by stays: textures, and how rays treat the surface: whether
-    // its back is there, and whether its alpha is looked at at all. A material that did not emit then, and
-    // has no emissive texture, is no light to be sampled when it does: rays find it by chance.
+    // Factors change; textures stay. Where rays come to treat the surface in another way (its back, its
+    // alpha, light that goes straight through), the next frame builds the BLASes it is in. A material that
+    // did not emit when the scene was set, and has no emissive texture, is no light to be sampled when it
+    // does: rays find it by chance.
     void SetMaterial(uint32_t material, const scene::Material& values);
 
     // A punctual light; indices are those of SceneData::lights. Rebuilds the light tables, and nothing else.

@@ -42,6 +42,8 @@ class InstanceSet {
     bool IsVisible(uint32_t index) const { return m_instances[index].isVisible; }
     // A BLAS was built or has moved: every address has to be written again.
     void MarkStructuresChanged() { m_needsRebuild = true; }
+    // Kinds or draws of groups have changed: every record has to be written again as well.
+    void MarkGroupsChanged() { m_needsRebuild = m_areRecordsDue = true; }
 
     // What the next refresh will do.
     TlasWork PendingWork() const;

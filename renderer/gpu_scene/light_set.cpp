@@ -102,6 +102,16 @@ void LightSet::SetEmission(uint32_t material, const glm::vec3& radiance) {
     m_isTableDue |= m_isEmitterMaterial[material];
 }
 
+void LightSet::SetSides(uint32_t material, bool isDoubleSided) {
+    if (!m_isEmitterMaterial[material]) return;
+    for (std::vector<Emitter>& group : m_scene.groups)
+        for (Emitter& emitter : group) {
+            if (emitter.material != material || emitter.isDoubleSided == isDoubleSided) continue;
+            emitter.isDoubleSided = isDoubleSided;
+            m_isTableDue = true;
+        }
+}
+
 void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
     RequireSane(light, values);
     m_punctual[light] = values;

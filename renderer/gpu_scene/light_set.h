@@ -26,6 +26,8 @@ class LightSet {
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
     void SetVisible(uint32_t instance, bool isVisible);
     void SetEmission(uint32_t material, const glm::vec3& radiance);
+    // Whether surfaces of the material emit on both sides.
+    void SetSides(uint32_t material, bool isDoubleSided);
     // Error{Usage} for values that no file may have.
     void SetPunctual(uint32_t light, const scene::Light& values);
     const scene::Light& Punctual(uint32_t light) const { return m_punctual[light]; }

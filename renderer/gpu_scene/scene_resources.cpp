@@ -5,6 +5,7 @@
 
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/spatial_order.h"
+#include "shaders/shared/microfacet_models.h"
 
 namespace raygraph {
 
@@ -78,15 +79,54 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
 }
 
 // Whether no ray needs to look at alpha: there is none, or it lets nothing through anywhere.
-bool IsOpaque(const scene::Primitive& primitive, const scene::Material& material) {
-    if (material.alphaMode == scene::AlphaMode::Opaque) return true;
-    if (material.baseColorTexture.IsPresent() || !primitive.colors.empty()) return false;
-    const float solid = material.alphaMode == scene::AlphaMode::Mask ? material.alphaCutoff : 1.0f;
-    return material.baseColorFactor.a >= solid;
+bool IsOpaque(const gpu::MaterialRecord& material, bool hasColors) {
+    const auto mode = static_cast<scene::AlphaMode>(material.alphaMode);
+    if (mode == scene::AlphaMode::Opaque) return true;
+    if (material.baseColorTexture != gpu::kNoTexture || hasColors) return false;
+    return material.baseColor.a >= (mode == scene::AlphaMode::Mask ? material.alphaCutoff : 1.0f);
 }
 
-GroupKind KindOf(const scene::Primitive& primitive, const scene::Material& material) {
-    return {.isOpaque = IsOpaque(primitive, material), .isBackCulled = material.IsBackCulled()};
+// Whether light may go straight on through the surface somewhere (bxdf/bsdf.glsl, IsSmoothThinWall).
+bool IsThinWall(const gpu::MaterialRecord& material) {
+    return material.transmission > 0.0f &&
+           (material.flags & (gpu::kMaterialVolume | gpu::kMaterialUnlit)) == 0u &&
+           (material.roughness * material.roughness < kSmoothAlpha ||
+            material.metallicRoughnessTexture != gpu::kNoTexture);
+}
+
+// Where backs are there of some parts alone, an any-hit shader tells.
+GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials) {
+    GroupKind kind;
+    bool isSomeBackCulled = false;
+    for (const GroupPart& part : parts) {
+        const gpu::MaterialRecord& material = materials[part.material];
+        kind.isOpaque &= IsOpaque(material, part.hasColors);
+        kind.isThinWall |= IsThinWall(material);
+        kind.isBackCulled &= IsBackCulled(material);
+        isSomeBackCulled |= IsBackCulled(material);
+    }
+    kind.isOpaque &= kind.isBackCulled || !isSomeBackCulled;
+    return kind;
+}
+
+GroupPart PartOf(const scene::Primitive& primitive) {
+    return {.material = primitive.material, .hasColors = !primitive.colors.empty()};
+}
+
+// Kinds of groups, of which a mesh has one each at most. Walls have both sides, and alpha needs any-hit
+// anyway.
+constexpr GroupKind kGroupKinds[] = {
+    {.isOpaque = true, .isBackCulled = true},
+    {.isOpaque = true, .isBackCulled = false},
+    {.isOpaque = false, .isBackCulled = true},
+    {.isOpaque = false, .isBackCulled = false},
+    {.isOpaque = true, .isBackCulled = false, .isThinWall = true},
+    {.isOpaque = false, .isBackCulled = false, .isThinWall = true},
+};
+
+void SetFlags(rhi::TriangleGeometry& triangles, const GroupKind& kind) {
+    triangles.isOpaque = kind.isOpaque && !kind.isThinWall;
+    triangles.isAnyHitOnce = kind.isThinWall;
 }
 
 // Uploads one group and appends its geometry records. Empties the primitives.
@@ -96,7 +136,10 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
                            std::vector<gpu::GeometryRecord>& records) {
     GroupResources result;
     result.kind = kind;
-    for (const scene::Primitive* primitive : primitives) result.bounds.Extend(primitive->bounds);
+    for (const scene::Primitive* primitive : primitives) {
+        result.bounds.Extend(primitive->bounds);
+        result.parts.push_back(PartOf(*primitive));
+    }
     const GroupTriangles triangles = MergeTriangles(primitives);
     result.triangleCount = triangles.indices.size() / 3;
     result.emitters = finder.Find(triangles, primitives, !kind.isBackCulled);
@@ -150,24 +193,26 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
     blas.triangles.push_back({.vertices = result.record.positions,
                               .vertexCount = static_cast<uint32_t>(triangles.positions.size()),
                               .indices = result.record.indices,
-                              .triangleCount = static_cast<uint32_t>(result.triangleCount),
-                              .isOpaque = kind.isOpaque});
+                              .triangleCount = static_cast<uint32_t>(result.triangleCount)});
+    SetFlags(blas.triangles.back(), kind);
     result.blas = builder.Add(blas);
     return result;
 }
 
 // Uploads the groups of one mesh.
 MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                         scene::Mesh& mesh, std::span<const scene::Material> materials, EmitterFinder& finder,
-                         SceneResources& resources, std::vector<gpu::GeometryRecord>& records) {
+                         scene::Mesh& mesh, EmitterFinder& finder, SceneResources& resources,
+                         std::vector<gpu::GeometryRecord>& records) {
+    const auto kindOf = [&](const scene::Primitive& primitive) {
+        const GroupPart part = PartOf(primitive);
+        return KindOf({&part, 1}, resources.materialRecords);
+    };
     MeshResources result;
     result.firstGroup = static_cast<uint32_t>(resources.groups.size());
-    for (const GroupKind kind :
-         {GroupKind{true, true}, GroupKind{true, false}, GroupKind{false, true}, GroupKind{false, false}}) {
+    for (const GroupKind& kind : kGroupKinds) {
         std::vector<scene::Primitive*> primitives;
         for (scene::Primitive& primitive : mesh.primitives)
-            if (!primitive.indices.empty() && kind == KindOf(primitive, materials[primitive.material]))
-                primitives.push_back(&primitive);
+            if (!primitive.indices.empty() && kind == kindOf(primitive)) primitives.push_back(&primitive);
         if (primitives.empty()) continue;
         const std::string name = mesh.name.empty() ? "mesh" : mesh.name;
         resources.groups.push_back(
@@ -235,10 +280,28 @@ void UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneDa
         texture.slot = resources.textureTable.Add(texture.texture, resources.samplers[texture.sampler]);
 }
 
-uint32_t TextureField(const scene::TextureRef& reference, const std::vector<TextureResources>& textures) {
+// Until there is a slot, 0 stands for any.
+uint32_t TextureField(const scene::TextureRef& reference, std::span<const TextureResources> textures) {
     if (!reference.IsPresent()) return gpu::kNoTexture;
-    return textures[static_cast<size_t>(reference.texture)].slot |
-           (reference.texCoord == 1 ? gpu::kSecondTexCoord : 0u);
+    const uint32_t slot = textures.empty() ? 0u : textures[static_cast<size_t>(reference.texture)].slot;
+    return slot | (reference.texCoord == 1 ? gpu::kSecondTexCoord : 0u);
+}
+
+std::vector<gpu::MaterialRecord> MaterialRecords(std::span<const scene::Material> materials,
+                                                 std::span<const TextureResources> textures) {
+    std::vector<gpu::MaterialRecord> records;
+    for (const scene::Material& material : materials) {
+        gpu::MaterialRecord fields{};
+        fields.baseColorTexture = TextureField(material.baseColorTexture, textures);
+        fields.metallicRoughnessTexture = TextureField(material.metallicRoughnessTexture, textures);
+        fields.normalTexture = TextureField(material.normalTexture, textures);
+        fields.emissiveTexture = TextureField(material.emissiveTexture, textures);
+        fields.specularTexture = TextureField(material.specularTexture, textures);
+        fields.specularColorTexture = TextureField(material.specularColorTexture, textures);
+        fields.transmissionTexture = TextureField(material.transmissionTexture, textures);
+        records.push_back(ToRecord(material, fields));
+    }
+    return records;
 }
 
 // A table on the device; one zero record where there is none, since an empty buffer cannot be bound.
@@ -261,6 +324,31 @@ rhi::Buffer UploadTable(rhi::Device& device, rhi::Uploader& uploader, const char
 SceneResources::~SceneResources() {
     for (const TextureResources& texture : textures)
         if (texture.slot != gpu::kNoTexture) textureTable.Remove(texture.slot);
+}
+
+bool IsBackCulled(const gpu::MaterialRecord& material) {
+    return (material.flags & gpu::kMaterialDoubleSided) == 0u && material.transmission == 0.0f;
+}
+
+KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material) {
+    KindChanges changes;
+    for (GroupResources& group : resources.groups) {
+        const auto hasMaterial = [&](const GroupPart& part) { return part.material == material; };
+        if (std::none_of(group.parts.begin(), group.parts.end(), hasMaterial)) continue;
+        const GroupKind kind = KindOf(group.parts, resources.materialRecords);
+        rhi::BlasDesc desc = group.blas->Desc();
+        const rhi::TriangleGeometry built = desc.triangles[0];
+        SetFlags(desc.triangles[0], kind);
+        if (desc.triangles[0].isOpaque != built.isOpaque ||
+            desc.triangles[0].isAnyHitOnce != built.isAnyHitOnce) {
+            group.blas = builder.Add(desc);
+            changes.areStructures = true;
+        }
+        changes.areSides |=
+            kind.isOpaque != group.kind.isOpaque || kind.isBackCulled != group.kind.isBackCulled;
+        group.kind = kind;
+    }
+    return changes;
 }
 
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures) {
@@ -290,22 +378,11 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
     auto resources = std::make_unique<SceneResources>(table);
     std::vector<gpu::GeometryRecord> records;
     EmitterFinder finder(scene);
+    resources->materialRecords = MaterialRecords(scene.materials, {});
     for (scene::Mesh& mesh : scene.meshes)
-        resources->meshes.push_back(
-            UploadMesh(device, uploader, builder, mesh, scene.materials, finder, *resources, records));
+        resources->meshes.push_back(UploadMesh(device, uploader, builder, mesh, finder, *resources, records));
     UploadTextures(device, uploader, scene, *resources);
-    for (const scene::Material& material : scene.materials) {
-        gpu::MaterialRecord textures{};
-        textures.baseColorTexture = TextureField(material.baseColorTexture, resources->textures);
-        textures.metallicRoughnessTexture =
-            TextureField(material.metallicRoughnessTexture, resources->textures);
-        textures.normalTexture = TextureField(material.normalTexture, resources->textures);
-        textures.emissiveTexture = TextureField(material.emissiveTexture, resources->textures);
-        textures.specularTexture = TextureField(material.specularTexture, resources->textures);
-        textures.specularColorTexture = TextureField(material.specularColorTexture, resources->textures);
-        textures.transmissionTexture = TextureField(material.transmissionTexture, resources->textures);
-        resources->materialRecords.push_back(ToRecord(material, textures));
-    }
+    resources->materialRecords = MaterialRecords(scene.materials, resources->textures);
     resources->geometryCount = static_cast<uint32_t>(records.size());
     resources->geometries = UploadTable<gpu::GeometryRecord>(device, uploader, "geometries", records);
     resources->materials =

@@ -18,16 +18,24 @@ namespace raygraph {
 
 // How rays treat a primitive.
 struct GroupKind {
-    bool isOpaque = true;      // no any-hit shader looks at its alpha
+    bool isOpaque = true;      // to rays of all types it is there: no any-hit shader decides that
     bool isBackCulled = true;  // its back faces are not there
+    bool isThinWall = false;   // a smooth thin wall somewhere: shadow rays go on through it
 
     bool operator==(const GroupKind&) const = default;
 };
 
-// The primitives of a mesh that are of one kind, as one list of triangles in one BLAS: a mesh has up to four
-// groups.
+// What the kind of a primitive hangs on, while the primitive itself has been freed.
+struct GroupPart {
+    uint32_t material = 0;
+    bool hasColors = false;
+};
+
+// The primitives of a mesh that were of one kind when the scene was set, as one list of triangles in one
+// BLAS: a mesh has up to six groups. Materials that change may make a group of one kind into one of several.
 struct GroupResources {
     GroupKind kind;
+    std::vector<GroupPart> parts;
     rhi::Buffer streams;
     std::shared_ptr<rhi::Blas> blas;
     gpu::InstanceRecord record{};   // but for transform, instance and firstLight
@@ -73,6 +81,17 @@ struct SceneResources {
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
                                             rhi::BlasBuilder& builder, rhi::TextureTable& table,
                                             scene::SceneData& scene);
+
+// Whether rays go through the back of a surface as if it were not there.
+bool IsBackCulled(const gpu::MaterialRecord& material);
+
+// Brings the groups that have the material up to date with its record; a BLAS whose geometry flags change is
+// added to the builder again. What has changed:
+struct KindChanges {
+    bool areStructures = false;  // BLASes wait to be built
+    bool areSides = false;       // backs or holes have come or gone
+};
+KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material);
 
 // `values` with the texture fields of `textures`.
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures);

@@ -73,6 +73,24 @@ INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting sett
     return bsdf;
 }
 
+// Light goes straight on through a smooth thin wall as through a hole, but for the share that is lost.
+INLINE bool IsSmoothThinWall(SurfaceMaterial material) {
+    if (!HasTraceFeature(kTraceThinWalls) || ActiveBrdf() != kBrdfGltf) return false;
+    return (material.flags & (kMaterialVolume | kMaterialUnlit)) == 0u && material.transmission > 0.0f &&
+           Sqr(material.roughness) < kSmoothAlpha;
+}
+
+// The share that is not lost, of light at cosI to the shading normal. `eta` is the wall's index of refraction
+// over that of what is around it.
+INLINE vec3 StraightShare(SurfaceMaterial material, float eta, float cosI) {
+    SurfaceSetting setting;
+    setting.eta = eta;
+    setting.isThin = true;
+    setting.leastAlpha = 0.0f;
+    setting.seed = 0u;
+    return StraightShare(GltfOf(material, setting), cosI);
+}
+
 INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf, OUT(vec3) diffuse) {
     if (ActiveBrdf() == kBrdfLambert) {
         pdf = PDF(bsdf.lambert, bsdf.wo, wi);

@@ -57,6 +57,30 @@ INLINE float GlassReflectChance(PreparedGltf g, vec3 reflectance) {
     return sum > 0.0f ? reflected / sum : 1.0f;
 }
 
+// Share of light that a smooth thin wall lets straight through where it makes cosI with the normal: f |wi.z|
+// of that delta.
+INLINE vec3 StraightShare(GltfBxDF lobe, float cosI) {
+    if (!(cosI > 0.0f)) return vec3(0.0f);
+    vec3 reflectance = FacetReflectance(DielectricFresnel(lobe), cosI, max(lobe.eta, 1.0f / lobe.eta));
+    return lobe.baseColor * ((1.0f - lobe.metallic) * lobe.transmission) * PassedShare(reflectance);
+}
+
+// The chance that Sample_f goes straight through a smooth thin wall.
+INLINE float StraightChance(PreparedGltf g) {
+    if (!HasGlass(g)) return 0.0f;
+    return g.glassChance * (1.0f - GlassReflectChance(g, GlassReflectance(g, g.wo.z)));
+}
+
+// A smooth thin wall that lets nothing through; `chance` is StraightChance, and below 1.
+INLINE PreparedGltf WithoutStraight(PreparedGltf g, float chance) {
+    float scale = 1.0f / (1.0f - chance);
+    g.glassPass = vec3(0.0f);
+    g.glassChance = max(g.glassChance - chance, 0.0f) * scale;
+    g.opaqueChance *= scale;
+    g.diffuseChance *= scale;
+    return g;
+}
+
 // The diffuse base under the layer.
 INLINE vec3 GltfBase(PreparedGltf g, vec3 wi) {
     if (!HasDiffuseBase(g)) return vec3(0.0f);

@@ -50,9 +50,6 @@ struct MicrofacetDistribution {
     vec2 alpha;  // along x and y
 };
 
-// Below this alpha a surface counts as smooth, and its lobe is a delta.
-CONST float kSmoothAlpha = 1e-3f;
-
 // A surface is smooth if both alphas are; one that is not has neither below kSmoothAlpha.
 INLINE MicrofacetDistribution MakeMicrofacetDistribution(vec2 alpha) {
     MicrofacetDistribution d;

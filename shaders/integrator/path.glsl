@@ -3,7 +3,9 @@
 // analytic shapes.
 //
 //     Hit Intersect(Ray ray, uint alphaSeed)                    the nearest surface
-//     bool Unoccluded(Ray ray, float distance, uint alphaSeed)  nothing is nearer than that; 0 is legal
+//     vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed)
+//         share of light that comes along the ray from there: 0 if anything opaque is nearer, less than 1 if
+//         smooth thin walls are. `ior` is of the medium that the ray starts in. A distance of 0 is legal
 //     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)            what is there
 //     Medium MediumAt(uint material)                            what the surfaces of a material enclose
 //     void AddToGroup(vec3 value, uint light)                   what a light (kNoLight: a surface that is
@@ -14,8 +16,11 @@
 // light are weighed by multiple importance sampling (Veach 1997, chapter 9). Unbiased, but for maxDepth,
 // clampIndirect and regularize, which are off unless asked for.
 //
+// What goes straight through a smooth thin wall has not been scattered: to both ways of finding a light the
+// wall is a hole for a share of the light, and its other lobes are met by the rest of the paths.
+//
 // Sample dimensions: 0 to 3 are the camera's; each bounce has kBounceDimensions of its own, so that the same
-// decision uses the same dimension on every path.
+// decision uses the same dimension on every path. Straight crossings have dimensions by the ray's number.
 #ifndef RAYGRAPH_INTEGRATOR_PATH_GLSL
 #define RAYGRAPH_INTEGRATOR_PATH_GLSL
 
@@ -36,6 +41,7 @@ SHADING_BEGIN
 CONST uint kCameraDimensions = 4u;  // 0, 1: film; 2, 3: lens
 // 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
 CONST uint kBounceDimensions = 7u;
+CONST uint kStraightDimensions = 0x40000000u;
 CONST float kMaxSurvival = 0.99f;    // even a path that loses nothing ends some day
 CONST float kShadowShare = 0.99999f;  // of the way to a light that has to be free: less rounding
 CONST uint kMaxRays = 4096u;          // of one path: a guard against rooms that cannot be left
@@ -126,6 +132,9 @@ INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lob
 INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float distance,
                          PathSettings settings) {
     float lightPDF = 0.0f;
+    // From where light sampling would have asked: straight crossings may have moved the ray's origin
+    if (HasTraceFeature(kTraceThinWalls))
+        distance += dot(path.ray.origin - path.scatter.position, path.ray.direction);
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
         lightPDF = LightPDF(path.scatter, light, path.ray.direction, distance);
     float weight = ScatterWeight(path.scatterPDF, lightPDF);
@@ -136,6 +145,7 @@ INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float
 struct DirectLight {
     Ray ray;
     float distance;  // that has to be free
+    float ior;       // of the medium on the way
     vec3 radiance;   // 0: no light
     FirstLobe lobe;  // of the path, if kKeepsParts
     uint light;      // its number
@@ -146,6 +156,7 @@ INLINE DirectLight NoDirectLight() {
     direct.ray.origin = vec3(0.0f);
     direct.ray.direction = vec3(0.0f, 0.0f, 1.0f);
     direct.distance = 0.0f;
+    direct.ior = 1.0f;
     direct.radiance = vec3(0.0f);
     direct.lobe = NoLobe();
     direct.light = kNoLight;
@@ -203,9 +214,12 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     direct.light = light.light;
     direct.radiance =
         path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
-    if (HasTraceFeature(kTraceVolumes))
-        direct.radiance *=
-            Transmittance(CurrentMedium(side > 0.0f ? path.media : vertex.beyond), light.distance);
+    direct.ior = 1.0f;
+    if (HasTraceFeature(kTraceVolumes)) {
+        uint medium = CurrentMedium(side > 0.0f ? path.media : vertex.beyond);
+        direct.radiance *= Transmittance(medium, light.distance);
+        if (HasTraceFeature(kTraceThinWalls)) direct.ior = MediumIor(medium);
+    }
     return direct;
 }
 
@@ -279,12 +293,26 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     return Scatter(path, vertex, scattered, diffuse, settings);
 }
 
-// Moves the path's ray to the other side of the surface it has found. Light sampling cannot follow: to its
-// rays, the surfaces of volumes are opaque.
+// Moves the path's ray to the other side of the surface it has found.
 INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
-    path.scatterPDF = 0.0f;
-    path.start = StartAtSurface(surface);
+    if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(surface);
     path.ray.origin = OffsetRayOrigin(surface.position, -surface.geometricNormal, surface.clearance);
+}
+
+// Whether the path goes straight on through the smooth thin wall it has found. If not, the wall is left
+// without what lets light through.
+INLINE bool GoesStraight(INOUT(PathState) path, INOUT(Vertex) vertex) {
+    PreparedGltf wall = vertex.bsdf.gltf;
+    float chance = StraightChance(wall);
+    path.rng.dimension = kStraightDimensions + path.rayCount;
+    if (Get1D(path.rng) < chance) {
+        path.throughput *= StraightShare(wall.bxdf, wall.wo.z) / chance;
+        return true;
+    }
+    path.throughput /= 1.0f - chance;
+    vertex.bsdf.gltf = WithoutStraight(wall, chance);
+    vertex.bsdf.flags &= ~kBxDFTransmission;
+    return false;
 }
 
 // Adds what the path's ray found, and scatters it there. `direct` becomes the light that a shadow ray may
@@ -321,10 +349,13 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     if (HasTraceFeature(kTraceVolumes) && !boundary.isReal) {
         path.media = boundary.beyond;
         PassThrough(path, surface);
+        path.scatterPDF = 0.0f;  // light sampling cannot follow: to its rays, surfaces of volumes are opaque
         return true;
     }
     path.alpha = 1.0f;
-    if (path.depth >= settings.maxDepth || (surface.material.flags & kMaterialUnlit) != 0u) return false;
+    bool isWall = IsSmoothThinWall(surface.material);
+    bool isLast = path.depth >= settings.maxDepth;
+    if ((isLast && !isWall) || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
     // What the surface does to light
     Vertex vertex;
@@ -334,9 +365,16 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     SurfaceSetting setting;
     setting.eta = boundary.eta;
     setting.isThin = !isVolume;
-    setting.leastAlpha = path.depth > 0u ? settings.regularize : 0.0f;
+    setting.leastAlpha = path.depth > 0u && !isWall ? settings.regularize : 0.0f;
     setting.seed = AlphaSeed(path.rng, path.rayCount);
     vertex.bsdf = BSDFOf(surface.material, ToLocal(vertex.frame, -path.ray.direction), setting);
+    if (isWall) {
+        if (GoesStraight(path, vertex)) {
+            PassThrough(path, surface);
+            return true;
+        }
+        if (isLast) return false;
+    }
     path.scatter.position = surface.position;
     path.scatter.normal = IsTransmissive(vertex.bsdf.flags) ? vec3(0.0f) : surface.geometricNormal;
     return ScatterBoth(path, vertex, settings, direct);
@@ -358,9 +396,10 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
             path.rayCount++;
         else
             direct = NoDirectLight();
-        bool isUnoccluded = Unoccluded(direct.ray, direct.distance, AlphaSeed(path.rng, path.rayCount));
-        if (isLit && isUnoccluded)
-            Collect(path, direct.radiance, depth + 1u, direct.lobe, direct.light, settings);
+        vec3 share =
+            UnblockedShare(direct.ray, direct.distance, direct.ior, AlphaSeed(path.rng, path.rayCount));
+        if (isLit && MaxComponent(share) > 0.0f)
+            Collect(path, direct.radiance * share, depth + 1u, direct.lobe, direct.light, settings);
     }
     return isGoingOn && path.rayCount < kMaxRays;
 }

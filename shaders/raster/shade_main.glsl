@@ -66,7 +66,7 @@ LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rn
 }
 
 // Share of a light that reaches the surface. `ordinal` is that of a punctual light, or their count.
-float FreeShare(SurfaceInteraction surface, LightSample light, uint ordinal, uint alphaSeed) {
+vec3 FreeShare(SurfaceInteraction surface, LightSample light, uint ordinal, uint alphaSeed) {
 #ifdef SHADOW_RAYS
     // As integrator/path.glsl does
     float side = dot(light.wi, surface.geometricNormal);
@@ -82,15 +82,15 @@ float FreeShare(SurfaceInteraction surface, LightSample light, uint ordinal, uin
         ray.direction = way / reach;
         distance = 0.99999f * reach;
     }
-    return Unoccluded(ray, distance, alphaSeed) ? 1.0f : 0.0f;
+    return UnblockedShare(ray, distance, 1.0f, alphaSeed);
 #else
 #ifdef SHADOW_MAPS
     if (ordinal < constants.punctualLights) {
         uint kind = LightAt(LightSet().lightCount - constants.punctualLights + ordinal).kind;
-        return MapFreeShare(ordinal, kind, surface.position, surface.geometricNormal, light.wi);
+        return vec3(MapFreeShare(ordinal, kind, surface.position, surface.geometricNormal, light.wi));
     }
 #endif
-    return 1.0f;
+    return vec3(1.0f);
 #endif
 }
 

@@ -10,5 +10,6 @@ layout(location = 0) in vec2 barycentrics;
 layout(location = 1) flat in uvec2 triangle;
 
 void main() {
-    if (!IsFragmentThere(triangle, barycentrics)) discard;
+    // What is a back to the light is a front to the rays that ask for it
+    if (!IsFragmentThere(triangle, barycentrics, gl_FrontFacing)) discard;
 }

@@ -14,4 +14,13 @@ struct ShadowPayload {
     uint isOccluded;
 };
 
+// Of shadow rays in scenes with smooth thin walls.
+struct WallShadowPayload {  // 28 bytes
+    vec3 passed;            // share of light that the walls met so far let through
+    float lastDistance;     // of the wall met last
+    float ior;              // of the medium around them
+    uint alphaSeed;
+    uint isOccluded;
+};
+
 #endif

@@ -9,12 +9,16 @@
 #include "scene/bindings.glsl"
 #include "scene/payloads.glsl"
 #include "shared/ray_types.h"
+#include "shared/trace_options.h"
 
 #ifndef OWN_RADIANCE_PAYLOAD
 layout(location = 0) rayPayloadEXT RadiancePayload radiancePayload;
 #endif
 #ifdef TRACES_SHADOW_RAYS
 layout(location = 1) rayPayloadEXT ShadowPayload shadowPayload;
+layout(location = 2) rayPayloadEXT WallShadowPayload wallShadowPayload;
+// Shadow rays go through smooth thin walls: their shaders are those of wall_shadow.*
+layout(constant_id = 10) const uint kHasWallShadows = 0u;
 #endif
 
 const float kFarthest = 3.0e38f;
@@ -22,8 +26,11 @@ const float kFarthest = 3.0e38f;
 // Runs the closest-hit shader of the nearest surface along a ray, or the miss shader, on the payload at
 // location 0.
 void TraceRadiance(Ray ray) {
-    traceRayEXT(sceneTlas, gl_RayFlagsCullBackFacingTrianglesEXT, 0xFFu, kRayTypeRadiance, 0u,
-                kRayTypeRadiance, ray.origin, 0.0f, ray.direction, kFarthest, 0);
+    // Thin walls are opaque to these rays, and to shadow rays alone they are not
+    uint flags = gl_RayFlagsCullBackFacingTrianglesEXT;
+    if (!HasTraceFeature(kTraceAnyHit)) flags |= gl_RayFlagsOpaqueEXT;
+    traceRayEXT(sceneTlas, flags, 0xFFu, kRayTypeRadiance, 0u, kRayTypeRadiance, ray.origin, 0.0f,
+                ray.direction, kFarthest, 0);
 }
 
 #ifndef OWN_RADIANCE_PAYLOAD
@@ -37,15 +44,27 @@ Hit Intersect(Ray ray, uint alphaSeed) {
 #endif
 
 #ifdef TRACES_SHADOW_RAYS
-// Nothing is on the ray before `distance` (infinity is legal).
-bool Unoccluded(Ray ray, float distance, uint alphaSeed) {
-    shadowPayload.alphaSeed = alphaSeed;
-    shadowPayload.isOccluded = 1u;
+// Share of light that comes along the ray from `distance` (infinity is legal): 0 if something opaque is
+// nearer, less than 1 if smooth thin walls are. `ior` is of the medium that the ray starts in.
+vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed) {
     const uint flags = gl_RayFlagsCullBackFacingTrianglesEXT | gl_RayFlagsTerminateOnFirstHitEXT |
                        gl_RayFlagsSkipClosestHitShaderEXT;
+    float end = min(distance, kFarthest);
+    if (kHasWallShadows != 0u) {
+        wallShadowPayload.passed = vec3(1.0f);
+        wallShadowPayload.lastDistance = -1.0f;
+        wallShadowPayload.ior = ior;
+        wallShadowPayload.alphaSeed = alphaSeed;
+        wallShadowPayload.isOccluded = 1u;
+        traceRayEXT(sceneTlas, flags, 0xFFu, kRayTypeShadow, 0u, kRayTypeShadow, ray.origin, 0.0f,
+                    ray.direction, end, 2);
+        return wallShadowPayload.isOccluded == 0u ? wallShadowPayload.passed : vec3(0.0f);
+    }
+    shadowPayload.alphaSeed = alphaSeed;
+    shadowPayload.isOccluded = 1u;
     traceRayEXT(sceneTlas, flags, 0xFFu, kRayTypeShadow, 0u, kRayTypeShadow, ray.origin, 0.0f, ray.direction,
-                min(distance, kFarthest), 1);
-    return shadowPayload.isOccluded == 0u;
+                end, 1);
+    return vec3(shadowPayload.isOccluded == 0u ? 1.0f : 0.0f);
 }
 #endif
 

@@ -35,6 +35,9 @@ enum class MaskingModel : uint32_t { RAYGRAPH_MASKING_MODELS(RAYGRAPH_DECLARE) }
 enum class FresnelModel : uint32_t { RAYGRAPH_FRESNEL_MODELS(RAYGRAPH_DECLARE) };
 #undef RAYGRAPH_DECLARE
 
+// Below this alpha (roughness^2) a surface counts as smooth, and its lobe is a delta.
+inline constexpr float kSmoothAlpha = 1e-3f;
+
 inline constexpr uint32_t kDistributionConstantId = 1;
 inline constexpr uint32_t kMaskingConstantId = 2;
 inline constexpr uint32_t kFresnelConstantId = 3;
@@ -52,6 +55,8 @@ RAYGRAPH_MASKING_MODELS(RAYGRAPH_DECLARE)
 #define RAYGRAPH_DECLARE(name, value) const uint kFresnel##name = value;
 RAYGRAPH_FRESNEL_MODELS(RAYGRAPH_DECLARE)
 #undef RAYGRAPH_DECLARE
+
+const float kSmoothAlpha = 1e-3f;
 
 const int kDistributionConstantId = 1;
 const int kMaskingConstantId = 2;

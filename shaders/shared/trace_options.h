@@ -37,6 +37,8 @@
 //   Textures, Glass:  materials have textures, let light through
 //   Volumes:          surfaces enclose media
 //   ProbeMedia:       the camera may be inside of some
+//   ThinWalls:        light goes straight on through some surfaces
+//   AnyHit:           some surfaces are there or not to a ray as an any-hit shader says
 // and of the biases, one that changes what a surface is:
 //   ShadowTerminator: opaque surfaces are where their vertex normals bend them to (scene/surface.glsl)
 #define RAYGRAPH_TRACE_FEATURES(X) \
@@ -48,7 +50,9 @@
     X(Glass, 32)                   \
     X(Volumes, 64)                 \
     X(ProbeMedia, 128)             \
-    X(ShadowTerminator, 256)
+    X(ThinWalls, 256)              \
+    X(AnyHit, 512)                 \
+    X(ShadowTerminator, 1024)
 
 #ifdef __cplusplus
 
@@ -119,7 +123,7 @@ RAYGRAPH_TRACE_FEATURES(RAYGRAPH_DECLARE)
 layout(constant_id = 5) const uint kBrdf = kBrdfGltf;
 layout(constant_id = 7) const uint kMis = kMisPower;
 layout(constant_id = 8) const uint kRoulette = kRouletteThroughput;
-layout(constant_id = 9) const uint kTraceFeatures = 255u;  // all that a scene may need
+layout(constant_id = 9) const uint kTraceFeatures = 1023u;  // all that a scene may need
 uint ActiveBrdf() {
     return kBrdf;
 }

@@ -244,6 +244,40 @@ TEST(Gltf, SmoothSurfacesAreDeltas) {
     EXPECT_TRUE(IsSpecular(Flags(GltfLobe(0.0f))));
 }
 
+TEST(Gltf, StraightShareIsWhatASmoothThinWallPasses) {
+    std::mt19937 random(5u);
+    std::uniform_real_distribution<float> unit(0.0f, 1.0f);
+    for (int i = 0; i < 200; i++) {
+        GltfBxDF lobe = Blend(0.0f);
+        lobe.isThin = 1u;
+        lobe.metallic = 0.8f * unit(random);
+        lobe.transmission = 0.1f + 0.9f * unit(random);
+        lobe.specular = unit(random);
+        lobe.eta = 0.6f + 1.5f * unit(random);
+        const vec3 wo = DirectionAt(0.02f + 0.98f * unit(random), 0.8f);
+        const PreparedGltf wall = Prepare(lobe, wo);
+        const float chance = StraightChance(wall);
+        const BSDFSample through = Sample_f(wall, 0.9999999f, vec2(0.5f));
+        ASSERT_TRUE(IsTransmissive(through.flags));
+        EXPECT_NEAR(through.pdf, chance, 1e-6f);
+        EXPECT_LT(length(through.wi + wo), 1e-6f);
+        const vec3 share = StraightShare(lobe, wo.z);
+        for (int channel = 0; channel < 3; channel++)
+            EXPECT_NEAR(through.f[channel] * wo.z, share[channel], 2e-6f);
+        // The rest of the wall: the same lobes, chosen as before among the samples that do not go straight
+        const PreparedGltf rest = WithoutStraight(wall, chance);
+        for (const float uc : {0.01f, 0.3f, 0.7f, 0.99f}) {
+            const BSDFSample before = Sample_f(wall, uc * (1.0f - chance), vec2(0.3f, 0.6f));
+            const BSDFSample after = Sample_f(rest, uc, vec2(0.3f, 0.6f));
+            EXPECT_EQ(before.flags, after.flags);
+            EXPECT_LT(length(before.wi - after.wi), 1e-6f);
+            EXPECT_NEAR(before.pdf, after.pdf * (1.0f - chance), 1e-5f * before.pdf);
+            for (int channel = 0; channel < 3; channel++)
+                EXPECT_NEAR(before.f[channel], after.f[channel], 1e-5f * before.f[channel]);
+        }
+    }
+}
+
 TEST(Gltf, SpecularAndColorSetTheLayer) {
     const vec3 up = DirectionAt(1.0f, 0.0f);
     GltfBxDF lobe = GltfLobe(0.0f);

@@ -1,4 +1,5 @@
-// The path integrator on the CPU: the very text the device runs, over a bridge of one analytic sphere.
+// The path integrator on the CPU: the very text the device runs, over a bridge of one analytic sphere and
+// smooth thin walls above it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,17 +8,37 @@
 #include "tests/shading/light_scene.h"
 #include "tests/support/energy_bridge.h"
 
+#include "bxdf/bsdf.glsl"
+
 namespace raygraph::shading {
 
 namespace {
 
-// One sphere about the origin and a constant environment.
+// One sphere about the origin, walls without an end in planes of constant z, a triangle that shines, and an
+// environment.
 struct SphereScene {
     float radius = 1.0f;
     vec3 albedo{0.0f};
     vec3 emission{0.0f};
+    std::vector<float> walls{};  // heights
+    bool hasLamp = false;
 };
 thread_local SphereScene scene;
+constexpr uint kWall = 1u, kLamp = 2u;  // beside the sphere, 0
+// So large that light sampling goes by area
+const vec3 kLampCorners[3] = {vec3(-60.0f, -50.0f, 2.5f), vec3(60.0f, -50.0f, 2.5f), vec3(0.0f, 80.0f, 2.5f)};
+const vec3 kLampRadiance(4.0f);
+const vec3 kWallTint(0.9f, 0.7f, 0.5f);
+
+SurfaceMaterial WallMaterial() {
+    SurfaceMaterial material{};
+    material.baseColor = kWallTint;
+    material.specular = 1.0f;
+    material.specularColor = vec3(1.0f);
+    material.ior = 1.5f;
+    material.transmission = 1.0f;
+    return material;
+}
 
 // Radiance from everywhere, which the path finds by chance: the light table is left empty.
 void SetScene(const SphereScene& values, float environment = 0.0f) {
@@ -32,13 +53,41 @@ Hit Intersect(Ray ray, uint) {
     const float b = dot(ray.origin, ray.direction);
     const float c = dot(ray.origin, ray.origin) - scene.radius * scene.radius;
     const float discriminant = b * b - c;
-    if (discriminant < 0.0f) return hit;
-    const float root = sqrt(discriminant);
-    hit.t = -b - root > 0.0f ? -b - root : -b + root;
+    if (discriminant >= 0.0f) {
+        const float root = sqrt(discriminant);
+        hit.t = -b - root > 0.0f ? -b - root : -b + root;
+    }
+    const auto meetPlane = [&](float height, uint instance) {
+        const float t = (height - ray.origin.z) / ray.direction.z;
+        if (!(t > 0.0f) || (hit.t >= 0.0f && t > hit.t)) return;
+        const vec3 at = ray.origin + t * ray.direction;
+        for (int i = 0; instance == kLamp && i < 3; i++) {
+            const vec3 side = kLampCorners[(i + 1) % 3] - kLampCorners[i];
+            if (cross(side, at - kLampCorners[i]).z < 0.0f) return;
+        }
+        hit.t = t;
+        hit.instance = instance;
+    };
+    for (const float height : scene.walls) meetPlane(height, kWall);
+    if (scene.hasLamp) meetPlane(kLampCorners[0].z, kLamp);
     return hit;
 }
 
 SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
+    if (hit.instance != 0u) {
+        SurfaceInteraction flat{};
+        flat.position = ray.origin + hit.t * ray.direction;
+        flat.geometricNormal = vec3(0.0f, 0.0f, ray.direction.z < 0.0f ? 1.0f : -1.0f);
+        flat.shadingNormal = flat.geometricNormal;
+        flat.clearance = 64.0f * gpu::kRoundoff * (1.0f + abs(flat.position.z));
+        flat.light = hit.instance == kLamp ? 0u : kNoLight;
+        flat.material.ior = 1.5f;
+        if (hit.instance == kLamp)
+            flat.emission = kLampRadiance;
+        else
+            flat.material = WallMaterial();
+        return flat;
+    }
     const vec3 outward = normalize(ray.origin + hit.t * ray.direction);
     const vec3 normal = dot(outward, ray.direction) < 0.0f ? outward : -outward;
     SurfaceInteraction surface{};
@@ -56,15 +105,23 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     return surface;
 }
 
-bool Unoccluded(Ray ray, float distance, uint) {
-    const Hit hit = Intersect(ray, 0u);
-    return !IsHit(hit) || hit.t > distance;
+vec3 UnblockedShare(Ray ray, float distance, float ior, uint) {
+    vec3 passed(1.0f);
+    while (true) {
+        const Hit hit = Intersect(ray, 0u);
+        if (!IsHit(hit) || hit.t > distance) return passed;
+        if (hit.instance != kWall) return vec3(0.0f);
+        passed *= StraightShare(WallMaterial(), 1.5f / ior, abs(ray.direction.z));
+        ray.origin += (hit.t + 1e-4f) * ray.direction;
+        distance -= hit.t + 1e-4f;
+    }
 }
 
 thread_local float absorption = 0.0f;
+thread_local float mediumIor = 1.0f;
 
 Medium MediumAt(uint) {
-    return {.absorption = vec3(absorption), .ior = 1.0f, .priority = 0u};
+    return {.absorption = vec3(absorption), .ior = mediumIor, .priority = 0u};
 }
 
 }  // namespace
@@ -215,6 +272,74 @@ TEST(Path, MediumDimsTheWayToTheLightAndToTheEye) {
     absorption = 0.0f;
     const double expected = 0.7 * double(kInvPi) * 9.0 / (3.0 * 3.0) * std::exp(-0.25 * (3.0 + 4.0));
     EXPECT_NEAR(path.radiance.y, expected, 1e-4 * expected);
+}
+
+// Of what a wall of relative index eta does not reflect, by Schlick's curve.
+double Passed(double eta, double cosine) {
+    const double f0 = std::pow((eta - 1.0) / (eta + 1.0), 2.0);
+    return (1.0 - f0) * (1.0 - std::pow(1.0 - cosine, 5.0));
+}
+
+TEST(Path, PointLightThroughWallsIsDimmedByEach) {
+    for (const float ior : {1.0f, 1.33f}) {
+        SetScene({.albedo = vec3(0.7f), .walls = {2.0f, 2.5f}});
+        testLights.AddPunctual(scene::LightType::Point, vec3(0.0f, 0.0f, 4.0f), vec3(0.0f, 0.0f, -1.0f),
+                               vec3(9.0f));
+        testLights.Build();
+        const PathSettings settings = Unbiased(1u, kNoLimit);
+        threadTraceOptions = {};
+        mediumIor = ior;
+        const Ray ray{.origin = vec3(0.0f, 0.0f, 1.5f), .direction = vec3(0.0f, 0.0f, -1.0f)};
+        PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
+        if (ior > 1.0f) path.media = EnterMedium(NoMedia(), 0u);
+        while (ExtendPath(path, settings)) {
+        }
+        mediumIor = 1.0f;
+        const double passed = std::pow(Passed(1.5 / ior, 1.0), 2.0);
+        for (int channel = 0; channel < 3; channel++) {
+            const double expected = 0.7 * double(kInvPi) * passed * std::pow(double(kWallTint[channel]), 2.0);
+            EXPECT_NEAR(path.radiance[channel], expected, 1e-4 * expected) << "index " << ior;
+        }
+    }
+}
+
+// Light behind walls is met with the densities of the last surface that scattered.
+TEST(Path, LightSamplingFindsThroughWallsWhatChanceFinds) {
+    SetScene({.albedo = vec3(0.7f), .walls = {1.5f, 1.7f}, .hasLamp = true});
+    testLights.AddTriangle(kLampCorners[0], kLampCorners[1], kLampCorners[2], kLampRadiance, true);
+    image::ImageF sky{.width = 16, .height = 8, .rgba = {}};
+    for (uint32_t texel = 0; texel < 16 * 8; texel++) {
+        const float value = texel % 16 == 3 && texel / 16 == 2 ? 40.0f : 0.2f;
+        sky.rgba.insert(sky.rgba.end(), {value, value, value, 1.0f});
+    }
+    testLights.SetEnvironment(sky, vec3(1.0f));
+    testLights.Build();
+    const Ray ray{.origin = vec3(0.2f, 1.5f, 1.2f), .direction = normalize(vec3(-0.1f, -1.2f, -0.4f))};
+    for (const uint depth : {1u, kNoLimit}) {
+        const PathSettings settings = Unbiased(depth, kNoLimit);
+        threadTraceOptions = {.features = kTraceThinWalls | kTraceGlass};
+        const Mean byChance = MeanRadiance(ray, settings, 1u << 18);
+        ASSERT_LT(byChance.standardError, 0.01 * byChance.radiance);
+        threadTraceOptions.features |= kTraceLightSampling | kTraceEnvironmentLight | kTraceTriangleLights;
+        for (const MisHeuristic mis : {MisHeuristic::Off, MisHeuristic::Balance, MisHeuristic::Power}) {
+            threadTraceOptions.mis = mis;
+            const Mean sampled = MeanRadiance(ray, settings, 1u << 16);
+            const double error = std::hypot(sampled.standardError, byChance.standardError);
+            EXPECT_NEAR(sampled.radiance, byChance.radiance, 4.0 * error)
+                << "heuristic " << int(mis) << ", depth " << depth;
+            EXPECT_LT(sampled.standardError, 0.02 * sampled.radiance) << "too noisy to prove anything";
+        }
+    }
+}
+
+TEST(Path, CrossingAWallIsNoBounce) {
+    SetScene({.albedo = vec3(0.7f), .emission = vec3(2.0f), .walls = {2.0f, 3.0f}});
+    const PathSettings settings = Unbiased(0u, kNoLimit);
+    threadTraceOptions = {.features = kTraceThinWalls | kTraceGlass};
+    const Mean mean = MeanRadiance(FromAbove(), settings, 1u << 14);
+    const double expected = 2.0 * std::pow(double(kWallTint.y) * 0.96, 2.0);
+    EXPECT_NEAR(mean.radiance, expected, 4.0 * mean.standardError);
+    EXPECT_LT(mean.standardError, 0.005 * expected) << "too noisy to prove anything";
 }
 
 }  // namespace raygraph::shading

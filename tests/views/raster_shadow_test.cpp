@@ -139,6 +139,32 @@ TEST_F(RasterShadow, WithRaysDirectLightIsAsPathTraced) {
     }
 }
 
+TEST_F(RasterShadow, WithRaysLightComesThroughThinWallsAsPathTraced) {
+    scene::Material glass;
+    glass.baseColorFactor = {0.9f, 0.5f, 0.7f, 1.0f};
+    glass.metallicFactor = glass.roughnessFactor = 0.0f;
+    glass.transmissionFactor = 1.0f;
+    for (const scene::Light& light : Lights()) {
+        SCOPED_TRACE(int(light.type));
+        // A pane over all of it, above the picture and below the lights
+        scene::SceneData table = Table({light});
+        table.materials.push_back(glass);
+        table.meshes.push_back(QuadMesh(9.0f, 3));
+        table.instances.push_back({.mesh = uint32_t(table.meshes.size() - 1),
+                                   .objectToWorld = {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, 2.4f, 0}}});
+        render.scene.SetScene(std::move(table));
+        const TraceSettings settings = ViewOfTable(80);
+        const FloatImage drawn = Draw(settings, RasterShadows::Rays, 16);
+        const Difference difference = Compare(drawn, render.Render(settings, 16).mean, 0.01f, 2);
+        EXPECT_LE(difference.offEdges, 5e-4) << "the rim of a spot is steep";
+        EXPECT_LT(difference.share, 0.12);
+        render.scene.SetVisible(uint32_t(render.scene.Statistics().instanceCount - 1), false);
+        const glm::dvec3 passed = drawn.Mean() / Draw(settings, RasterShadows::Rays, 16).Mean();
+        EXPECT_NEAR(passed.x, 0.96 * 0.9, 0.05);
+        EXPECT_NEAR(passed.y, 0.96 * 0.5, 0.05);
+    }
+}
+
 TEST_F(RasterShadow, MapsAreAsRaysButNearShadowEdges) {
     for (const scene::Light& light : Lights()) {
         SCOPED_TRACE(int(light.type));
