@@ -23,7 +23,7 @@ std::string At(const char* list, size_t index) {
 }
 
 template <typename Vector>
-bool IsFinite(const Vector& v) {
+bool AllFinite(const Vector& v) {
     for (int i = 0; i < int(Vector::length()); ++i)
         if (!std::isfinite(v[i])) return false;
     return true;
@@ -69,7 +69,7 @@ struct Subject {
     template <typename T>
     void RequireFinite(const char* what, const std::vector<T>& values) const {
         for (size_t i = 0; i < values.size(); ++i)
-            if (!IsFinite(values[i])) Fail(At(what, i) + " is not finite");
+            if (!AllFinite(values[i])) Fail(At(what, i) + " is not finite");
     }
     template <typename T>
     void RequireStream(const char* what, const std::vector<T>& values, size_t vertexCount) const {
@@ -88,7 +88,7 @@ void CheckNumbers(const Material& material, const Subject& subject) {
     subject.RequireRange("occlusionStrength", material.occlusionStrength, 0.0f, 1.0f);
     subject.RequireRanges("emissiveFactor", material.emissiveFactor, kUnbounded);
     subject.RequireRange("emissiveStrength", material.emissiveStrength, 0.0f, kUnbounded);
-    subject.Require(IsFinite(material.EmittedRadiance()),
+    subject.Require(AllFinite(material.EmittedRadiance()),
                     "emissiveFactor times emissiveStrength is infinite");
     subject.RequireRange("alphaCutoff", material.alphaCutoff, 0.0f, kUnbounded);
     if (material.ior != 0.0f) subject.RequireRange("ior", material.ior, 1.0f, Material::kMostIor);
@@ -114,9 +114,10 @@ void CheckTextures(const Material& material, size_t textureCount, const Subject&
 void CheckValues(const Light& light, const Subject& subject) {
     subject.RequireRanges("color", light.color, kUnbounded);
     subject.RequireRange("intensity", light.intensity, 0.0f, kUnbounded);
-    subject.Require(IsFinite(light.color * light.intensity), "color times intensity is infinite");
+    subject.Require(AllFinite(light.color * light.intensity), "color times intensity is infinite");
     subject.RequireRange("range", light.range, 0.0f, kUnbounded);
-    subject.Require(scene::IsFinite(light.lightToWorld), "its transform is not finite");
+    subject.Require(IsFinite(light.lightToWorld) && IsFinite(light.translationRest),
+                    "its transform is not finite");
     if (light.type != LightType::Spot) return;
     // A rounded pi/2 may be a little above it.
     constexpr float kMostAngle = glm::half_pi<float>() + 1e-5f;
@@ -126,7 +127,8 @@ void CheckValues(const Light& light, const Subject& subject) {
 }
 
 void CheckValues(const Camera& camera, const Subject& subject) {
-    subject.Require(scene::IsFinite(camera.cameraToWorld), "its transform is not finite");
+    subject.Require(IsFinite(camera.cameraToWorld) && IsFinite(camera.translationRest),
+                    "its transform is not finite");
     if (camera.projection == Projection::Perspective) {
         subject.Require(camera.yFov > 0.0f && camera.yFov < glm::pi<float>(),
                         "yFov must be between 0 and pi");
@@ -139,9 +141,10 @@ void CheckValues(const Camera& camera, const Subject& subject) {
     subject.RequireRange("zFar", camera.zFar, 0.0f, kUnbounded);
 }
 
-void CheckTransformOf(const glm::mat4x3& transform, const Subject& subject) {
-    subject.Require(scene::IsFinite(transform), "its transform is not finite");
-    subject.Require(CanInvert(transform), "its transform is scaled to nothing or flat, it has no inverse");
+void CheckTransformOf(const PlacedTransform& transform, const Subject& subject) {
+    subject.Require(IsFinite(transform.matrix) && IsFinite(transform.rest), "its transform is not finite");
+    subject.Require(CanInvert(transform.matrix),
+                    "its transform is scaled to nothing or flat, it has no inverse");
 }
 
 void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subject& subject) {
@@ -164,7 +167,7 @@ void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subj
     if (bounds.IsEmpty()) return;
     subject.Require(glm::all(glm::lessThanEqual(primitive.bounds.min, bounds.min)) &&
                         glm::all(glm::greaterThanEqual(primitive.bounds.max, bounds.max)) &&
-                        IsFinite(primitive.bounds.min) && IsFinite(primitive.bounds.max),
+                        AllFinite(primitive.bounds.min) && AllFinite(primitive.bounds.max),
                     "bounds are not around its positions");
 }
 
@@ -182,7 +185,8 @@ void CheckNodes(const SceneData& scene, const Subject& subject) {
         const Subject here = subject.In("nodes", i);
         here.RequireIndex("parent", node.parent, scene.nodes.size(), true);
         here.RequireIndex("mesh", node.mesh, scene.meshes.size(), true);
-        here.Require(scene::IsFinite(node.LocalTransform()), "its transform is not finite");
+        here.Require(IsFinite(node.LocalTransform()) && IsFinite(node.translationRest),
+                     "its transform is not finite");
     }
     std::vector<bool> isListed(scene.nodes.size(), false);
     for (size_t i = 0; i < scene.nodeOrder.size(); ++i) {
@@ -213,7 +217,7 @@ void CheckAll(const SceneData& scene, const Subject& subject) {
         const Subject here = subject.In("instances", i);
         here.RequireIndex("mesh", scene.instances[i].mesh, scene.meshes.size());
         here.RequireIndex("node", scene.instances[i].node, scene.nodes.size(), true);
-        CheckTransformOf(scene.instances[i].objectToWorld, here);
+        CheckTransformOf({scene.instances[i].objectToWorld, scene.instances[i].translationRest}, here);
     }
     for (size_t i = 0; i < scene.cameras.size(); ++i) {
         subject.In("cameras", i).RequireIndex("node", scene.cameras[i].node, scene.nodes.size(), true);
@@ -223,15 +227,19 @@ void CheckAll(const SceneData& scene, const Subject& subject) {
         subject.In("lights", i).RequireIndex("node", scene.lights[i].node, scene.nodes.size(), true);
         CheckValues(scene.lights[i], subject.In("lights", i));
     }
-    subject.Require(scene.bounds.IsEmpty() || (IsFinite(scene.bounds.min) && IsFinite(scene.bounds.max)),
+    subject.Require(scene.bounds.IsEmpty() || (AllFinite(scene.bounds.min) && AllFinite(scene.bounds.max)),
                     "its bounds are not finite");
 }
 
 }  // namespace
 
+bool IsFinite(const glm::vec3& vector) {
+    return AllFinite(vector);
+}
+
 bool IsFinite(const glm::mat4x3& transform) {
     for (int column = 0; column < 4; ++column)
-        if (!IsFinite(transform[column])) return false;
+        if (!AllFinite(transform[column])) return false;
     return true;
 }
 
@@ -253,7 +261,7 @@ void Check(const Light& light, const std::string& subject, ErrorKind kind) {
     CheckValues(light, {subject, kind});
 }
 
-void CheckTransform(const glm::mat4x3& transform, const std::string& subject, ErrorKind kind) {
+void CheckTransform(const PlacedTransform& transform, const std::string& subject, ErrorKind kind) {
     CheckTransformOf(transform, {subject, kind});
 }
 

@@ -24,9 +24,10 @@ RAYGRAPH_API void Check(const Material& material, const std::string& subject,
                         ErrorKind kind = ErrorKind::Usage);
 RAYGRAPH_API void Check(const Light& light, const std::string& subject, ErrorKind kind = ErrorKind::Usage);
 // Of something that rays hit: finite, and with an inverse.
-RAYGRAPH_API void CheckTransform(const glm::mat4x3& transform, const std::string& subject,
+RAYGRAPH_API void CheckTransform(const PlacedTransform& transform, const std::string& subject,
                                  ErrorKind kind = ErrorKind::Usage);
 
+RAYGRAPH_API bool IsFinite(const glm::vec3& vector);
 RAYGRAPH_API bool IsFinite(const glm::mat4x3& transform);
 // In float, because a device inverts in float. False for what is not finite.
 RAYGRAPH_API bool CanInvert(const glm::mat4x3& transform);

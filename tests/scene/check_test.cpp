@@ -94,6 +94,8 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
               "scene: instances[0]: its transform is not finite");
     EXPECT_EQ(Refusal([](SceneData& s) { s.instances[0].objectToWorld[1] = glm::vec3(0.0f); }),
               "scene: instances[0]: its transform is scaled to nothing or flat, it has no inverse");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.instances[0].translationRest.z = kNan; }),
+              "scene: instances[0]: its transform is not finite");
     EXPECT_EQ(Refusal([](SceneData& s) { s.nodes[0].parent = 9; }),
               "scene: nodes[0]: parent is 9, there are 2");
     EXPECT_EQ(Refusal([](SceneData& s) {
@@ -120,7 +122,7 @@ TEST(Check, SaysItAsTheCallerWants) {
               "box.gltf: instances[0]: mesh is 4, there are 1");
     EXPECT_EQ(MessageOf([] { Check(Material{.metallicFactor = -1.0f}, "a material"); }),
               "a material: metallicFactor is -1, must be 0 to 1");
-    EXPECT_EQ(MessageOf([] { CheckTransform(glm::mat4x3(0.0f), "a door"); }),
+    EXPECT_EQ(MessageOf([] { CheckTransform({glm::mat4x3(0.0f)}, "a door"); }),
               "a door: its transform is scaled to nothing or flat, it has no inverse");
 }
 
