@@ -95,8 +95,10 @@ class RAYGRAPH_API Blas {
     friend class BlasBuilder;
     BlasDesc m_desc;
     AccelerationStructure m_structure;
+    AccelerationStructure m_reserved;  // for a build that is not recorded yet
     VkBuildAccelerationStructureFlagsKHR m_flags = 0;
     uint64_t m_bytesBuilt = 0;
+    uint64_t m_buildScratch = 0;  // bytes, known once m_reserved has been made; likewise m_updateScratch
     uint64_t m_updateScratch = 0;
     uint32_t m_version = 0;
     bool m_isCompacted = false;

@@ -36,14 +36,8 @@ struct BlasBuilder::Impl {
             return *geometries.emplace_back(std::move(geometry));
         }
     };
-    // A build that is not recorded yet.
-    struct Build {
-        std::shared_ptr<Blas> blas;
-        VkBuildAccelerationStructureFlagsKHR flags = 0;
-        VkAccelerationStructureBuildSizesInfoKHR sizes{};
-        AccelerationStructure structure{};
-    };
-    Build Prepare(std::shared_ptr<Blas> blas, Steps& steps);
+    // What is waiting for its build, with memory to build it in.
+    std::vector<std::shared_ptr<Blas>> Reserve();
     void NoteBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount);
     void RecordBatches(CommandList& commands, Steps& steps, const BatchPlan& plan,
                        const BuildScratch& scratch);
@@ -53,6 +47,7 @@ struct BlasBuilder::Impl {
     Compaction compaction;
     std::vector<std::weak_ptr<Blas>> added;  // waiting for their build
     std::vector<std::weak_ptr<Blas>> built;
+    BuildScratch buildScratch;  // from Reserve until the builds are submitted
     BuildScratch refitScratch;  // grows; deformation comes every frame
     uint32_t buildCount = 0;
     uint32_t batchCount = 0;
@@ -91,60 +86,72 @@ std::shared_ptr<Blas> BlasBuilder::Add(const BlasDesc& desc) {
     return blas;
 }
 
-BlasBuilder::Impl::Build BlasBuilder::Impl::Prepare(std::shared_ptr<Blas> blas, Steps& steps) {
-    Build build{.blas = std::move(blas)};
-    build.flags = FlagsFor(build.blas->Kind());
-    auto geometry = std::make_unique<BlasGeometry>(build.blas->m_desc, build.flags);
-    build.sizes = geometry->Sizes(device);
-    build.structure =
-        AccelerationStructure(device, build.blas->Name(), VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
-                              build.sizes.accelerationStructureSize);
-    geometry->Info().dstAccelerationStructure = build.structure.Handle();
-    steps.Add(std::move(geometry), ScratchShare(device, build.sizes.buildScratchSize));
-    return build;
+std::vector<std::shared_ptr<Blas>> BlasBuilder::Impl::Reserve() {
+    std::erase_if(added, [](const std::weak_ptr<Blas>& blas) { return blas.expired(); });
+    std::vector<std::shared_ptr<Blas>> due;
+    std::vector<uint64_t> scratchShares;
+    for (const std::weak_ptr<Blas>& entry : added) {
+        const std::shared_ptr<Blas> blas = entry.lock();
+        if (!blas) continue;
+        if (!blas->m_reserved) {
+            blas->m_flags = FlagsFor(blas->Kind());
+            const auto sizes = BlasGeometry(blas->m_desc, blas->m_flags).Sizes(device);
+            blas->m_buildScratch = sizes.buildScratchSize;
+            blas->m_updateScratch = sizes.updateScratchSize;
+            blas->m_reserved =
+                AccelerationStructure(device, blas->Name(), VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                      sizes.accelerationStructureSize);
+        }
+        scratchShares.push_back(ScratchShare(device, blas->m_buildScratch));
+        due.push_back(blas);
+    }
+    if (due.empty()) return due;
+    const BatchPlan plan = PlanBatches(scratchShares, desc.scratchBudget);
+    if (buildScratch.Address() == 0 || buildScratch.Bytes() < plan.scratchBytes)
+        buildScratch = BuildScratch(device, desc.name, plan.scratchBytes);
+    return due;
+}
+
+void BlasBuilder::Reserve() {
+    m_impl->Reserve();
 }
 
 void BlasBuilder::RecordBuilds(CommandList& commands) {
     Impl& impl = *m_impl;
     // What can fail comes first and touches no BLAS: what was added stays added until its build is recorded.
-    std::vector<Impl::Build> builds;
-    std::vector<Compaction::Query> queries;
+    const std::vector<std::shared_ptr<Blas>> due = impl.Reserve();
+    if (due.empty()) return;
     Impl::Steps steps;
-    for (const std::weak_ptr<Blas>& added : impl.added)
-        if (std::shared_ptr<Blas> blas = added.lock()) {
-            const Impl::Build& build = builds.emplace_back(impl.Prepare(std::move(blas), steps));
-            if (build.blas->Kind() == BlasKind::Static)
-                queries.push_back({build.blas, build.structure.Handle()});
-        }
-    if (builds.empty()) {
-        impl.added.clear();
-        return;
+    std::vector<Compaction::Query> queries;
+    for (const std::shared_ptr<Blas>& blas : due) {
+        auto geometry = std::make_unique<BlasGeometry>(blas->m_desc, blas->m_flags);
+        geometry->Info().dstAccelerationStructure = blas->m_reserved.Handle();
+        steps.Add(std::move(geometry), ScratchShare(impl.device, blas->m_buildScratch));
+        if (blas->Kind() == BlasKind::Static) queries.push_back({blas, blas->m_reserved.Handle()});
     }
     const BatchPlan plan = PlanBatches(steps.scratchShares, impl.desc.scratchBudget);
-    const BuildScratch scratch(impl.device, impl.desc.name, plan.scratchBytes);
     const VkQueryPool pool = impl.compaction.CreatePool(queries.size());
 
-    impl.RecordBatches(commands, steps, plan, scratch);
+    impl.RecordBatches(commands, steps, plan, impl.buildScratch);
     impl.compaction.RecordQueries(commands, pool, queries);
     impl.added.clear();
-    std::vector<std::weak_ptr<Blas>> added;
-    for (Impl::Build& build : builds) {
-        Blas& blas = *build.blas;
-        added.push_back(build.blas);
-        blas.m_structure = std::move(build.structure);
-        blas.m_flags = build.flags;
-        blas.m_bytesBuilt = build.sizes.accelerationStructureSize;
-        blas.m_updateScratch = build.sizes.updateScratchSize;
-        ++blas.m_version;
+    const std::vector<std::weak_ptr<Blas>> added(due.begin(), due.end());
+    for (const std::shared_ptr<Blas>& blas : due) {
+        blas->m_structure = std::move(blas->m_reserved);
+        blas->m_bytesBuilt = blas->m_structure.Bytes();
+        ++blas->m_version;
     }
     const std::weak_ptr<Impl> owner = m_impl;
     commands.OnSubmitted([owner, added, batchCount = static_cast<uint32_t>(plan.batches.size())] {
-        if (const std::shared_ptr<Impl> known = owner.lock()) known->NoteBuilt(added, batchCount);
+        const std::shared_ptr<Impl> known = owner.lock();
+        if (!known) return;
+        known->NoteBuilt(added, batchCount);
+        if (known->added.empty()) known->buildScratch = {};
     });
     commands.OnDropped([owner, added, pool] {
         for (const std::weak_ptr<Blas>& entry : added)
             if (const std::shared_ptr<Blas> blas = entry.lock()) {
-                blas->m_structure = {};
+                blas->m_reserved = std::move(blas->m_structure);
                 blas->m_bytesBuilt = 0;
                 ++blas->m_version;
             }
@@ -168,35 +175,28 @@ bool BlasBuilder::Poll() {
 
 void BlasBuilder::RecordCompaction(CommandList& commands) {
     Impl& impl = *m_impl;
-    const std::vector<Compaction::Ready> ready = impl.compaction.ReadyOnes();
-    std::vector<AccelerationStructure> structures;
-    structures.reserve(ready.size());
-    for (const Compaction::Ready& entry : ready)
-        structures.emplace_back(impl.device, entry.blas->Name(),
-                                VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR, entry.bytes);
-    impl.compaction.ClearReady();
-
+    // Those that are replaced are kept for a way back until the list is submitted.
+    const auto slice = std::make_shared<std::vector<Compaction::Ready>>(impl.compaction.TakeSlice());
+    if (slice->empty()) return;
     BarrierBetweenBuilds(commands);  // the copies read what builds wrote
-    for (size_t i = 0; i < ready.size(); ++i) {
+    for (Compaction::Ready& ready : *slice) {
         VkCopyAccelerationStructureInfoKHR copy{};
         copy.sType = VK_STRUCTURE_TYPE_COPY_ACCELERATION_STRUCTURE_INFO_KHR;
-        copy.src = ready[i].blas->Handle();
-        copy.dst = structures[i].Handle();
+        copy.src = ready.blas->Handle();
+        copy.dst = ready.structure.Handle();
         copy.mode = VK_COPY_ACCELERATION_STRUCTURE_MODE_COMPACT_KHR;
         impl.device.Vk().vkCmdCopyAccelerationStructureKHR(commands.Handle(), &copy);
-        std::swap(ready[i].blas->m_structure, structures[i]);
-        ready[i].blas->m_isCompacted = true;
-        ++ready[i].blas->m_version;
+        std::swap(ready.blas->m_structure, ready.structure);
+        ready.blas->m_isCompacted = true;
+        ++ready.blas->m_version;
     }
-    // The old ones are kept for a way back until the list is submitted.
-    auto old = std::make_shared<std::vector<AccelerationStructure>>(std::move(structures));
-    commands.OnDropped([owner = std::weak_ptr<Impl>(m_impl), ready, old] {
-        for (size_t i = 0; i < ready.size(); ++i) {
-            std::swap(ready[i].blas->m_structure, (*old)[i]);
-            ready[i].blas->m_isCompacted = false;
-            ++ready[i].blas->m_version;
+    commands.OnDropped([owner = std::weak_ptr<Impl>(m_impl), slice] {
+        for (Compaction::Ready& ready : *slice) {
+            std::swap(ready.blas->m_structure, ready.structure);
+            ready.blas->m_isCompacted = false;
+            ++ready.blas->m_version;
         }
-        if (const std::shared_ptr<Impl> known = owner.lock()) known->compaction.PutBack(ready);
+        if (const std::shared_ptr<Impl> known = owner.lock()) known->compaction.PutBack(*slice);
     });
 }
 

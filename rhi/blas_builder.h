@@ -1,6 +1,7 @@
 // BlasBuilder: builds, compacts and refits bottom-level acceleration structures.
 //
 //     blas = builder.Add(desc);                    // any number
+//     builder.Reserve();                           // takes the memory of their builds: here it can run out
 //     builder.RecordBuilds(cmd);                   // builds, and asks for the compacted sizes
 //     each frame: if (builder.Poll()) builder.RecordCompaction(cmd);   // never waits for the device
 //
@@ -32,6 +33,9 @@ struct BlasBuilderDesc {
     // first batch.
     bool compacts = true;
     bool compactsWithoutGain = false;  // keep compacting even then: to test the copy path on such a driver
+    // Bytes of compacted structures of one RecordCompaction, which they take beside the ones they replace; a
+    // larger one comes alone.
+    uint64_t compactionBudget = 64ull << 20;
 };
 
 struct CompactionStatistics {
@@ -59,16 +63,22 @@ class RAYGRAPH_API BlasBuilder {
     // addresses or more primitives than the device takes.
     [[nodiscard]] std::shared_ptr<Blas> Add(const BlasDesc& desc);
 
+    // Takes the memory that building everything added since the last build needs, structures and scratch:
+    // RecordBuilds then takes no more. On an Error everything stays added, and what has been taken is kept
+    // for the next call; it goes with its BLAS.
+    void Reserve();
     // Builds everything added since the last call, in batches whose scratch stays under the budget; a single
-    // BLAS that needs more has a batch and scratch of its own. On an Error nothing is recorded and everything
-    // stays added.
+    // BLAS that needs more has a batch and scratch of its own. Reserves what has not been. On an Error
+    // nothing is recorded and everything stays added.
     void RecordBuilds(CommandList& commands);
 
-    // Looks for compacted sizes that have arrived; never waits. True: RecordCompaction has something to do.
+    // Looks for compacted sizes that have arrived, and takes the memory for as many BLASes as
+    // BlasBuilderDesc::compactionBudget allows; never waits. True: RecordCompaction has something to do.
+    // Without memory that is later: every kRetryPolls-th call tries again.
     bool Poll();
-    // Copies every BLAS whose size has arrived into a smaller one, which takes its place at once for
-    // everything recorded after this call; the old one is retired
-    // once the list has been submitted. On an Error nothing is recorded and everything stays due.
+    static constexpr uint32_t kRetryPolls = 32;
+    // Copies the BLASes for which Poll has taken memory into smaller ones, which take their places at once
+    // for everything recorded after this call; the old ones are retired once the list has been submitted.
     void RecordCompaction(CommandList& commands);
 
     // Updates Deforming BLASes in place. Addresses and strides of `desc` may differ from the build's; index

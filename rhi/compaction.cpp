@@ -1,7 +1,9 @@
 #include "rhi/compaction.h"
 
 #include <algorithm>
+#include <iterator>
 
+#include "base/error.h"
 #include "rhi/build_scratch.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
@@ -9,7 +11,7 @@
 namespace raygraph::rhi {
 
 Compaction::Compaction(Device& device, const BlasBuilderDesc& desc)
-    : m_device(device), m_compactsWithoutGain(desc.compactsWithoutGain) {
+    : m_device(device), m_compactsWithoutGain(desc.compactsWithoutGain), m_budget(desc.compactionBudget) {
     if (!desc.compacts) m_whyOff = "not asked for";
 }
 
@@ -24,9 +26,11 @@ VkQueryPool Compaction::CreatePool(size_t count) {
     create.queryType = VK_QUERY_TYPE_ACCELERATION_STRUCTURE_COMPACTED_SIZE_KHR;
     create.queryCount = static_cast<uint32_t>(count);
     VkQueryPool pool = VK_NULL_HANDLE;
-    m_device.Check(
-        m_device.Vk().vkCreateQueryPool(m_device.Handle(), &create, m_device.AllocationCallbacks(), &pool),
-        "compacted sizes: vkCreateQueryPool");
+    const VkResult result =
+        m_device.Vk().vkCreateQueryPool(m_device.Handle(), &create, m_device.AllocationCallbacks(), &pool);
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY)
+        return VK_NULL_HANDLE;
+    m_device.Check(result, "compacted sizes: vkCreateQueryPool");
     return pool;
 }
 
@@ -67,12 +71,57 @@ bool Compaction::Poll() {
             continue;
         }
         Judge(batch);
-        if (!IsOff()) m_ready.insert(m_ready.end(), batch.entries.begin(), batch.entries.end());
+        if (!IsOff())
+            std::copy_if(batch.entries.begin(), batch.entries.end(), std::back_inserter(m_ready),
+                         [&](const Entry& entry) { return IsWorthIt(entry); });
         Release(batch);
         m_waiting.erase(m_waiting.begin() + static_cast<std::ptrdiff_t>(i));
     }
     std::erase_if(m_ready, [](const Entry& entry) { return entry.blas.expired(); });
-    return !m_ready.empty();
+    std::erase_if(m_slice, [](const Reserved& entry) { return entry.blas.expired(); });
+    if (m_slice.empty()) ReserveSlice();
+    return !m_slice.empty();
+}
+
+bool Compaction::IsWorthIt(const Entry& entry) const {
+    const std::shared_ptr<Blas> blas = entry.blas.lock();
+    return blas && (entry.bytes < blas->BytesBuilt() || m_compactsWithoutGain);
+}
+
+// As many as the budget allows, at least one. Without memory it is tried again later: what is there works.
+void Compaction::ReserveSlice() {
+    if (m_ready.empty()) return;
+    if (m_pollsToRetry > 0) {
+        --m_pollsToRetry;
+        return;
+    }
+    uint64_t bytes = 0;
+    size_t taken = 0;
+    for (; taken < m_ready.size(); ++taken) {
+        const Entry& entry = m_ready[taken];
+        if (taken > 0 && (bytes >= m_budget || entry.bytes > m_budget - bytes)) break;
+        bytes += entry.bytes;
+    }
+    std::vector<Reserved> slice;
+    size_t done = 0;
+    try {
+        for (; done < taken; ++done)
+            if (const std::shared_ptr<Blas> blas = m_ready[done].blas.lock())
+                slice.push_back({blas, AccelerationStructure(m_device, blas->Name(),
+                                                             VK_ACCELERATION_STRUCTURE_TYPE_BOTTOM_LEVEL_KHR,
+                                                             m_ready[done].bytes)});
+    } catch (const Error& error) {
+        if (error.Kind() != ErrorKind::OutOfMemory) throw;
+        m_pollsToRetry = BlasBuilder::kRetryPolls - 1;
+        if (!m_hasRunOut)
+            m_device.Say(MessageSeverity::Info,
+                         std::string("BLAS compaction waits for memory: ") + error.what());
+        m_hasRunOut = true;
+        // Those for which there was some: each of them makes room.
+        taken = done;
+    }
+    m_slice = std::move(slice);
+    m_ready.erase(m_ready.begin(), m_ready.begin() + static_cast<std::ptrdiff_t>(taken));
 }
 
 bool Compaction::ReadSizes(Batch& batch) {
@@ -105,26 +154,25 @@ void Compaction::Judge(const Batch& batch) {
     m_device.Say(MessageSeverity::Info, "BLAS compaction is off: " + m_whyOff);
 }
 
-std::vector<Compaction::Ready> Compaction::ReadyOnes() const {
-    std::vector<Ready> ready;
-    for (const Entry& entry : m_ready) {
-        std::shared_ptr<Blas> blas = entry.blas.lock();
-        if (!blas || (entry.bytes >= blas->BytesBuilt() && !m_compactsWithoutGain)) continue;
-        ready.push_back({std::move(blas), entry.bytes});
-    }
-    return ready;
+std::vector<Compaction::Ready> Compaction::TakeSlice() {
+    std::vector<Ready> slice;
+    for (Reserved& entry : m_slice)
+        if (std::shared_ptr<Blas> blas = entry.blas.lock())
+            slice.push_back({std::move(blas), std::move(entry.structure)});
+    m_slice.clear();
+    return slice;
 }
 
-void Compaction::PutBack(std::span<const Ready> ready) {
-    for (const Ready& entry : ready) m_ready.push_back({entry.blas, entry.bytes});
+void Compaction::PutBack(std::span<const Ready> slice) {
+    for (const Ready& ready : slice) m_ready.push_back({ready.blas, ready.structure.Bytes()});
 }
 
 uint32_t Compaction::PendingCount() const {
-    auto live = [](const std::vector<Entry>& entries) {
+    auto live = [](const auto& entries) {
         return static_cast<uint32_t>(std::count_if(entries.begin(), entries.end(),
-                                                   [](const Entry& entry) { return !entry.blas.expired(); }));
+                                                   [](const auto& entry) { return !entry.blas.expired(); }));
     };
-    uint32_t count = live(m_ready);
+    uint32_t count = live(m_ready) + live(m_slice);
     for (const Batch& batch : m_waiting) count += live(batch.entries);
     return IsOff() ? 0 : count;
 }

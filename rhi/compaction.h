@@ -17,7 +17,7 @@ class Compaction {
   public:
     struct Ready {
         std::shared_ptr<Blas> blas;
-        uint64_t bytes = 0;
+        AccelerationStructure structure;  // of its compacted size
     };
 
     Compaction(Device& device, const BlasBuilderDesc& desc);
@@ -30,19 +30,20 @@ class Compaction {
         std::weak_ptr<Blas> blas;
         VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
     };
-    // For as many queries; null for none, and when compaction is off.
+    // For as many queries; null for none, when compaction is off, and without memory for a pool: what is
+    // built then stays as it is.
     VkQueryPool CreatePool(size_t count);
     // Takes the pool over; nothing with a null one.
     void RecordQueries(CommandList& commands, VkQueryPool pool, std::span<const Query> queries);
     // The list with these queries is not going to run.
     void GiveUp(VkQueryPool pool);
 
-    // True: ReadyOnes has something.
+    // True: TakeSlice has something.
     bool Poll();
-    // BLASes whose size has arrived and which are worth a copy; those dropped meanwhile are left out.
-    std::vector<Ready> ReadyOnes() const;
-    void ClearReady() { m_ready.clear(); }
-    void PutBack(std::span<const Ready> ready);
+    // BLASes whose size has arrived, which are worth a copy, and for which there is memory and budget; those
+    // dropped meanwhile are left out.
+    std::vector<Ready> TakeSlice();
+    void PutBack(std::span<const Ready> slice);
 
     bool IsOff() const { return !m_whyOff.empty(); }
     const std::string& WhyOff() const { return m_whyOff; }
@@ -59,16 +60,27 @@ class Compaction {
         // Set by the device's retire queue once the list that asks has completed (or was dropped).
         std::shared_ptr<std::atomic<bool>> isCompleted;
     };
+    // A BLAS with the memory of its compacted copy.
+    struct Reserved {
+        std::weak_ptr<Blas> blas;
+        AccelerationStructure structure;
+    };
     bool ReadSizes(Batch& batch);
     void Judge(const Batch& batch);
+    bool IsWorthIt(const Entry& entry) const;
+    void ReserveSlice();
     void Release(Batch& batch);
 
     Device& m_device;
     bool m_compactsWithoutGain = false;
+    uint64_t m_budget = 0;
     bool m_isJudged = false;
     std::string m_whyOff;
     std::vector<Batch> m_waiting;
     std::vector<Entry> m_ready;
+    std::vector<Reserved> m_slice;  // what is copied next
+    uint32_t m_pollsToRetry = 0;    // after running out of memory
+    bool m_hasRunOut = false;
 };
 
 }  // namespace raygraph::rhi

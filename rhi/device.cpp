@@ -25,6 +25,7 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     functions.vkGetDeviceProcAddr = instanceFunctions.vkGetDeviceProcAddr;
     VmaAllocatorCreateInfo allocatorInfo{};
     allocatorInfo.flags = VMA_ALLOCATOR_CREATE_BUFFER_DEVICE_ADDRESS_BIT;
+    if (info.optional.memoryBudget) allocatorInfo.flags |= VMA_ALLOCATOR_CREATE_EXT_MEMORY_BUDGET_BIT;
     allocatorInfo.physicalDevice = physicalDevice;
     allocatorInfo.device = device;
     allocatorInfo.instance = instance;
@@ -180,9 +181,6 @@ std::chrono::milliseconds Device::HangLimit() const {
 }
 const VkAllocationCallbacks* Device::AllocationCallbacks() const {
     return m_impl->allocation;
-}
-MemoryStatistics Device::Memory() const {
-    return m_impl->memory.Statistics();
 }
 uint64_t Device::ValidationMessageCount() const {
     return m_impl->messages.ValidationCount();

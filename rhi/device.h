@@ -121,6 +121,7 @@ struct DeviceInfo {
     uint64_t uniformAlignment = 0;
     uint64_t maxBufferBytes = 0;
     uint64_t maxStorageBufferBytes = 0;  // of a buffer that a shader binds: maxStorageBufferRange
+    uint32_t maxTextureExtent = 0;       // texels a side
     uint32_t subgroupSize = 0;
     OptionalFeatures optional;
 };
@@ -147,6 +148,18 @@ struct SemaphoreUse {
 struct MemoryStatistics {
     uint64_t usedBytes = 0;  // bytes of live resources
     uint64_t peakBytes = 0;  // the largest usedBytes so far
+    // Of usedBytes, what was meant for the device's own memory and had to go into the host's, which is slow.
+    // The first time, a warning says so.
+    uint64_t fallbackBytes = 0;
+};
+
+// One of the device's memory heaps. With VK_EXT_memory_budget (OptionalFeatures::memoryBudget) budget and use
+// are the driver's; without, 80 % of the size and what this Device has taken.
+struct MemoryHeap {
+    bool isDeviceLocal = false;  // the device's own; else the host's
+    uint64_t sizeBytes = 0;
+    uint64_t budgetBytes = 0;  // what this process can take
+    uint64_t usedBytes = 0;    // what this process has taken, all of its devices
 };
 
 class RAYGRAPH_API Device {
@@ -199,6 +212,11 @@ class RAYGRAPH_API Device {
     // Whether levels of such a texture can be made from each other (CommandList::BlitMip).
     bool CanGenerateMips(Format format) const;
     MemoryStatistics Memory() const;
+    std::vector<MemoryHeap> MemoryHeaps() const;
+    // From now on resources that would take MemoryStatistics::usedBytes above `bytes` are refused with
+    // Error{OutOfMemory}, as if the device had no more. 0: no limit. Threads that create resources at the
+    // same time may exceed it by those.
+    void LimitMemory(uint64_t bytes);
 
     // One timeline: every submission signals the next value.
     // Begin a command list in the recording state; its pool is recycled once its submission has completed.
@@ -261,6 +279,10 @@ class RAYGRAPH_API Device {
     void Free(VkBuffer buffer, VmaAllocation allocation) noexcept;
     void Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept;
     void FreeMemory(VmaAllocation allocation) noexcept;
+    // Before and after memory is taken: Error{OutOfMemory} beyond the limit; counts what was taken.
+    void RequireMemory(const std::string& subject, uint64_t bytes);
+    void CheckMemory(VkResult result, const std::string& subject);
+    void NoteMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice);
     void Recycle(CommandList& commands, uint64_t value) noexcept;
     explicit Device(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> m_impl;

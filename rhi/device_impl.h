@@ -39,10 +39,13 @@ class MemoryCounter {
         }
     }
     void Remove(uint64_t bytes) { m_used.fetch_sub(bytes); }
-    MemoryStatistics Statistics() const { return {m_used.load(), m_peak.load()}; }
+    // Of what was added. True: there was none before.
+    bool AddFallback(uint64_t bytes) { return m_fallback.fetch_add(bytes) == 0; }
+    void RemoveFallback(uint64_t bytes) { m_fallback.fetch_sub(bytes); }
+    MemoryStatistics Statistics() const { return {m_used.load(), m_peak.load(), m_fallback.load()}; }
 
   private:
-    std::atomic<uint64_t> m_used{0}, m_peak{0};
+    std::atomic<uint64_t> m_used{0}, m_peak{0}, m_fallback{0};
 };
 
 // Those who know which pass was reached. Thread-safe; shared with them, as they may outlive the device.
@@ -108,6 +111,7 @@ struct Device::Impl {
     MessageSink messages;
     VmaAllocator allocator = nullptr;
     MemoryCounter memory;
+    std::atomic<uint64_t> memoryLimit{0};  // 0: none
 
     VkSemaphore timeline = VK_NULL_HANDLE;
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock

@@ -98,6 +98,7 @@ DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, 
     info.uniformAlignment = properties.limits.minUniformBufferOffsetAlignment;
     info.maxBufferBytes = maintenance4.maxBufferSize;
     info.maxStorageBufferBytes = properties.limits.maxStorageBufferRange;
+    info.maxTextureExtent = properties.limits.maxImageDimension2D;
     info.subgroupSize = subgroup.subgroupSize;
     info.optional = optional;
     return info;

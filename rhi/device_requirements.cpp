@@ -33,6 +33,12 @@ struct FeatureEntry {
     bool OptionalFeatures::*capability = nullptr;  // what it turns on, for an optional one
 };
 
+// An optional extension without a feature.
+struct ExtensionEntry {
+    ExtensionRequirement requirement;
+    bool OptionalFeatures::*capability;
+};
+
 struct LimitEntry {
     LimitRequirement requirement;
     uint64_t (*value)(const VkPhysicalDeviceProperties2&, const VkPhysicalDeviceVulkan12Properties&,
@@ -147,6 +153,12 @@ const std::array kFeatures{
 
 #undef RAYGRAPH_FLAG_
 
+const std::array kExtensions{
+    ExtensionEntry{{VK_EXT_MEMORY_BUDGET_EXTENSION_NAME, false,
+                    "how much memory the device has left, as its driver says"},
+                   &OptionalFeatures::memoryBudget},
+};
+
 const std::array kLimits{
     LimitEntry{{"maxPushDescriptors", 32, "the bindings of a pass"},
                [](auto&, auto&, auto& push, auto&) { return uint64_t{push.maxPushDescriptors}; }},
@@ -161,6 +173,13 @@ const std::array kLimits{
     LimitEntry{{"maxPerStageDescriptorUpdateAfterBindSampledImages", 65536, "the bindless texture table"},
                [](auto&, auto& v12, auto&, auto&) {
                    return uint64_t{v12.maxPerStageDescriptorUpdateAfterBindSampledImages};
+               }},
+    LimitEntry{
+        {"maxDescriptorSetUpdateAfterBindSamplers", 65536, "the bindless texture table"},
+        [](auto&, auto& v12, auto&, auto&) { return uint64_t{v12.maxDescriptorSetUpdateAfterBindSamplers}; }},
+    LimitEntry{{"maxPerStageDescriptorUpdateAfterBindSamplers", 65536, "the bindless texture table"},
+               [](auto&, auto& v12, auto&, auto&) {
+                   return uint64_t{v12.maxPerStageDescriptorUpdateAfterBindSamplers};
                }},
     LimitEntry{{"maxRayRecursionDepth", 1, "tracing from ray generation"},
                [](auto&, auto&, auto&, auto& tracing) { return uint64_t{tracing.maxRayRecursionDepth}; }},
@@ -303,6 +322,7 @@ const RequirementList& Requirements() {
             if (!entry.requirement.isRequired && entry.extension)
                 list.extensions.push_back({entry.extension, false, entry.requirement.why});
         }
+        for (const ExtensionEntry& entry : kExtensions) list.extensions.push_back(entry.requirement);
         for (const LimitEntry& entry : kLimits) list.limits.push_back(entry.requirement);
         list.formats.assign(kFormats.begin(), kFormats.end());
         return list;
@@ -362,14 +382,20 @@ OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vkGetInstancePr
     for (const FeatureEntry& entry : kFeatures)
         if (entry.capability)
             features.*entry.capability = probe.HasExtensionOf(entry) && entry.flag(available);
+    for (const ExtensionEntry& entry : kExtensions)
+        features.*entry.capability = probe.Has(entry.requirement.name);
     return features;
 }
 
 OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string> enabled) {
+    const auto isEnabled = [&](const char* extension) {
+        return std::find(enabled.begin(), enabled.end(), extension) != enabled.end();
+    };
     for (const FeatureEntry& entry : kFeatures)
-        if (entry.capability && entry.extension &&
-            std::find(enabled.begin(), enabled.end(), entry.extension) == enabled.end())
+        if (entry.capability && entry.extension && !isEnabled(entry.extension))
             features.*entry.capability = false;
+    for (const ExtensionEntry& entry : kExtensions)
+        if (!isEnabled(entry.requirement.name)) features.*entry.capability = false;
     return features;
 }
 

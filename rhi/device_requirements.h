@@ -62,6 +62,7 @@ struct OptionalFeatures {
     bool multiDrawIndirect = false;
     bool drawIndirectFirstInstance = false;
     bool bufferInt64Atomics = false;  // shaderBufferInt64Atomics
+    bool memoryBudget = false;        // VK_EXT_memory_budget, an extension without a feature to enable
 
     bool operator==(const OptionalFeatures&) const = default;
 };

@@ -60,13 +60,17 @@ VkImageCreateInfo CreateInfo(const TextureDesc& desc) {
     return info;
 }
 
-VmaAllocationCreateInfo AllocationInfo(MemoryKind kind) {
+VmaAllocationCreateInfo AllocationInfo(MemoryKind kind, BufferUsage usage = BufferUsage::None) {
     VmaAllocationCreateInfo info{};
     info.usage = VMA_MEMORY_USAGE_AUTO;
     if (kind == MemoryKind::Device) {
         info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
         return info;
     }
+    // What is only copied belongs into the host's memory: of the device's own, little can be mapped. The
+    // allocator cannot tell by itself, as every buffer has an address that shaders might use.
+    if (Has(BufferUsage::CopySource | BufferUsage::CopyDestination, usage))
+        info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_HOST;
     info.flags = VMA_ALLOCATION_CREATE_MAPPED_BIT |
                  (kind == MemoryKind::Upload ? VMA_ALLOCATION_CREATE_HOST_ACCESS_SEQUENTIAL_WRITE_BIT
                                              : VMA_ALLOCATION_CREATE_HOST_ACCESS_RANDOM_BIT);
@@ -166,8 +170,9 @@ void Device::Finish(Buffer& buffer) {
 
 Buffer Device::CreateBuffer(const BufferDesc& desc) {
     CheckDesc(*this, desc);
+    RequireMemory(Describe(desc), desc.size);
     const VkBufferCreateInfo info = CreateInfo(desc);
-    const VmaAllocationCreateInfo allocate = AllocationInfo(desc.memory);
+    const VmaAllocationCreateInfo allocate = AllocationInfo(desc.memory, desc.usage);
     // Where an address must be aligned, the whole buffer is: for its offset 0 nobody has to think of it.
     uint64_t alignment = 16;
     if (Has(desc.usage, BufferUsage::Storage))
@@ -177,12 +182,12 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
     Buffer buffer;
     buffer.m_desc = desc;
     VmaAllocationInfo allocated{};
-    Check(vmaCreateBufferWithAlignment(Allocator(), &info, &allocate, alignment, &buffer.m_buffer,
-                                       &buffer.m_allocation, &allocated),
-          Describe(desc));
+    CheckMemory(vmaCreateBufferWithAlignment(Allocator(), &info, &allocate, alignment, &buffer.m_buffer,
+                                             &buffer.m_allocation, &allocated),
+                Describe(desc));
     buffer.m_device = this;
     buffer.m_mapped = static_cast<std::byte*>(allocated.pMappedData);
-    m_impl->memory.Add(allocated.size);
+    NoteMemory(buffer.m_allocation, Describe(desc), desc.memory == MemoryKind::Device);
     Finish(buffer);
     return buffer;
 }
@@ -223,14 +228,6 @@ void Device::Free(VkImage image, VkImageView view, VmaAllocation allocation) noe
     FreeMemory(allocation);
 }
 
-void Device::FreeMemory(VmaAllocation allocation) noexcept {
-    if (!allocation) return;
-    VmaAllocationInfo info{};
-    vmaGetAllocationInfo(Allocator(), allocation, &info);
-    m_impl->memory.Remove(info.size);
-    vmaFreeMemory(Allocator(), allocation);
-}
-
 // Names the image and makes the view, if its usage needs one. The texture owns its image by now.
 void Device::Finish(Texture& texture) {
     const TextureDesc& desc = texture.m_desc;
@@ -252,16 +249,16 @@ void Device::Finish(Texture& texture) {
 }
 
 Texture Device::CreateTexture(const TextureDesc& desc) {
-    CheckDesc(m_impl->instanceFunctions, PhysicalDevice(), Info(), desc);
+    RequireMemory(Describe(desc), RequirementsOf(desc).size);
     const VkImageCreateInfo info = CreateInfo(desc);
     const VmaAllocationCreateInfo allocate = AllocationInfo(MemoryKind::Device);
     Texture texture;
     texture.m_desc = desc;
-    VmaAllocationInfo allocated{};
-    Check(vmaCreateImage(Allocator(), &info, &allocate, &texture.m_image, &texture.m_allocation, &allocated),
-          Describe(desc));
+    CheckMemory(
+        vmaCreateImage(Allocator(), &info, &allocate, &texture.m_image, &texture.m_allocation, nullptr),
+        Describe(desc));
     texture.m_device = this;
-    m_impl->memory.Add(allocated.size);
+    NoteMemory(texture.m_allocation, Describe(desc), true);
     Finish(texture);
     return texture;
 }
@@ -333,17 +330,18 @@ MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequi
     const std::string subject =
         "memory block '" + name + "' (" + std::to_string(requirements.size) + " bytes)";
     if (requirements.size == 0) Refuse(subject, "its size is zero");
+    RequireMemory(subject, requirements.size);
     const VkMemoryRequirements needed{requirements.size, requirements.alignment, requirements.memoryTypeBits};
     VmaAllocationCreateInfo allocate{};
     allocate.preferredFlags = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
     MemoryBlock block;
     VmaAllocationInfo allocated{};
-    Check(vmaAllocateMemory(Allocator(), &needed, &allocate, &block.m_allocation, &allocated), subject);
+    CheckMemory(vmaAllocateMemory(Allocator(), &needed, &allocate, &block.m_allocation, &allocated), subject);
     vmaSetAllocationName(Allocator(), block.m_allocation, name.c_str());
     block.m_device = this;
     // From here on the block has one memory type: what is bound to it must be able to use that one.
     block.m_requirements = {requirements.size, requirements.alignment, 1u << allocated.memoryType};
-    m_impl->memory.Add(allocated.size);
+    NoteMemory(block.m_allocation, subject, true);
     return block;
 }
 

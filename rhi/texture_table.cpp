@@ -162,6 +162,11 @@ uint32_t TextureTable::Capacity() const {
     return static_cast<uint32_t>(m_state->isTaken.size());
 }
 
+uint32_t TextureTable::FreeCount() const {
+    const std::lock_guard lock(m_state->mutex);
+    return static_cast<uint32_t>(m_state->free.size());
+}
+
 uint32_t TextureTable::Count() const {
     const std::lock_guard lock(m_state->mutex);
     return m_state->count;

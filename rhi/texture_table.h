@@ -42,6 +42,8 @@ class RAYGRAPH_API TextureTable {
     VkDescriptorSet Set() const;
     uint32_t Capacity() const;
     uint32_t Count() const;  // slots that hold a texture that was added
+    // Slots that Add can hand out now. A removed one is among them once no frame can read it any more.
+    uint32_t FreeCount() const;
 
   private:
     struct State;

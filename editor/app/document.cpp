@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/overloaded.h"
+#include "renderer/scene/check.h"
 #include "renderer/scene/save_gltf.h"
 
 namespace raygraph::editor {
@@ -150,6 +151,8 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
     for (const uint32_t node : moved) before.push_back(m_worldTransforms[node]);
     // Only what lies below the node moves
     const auto place = [&](uint32_t node, const scene::PlacedTransform& nodeToWorld) {
+        if (m_placed[node].instance != scene::kNone)
+            scene::CheckTransform(nodeToWorld, "node " + std::to_string(node));
         m_worldTransforms[node] = nodeToWorld;
         const uint32_t light = m_placed[node].light;
         if (light == scene::kNone) return;

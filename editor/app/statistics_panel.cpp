@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "editor/app/memory_rows.h"
 #include "editor/app/panels.h"
 
 namespace raygraph::editor {
@@ -23,10 +24,6 @@ std::string Text(const char* format, Values... values) {
     char text[128];
     std::snprintf(text, sizeof text, format, values...);
     return text;
-}
-
-std::string BytesText(uint64_t bytes) {
-    return Text("%.1f MB", static_cast<double>(bytes) / (1 << 20));
 }
 
 void Row(const char* name, const std::string& value) {
@@ -80,8 +77,8 @@ void Table(Workspace& work) {
                     BytesText(scene.blasBytesCompacted));
     Row("TLAS", std::to_string(scene.tlasRebuilds) + " builds, " + std::to_string(scene.tlasUpdates) +
                     " updates, " + BytesText(scene.tlasBytes));
-    Row("memory",
-        BytesText(work.device.Memory().usedBytes) + ", peak " + BytesText(work.device.Memory().peakBytes));
+    const std::vector<rhi::MemoryHeap> heaps = work.device.MemoryHeaps();
+    for (const MemoryRow& row : MemoryRows(work.device.Memory(), heaps)) Row(row.name.c_str(), row.value);
     Row("textures", BytesText(scene.textureBytes));
     ImGui::EndTable();
 }

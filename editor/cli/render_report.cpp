@@ -46,7 +46,12 @@ Report DescribeRun(const RunSources& sources) {
 
     if (sources.session.TracesPaths())
         report.throughput.raysPerSample = sources.session.MeasureRaysPerSample();
-    report.memory = {sources.device.Memory().peakBytes, PeakResidentBytes()};
+    const rhi::MemoryStatistics memory = sources.device.Memory();
+    report.memory = {.devicePeakBytes = memory.peakBytes,
+                     .hostPeakBytes = PeakResidentBytes(),
+                     .deviceFallbackBytes = memory.fallbackBytes,
+                     .isBudgetOfDriver = info.optional.memoryBudget,
+                     .heaps = sources.device.MemoryHeaps()};
     return report;
 }
 

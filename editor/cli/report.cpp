@@ -36,6 +36,20 @@ Json AccelerationJson(const Report& report) {
     return json;
 }
 
+Json MemoryJson(const Report& report) {
+    Json heaps = Json::array();
+    for (const rhi::MemoryHeap& heap : report.memory.heaps)
+        heaps.push_back({{"of_device", heap.isDeviceLocal},
+                         {"size_bytes", heap.sizeBytes},
+                         {"budget_bytes", heap.budgetBytes},
+                         {"used_bytes", heap.usedBytes}});
+    return {{"device_peak_bytes", report.memory.devicePeakBytes},
+            {"host_peak_bytes", report.memory.hostPeakBytes},
+            {"device_fallback_bytes", report.memory.deviceFallbackBytes},
+            {"budget_of_driver", report.memory.isBudgetOfDriver},
+            {"heaps", heaps}};
+}
+
 Json ThroughputJson(const Report& report) {
     const auto& [samples, raysPerSample] = report.throughput;
     std::optional<double> millionSamples, millionRays;
@@ -84,8 +98,7 @@ std::string ToJson(const Report& report) {
                           {"render", times.render}};
     json["passes"] = PassesJson(report.passes);
     json["acceleration"] = AccelerationJson(report);
-    json["memory"] = {{"device_peak_bytes", report.memory.devicePeakBytes},
-                      {"host_peak_bytes", report.memory.hostPeakBytes}};
+    json["memory"] = MemoryJson(report);
     json["throughput"] = ThroughputJson(report);
     json["image"] = {{"mean", report.image.mean},
                      {"nonfinite_samples", report.nonFiniteSamples},

@@ -13,6 +13,7 @@
 #include "editor/cli/image_statistics.h"
 #include "editor/cli/pass_times.h"
 #include "editor/cli/picture_settings.h"
+#include "rhi/device.h"
 
 namespace raygraph::cli {
 
@@ -40,6 +41,9 @@ struct Report {
     } acceleration;
     struct {
         uint64_t devicePeakBytes = 0, hostPeakBytes = 0;
+        uint64_t deviceFallbackBytes = 0;  // what had to go into the host's memory
+        bool isBudgetOfDriver = false;     // else estimated
+        std::vector<rhi::MemoryHeap> heaps;
     } memory;
     struct {
         std::optional<double> samplesPerSecond;  // over the samples after the first

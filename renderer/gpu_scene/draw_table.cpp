@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "renderer/gpu_scene/device_limits.h"
 #include "shaders/shared/chunk_records.h"
 
 namespace raygraph {
@@ -35,6 +36,7 @@ DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResou
         table.drawsOfKind[kind].count = static_cast<uint32_t>(records.size()) - table.drawsOfKind[kind].first;
     }
     if (records.empty()) records.emplace_back();  // an empty buffer cannot be bound
+    RequireBindable(device, "draws", records.size(), sizeof(records[0]));
     const auto bytes = std::as_bytes(std::span<const gpu::DrawRecord>(records));
     table.records = device.CreateBuffer({.name = "draws",
                                          .size = bytes.size(),

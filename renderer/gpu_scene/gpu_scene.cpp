@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/out_of_memory.h"
+#include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
@@ -15,6 +16,7 @@
 #include "renderer/gpu_scene/light_set.h"
 #include "renderer/gpu_scene/scene_origin.h"
 #include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/scene/check.h"
 #include "rhi/blas_builder.h"
 #include "rhi/texture_table.h"
 #include "rhi/upload.h"
@@ -49,7 +51,8 @@ struct GpuScene::Impl {
           uploader(device),
           builder(device, {.name = "scene BLASes",
                            .scratchBudget = desc.scratchBudget,
-                           .compactsWithoutGain = desc.compactsWithoutGain}) {
+                           .compactsWithoutGain = desc.compactsWithoutGain,
+                           .compactionBudget = desc.compactionBudget}) {
         const uint32_t white = 0xFFFFFFFFu;
         const glm::vec4 black(0.0f);
         defaultTexture = SolidTexture(device, uploader, "white", rhi::Format::Rgba8Unorm,
@@ -72,6 +75,8 @@ struct GpuScene::Impl {
     // Makes the new scene first, so that an Error leaves the old one in place.
     void Replace(scene::SceneData&& data) {
         const auto start = std::chrono::steady_clock::now();
+        scene::Check(data, "GpuScene: SetScene");
+        CheckLimits(device, *textureTable, data);
         std::unique_ptr<SceneResources> newResources;
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;
@@ -81,6 +86,7 @@ struct GpuScene::Impl {
             newInstances = std::make_unique<InstanceSet>(device, *newResources, data.instances);
             newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
             newLights = std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
+            builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
         } catch (...) {
             uploader.Flush();  // its lists refer to what has just been given up
             throw;
@@ -135,6 +141,8 @@ struct GpuScene::Impl {
     }
 
     rhi::Buffer UploadAlias(const EnvironmentAlias& alias) {
+        RequireBindable(device, "entries of the environment's table", alias.entries.size(),
+                        sizeof(alias.entries[0]));
         const std::span<const std::byte> bytes = std::as_bytes(std::span(alias.entries));
         rhi::Buffer buffer =
             device.CreateBuffer({.name = "environment alias",
@@ -270,6 +278,8 @@ void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld,
     CheckIndex("instance", instance, m_impl->instances->Count());
     const scene::PlacedTransform placed{objectToWorld, translationRest};
     if (m_impl->instances->Transform(instance) == placed) return;
+    if (!scene::CanInvert(objectToWorld) || !scene::IsFinite(translationRest))
+        scene::CheckTransform(placed, "GpuScene: SetTransform: instance " + std::to_string(instance));
     m_impl->revisions.transforms++;
     m_impl->instances->SetTransform(instance, placed);
     m_impl->lights->SetTransform(instance, m_impl->instances->DeviceTransform(instance));
@@ -303,6 +313,7 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->RequireNoFrame("SetMaterial");
     std::vector<gpu::MaterialRecord>& records = m_impl->resources->materialRecords;
     CheckIndex("material", material, records.size());
+    scene::Check(values, "GpuScene: SetMaterial: material " + std::to_string(material));
     const gpu::MaterialRecord record = ToRecord(values, records[material]);
     static_assert(sizeof(record) == 30 * 4, "the comparison sees no padding");
     if (std::memcmp(&record, &records[material], sizeof(record)) == 0) return;
@@ -336,6 +347,12 @@ void GpuScene::SetLightGroups(LightGroups groups) {
 void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
     m_impl->RequireNoFrame("SetEnvironment");
     if (m_impl->environment == settings) return;
+    for (int i = 0; i < 3; i++)
+        if (!std::isfinite(settings.radiance[i]) || settings.radiance[i] < 0.0f ||
+            !std::isfinite(settings.rotation))
+            throw Error(
+                ErrorKind::Usage,
+                "GpuScene: SetEnvironment: radiance and rotation must be finite, radiance not negative");
     m_impl->environment = settings;
     m_impl->revisions.environment++;
 }

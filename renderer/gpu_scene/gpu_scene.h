@@ -121,7 +121,8 @@ struct SceneRevisions {
 };
 
 struct GpuSceneDesc {
-    uint64_t scratchBudget = 64ull << 20;  // bytes of build scratch at a time
+    uint64_t scratchBudget = 64ull << 20;     // bytes of build scratch at a time
+    uint64_t compactionBudget = 64ull << 20;  // bytes of compacted structures made in one frame
     uint32_t textureCapacity = 4096;
     // Compacts also on a driver that gains nothing by it: to test there what compaction does.
     bool compactsWithoutGain = false;
@@ -135,7 +136,10 @@ class RAYGRAPH_API GpuScene {
     GpuScene& operator=(const GpuScene&) = delete;
 
     // Replaces everything but the environment. Consumes the data: host copies are freed as they are uploaded.
-    // On an Error the scene that was there stays.
+    // On an Error the scene that was there stays, and is drawn as before: all that the new one needs on the
+    // device, its acceleration structures included, is there before the old one goes, so both fit or neither
+    // changes. Error{Usage} for data that scene::Check refuses, for more textures or instances than the
+    // device or GpuSceneDesc allow; Error{OutOfMemory} for what does not fit the device.
     void SetScene(scene::SceneData&& scene);
 
     // Where the scene is looked at from, in the world: the device's coordinates, which are floats, begin near
@@ -144,8 +148,8 @@ class RAYGRAPH_API GpuScene {
     // scene that is told no viewpoint takes the place that is nearest to the world's origin.
     void SetViewpoint(const glm::dvec3& eye);
 
-    // Instance indices are those of SceneData::instances. Error{Usage} out of range. The place is
-    // objectToWorld[3] + translationRest, added in double.
+    // Instance indices are those of SceneData::instances. The place is objectToWorld[3] + translationRest,
+    // added in double. Error{Usage} out of range, and for a transform that is not finite or has no inverse.
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld,
                       const glm::vec3& translationRest = glm::vec3(0.0f));
     glm::mat4x3 Transform(uint32_t instance) const;  // without its rest
@@ -155,7 +159,7 @@ class RAYGRAPH_API GpuScene {
     // Factors change; textures stay. Where rays come to treat the surface in another way (its back, its
     // alpha, light that goes straight through), the next frame builds the BLASes it is in. A material that
     // did not emit when the scene was set, and has no emissive texture, is no light to be sampled when it
-    // does: rays find it by chance.
+    // does: rays find it by chance. Error{Usage} out of range, and for numbers that scene::Check refuses.
     void SetMaterial(uint32_t material, const scene::Material& values);
 
     // A punctual light; indices are those of SceneData::lights. Rebuilds the light tables, and nothing else.
@@ -168,6 +172,7 @@ class RAYGRAPH_API GpuScene {
     // for lists that are neither empty nor of the scene's sizes, or a group that is out of range.
     void SetLightGroups(LightGroups groups);
 
+    // Error{Usage} for what is not finite, or negative radiance.
     void SetEnvironment(const EnvironmentSettings& settings);
     const EnvironmentSettings& Environment() const;
     // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty.

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <numeric>
 
+#include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/spatial_order.h"
 
 namespace raygraph {
@@ -67,6 +68,9 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
     m_placementToSlot = m_slotToPlacement;
     m_movedInRecords = m_movedInTlas = MovedPlacements(m_placements.size());
 
+    RequirePlacements(device, m_placements.size());
+    RequireBindable(device, "instances of groups of triangles", m_placements.size(),
+                    sizeof(gpu::InstanceRecord));
     const uint64_t capacity = std::max<uint64_t>(1, m_placements.size());
     m_tlasInstances =
         device.CreateBuffer({.name = "TLAS instances",

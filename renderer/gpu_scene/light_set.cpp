@@ -5,39 +5,19 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "renderer/gpu_scene/device_limits.h"
+#include "renderer/scene/check.h"
 
 namespace raygraph {
 
 namespace {
 
 rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, uint64_t recordBytes) {
+    RequireBindable(device, name, count, recordBytes);
     return device.CreateBuffer({.name = name,
                                 .size = std::max<uint64_t>(1, count) * recordBytes,
                                 .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
                                          rhi::BufferUsage::CopyDestination});
-}
-
-bool IsFinite(const glm::vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-void RequireSane(uint32_t index, const scene::Light& light) {
-    const auto require = [&](bool isGood, const char* what) {
-        if (!isGood) throw Error(ErrorKind::Usage, "GpuScene: light " + std::to_string(index) + ": " + what);
-    };
-    require(IsFinite(light.color) && glm::all(glm::greaterThanEqual(light.color, glm::vec3(0.0f))),
-            "its colour must be finite and not negative");
-    require(std::isfinite(light.intensity) && light.intensity >= 0.0f,
-            "its intensity must be finite and not negative");
-    for (int column = 0; column < 4; column++)
-        require(IsFinite(light.lightToWorld[column]), "its transform must be finite");
-    require(IsFinite(light.translationRest), "its transform must be finite");
-    require(glm::determinant(glm::mat3(light.lightToWorld)) != 0.0f, "its transform has no inverse");
-    if (light.type != scene::LightType::Spot) return;
-    constexpr float kMostAngle = 1.5707964f;
-    require(light.innerConeAngle >= 0.0f && light.innerConeAngle < light.outerConeAngle &&
-                light.outerConeAngle <= kMostAngle,
-            "innerConeAngle must be below outerConeAngle, and that at most pi/2");
 }
 
 scene::Light FromOrigin(scene::Light light, const glm::dvec3& origin) {
@@ -113,7 +93,10 @@ void LightSet::SetSides(uint32_t material, bool isDoubleSided) {
 }
 
 void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
-    RequireSane(light, values);
+    const std::string subject = "GpuScene: SetLight: light " + std::to_string(light);
+    scene::Check(values, subject);
+    // That of a file may be flat; what a host asks for has a direction
+    scene::CheckTransform({values.lightToWorld, values.translationRest}, subject);
     m_punctual[light] = values;
     m_scene.punctual[light] = FromOrigin(values, m_origin);
     m_isTableDue = true;

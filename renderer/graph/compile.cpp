@@ -39,6 +39,7 @@ class Compiler {
     void FindLifetimes();
     void PlanBarriers();
     void Acquire();
+    ResourceState LeaveBlock(uint32_t block);
     void EnterBlock(uint32_t resource, PlannedBarrier& barrier);
     void PlanPass(uint32_t position);
     void Finish();
@@ -188,6 +189,20 @@ void Compiler::Acquire() {
     m_plan.acquire.count = BarrierCount() - m_plan.acquire.first;
 }
 
+// The state in which the last occupant, and with it all occupants so far, leave their memory.
+ResourceState Compiler::LeaveBlock(uint32_t block) {
+    ResourceState state = m_plan.states[m_lastOccupant[block]];
+    AccessMasks& all = m_occupantAccess[block];
+    const bool isAlone = all.stages == VK_PIPELINE_STAGE_2_NONE;
+    all.stages |= state.readStages | state.writeStages;
+    all.access |= state.writeAccess;
+    if (isAlone) return state;
+    state.writeStages = all.stages;
+    state.writeAccess = all.access;
+    state.readStages = VK_PIPELINE_STAGE_2_NONE;
+    return state;
+}
+
 // A transient that begins takes over the state of its memory, without the layout.
 void Compiler::EnterBlock(uint32_t resource, PlannedBarrier& barrier) {
     const uint32_t block = m_plan.lifetimes[resource].block;
@@ -198,16 +213,7 @@ void Compiler::EnterBlock(uint32_t resource, PlannedBarrier& barrier) {
         state = m_plan.blockStates[block];
         barrier.followsLastFrame = state != ResourceState{};
     } else {
-        state = m_plan.states[barrier.predecessor];
-        AccessMasks& all = m_occupantAccess[block];
-        const bool isAlone = all.stages == VK_PIPELINE_STAGE_2_NONE;
-        all.stages |= state.readStages | state.writeStages;
-        all.access |= state.writeAccess;
-        if (!isAlone) {
-            state.writeStages = all.stages;
-            state.writeAccess = all.access;
-            state.readStages = VK_PIPELINE_STAGE_2_NONE;
-        }
+        state = LeaveBlock(block);
     }
     // Being visible to someone there says nothing about the new resource.
     state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
@@ -289,8 +295,8 @@ void Compiler::Finish() {
     }
     m_plan.release.count = BarrierCount() - m_plan.release.first;
 
-    for (size_t b = 0; b < m_plan.blocks.size(); ++b)
-        if (m_lastOccupant[b] != kNone) m_plan.blockStates[b] = m_plan.states[m_lastOccupant[b]];
+    for (uint32_t b = 0; b < m_plan.blocks.size(); ++b)
+        if (m_lastOccupant[b] != kNone) m_plan.blockStates[b] = LeaveBlock(b);
 }
 
 }  // namespace

@@ -60,8 +60,10 @@ struct PassDeclaration {
 
 // Checks the last pass of `graph` as it was declared against the shaders' interface (null: it has no shaders)
 // and fills in what was found there: binding numbers, and whether a buffer is read as storage or uniform.
-// Throws Error{Usage} naming the pass, what it asked for and what the shaders have.
-void ResolveBindings(FrameGraph& graph, PassDeclaration& pass, const rhi::ShaderInterface* interface);
+// Throws Error{Usage} naming the pass, what it asked for and what the shaders have, or what the device can
+// bind: storage buffers of at most `mostStorageBytes`.
+void ResolveBindings(FrameGraph& graph, PassDeclaration& pass, const rhi::ShaderInterface* interface,
+                     uint64_t mostStorageBytes = ~uint64_t{0});
 // Checks that the shaders are those of the pass's kind, before they are looked at.
 void CheckShaders(const GraphPass& pass, const ProgramRequest& request);
 // Sorts the targets of the last pass and checks that they fit together; their formats go into the request.

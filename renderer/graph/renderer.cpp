@@ -39,8 +39,8 @@ Renderer::~Renderer() {
         // A lost device has nothing left to wait for.
     }
     for (const std::shared_ptr<Readback::State>& readback : m_impl->readbacks) {
+        readback->submitted = Readback::State::kRendererGone;
         readback->buffer = {};
-        readback->device = nullptr;
     }
 }
 
@@ -122,8 +122,8 @@ void Renderer::Impl::CloseFrame() {
     // Declarations hold what the execute functions captured.
     for (PassDeclaration& pass : passes) pass.execute = nullptr;
     for (const std::shared_ptr<Readback::State>& readback : readbacks)
-        if (readback->stage == Readback::State::Stage::Declared)
-            readback->stage = Readback::State::Stage::Dropped;
+        if (readback->submitted == Readback::State::kDeclared)
+            readback->submitted = Readback::State::kDropped;
 }
 
 bool Renderer::WasExecuted(PassId pass) const {

@@ -76,7 +76,8 @@ class RAYGRAPH_API PassResources {
     uint32_t m_pass;
 };
 
-// A copy of a texture or buffer on its way to the CPU. Valid until the Renderer is destroyed.
+// A copy of a texture or buffer on its way to the CPU. Valid until the Renderer is destroyed. Copies are of
+// the same bytes; each may be asked, waited for and read on a thread of its own, beside the Renderer's.
 class RAYGRAPH_API Readback {
   public:
     bool IsReady() const;  // the frame has completed

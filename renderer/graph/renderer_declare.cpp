@@ -281,7 +281,8 @@ void Renderer::Impl::FinishPass(PassDeclaration& pass) {
             pass.program = &programs.Add(pass.request, "pass " + Quoted(info.name));
         }
     }
-    ResolveBindings(graph, pass, pass.program ? &pass.program->Interface() : nullptr);
+    ResolveBindings(graph, pass, pass.program ? &pass.program->Interface() : nullptr,
+                    device.Info().maxStorageBufferBytes);
     NoteUsages(info);
 }
 

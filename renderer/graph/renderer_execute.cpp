@@ -271,11 +271,8 @@ void Renderer::Impl::Commit(uint64_t value) {
                 persistent->isWritten = persistent->isWritten || Writes(graph.uses[u].access);
     }
     persistents.CommitReplacements();
-    for (const std::shared_ptr<Readback::State>& readback : readbacks) {
-        if (readback->stage != Readback::State::Stage::Declared) continue;
-        readback->stage = Readback::State::Stage::Submitted;
-        readback->submitted = value;
-    }
+    for (const std::shared_ptr<Readback::State>& readback : readbacks)
+        if (readback->submitted == Readback::State::kDeclared) readback->submitted = value;
 }
 
 // Compiles, records and submits what has been declared.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <map>
 #include <memory>
 #include <string>
@@ -22,17 +23,22 @@ namespace raygraph {
 
 using rhi::Stopwatch;
 
-// A readback: a mapped buffer and the frame that fills it.
+// A readback: a mapped buffer and the frame that fills it. Those who hold it may look from any thread: what
+// changes while they do is atomic, and the Renderer takes the rest back only when nobody holds it any more.
 struct Readback::State {
-    enum class Stage : uint8_t { Declared, Submitted, Dropped };
-    rhi::Device* device = nullptr;  // null once the Renderer is gone
+    // Values of `submitted` that no submission has.
+    static constexpr uint64_t kDeclared = 0;            // its frame is open
+    static constexpr uint64_t kDropped = ~uint64_t{0};  // its frame never ran
+    static constexpr uint64_t kRendererGone = kDropped - 1;
+
+    rhi::Device* device = nullptr;
     rhi::Buffer buffer;
     uint64_t bytes = 0;
     Extent2D extent;
     rhi::Format format = rhi::Format::Undefined;
-    Stage stage = Stage::Declared;
-    uint64_t submitted = 0;
-    uint64_t frame = 0;  // that uses it
+    std::atomic<uint64_t> submitted = kDeclared;
+    std::atomic<bool> isHeld = false;  // by a Readback
+    uint64_t frame = 0;                // that uses it
 };
 
 // What stands behind a resource of the frame, in parallel to FrameGraph::resources.

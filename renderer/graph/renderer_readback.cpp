@@ -14,18 +14,22 @@ constexpr uint64_t kKeepFrames = 16;
 }  // namespace
 
 bool Readback::IsReady() const {
-    if (!m_state || !m_state->device || m_state->stage != State::Stage::Submitted) return false;
-    return m_state->device->CompletedValue() >= m_state->submitted;
+    if (!m_state) return false;
+    const uint64_t submitted = m_state->submitted;
+    if (submitted == State::kDeclared || submitted >= State::kRendererGone) return false;
+    return m_state->device->CompletedValue() >= submitted;
 }
 
 void Readback::Wait() const {
     if (!m_state) throw Error(ErrorKind::Usage, "Readback: it is empty");
-    if (!m_state->device) throw Error(ErrorKind::Usage, "Readback: its Renderer has been destroyed");
-    if (m_state->stage == State::Stage::Declared)
+    const uint64_t submitted = m_state->submitted;
+    if (submitted == State::kRendererGone)
+        throw Error(ErrorKind::Usage, "Readback: its Renderer has been destroyed");
+    if (submitted == State::kDeclared)
         throw Error(ErrorKind::Usage, "Readback: its frame has not been executed");
-    if (m_state->stage == State::Stage::Dropped)
+    if (submitted == State::kDropped)
         throw Error(ErrorKind::Usage, "Readback: its frame was dropped and never ran");
-    m_state->device->WaitFor(m_state->submitted);
+    m_state->device->WaitFor(submitted);
 }
 
 std::span<const std::byte> Readback::Bytes() const {
@@ -41,15 +45,16 @@ rhi::Format Readback::Format() const {
     return m_state ? m_state->format : rhi::Format::Undefined;
 }
 
-// One that nobody holds any more, or a new one.
+// One that nobody holds any more, or a new one. What is returned is for a Readback: the last copy of it gives
+// the state back.
 std::shared_ptr<Readback::State> Renderer::Impl::TakeReadback(uint64_t bytes) {
-    using Stage = Readback::State::Stage;
+    using State = Readback::State;
     const uint64_t completed = device.CompletedValue();
     std::shared_ptr<Readback::State> free;
     std::erase_if(readbacks, [&](const std::shared_ptr<Readback::State>& readback) {
-        const bool isIdle = readback.use_count() == 1 &&
-                            (readback->stage == Stage::Dropped ||
-                             (readback->stage == Stage::Submitted && readback->submitted <= completed));
+        const uint64_t value = readback->submitted;
+        const bool isIdle = !readback->isHeld && value != State::kDeclared &&
+                            (value == State::kDropped || value <= completed);
         if (!isIdle) return false;
         if (!free && readback->buffer.Size() == bytes) {
             free = readback;
@@ -67,9 +72,10 @@ std::shared_ptr<Readback::State> Renderer::Impl::TakeReadback(uint64_t bytes) {
         readbacks.push_back(free);
     }
     free->bytes = bytes;
-    free->stage = Stage::Declared;
+    free->submitted = State::kDeclared;
     free->frame = frameNumber;
-    return free;
+    free->isHeld = true;
+    return {free.get(), [free](State*) { free->isHeld = false; }};
 }
 
 BufferId Renderer::Impl::AddReadback(const std::shared_ptr<Readback::State>& state, std::string_view name) {

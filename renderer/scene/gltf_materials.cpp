@@ -77,7 +77,6 @@ struct FileTexture {
 };
 
 constexpr float kUnbounded = std::numeric_limits<float>::max();
-constexpr float kMostIor = 1e4f;  // A mirror to four digits, and its square far from a float's end.
 constexpr uint64_t kMostPriority = std::numeric_limits<uint32_t>::max();
 
 class MaterialImporter {
@@ -217,7 +216,7 @@ class MaterialImporter {
 
         const JsonValue ior = extensions["KHR_materials_ior"]["ior"];
         material.ior = ior.FloatOr(1.5f);
-        if (material.ior != 0.0f) material.ior = Clamped(ior, material.ior, 1.0f, kMostIor);
+        if (material.ior != 0.0f) material.ior = Clamped(ior, material.ior, 1.0f, Material::kMostIor);
 
         const JsonValue specular = extensions["KHR_materials_specular"];
         material.specularFactor = Factor(specular["specularFactor"], 1.0f, 1.0f);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "renderer/scene/check.h"
 #include "renderer/scene/text.h"
 
 namespace raygraph::scene {
@@ -229,20 +230,6 @@ class GraphReader {
     std::vector<size_t> m_firstChild;
     std::vector<uint32_t> m_children;
 };
-
-bool IsFinite(const glm::mat4x3& m) {
-    for (int column = 0; column < 4; ++column)
-        for (int row = 0; row < 3; ++row)
-            if (!std::isfinite(m[column][row])) return false;
-    return true;
-}
-
-// In float, because a device inverts in float.
-bool CanInvert(const glm::mat4x3& m) {
-    const glm::mat3 linear(m);
-    const float determinant = glm::determinant(linear);
-    return std::isnormal(determinant) && IsFinite(glm::mat4x3(glm::inverse(linear)));
-}
 
 }  // namespace
 

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/out_of_memory.h"
+#include "renderer/scene/check.h"
 #include "renderer/scene/gltf_accessors.h"
 #include "renderer/scene/gltf_buffers.h"
 #include "renderer/scene/gltf_container.h"
@@ -93,6 +94,7 @@ SceneData Import(GltfContext& context, const GltfContainer& container, const Jso
         context.Progress("images", 0.5f + 0.5f * static_cast<float>(i) / static_cast<float>(images.size()));
         scene.images.push_back(DecodeImage(context, root, images[i], buffers));
     }
+    Check(scene, context.label, ErrorKind::BadInput);
     context.Progress("done", 1.0f);
     scene.warnings = context.warnings.Take();
     return scene;

@@ -9,12 +9,14 @@
 // into the world keep the rest of their translation beside them: objectToWorld[3] + translationRest, added in
 // double, is the place. Whoever knows no rest leaves it 0.
 //
-// Guarantees of a SceneData that LoadGltf returned (GpuScene relies on them and does not check again):
+// Holds for a SceneData that LoadGltf returned, and GpuScene::SetScene asks for it (renderer/scene/check.h):
 //   - every index is in range, or kNone / -1 where the field allows it;
 //   - every vertex index of a primitive is smaller than its vertex count, and indices.size() is a multiple of
 //   3;
 //   - every optional vertex stream is empty or exactly as long as `positions`;
-//   - every float is finite, every transform affine, node parents form a forest.
+//   - every float is finite and in the range of its field, and an instance's transform has an inverse;
+//   - nodeOrder lists nodes after their parents;
+//   - the bounds of a primitive are around its positions, and an image has all of its texels.
 //
 // Threads: plain values; pure functions, for any thread. Whoever edits one has it alone.
 #pragma once
@@ -136,6 +138,8 @@ struct RAYGRAPH_API Material {
     bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive(); }
 
     static constexpr float kMostAbsorption = 1e9f;
+    static constexpr float kMostIor =
+        1e4f;  // A mirror to four digits, and its square far from a float's end.
 };
 
 enum class WrapMode : uint8_t { Repeat, MirroredRepeat, ClampToEdge };

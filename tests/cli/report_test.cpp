@@ -30,7 +30,8 @@ TEST(Report, SchemaOneHasTheseMembers) {
     EXPECT_EQ(Keys(json.at("passes").at(0)), (Names{"count", "gpu_ms_median", "gpu_ms_total", "name"}));
     EXPECT_EQ(Keys(json.at("acceleration")),
               (Names{"blas_count", "bytes_built", "bytes_compacted", "tlas_bytes"}));
-    EXPECT_EQ(Keys(json.at("memory")), (Names{"device_peak_bytes", "host_peak_bytes"}));
+    EXPECT_EQ(Keys(json.at("memory")), (Names{"budget_of_driver", "device_fallback_bytes",
+                                              "device_peak_bytes", "heaps", "host_peak_bytes"}));
     EXPECT_EQ(Keys(json.at("throughput")), (Names{"mrays_per_s", "msamples_per_s", "rays_per_sample"}));
     EXPECT_EQ(Keys(json.at("image")), (Names{"mean", "nonfinite_samples", "relative_error"}));
     EXPECT_TRUE(json.contains("settings"));
@@ -53,6 +54,18 @@ TEST(Report, NumbersAreInTheirUnits) {
     EXPECT_DOUBLE_EQ(json.at("throughput").at("mrays_per_s"), 10.0);
     EXPECT_DOUBLE_EQ(json.at("image").at("relative_error"), 0.125);
     EXPECT_EQ(json.at("settings").at("seed"), "3");
+}
+
+TEST(Report, ListsTheHeapsOfTheDevice) {
+    Report report;
+    report.memory.heaps = {{true, 8u << 20, 7u << 20, 5u << 20}, {false, 16u << 20, 15u << 20, 1u << 20}};
+    const nlohmann::json heaps = nlohmann::json::parse(ToJson(report)).at("memory").at("heaps");
+    ASSERT_EQ(heaps.size(), 2u);
+    EXPECT_EQ(Keys(heaps[0]), (Names{"budget_bytes", "of_device", "size_bytes", "used_bytes"}));
+    EXPECT_EQ(heaps[0].at("of_device"), true);
+    EXPECT_EQ(heaps[0].at("budget_bytes"), 7u << 20);
+    EXPECT_EQ(heaps[1].at("of_device"), false);
+    EXPECT_EQ(heaps[1].at("used_bytes"), 1u << 20);
 }
 
 TEST(Report, WhatIsNotKnownIsNull) {

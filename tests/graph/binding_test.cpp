@@ -199,6 +199,13 @@ TEST_F(Bindings, UniformDataOfAnotherSize) {
     EXPECT_EQ(Message(), R"(pass "Trace" gives 48 bytes for "camera", which has 64 in test/all.comp)");
 }
 
+TEST_F(Bindings, BufferLargerThanTheDeviceBinds) {
+    Bind("Materials", BindVerb::Reads, m_materials);
+    EXPECT_EQ(
+        UsageMessage([&] { ResolveBindings(m_graph, m_pass, &m_interface, 128); }),
+        R"(pass "Trace" binds "Materials" to "materialBuffer" of 160 B; on this device a shader can bind 128 B)");
+}
+
 TEST_F(Bindings, PassWithoutShaders_BindsNothing) {
     Bind("history", BindVerb::Reads, m_history);
     m_graph.passes.back().kind = PassKind::Transfer;

@@ -143,6 +143,27 @@ TEST(Aliasing, NextFrame_WaitsForWhatTheLastOneLeftInTheBlock) {
     }
 }
 
+TEST(Aliasing, NextFrame_WaitsForEveryOccupantOfTheBlock) {
+    GraphMaker first;
+    const TextureId large = first.Pass("Large", {}, first.Texture("large", 4), PassKind::RayTracing);
+    const TextureId small = first.Pass("Small", {}, first.Texture("small", 1), PassKind::Compute);
+    for (GraphPass& pass : first.passes) pass.keepAlive = true;
+    const Plan left = Compile(first);
+    ASSERT_EQ(left.lifetimes[small.resource].block, left.lifetimes[large.resource].block);
+
+    GraphMaker second;
+    second.blockStates = left.blockStates;
+    second.Pass("Next", {}, second.Texture("next", 4), PassKind::Compute);
+    second.passes.back().keepAlive = true;
+    const Plan plan = Compile(second);
+    ASSERT_EQ(plan.passes[0].barriers.count, 1u);
+    const PlannedBarrier& barrier = plan.barriers[plan.passes[0].barriers.first];
+    EXPECT_TRUE(barrier.followsLastFrame);
+    EXPECT_EQ(barrier.dependency.srcStages,
+              VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR | VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT);
+    EXPECT_EQ(barrier.dependency.srcAccess, VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT);
+}
+
 TEST(Aliasing, BlockUnusedForAFrame_KeepsItsState) {
     GraphMaker empty;
     empty.blockStates = {{.writeStages = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT}};

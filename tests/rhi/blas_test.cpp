@@ -181,6 +181,58 @@ TEST_F(BlasTest, DroppedList_LeavesItsCompactionsDue) {
     EXPECT_EQ(Hits(blases), before);
 }
 
+TEST_F(BlasTest, CompactionComesInSlicesOfItsBudget) {
+    BlasBuilder builder(Device(), {.name = "slices", .compactsWithoutGain = true, .compactionBudget = 1});
+    const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 3);
+    Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
+    const std::vector<TestResult> before = Hits(blases);
+    for (uint32_t left = 3; left-- > 0;) {
+        ASSERT_TRUE(builder.Poll());
+        Run([&](CommandList& commands) { builder.RecordCompaction(commands); });
+        EXPECT_EQ(builder.Statistics().pending, left) << "each is larger than the budget";
+    }
+    EXPECT_FALSE(builder.Poll());
+    for (const std::shared_ptr<Blas>& blas : blases) EXPECT_TRUE(blas->IsCompacted());
+    EXPECT_EQ(Hits(blases), before);
+}
+
+TEST_F(BlasTest, CompactionWithoutMemoryIsTriedAgainLater) {
+    BlasBuilder builder(Device(), {.name = "waiting", .compactsWithoutGain = true});
+    const std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 2);
+    Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
+    const std::vector<TestResult> before = Hits(blases);
+    Device().LimitMemory(Device().Memory().usedBytes);
+    bool hadWork = false;
+    for (uint32_t i = 0; i < 2 * BlasBuilder::kRetryPolls; ++i) hadWork |= builder.Poll();
+    Device().LimitMemory(0);
+    EXPECT_FALSE(hadWork);
+    EXPECT_EQ(builder.Statistics().pending, 2u);
+    EXPECT_EQ(Hits(blases), before) << "what was built is used meanwhile";
+    for (uint32_t i = 0; i < BlasBuilder::kRetryPolls && !hadWork; ++i) hadWork = builder.Poll();
+    ASSERT_TRUE(hadWork);
+    Run([&](CommandList& commands) { builder.RecordCompaction(commands); });
+    EXPECT_EQ(builder.Statistics().pending, 0u);
+    EXPECT_TRUE(blases[0]->IsCompacted() && blases[1]->IsCompacted());
+    EXPECT_EQ(Hits(blases), before);
+}
+
+TEST_F(BlasTest, ReservedBuildsTakeNoMoreMemory) {
+    BlasBuilder builder(Device(), {.name = "reserved"});
+    std::vector<std::shared_ptr<Blas>> blases = AddWaves(builder, 3);
+    builder.Reserve();
+    const uint64_t reserved = Device().Memory().usedBytes;
+    Device().LimitMemory(reserved);
+    {
+        CommandList dropped = Device().BeginCommands("dropped");
+        builder.RecordBuilds(dropped);
+    }
+    Run([&](CommandList& commands) { builder.RecordBuilds(commands); });
+    Device().LimitMemory(0);
+    EXPECT_GT(HitCount(Hits(blases)), 2000u);
+    Device().WaitIdle();
+    EXPECT_LT(Device().Memory().usedBytes, reserved) << "the scratch memory is given back";
+}
+
 TEST_F(BlasTest, DroppedList_MayOutliveTheBuilder) {
     CommandList commands = Device().BeginCommands("dropped");
     std::vector<std::shared_ptr<Blas>> blases;

@@ -24,6 +24,13 @@ struct State {
     PFN_vkCreateBuffer createBuffer = nullptr;
     PFN_vkResetCommandPool resetPool = nullptr;
     PFN_vkCmdPipelineBarrier2 barrier = nullptr;
+    PFN_vkGetPhysicalDeviceMemoryProperties memory = nullptr;
+    PFN_vkGetPhysicalDeviceMemoryProperties2 memory2 = nullptr;
+    PFN_vkGetBufferMemoryRequirements2 bufferRequirements = nullptr;
+    PFN_vkGetImageMemoryRequirements2 imageRequirements = nullptr;
+    PFN_vkGetDeviceBufferMemoryRequirements deviceBufferRequirements = nullptr;
+    PFN_vkGetDeviceImageMemoryRequirements deviceImageRequirements = nullptr;
+    PFN_vkAllocateMemory allocateMemory = nullptr;
 };
 State* activeState = nullptr;
 
@@ -58,6 +65,8 @@ VKAPI_ATTR void VKAPI_CALL Features(VkPhysicalDevice device, VkPhysicalDeviceFea
 VKAPI_ATTR void VKAPI_CALL Properties(VkPhysicalDevice device, VkPhysicalDeviceProperties2* properties) {
     activeState->properties(device, properties);
     if (activeState->lies.apiVersion != 0) properties->properties.apiVersion = activeState->lies.apiVersion;
+    if (const uint64_t range = activeState->lies.maxStorageBufferRange; range != 0)
+        properties->properties.limits.maxStorageBufferRange = static_cast<uint32_t>(range);
     if (activeState->lies.maxPushDescriptors == 0) return;
     ForEach<VkPhysicalDevicePushDescriptorPropertiesKHR>(
         properties, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PUSH_DESCRIPTOR_PROPERTIES_KHR,
@@ -103,6 +112,86 @@ VKAPI_ATTR void VKAPI_CALL Barrier(VkCommandBuffer commands, const VkDependencyI
     activeState->barrier(commands, info);
 }
 
+constexpr uint32_t kAllTypes = (1u << (kCachedHostMemory + 1)) - 1;
+
+void TellMemory(VkPhysicalDeviceMemoryProperties& properties) {
+    constexpr VkMemoryPropertyFlags kLocal = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+    constexpr VkMemoryPropertyFlags kMapped =
+        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    properties = {};
+    properties.memoryHeapCount = 3;
+    properties.memoryHeaps[0] = {kFakeDeviceHeapBytes, VK_MEMORY_HEAP_DEVICE_LOCAL_BIT};
+    properties.memoryHeaps[1] = {kFakeDeviceHeapBytes, 0};
+    properties.memoryHeaps[2] = {kFakeDeviceHeapBytes / 8, VK_MEMORY_HEAP_DEVICE_LOCAL_BIT};
+    properties.memoryTypeCount = kCachedHostMemory + 1;
+    properties.memoryTypes[kDeviceMemory] = {kLocal, 0};
+    properties.memoryTypes[kMappedDeviceMemory] = {kLocal | kMapped, 2};
+    properties.memoryTypes[kHostMemory] = {kMapped, 1};
+    properties.memoryTypes[kCachedHostMemory] = {kMapped | VK_MEMORY_PROPERTY_HOST_CACHED_BIT, 1};
+}
+
+VKAPI_ATTR void VKAPI_CALL Memory(VkPhysicalDevice device, VkPhysicalDeviceMemoryProperties* properties) {
+    activeState->memory(device, properties);
+    if (activeState->lies.hasSeparateMemory) TellMemory(*properties);
+}
+
+VKAPI_ATTR void VKAPI_CALL Memory2(VkPhysicalDevice device, VkPhysicalDeviceMemoryProperties2* properties) {
+    activeState->memory2(device, properties);
+    if (!activeState->lies.hasSeparateMemory) return;
+    TellMemory(properties->memoryProperties);
+    ForEach<VkPhysicalDeviceMemoryBudgetPropertiesEXT>(
+        properties, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_BUDGET_PROPERTIES_EXT, [](auto& budget) {
+            for (uint32_t heap = 0; heap < 3; ++heap) {
+                budget.heapBudget[heap] = heap == 2 ? kFakeDeviceBudgetBytes / 8 : kFakeDeviceBudgetBytes;
+                budget.heapUsage[heap] = 1u << 20;
+            }
+        });
+}
+
+void TellTypes(VkMemoryRequirements2* requirements) {
+    if (activeState->lies.hasSeparateMemory) requirements->memoryRequirements.memoryTypeBits = kAllTypes;
+}
+
+VKAPI_ATTR void VKAPI_CALL BufferRequirements(VkDevice device, const VkBufferMemoryRequirementsInfo2* info,
+                                              VkMemoryRequirements2* requirements) {
+    activeState->bufferRequirements(device, info, requirements);
+    TellTypes(requirements);
+}
+
+VKAPI_ATTR void VKAPI_CALL ImageRequirements(VkDevice device, const VkImageMemoryRequirementsInfo2* info,
+                                             VkMemoryRequirements2* requirements) {
+    activeState->imageRequirements(device, info, requirements);
+    TellTypes(requirements);
+}
+
+VKAPI_ATTR void VKAPI_CALL DeviceBufferRequirements(VkDevice device,
+                                                    const VkDeviceBufferMemoryRequirements* info,
+                                                    VkMemoryRequirements2* requirements) {
+    activeState->deviceBufferRequirements(device, info, requirements);
+    TellTypes(requirements);
+}
+
+VKAPI_ATTR void VKAPI_CALL DeviceImageRequirements(VkDevice device,
+                                                   const VkDeviceImageMemoryRequirements* info,
+                                                   VkMemoryRequirements2* requirements) {
+    activeState->deviceImageRequirements(device, info, requirements);
+    TellTypes(requirements);
+}
+
+VKAPI_ATTR VkResult VKAPI_CALL AllocateMemory(VkDevice device, const VkMemoryAllocateInfo* info,
+                                              const VkAllocationCallbacks* allocation,
+                                              VkDeviceMemory* memory) {
+    Lies& lies = activeState->lies;
+    if (!lies.hasSeparateMemory) return activeState->allocateMemory(device, info, allocation, memory);
+    uint64_t& left = info->memoryTypeIndex < kHostMemory ? lies.deviceBytesLeft : lies.hostBytesLeft;
+    if (info->allocationSize > left) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    left -= info->allocationSize;
+    lies.takenBytes.at(info->memoryTypeIndex) += info->allocationSize;
+    VkMemoryAllocateInfo real = *info;
+    real.memoryTypeIndex = 0;
+    return activeState->allocateMemory(device, &real, allocation, memory);
+}
+
 template <typename Function>
 PFN_vkVoidFunction Fake(PFN_vkVoidFunction real, Function& kept, Function fake) {
     if (!real) return nullptr;
@@ -117,6 +206,16 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
     if (std::strcmp(name, "vkCreateBuffer") == 0) return Fake(real, activeState->createBuffer, CreateBuffer);
     if (std::strcmp(name, "vkResetCommandPool") == 0) return Fake(real, activeState->resetPool, ResetPool);
     if (std::strcmp(name, "vkCmdPipelineBarrier2") == 0) return Fake(real, activeState->barrier, Barrier);
+    const auto is = [&](const char* other) { return std::strcmp(name, other) == 0; };
+    if (is("vkAllocateMemory")) return Fake(real, activeState->allocateMemory, AllocateMemory);
+    if (is("vkGetBufferMemoryRequirements2"))
+        return Fake(real, activeState->bufferRequirements, BufferRequirements);
+    if (is("vkGetImageMemoryRequirements2"))
+        return Fake(real, activeState->imageRequirements, ImageRequirements);
+    if (is("vkGetDeviceBufferMemoryRequirements"))
+        return Fake(real, activeState->deviceBufferRequirements, DeviceBufferRequirements);
+    if (is("vkGetDeviceImageMemoryRequirements"))
+        return Fake(real, activeState->deviceImageRequirements, DeviceImageRequirements);
     return real;
 }
 
@@ -128,6 +227,8 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetInstanceProcAddr(VkInstance instance
         return Fake(real, activeState->enumerateExtensions, EnumerateExtensions);
     if (is("vkGetPhysicalDeviceFeatures2")) return Fake(real, activeState->features, Features);
     if (is("vkGetPhysicalDeviceFormatProperties2")) return Fake(real, activeState->formats, Formats);
+    if (is("vkGetPhysicalDeviceMemoryProperties")) return Fake(real, activeState->memory, Memory);
+    if (is("vkGetPhysicalDeviceMemoryProperties2")) return Fake(real, activeState->memory2, Memory2);
     if (is("vkGetPhysicalDeviceProperties2")) return Fake(real, activeState->properties, Properties);
     return real;
 }

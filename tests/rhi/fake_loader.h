@@ -1,6 +1,7 @@
 // A Vulkan loader that lies: the system's own, with chosen answers changed.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,7 +24,18 @@ struct Lies {
     VkResult resetPoolResult = VK_SUCCESS;   // not VK_SUCCESS: vkResetCommandPool fails so
     std::vector<VkBufferMemoryBarrier2> bufferBarriers;  // no lie: what has been recorded
     VkResult waitResult = VK_SUCCESS;                    // not VK_SUCCESS: vkWaitSemaphores fails so
+    uint64_t maxStorageBufferRange = 0;                  // not 0: the limit reads so
+    // On: the device has the memory types below instead of one for all. Set before the device is made.
+    bool hasSeparateMemory = false;
+    uint64_t deviceBytesLeft = ~uint64_t{0};  // of those types: what vkAllocateMemory gives of device memory
+    uint64_t hostBytesLeft = ~uint64_t{0};    // ... and of the host's
+    std::array<uint64_t, 4> takenBytes{};     // by type: what it gave
 };
+
+// The memory types of Lies::hasSeparateMemory: a graphics card's. Heaps: device, host, mapped device memory.
+enum FakeMemoryType : uint32_t { kDeviceMemory, kMappedDeviceMemory, kHostMemory, kCachedHostMemory };
+inline constexpr uint64_t kFakeDeviceHeapBytes = 64u << 20;
+inline constexpr uint64_t kFakeDeviceBudgetBytes = 48u << 20;
 
 class FakeLoader {
   public:

@@ -118,6 +118,56 @@ TEST_F(Threads, RenderersOfOneDevice_RunAtOnce) {
     other.join();
 }
 
+// A thread polls each readback of the one that renders, reads it and lets go of it, whether its frame ran or
+// was dropped.
+TEST_F(Threads, ReadbacksArePolled_BesideTheThreadThatRenders) {
+    constexpr uint32_t kFrames = 24;
+    std::mutex mutex;
+    std::deque<std::pair<Readback, uint32_t>> queue;
+    std::atomic<bool> isDone = false;
+    std::atomic<uint32_t> readCount = 0;
+    std::thread reader([&] {
+        std::deque<std::pair<Readback, uint32_t>> polled;
+        for (bool wasDone = false; !wasDone || !polled.empty();) {
+            wasDone = isDone;
+            {
+                const std::lock_guard lock(mutex);
+                polled.insert(polled.end(), queue.begin(), queue.end());
+                queue.clear();
+            }
+            std::erase_if(polled, [&](const auto& entry) {
+                if (!entry.first.IsReady()) return wasDone;
+                EXPECT_EQ(As<uint32_t>(entry.first.Bytes()), std::vector<uint32_t>(16, entry.second));
+                ++readCount;
+                return true;
+            });
+        }
+    });
+    Renderer renderer(Device());
+    for (uint32_t frame = 0; frame < kFrames; ++frame) {
+        renderer.BeginFrame();
+        BufferId buffer = renderer.CreateBuffer("values", {.size = 64});
+        renderer.AddPass(
+            "Fill", PassKind::Transfer, [&](PassBuilder& pass) { buffer = pass.CopiesTo(buffer); },
+            [buffer, frame](CommandList& commands, const PassResources& resources) {
+                commands.Fill(resources.Buffer(buffer), frame);
+            });
+        const Readback readback = renderer.ReadBack(buffer);
+        {
+            const std::lock_guard lock(mutex);
+            queue.emplace_back(readback, frame);
+        }
+        if (frame % 4 == 3)
+            renderer.DropFrame();
+        else
+            renderer.Execute();
+    }
+    Device().WaitIdle();
+    isDone = true;
+    reader.join();
+    EXPECT_EQ(readCount, kFrames - kFrames / 4);
+}
+
 TEST_F(Threads, ObjectsComeAndGo_BesideFrames) {
     std::atomic<bool> isDone = false;
     const rhi::Texture gray =

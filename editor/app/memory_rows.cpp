@@ -1,0 +1,25 @@
+#include "editor/app/memory_rows.h"
+
+#include <cstdio>
+
+namespace raygraph::editor {
+
+std::string BytesText(uint64_t bytes) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.1f MB", static_cast<double>(bytes) / (1 << 20));
+    return text;
+}
+
+std::vector<MemoryRow> MemoryRows(const rhi::MemoryStatistics& memory,
+                                  std::span<const rhi::MemoryHeap> heaps) {
+    std::vector<MemoryRow> rows{
+        {"memory", BytesText(memory.usedBytes) + ", peak " + BytesText(memory.peakBytes)}};
+    if (memory.fallbackBytes > 0)
+        rows.push_back({"", BytesText(memory.fallbackBytes) + " in the host's memory: the device's is full"});
+    for (const rhi::MemoryHeap& heap : heaps)
+        rows.push_back({heap.isDeviceLocal ? "device heap" : "host heap",
+                        BytesText(heap.usedBytes) + " of " + BytesText(heap.budgetBytes)});
+    return rows;
+}
+
+}  // namespace raygraph::editor

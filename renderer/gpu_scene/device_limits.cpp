@@ -1,0 +1,63 @@
+#include "renderer/gpu_scene/device_limits.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "shaders/shared/scene_records.h"
+
+namespace raygraph {
+
+namespace {
+
+constexpr uint64_t kMostCustomIndices = uint64_t{1} << 24;
+
+}  // namespace
+
+void RequireBindable(const rhi::Device& device, const std::string& what, uint64_t count,
+                     uint64_t recordBytes) {
+    const uint64_t limit = device.Info().maxStorageBufferBytes;
+    if (count <= limit / recordBytes) return;
+    throw Error(ErrorKind::OutOfMemory, "GpuScene: " + std::to_string(count) + " " + what + " of " +
+                                            std::to_string(recordBytes) + " bytes, a shader can read " +
+                                            std::to_string(limit / recordBytes) + " on this device (" +
+                                            std::to_string(limit) + " bytes)");
+}
+
+void RequirePlacements(const rhi::Device& device, uint64_t count) {
+    const uint64_t limit = std::min(device.Info().maxInstanceCount, kMostCustomIndices);
+    if (count <= limit) return;
+    throw Error(ErrorKind::Usage, "GpuScene: " + std::to_string(count) +
+                                      " instances of groups of triangles, this device traces at most " +
+                                      std::to_string(limit));
+}
+
+void CheckLimits(rhi::Device& device, const rhi::TextureTable& table, const scene::SceneData& scene) {
+    // Slots are free only once no frame can read their textures any more
+    if (scene.textures.size() > table.FreeCount()) device.WaitIdle();
+    if (scene.textures.size() > table.FreeCount())
+        throw Error(ErrorKind::Usage,
+                    "GpuScene: " + std::to_string(scene.textures.size()) +
+                        " textures, the texture table has " + std::to_string(table.FreeCount()) + " of " +
+                        std::to_string(table.Capacity()) + " slots left (GpuSceneDesc::textureCapacity)");
+    const uint32_t largest = device.Info().maxTextureExtent;
+    for (const scene::ImageData& image : scene.images)
+        if (std::max(image.width, image.height) > largest)
+            throw Error(ErrorKind::Usage,
+                        "GpuScene: image '" + image.name + "' of " + std::to_string(image.width) + "x" +
+                            std::to_string(image.height) + " texels, the device's textures have at most " +
+                            std::to_string(largest) + " a side");
+    RequireBindable(device, "materials", scene.materials.size(), sizeof(gpu::MaterialRecord));
+    uint64_t geometryCount = 0;
+    for (const scene::Mesh& mesh : scene.meshes)
+        geometryCount += static_cast<uint64_t>(std::ranges::count_if(
+            mesh.primitives, [](const scene::Primitive& p) { return !p.indices.empty(); }));
+    RequireBindable(device, "geometries", geometryCount, sizeof(gpu::GeometryRecord));
+    // What depends on how meshes are split is asked where that is known: at least this many
+    uint64_t placementCount = 0;
+    for (const scene::Instance& instance : scene.instances)
+        placementCount += scene.meshes[instance.mesh].primitives.empty() ? 0 : 1;
+    RequirePlacements(device, placementCount);
+    RequireBindable(device, "instances", placementCount, sizeof(gpu::InstanceRecord));
+}
+
+}  // namespace raygraph

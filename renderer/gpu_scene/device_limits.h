@@ -1,0 +1,25 @@
+// What a device can bind, asked before a scene is uploaded: a frame that binds more could not be drawn, nor
+// the next one.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "renderer/scene/scene_data.h"
+#include "rhi/device.h"
+#include "rhi/texture_table.h"
+
+namespace raygraph {
+
+// Throws Error{Usage} for more textures than the table has free slots and for images that are too large;
+// Error{OutOfMemory} for tables that are. Each says what is asked for and what there is.
+void CheckLimits(rhi::Device& device, const rhi::TextureTable& table, const scene::SceneData& scene);
+
+// Throws Error{OutOfMemory} if a shader cannot bind a buffer of so many records.
+void RequireBindable(const rhi::Device& device, const std::string& what, uint64_t count,
+                     uint64_t recordBytes);
+
+// Throws Error{Usage} if a TLAS cannot hold so many groups of instances.
+void RequirePlacements(const rhi::Device& device, uint64_t count);
+
+}  // namespace raygraph

@@ -1,0 +1,268 @@
+#include "renderer/scene/check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <glm/gtc/constants.hpp>
+#include <limits>
+
+namespace raygraph::scene {
+namespace {
+
+constexpr float kUnbounded = std::numeric_limits<float>::max();
+
+template <typename T>
+std::string Text(T number) {
+    char text[32];
+    std::snprintf(text, sizeof(text), "%.9g", double(number));
+    return text;
+}
+
+std::string At(const char* list, size_t index) {
+    return std::string(list) + "[" + std::to_string(index) + "]";
+}
+
+template <typename Vector>
+bool AllFinite(const Vector& v) {
+    for (int i = 0; i < int(Vector::length()); ++i)
+        if (!std::isfinite(v[i])) return false;
+    return true;
+}
+
+// The object that is being looked at. Its name is put together only for a message.
+struct Subject {
+    const std::string& text;
+    ErrorKind kind;
+    const char* list = nullptr;  // null: the whole
+    size_t index = 0;
+    const char* innerList = nullptr;
+    size_t innerIndex = 0;
+
+    Subject In(const char* name, size_t at) const {
+        Subject inner = *this;
+        (list ? inner.innerList : inner.list) = name;
+        (list ? inner.innerIndex : inner.index) = at;
+        return inner;
+    }
+    [[noreturn]] void Fail(const std::string& what) const {
+        std::string line = text + ": ";
+        if (list) line += At(list, index) + (innerList ? "." + At(innerList, innerIndex) : "") + ": ";
+        throw Error(kind, line + what);
+    }
+    void Require(bool isGood, const char* what) const {
+        if (!isGood) Fail(what);
+    }
+    void RequireIndex(const char* what, uint32_t value, size_t count, bool mayBeNone = false) const {
+        if (value < count || (mayBeNone && value == kNone)) return;
+        Fail(std::string(what) + " is " + std::to_string(value) + ", there are " + std::to_string(count));
+    }
+    void RequireRange(const char* what, float value, float min, float max) const {
+        if (value >= min && value <= max) return;
+        const std::string range = max < kUnbounded ? "must be " + Text(min) + " to " + Text(max)
+                                                   : "must be finite and at least " + Text(min);
+        Fail(std::string(what) + " is " + Text(value) + ", " + range);
+    }
+    template <typename Vector>
+    void RequireRanges(const char* what, const Vector& values, float max) const {
+        for (int i = 0; i < int(Vector::length()); ++i) RequireRange(what, values[i], 0.0f, max);
+    }
+    template <typename T>
+    void RequireFinite(const char* what, const std::vector<T>& values) const {
+        for (size_t i = 0; i < values.size(); ++i)
+            if (!AllFinite(values[i])) Fail(At(what, i) + " is not finite");
+    }
+    template <typename T>
+    void RequireStream(const char* what, const std::vector<T>& values, size_t vertexCount) const {
+        if (!values.empty() && values.size() != vertexCount)
+            Fail(std::string(what) + " has " + std::to_string(values.size()) + " elements for " +
+                 std::to_string(vertexCount) + " positions");
+        RequireFinite(what, values);
+    }
+};
+
+void CheckNumbers(const Material& material, const Subject& subject) {
+    subject.RequireRanges("baseColorFactor", material.baseColorFactor, 1.0f);
+    subject.RequireRange("metallicFactor", material.metallicFactor, 0.0f, 1.0f);
+    subject.RequireRange("roughnessFactor", material.roughnessFactor, 0.0f, 1.0f);
+    subject.Require(std::isfinite(material.normalScale), "normalScale is not finite");
+    subject.RequireRange("occlusionStrength", material.occlusionStrength, 0.0f, 1.0f);
+    subject.RequireRanges("emissiveFactor", material.emissiveFactor, kUnbounded);
+    subject.RequireRange("emissiveStrength", material.emissiveStrength, 0.0f, kUnbounded);
+    subject.Require(AllFinite(material.EmittedRadiance()),
+                    "emissiveFactor times emissiveStrength is infinite");
+    subject.RequireRange("alphaCutoff", material.alphaCutoff, 0.0f, kUnbounded);
+    if (material.ior != 0.0f) subject.RequireRange("ior", material.ior, 1.0f, Material::kMostIor);
+    subject.RequireRange("specularFactor", material.specularFactor, 0.0f, 1.0f);
+    subject.RequireRanges("specularColorFactor", material.specularColorFactor, kUnbounded);
+    subject.RequireRange("transmissionFactor", material.transmissionFactor, 0.0f, 1.0f);
+    subject.RequireRange("thicknessFactor", material.thicknessFactor, 0.0f, kUnbounded);
+    subject.RequireRanges("attenuationColor", material.attenuationColor, 1.0f);
+    subject.RequireRange("attenuationDistance", material.attenuationDistance, 0.0f, kUnbounded);
+}
+
+void CheckTextures(const Material& material, size_t textureCount, const Subject& subject) {
+    for (const TextureRef* ref :
+         {&material.baseColorTexture, &material.metallicRoughnessTexture, &material.normalTexture,
+          &material.occlusionTexture, &material.emissiveTexture, &material.specularTexture,
+          &material.specularColorTexture, &material.transmissionTexture}) {
+        if (!ref->IsPresent()) continue;
+        subject.RequireIndex("a texture", static_cast<uint32_t>(ref->texture), textureCount);
+        subject.Require(ref->texCoord == 0 || ref->texCoord == 1, "a texCoord is neither 0 nor 1");
+    }
+}
+
+void CheckValues(const Light& light, const Subject& subject) {
+    subject.RequireRanges("color", light.color, kUnbounded);
+    subject.RequireRange("intensity", light.intensity, 0.0f, kUnbounded);
+    subject.Require(AllFinite(light.color * light.intensity), "color times intensity is infinite");
+    subject.RequireRange("range", light.range, 0.0f, kUnbounded);
+    subject.Require(IsFinite(light.lightToWorld) && IsFinite(light.translationRest),
+                    "its transform is not finite");
+    if (light.type != LightType::Spot) return;
+    // A rounded pi/2 may be a little above it.
+    constexpr float kMostAngle = glm::half_pi<float>() + 1e-5f;
+    subject.Require(light.innerConeAngle >= 0.0f && light.innerConeAngle < light.outerConeAngle &&
+                        light.outerConeAngle <= kMostAngle,
+                    "innerConeAngle must be below outerConeAngle, and that at most pi/2");
+}
+
+void CheckValues(const Camera& camera, const Subject& subject) {
+    subject.Require(IsFinite(camera.cameraToWorld) && IsFinite(camera.translationRest),
+                    "its transform is not finite");
+    if (camera.projection == Projection::Perspective) {
+        subject.Require(camera.yFov > 0.0f && camera.yFov < glm::pi<float>(),
+                        "yFov must be between 0 and pi");
+        subject.RequireRange("aspectRatio", camera.aspectRatio, 0.0f, kUnbounded);
+    } else {
+        subject.Require(camera.xMag > 0.0f && camera.xMag <= kUnbounded, "xMag must be above 0");
+        subject.Require(camera.yMag > 0.0f && camera.yMag <= kUnbounded, "yMag must be above 0");
+    }
+    subject.RequireRange("zNear", camera.zNear, 0.0f, kUnbounded);
+    subject.RequireRange("zFar", camera.zFar, 0.0f, kUnbounded);
+}
+
+void CheckTransformOf(const PlacedTransform& transform, const Subject& subject) {
+    subject.Require(IsFinite(transform.matrix) && IsFinite(transform.rest), "its transform is not finite");
+    subject.Require(CanInvert(transform.matrix),
+                    "its transform is scaled to nothing or flat, it has no inverse");
+}
+
+void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subject& subject) {
+    const size_t vertexCount = primitive.positions.size();
+    subject.RequireFinite("positions", primitive.positions);
+    subject.RequireStream("normals", primitive.normals, vertexCount);
+    subject.RequireStream("tangents", primitive.tangents, vertexCount);
+    subject.RequireStream("uv0", primitive.uv0, vertexCount);
+    subject.RequireStream("uv1", primitive.uv1, vertexCount);
+    subject.RequireStream("colors", primitive.colors, vertexCount);
+    if (primitive.indices.size() % 3 != 0)
+        subject.Fail(std::to_string(primitive.indices.size()) + " indices are no whole triangles");
+    for (size_t i = 0; i < primitive.indices.size(); ++i)
+        if (primitive.indices[i] >= vertexCount)
+            subject.Fail(At("indices", i) + " is " + std::to_string(primitive.indices[i]) + ", there are " +
+                         std::to_string(vertexCount) + " positions");
+    subject.RequireIndex("material", primitive.material, materialCount);
+    Bounds bounds;
+    for (const glm::vec3& position : primitive.positions) bounds.Extend(position);
+    if (bounds.IsEmpty()) return;
+    subject.Require(glm::all(glm::lessThanEqual(primitive.bounds.min, bounds.min)) &&
+                        glm::all(glm::greaterThanEqual(primitive.bounds.max, bounds.max)) &&
+                        AllFinite(primitive.bounds.min) && AllFinite(primitive.bounds.max),
+                    "bounds are not around its positions");
+}
+
+void CheckImage(const ImageData& image, const Subject& subject) {
+    const uint64_t wanted = uint64_t{4} * image.width * image.height;
+    if (wanted == 0 || image.rgba.size() != wanted)
+        subject.Fail(std::to_string(image.rgba.size()) + " bytes of " + std::to_string(image.width) + "x" +
+                     std::to_string(image.height) + " texels");
+}
+
+// A forest, in the order of nodeOrder.
+void CheckNodes(const SceneData& scene, const Subject& subject) {
+    for (size_t i = 0; i < scene.nodes.size(); ++i) {
+        const Node& node = scene.nodes[i];
+        const Subject here = subject.In("nodes", i);
+        here.RequireIndex("parent", node.parent, scene.nodes.size(), true);
+        here.RequireIndex("mesh", node.mesh, scene.meshes.size(), true);
+        here.Require(IsFinite(node.LocalTransform()) && IsFinite(node.translationRest),
+                     "its transform is not finite");
+    }
+    std::vector<bool> isListed(scene.nodes.size(), false);
+    for (size_t i = 0; i < scene.nodeOrder.size(); ++i) {
+        const uint32_t node = scene.nodeOrder[i];
+        const Subject here = subject.In("nodeOrder", i);
+        here.RequireIndex("it", node, scene.nodes.size());
+        const uint32_t parent = scene.nodes[node].parent;
+        here.Require(!isListed[node], "its node is listed twice");
+        here.Require(parent == kNone || isListed[parent], "its node comes before its parent");
+        isListed[node] = true;
+    }
+}
+
+void CheckAll(const SceneData& scene, const Subject& subject) {
+    for (size_t i = 0; i < scene.images.size(); ++i) CheckImage(scene.images[i], subject.In("images", i));
+    for (size_t i = 0; i < scene.textures.size(); ++i)
+        subject.In("textures", i).RequireIndex("image", scene.textures[i].image, scene.images.size());
+    for (size_t i = 0; i < scene.materials.size(); ++i) {
+        CheckNumbers(scene.materials[i], subject.In("materials", i));
+        CheckTextures(scene.materials[i], scene.textures.size(), subject.In("materials", i));
+    }
+    for (size_t i = 0; i < scene.meshes.size(); ++i)
+        for (size_t p = 0; p < scene.meshes[i].primitives.size(); ++p)
+            CheckPrimitive(scene.meshes[i].primitives[p], scene.materials.size(),
+                           subject.In("meshes", i).In("primitives", p));
+    CheckNodes(scene, subject);
+    for (size_t i = 0; i < scene.instances.size(); ++i) {
+        const Subject here = subject.In("instances", i);
+        here.RequireIndex("mesh", scene.instances[i].mesh, scene.meshes.size());
+        here.RequireIndex("node", scene.instances[i].node, scene.nodes.size(), true);
+        CheckTransformOf({scene.instances[i].objectToWorld, scene.instances[i].translationRest}, here);
+    }
+    for (size_t i = 0; i < scene.cameras.size(); ++i) {
+        subject.In("cameras", i).RequireIndex("node", scene.cameras[i].node, scene.nodes.size(), true);
+        CheckValues(scene.cameras[i], subject.In("cameras", i));
+    }
+    for (size_t i = 0; i < scene.lights.size(); ++i) {
+        subject.In("lights", i).RequireIndex("node", scene.lights[i].node, scene.nodes.size(), true);
+        CheckValues(scene.lights[i], subject.In("lights", i));
+    }
+    subject.Require(scene.bounds.IsEmpty() || (AllFinite(scene.bounds.min) && AllFinite(scene.bounds.max)),
+                    "its bounds are not finite");
+}
+
+}  // namespace
+
+bool IsFinite(const glm::vec3& vector) {
+    return AllFinite(vector);
+}
+
+bool IsFinite(const glm::mat4x3& transform) {
+    for (int column = 0; column < 4; ++column)
+        if (!AllFinite(transform[column])) return false;
+    return true;
+}
+
+bool CanInvert(const glm::mat4x3& transform) {
+    const glm::mat3 linear(transform);
+    const float determinant = glm::determinant(linear);
+    return std::isnormal(determinant) && IsFinite(glm::mat4x3(glm::inverse(linear)));
+}
+
+void Check(const SceneData& scene, const std::string& subject, ErrorKind kind) {
+    CheckAll(scene, {subject, kind});
+}
+
+void Check(const Material& material, const std::string& subject, ErrorKind kind) {
+    CheckNumbers(material, {subject, kind});
+}
+
+void Check(const Light& light, const std::string& subject, ErrorKind kind) {
+    CheckValues(light, {subject, kind});
+}
+
+void CheckTransform(const PlacedTransform& transform, const std::string& subject, ErrorKind kind) {
+    CheckTransformOf(transform, {subject, kind});
+}
+
+}  // namespace raygraph::scene

@@ -1,0 +1,208 @@
+// A scene that does not fit the device, or that cannot be, leaves the one that is there as it is.
+#include <limits>
+
+#include "tests/rhi/error_of.h"
+#include "tests/rhi/fake_loader.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+namespace {
+
+constexpr uint32_t kMiss = 0xFFFFFFFFu;
+
+// Which instance each of two pixels sees, looking down on x = -1 and 1.
+std::array<uint32_t, 2> Seen(SceneRender& render) {
+    scene::CameraView view = scene::CameraView::LookAt({0, 0, 5}, {0, 0, 0}, {0, 1, 0});
+    view.projection = scene::Projection::Orthographic;
+    view.height = 2.0f;
+    view.aspect = 2.0f;
+    passes::TraceSettings settings;
+    settings.extent = {2, 1};
+    settings.camera = ToRecord(view);
+    const SceneRender::Hits hits = render.PrimaryHits(settings);
+    return {hits.ids[0].x, hits.ids[1].x};
+}
+
+scene::SceneData Sphere(float x, uint32_t rings) {
+    return SceneOf({SphereMesh(0.4f, rings)}, {Lambert(glm::vec3(0.5f))}, {Translation({x, 0, 0})});
+}
+
+class SceneMemoryTest : public VulkanTest {
+  protected:
+    // At the end of a test that failed, too.
+    ~SceneMemoryTest() override { Device().LimitMemory(0); }
+    void LeaveMemory(uint64_t bytes) {
+        Device().WaitIdle();
+        Device().LimitMemory(Device().Memory().usedBytes + bytes);
+    }
+
+    SceneRender render{Device()};
+};
+
+class RefusedSceneTest : public VulkanTest {
+  protected:
+    RefusedSceneTest() { render.scene.SetScene(Sphere(-1.0f, 4)); }
+    template <typename Call>
+    std::string Message(Call&& call) {
+        const Error error = ErrorOf(call);
+        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+        EXPECT_EQ(Seen(render), (std::array<uint32_t, 2>{0, kMiss}));
+        return error.what();
+    }
+
+    SceneRender render{Device()};
+};
+
+// What shaders read has at most 4 KiB on this device.
+class SceneLimitTest : public ::testing::Test {
+  protected:
+    SceneLimitTest() {
+        loader.Tell().maxStorageBufferRange = 4096;
+        rhi::DeviceDesc desc;
+        desc.getInstanceProcAddr = loader.Entry();
+        desc.savePipelineCache = false;
+        device = rhi::Device::Create(desc);
+    }
+    static std::string Message(GpuScene& scene, scene::SceneData&& data, ErrorKind kind) {
+        const Error error = ErrorOf([&] { scene.SetScene(std::move(data)); });
+        EXPECT_EQ(error.Kind(), kind) << error.what();
+        EXPECT_EQ(scene.Statistics().instanceCount, 0u);
+        return error.what();
+    }
+
+    FakeLoader loader;
+    std::unique_ptr<rhi::Device> device;
+};
+
+scene::ImageData Texel() {
+    return {.name = "texel", .width = 1, .height = 1, .rgba = {255, 255, 255, 255}};
+}
+
+}  // namespace
+
+// Its structures need most: a scene that has been set can be drawn by frames that take next to nothing.
+TEST_F(SceneMemoryTest, SetScene_TakesWhatItsStructuresNeedOrLeavesTheOldScene) {
+    render.scene.SetScene(Sphere(-1.0f, 4));
+    const std::array<uint32_t, 2> oldScene{0, kMiss}, newScene{kMiss, 0};
+    ASSERT_EQ(Seen(render), oldScene);
+    constexpr uint64_t kStep = 512u << 10;
+    constexpr uint64_t kOfFrames = 64u << 10;
+    uint32_t failureCount = 0;
+    for (bool isSet = false; !isSet && failureCount < 64;) {
+        LeaveMemory(failureCount * kStep);
+        try {
+            render.scene.SetScene(Sphere(1.0f, 64));
+            isSet = true;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
+            failureCount++;
+        }
+        LeaveMemory(kOfFrames);
+        ASSERT_EQ(Seen(render), isSet ? newScene : oldScene) << failureCount;
+        Device().LimitMemory(0);
+    }
+    EXPECT_GE(failureCount, 2u);
+    for (int frame = 0; frame < 8; frame++) EXPECT_EQ(Seen(render), newScene);
+}
+
+TEST_F(RefusedSceneTest, TransformsThatAreNoPlaceAreRefused) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(Message([&] {
+                  render.scene.SetTransform(0, Translation({nan, 0, 0}));
+              }),
+              "GpuScene: SetTransform: instance 0: its transform is not finite");
+    glm::mat4x3 flat(1.0f);
+    flat[1] = glm::vec3(0.0f);
+    EXPECT_EQ(Message([&] { render.scene.SetTransform(0, flat); }),
+              "GpuScene: SetTransform: instance 0: its transform is scaled to nothing or flat, it has no "
+              "inverse");
+    scene::SceneData scene = Sphere(1.0f, 4);
+    scene.instances[0].objectToWorld = flat;
+    EXPECT_EQ(Message([&] { render.scene.SetScene(std::move(scene)); }),
+              "GpuScene: SetScene: instances[0]: its transform is scaled to nothing or flat, it has no "
+              "inverse");
+}
+
+TEST_F(RefusedSceneTest, IndicesThatPointNowhereAreRefused) {
+    scene::SceneData scene = Sphere(1.0f, 4);
+    scene.meshes[0].primitives[0].indices[5] = 100000;
+    EXPECT_EQ(Message([&] { render.scene.SetScene(std::move(scene)); }),
+              "GpuScene: SetScene: meshes[0].primitives[0]: indices[5] is 100000, there are 45 positions");
+    scene::SceneData other = Sphere(1.0f, 4);
+    other.instances[0].mesh = 3;
+    EXPECT_EQ(Message([&] { render.scene.SetScene(std::move(other)); }),
+              "GpuScene: SetScene: instances[0]: mesh is 3, there are 1");
+}
+
+TEST_F(RefusedSceneTest, MaterialsAndEnvironmentsThatAreNoLightAreRefused) {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(Message([&] { render.scene.SetMaterial(0, Lambert(glm::vec3(nan))); }),
+              "GpuScene: SetMaterial: material 0: baseColorFactor is nan, must be 0 to 1");
+    EXPECT_EQ(Message([&] { render.scene.SetEnvironment({.radiance = glm::vec3(-1.0f)}); }),
+              "GpuScene: SetEnvironment: radiance and rotation must be finite, radiance not negative");
+}
+
+TEST_F(SceneLimitTest, MoreLightsThanAShaderCanReadAreRefused) {
+    Renderer renderer(*device);
+    GpuScene gpu(renderer);
+    scene::SceneData scene;
+    scene.lights.resize(200);
+    const uint64_t most = 4096 / sizeof(gpu::LightRecord);
+    EXPECT_EQ(Message(gpu, std::move(scene), ErrorKind::OutOfMemory),
+              "GpuScene: 200 lights of " + std::to_string(sizeof(gpu::LightRecord)) +
+                  " bytes, a shader can read " + std::to_string(most) + " on this device (4096 bytes)");
+}
+
+TEST_F(SceneLimitTest, MoreGeometriesAndInstancesThanAShaderCanReadAreRefused) {
+    Renderer renderer(*device);
+    GpuScene gpu(renderer);
+    scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))});
+    scene.instances.resize(100, scene.instances[0]);
+    EXPECT_NE(Message(gpu, std::move(scene), ErrorKind::OutOfMemory).find("GpuScene: 100 instances of "),
+              std::string::npos);
+    scene::SceneData split = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))});
+    split.meshes[0].primitives.resize(100, split.meshes[0].primitives[0]);
+    EXPECT_NE(Message(gpu, std::move(split), ErrorKind::OutOfMemory).find("GpuScene: 100 geometries of "),
+              std::string::npos);
+    scene::SceneData painted = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))});
+    painted.materials.resize(100, painted.materials[0]);
+    EXPECT_NE(Message(gpu, std::move(painted), ErrorKind::OutOfMemory).find("GpuScene: 100 materials of "),
+              std::string::npos);
+}
+
+TEST_F(SceneLimitTest, MoreTexturesThanSlotsAndLargerOnesThanTheDeviceHasAreRefused) {
+    Renderer renderer(*device);
+    GpuScene gpu(renderer, {.textureCapacity = 2});
+    scene::SceneData scene;
+    scene.images = {Texel()};
+    scene.textures.resize(3);
+    EXPECT_EQ(
+        Message(gpu, std::move(scene), ErrorKind::Usage),
+        "GpuScene: 3 textures, the texture table has 2 of 2 slots left (GpuSceneDesc::textureCapacity)");
+    const uint32_t side = device->Info().maxTextureExtent + 1;
+    scene::SceneData wide;
+    wide.images = {{.name = "wide", .width = side, .height = 1, .rgba = std::vector<uint8_t>(4 * side)}};
+    wide.textures.resize(1);
+    EXPECT_EQ(Message(gpu, std::move(wide), ErrorKind::Usage), "GpuScene: image 'wide' of " +
+                                                                   std::to_string(side) +
+                                                                   "x1 texels, the device's textures have at "
+                                                                   "most " +
+                                                                   std::to_string(side - 1) + " a side");
+}
+
+// Slots of the scene before are free once its last frame is done, for which SetScene waits if it has to.
+TEST_F(SceneLimitTest, ScenesOfAsManyTexturesAsSlotsFollowEachOther) {
+    Renderer renderer(*device);
+    GpuScene gpu(renderer, {.textureCapacity = 3});
+    for (const size_t count : {1u, 2u, 1u, 2u}) {
+        scene::SceneData scene;
+        scene.images = {Texel()};
+        scene.textures.resize(count);
+        EXPECT_NO_THROW(gpu.SetScene(std::move(scene)));
+        EXPECT_EQ(gpu.Statistics().textureBytes, 4 * count);
+    }
+}
+
+}  // namespace raygraph::testing

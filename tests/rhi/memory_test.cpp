@@ -1,0 +1,134 @@
+// Where resources lie, what is told about it, and what happens when there is no more.
+#include <gtest/gtest.h>
+
+#include <tuple>
+
+#include "rhi/upload.h"
+#include "tests/rhi/error_of.h"
+#include "tests/rhi/fake_loader.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph {
+namespace {
+
+using rhi::BufferUsage;
+using rhi::MemoryKind;
+using testing::ErrorOf;
+using testing::FakeLoader;
+
+// A device that has memory of its own beside the host's, unlike the CPU driver.
+class SeparateMemoryTest : public ::testing::Test {
+  protected:
+    SeparateMemoryTest() {
+        loader.Tell().hasSeparateMemory = true;
+        rhi::DeviceDesc desc;
+        desc.getInstanceProcAddr = loader.Entry();
+        desc.onMessage = log.Callback();
+        desc.savePipelineCache = false;
+        device = rhi::Device::Create(desc);
+    }
+    uint64_t Taken(testing::FakeMemoryType type) { return loader.Tell().takenBytes.at(type); }
+
+    FakeLoader loader;
+    testing::MessageLog log;
+    std::unique_ptr<rhi::Device> device;
+};
+
+TEST_F(SeparateMemoryTest, WhatIsUploadedWaitsInTheHostsMemory) {
+    const rhi::Buffer target =
+        device->CreateBuffer({.name = "target", .size = 4096, .usage = BufferUsage::CopyDestination});
+    EXPECT_GT(Taken(testing::kDeviceMemory), 0u);
+    rhi::Uploader uploader(*device);
+    uploader.UploadBuffer(target, 0, std::vector<std::byte>(4096));
+    device->WaitFor(uploader.Flush());
+    EXPECT_GT(Taken(testing::kHostMemory), 0u);
+    EXPECT_EQ(Taken(testing::kMappedDeviceMemory), 0u) << "little of it can be mapped";
+
+    const rhi::Buffer readback = device->CreateBuffer({.name = "readback",
+                                                       .size = 4096,
+                                                       .usage = BufferUsage::CopyDestination,
+                                                       .memory = MemoryKind::Readback});
+    EXPECT_GT(Taken(testing::kCachedHostMemory), 0u);
+    const rhi::Buffer uniforms = device->CreateBuffer(
+        {.name = "uniforms", .size = 4096, .usage = BufferUsage::Uniform, .memory = MemoryKind::Upload});
+    EXPECT_GT(Taken(testing::kMappedDeviceMemory), 0u) << "shaders read these where they are";
+}
+
+TEST_F(SeparateMemoryTest, FullDeviceMemoryIsToldAndCounted) {
+    loader.Tell().deviceBytesLeft = 0;
+    {
+        const rhi::Buffer first = device->CreateBuffer({.name = "first", .size = 1u << 20});
+        const rhi::Texture second = device->CreateTexture({.name = "second", .extent = {256, 256}});
+        const rhi::MemoryBlock third =
+            device->CreateMemoryBlock("third", {.size = 4096, .alignment = 256, .memoryTypeBits = 0xF});
+        EXPECT_GE(device->Memory().fallbackBytes, (1u << 20) + 4u * 256 * 256 + 4096);
+        EXPECT_EQ(device->Memory().fallbackBytes, device->Memory().usedBytes);
+        const rhi::Buffer staging = device->CreateBuffer(
+            {.name = "staging", .size = 64, .usage = BufferUsage::CopySource, .memory = MemoryKind::Upload});
+        EXPECT_LT(device->Memory().fallbackBytes, device->Memory().usedBytes) << "it belongs there";
+    }
+    EXPECT_EQ(device->Memory().fallbackBytes, 0u);
+    EXPECT_EQ(
+        log.Text(),
+        "device memory is full: buffer 'first' (1048576 bytes) lies in the memory of the host, which is "
+        "slow\n")
+        << "once";
+}
+
+TEST_F(SeparateMemoryTest, OutOfMemoryNamesWhatThereIs) {
+    loader.Tell().deviceBytesLeft = 0;
+    loader.Tell().hostBytesLeft = 0;
+    const Error error = ErrorOf([&] { std::ignore = device->CreateBuffer({.name = "b", .size = 64}); });
+    EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
+    EXPECT_EQ(error.what(),
+              std::string("buffer 'b' (64 bytes) (device memory: 1 MiB of 48 MiB in use, 1 MiB of 6 MiB in "
+                          "use): VK_ERROR_OUT_OF_DEVICE_MEMORY"));
+}
+
+TEST_F(SeparateMemoryTest, HeapsHaveTheDriversBudget) {
+    ASSERT_TRUE(device->Info().optional.memoryBudget);
+    const std::vector<rhi::MemoryHeap> heaps = device->MemoryHeaps();
+    ASSERT_EQ(heaps.size(), 3u);
+    EXPECT_TRUE(heaps[0].isDeviceLocal);
+    EXPECT_FALSE(heaps[1].isDeviceLocal);
+    EXPECT_EQ(heaps[0].sizeBytes, testing::kFakeDeviceHeapBytes);
+    EXPECT_EQ(heaps[0].budgetBytes, testing::kFakeDeviceBudgetBytes);
+    EXPECT_EQ(heaps[0].usedBytes, 1u << 20);
+}
+
+TEST(MemoryTest, HeapsWithoutTheExtensionAreEstimates) {
+    FakeLoader loader;
+    loader.Tell().hasSeparateMemory = true;
+    loader.Tell().hiddenExtension = VK_EXT_MEMORY_BUDGET_EXTENSION_NAME;
+    rhi::DeviceDesc desc;
+    desc.getInstanceProcAddr = loader.Entry();
+    desc.savePipelineCache = false;
+    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    EXPECT_FALSE(device->Info().optional.memoryBudget);
+    EXPECT_EQ(device->MemoryHeaps().at(0).usedBytes, 0u);
+    EXPECT_EQ(device->MemoryHeaps().at(0).budgetBytes, testing::kFakeDeviceHeapBytes * 8 / 10);
+    const rhi::Buffer buffer = device->CreateBuffer({.name = "b", .size = 4096});
+    EXPECT_GE(device->MemoryHeaps().at(0).usedBytes, 4096u);
+}
+
+class MemoryLimitTest : public testing::VulkanTest {};
+
+TEST_F(MemoryLimitTest, WhatWouldExceedItIsRefusedAndNothingElse) {
+    const uint64_t used = Device().Memory().usedBytes;
+    Device().LimitMemory(used + 4096);
+    const rhi::Buffer fits = Device().CreateBuffer({.name = "fits", .size = 4096});
+    const Error error = ErrorOf([&] { std::ignore = Device().CreateBuffer({.name = "b", .size = 16}); });
+    EXPECT_THROW(std::ignore = Device().CreateTexture({.name = "t", .extent = {1, 1}}), Error);
+    EXPECT_THROW(
+        std::ignore = Device().CreateMemoryBlock("m", {.size = 16, .alignment = 16, .memoryTypeBits = 1}),
+        Error);
+    Device().LimitMemory(0);
+    EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
+    const std::string now = std::to_string(used + 4096);
+    EXPECT_EQ(error.what(),
+              "buffer 'b' (16 bytes): " + now + " of the limit of " + now + " bytes are in use");
+    EXPECT_TRUE(Device().CreateBuffer({.name = "b", .size = 16}));
+}
+
+}  // namespace
+}  // namespace raygraph

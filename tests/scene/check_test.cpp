@@ -1,0 +1,142 @@
+// What may be in a scene, and what is said of one that may not.
+#include "renderer/scene/check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "renderer/scene/load_gltf.h"
+
+namespace raygraph::scene {
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// One of everything.
+SceneData Whole() {
+    SceneData scene;
+    Primitive triangle;
+    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    triangle.normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+    triangle.uv0 = {{0, 0}, {1, 0}, {0, 1}};
+    triangle.indices = {0, 1, 2};
+    for (const glm::vec3& position : triangle.positions) triangle.bounds.Extend(position);
+    scene.meshes.push_back({.name = "triangle", .primitives = {triangle}});
+    scene.images.push_back({.name = "texel", .width = 1, .height = 1, .rgba = {1, 2, 3, 4}});
+    scene.textures.emplace_back();
+    scene.materials.emplace_back().baseColorTexture.texture = 0;
+    scene.nodes.resize(2);
+    scene.nodes[0].mesh = 0;
+    scene.nodes[1].parent = 0;
+    scene.nodeOrder = {0, 1};
+    scene.instances.push_back({.mesh = 0, .node = 0});
+    scene.cameras.emplace_back().node = 1;
+    scene.lights.emplace_back().node = 1;
+    scene.lights.back().type = LightType::Spot;
+    UpdateWorldTransforms(scene);
+    return scene;
+}
+
+std::string MessageOf(const std::function<void()>& call, ErrorKind kind = ErrorKind::Usage) {
+    try {
+        call();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.Kind(), kind);
+        return error.what();
+    }
+    return "no Error was thrown";
+}
+
+// The message for a scene in which one thing has been changed.
+std::string Refusal(const std::function<void(SceneData&)>& change) {
+    SceneData scene = Whole();
+    change(scene);
+    return MessageOf([&] { Check(scene); });
+}
+
+TEST(Check, AcceptsWhatIsWholeAndWhatIsEmpty) {
+    EXPECT_NO_THROW(Check(Whole()));
+    EXPECT_NO_THROW(Check(SceneData{}));
+    EXPECT_NO_THROW(Check(LoadGltf(std::string(RAYGRAPH_SOURCE_DIR) + "/scenes/cornell.gltf")));
+}
+
+TEST(Check, NamesTheObjectAndWhatItHolds) {
+    EXPECT_EQ(Refusal([](SceneData& s) { s.meshes[0].primitives[0].positions[1].y = kNan; }),
+              "scene: meshes[0].primitives[0]: positions[1] is not finite");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.meshes[0].primitives[0].normals.pop_back(); }),
+              "scene: meshes[0].primitives[0]: normals has 2 elements for 3 positions");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.meshes[0].primitives[0].indices[2] = 3; }),
+              "scene: meshes[0].primitives[0]: indices[2] is 3, there are 3 positions");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.meshes[0].primitives[0].indices.push_back(0); }),
+              "scene: meshes[0].primitives[0]: 4 indices are no whole triangles");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.meshes[0].primitives[0].material = 1; }),
+              "scene: meshes[0].primitives[0]: material is 1, there are 1");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.meshes[0].primitives[0].bounds = {}; }),
+              "scene: meshes[0].primitives[0]: bounds are not around its positions");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.images[0].width = 2; }),
+              "scene: images[0]: 4 bytes of 2x1 texels");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.textures[0].image = 1; }),
+              "scene: textures[0]: image is 1, there are 1");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.materials[0].normalTexture.texture = 7; }),
+              "scene: materials[0]: a texture is 7, there are 1");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.materials[0].roughnessFactor = 1.5f; }),
+              "scene: materials[0]: roughnessFactor is 1.5, must be 0 to 1");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.materials[0].emissiveStrength = kInfinity; }),
+              "scene: materials[0]: emissiveStrength is inf, must be finite and at least 0");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.materials[0].ior = 0.5f; }),
+              "scene: materials[0]: ior is 0.5, must be 1 to 10000");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.instances[0].mesh = 4; }),
+              "scene: instances[0]: mesh is 4, there are 1");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.instances[0].objectToWorld[3].x = kNan; }),
+              "scene: instances[0]: its transform is not finite");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.instances[0].objectToWorld[1] = glm::vec3(0.0f); }),
+              "scene: instances[0]: its transform is scaled to nothing or flat, it has no inverse");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.instances[0].translationRest.z = kNan; }),
+              "scene: instances[0]: its transform is not finite");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.nodes[0].parent = 9; }),
+              "scene: nodes[0]: parent is 9, there are 2");
+    EXPECT_EQ(Refusal([](SceneData& s) {
+                  s.nodeOrder = {1, 0};
+              }),
+              "scene: nodeOrder[0]: its node comes before its parent");
+    EXPECT_EQ(Refusal([](SceneData& s) {
+                  s.nodeOrder = {0, 0};
+              }),
+              "scene: nodeOrder[1]: its node is listed twice");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.cameras[0].yFov = kNan; }),
+              "scene: cameras[0]: yFov must be between 0 and pi");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.lights[0].intensity = -1.0f; }),
+              "scene: lights[0]: intensity is -1, must be finite and at least 0");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.lights[0].innerConeAngle = 2.0f; }),
+              "scene: lights[0]: innerConeAngle must be below outerConeAngle, and that at most pi/2");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.bounds.max.z = kInfinity; }), "scene: its bounds are not finite");
+}
+
+TEST(Check, SaysItAsTheCallerWants) {
+    SceneData scene = Whole();
+    scene.instances[0].mesh = 4;
+    EXPECT_EQ(MessageOf([&] { Check(scene, "box.gltf", ErrorKind::BadInput); }, ErrorKind::BadInput),
+              "box.gltf: instances[0]: mesh is 4, there are 1");
+    EXPECT_EQ(MessageOf([] { Check(Material{.metallicFactor = -1.0f}, "a material"); }),
+              "a material: metallicFactor is -1, must be 0 to 1");
+    EXPECT_EQ(MessageOf([] { CheckTransform({glm::mat4x3(0.0f)}, "a door"); }),
+              "a door: its transform is scaled to nothing or flat, it has no inverse");
+}
+
+TEST(Check, LightsOfFlatNodesMayStay) {
+    SceneData scene = Whole();
+    scene.lights[0].lightToWorld = glm::mat4x3(0.0f);
+    EXPECT_NO_THROW(Check(scene)) << "a light has a place and a direction, no size";
+}
+
+TEST(Check, InverseIsOfFloats) {
+    EXPECT_TRUE(CanInvert(glm::mat4x3(1.0f)));
+    EXPECT_FALSE(CanInvert(glm::mat4x3(glm::mat3(1e-15f)))) << "the determinant is below the floats";
+    EXPECT_FALSE(CanInvert(glm::mat4x3(glm::mat3(1e15f)))) << "and here above";
+}
+
+}  // namespace
+}  // namespace raygraph::scene
