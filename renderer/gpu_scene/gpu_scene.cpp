@@ -12,6 +12,7 @@
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
 #include "renderer/gpu_scene/environment_alias.h"
+#include "renderer/gpu_scene/environment_upload.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_set.h"
 #include "renderer/gpu_scene/scene_origin.h"
@@ -24,14 +25,6 @@
 namespace raygraph {
 
 namespace {
-
-// A 1x1 texture: what unused texture slots and a missing environment map hold.
-rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const char* name, rhi::Format format,
-                          std::span<const std::byte> texel) {
-    rhi::Texture texture = device.CreateTexture({.name = name, .extent = {1, 1}, .format = format});
-    uploader.UploadTexture(texture, texel);
-    return texture;
-}
 
 ResourceState SampledState() {
     return {.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
@@ -68,7 +61,7 @@ struct GpuScene::Impl {
         uploader.UploadBuffer(energyTables, 0, tables);
         textureTable.emplace(device, desc.textureCapacity, defaultTexture, defaultSampler);
         const EnvironmentAlias constant = ConstantEnvironmentAlias();
-        constantAlias = UploadAlias(constant);
+        constantAlias = UploadAlias(device, uploader, constant);
         Replace(scene::SceneData{});
     }
 
@@ -138,19 +131,6 @@ struct GpuScene::Impl {
         uploader.Flush();
         drawsState = {};
         instances->MarkGroupsChanged();
-    }
-
-    rhi::Buffer UploadAlias(const EnvironmentAlias& alias) {
-        RequireBindable(device, "entries of the environment's table", alias.entries.size(),
-                        sizeof(alias.entries[0]));
-        const std::span<const std::byte> bytes = std::as_bytes(std::span(alias.entries));
-        rhi::Buffer buffer =
-            device.CreateBuffer({.name = "environment alias",
-                                 .size = bytes.size(),
-                                 .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
-                                          rhi::BufferUsage::CopyDestination});
-        uploader.UploadBuffer(buffer, 0, bytes);
-        return buffer;
     }
 
     void DeclareEnvironment(Renderer& r, SceneIds& ids) {
@@ -374,7 +354,7 @@ void GpuScene::Impl::SetEnvironmentMap(const image::ImageF& equirectangular) {
     const EnvironmentAlias alias = BuildEnvironmentAlias(equirectangular);
     rhi::Buffer newAlias;
     try {
-        newAlias = UploadAlias(alias);
+        newAlias = UploadAlias(device, uploader, alias);
         uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
     } catch (...) {
         uploader.Flush();  // closes its list, which would keep what is retired from being freed

@@ -1,0 +1,27 @@
+#include "renderer/gpu_scene/environment_upload.h"
+
+#include "renderer/gpu_scene/device_limits.h"
+
+namespace raygraph {
+
+rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const char* name, rhi::Format format,
+                          std::span<const std::byte> texel) {
+    rhi::Texture texture = device.CreateTexture({.name = name, .extent = {1, 1}, .format = format});
+    uploader.UploadTexture(texture, texel);
+    return texture;
+}
+
+rhi::Buffer UploadAlias(rhi::Device& device, rhi::Uploader& uploader, const EnvironmentAlias& alias) {
+    RequireBindable(device, "entries of the environment's table", alias.entries.size(),
+                    sizeof(alias.entries[0]));
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(alias.entries));
+    rhi::Buffer buffer =
+        device.CreateBuffer({.name = "environment alias",
+                             .size = bytes.size(),
+                             .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
+                                      rhi::BufferUsage::CopyDestination});
+    uploader.UploadBuffer(buffer, 0, bytes);
+    return buffer;
+}
+
+}  // namespace raygraph

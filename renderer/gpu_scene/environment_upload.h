@@ -1,0 +1,22 @@
+// What the environment is on the device: textures of one colour, and the table that its directions are drawn
+// from. Threads: those of the Uploader.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "renderer/gpu_scene/environment_alias.h"
+#include "rhi/device.h"
+#include "rhi/upload.h"
+
+namespace raygraph {
+
+// A 1x1 texture: what unused texture slots and a missing environment map hold. `texel` has the format's size.
+rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const char* name, rhi::Format format,
+                          std::span<const std::byte> texel);
+
+// A storage buffer of the table's entries, filled once the uploader's work is done. Error{Usage} if the
+// device cannot bind that many.
+rhi::Buffer UploadAlias(rhi::Device& device, rhi::Uploader& uploader, const EnvironmentAlias& alias);
+
+}  // namespace raygraph
