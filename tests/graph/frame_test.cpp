@@ -245,7 +245,7 @@ TEST_F(Frame, PlanOfARealFrame_SaysWhatRan) {
     EXPECT_EQ(plan, R"(
 1 Fill one (compute)
     writes  one v1 (storage write)
-    waits   one: memory of the last frame, FragmentShader done -> ComputeShader write, Undefined -> General
+    waits   one: memory of the last frame, FragmentShader|ComputeShader write -> ComputeShader write, Undefined -> General
 
 2 Add to sum (compute)
     reads   one v1 (storage read)

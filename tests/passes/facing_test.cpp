@@ -133,6 +133,8 @@ TEST_F(Facing, PrimitivesOfOneMeshAreGroupedByHowRaysTreatThem) {
         mesh.primitives.push_back(QuadMesh(0.4f, i).primitives[0]);
         if (i & 2) mesh.primitives.back().colors.assign(4, glm::vec4(1.0f));  // alpha has to be looked at
         for (glm::vec3& position : mesh.primitives.back().positions) position.x += float(i);
+        mesh.primitives.back().bounds.min.x += float(i);
+        mesh.primitives.back().bounds.max.x += float(i);
     }
     render.scene.SetScene(SceneOf({mesh}, materials));
     for (uint32_t i = 0; i < 8; i++)

@@ -39,10 +39,10 @@ class TraceBias : public VulkanTest {
 
 }  // namespace
 
-// A surface that returns four times what it gets, under a sky near the end of the range of float: its samples
+// A white surface that shines as bright as the sky around it, near the end of the range of float: its samples
 // are infinite, and those that see the sky are not.
 TEST_F(TraceBias, Trace_InfiniteSampleIsBlackAndCounted) {
-    render.scene.SetScene(SceneOf({QuadMesh(0.5f)}, {Lambert(glm::vec3(4.0f))}));
+    render.scene.SetScene(SceneOf({QuadMesh(0.5f)}, {Lambert(glm::vec3(1.0f), glm::vec3(2e38f))}));
     render.scene.SetEnvironment({.radiance = glm::vec3(2e38f)});
     TraceSettings settings = LookAt({0, 0, 4}, {0, 0, 0}, 0.4f, 16);
     settings.lights.isOn = false;
