@@ -47,6 +47,7 @@ Parts PartsOf(DeviceScene& scene) {
             {"depth", Number(s.biases.maxDepth)},
             {"clamp", Number(s.biases.clampIndirect)},
             {"regularize", Number(s.biases.regularize)},
+            {"shadow terminator", Number(s.biases.shadowTerminator)},
             {"environment", Text(environment.radiance)},
             {"environment's rotation", Number(environment.rotation)}};
 }
@@ -107,6 +108,7 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
         {"max-depth", "4", {"depth"}, "4.000000"},
         {"clamp-indirect", "2.5", {"clamp"}, "2.500000"},
         {"regularize", "0.5", {"regularize"}, "0.500000"},
+        {"shadow-terminator", "on", {"shadow terminator"}, "1.000000"},
         {"background", "1,2,3", {"environment"}, "1.000000 2.000000 3.000000"},
         {"env-rotation", "180", {"environment's rotation"}, "3.141593"},
         {"env-tint", "2,3,4", {}},

@@ -105,8 +105,11 @@ TEST_F(TracePrecision, Trace_PaneWhoseVerticesAreFarFromTheirOriginAbsorbsTheSam
     // Its faces stand on steps of float, 0.03 mm: it is as thick as its vertices say
     const float nearFace = 300.0f, farFace = 300.004f;
     scene::Mesh pane = Pane(0.004f);
-    for (glm::vec3& position : pane.primitives[0].positions)
+    pane.primitives[0].bounds = {};
+    for (glm::vec3& position : pane.primitives[0].positions) {
         position.x = position.x < 0.0f ? nearFace : farFace;
+        pane.primitives[0].bounds.Extend(position);
+    }
     render.scene.SetScene(SceneOf({std::move(pane)}, {AbsorbingGlass(0.004f)}));
     for (const float distance : {2.0f, 1000.0f}) {
         EXPECT_LT(ErrorOfPane(FacingX(300.0f, distance)), 0.01) << "from " << distance << " m";
@@ -119,8 +122,11 @@ TEST_F(TracePrecision, Trace_LitQuadWhosePlaceCancelsDoesNotShadowItself) {
     for (const float far : {0.0f, 1000.0f}) {
         for (const float tilt : {0.3f, 0.8f, 1.3f}) {
             scene::Mesh quad = QuadMesh(1.0f);
-            for (glm::vec3& p : quad.primitives[0].positions)
+            quad.primitives[0].bounds = {};
+            for (glm::vec3& p : quad.primitives[0].positions) {
                 p = glm::vec3(p.x, p.y * std::cos(tilt), p.y * std::sin(tilt)) + glm::vec3(far);
+                quad.primitives[0].bounds.Extend(p);
+            }
             quad.primitives[0].normals.clear();
             render.scene.SetScene(
                 SceneOf({std::move(quad)}, {Lambert(glm::vec3(0.5f))}, {Translation(glm::vec3(-far))}));

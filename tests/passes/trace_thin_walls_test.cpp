@@ -213,6 +213,8 @@ TEST_F(TraceThinWalls, SetMaterial_LeavesTheOtherWallsOfAMesh) {
     scene::Mesh mesh = QuadMesh(0.5f, 1);
     scene::Primitive other = QuadMesh(0.5f, 2).primitives[0];
     for (glm::vec3& position : other.positions) position.x += 1.0f;
+    other.bounds.min.x += 1.0f;
+    other.bounds.max.x += 1.0f;
     mesh.primitives.push_back(other);
     for (const bool isTurned : {false, true}) {
         const glm::mat4x3 turned({1, 0, 0}, {0, -1, 0}, {0, 0, -1}, {0, 0, 0.5f});

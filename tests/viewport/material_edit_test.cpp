@@ -15,7 +15,9 @@ class ViewportMaterialEdit : public VulkanTest {
         other.isDoubleSided = false;
         scene::Mesh walls = QuadMesh(0.6f, 1);
         scene::Primitive second = QuadMesh(0.6f, 2).primitives[0];
-        for (glm::vec3& position : second.positions) position += glm::vec3(0.0f, 0.0f, -0.5f);
+        for (glm::vec3& position : second.positions) position.z -= 0.5f;
+        second.bounds.min.z -= 0.5f;
+        second.bounds.max.z -= 0.5f;
         walls.primitives.push_back(std::move(second));
         const glm::mat4x3 flat({1, 0, 0}, {0, 0, -1}, {0, 1, 0}, {0, -1, 0});
         const glm::mat4x3 upright({0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {-0.2f, -0.4f, 0});
