@@ -274,7 +274,6 @@ class RAYGRAPH_API Device {
     friend class MemoryBlock;
     friend class Texture;
     struct Impl;
-    void Finish(Buffer& buffer);
     void Finish(Texture& texture);
     void Free(VkBuffer buffer, VmaAllocation allocation) noexcept;
     void Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept;

@@ -163,11 +163,6 @@ MemoryRequirements Device::RequirementsOf(const TextureDesc& desc) {
     return ToRequirements(answer.memoryRequirements);
 }
 
-void Device::Finish(Buffer& buffer) {
-    SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), buffer.m_desc.name);
-    buffer.m_address = buffer.AskForAddress();
-}
-
 Buffer Device::CreateBuffer(const BufferDesc& desc) {
     CheckDesc(*this, desc);
     RequireMemory(Describe(desc), desc.size);
@@ -188,7 +183,7 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
     buffer.m_device = this;
     buffer.m_mapped = static_cast<std::byte*>(allocated.pMappedData);
     NoteMemory(buffer.m_allocation, Describe(desc), desc.memory == MemoryKind::Device);
-    Finish(buffer);
+    SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), desc.name);
     return buffer;
 }
 
@@ -201,7 +196,7 @@ Buffer Device::CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory) {
     buffer.m_desc = desc;
     Check(vmaCreateAliasingBuffer(Allocator(), memory.m_allocation, &info, &buffer.m_buffer), Describe(desc));
     buffer.m_device = this;
-    Finish(buffer);
+    SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), desc.name);
     return buffer;
 }
 

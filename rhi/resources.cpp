@@ -18,13 +18,13 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
     m_desc = std::exchange(other.m_desc, {});
     m_buffer = std::exchange(other.m_buffer, VK_NULL_HANDLE);
     m_allocation = std::exchange(other.m_allocation, nullptr);
-    m_address = std::exchange(other.m_address, 0);
     m_mapped = std::exchange(other.m_mapped, nullptr);
     m_ownsBuffer = std::exchange(other.m_ownsBuffer, true);
     return *this;
 }
 
-VkDeviceAddress Buffer::AskForAddress() const {
+VkDeviceAddress Buffer::Address() const {
+    if (!m_buffer) return 0;
     const VkBufferDeviceAddressInfo ask{VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, nullptr, m_buffer};
     return m_device->Vk().vkGetBufferDeviceAddress(m_device->Handle(), &ask);
 }

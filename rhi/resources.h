@@ -81,9 +81,10 @@ class RAYGRAPH_API Buffer {
 
     VkBuffer Handle() const { return m_buffer; }
     uint64_t Size() const { return m_desc.size; }
-    // Device address; every buffer has one (buffer device address is a requirement). A host's is asked for
-    // each time.
-    VkDeviceAddress Address() const { return m_ownsBuffer ? m_address : AskForAddress(); }
+    // Device address; every buffer has one (buffer device address is a requirement). The driver is asked for
+    // it here and not before: older validation layers confuse buffers that share memory once they know their
+    // addresses.
+    VkDeviceAddress Address() const;
     // The mapped bytes of an Upload or Readback buffer, coherent; empty for Device memory.
     std::span<std::byte> Mapped() const;
     const BufferDesc& Desc() const { return m_desc; }
@@ -94,12 +95,10 @@ class RAYGRAPH_API Buffer {
   private:
     friend class Device;
     void Release() noexcept;
-    VkDeviceAddress AskForAddress() const;
     Device* m_device = nullptr;
     BufferDesc m_desc;
     VkBuffer m_buffer = VK_NULL_HANDLE;
     VmaAllocation m_allocation = nullptr;  // null: bound to a MemoryBlock, or not ours
-    VkDeviceAddress m_address = 0;
     std::byte* m_mapped = nullptr;
     bool m_ownsBuffer = true;
 };
