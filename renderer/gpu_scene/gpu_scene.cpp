@@ -258,8 +258,7 @@ void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld,
     CheckIndex("instance", instance, m_impl->instances->Count());
     const scene::PlacedTransform placed{objectToWorld, translationRest};
     if (m_impl->instances->Transform(instance) == placed) return;
-    if (!scene::IsFinite(objectToWorld) || !scene::CanInvert(objectToWorld) ||
-        !scene::IsFinite(translationRest))
+    if (!scene::CanInvert(objectToWorld) || !scene::IsFinite(translationRest))
         scene::CheckTransform(placed, "GpuScene: SetTransform: instance " + std::to_string(instance));
     m_impl->revisions.transforms++;
     m_impl->instances->SetTransform(instance, placed);

@@ -246,7 +246,7 @@ bool IsFinite(const glm::mat4x3& transform) {
 bool CanInvert(const glm::mat4x3& transform) {
     const glm::mat3 linear(transform);
     const float determinant = glm::determinant(linear);
-    return std::isnormal(determinant) && IsFinite(glm::mat4x3(glm::inverse(linear)));
+    return IsFinite(transform) && std::isnormal(determinant) && IsFinite(glm::mat4x3(glm::inverse(linear)));
 }
 
 void Check(const SceneData& scene, const std::string& subject, ErrorKind kind) {

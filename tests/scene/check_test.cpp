@@ -138,5 +138,14 @@ TEST(Check, InverseIsOfFloats) {
     EXPECT_FALSE(CanInvert(glm::mat4x3(glm::mat3(1e15f)))) << "and here above";
 }
 
+TEST(Check, WhatIsNotFiniteHasNoInverse) {
+    for (int column = 0; column < 4; ++column)
+        for (const float value : {kInfinity, kNan}) {
+            glm::mat4x3 transform(1.0f);
+            transform[column].y = value;
+            EXPECT_FALSE(CanInvert(transform)) << value << " in column " << column;
+        }
+}
+
 }  // namespace
 }  // namespace raygraph::scene
