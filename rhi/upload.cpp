@@ -78,6 +78,11 @@ uint64_t Uploader::Flush() {
     return m_lastValue;
 }
 
+void Uploader::Drop() {
+    m_list = {};
+    m_isRecording = false;
+}
+
 // Moves on to a chunk that is free: the oldest one in the ring if it is done, else a new one while the bound
 // allows it, else the oldest one once it is done.
 void Uploader::NextChunk() {

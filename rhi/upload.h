@@ -53,6 +53,19 @@ class RAYGRAPH_API Uploader {
     // Submits what is recorded. Returns the timeline value at which all uploads so far have arrived.
     uint64_t Flush();
 
+    // Runs what uploads and flushes it. After an Error nothing stays recorded: the list would refer to what
+    // is given up, and keep it from being freed. What has been submitted on the way stays.
+    template <typename Run>
+    void FlushAfter(Run&& run) {
+        try {
+            run();
+            Flush();
+        } catch (...) {
+            Drop();
+            throw;
+        }
+    }
+
     // Bytes of staging memory taken so far: at most UploaderDesc::stagingBytes.
     uint64_t StagingBytes() const;
     // Times that a call had to wait for a chunk.
@@ -70,6 +83,7 @@ class RAYGRAPH_API Uploader {
         std::span<std::byte> bytes;
     };
     CommandList& List();
+    void Drop();
     // Room for at least `least` and at most `wanted` bytes, a multiple of `least`; submits and moves on to
     // another chunk when the present one has less.
     Staged Stage(uint64_t wanted, uint64_t least);

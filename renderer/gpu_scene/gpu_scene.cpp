@@ -74,21 +74,18 @@ struct GpuScene::Impl {
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;
         DrawTable newDraws;
-        try {
+        uploader.FlushAfter([&] {
             newResources = UploadScene(device, uploader, builder, *textureTable, data);
             newInstances = std::make_unique<InstanceSet>(device, *newResources, data.instances);
             newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
             newLights = std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
             builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
-        } catch (...) {
-            uploader.Flush();  // its lists refer to what has just been given up
-            throw;
-        }
-        uploader.Flush();
+        });
         lights = std::move(newLights);
         instances = std::move(newInstances);
         resources = std::move(newResources);
         draws = std::move(newDraws);
+        areDrawsDue = false;
         origin = glm::dvec3(0.0);
         MoveOrigin(ChooseSceneOrigin(origin, glm::dvec3(0.0), instances->Reach()));
         drawsState = {};
@@ -127,10 +124,18 @@ struct GpuScene::Impl {
         lights->SetSides(material, !IsBackCulled(resources->materialRecords[material]));
         if (!changes.areSides) return;
         revisions.geometry++;
-        draws = MakeDrawTable(device, uploader, *resources, instances->Placements());
-        uploader.Flush();
-        drawsState = {};
+        areDrawsDue = true;
         instances->MarkGroupsChanged();
+    }
+
+    void RefreshDraws() {
+        if (!areDrawsDue) return;
+        DrawTable newDraws;
+        uploader.FlushAfter(
+            [&] { newDraws = MakeDrawTable(device, uploader, *resources, instances->Placements()); });
+        draws = std::move(newDraws);
+        drawsState = {};
+        areDrawsDue = false;
     }
 
     void DeclareEnvironment(Renderer& r, SceneIds& ids) {
@@ -223,6 +228,7 @@ struct GpuScene::Impl {
     glm::dvec3 origin{0.0};
     std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
+    bool areDrawsDue = false;  // kinds of groups have changed since `draws` was made
     DirtyRange dirtyMaterials;
     SceneRevisions revisions;
 
@@ -353,14 +359,10 @@ void GpuScene::Impl::SetEnvironmentMap(const image::ImageF& equirectangular) {
                                              .format = rhi::Format::Rgba32Float});
     const EnvironmentAlias alias = BuildEnvironmentAlias(equirectangular);
     rhi::Buffer newAlias;
-    try {
+    uploader.FlushAfter([&] {
         newAlias = UploadAlias(device, uploader, alias);
         uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
-    } catch (...) {
-        uploader.Flush();  // closes its list, which would keep what is retired from being freed
-        throw;
-    }
-    uploader.Flush();
+    });
     environmentMap = std::move(map);
     environmentVersion++;
     revisions.environment++;
@@ -389,6 +391,7 @@ SceneIds GpuScene::Declare(Renderer& renderer) {
 
 SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     declaredIn = renderer.OpenFrame();
+    RefreshDraws();
     SceneIds ids;
     ids.origin = origin;
     DeclareEnvironment(renderer, ids);

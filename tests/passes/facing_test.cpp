@@ -1,4 +1,5 @@
 // Back faces: those of single-sided materials are not there for any ray, whatever the transform.
+#include "tests/rhi/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -83,6 +84,18 @@ TEST_F(Facing, TransformThatComesToMirrorKeepsTheFront) {
     EXPECT_EQ(Seen(), kFront);
     render.scene.SetTransform(0, Scaling({1, 1, -1}));
     EXPECT_EQ(Seen(), kBack);
+}
+
+// The edit takes a note; what it needs on the device belongs to the frame, which is dropped without it.
+TEST_F(Facing, SidesThatChangeWhileMemoryIsSpent_AreThoseOfTheNextFrame) {
+    ASSERT_EQ(Seen(SingleSided(glm::vec3(0.5f))), kFront);
+    for (int frame = 0; frame < 8; frame++) Seen();
+    Device().WaitIdle();
+    Device().LimitMemory(1);
+    EXPECT_NO_THROW(render.scene.SetMaterial(0, Lambert(glm::vec3(0.5f))));
+    EXPECT_EQ(ErrorOf([&] { Seen(); }).Kind(), ErrorKind::OutOfMemory);
+    Device().LimitMemory(0);
+    EXPECT_EQ(Seen(), kBoth);
 }
 
 TEST_F(Facing, SingleSidedMaskAndBlendAreCulledToo) {
