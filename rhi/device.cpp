@@ -38,7 +38,9 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
     type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
     VkSemaphoreCreateInfo semaphoreInfo{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type, 0};
-    check(vk.vkCreateSemaphore(device, &semaphoreInfo, allocation, &timeline), "vkCreateSemaphore");
+    VkSemaphore semaphore = VK_NULL_HANDLE;
+    check(vk.vkCreateSemaphore(device, &semaphoreInfo, allocation, &semaphore), "vkCreateSemaphore");
+    timeline = semaphore;
 
     PipelineCacheFile::Loaded cached;
     if (savesPipelineCache) {
@@ -52,7 +54,9 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     cacheInfo.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
     cacheInfo.initialDataSize = cached.bytes.size();
     cacheInfo.pInitialData = cached.bytes.data();
-    check(vk.vkCreatePipelineCache(device, &cacheInfo, allocation, &pipelineCache), "vkCreatePipelineCache");
+    VkPipelineCache cache = VK_NULL_HANDLE;
+    check(vk.vkCreatePipelineCache(device, &cacheInfo, allocation, &cache), "vkCreatePipelineCache");
+    pipelineCache = cache;
 }
 
 VkResult Device::Impl::Await(uint64_t value, std::chrono::milliseconds limit) const noexcept {

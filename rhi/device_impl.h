@@ -83,6 +83,8 @@ struct Device::Impl {
     bool Drain() noexcept;
     // Waits for the timeline; VK_TIMEOUT when no submission completed for the limit.
     VkResult Await(uint64_t value, std::chrono::milliseconds limit) const noexcept;
+    // How far the timeline is.
+    VkResult AskCompleted(uint64_t& value) noexcept;
     uint64_t SubmitBatch(const Device& owner, VkCommandBuffer commands, std::span<const SemaphoreUse> waits,
                          std::span<const SemaphoreUse> signals);
     // No message of the validation layers comes any more.

@@ -50,6 +50,9 @@ void Device::RequireMemory(const std::string& subject, uint64_t bytes) {
 
 void Device::CheckMemory(VkResult result, const std::string& subject) {
     if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY) return Check(result, subject);
+    // Drivers answer allocations on a lost device in many ways, and the allocator takes each for full memory.
+    uint64_t completed = 0;
+    if (m_impl->AskCompleted(completed) == VK_ERROR_DEVICE_LOST) Check(VK_ERROR_DEVICE_LOST, subject);
     std::string text;
     for (const MemoryHeap& heap : MemoryHeaps())
         if (heap.isDeviceLocal)

@@ -1,4 +1,5 @@
-// Device's creation of buffers, textures, samplers and memory blocks.
+// Device's creation of buffers, textures, samplers and memory blocks. What a failed call leaves in its handle
+// is undefined, of the allocator's calls as of Vulkan's: an owner gets its handle after a success only.
 #include <algorithm>
 
 #include "rhi/device_impl.h"
@@ -174,12 +175,16 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
         alignment = std::max<uint64_t>(alignment, Info().scratchAlignment);
     if (Has(desc.usage, BufferUsage::ShaderBindingTable))
         alignment = std::max<uint64_t>(alignment, Info().shaderGroupBaseAlignment);
+    VkBuffer handle = VK_NULL_HANDLE;
+    VmaAllocation allocation = nullptr;
+    VmaAllocationInfo allocated{};
+    CheckMemory(vmaCreateBufferWithAlignment(Allocator(), &info, &allocate, alignment, &handle, &allocation,
+                                             &allocated),
+                Describe(desc));
     Buffer buffer;
     buffer.m_desc = desc;
-    VmaAllocationInfo allocated{};
-    CheckMemory(vmaCreateBufferWithAlignment(Allocator(), &info, &allocate, alignment, &buffer.m_buffer,
-                                             &buffer.m_allocation, &allocated),
-                Describe(desc));
+    buffer.m_buffer = handle;
+    buffer.m_allocation = allocation;
     buffer.m_device = this;
     buffer.m_mapped = static_cast<std::byte*>(allocated.pMappedData);
     NoteMemory(buffer.m_allocation, Describe(desc), desc.memory == MemoryKind::Device);
@@ -192,9 +197,11 @@ Buffer Device::CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory) {
         Refuse(Describe(desc), "a buffer in a memory block is Device memory");
     CheckFits(Describe(desc), RequirementsOf(desc), memory.Requirements());
     const VkBufferCreateInfo info = CreateInfo(desc);
+    VkBuffer handle = VK_NULL_HANDLE;
+    Check(vmaCreateAliasingBuffer(Allocator(), memory.m_allocation, &info, &handle), Describe(desc));
     Buffer buffer;
     buffer.m_desc = desc;
-    Check(vmaCreateAliasingBuffer(Allocator(), memory.m_allocation, &info, &buffer.m_buffer), Describe(desc));
+    buffer.m_buffer = handle;
     buffer.m_device = this;
     SetName(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(buffer.m_buffer), desc.name);
     return buffer;
@@ -238,8 +245,10 @@ void Device::Finish(Texture& texture) {
     info.viewType = VK_IMAGE_VIEW_TYPE_2D;
     info.format = ToVk(desc.format);
     info.subresourceRange = texture.AllMips();
-    Check(Vk().vkCreateImageView(Handle(), &info, AllocationCallbacks(), &texture.m_view),
+    VkImageView view = VK_NULL_HANDLE;
+    Check(Vk().vkCreateImageView(Handle(), &info, AllocationCallbacks(), &view),
           Describe(desc) + ": vkCreateImageView");
+    texture.m_view = view;
     SetName(VK_OBJECT_TYPE_IMAGE_VIEW, reinterpret_cast<uint64_t>(texture.m_view), desc.name);
 }
 
@@ -247,11 +256,13 @@ Texture Device::CreateTexture(const TextureDesc& desc) {
     RequireMemory(Describe(desc), RequirementsOf(desc).size);
     const VkImageCreateInfo info = CreateInfo(desc);
     const VmaAllocationCreateInfo allocate = AllocationInfo(MemoryKind::Device);
+    VkImage image = VK_NULL_HANDLE;
+    VmaAllocation allocation = nullptr;
+    CheckMemory(vmaCreateImage(Allocator(), &info, &allocate, &image, &allocation, nullptr), Describe(desc));
     Texture texture;
     texture.m_desc = desc;
-    CheckMemory(
-        vmaCreateImage(Allocator(), &info, &allocate, &texture.m_image, &texture.m_allocation, nullptr),
-        Describe(desc));
+    texture.m_image = image;
+    texture.m_allocation = allocation;
     texture.m_device = this;
     NoteMemory(texture.m_allocation, Describe(desc), true);
     Finish(texture);
@@ -261,9 +272,11 @@ Texture Device::CreateTexture(const TextureDesc& desc) {
 Texture Device::CreateTexture(const TextureDesc& desc, const MemoryBlock& memory) {
     CheckFits(Describe(desc), RequirementsOf(desc), memory.Requirements());
     const VkImageCreateInfo info = CreateInfo(desc);
+    VkImage image = VK_NULL_HANDLE;
+    Check(vmaCreateAliasingImage(Allocator(), memory.m_allocation, &info, &image), Describe(desc));
     Texture texture;
     texture.m_desc = desc;
-    Check(vmaCreateAliasingImage(Allocator(), memory.m_allocation, &info, &texture.m_image), Describe(desc));
+    texture.m_image = image;
     texture.m_device = this;
     Finish(texture);
     return texture;
@@ -313,9 +326,11 @@ Sampler Device::CreateSampler(const SamplerDesc& desc) {
     info.addressModeV = address(desc.addressV);
     info.addressModeW = VK_SAMPLER_ADDRESS_MODE_REPEAT;
     info.maxLod = VK_LOD_CLAMP_NONE;
-    Sampler sampler;
-    Check(Vk().vkCreateSampler(Handle(), &info, AllocationCallbacks(), &sampler.m_sampler),
+    VkSampler handle = VK_NULL_HANDLE;
+    Check(Vk().vkCreateSampler(Handle(), &info, AllocationCallbacks(), &handle),
           "sampler '" + desc.name + "': vkCreateSampler");
+    Sampler sampler;
+    sampler.m_sampler = handle;
     sampler.m_device = this;
     SetName(VK_OBJECT_TYPE_SAMPLER, reinterpret_cast<uint64_t>(sampler.m_sampler), desc.name);
     return sampler;
@@ -329,10 +344,12 @@ MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequi
     const VkMemoryRequirements needed{requirements.size, requirements.alignment, requirements.memoryTypeBits};
     VmaAllocationCreateInfo allocate{};
     allocate.preferredFlags = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
-    MemoryBlock block;
+    VmaAllocation allocation = nullptr;
     VmaAllocationInfo allocated{};
-    CheckMemory(vmaAllocateMemory(Allocator(), &needed, &allocate, &block.m_allocation, &allocated), subject);
-    vmaSetAllocationName(Allocator(), block.m_allocation, name.c_str());
+    CheckMemory(vmaAllocateMemory(Allocator(), &needed, &allocate, &allocation, &allocated), subject);
+    vmaSetAllocationName(Allocator(), allocation, name.c_str());
+    MemoryBlock block;
+    block.m_allocation = allocation;
     block.m_device = this;
     // From here on the block has one memory type: what is bound to it must be able to use that one.
     block.m_requirements = {requirements.size, requirements.alignment, 1u << allocated.memoryType};

@@ -85,6 +85,8 @@ void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
         for (const std::function<void()>& run : onSubmitted) run();
     else
         for (auto undo = onDropped.rbegin(); undo != onDropped.rend(); ++undo) (*undo)();
+    // What the list held back may be all that there is no memory for: it does not wait for a submission.
+    if (value == 0) m_impl->retired.Collect(m_impl->lastCompleted.load());
 }
 
 // One batch, with or without commands, that moves the timeline on; returns its value.
@@ -127,7 +129,10 @@ uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> wa
 
     const uint64_t value = m_impl->SubmitBatch(*this, list.Handle(), waits, signals);
     Recycle(list, value);
-    CollectGarbage();
+    // The commands are on their way: an Error here would tell the caller that they are not. A device that
+    // does not answer is for the next wait to report.
+    uint64_t completed = 0;
+    if (m_impl->AskCompleted(completed) == VK_SUCCESS) m_impl->retired.Collect(completed);
     return value;
 }
 
@@ -141,13 +146,18 @@ uint64_t Device::Forward(std::span<const SemaphoreUse> waits, std::span<const Se
     return m_impl->SubmitBatch(*this, VK_NULL_HANDLE, atAllStages(waits), atAllStages(signals));
 }
 
+VkResult Device::Impl::AskCompleted(uint64_t& value) noexcept {
+    const VkResult result = vk.vkGetSemaphoreCounterValue(device, timeline, &value);
+    if (result != VK_SUCCESS) return result;
+    uint64_t known = lastCompleted.load();
+    while (known < value && !lastCompleted.compare_exchange_weak(known, value)) {
+    }
+    return result;
+}
+
 uint64_t Device::CompletedValue() const {
     uint64_t value = 0;
-    Check(m_impl->vk.vkGetSemaphoreCounterValue(Handle(), m_impl->timeline, &value),
-          "vkGetSemaphoreCounterValue");
-    uint64_t known = m_impl->lastCompleted.load();
-    while (known < value && !m_impl->lastCompleted.compare_exchange_weak(known, value)) {
-    }
+    Check(m_impl->AskCompleted(value), "vkGetSemaphoreCounterValue");
     return value;
 }
 

@@ -71,9 +71,11 @@ Pipeline::Pipeline(Device& device, std::string name, std::span<const ShaderStage
         create.pSetLayouts = sets.data();
         create.pushConstantRangeCount = pushBytes > 0 ? 1 : 0;
         create.pPushConstantRanges = &range;
+        VkPipelineLayout layout = VK_NULL_HANDLE;
         device.Check(device.Vk().vkCreatePipelineLayout(device.Handle(), &create,
-                                                        device.AllocationCallbacks(), &m_layout),
+                                                        device.AllocationCallbacks(), &layout),
                      m_name + ": vkCreatePipelineLayout");
+        m_layout = layout;
     } catch (...) {
         Release();
         throw;

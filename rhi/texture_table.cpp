@@ -60,8 +60,10 @@ void TextureTable::State::CreateSet(uint32_t capacity) {
     create.maxSets = 1;
     create.poolSizeCount = 1;
     create.pPoolSizes = &size;
-    device.Check(vk.vkCreateDescriptorPool(device.Handle(), &create, device.AllocationCallbacks(), &pool),
+    VkDescriptorPool created = VK_NULL_HANDLE;
+    device.Check(vk.vkCreateDescriptorPool(device.Handle(), &create, device.AllocationCallbacks(), &created),
                  "texture table: vkCreateDescriptorPool");
+    pool = created;
 
     VkDescriptorSetVariableDescriptorCountAllocateInfo variable{};
     variable.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_VARIABLE_DESCRIPTOR_COUNT_ALLOCATE_INFO;

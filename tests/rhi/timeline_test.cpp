@@ -140,8 +140,7 @@ TEST_F(TimelineTest, DroppedList_FreesWhatItMentioned) {
             Device().CreateBuffer({.size = 4096, .usage = BufferUsage::CopyDestination});
         commands.Fill(buffer, 1);
     }
-    Device().CollectGarbage();
-    EXPECT_EQ(Device().Memory().usedBytes, used);
+    EXPECT_EQ(Device().Memory().usedBytes, used) << "no submission is needed for it";
 }
 
 TEST_F(TimelineTest, ThreadsSubmitAndDestroyAtTheSameTime) {

@@ -1,0 +1,55 @@
+// A Vulkan loader whose N-th call fails: the system's own, with one call, or all from one on, answered by an
+// error and kept from the driver.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rhi/vulkan.h"
+
+namespace raygraph::testing {
+
+// Calls that may fail, by what they ask for. vkCreateInstance and vkCreateDevice are none of them.
+enum class FailingCall : uint8_t {
+    Allocation,  // memory: vkAllocateMemory, vkBind*Memory, vkMapMemory
+    Creation,    // objects and command buffers: vkCreate*, vkAllocate*, vkBeginCommandBuffer ...
+    Submission,  // vkQueueSubmit2
+    Wait,        // waits, and questions about what has completed: vkWaitSemaphores, vkGetQueryPoolResults ...
+};
+inline constexpr FailingCall kFailingCalls[] = {FailingCall::Allocation, FailingCall::Creation,
+                                                FailingCall::Submission, FailingCall::Wait};
+const char* Name(FailingCall call);  // "allocation"
+
+struct InjectedFailure {
+    std::optional<FailingCall> call;  // none: of any kind
+    uint64_t number = 1;              // of the call that fails first, among those of its kind
+    VkResult result = VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    bool lasts = false;        // all later calls of the kind fail, too, until LiftFailure
+    std::string Text() const;  // as ParseFailure takes it
+};
+// "allocation:17:oom", "wait:3:lost", "any:200:oom", "allocation:17:oom:on" for one that lasts. Null: no such
+// text.
+std::optional<InjectedFailure> ParseFailure(const std::string& text);
+
+// Vulkan's functions carry no user data, so all this is the process's. Threads: any, but for InjectFailure
+// and LiftFailure while others call Vulkan.
+
+// The functions of `system`, with failures. Another loader may not be in use.
+PFN_vkGetInstanceProcAddr FailingLoader(PFN_vkGetInstanceProcAddr system);
+// From now on calls are counted from 1. VK_ERROR_DEVICE_LOST stays: once a call has returned it, the work
+// before it is done, and every submission and wait returns it, of every device, until the next InjectFailure.
+// With nothing to inject, calls are counted all the same.
+void InjectFailure(const std::optional<InjectedFailure>& failure);
+// Calls succeed again. A lost device stays lost.
+void LiftFailure();
+// Whether the failure that was injected last has come.
+bool HasFailed();
+// The functions of its kind that were called from then on up to the failure, which is of the last one.
+std::vector<const char*> CallsUpToFailure();
+// On: heaps read as so small that the allocator gives each buffer and texture memory of its own, so that each
+// can fail. Before the device is made.
+void SeparateAllocations(bool isOn);
+
+}  // namespace raygraph::testing

@@ -1,0 +1,325 @@
+#include "tests/support/failure_sweep.h"
+
+#include <set>
+
+#include "base/error.h"
+#include "passes/trace.h"
+#include "renderer/gpu_scene/camera_record.h"
+#include "renderer/scene/load_gltf.h"
+#include "tests/support/source_file.h"
+
+namespace raygraph::testing {
+
+namespace {
+
+constexpr Extent2D kSize{16, 16};
+
+using Picture = SweptWorld::Picture;
+
+scene::SceneData Load() {
+    return scene::LoadGltf(test::SourceFile("scenes/texture_orientation.gltf"));
+}
+
+passes::TraceSettings SettingsOf(const SweptWorld& world, uint32_t sampleIndex) {
+    passes::TraceSettings settings;
+    settings.extent = kSize;
+    settings.camera = ToRecord(world.camera);
+    settings.scattering.brdf = BrdfModel::Lambert;
+    settings.sampleIndex = sampleIndex;
+    return settings;
+}
+
+void Read(SweptWorld& world) {
+    world.readback.Wait();
+    const std::span<const std::byte> bytes = world.readback.Bytes();
+    world.pictures.emplace_back(bytes.begin(), bytes.end());
+}
+
+// What the scene shows now, beside the frames of the scenario.
+Picture Look(SweptWorld& world) {
+    world.renderer->BeginFrame();
+    const SceneIds ids = world.scene->Declare(*world.renderer);
+    const Readback readback =
+        world.renderer->ReadBack(passes::Trace(*world.renderer, ids, SettingsOf(world, 99)).radiance);
+    world.renderer->Execute();
+    readback.Wait();
+    return {readback.Bytes().begin(), readback.Bytes().end()};
+}
+
+// The passes by themselves: a sample more, and the mean of all.
+void TraceFrame(SweptWorld& world) {
+    Renderer& renderer = *world.renderer;
+    renderer.BeginFrame();
+    const SceneIds ids = world.scene->Declare(renderer);
+    const TextureId sample =
+        passes::Trace(renderer, ids, SettingsOf(world, world.accumulation.SampleCount())).radiance;
+    const Readback readback =
+        renderer.ReadBack(passes::Accumulate(renderer, sample, world.accumulation).mean);
+    renderer.Execute();
+    world.readback = readback;
+}
+
+void ViewFrame(SweptWorld& world, viewport::View view) {
+    Renderer& renderer = *world.renderer;
+    viewport::ShowSettings show;
+    show.view = view;
+    world.viewport->SetShow(show);
+    renderer.BeginFrame();
+    const Readback readback = renderer.ReadBack(world.viewport->Declare());
+    renderer.Execute();
+    world.readback = readback;
+}
+
+void Start(SweptScenario& steps) {
+    steps.push_back({"renderer", [](SweptWorld& world) { world.renderer.emplace(*world.device); }});
+    steps.push_back({"scene", [](SweptWorld& world) { world.scene.emplace(*world.renderer); }});
+    steps.push_back({"open",
+                     [](SweptWorld& world) {
+                         scene::SceneData data = Load();
+                         world.camera = scene::ChooseView(data, "", 1.0f);
+                         world.scene->SetScene(std::move(data));
+                     },
+                     true});
+}
+
+void OpenAnother(SweptScenario& steps) {
+    steps.push_back({"open another",
+                     [](SweptWorld& world) {
+                         scene::SceneData data = Load();
+                         for (scene::Material& material : data.materials) material.baseColorFactor.g = 0.25f;
+                         world.scene->SetScene(std::move(data));
+                     },
+                     true});
+}
+
+void EditMaterials(SweptScenario& steps) {
+    steps.push_back({"material", [](SweptWorld& world) {
+                         // Their sides change, and so the draws
+                         const scene::SceneData data = Load();
+                         for (uint32_t i = 0; i < data.materials.size(); i++) {
+                             scene::Material material = data.materials[i];
+                             material.isDoubleSided = !material.isDoubleSided;
+                             material.baseColorFactor.r = 0.25f;
+                             world.scene->SetMaterial(i, material);
+                         }
+                     }});
+}
+
+rhi::Device& MakeDevice(SweptWorld& world) {
+    const static std::shared_ptr<rhi::VulkanLoader> system = rhi::VulkanLoader::Open();
+    SeparateAllocations(true);
+    world.device = rhi::Device::Create({.name = "swept",
+                                        .validation = true,
+                                        .onMessage = world.log.Callback(),
+                                        .savePipelineCache = false,
+                                        .getInstanceProcAddr = FailingLoader(system->GetInstanceProcAddr())});
+    return *world.device;
+}
+
+// What a run without failure shows: its own pictures, and what there was to see before each step.
+struct Undisturbed {
+    std::vector<Picture> pictures;
+    std::vector<Picture> before;  // by step; empty where nothing has been seen
+};
+
+std::string MessagesOf(const SweptWorld& world) {
+    std::string text;
+    for (const rhi::Message& message : world.log.All())
+        if (message.isValidation || message.severity == rhi::MessageSeverity::Error)
+            text += message.id + ": " + message.text + "\n";
+    return text;
+}
+
+void Destroy(SweptWorld& world) {
+    world.readback = {};
+    world.viewport.reset();
+    world.scene.reset();
+    world.renderer.reset();
+    world.device.reset();
+}
+
+Undisturbed RunUndisturbed(const SweptScenario& scenario) {
+    InjectFailure(std::nullopt);
+    SweptWorld world;
+    MakeDevice(world);
+    Undisturbed result;
+    for (const SweptStep& step : scenario) {
+        result.before.push_back(step.keepsScene ? Look(world) : Picture{});
+        step.run(world);
+    }
+    result.pictures = world.pictures;
+    Destroy(world);
+    EXPECT_EQ(MessagesOf(world), "");
+    return result;
+}
+
+// A lost device stays lost: every call that needs it says so.
+void ExpectLost(SweptWorld& world) {
+    const auto expectLost = [](const char* what, const std::function<void()>& call) {
+        try {
+            call();
+            ADD_FAILURE() << what << " takes no notice of the lost device";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost) << what << ": " << error.what();
+        }
+    };
+    expectLost("WaitIdle", [&] { world.device->WaitIdle(); });
+    if (world.renderer) expectLost("a new scene", [&] { GpuScene(*world.renderer); });
+    if (world.scene) expectLost("a frame", [&] { Look(world); });
+    if (world.scene) expectLost("another scene", [&] { world.scene->SetScene(Load()); });
+}
+
+std::string Signature(const std::vector<const char*>& calls) {
+    std::string text;
+    for (const char* call : calls) text += std::string(call) + " ";
+    return text;
+}
+
+// Takes a step with failures until it is done. Returns how often it failed; `first` becomes the number of the
+// first call that it could do without, plus the stride, and 0 if there was none.
+uint32_t TakeStep(SweptWorld& world, const SweptStep& step, const Picture& before, InjectedFailure failure,
+                  uint64_t stride, uint64_t& first) {
+    failure.number = std::max<uint64_t>(1, first);
+    first = 0;
+    std::set<std::string> seen;
+    for (uint32_t failures = 0;; failures++) {
+        InjectFailure(failure);
+        std::string problem;
+        try {
+            step.run(world);
+        } catch (const Error& error) {
+            problem = error.what();
+            EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory) << problem;
+            EXPECT_EQ(problem.find('\n'), std::string::npos) << problem;
+            EXPECT_TRUE(HasFailed()) << problem;
+        }
+        LiftFailure();
+        const std::vector<const char*> calls = CallsUpToFailure();
+        const std::string where = "step \"" + step.name + "\", " + failure.Text() +
+                                  (calls.empty() ? "" : std::string(" ") + calls.back());
+        SCOPED_TRACE(where);
+        if (problem.empty()) {
+            if (HasFailed()) first = failure.number + stride;
+            return failures;
+        }
+        EXPECT_TRUE(!step.keepsScene || Look(world) == before) << "what was open is not, after: " << problem;
+        if (::testing::Test::HasFailure()) throw std::runtime_error(where + ": " + problem);
+        // What was made before the failure may be kept: other calls come then up to the same number.
+        if (!seen.insert(Signature(calls)).second) failure.number += stride;
+    }
+}
+
+void ExpectPictures(const SweptWorld& world, const Undisturbed& expected) {
+    ASSERT_EQ(world.pictures.size(), expected.pictures.size());
+    for (size_t i = 0; i < world.pictures.size(); i++)
+        EXPECT_TRUE(world.pictures[i] == expected.pictures[i]) << "picture " << i;
+}
+
+}  // namespace
+
+SweptScenario RendererScenario() {
+    SweptScenario steps;
+    Start(steps);
+    for (int frame = 0; frame < 3; frame++) {
+        steps.push_back({"frame", TraceFrame});
+        steps.push_back({"read", Read});
+    }
+    steps.push_back({"environment map",
+                     [](SweptWorld& world) {
+                         image::ImageF map{.width = 4, .height = 2, .rgba = std::vector<float>(32, 0.5f)};
+                         world.scene->SetEnvironmentMap(map);
+                     },
+                     true});
+    EditMaterials(steps);
+    steps.push_back({"transform", [](SweptWorld& world) {
+                         glm::mat4x3 transform = world.scene->Transform(0);
+                         transform[3].x += 0.1f;
+                         world.scene->SetTransform(0, transform);
+                     }});
+    steps.push_back({"frame of edits", TraceFrame});
+    steps.push_back({"read", Read});
+    OpenAnother(steps);
+    steps.push_back({"frame of another scene", TraceFrame});
+    steps.push_back({"read", Read});
+    return steps;
+}
+
+SweptScenario ViewportScenario() {
+    using viewport::View;
+    SweptScenario steps;
+    Start(steps);
+    steps.push_back({"viewport", [](SweptWorld& world) {
+                         world.viewport.emplace(*world.renderer, *world.scene,
+                                                viewport::ViewportDesc{.name = "swept", .size = kSize});
+                         world.viewport->SetCamera(world.camera);
+                         viewport::PathSettings paths;
+                         paths.scattering.brdf = BrdfModel::Lambert;
+                         world.viewport->SetPaths(paths);
+                         // Without what takes long to compile
+                         world.viewport->SetRaster({.shadows = passes::RasterShadows::Off,
+                                                    .hasOcclusion = false,
+                                                    .hasTransmission = false});
+                     }});
+    for (const View view : {View::Raster, View::PathTraced, View::Wipe}) {
+        steps.push_back({"frame", [view](SweptWorld& world) { ViewFrame(world, view); }});
+        steps.push_back({"read", Read});
+    }
+    EditMaterials(steps);
+    steps.push_back({"frame of edits", [](SweptWorld& world) { ViewFrame(world, View::Raster); }});
+    steps.push_back({"read", Read});
+    OpenAnother(steps);
+    steps.push_back({"frame of another scene", [](SweptWorld& world) { ViewFrame(world, View::Wipe); }});
+    steps.push_back({"read", Read});
+    return steps;
+}
+
+uint32_t SweepOutOfMemory(const SweptScenario& scenario, std::optional<FailingCall> call, bool lasts,
+                          uint64_t stride) {
+    const Undisturbed expected = RunUndisturbed(scenario);
+    const InjectedFailure failure{.call = call, .lasts = lasts};
+    uint32_t failures = 0;
+    // By step; where one could do without a call, what comes after it is left to another life.
+    std::vector<uint64_t> first(scenario.size(), 1);
+    for (bool isDone = false; !isDone && !::testing::Test::HasFailure();) {
+        SweptWorld world;
+        MakeDevice(world);
+        isDone = true;
+        for (size_t i = 0; i < scenario.size(); i++) {
+            if (first[i] == 0) {
+                scenario[i].run(world);
+                continue;
+            }
+            failures += TakeStep(world, scenario[i], expected.before[i], failure, stride, first[i]);
+            if (first[i] != 0) isDone = false;
+        }
+        ExpectPictures(world, expected);
+        Destroy(world);
+        EXPECT_EQ(MessagesOf(world), "");
+    }
+    return failures;
+}
+
+uint32_t SweepDeviceLoss(const SweptScenario& scenario, std::optional<FailingCall> call, uint64_t stride) {
+    InjectedFailure failure{.call = call, .result = VK_ERROR_DEVICE_LOST};
+    for (uint32_t losses = 0;; losses++, failure.number += stride) {
+        SweptWorld world;
+        MakeDevice(world);
+        InjectFailure(failure);
+        const SweptStep* step = scenario.data();
+        try {
+            for (; step != scenario.data() + scenario.size(); step++) step->run(world);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost) << error.what();
+        }
+        const bool hasFailed = HasFailed();
+        const std::string where = failure.Text() + " " + CallsUpToFailure().back();
+        SCOPED_TRACE(where);
+        if (hasFailed) ExpectLost(world);
+        Destroy(world);
+        EXPECT_EQ(MessagesOf(world), "");
+        InjectFailure(std::nullopt);
+        if (!hasFailed || ::testing::Test::HasFailure()) return losses;
+    }
+}
+
+}  // namespace raygraph::testing

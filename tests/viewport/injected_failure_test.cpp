@@ -1,0 +1,22 @@
+// Calls of Vulkan that fail here and there in a life of renderer, scene and viewport; the kind `long` has
+// each.
+#include "tests/support/failure_sweep.h"
+
+namespace raygraph::testing {
+namespace {
+
+// Primes: neighbouring steps differ in what they meet.
+TEST(InjectedFailure, RendererWithoutMemory_DropsTheFrameAndGoesOn) {
+    EXPECT_GT(SweepOutOfMemory(RendererScenario(), {}, false, 23), 20u);
+}
+
+TEST(InjectedFailure, ViewportWithoutMemory_DropsTheFrameAndGoesOn) {
+    EXPECT_GT(SweepOutOfMemory(ViewportScenario(), FailingCall::Allocation, true, 13), 20u);
+}
+
+TEST(InjectedFailure, LostDevice_IsToldByEveryCall) {
+    EXPECT_GT(SweepDeviceLoss(RendererScenario(), {}, 97), 4u);
+}
+
+}  // namespace
+}  // namespace raygraph::testing
