@@ -11,6 +11,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/printable.h"
 #include "shaders/shared/tonemap_operators.h"
 
 namespace raygraph::editor {
@@ -162,7 +163,7 @@ Settings ReadSettings(const std::filesystem::path& folder, std::string& message)
         if (!stream) throw Error(ErrorKind::Io, "cannot be read");
         return FromJson(Json::parse(text.str()));
     } catch (const std::exception& failure) {
-        message = file.string() + ": " + WithoutCode(failure.what()) + "; left aside";
+        message = file.string() + ": " + Printable(WithoutCode(failure.what())) + "; left aside";
         return {};
     }
 }

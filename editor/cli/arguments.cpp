@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "editor/cli/version.h"
 
 namespace raygraph::cli {
@@ -251,7 +252,7 @@ void CheckInfo(const InfoArguments& arguments) {
 std::string OneLine(std::string text) {
     std::ranges::replace(text, '\n', ' ');
     while (!text.empty() && text.back() == ' ') text.pop_back();
-    return text;
+    return Printable(text, 1024);
 }
 
 }  // namespace

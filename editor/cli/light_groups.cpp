@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "editor/cli/parse.h"
 
 namespace raygraph::cli {
@@ -15,7 +16,7 @@ constexpr const char* kRest = "rest";
 constexpr const char* kEnvironment = "environment";
 
 [[noreturn]] void Refuse(std::string_view text, const std::string& why) {
-    throw Error(ErrorKind::Usage, "\"" + std::string(text) + "\": " + why);
+    throw Error(ErrorKind::Usage, Quoted(text) + ": " + why);
 }
 
 bool IsOfName(char c) {
@@ -63,7 +64,7 @@ class Matcher {
     void RequireAllFit() const {
         for (size_t i = 0; i < m_groups.size(); i++)
             if (!m_fits[i])
-                throw Error(ErrorKind::Usage, "--light-group " + ToText({m_groups[i]}) +
+                throw Error(ErrorKind::Usage, "--light-group " + Printable(ToText({m_groups[i]})) +
                                                   ": no material, light or node of the scene is called so");
     }
 

@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/printable.h"
 
 namespace raygraph::cli {
 
@@ -26,7 +27,8 @@ void RequireSameChannels(const NamedRender& first, const NamedRender& other) {
 void RequireCompatible(const NamedRender& first, const NamedRender& other) {
     const std::string mismatch = FirstMismatch(first.render, other.render);
     if (!mismatch.empty())
-        throw Error(ErrorKind::BadInput, first.name + " and " + other.name + " differ: " + mismatch);
+        throw Error(ErrorKind::BadInput,
+                    first.name + " and " + other.name + " differ: " + Printable(mismatch, 1024));
     RequireSameChannels(first, other);
 }
 

@@ -6,6 +6,7 @@
 
 #include "base/atomic_file.h"
 #include "base/error.h"
+#include "base/printable.h"
 
 namespace raygraph::cli {
 
@@ -34,7 +35,7 @@ OutputFile ParseOutput(const std::filesystem::path& path) {
     if (extension == ".png") return {path, OutputKind::Png};
     if (extension == ".exr") return {path, OutputKind::Exr};
     if (extension == ".hdr") return {path, OutputKind::Hdr};
-    throw Error(ErrorKind::Usage, "\"" + path.string() + "\" does not end in .png, .exr or .hdr");
+    throw Error(ErrorKind::Usage, Quoted(path.string(), 1024) + " does not end in .png, .exr or .hdr");
 }
 
 void CheckWritable(std::span<const std::filesystem::path> paths,

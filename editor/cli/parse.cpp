@@ -4,13 +4,14 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/printable.h"
 
 namespace raygraph::cli {
 
 namespace {
 
 [[noreturn]] void Refuse(std::string_view text, const std::string& expected) {
-    throw Error(ErrorKind::Usage, "\"" + std::string(text) + "\" is not " + expected);
+    throw Error(ErrorKind::Usage, Quoted(text) + " is not " + expected);
 }
 
 // A bound as the user would write it: 1000000, not 1000000.000000.

@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/printable.h"
 #include "editor/cli/exit_code.h"
 
 namespace raygraph::cli {
@@ -352,7 +353,7 @@ RenderFile ReadRenderFile(const std::filesystem::path& path) {
     try {
         return FromExr(file);
     } catch (const Error& error) {
-        throw Error(error.Kind(), path.string() + ": " + error.what());
+        throw Error(error.Kind(), path.string() + ": " + Printable(error.what(), 1024));
     }
 }
 

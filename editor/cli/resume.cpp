@@ -1,6 +1,7 @@
 #include "editor/cli/resume.h"
 
 #include "base/error.h"
+#include "base/printable.h"
 
 namespace raygraph::cli {
 
@@ -24,8 +25,8 @@ ResumedRender ReadResumedRender(const std::filesystem::path& path) {
 PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& arguments) {
     const RenderFile& render = resumed.render;
     const auto refuse = [&](const std::string& option, const std::string& given, const std::string& has) {
-        throw Error(ErrorKind::Usage,
-                    "--" + option + " " + given + ": " + resumed.path.string() + " was rendered with " + has);
+        throw Error(ErrorKind::Usage, "--" + option + " " + given + ": " + resumed.path.string() +
+                                          " was rendered with " + Printable(has));
     };
     const SettingTexts inFile = Texts(SettingsFrom(render.settings));
     for (const auto& [name, text] : arguments.given)

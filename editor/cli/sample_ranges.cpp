@@ -4,6 +4,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/printable.h"
 #include "editor/cli/parse.h"
 
 namespace raygraph::cli {
@@ -27,9 +28,7 @@ std::string ToText(const SampleRanges& ranges) {
 
 SampleRanges ParseSampleRanges(std::string_view text) {
     const auto refuse = [&]() -> Error {
-        std::string message(1, '"');
-        message += text;
-        return {ErrorKind::BadInput, message + "\" is no list of sample ranges like 0-63"};
+        return {ErrorKind::BadInput, Quoted(text) + " is no list of sample ranges like 0-63"};
     };
     SampleRanges ranges;
     for (size_t begin = 0; begin <= text.size();) {

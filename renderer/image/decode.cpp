@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "base/read_file.h"
 
 namespace raygraph::image {
@@ -60,10 +61,8 @@ void CheckRadiance(ImageF& image, std::string_view name, std::vector<std::string
 }  // namespace
 
 void Refuse(std::string_view name, std::string_view what) {
-    std::string message = std::string(name) + ": " + std::string(what);
-    while (!message.empty() && (message.back() == '\n' || message.back() == '.')) message.pop_back();
-    std::replace_if(
-        message.begin(), message.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+    while (!what.empty() && (what.back() == '\n' || what.back() == '.')) what.remove_suffix(1);
+    const std::string message = Printable(std::string(name) + ": " + std::string(what), 1024);
     throw Error(ErrorKind::BadInput, message);
 }
 

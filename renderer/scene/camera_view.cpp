@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
-#include "renderer/scene/text.h"
+#include "base/printable.h"
 
 namespace raygraph::scene {
 namespace {

@@ -9,7 +9,7 @@
 #include <system_error>
 
 #include "base/error.h"
-#include "renderer/scene/text.h"
+#include "base/printable.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "base/error.h"
-#include "renderer/scene/text.h"
+#include "base/printable.h"
 
 namespace raygraph::scene {
 namespace {

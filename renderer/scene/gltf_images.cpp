@@ -1,8 +1,8 @@
 #include <algorithm>
 
+#include "base/printable.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf_materials.h"
-#include "renderer/scene/text.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {

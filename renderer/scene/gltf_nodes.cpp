@@ -7,8 +7,8 @@
 #include <string>
 
 #include "base/error.h"
+#include "base/printable.h"
 #include "renderer/scene/check.h"
-#include "renderer/scene/text.h"
 
 namespace raygraph::scene {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/out_of_memory.h"
+#include "base/printable.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/gltf_accessors.h"
 #include "renderer/scene/gltf_buffers.h"
@@ -18,7 +19,6 @@
 #include "renderer/scene/gltf_outline.h"
 #include "renderer/scene/gltf_reader.h"
 #include "renderer/scene/gltf_references.h"
-#include "renderer/scene/text.h"
 
 namespace raygraph::scene {
 namespace {

@@ -7,10 +7,10 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/out_of_memory.h"
+#include "base/printable.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_patch.h"
-#include "renderer/scene/text.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {

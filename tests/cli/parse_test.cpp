@@ -1,7 +1,11 @@
 #include "editor/cli/parse.h"
 
 #include <cmath>
+#include <functional>
 
+#include "base/error.h"
+#include "editor/cli/light_groups.h"
+#include "editor/cli/sample_ranges.h"
 #include "tests/cli/cli_test.h"
 
 namespace raygraph::cli {
@@ -18,6 +22,20 @@ TEST(Parse, CountIsDigitsAloneAndInRange) {
         ErrorKind::Usage, [] { ParseCount("0", 1, 8); }, "from 1 to 8");
     ExpectError(
         ErrorKind::Usage, [] { ParseCount("9", 1, 8); }, "from 1 to 8");
+}
+
+// Such texts come out of stored renders, too.
+TEST(Parse, RefusalsQuoteTheTextWithoutControlCharacters) {
+    for (const auto& parse : {std::function<void()>([] { ParseCount("\x1b[31m"); }),
+                              std::function<void()>([] { ParseSampleRanges("0-\x1b[31m"); }),
+                              std::function<void()>([] { ParseLightGroups("a\x1b[31m=b"); })}) {
+        try {
+            parse();
+            ADD_FAILURE() << "is read";
+        } catch (const Error& error) {
+            EXPECT_EQ(std::string(error.what()).find('\x1b'), std::string::npos) << error.what();
+        }
+    }
 }
 
 TEST(Parse, NumberIsFiniteWholeTextAndInRange) {

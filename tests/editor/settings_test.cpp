@@ -50,10 +50,10 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
 
 TEST_F(SettingsTest, BrokenOnesAreLeftAsideWithOneLine) {
     for (const char* text : {"{", "[]", "{\"panels\": 3}", "{\"panels\": {\"help\": \"yes\"}}",
-                             "{\"recent\": {}}", "{\"view\": {\"exposure\": []}}", "\xff\xfe"}) {
+                             "{\"recent\": {}}", "{\"view\": {\"exposure\": []}}", "\xff\xfe", "\x7f"}) {
         EXPECT_EQ(Read(text), Settings()) << text;
         EXPECT_NE(message.find("editor.json: "), std::string::npos) << text;
-        EXPECT_EQ(message.find('\n'), std::string::npos) << text;
+        EXPECT_EQ(message.find_first_of("\n\x7f"), std::string::npos) << text;
     }
 }
 

@@ -211,7 +211,7 @@ TEST(DecodeImage8, NameWithControlCharactersStaysOnOneLine) {
         DecodeImage8({}, "two\nlines");
         FAIL();
     } catch (const Error& error) {
-        EXPECT_STREQ(error.what(), "two lines: the file is empty");
+        EXPECT_STREQ(error.what(), "two?lines: the file is empty");
     }
 }
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "renderer/scene/text.h"
+#include "base/printable.h"
 #include "tests/scene/gltf_document.h"
 
 namespace raygraph::test {
@@ -63,16 +63,16 @@ TEST(Uri, PercentAtTheEndStays) {
 }
 
 TEST(Text, PrintableKeepsUtf8AndHidesTheRest) {
-    EXPECT_EQ(scene::Printable("gr\xC3\xBC\xC3\x9F \xF0\x9F\x98\x80"), "gr\xC3\xBC\xC3\x9F \xF0\x9F\x98\x80");
-    EXPECT_EQ(scene::Printable("a\tb\r\nc\x7F"), "a?b??c?");
-    EXPECT_EQ(scene::Printable("\xC2\x9B"
-                               "31m"),
+    EXPECT_EQ(Printable("gr\xC3\xBC\xC3\x9F \xF0\x9F\x98\x80"), "gr\xC3\xBC\xC3\x9F \xF0\x9F\x98\x80");
+    EXPECT_EQ(Printable("a\tb\r\nc\x7F"), "a?b??c?");
+    EXPECT_EQ(Printable("\xC2\x9B"
+                        "31m"),
               "?31m")
         << "a C1 control starts an escape sequence too";
-    EXPECT_EQ(scene::Printable("\xC0\xAF\xED\xA0\x80\xF5"), "??????");
-    EXPECT_EQ(scene::Printable("\xE2\x82"), "??");
-    EXPECT_EQ(scene::Printable("abcdef", 3), "abc...");
-    EXPECT_EQ(scene::Printable("ab\xC3\xBC", 3), "ab...") << "never half a character";
+    EXPECT_EQ(Printable("\xC0\xAF\xED\xA0\x80\xF5"), "??????");
+    EXPECT_EQ(Printable("\xE2\x82"), "??");
+    EXPECT_EQ(Printable("abcdef", 3), "abc...");
+    EXPECT_EQ(Printable("ab\xC3\xBC", 3), "ab...") << "never half a character";
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-#include "renderer/scene/text.h"
+#include "base/printable.h"
 
-namespace raygraph::scene {
+namespace raygraph {
 namespace {
 
 // Bytes of the well-formed UTF-8 sequence at the start of `text`, 0 if there is none. Table 3-7 of the
@@ -52,4 +52,4 @@ std::string Quoted(std::string_view text, size_t maxBytes) {
     return '"' + Printable(text, maxBytes) + '"';
 }
 
-}  // namespace raygraph::scene
+}  // namespace raygraph
