@@ -22,6 +22,37 @@ constexpr uint64_t kMaxSampleCount = uint64_t{1} << 30;
 constexpr uint64_t kMaxPaddedPixelCount = uint64_t{1} << 24;
 constexpr int64_t kGreatestCoordinate = int64_t{1} << 29;
 
+// Bytes of the types that OpenEXR reads by their own size, whatever size the file gives. With another one,
+// what the library takes for the next attribute would not be what is checked here.
+struct TypeSize {
+    std::string_view type;
+    size_t bytes;
+};
+constexpr std::array<TypeSize, 24> kTypeSizes{{{"box2f", 16},
+                                               {"box2i", 16},
+                                               {"chromaticities", 32},
+                                               {"compression", 1},
+                                               {"deepImageState", 1},
+                                               {"double", 8},
+                                               {"envmap", 1},
+                                               {"float", 4},
+                                               {"int", 4},
+                                               {"keycode", 28},
+                                               {"m33d", 72},
+                                               {"m33f", 36},
+                                               {"m44d", 128},
+                                               {"m44f", 64},
+                                               {"lineOrder", 1},
+                                               {"v2d", 16},
+                                               {"rational", 8},
+                                               {"tiledesc", 9},
+                                               {"timecode", 8},
+                                               {"v2f", 8},
+                                               {"v2i", 8},
+                                               {"v3d", 24},
+                                               {"v3f", 12},
+                                               {"v3i", 12}}};
+
 struct Window {
     uint64_t width = 0, height = 0;
 };
@@ -85,6 +116,9 @@ class ExrHeaderCheck {
         if (size < 0) Fail("attribute '" + attribute + "' has negative size");
         const auto value = Take(static_cast<size_t>(size), "attribute '" + attribute + "'");
         if (!m_seen.insert(attribute).second) Fail("attribute '" + attribute + "' is there twice");
+        if (!HasItsSize(type, value))
+            Fail("attribute '" + attribute + "' has " + std::to_string(size) + " bytes, which a " + type +
+                 " of its content has not");
         const auto expect = [&](const char* expectedType, size_t expectedSize) {
             if (type == expectedType && value.size() == expectedSize) return;
             Fail("attribute '" + attribute + "' is not a " + expectedType);
@@ -92,6 +126,8 @@ class ExrHeaderCheck {
         if (attribute == "channels") {
             if (type != "chlist") Fail("attribute 'channels' is not a chlist");
             ReadChannels(value);
+        } else if (type == "chlist") {
+            Fail("attribute '" + attribute + "' is a second list of channels");
         } else if (attribute == "compression") {
             expect("compression", 1);
             const auto method = std::to_integer<size_t>(value[0]);
@@ -109,6 +145,28 @@ class ExrHeaderCheck {
         }
     }
 
+    // Whether OpenEXR, by what the type says, reads all of the value and no more.
+    static bool HasItsSize(std::string_view type, std::span<const std::byte> value) {
+        for (const TypeSize& known : kTypeSizes)
+            if (known.type == type) return value.size() == known.bytes;
+        if (type == "floatvector") return value.size() % 4 == 0;
+        if (type == "preview") {  // its width and height, four bytes a pixel
+            if (value.size() < 8) return false;
+            const int64_t width = Int(value, 0), height = Int(value, 4), pixels = width * height;
+            return width >= 0 && height >= 0 && pixels <= INT32_MAX &&
+                   value.size() - 8 == 4 * static_cast<uint64_t>(pixels);
+        }
+        if (type == "stringvector") {  // texts, each after its length
+            while (value.size() >= 4) {
+                const int64_t length = Int(value, 0);
+                if (length < 0 || static_cast<uint64_t>(length) > value.size() - 4) return false;
+                value = value.subspan(4 + static_cast<size_t>(length));
+            }
+            return value.empty();
+        }
+        return true;
+    }
+
     void ReadChannels(std::span<const std::byte> list) {
         constexpr size_t kEntryBytes = 16;  // Type, linearity and padding, two samplings.
         while (!list.empty() && list.front() != std::byte{0}) {
@@ -120,6 +178,7 @@ class ExrHeaderCheck {
             list = list.subspan(kEntryBytes);
             ++m_channelCount;
         }
+        if (list.size() != 1) Fail("the list of channels does not end where it should");
         if (m_channelCount == 0) Fail("there are no channels");
     }
 

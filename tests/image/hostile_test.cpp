@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <ctime>
+#include <map>
 #include <random>
 
 #include "base/error.h"
@@ -249,6 +250,58 @@ TEST(Hostile, ExrHeaderIsCheckedBeforeTheLibrarySeesIt) {
     EXPECT_EQ(refusal(bytes), "x: EXR: data window (100, 0) to (11, 8) is empty");
     PutLittle(bytes, window, 0x80000000);
     EXPECT_EQ(refusal(bytes), "x: EXR: data window (-2147483648, 0) to (11, 8) is too far out");
+}
+
+// OpenEXR reads some types by their own size; what it takes for the next attribute is then another one than
+// the check has seen, and may claim gigabytes.
+TEST(Hostile, ExrAttributesHaveTheSizesOfTheirTypes) {
+    const Bytes good = ExrClaiming({}, 12, 9);
+    const auto with = [&](std::string_view type, std::string_view value) {
+        std::string attribute = "extra" + std::string(1, '\0') + std::string(type) + std::string(5, '\0');
+        attribute[attribute.size() - 4] = static_cast<char>(value.size());
+        const Bytes bytes = ToBytes(attribute + std::string(value));
+        Bytes file = good;
+        file.insert(file.begin() + 8, bytes.begin(), bytes.end());
+        // The table of offsets, one chunk of all lines: right after the header
+        const size_t table = Find(good, "screenWindowWidth") + 18 + 6 + 4 + 4 + 1;
+        PutLittle(file, table + bytes.size(), static_cast<uint32_t>(table + bytes.size() + 8));
+        return file;
+    };
+    const auto refusal = [&](std::string_view type, std::string_view value) {
+        return Refusal("x", [&] { image::DecodeExr(with(type, value), "x"); });
+    };
+    const std::string zeros(200, '\0');
+    for (const auto& [type, size] : std::map<std::string, size_t>{{"int", 4},
+                                                                  {"double", 8},
+                                                                  {"m44f", 64},
+                                                                  {"preview", 8},
+                                                                  {"stringvector", 8},
+                                                                  {"floatvector", 12}}) {
+        image::DecodeExr(with(type, zeros.substr(0, size)), "x");
+        EXPECT_EQ(refusal(type, zeros.substr(0, size + 1)),
+                  "x: EXR: attribute 'extra' has " + std::to_string(size + 1) + " bytes, which a " + type +
+                      " of its content has not");
+    }
+    EXPECT_NE(refusal("preview", std::string("\x00\x40\0\0\x00\x40\0\0", 8)).find("preview"),
+              std::string::npos);
+    EXPECT_NE(refusal("stringvector", "\xff\xff\xff\x7f").find("stringvector"), std::string::npos);
+    EXPECT_NE(refusal("chlist", zeros.substr(0, 1)).find("second list"), std::string::npos);
+}
+
+// A terminal that shows the message may act on them.
+TEST(Hostile, RefusalsQuoteTheFileWithoutControlCharacters) {
+    Bytes exr = ExrClaiming({}, 12, 9);
+    // "31m" would be red
+    exr[Find(exr, "dataWindow") + 4] = std::byte{0x9B};
+    exr[Find(exr, std::string_view("box2i\0", 6))] = std::byte{0x7F};
+    const Bytes hdr = ToBytes("#?RADIANCE\nFORMAT=\x7f\x1b[31m\n\n-Y 1 +X 1\n1234");
+    for (const std::string& refusal :
+         {Refusal("x", [&] { image::DecodeEnvironment(hdr, "x"); }), Refusal("x", [&] {
+              Bytes cut = exr;
+              cut.resize(Find(exr, "data\x9bindow") + 20);
+              image::DecodeExr(cut, "x");
+          })})
+        EXPECT_EQ(refusal.find_first_of("\x1b\x7f\x9b"), std::string::npos) << refusal;
 }
 
 TEST(Hostile, ExrOfTooManyChannelsIsRefused) {
