@@ -1,11 +1,10 @@
 #include "editor/app/script.h"
 
-#include <charconv>
 #include <chrono>
-#include <fstream>
-#include <sstream>
 
 #include "base/error.h"
+#include "base/overloaded.h"
+#include "base/read_file.h"
 
 namespace raygraph::editor {
 
@@ -13,52 +12,32 @@ namespace {
 
 constexpr int kDragSteps = 8;
 constexpr std::chrono::seconds kMostWait{300};
+constexpr uint64_t kMostBytes = 1 << 20;
 
-float Number(const std::string& word) {
-    float value = 0.0f;
-    const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (failure != std::errc{} || end != word.data() + word.size())
-        throw Error(ErrorKind::Usage, "'" + word + "' is no number");
-    return value;
+std::string TextOf(const std::filesystem::path& file) {
+    const std::vector<std::byte> bytes = ReadFile(file, kMostBytes);
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-MouseButton ButtonOf(const std::string& word) {
-    if (word == "left") return MouseButton::Left;
-    if (word == "right") return MouseButton::Right;
-    if (word == "middle") return MouseButton::Middle;
-    throw Error(ErrorKind::Usage, "there is no mouse button '" + word + "'");
-}
-
-viewport::View ViewOf(const std::string& name) {
-    for (uint32_t i = 0; i < viewport::kViewCount; i++)
-        if (name == Name(static_cast<viewport::View>(i))) return static_cast<viewport::View>(i);
-    throw Error(ErrorKind::Usage, "there is no view '" + name + "'");
-}
-
-std::string Rest(const std::vector<std::string>& words, size_t from) {
-    std::string text;
-    for (size_t i = from; i < words.size(); i++) text += (i > from ? " " : "") + words[i];
-    return text;
+// As many as the view can have.
+bool HasSamples(const viewport::Viewport& view, uint32_t wanted) {
+    const viewport::ViewportProgress progress = view.Progress();
+    const viewport::View shown = view.Show().view;
+    return (!ShowsPathTraced(shown) || progress.pathTracedSamples >= wanted) &&
+           (!ShowsRaster(shown) ||
+            (progress.rasterSamples > 0 &&
+             (progress.rasterSamples >= wanted || progress.rasterSamples == progress.rasterSamplesWanted)));
 }
 
 }  // namespace
 
-Script::Script(const std::filesystem::path& file) : m_file(file) {
+Script::Script(const std::filesystem::path& file)
+    : m_file(file), m_lines(ParseScript(TextOf(file), file.string())) {
     m_input.extent = {1280, 720};
-    std::ifstream stream(file);
-    if (!stream) throw Error(ErrorKind::Io, file.string() + ": cannot be read");
-    std::string text;
-    for (uint32_t number = 1; std::getline(stream, text); number++) {
-        std::istringstream words(text.substr(0, text.find('#')));
-        Line line{.number = number, .words = {}};
-        for (std::string word; words >> word;) line.words.push_back(word);
-        if (!line.words.empty()) m_lines.push_back(std::move(line));
-    }
 }
 
-void Script::Fail(const Line& line, const std::string& why) const {
-    throw Error(ErrorKind::BadInput, m_file.string() + ":" + std::to_string(line.number) + ": " +
-                                         Rest(line.words, 0) + ": " + why);
+void Script::Fail(const ScriptLine& line, const std::string& why) const {
+    FailLine(m_file.string(), line.number, line.text, why);
 }
 
 void Script::Frame(Editor& editor, Screen& screen) {
@@ -73,7 +52,7 @@ void Script::Frame(Editor& editor, Screen& screen) {
 
 void Script::Play(Editor& editor, Screen& screen) {
     Frame(editor, screen);
-    for (const Line& line : m_lines) {
+    for (const ScriptLine& line : m_lines) {
         try {
             Do(line, editor, screen);
         } catch (const Error& error) {
@@ -84,166 +63,148 @@ void Script::Play(Editor& editor, Screen& screen) {
     editor.KeepSettings();
 }
 
-void Script::Do(const Line& line, Editor& editor, Screen& screen) {
-    const std::vector<std::string>& words = line.words;
-    const std::string& verb = words[0];
-    const auto word = [&](size_t i) -> const std::string& {
-        if (i >= words.size()) Fail(line, "a word is missing");
-        return words[i];
-    };
-    const auto hold = [&](MouseButton button, bool isDown) {
-        m_input.buttons[static_cast<size_t>(button)] = isDown;
-        Frame(editor, screen);
-    };
+void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
+    const auto frame = [&] { Frame(editor, screen); };
     const auto until = [&](const char* what, auto&& isDone) {
         const auto start = std::chrono::steady_clock::now();
         while (std::chrono::steady_clock::now() - start < kMostWait) {
-            Frame(editor, screen);
+            frame();
             if (isDone()) return;
         }
         Fail(line, std::string("still not ") + what + " after " + std::to_string(kMostWait.count()) + " s; " +
                        editor.Work().message);
     };
-    if (verb == "size") {
-        const size_t x = word(1).find('x');
-        if (x == std::string::npos) Fail(line, "a size is WxH");
-        const auto side = [&](const std::string& text) {
-            const float pixels = Number(text);
-            if (!(pixels >= 0.0f && pixels <= 16384.0f)) Fail(line, "a side has 0 to 16384 pixels");
-            return static_cast<uint32_t>(pixels);
-        };
-        m_input.extent = {side(word(1).substr(0, x)), side(word(1).substr(x + 1))};
-        Frame(editor, screen);
-    } else if (verb == "scale") {
-        m_input.scale = Number(word(1));
-        if (!(m_input.scale >= 0.5f && m_input.scale <= 8.0f)) Fail(line, "a scale is 0.5 to 8");
-        Frame(editor, screen);
-    } else if (verb == "open") {
-        m_input.dropped.emplace_back(Rest(words, 1));
-        Frame(editor, screen);
-    } else if (verb == "close") {
-        m_input.isClosing = true;
-        Frame(editor, screen);
-        Frame(editor, screen);  // with what it asks
-    } else if (verb == "key") {
-        std::string name = word(1);
-        for (size_t plus = name.find('+'); plus != std::string::npos; plus = name.find('+')) {
-            const std::string modifier = name.substr(0, plus);
-            if (modifier == "ctrl") m_input.isControl = true;
-            if (modifier == "shift") m_input.isShift = true;
-            name = name.substr(plus + 1);
-        }
-        const Key key = KeyFromName(name);
-        m_input.pressed.push_back(key);
-        m_input.keys[static_cast<size_t>(key)] = true;
-        Frame(editor, screen);
-        m_input.keys[static_cast<size_t>(key)] = false;
-        m_input.isControl = m_input.isShift = false;
-        Frame(editor, screen);
-    } else if (verb == "mouse") {
-        m_input.mouse = {Number(word(1)), Number(word(2))};
-        Frame(editor, screen);
-    } else if (verb == "press") {
-        hold(ButtonOf(word(1)), true);
-    } else if (verb == "release") {
-        hold(ButtonOf(word(1)), false);
-    } else if (verb == "click") {
-        hold(ButtonOf(word(1)), true);
-        hold(ButtonOf(word(1)), false);
-    } else if (verb == "drag") {
-        const glm::vec2 way(Number(word(2)), Number(word(3)));
-        hold(ButtonOf(word(1)), true);
-        for (int i = 0; i < kDragSteps; i++) {
-            m_input.mouse += way / float(kDragSteps);
-            Frame(editor, screen);
-        }
-        hold(ButtonOf(word(1)), false);
-    } else if (verb == "wheel") {
-        m_input.wheel = Number(word(1));
-        Frame(editor, screen);
-    } else if (verb == "text") {
-        for (const char character : Rest(words, 1)) m_input.text.push_back(static_cast<char32_t>(character));
-        Frame(editor, screen);
-    } else if (verb == "frames") {
-        for (float i = 0; i < Number(word(1)); i++) Frame(editor, screen);
-    } else if (verb == "wait") {
-        until("done", [&] { return !editor.IsBusy(); });
-    } else if (verb == "samples") {
-        const auto wanted = static_cast<uint32_t>(Number(word(1)));
-        until("there", [&] {
-            const viewport::ViewportProgress progress = editor.Work().view.Progress();
-            const viewport::View view = editor.Work().view.Show().view;
-            return (!ShowsPathTraced(view) || progress.pathTracedSamples >= wanted) &&
-                   (!ShowsRaster(view) ||
-                    (progress.rasterSamples > 0 && (progress.rasterSamples >= wanted ||
-                                                    progress.rasterSamples == progress.rasterSamplesWanted)));
-        });
-    } else if (verb == "window" || verb == "picture") {
-        if (verb == "window")
-            editor.SaveWindow(Rest(words, 1));
-        else
-            editor.SavePicture(Rest(words, 1));
-        until("saved", [&] { return !editor.IsBusy(); });
-        if (!std::filesystem::exists(Rest(words, 1))) Fail(line, editor.Work().message);
-    } else if (verb == "budget") {
-        viewport::BudgetSettings budget = editor.Work().view.Budget();
-        budget.frameMs = Number(word(1));
-        if (!(budget.frameMs >= 0.0)) Fail(line, "a budget is 0 or more milliseconds");
-        editor.Work().view.SetBudget(budget);
-    } else if (verb == "config") {
-        editor.UseConfig(Rest(words, 1));
-        Frame(editor, screen);
-    } else if (verb == "scene") {
-        if (!editor.SaveScene(Rest(words, 1))) Fail(line, editor.Work().message);
-        Frame(editor, screen);
-    } else if (verb == "view") {
-        editor.Work().view.SetView(ViewOf(Rest(words, 1)));
-        Frame(editor, screen);
-    } else if (verb == "material" && word(1) == "base") {
-        Workspace& work = editor.Work();
-        if (!work.selectedMaterial) Fail(line, "no material is selected");
-        scene::Material material = work.document.Scene().materials[*work.selectedMaterial];
-        material.baseColorFactor = {Number(word(2)), Number(word(3)), Number(word(4)), 1.0f};
-        work.Apply(MaterialEdit{*work.selectedMaterial, material});
-        work.document.Settle();
-        Frame(editor, screen);
-    } else if (verb == "expect") {
-        Expect(line, editor);
-    } else {
-        Fail(line, "there is no such command");
-    }
+    std::visit(Overloaded{[&](const SetSize& command) {
+                              m_input.extent = command.extent;
+                              frame();
+                          },
+                          [&](const SetScale& command) {
+                              m_input.scale = command.scale;
+                              frame();
+                          },
+                          [&](const DropFile& command) {
+                              m_input.dropped.push_back(command.file);
+                              frame();
+                          },
+                          [&](const CloseWindow&) {
+                              m_input.isClosing = true;
+                              frame();
+                              frame();  // with what it asks
+                          },
+                          [&](const PressKey& command) {
+                              m_input.isControl = command.isControl;
+                              m_input.isShift = command.isShift;
+                              m_input.pressed.push_back(command.key);
+                              m_input.keys[static_cast<size_t>(command.key)] = true;
+                              frame();
+                              m_input.keys[static_cast<size_t>(command.key)] = false;
+                              m_input.isControl = m_input.isShift = false;
+                              frame();
+                          },
+                          [&](const MoveMouse& command) {
+                              m_input.mouse = command.place;
+                              frame();
+                          },
+                          [&](const HoldButton& command) {
+                              bool& isHeld = m_input.buttons[static_cast<size_t>(command.button)];
+                              if (command.isDown) {
+                                  isHeld = true;
+                                  frame();
+                              }
+                              for (int i = 0; i < kDragSteps && command.isDragged; i++) {
+                                  m_input.mouse += command.way / float(kDragSteps);
+                                  frame();
+                              }
+                              if (command.isUp) {
+                                  isHeld = false;
+                                  frame();
+                              }
+                          },
+                          [&](const TurnWheel& command) {
+                              m_input.wheel = command.notches;
+                              frame();
+                          },
+                          [&](const TypeText& command) {
+                              m_input.text = command.text;
+                              frame();
+                          },
+                          [&](const PassFrames& command) {
+                              for (uint32_t i = 0; i < command.count; i++) frame();
+                          },
+                          [&](const WaitUntilDone&) { until("done", [&] { return !editor.IsBusy(); }); },
+                          [&](const WaitForSamples& command) {
+                              until("there", [&] { return HasSamples(editor.Work().view, command.count); });
+                          },
+                          [&](const SaveShown& command) {
+                              if (command.isWindow)
+                                  editor.SaveWindow(command.file);
+                              else
+                                  editor.SavePicture(command.file);
+                              until("saved", [&] { return !editor.IsBusy(); });
+                              if (!std::filesystem::exists(command.file)) Fail(line, editor.Work().message);
+                          },
+                          [&](const SetBudget& command) {
+                              viewport::BudgetSettings budget = editor.Work().view.Budget();
+                              budget.frameMs = command.frameMs;
+                              editor.Work().view.SetBudget(budget);
+                          },
+                          [&](const UseConfigFolder& command) {
+                              editor.UseConfig(command.folder);
+                              frame();
+                          },
+                          [&](const SaveSceneFile& command) {
+                              if (!editor.SaveScene(command.file)) Fail(line, editor.Work().message);
+                              frame();
+                          },
+                          [&](const ShowView& command) {
+                              editor.Work().view.SetView(command.view);
+                              frame();
+                          },
+                          [&](const SetBaseColor& command) {
+                              Workspace& work = editor.Work();
+                              if (!work.selectedMaterial) Fail(line, "no material is selected");
+                              scene::Material material =
+                                  work.document.Scene().materials[*work.selectedMaterial];
+                              material.baseColorFactor = glm::vec4(command.color, 1.0f);
+                              work.Apply(MaterialEdit{*work.selectedMaterial, material});
+                              work.document.Settle();
+                              frame();
+                          },
+                          [&](const Expectation& expected) { Expect(line, expected, editor); }},
+               line.command);
 }
 
-void Script::Expect(const Line& line, Editor& editor) const {
-    if (line.words.size() < 3) Fail(line, "a word is missing");
+void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor& editor) const {
+    using Of = Expectation::Of;
     Workspace& work = editor.Work();
-    const std::string& what = line.words[1];
-    const std::string value = Rest(line.words, 2);
     const auto require = [&](bool holds, const std::string& actual) {
         if (!holds) Fail(line, "it is '" + actual + "'");
     };
-    if (what == "selected") {
-        const std::string name =
-            work.selectedNode ? work.document.Scene().nodes[*work.selectedNode].name : "nothing";
-        require(name == value, name);
-    } else if (what == "view") {
-        require(value == Name(work.view.Show().view), Name(work.view.Show().view));
-    } else if (what == "message") {
-        require(work.message.find(value) != std::string::npos, work.message);
-    } else if (what == "edits") {
-        const auto count = static_cast<float>(work.document.EditCount());
-        require(count == Number(value), std::to_string(work.document.EditCount()));
-    } else if (what == "asking" || what == "leaving") {
-        const bool holds = what == "asking" ? editor.IsAsking() : editor.IsLeaving();
-        require(value == (holds ? "yes" : "no"), holds ? "yes" : "no");
-    } else if (what == "samples-below") {
-        const uint32_t samples = work.view.Progress().pathTracedSamples;
-        require(static_cast<float>(samples) < Number(value), std::to_string(samples));
-    } else if (what == "samples-above") {
-        const uint32_t samples = work.view.Progress().pathTracedSamples;
-        require(static_cast<float>(samples) > Number(value), std::to_string(samples));
-    } else {
-        Fail(line, "there is nothing of that name to expect");
+    const auto requireAnswer = [&](bool actual) {
+        require(actual == (expected.number != 0), actual ? "yes" : "no");
+    };
+    const uint32_t samples = work.view.Progress().pathTracedSamples;
+    const size_t edits = work.document.EditCount();
+    const std::string view = Name(work.view.Show().view);
+    const std::string selected =
+        work.selectedNode ? work.document.Scene().nodes[*work.selectedNode].name : "nothing";
+    switch (expected.of) {
+        case Of::Selected:
+            return require(selected == expected.text, selected);
+        case Of::View:
+            return require(view == Name(expected.view), view);
+        case Of::Message:
+            return require(work.message.find(expected.text) != std::string::npos, work.message);
+        case Of::Edits:
+            return require(edits == expected.number, std::to_string(edits));
+        case Of::Asking:
+            return requireAnswer(editor.IsAsking());
+        case Of::Leaving:
+            return requireAnswer(editor.IsLeaving());
+        case Of::SamplesBelow:
+            return require(samples < expected.number, std::to_string(samples));
+        case Of::SamplesAbove:
+            return require(samples > expected.number, std::to_string(samples));
     }
 }
 

@@ -23,28 +23,25 @@
 #include <vector>
 
 #include "editor/app/editor.h"
+#include "editor/app/script_commands.h"
 
 namespace raygraph::editor {
 
 class Script {
   public:
-    // Error{Io}, Error{BadInput} naming the line.
+    // Reads all of it: Error{Io}, Error{BadInput} naming the first line that is no command.
     explicit Script(const std::filesystem::path& file);
     // Plays all of it. Error{BadInput} naming the line whose expectation does not hold.
     void Play(Editor& editor, Screen& screen);
 
   private:
-    struct Line {
-        uint32_t number = 0;
-        std::vector<std::string> words;
-    };
-    void Do(const Line& line, Editor& editor, Screen& screen);
-    void Expect(const Line& line, Editor& editor) const;
+    void Do(const ScriptLine& line, Editor& editor, Screen& screen);
+    void Expect(const ScriptLine& line, const Expectation& expected, Editor& editor) const;
     void Frame(Editor& editor, Screen& screen);
-    [[noreturn]] void Fail(const Line& line, const std::string& why) const;
+    [[noreturn]] void Fail(const ScriptLine& line, const std::string& why) const;
 
     std::filesystem::path m_file;
-    std::vector<Line> m_lines;
+    std::vector<ScriptLine> m_lines;
     FrameInput m_input;
 };
 

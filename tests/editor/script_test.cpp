@@ -316,6 +316,13 @@ TEST_F(ScriptTest, FailuresNameTheLine) {
     EXPECT_NE(Failure("size big\n").find("script.txt:1"), std::string::npos);
 }
 
+TEST_F(ScriptTest, MistakesAreFoundBeforeAnythingIsPlayed) {
+    const std::filesystem::path picture = folder.Path() / "picture.png";
+    EXPECT_NE(Failure("size 64x48\nwindow " + picture.string() + "\nsmile\n").find("script.txt:3"),
+              std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(picture));
+}
+
 TEST_F(ScriptTest, KeysWhileFlyingOnlyFly) {
     Play(OpenCornell() +
          "view raster\nmouse 320 200\npress right\nkey ctrl+q\nkey R\nexpect view raster\n"

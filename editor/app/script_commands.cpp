@@ -1,0 +1,189 @@
+#include "editor/app/script_commands.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+#include "base/error.h"
+#include "base/printable.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+[[noreturn]] void Refuse(const std::string& why) {
+    throw Error(ErrorKind::Usage, why);
+}
+
+// A finite number of the range.
+float Number(const std::string& word, float least, float most) {
+    float value = 0.0f;
+    const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (failure != std::errc{} || end != word.data() + word.size() || !std::isfinite(value))
+        Refuse(Quoted(word) + " is no number");
+    if (value < least || value > most) {
+        std::ostringstream range;
+        range << Quoted(word) << " is not from " << least << " to " << most;
+        Refuse(range.str());
+    }
+    return value;
+}
+
+uint32_t Count(const std::string& word) {
+    constexpr float kMost = 1e6f;
+    const float value = Number(word, 0.0f, kMost);
+    if (value != std::floor(value)) Refuse(Quoted(word) + " is no whole number");
+    return static_cast<uint32_t>(value);
+}
+
+// Pixels, far outside of any window at most.
+glm::vec2 Place(const std::string& x, const std::string& y) {
+    constexpr float kMost = 1e6f;
+    return {Number(x, -kMost, kMost), Number(y, -kMost, kMost)};
+}
+
+rhi::Extent2D Size(const std::string& word) {
+    constexpr float kMost = 16384.0f;
+    const size_t x = word.find('x');
+    if (x == std::string::npos) Refuse("a size is WxH");
+    return {static_cast<uint32_t>(Number(word.substr(0, x), 0.0f, kMost)),
+            static_cast<uint32_t>(Number(word.substr(x + 1), 0.0f, kMost))};
+}
+
+MouseButton ButtonOf(const std::string& word) {
+    if (word == "left") return MouseButton::Left;
+    if (word == "right") return MouseButton::Right;
+    if (word == "middle") return MouseButton::Middle;
+    Refuse("there is no mouse button " + Quoted(word));
+}
+
+viewport::View ViewOf(const std::string& name) {
+    for (uint32_t i = 0; i < viewport::kViewCount; i++)
+        if (name == Name(static_cast<viewport::View>(i))) return static_cast<viewport::View>(i);
+    Refuse("there is no view " + Quoted(name));
+}
+
+// "ctrl+shift+z".
+PressKey KeyOf(std::string name) {
+    PressKey press{};
+    for (size_t plus = name.find('+'); plus != std::string::npos; plus = name.find('+')) {
+        const std::string modifier = name.substr(0, plus);
+        if (modifier != "ctrl" && modifier != "shift") Refuse("there is no modifier " + Quoted(modifier));
+        (modifier == "ctrl" ? press.isControl : press.isShift) = true;
+        name = name.substr(plus + 1);
+    }
+    press.key = KeyFromName(name);
+    return press;
+}
+
+// The text is well-formed UTF-8.
+std::u32string CodePoints(std::string_view text) {
+    std::u32string points;
+    for (const char character : text) {
+        const auto byte = static_cast<unsigned char>(character);
+        if ((byte & 0xC0u) == 0x80u)
+            points.back() = points.back() << 6 | (byte & 0x3Fu);
+        else
+            points.push_back(byte < 0x80 ? byte : byte & (byte < 0xE0 ? 0x1Fu : byte < 0xF0 ? 0x0Fu : 0x07u));
+    }
+    return points;
+}
+
+// The words of a line and what they say.
+class LineReader {
+  public:
+    explicit LineReader(const std::vector<std::string>& words) : m_words(words) {}
+
+    ScriptCommand Read() const {
+        const std::string& verb = m_words[0];
+        if (verb == "size") return SetSize{Size(Word(1))};
+        if (verb == "scale") return SetScale{Number(Word(1), 0.5f, 8.0f)};
+        if (verb == "open") return DropFile{Rest(1)};
+        if (verb == "close") return CloseWindow{};
+        if (verb == "key") return KeyOf(Word(1));
+        if (verb == "mouse") return MoveMouse{Place(Word(1), Word(2))};
+        if (verb == "press") return HoldButton{ButtonOf(Word(1)), true, false, false};
+        if (verb == "release") return HoldButton{ButtonOf(Word(1)), false, true, false};
+        if (verb == "click") return HoldButton{ButtonOf(Word(1)), true, true, false};
+        if (verb == "drag") return HoldButton{ButtonOf(Word(1)), true, true, true, Place(Word(2), Word(3))};
+        if (verb == "wheel") return TurnWheel{Number(Word(1), -1e3f, 1e3f)};
+        if (verb == "text") return TypeText{CodePoints(Rest(1))};
+        if (verb == "frames") return PassFrames{Count(Word(1))};
+        if (verb == "wait") return WaitUntilDone{};
+        if (verb == "samples") return WaitForSamples{Count(Word(1))};
+        if (verb == "window" || verb == "picture") return SaveShown{Rest(1), verb == "window"};
+        if (verb == "budget") return SetBudget{Number(Word(1), 0.0f, 1e6f)};
+        if (verb == "config") return UseConfigFolder{Rest(1)};
+        if (verb == "scene") return SaveSceneFile{Rest(1)};
+        if (verb == "view") return ShowView{ViewOf(Rest(1))};
+        if (verb == "material" && Word(1) == "base") return SetBaseColor{{Share(2), Share(3), Share(4)}};
+        if (verb == "expect") return Expected();
+        Refuse("there is no such command");
+    }
+
+    std::string Rest(size_t from) const {
+        Word(from);
+        std::string text;
+        for (size_t i = from; i < m_words.size(); i++) text += (i > from ? " " : "") + m_words[i];
+        return text;
+    }
+
+  private:
+    const std::string& Word(size_t i) const {
+        if (i >= m_words.size()) Refuse("a word is missing");
+        return m_words[i];
+    }
+    // Of a colour.
+    float Share(size_t i) const { return Number(Word(i), 0.0f, 1.0f); }
+
+    Expectation Expected() const {
+        using Of = Expectation::Of;
+        const std::string& what = Word(1);
+        const std::string value = Rest(2);
+        if (what == "selected") return {Of::Selected, value};
+        if (what == "view") return {Of::View, "", 0, ViewOf(value)};
+        if (what == "message") return {Of::Message, value};
+        if (what == "edits") return {Of::Edits, "", Count(value)};
+        if (what == "samples-below") return {Of::SamplesBelow, "", Count(value)};
+        if (what == "samples-above") return {Of::SamplesAbove, "", Count(value)};
+        if (what != "asking" && what != "leaving") Refuse("there is nothing of that name to expect");
+        if (value != "yes" && value != "no") Refuse("it is yes or no, not " + Quoted(value));
+        return {what == "asking" ? Of::Asking : Of::Leaving, "", value == "yes"};
+    }
+
+    const std::vector<std::string>& m_words;
+};
+
+}  // namespace
+
+void FailLine(const std::string& name, uint32_t number, std::string_view text, std::string_view why) {
+    throw Error(ErrorKind::BadInput,
+                name + ":" + std::to_string(number) + ": " + Printable(text) + ": " + std::string(why));
+}
+
+std::vector<ScriptLine> ParseScript(std::string_view text, const std::string& name) {
+    std::vector<ScriptLine> lines;
+    for (uint32_t number = 1; !text.empty(); number++) {
+        const size_t end = std::min(text.find('\n'), text.size());
+        const std::string line(text.substr(0, end));
+        text.remove_prefix(std::min(end + 1, text.size()));
+        std::istringstream stream(line.substr(0, line.find('#')));
+        std::vector<std::string> words;
+        for (std::string word; stream >> word;) words.push_back(word);
+        if (words.empty()) continue;
+        const LineReader reader(words);
+        const std::string whole = reader.Rest(0);
+        if (Printable(whole, whole.size()) != whole)
+            FailLine(name, number, whole, "has control characters, or bytes that are no UTF-8");
+        try {
+            lines.push_back({number, whole, reader.Read()});
+        } catch (const Error& error) {
+            FailLine(name, number, whole, error.what());
+        }
+    }
+    return lines;
+}
+
+}  // namespace raygraph::editor

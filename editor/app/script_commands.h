@@ -1,0 +1,100 @@
+// What a script says, read before anything is played: a mistake in its last line is found by its first frame.
+// The commands are listed in script.h. Threads: plain values and pure functions, for any thread.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/glm.hpp>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "editor/app/input.h"
+#include "editor/viewport/view_settings.h"
+
+namespace raygraph::editor {
+
+struct SetSize {
+    rhi::Extent2D extent;  // pixels
+};
+struct SetScale {
+    float scale;
+};
+struct DropFile {
+    std::filesystem::path file;
+};
+struct CloseWindow {};
+struct PressKey {
+    Key key;
+    bool isControl, isShift;
+};
+struct MoveMouse {
+    glm::vec2 place;  // pixels
+};
+// Press, release, click and drag.
+struct HoldButton {
+    MouseButton button;
+    bool isDown, isUp;  // goes down, then up
+    bool isDragged;     // by `way` in between
+    glm::vec2 way{0.0f};
+};
+struct TurnWheel {
+    float notches;
+};
+struct TypeText {
+    std::u32string text;
+};
+struct PassFrames {
+    uint32_t count;
+};
+struct WaitUntilDone {};
+struct WaitForSamples {
+    uint32_t count;
+};
+struct SaveShown {
+    std::filesystem::path file;
+    bool isWindow;  // else the picture alone
+};
+struct SetBudget {
+    double frameMs;
+};
+struct UseConfigFolder {
+    std::filesystem::path folder;
+};
+struct SaveSceneFile {
+    std::filesystem::path file;
+};
+struct ShowView {
+    viewport::View view;
+};
+struct SetBaseColor {
+    glm::vec3 color;
+};
+struct Expectation {
+    enum class Of : uint8_t { Selected, View, Message, Edits, Asking, Leaving, SamplesBelow, SamplesAbove };
+    Of of;
+    std::string text;     // of Selected and Message
+    uint32_t number = 0;  // of Edits and Samples; of Asking and Leaving 1: yes, 0: no
+    viewport::View view = viewport::View::PathTraced;
+};
+
+using ScriptCommand =
+    std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, TurnWheel,
+                 TypeText, PassFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget, UseConfigFolder,
+                 SaveSceneFile, ShowView, SetBaseColor, Expectation>;
+
+struct ScriptLine {
+    uint32_t number = 0;
+    std::string text;  // printable, single spaces
+    ScriptCommand command;
+};
+
+// Every line of the text. Error{BadInput} "name:3: smile: there is no such command".
+std::vector<ScriptLine> ParseScript(std::string_view text, const std::string& name);
+
+// Error{BadInput} in these words.
+[[noreturn]] void FailLine(const std::string& name, uint32_t number, std::string_view text,
+                           std::string_view why);
+
+}  // namespace raygraph::editor
