@@ -1,8 +1,5 @@
 #include "passes/views.h"
 
-#include <array>
-#include <cctype>
-
 #include "base/error.h"
 #include "passes/draw_list.h"
 #include "passes/raster_bindings.h"
@@ -11,16 +8,6 @@
 namespace raygraph::passes {
 
 namespace {
-
-// "PathTraced" to "path-traced".
-std::string KebabCase(const char* name) {
-    std::string text;
-    for (const char* c = name; *c != 0; c++) {
-        if (std::isupper(static_cast<unsigned char>(*c)) != 0 && !text.empty()) text += '-';
-        text += static_cast<char>(std::tolower(static_cast<unsigned char>(*c)));
-    }
-    return text;
-}
 
 void Refuse(const char* pass, View view) {
     throw Error(ErrorKind::Usage, std::string(pass) + ": the view " + Name(view) + " is none of its views");
@@ -46,25 +33,6 @@ BufferId ValueRange(Renderer& renderer, TextureId values) {
 }
 
 }  // namespace
-
-const char* Name(View view) {
-#define RAYGRAPH_NAME_VIEW(name, value) KebabCase(#name),
-    static const std::array<std::string, kViewCount> kNames{RAYGRAPH_VIEWS(RAYGRAPH_NAME_VIEW)};
-#undef RAYGRAPH_NAME_VIEW
-    return kNames[static_cast<size_t>(view)].c_str();
-}
-
-bool ShowsLight(View view) {
-    return view == View::PathTraced || view == View::Raster;
-}
-
-bool ShowsSurface(View view) {
-    return !ShowsLight(view) && view != View::Overdraw && view != View::RayCost;
-}
-
-bool IsMeanMeaningful(View view) {
-    return view != View::Depth && view != View::Instance && view != View::Material;
-}
 
 TextureId SurfaceView(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                       const RasterVisibility& seen, View view) {

@@ -1,0 +1,45 @@
+// glTF files in memory, and the folder in which a fuzzed one seems to stand.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "renderer/scene/file_access.h"
+#include "renderer/scene/load_gltf.h"
+#include "tests/fuzz/target.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::fuzz {
+
+inline constexpr const char* kSceneName = "scene.gltf";
+inline constexpr const char* kBufferName = "b.bin";  // 64 KiB of zeros
+inline constexpr const char* kImageName = "i.png";   // SmallPng()
+
+// A folder with a scene, a buffer and an image. The reader gives what is in memory, and finds that any other
+// file is read.
+class SceneFolder final : public scene::FileReader {
+  public:
+    SceneFolder();
+    std::filesystem::path Scene() const { return m_path / kSceneName; }
+    scene::LoadOptions Options();  // With this as the reader and low limits.
+    // Loads the file as the scene; false if it was refused.
+    bool Load(Input file, scene::SceneData* loaded = nullptr);
+    std::vector<std::byte> Read(const std::filesystem::path& path, uint64_t maxBytes) override;
+
+  private:
+    test::TemporaryFolder m_folder;
+    std::filesystem::path m_path;  // canonical
+    std::map<std::string, Bytes> m_files;
+    Input m_scene;
+};
+
+// One for all calls.
+SceneFolder& SharedSceneFolder();
+
+// A .glb of a JSON and a BIN chunk.
+Bytes MakeGlb(std::string_view json, Input binary);
+// 2 x 2 texels.
+Bytes SmallPng();
+
+}  // namespace raygraph::fuzz

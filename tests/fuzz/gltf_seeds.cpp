@@ -1,0 +1,119 @@
+// Seeds of glTF: the scenes as they are, and those that are long with their buffers and images outside.
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/fuzz/gltf_files.h"
+#include "tests/fuzz/seeds.h"
+#include "tests/support/source_file.h"
+
+namespace raygraph::fuzz {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string ReadText(const std::filesystem::path& path) {
+    std::ostringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+Bytes ToBytes(std::string_view text) {
+    const Input input = AsInput(text);
+    return {input.begin(), input.end()};
+}
+
+// All that is read, in one small file.
+constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0"}, "scene": 0,
+"extensionsUsed": ["KHR_lights_punctual", "EXT_texture_webp", "X_unknown"],
+"extensionsRequired": ["KHR_mesh_quantization"],
+"scenes": [{"name": "one", "nodes": [0, 1]}, {"nodes": []}],
+"nodes": [{"name": "a", "camera": 0, "children": [2, 3], "rotation": [0, 0, 0, 1], "translation": [1e3, 2.5, -3]},
+ {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 4, 5, 6, 1], "skin": 0},
+ {"extensions": {"KHR_lights_punctual": {"light": 0}}, "scale": [1, 2, -3]},
+ {"mesh": 1, "camera": 1, "extensions": {"KHR_lights_punctual": {"light": 1}}}],
+"extensions": {"KHR_lights_punctual": {"lights": [
+ {"type": "spot", "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.7}, "color": [1, 0.5, 0.25], "intensity": 9},
+ {"type": "directional", "range": 3}]}},
+"cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1, "zfar": 9, "aspectRatio": 1.5}},
+ {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 2, "znear": 0.1, "zfar": 9}}],
+"meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 0, "TEXCOORD_0": 1, "COLOR_0": 2},
+  "indices": 3, "material": 0, "mode": 4, "targets": [{"POSITION": 0}]}], "weights": [0.5]},
+ {"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_1": 1}, "mode": 5, "material": 1},
+  {"attributes": {"POSITION": 0}, "mode": 1}]}],
+"skins": [{"joints": [2], "skeleton": 0}],
+"animations": [{"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+ "samplers": [{"input": 4, "output": 0, "interpolation": "LINEAR"}]}],
+"accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 6, "min": [0, 0, 0], "max": [0, 0, 0],
+  "sparse": {"count": 1, "indices": {"bufferView": 1, "componentType": 5121}, "values": {"bufferView": 0}}},
+ {"bufferView": 0, "byteOffset": 4, "componentType": 5123, "type": "VEC2", "count": 6, "normalized": true},
+ {"bufferView": 0, "componentType": 5121, "type": "VEC4", "count": 6, "normalized": true},
+ {"bufferView": 1, "componentType": 5121, "type": "SCALAR", "count": 6},
+ {"componentType": 5126, "type": "SCALAR", "count": 6}],
+"bufferViews": [{"buffer": 0, "byteOffset": 8, "byteLength": 400, "byteStride": 12, "target": 34962},
+ {"buffer": 1, "byteLength": 6}],
+"buffers": [{"uri": "b.bin", "byteLength": 1000},
+ {"uri": "data:application/octet-stream;base64,AAECAwQF", "byteLength": 6}],
+"images": [{"uri": "i.png", "name": "picture"}, {"uri": "./i.png", "mimeType": "image/png"}],
+"samplers": [{"minFilter": 9987, "magFilter": 9728, "wrapS": 33071, "wrapT": 33648}],
+"textures": [{"source": 0, "sampler": 0}, {"extensions": {"EXT_texture_webp": {"source": 1}}}],
+"materials": [{"name": "m", "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": 0.5,
+   "roughnessFactor": 0.5, "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}},
+  "normalTexture": {"index": 0, "scale": 2}, "occlusionTexture": {"index": 1, "strength": 0.5, "texCoord": 1},
+  "emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1], "alphaMode": "MASK", "alphaCutoff": 0.4,
+  "doubleSided": true, "extras": {"priority": 3}, "extensions": {"KHR_materials_ior": {"ior": 1.3},
+   "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 2, 3],
+    "specularTexture": {"index": 0}, "specularColorTexture": {"index": 0}},
+   "KHR_materials_transmission": {"transmissionFactor": 0.5, "transmissionTexture": {"index": 0}},
+   "KHR_materials_volume": {"thicknessFactor": 1, "attenuationColor": [0, 0.5, 1], "attenuationDistance": 2,
+    "thicknessTexture": {"index": 0}}, "KHR_materials_emissive_strength": {"emissiveStrength": 4}}},
+ {"alphaMode": "BLEND", "extensions": {"KHR_materials_unlit": {}}}]})";
+
+// With the files of SceneFolder in place of what is embedded.
+std::string WithFilesOutside(const std::string& text) {
+    Json json = Json::parse(text);
+    for (Json& buffer : json["buffers"]) buffer["uri"] = kBufferName;
+    if (json.contains("images"))
+        for (Json& image : json["images"]) image["uri"] = kImageName;
+    return json.dump(1);
+}
+
+// The first 2 KiB of the first buffer as the BIN chunk.
+Bytes AsGlb(const std::string& text) {
+    Json json = Json::parse(text);
+    json["buffers"][0].erase("uri");
+    return MakeGlb(json.dump(), Bytes(2048));
+}
+
+}  // namespace
+
+std::vector<Seed> GltfSeeds(std::string_view target) {
+    std::vector<Seed> seeds;
+    if (target == "gltf_accessors") {
+        // Decisions: none, all attributes, sparse parts, no views
+        for (const int present : {0, 2, 255})
+            for (const int kinds : {0, 2, 4, 5}) {
+                Bytes bytes(64, std::byte{0});
+                bytes[0] = static_cast<std::byte>(present);
+                bytes[1] = static_cast<std::byte>(kinds);
+                seeds.push_back({std::to_string(present) + "_" + std::to_string(kinds), bytes});
+            }
+        return seeds;
+    }
+    const auto add = [&](const std::string& name, const std::string& text) {
+        Bytes bytes = target == "gltf_container" ? AsGlb(text) : ToBytes(text);
+        if (target == "gltf_save") bytes.insert(bytes.begin(), static_cast<std::byte>(seeds.size() % 2));
+        seeds.push_back({name, bytes});
+    };
+    add("rich", kRich);
+    for (const auto& file : std::filesystem::directory_iterator(test::SourceFile("scenes"))) {
+        if (file.path().extension() != ".gltf" || file.file_size() > 400000) continue;
+        const std::string text = ReadText(file.path()), stem = file.path().stem().string();
+        add(stem, text);
+        add(stem + "_outside", WithFilesOutside(text));
+    }
+    return seeds;
+}
+
+}  // namespace raygraph::fuzz

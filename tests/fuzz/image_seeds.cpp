@@ -1,0 +1,84 @@
+// Seeds of pictures: a small one of every kind that is read.
+#include "tests/fuzz/seeds.h"
+#include "tests/image/image_files.h"
+
+namespace raygraph::fuzz {
+
+namespace {
+
+constexpr uint32_t kWidth = 7, kHeight = 5;
+
+std::vector<uint8_t> WithoutAlpha(const image::Image8& image) {
+    std::vector<uint8_t> rgb;
+    for (size_t i = 0; i < image.rgba.size(); ++i)
+        if (i % 4 != 3) rgb.push_back(image.rgba[i]);
+    return rgb;
+}
+
+}  // namespace
+
+std::vector<Seed> ImageSeeds() {
+    const image::Image8 pattern = test::Pattern(kWidth, kHeight);
+    const std::vector<uint8_t> rgb = WithoutAlpha(pattern);
+    const std::vector<uint8_t> bits{0, 1, 2, 3, 4};
+    const std::vector<uint8_t> wide(size_t{8} * kWidth * kHeight, 77);
+    return {
+        {"rgba.png", test::MakePng({.width = kWidth, .height = kHeight}, pattern.rgba)},
+        {"interlaced.png",
+         test::MakePng({.width = kWidth, .height = kHeight, .isInterlaced = true}, pattern.rgba)},
+        {"deep.png", test::MakePng({.width = kWidth, .height = kHeight, .bitDepth = 16}, wide)},
+        {"palette.png", test::MakePng({.width = 5,
+                                       .colorType = 3,
+                                       .palette = {1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 1, 1, 9, 9, 9},
+                                       .transparency = {9}},
+                                      bits)},
+        {"grey.png", test::MakePng({.width = 5, .colorType = 0, .transparentColour = {2}}, bits)},
+        {"bits.png", test::MakePng({.width = 8, .colorType = 0, .bitDepth = 1}, std::vector<uint8_t>{0x5A})},
+        {"baseline.jpg", test::MakeJpeg(test::JpegKind::Rgb, kWidth, kHeight, rgb)},
+        {"grey.jpg", test::MakeJpeg(test::JpegKind::Grey, kWidth, kHeight,
+                                    std::span(pattern.rgba).first(kWidth * kHeight))},
+        {"progressive.jpg", test::MakeJpeg(test::JpegKind::ProgressiveRgb, kWidth, kHeight, rgb)},
+        {"plain_cmyk.jpg", test::MakeJpeg(test::JpegKind::PlainCmyk, kWidth, kHeight, pattern.rgba)},
+        {"adobe_cmyk.jpg", test::MakeJpeg(test::JpegKind::AdobeCmyk, kWidth, kHeight, pattern.rgba)},
+        {"lossless.webp", test::MakeLosslessWebp(pattern)},
+        {"lossy.webp", test::MakeLossyWebp(pattern, 80.0f)},
+    };
+}
+
+std::vector<Seed> EnvironmentSeeds() {
+    const image::Image8 pattern = test::Pattern(kWidth, kHeight);
+    std::vector<uint8_t> runs;
+    for (uint32_t y = 0; y < kHeight; ++y) {
+        runs.insert(runs.end(), {2, 2, 0, 12});
+        for (int c = 0; c < 4; ++c) runs.insert(runs.end(), {128 + 8, 100, 4, 1, 2, 3, 4});
+    }
+    const std::vector<uint8_t> oldRuns{1, 2, 3, 129, 1, 1, 1, kWidth * kHeight - 1};
+    std::vector<Seed> seeds = {
+        {"flat.hdr", test::MakeHdr(kWidth, kHeight, pattern.rgba, "EXPOSURE=2\nGAMMA=1\n")},
+        {"runs.hdr", test::MakeHdr(12, kHeight, runs)},
+        {"old_runs.hdr", test::MakeHdr(kWidth, kHeight, oldRuns)},
+    };
+    std::vector<std::vector<float>> planes(3);
+    for (size_t i = 0; i < kWidth * kHeight; ++i)
+        for (auto& plane : planes) plane.push_back(static_cast<float>(i * 31 % 17));
+    for (int method = 0; method < Imf::NUM_COMPRESSION_METHODS; ++method)
+        for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT})
+            seeds.push_back({"lines" + std::to_string(method) + (type == Imf::HALF ? "h" : "f") + ".exr",
+                             test::MakeExr({.width = kWidth,
+                                            .height = kHeight,
+                                            .type = type,
+                                            .compression = static_cast<Imf::Compression>(method)},
+                                           planes)});
+    seeds.push_back(
+        {"tiles.exr", test::MakeExr({.width = kWidth, .height = kHeight, .tileSize = 4}, planes)});
+    seeds.push_back({"uint.exr", test::MakeExr({.minX = -2,
+                                                .minY = 3,
+                                                .width = kWidth,
+                                                .height = kHeight,
+                                                .channels = {"Y", "A"},
+                                                .type = Imf::UINT},
+                                               std::span(planes).first(2))});
+    return seeds;
+}
+
+}  // namespace raygraph::fuzz

@@ -1,0 +1,172 @@
+// Stored renders, as they are resumed and merged. The input decides which channels and attributes of a valid
+// one are changed, and to what.
+#include <algorithm>
+#include <cstring>
+
+#include "editor/cli/merge.h"
+#include "editor/cli/render_file.h"
+#include "editor/cli/resume.h"
+#include "renderer/image/exr.h"
+#include "tests/fuzz/choices.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::fuzz {
+
+namespace {
+
+constexpr uint32_t kWidth = 3, kHeight = 2;
+constexpr size_t kPixels = kWidth * kHeight;
+
+// A render of four samples from `first` on; with all that may be stored, or with nothing that need not be.
+cli::RenderFile MakeRender(bool isFull, uint32_t first) {
+    cli::RenderFile render;
+    render.size = {kWidth, kHeight};
+    render.samples = {{first, 4}};
+    cli::PictureSettings settings;
+    settings.size = render.size;
+    const auto means = [] { return cli::Texels(4 * kPixels, 0.5f); };
+    const auto sums = [](bool withSquares) {
+        passes::ExactSums made = passes::MakeExactSums(kPixels, withSquares);
+        for (int i = 0; i < 4; ++i) passes::AddSample(made, cli::Texels(4 * kPixels, 0.5f));
+        return made;
+    };
+    render.radiance = render.variance = means();
+    render.sums.radiance = sums(true);
+    render.sceneFile = "a.gltf";
+    render.sceneHash = "1234";
+    if (isFull) {
+        settings.lightGroups = cli::ParseLightGroups("lamps=lamp*,bulb;sky=*");
+        for (const cli::Aov aov : cli::kAovs) {
+            cli::Texels* mean = MeanOf(render, aov);
+            if (mean == nullptr) continue;
+            *mean = means();
+            *SumsOf(render.sums, aov) = sums(aov >= cli::Aov::RemovedMaxDepth);
+        }
+        for (cli::Texels& variance : render.removedVariance) variance = means();
+        render.removedSamples = 4;
+        for (size_t i = 0; i < cli::LightGroupNames(settings.lightGroups).size(); ++i) {
+            render.lightGroups.push_back(means());
+            render.sums.lightGroups.push_back(sums(false));
+        }
+        render.depth.assign(kPixels, 1.0f);
+        render.instance.assign(kPixels, 1);
+        render.material.assign(kPixels, 1);
+    }
+    render.settings = cli::Texts(settings);
+    return render;
+}
+
+// Valid renders and a place for others.
+struct Renders {
+    Renders() {
+        for (const bool isFull : {false, true}) {
+            const std::filesystem::path path = folder / "valid.exr";
+            cli::WriteRenderFile(path, MakeRender(isFull, 0));
+            (isFull ? full : small) = image::ReadExr(path);
+            (isFull ? laterFull : laterSmall) = MakeRender(isFull, 1000);
+        }
+    }
+    test::TemporaryFolder folder;
+    image::ExrImage small, full;
+    cli::RenderFile laterSmall, laterFull;  // of other samples
+};
+
+std::string Line(std::string_view& text) {
+    const size_t end = std::min(text.find('\n'), text.size());
+    std::string line(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+    std::erase(line, '\0');  // ends a text in a header
+    return line;
+}
+
+// Each change is four bytes; the rest of the input are lines for attributes.
+void Change(image::ExrImage& file, Choices& choices) {
+    struct Edit {
+        uint8_t kind, at, with, value;
+    };
+    std::vector<Edit> edits(choices.Byte() % 6);
+    for (Edit& edit : edits) edit = {choices.Byte(), choices.Byte(), choices.Byte(), choices.Byte()};
+    std::string_view lines = AsText(choices.Rest());
+    for (const Edit& edit : edits) {
+        const size_t of = size_t{edit.at} | size_t{edit.with} << 8;
+        image::ExrChannel& channel = file.channels[of % file.channels.size()];
+        auto attribute = file.attributes.begin();
+        std::advance(attribute, file.attributes.empty() ? 0 : of % file.attributes.size());
+        const bool hasAttribute = attribute != file.attributes.end();
+        switch (edit.kind % 8) {
+            case 0:
+                if (file.channels.size() > 1)
+                    file.channels.erase(file.channels.begin() +
+                                        static_cast<ptrdiff_t>(of % file.channels.size()));
+                break;
+            case 1: {
+                const bool isFloat = std::holds_alternative<std::vector<float>>(channel.samples);
+                const size_t size =
+                    std::visit([](const auto& samples) { return samples.size(); }, channel.samples);
+                if (isFloat)
+                    channel.samples = std::vector<uint32_t>(size, edit.value);
+                else
+                    channel.samples = std::vector<float>(size, edit.value);
+                break;
+            }
+            case 2:
+                // Every number the same: all ones, a small one, or a sign
+                std::visit(
+                    [&](auto& samples) {
+                        using T = typename std::decay_t<decltype(samples)>::value_type;
+                        for (T& sample : samples) {
+                            const uint32_t bits = edit.value == 255 ? ~0u : uint32_t{edit.value} << 23;
+                            std::memcpy(&sample, &bits, sizeof bits);
+                        }
+                    },
+                    channel.samples);
+                break;
+            case 3:
+                if (hasAttribute) file.attributes.erase(attribute);
+                break;
+            case 4:
+                if (hasAttribute) attribute->second = int32_t{edit.value};
+                break;
+            default:
+                if (hasAttribute) attribute->second = Line(lines);
+        }
+    }
+}
+
+void ReadAndMerge(const std::filesystem::path& path, const cli::RenderFile& later,
+                  const std::filesystem::path& other) {
+    const std::string subject = path.string();
+    cli::RenderFile render, merged;
+    if (!Succeeds(subject, {ErrorKind::BadInput}, [&] { render = cli::ReadRenderFile(path); })) return;
+    cli::ResumedRender resumed;
+    if (Succeeds(subject, {ErrorKind::BadInput}, [&] { resumed = cli::ReadResumedRender(path); }))
+        Succeeds("", {ErrorKind::Usage}, [&] { cli::SettingsOf(resumed, {.samples = 1u << 20}); });
+    // What was read can be written, and read again
+    Require(Succeeds("", {},
+                     [&] {
+                         cli::WriteRenderFile(other, render);
+                         Require(cli::ReadRenderFile(other).settings == render.settings, "settings are lost");
+                     }),
+            "");
+    if (!Succeeds("", {ErrorKind::BadInput}, [&] {
+            merged = cli::Merge({{"a", std::move(render)}, {"b", later}});
+        }))
+        return;
+    Require(Succeeds("", {}, [&] { cli::WriteRenderFile(other, merged); }), "");
+}
+
+}  // namespace
+
+void RunRenderFile(Input input) {
+    static const Renders renders;
+    Choices choices(input);
+    const bool isFull = choices.Flag();
+    image::ExrImage file = isFull ? renders.full : renders.small;
+    Change(file, choices);
+    const std::filesystem::path path = renders.folder / "render.exr";
+    // Of two channels of one name, or an attribute's name of the format's own, nothing is written
+    if (!Succeeds("", {ErrorKind::Usage}, [&] { image::WriteExr(path, file); })) return;
+    ReadAndMerge(path, isFull ? renders.laterFull : renders.laterSmall, renders.folder / "other.exr");
+}
+
+}  // namespace raygraph::fuzz

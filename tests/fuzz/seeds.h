@@ -1,0 +1,29 @@
+// Where fuzzing starts: small valid inputs, made from the scenes of the project and by its writers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tests/fuzz/target.h"
+
+namespace raygraph::fuzz {
+
+struct Seed {
+    std::string name;
+    Bytes bytes;
+};
+
+// Those of a target, each at most Target::maxBytes long. With RAYGRAPH_ASSETS set, `withAssets` adds the
+// malformed files of that folder.
+std::vector<Seed> Seeds(const Target& target, bool withAssets);
+
+// By subject.
+std::vector<Seed> GltfSeeds(std::string_view target);
+std::vector<Seed> ImageSeeds();
+std::vector<Seed> EnvironmentSeeds();
+std::vector<Seed> RenderFileSeeds();
+std::vector<Seed> ScriptSeeds();
+std::vector<Seed> SettingsSeeds();
+std::vector<Seed> TextSeeds();
+
+}  // namespace raygraph::fuzz

@@ -1,0 +1,144 @@
+// What users and programs write as text: the command line, the editor's settings, lines of `raygraph bench`.
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "editor/app/script_commands.h"
+#include "editor/app/settings.h"
+#include "editor/cli/arguments.h"
+#include "editor/cli/bench_compare.h"
+#include "editor/cli/sample_ranges.h"
+#include "renderer/scene/camera_view.h"
+#include "tests/fuzz/target.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::fuzz {
+
+namespace {
+
+std::vector<std::string> Lines(std::string_view text) {
+    std::vector<std::string> lines(1);
+    for (const char c : text)
+        if (c == '\n')
+            lines.emplace_back();
+        else
+            lines.back() += c;
+    return lines;
+}
+
+// A word of the command line each.
+void ParseCommandLine(std::string_view text) {
+    const std::vector<std::string> lines = Lines(text);
+    std::vector<const char*> words{"raygraph"};
+    for (const std::string& line : lines) words.push_back(line.c_str());
+    cli::ParseArguments(static_cast<int>(words.size()), words.data());
+}
+
+// "seed=1": a picture setting's text, which its own text gives again.
+void ParseSettings(std::string_view text) {
+    for (const std::string& line : Lines(text)) {
+        const size_t equals = std::min(line.find('='), line.size());
+        const std::string name = line.substr(0, equals);
+        for (const cli::PictureSetting& setting : cli::PictureSettingTable()) {
+            if (name != setting.name) continue;
+            cli::PictureSettings settings, again;
+            setting.set(settings, std::string_view(line).substr(std::min(equals + 1, line.size())));
+            const std::string said = setting.text(settings);
+            Require(Succeeds("", {}, [&] { setting.set(again, said); }),
+                    "--" + name + " reads not what it says");
+            Require(setting.text(again) == said,
+                    "--" + name + " " + said + " is read as " + setting.text(again));
+        }
+    }
+}
+
+scene::SceneData NamedScene() {
+    scene::SceneData scene;
+    scene.nodes = {{.name = "lamp of the left"},
+                   {.name = "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaab", .parent = 0}};
+    scene.nodeOrder = {0, 1};
+    scene.materials.resize(1);
+    scene.meshes = {{.name = "m", .primitives = std::vector<scene::Primitive>(1)}};
+    scene.instances = {{.mesh = 0, .node = 1}};
+    scene.lights = {{.name = "bulb", .node = 1}};
+    scene.cameras = {{.name = "front", .node = 0}};
+    return scene;
+}
+
+void ParseGroups(std::string_view text) {
+    const std::vector<cli::LightGroupPatterns> groups = cli::ParseLightGroups(text);
+    Require(cli::ToText(cli::ParseLightGroups(cli::ToText(groups))) == cli::ToText(groups),
+            "groups of lights are read as others");
+    static const scene::SceneData scene = NamedScene();
+    cli::MatchLightGroups(groups, scene);
+}
+
+void ParseView(std::string_view text) {
+    static const scene::SceneData scene = NamedScene();
+    const scene::CameraView view = scene::ChooseView(scene, text, 1.5f);
+    const glm::dvec3 all = view.eye + glm::dvec3(view.forward + view.up + view.right);
+    Require(std::isfinite(all.x + all.y + all.z) && std::isfinite(view.yFov) && std::isfinite(view.height),
+            "a view of the text has numbers that are not finite");
+    Require(std::abs(glm::length(view.forward) - 1.0f) < 1e-3f, "a view's direction is not of unit length");
+}
+
+void ParseRanges(std::string_view text) {
+    const cli::SampleRanges ranges = cli::ParseSampleRanges(text);
+    Require(!ranges.empty() && cli::ParseSampleRanges(cli::ToText(ranges)) == ranges,
+            "sample ranges are read as others");
+    Require(
+        cli::Overlap(ranges, ranges) && cli::SampleCount(cli::Union(ranges, {})) == cli::SampleCount(ranges),
+        "sample ranges are no sets");
+}
+
+void CompareLines(std::string_view text) {
+    static const nlohmann::ordered_json now = {{"scene", "a.gltf"},
+                                               {"device", "d"},
+                                               {"settings", {{"size", "8x8"}}},
+                                               {"cost",
+                                                {{"limit_path_version", cli::kLimitPathVersion},
+                                                 {"measure", "cpu seconds"},
+                                                 {"median", 2.0},
+                                                 {"standard_error", 0.1}}}};
+    cli::ToText(cli::CompareBench("stored", std::string(text), now, 0.05), now);
+}
+
+}  // namespace
+
+// The first byte says what the rest is.
+void RunTexts(Input input) {
+    if (input.empty()) return;
+    constexpr void (*kParsers[])(std::string_view) = {ParseCommandLine, ParseSettings, ParseGroups,
+                                                      ParseView,        ParseRanges,   CompareLines};
+    const auto parse = kParsers[std::to_integer<size_t>(input[0]) % std::size(kParsers)];
+    Succeeds("", {ErrorKind::Usage, ErrorKind::BadInput}, [&] { parse(AsText(input.subspan(1))); });
+}
+
+void RunScripts(Input input) {
+    Succeeds("script:", {ErrorKind::BadInput}, [&] {
+        for (const editor::ScriptLine& line : editor::ParseScript(AsText(input), "script")) {
+            // A line's text says the same again
+            const std::vector<editor::ScriptLine> again = editor::ParseScript(line.text, "script");
+            Require(again.size() == 1 && again[0].text == line.text &&
+                        again[0].command.index() == line.command.index(),
+                    "a line is read as another: " + line.text);
+        }
+    });
+}
+
+void RunSettings(Input input) {
+    static const test::TemporaryFolder folder;
+    std::ofstream(folder / "editor.json", std::ios::binary) << AsText(input);
+    std::string message;
+    const editor::Settings settings = editor::ReadSettings(folder.Path(), message);
+    Require(std::ranges::none_of(message,
+                                 [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }),
+            "the message is no line: " + message);
+    Require(message.empty() || settings == editor::Settings(), "settings that are left aside count");
+    Require(settings.recent.size() <= editor::Settings::kMostRecent, "too many recent files");
+    editor::WriteSettings(folder.Path(), settings);
+    Require(editor::ReadSettings(folder.Path(), message) == settings, "settings are read as others");
+}
+
+}  // namespace raygraph::fuzz
