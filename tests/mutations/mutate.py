@@ -8,133 +8,97 @@ that another one changes, so that each is judged alone.
 """
 
 import argparse
-import os
-import re
+import fnmatch
 import shutil
 import subprocess
 import sys
 import time
-from collections import defaultdict
 from pathlib import Path
 
+from judge import Copy
+from judges import Judges
 from mutation import MutationError, ReadEquivalents, ReadMutations
 from random_mutations import RandomMutations
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 # Quick ones first: a random mutation ends with the first test that fails. 'long' and 'threads' are not asked.
-PROGRAMS = ["unit", "graph", "scene", "image", "rhi", "shading", "passes", "viewport", "views", "cli", "editor", "images"]
-TIMEOUT_S = 600
-
-
-class Copy:
-    """A copy of the source tree and a build of it, kept between runs so that only what changed is built."""
-
-    def __init__(self, folder):
-        self.source = folder / "source"
-        self.build = self.source / "build" / "release"  # where ./dev builds: a compiler cache finds the same paths
-        self.files = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True,
-                                    capture_output=True, text=True).stdout.split("\n")
-        self.files = [name for name in self.files if name and (ROOT / name).is_file()]
-        for name in self.files:
-            self.Write(name, (ROOT / name).read_bytes(), (ROOT / name).stat().st_mode)
-        wanted = {self.source / name for name in self.files}
-        for path in [p for p in self.source.rglob("*") if p.is_file() and self.build.parent not in p.parents]:
-            if path not in wanted:
-                path.unlink()
-        self.log = open(folder / "build.log", "w", encoding="utf-8")
-
-    def Write(self, name, data, mode=None):
-        path = self.source / name
-        if not path.exists() or path.read_bytes() != data:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(data)
-        if mode is not None:
-            path.chmod(mode)
-
-    def Restore(self, name):
-        self.Write(name, (ROOT / name).read_bytes())
-
-    def Configure(self):
-        options = []
-        if shutil.which("ccache"):
-            options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
-        if shutil.which("mold"):
-            options += ["-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=mold", "-DCMAKE_SHARED_LINKER_FLAGS=-fuse-ld=mold"]
-        self.Run(["cmake", "--preset", "release", *options])
-
-    def Run(self, command):
-        result = subprocess.run(command, cwd=self.source, stdout=self.log, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
-                                check=False)
-        self.log.flush()
-        if result.returncode != 0:
-            raise MutationError(f"failed: {' '.join(command)} (see {self.log.name})")
-
-    def Builds(self, programs):
-        try:
-            self.Run(["ninja", "-C", str(self.build), *[f"raygraph_tests_{program}" for program in programs]])
-        except MutationError:
-            return False
-        return True
-
-    def Program(self, name):
-        return self.build / "tests" / name / f"raygraph_tests_{name}"
-
-    def Inputs(self, program):
-        """The source files that a test program is made from, headers and included shader text too."""
-        if not hasattr(self, "_headers"):
-            self._headers = defaultdict(set)
-            output = None
-            for line in self._Ninja("deps").splitlines():
-                if line.startswith("    "):
-                    self._headers[output].add(os.path.normpath(self.build / line.strip()))
-                elif ":" in line:
-                    output = line.split(":")[0]
-        found = set()
-        for name in self._Ninja("inputs", f"raygraph_tests_{program}").splitlines():
-            found.add(os.path.normpath(self.build / name))
-            found |= self._headers.get(name, set())
-        prefix = str(self.source) + "/"
-        return {path[len(prefix):] for path in found if path.startswith(prefix)}
-
-    def _Ninja(self, tool, *arguments):
-        return subprocess.run(["ninja", "-C", str(self.build), "-t", tool, *arguments], check=True, capture_output=True,
-                              text=True).stdout
-
-    def Tests(self, program):
-        """Names of the program's tests."""
-        output = subprocess.run([self.Program(program), "--gtest_list_tests"], check=True, capture_output=True, text=True).stdout
-        names, suite = [], ""
-        for line in output.splitlines():
-            text = line.split("#")[0].rstrip()
-            if text.startswith("  "):
-                names.append(suite + text.strip())
-            elif text.endswith("."):
-                suite = text
-        return names
-
-    def FailureOf(self, program, tests=None):
-        """The first test that fails, or None. A crash and a hang are failures of the test in which they come."""
-        command = [self.Program(program), "--gtest_fail_fast", "--gtest_color=no", "--gtest_brief=0"]
-        if tests is not None:
-            command.append("--gtest_filter=" + ":".join(tests))
-        try:
-            result = subprocess.run(command, cwd=self.build, capture_output=True, stdin=subprocess.DEVNULL, check=False,
-                                    timeout=TIMEOUT_S)
-            output, code = result.stdout.decode(errors="replace"), result.returncode
-        except subprocess.TimeoutExpired as expired:
-            output, code = (expired.stdout or b"").decode(errors="replace"), -1
-        failed = re.findall(r"^\[  FAILED  \] ([\w./]+)", output, re.MULTILINE)
-        if failed:
-            return failed[0]
-        if code != 0:
-            started = re.findall(r"^\[ RUN      \] ([\w./]+)", output, re.MULTILINE)
-            return f"{started[-1] if started else program} (ended with {code})"
-        return None
+PROGRAMS = ["unit", "image", "scene", "shading", "rhi", "graph", "passes", "viewport", "views", "cli", "editor", "images"]
+CHUNK = 12  # tests of one process, where several processes ask the sources as they are
+LEAST_LIMIT_S = 60
+LIMIT_S = 600  # of tests of which nobody knows what they take
 
 
 def Say(text):
     print(text, flush=True)
+
+
+def PreparedCopy(folder):
+    """The source tree of ROOT as it is, in folder/source, with a build folder that is kept between runs."""
+    copy = Copy(folder / "source", folder / "build.log")
+    files = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True,
+                           capture_output=True, text=True).stdout.split("\n")
+    files = [name for name in files if name and (ROOT / name).is_file()]
+    for name in files:
+        copy.Write(name, (ROOT / name).read_bytes())
+        (copy.source / name).chmod((ROOT / name).stat().st_mode)
+    wanted = {copy.source / name for name in files}
+    for path in [p for p in copy.source.rglob("*") if p.is_file() and copy.build.parent not in p.parents]:
+        if path not in wanted:
+            path.unlink()
+    options = []
+    if shutil.which("ccache"):
+        options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
+    if shutil.which("mold"):
+        options += ["-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=mold", "-DCMAKE_SHARED_LINKER_FLAGS=-fuse-ld=mold"]
+    if not copy.Run(["cmake", "--preset", "release", *options]) or not copy.Builds(PROGRAMS):
+        raise MutationError(f"the sources do not build as they are (see {copy.log.name})")
+    return copy, files
+
+
+def TimingTests():
+    """Patterns of tests that measure time: they say nothing where much else runs."""
+    lines = (HERE.parent / "runner" / "timing_tests").read_text(encoding="utf-8").splitlines()
+    return [line.split()[0] for line in lines if line.strip() and not line.startswith("#")]
+
+
+class Suite:
+    """The tests that a copy's programs have, and what they do without any mutation."""
+
+    def __init__(self, copy, programs):
+        timing = TimingTests()
+        self.inputs = {program: copy.Inputs(program) for program in programs}
+        self.tests = {program: [name for name in copy.Tests(program)
+                                if not any(fnmatch.fnmatchcase(name, pattern) for pattern in timing)]
+                      for program in programs}
+        self.seconds = {}
+
+    def Rehearse(self, copy, judges, wanted):
+        """Runs {program: tests}, without mutation. Returns the tests that fail; they are asked no more."""
+        size = CHUNK if judges.count > 1 else 10000
+        chunks = [(program, tests[i:i + size]) for program, tests in wanted.items() for i in range(0, len(tests), size)]
+
+        def FailuresOf(chunk):
+            program, tests = chunk
+            failures = []
+            while tests:
+                failed = copy.Failure(program, tests, LIMIT_S, self.seconds)
+                if not failed:
+                    break
+                failures.append(failed)
+                tests = tests[tests.index(failed) + 1:]
+            return failures
+
+        failures = {name for names in judges.Map(FailuresOf, chunks) for name in names}
+        self.tests = {program: [name for name in tests if name not in failures] for program, tests in self.tests.items()}
+        return sorted(failures)
+
+    def Ask(self, tests):
+        """What a judge is to ask, from {program: tests}: in the order of `tests`, with limits from the rehearsal, if any."""
+        def Limit(names):
+            return LEAST_LIMIT_S + 5 * sum(self.seconds.get(name, 0) for name in names) if self.seconds else LIMIT_S
+
+        return [[program, names, Limit(names)] for program, names in tests.items() if names]
 
 
 def NamedTests(mutation, tests):
@@ -161,72 +125,87 @@ def Groups(mutations, named, inputs):
     return groups
 
 
-def JudgeChosen(copy, mutations):
+def JudgeChosen(copy, judges, mutations):
     """Returns the number of mutations that survived or could not be judged."""
-    for mutation in mutations:
-        mutation.Apply((ROOT / mutation.file).read_text(encoding="utf-8"))
-    Say(f"{len(mutations)} mutations apply; building the sources as they are")
-    if not copy.Builds(PROGRAMS):
-        raise MutationError(f"the sources do not build as they are (see {copy.log.name})")
-    tests = {program: copy.Tests(program) for program in PROGRAMS}
-    inputs = {program: copy.Inputs(program) for program in PROGRAMS}
-    named = {mutation.name: NamedTests(mutation, tests) for mutation in mutations}
-    for program in PROGRAMS:
-        wanted = sorted({test for by in named.values() for test in by.get(program, [])})
-        failure = copy.FailureOf(program, wanted) if wanted else None
-        if failure:
-            raise MutationError(f"{failure} fails without any mutation")
-    bad = 0
-    groups = Groups(mutations, named, inputs)
-    Say(f"{len(groups)} builds")
-    for group in groups:
-        for mutation in group:
-            copy.Write(mutation.file, mutation.Apply((ROOT / mutation.file).read_text(encoding="utf-8")).encode())
-        builds = copy.Builds(sorted({program for mutation in group for program in named[mutation.name]}))
-        for mutation in group:
-            if not builds:
+    suite = Suite(copy, PROGRAMS)
+    named = {mutation.name: NamedTests(mutation, suite.tests) for mutation in mutations}
+    groups = Groups(mutations, named, suite.inputs)
+    Say(f"{len(mutations)} mutations apply, in {len(groups)} builds")
+    tasks = ((group, {m.file: m.Apply((ROOT / m.file).read_text(encoding="utf-8")) for m in group},
+              [suite.Ask(named[m.name]) for m in group]) for group in groups)
+    bad, killed = 0, {}
+    for group, killers in judges.Judged(tasks):
+        for mutation, killer in zip(group, killers or [None] * len(group)):
+            if killers is None:
                 result = "DOES NOT COMPILE" if len(group) == 1 else "DOES NOT COMPILE, it or another of its group"
             else:
-                killers = (copy.FailureOf(program, names) for program, names in named[mutation.name].items())
-                killer = next((name for name in killers if name), None)
                 result = f"killed by {killer}" if killer else "SURVIVED"
-            bad += not result.startswith("killed")
+            if killer:
+                killed[mutation.name] = killer
+            bad += killer is None
             Say(f"{result:60} [{mutation.name}]")
-        for mutation in group:
-            copy.Restore(mutation.file)
+    # A test that fails without the mutation too has shown nothing.
+    if not copy.Builds(PROGRAMS):
+        raise MutationError(f"the sources do not build as they are (see {copy.log.name})")
+    killers = set(killed.values())
+    failures = suite.Rehearse(copy, judges, {p: [t for t in suite.tests[p] if t in killers] for p in PROGRAMS})
+    for name in [name for name, killer in killed.items() if killer in failures]:
+        Say(f"NOT KILLED: {killed[name]} fails without it too [{name}]")
+        bad += 1
     return bad
 
 
-def JudgeRandom(copy, count, seed):
+class Draw:
+    """Draws random mutations until `count` of them have been judged. One that does not compile is drawn again."""
+
+    def __init__(self, generator, suite, count):
+        self.results = {}  # number of the draw: (mutation, killer), without those that do not compile
+        self._generator = generator
+        self._suite = suite
+        self._count = count
+        self._running = {}
+
+    def Tasks(self):
+        """For Judges.Judged."""
+        number = 0
+        while len(self.results) < self._count:
+            if len(self.results) + len(self._running) >= self._count:
+                yield None
+                continue
+            mutation = next(self._generator)
+            tests = {program: tests for program, tests in self._suite.tests.items()
+                     if mutation.file in self._suite.inputs[program]}
+            if not tests:
+                continue
+            number += 1
+            self._running[number] = mutation
+            text = (ROOT / mutation.file).read_text(encoding="utf-8")
+            yield number, {mutation.file: mutation.Apply(text)}, [self._suite.Ask(tests)]
+
+    def Take(self, number, killers):
+        """The mutation of the task with that number; False if it does not compile."""
+        mutation = self._running.pop(number)
+        if killers is None:
+            return False
+        self.results[number] = (mutation, killers[0])
+        return True
+
+
+def JudgeRandom(copy, judges, files, count, seed):
     """Returns the number of random mutations that survived."""
     known = ReadEquivalents(HERE / "lists" / "equivalent.txt")
-    if not copy.Builds(PROGRAMS):
-        raise MutationError(f"the sources do not build as they are (see {copy.log.name})")
-    inputs = {program: copy.Inputs(program) for program in PROGRAMS}
-    survivors, judged = [], 0
-    for mutation in RandomMutations(ROOT, copy.files, seed, known):
-        if judged == count:
-            break
-        programs = [program for program in PROGRAMS if mutation.file in inputs[program]]
-        if not programs:
-            continue
-        copy.Write(mutation.file, mutation.Apply((ROOT / mutation.file).read_text(encoding="utf-8")).encode())
-        compiles, killer = True, None
-        for program in programs:
-            compiles = copy.Builds([program])
-            killer = copy.FailureOf(program) if compiles else None
-            if killer or not compiles:
-                break
-        copy.Restore(mutation.file)
-        if not compiles:
-            continue
-        judged += 1
-        Say(f"{judged:4} {'killed by ' + killer if killer else 'SURVIVED':60} {mutation.name}")
-        if not killer:
-            survivors.append(mutation)
+    suite = Suite(copy, PROGRAMS)
+    for name in suite.Rehearse(copy, judges, suite.tests):
+        Say(f"{name} fails without any mutation, and is not asked")
+    draw = Draw(RandomMutations(ROOT, files, seed, known), suite, count)
+    for number, killers in judges.Judged(draw.Tasks()):
+        if draw.Take(number, killers):
+            mutation, killer = draw.results[number]
+            Say(f"{number:4} {'killed by ' + killer if killer else 'SURVIVED':60} {mutation.name}")
+    survivors = [mutation for _, (mutation, killer) in sorted(draw.results.items()) if not killer]
     for mutation in survivors:
         Say("\n" + mutation.Stanza())
-    Say(f"\n{judged} random mutations of seed {seed}: {judged - len(survivors)} killed, {len(survivors)} survived")
+    Say(f"\n{count} random mutations of seed {seed}: {count - len(survivors)} killed, {len(survivors)} survived")
     return len(survivors)
 
 
@@ -235,8 +214,9 @@ def Main():
     parser.add_argument("names", nargs="*", help="judge chosen mutations whose name holds one of these (default: all)")
     parser.add_argument("--random", type=int, metavar="N", help="judge N random mutations instead")
     parser.add_argument("--seed", type=int, default=1, metavar="S", help="of the random ones (default: 1)")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="judge N at once, each in a copy of its own (default: 1)")
     parser.add_argument("--list", action="store_true", help="print the chosen mutations and whether they apply")
-    parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutate", help="of the copy and its build")
+    parser.add_argument("--folder", type=Path, default=ROOT / "build" / "mutate", help="of the copies and their builds")
     arguments = parser.parse_args()
     try:
         mutations = [m for path in sorted((HERE / "lists").glob("*.txt")) if path.name != "equivalent.txt" for m in ReadMutations(path)]
@@ -244,20 +224,22 @@ def Main():
         names = [m.name for m in mutations]
         for name in {n for n in names if names.count(n) > 1}:
             raise MutationError(f"two mutations are called [{name}]")
-        if arguments.list:
-            for m in mutations:
-                m.Apply((ROOT / m.file).read_text(encoding="utf-8"))
+        for m in mutations:
+            m.Apply((ROOT / m.file).read_text(encoding="utf-8"))
+            if arguments.list:
                 Say(f"{m.file:44} {m.name}")
+        if arguments.list:
             return 0
         started = time.monotonic()
-        arguments.folder.mkdir(parents=True, exist_ok=True)
-        copy = Copy(arguments.folder.resolve())
-        copy.Configure()
-        if arguments.random is not None:
-            bad = JudgeRandom(copy, arguments.random, arguments.seed)
-        else:
-            bad = JudgeChosen(copy, mutations)
-            Say(f"{len(mutations)} mutations, {bad} not noticed, in {time.monotonic() - started:.0f} s")
+        folder = arguments.folder.resolve()
+        folder.mkdir(parents=True, exist_ok=True)
+        copy, files = PreparedCopy(folder)
+        with Judges(copy, max(arguments.jobs, 1), folder) as judges:
+            if arguments.random is not None:
+                bad = JudgeRandom(copy, judges, files, arguments.random, arguments.seed)
+            else:
+                bad = JudgeChosen(copy, judges, mutations)
+                Say(f"{len(mutations)} mutations, {bad} not noticed, in {time.monotonic() - started:.0f} s")
         return 1 if bad else 0
     except MutationError as error:
         print(f"mutate: {error}", file=sys.stderr)

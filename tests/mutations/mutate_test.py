@@ -5,7 +5,9 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from mutate import Groups, HERE, NamedTests, ROOT
+from judge import Judge
+from judges import Judges
+from mutate import Draw, Groups, HERE, NamedTests, ROOT
 from mutation import Mutation, MutationError, ReadEquivalents, ReadMutations
 from random_mutations import RandomMutations
 
@@ -56,6 +58,66 @@ class GroupTest(unittest.TestCase):
         self.assertEqual(Groups([a, b, c], named, inputs), [[a, b], [c]])
         inputs["shading"].add("scene.cpp")
         self.assertEqual(Groups([a, b, c], named, inputs), [[a], [b], [c]])
+
+
+class FakeCopy:
+    """Its one program fails if the file holds 'wrong', does not build if it holds 'broken'."""
+
+    def __init__(self, source):
+        self.source = source
+        self.asked = []
+
+    def Write(self, name, data):
+        (self.source / name).write_bytes(data)
+
+    def Builds(self, programs):
+        return "broken" not in (self.source / "a.cpp").read_text()
+
+    def Failure(self, program, tests, limit):
+        self.asked.append(program)
+        return tests[0] if program == "unit" and "wrong" in (self.source / "a.cpp").read_text() else None
+
+
+class JudgeTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.copy = FakeCopy(Path(folder.name))
+        self.copy.Write("a.cpp", b"right")
+
+    def test_asks_until_one_fails_and_restores_the_file(self):
+        ask = [["unit", ["S.T"], 1], ["rhi", ["R.T"], 1]]
+        self.assertEqual(Judge(self.copy, {"a.cpp": "wrong"}, [ask]), ["S.T"])
+        self.assertEqual(Judge(self.copy, {"a.cpp": "other"}, [ask]), [None])
+        self.assertEqual(self.copy.asked, ["unit", "unit", "rhi"])
+        self.assertEqual((self.copy.source / "a.cpp").read_text(), "right")
+
+    def test_what_does_not_build_is_no_verdict(self):
+        self.assertIsNone(Judge(self.copy, {"a.cpp": "broken"}, [[["unit", ["S.T"], 1]]]))
+        self.assertEqual((self.copy.source / "a.cpp").read_text(), "right")
+
+    def test_a_random_mutation_that_does_not_compile_is_drawn_again(self):
+        name = "tests/mutations/README.md"
+        news = ["wrong", "broken", "other", "wrong again", "never drawn"]
+        drawn = (Mutation(new, name, "# tests/mutations", new) for new in news)
+
+        class Suite:
+            tests = {"unit": ["S.T"]}
+            inputs = {"unit": {name}}
+
+            def Ask(self, tests):
+                return [[program, names, 1] for program, names in tests.items()]
+
+        draw = Draw(drawn, Suite(), 3)
+        (self.copy.source / "tests/mutations").mkdir(parents=True)
+        self.copy.Write(name, b"right")
+        self.copy.Builds = lambda programs: "broken" not in (self.copy.source / name).read_text()
+        self.copy.Failure = lambda program, tests, limit: "wrong" in (self.copy.source / name).read_text() and tests[0] or None
+        with Judges(self.copy, 1, self.copy.source) as judges:
+            for number, killers in judges.Judged(draw.Tasks()):
+                draw.Take(number, killers)
+        self.assertEqual([(m.name, killer) for _, (m, killer) in sorted(draw.results.items())],
+                         [("wrong", "S.T"), ("other", None), ("wrong again", "S.T")])
 
 
 class RandomTest(unittest.TestCase):
