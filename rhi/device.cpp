@@ -8,12 +8,24 @@
 
 namespace raygraph::rhi {
 
+ErrorKind KindOfCreationError(VkResult result) {
+    switch (result) {
+        case VK_ERROR_OUT_OF_HOST_MEMORY:
+        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+            return ErrorKind::OutOfMemory;
+        case VK_ERROR_DEVICE_LOST:
+            return ErrorKind::DeviceLost;
+        default:
+            return ErrorKind::NoDevice;
+    }
+}
+
 void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
                         std::optional<std::chrono::milliseconds> wantedHangLimit) {
     const auto check = [&](VkResult result, const char* what) {
         if (result != VK_SUCCESS)
-            throw Error(ErrorKind::NoDevice, "device '" + name + "': " + what + ": " + ResultName(result),
-                        result);
+            throw Error(KindOfCreationError(result),
+                        "device '" + name + "': " + what + ": " + ResultName(result), result);
     };
     vk = LoadDeviceFunctions(instanceFunctions.vkGetDeviceProcAddr, device, hasDebugUtils);
     info = ReadDeviceInfo(instanceFunctions, physicalDevice, queueFamily, optional);

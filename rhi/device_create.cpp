@@ -109,7 +109,7 @@ CreatedInstance CreateInstance(PFN_vkGetInstanceProcAddr loader, const InstanceD
     if (result != VK_SUCCESS) {
         // A loader without any driver answers so.
         const char* cause = result == VK_ERROR_INCOMPATIBLE_DRIVER ? " (no Vulkan driver is installed)" : "";
-        throw Error(ErrorKind::NoDevice, "vkCreateInstance: " + ResultName(result) + cause, result);
+        throw Error(KindOfCreationError(result), "vkCreateInstance: " + ResultName(result) + cause, result);
     }
     return created;
 }
@@ -248,8 +248,8 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
     const VkResult result =
         impl->instanceFunctions.vkCreateDevice(impl->physicalDevice, &info, nullptr, &impl->device);
     if (result != VK_SUCCESS)
-        throw Error(ErrorKind::NoDevice, "device '" + desc.name + "': vkCreateDevice: " + ResultName(result),
-                    result);
+        throw Error(KindOfCreationError(result),
+                    "device '" + desc.name + "': vkCreateDevice: " + ResultName(result), result);
 
     impl->Open(OptionalFeaturesOf(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance),
                PipelineCacheFolder(desc.cacheDirectory), desc.hangLimit);

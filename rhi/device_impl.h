@@ -23,6 +23,10 @@ DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstance
 // "VK_ERROR_DEVICE_LOST"
 std::string ResultName(VkResult result);
 
+// Of a call that failed while a device was made: spent memory and a lost device are no lack of a suitable
+// one.
+ErrorKind KindOfCreationError(VkResult result);
+
 // A command buffer with the pool it comes from; reused once the timeline has reached `until`.
 struct CommandSlot {
     VkCommandPool pool = VK_NULL_HANDLE;

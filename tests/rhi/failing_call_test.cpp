@@ -17,10 +17,13 @@ class FailingCallTest : public ::testing::Test {
     FailingCallTest() {
         InjectFailure(std::nullopt);
         SeparateAllocations(true);
-        device = rhi::Device::Create({.validation = true,
-                                      .onMessage = log.Callback(),
-                                      .savePipelineCache = false,
-                                      .getInstanceProcAddr = FailingLoader(system->GetInstanceProcAddr())});
+        device = Make();
+    }
+    std::unique_ptr<rhi::Device> Make() {
+        return rhi::Device::Create({.validation = true,
+                                    .onMessage = log.Callback(),
+                                    .savePipelineCache = false,
+                                    .getInstanceProcAddr = FailingLoader(system->GetInstanceProcAddr())});
     }
     ~FailingCallTest() override {
         LiftFailure();
@@ -34,6 +37,18 @@ class FailingCallTest : public ::testing::Test {
     MessageLog log;
     std::unique_ptr<rhi::Device> device;
 };
+
+TEST_F(FailingCallTest, DeviceThatCannotBeMade_LeavesNothing) {
+    for (const VkResult result : {VK_ERROR_OUT_OF_HOST_MEMORY, VK_ERROR_DEVICE_LOST}) {
+        for (const uint64_t number : {1, 2}) {  // its timeline, its pipeline cache
+            InjectFailure(InjectedFailure{.number = number, .result = result});
+            EXPECT_EQ(ErrorOf([&] { Make(); }).Kind(),
+                      result == VK_ERROR_DEVICE_LOST ? ErrorKind::DeviceLost : ErrorKind::OutOfMemory);
+        }
+        InjectFailure(InjectedFailure{.number = 3, .result = result});
+        EXPECT_NO_THROW(Make());
+    }
+}
 
 TEST_F(FailingCallTest, SubmissionThatHasArrived_IsNoError) {
     rhi::CommandList commands = device->BeginCommands("arrives");

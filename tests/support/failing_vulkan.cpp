@@ -62,7 +62,7 @@ struct State {
     PFN_vkGetPhysicalDeviceMemoryProperties memory = nullptr;
     PFN_vkGetPhysicalDeviceMemoryProperties2 memory2 = nullptr;
     std::array<PFN_vkVoidFunction, kFunctionCount> real{};
-    std::atomic<VkQueue> queue{VK_NULL_HANDLE};
+    std::atomic<VkQueue> queue{VK_NULL_HANDLE};  // of the device made last
     std::atomic<bool> areHeapsSmall{false};
 
     std::mutex mutex;  // of all below
@@ -165,8 +165,10 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
     State& state = Current();
     const PFN_vkVoidFunction real = state.getDeviceProcAddr(device, name);
     if (!real) return nullptr;
-    if (std::strcmp(name, "vkGetDeviceQueue") == 0)
+    if (std::strcmp(name, "vkGetDeviceQueue") == 0) {
+        state.queue = VK_NULL_HANDLE;  // another device, without one so far
         return Instead(real, state.getDeviceQueue, GetDeviceQueue);
+    }
     if (std::strcmp(name, "vkQueueWaitIdle") == 0)
         state.waitIdle = reinterpret_cast<PFN_vkQueueWaitIdle>(real);
 #define RAYGRAPH_WRAP_(kind, function_)                                             \
