@@ -377,10 +377,18 @@ TEST_F(HangTest, DestroyingIt_LeavesItAsItIs) {
     type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
     const VkSemaphoreCreateInfo info{VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, &type, 0};
     rhi::SemaphoreUse never{.value = 1};
-    ASSERT_EQ(device->Vk().vkCreateSemaphore(device->Handle(), &info, nullptr, &never.semaphore), VK_SUCCESS);
-    device->Submit(device->BeginCommands("waits"), {&never, 1});
+    const rhi::DeviceFunctions vk = device->Vk();
+    const VkDevice handle = device->Handle();
+    const VkSemaphore timeline = device->Timeline();
+    ASSERT_EQ(vk.vkCreateSemaphore(handle, &info, nullptr, &never.semaphore), VK_SUCCESS);
+    const uint64_t value = device->Submit(device->BeginCommands("waits"), {&never, 1});
     device.reset();
     EXPECT_EQ(log.Text(), "device 'hanging' hangs: nothing of it is freed\n");
+    // What is left goes on, and is done before the process ends: a driver may wait for it there, for ever.
+    const VkSemaphoreSignalInfo signal{VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, nullptr, never.semaphore, 1};
+    EXPECT_EQ(vk.vkSignalSemaphore(handle, &signal), VK_SUCCESS);
+    const VkSemaphoreWaitInfo wait{VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &timeline, &value};
+    EXPECT_EQ(vk.vkWaitSemaphores(handle, &wait, UINT64_MAX), VK_SUCCESS) << "nothing of it was freed";
 }
 #endif
 

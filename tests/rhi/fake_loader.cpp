@@ -31,6 +31,9 @@ struct State {
     PFN_vkGetDeviceBufferMemoryRequirements deviceBufferRequirements = nullptr;
     PFN_vkGetDeviceImageMemoryRequirements deviceImageRequirements = nullptr;
     PFN_vkAllocateMemory allocateMemory = nullptr;
+    // The real memory types: what they are, and which of them all resources asked about so far can use.
+    VkPhysicalDeviceMemoryProperties realMemory{};
+    uint32_t usableTypes = ~0u;
 };
 State* activeState = nullptr;
 
@@ -132,11 +135,13 @@ void TellMemory(VkPhysicalDeviceMemoryProperties& properties) {
 
 VKAPI_ATTR void VKAPI_CALL Memory(VkPhysicalDevice device, VkPhysicalDeviceMemoryProperties* properties) {
     activeState->memory(device, properties);
+    activeState->realMemory = *properties;
     if (activeState->lies.hasSeparateMemory) TellMemory(*properties);
 }
 
 VKAPI_ATTR void VKAPI_CALL Memory2(VkPhysicalDevice device, VkPhysicalDeviceMemoryProperties2* properties) {
     activeState->memory2(device, properties);
+    activeState->realMemory = properties->memoryProperties;
     if (!activeState->lies.hasSeparateMemory) return;
     TellMemory(properties->memoryProperties);
     ForEach<VkPhysicalDeviceMemoryBudgetPropertiesEXT>(
@@ -149,7 +154,22 @@ VKAPI_ATTR void VKAPI_CALL Memory2(VkPhysicalDevice device, VkPhysicalDeviceMemo
 }
 
 void TellTypes(VkMemoryRequirements2* requirements) {
-    if (activeState->lies.hasSeparateMemory) requirements->memoryRequirements.memoryTypeBits = kAllTypes;
+    uint32_t& types = requirements->memoryRequirements.memoryTypeBits;
+    activeState->usableTypes &= types;
+    if (activeState->lies.hasSeparateMemory) types = kAllTypes;
+}
+
+// The real type behind the faked ones, which may be mapped and hold anything: of those that all can use, one
+// that is as mapped memory has to be. Where no type serves images and mapping both, mapping goes first.
+uint32_t RealType() {
+    constexpr VkMemoryPropertyFlags kMapped =
+        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    const VkPhysicalDeviceMemoryProperties& real = activeState->realMemory;
+    for (const uint32_t usable : {activeState->usableTypes, ~0u})
+        for (uint32_t type = 0; type < real.memoryTypeCount; ++type)
+            if (((usable >> type) & 1u) != 0 && (real.memoryTypes[type].propertyFlags & kMapped) == kMapped)
+                return type;
+    return 0;
 }
 
 VKAPI_ATTR void VKAPI_CALL BufferRequirements(VkDevice device, const VkBufferMemoryRequirementsInfo2* info,
@@ -188,7 +208,7 @@ VKAPI_ATTR VkResult VKAPI_CALL AllocateMemory(VkDevice device, const VkMemoryAll
     left -= info->allocationSize;
     lies.takenBytes.at(info->memoryTypeIndex) += info->allocationSize;
     VkMemoryAllocateInfo real = *info;
-    real.memoryTypeIndex = 0;
+    real.memoryTypeIndex = RealType();
     return activeState->allocateMemory(device, &real, allocation, memory);
 }
 
