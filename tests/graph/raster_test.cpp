@@ -186,6 +186,30 @@ TEST_F(Raster, DrawIndirect_DrawsItsRangeOfCommandsAndRefusesOneBeyondTheEnd) {
     }
 }
 
+TEST_F(Raster, ConstantsWithOneValueTooMany_AreRefused) {
+    m_renderer.BeginFrame();
+    const TextureId color =
+        m_renderer.CreateTexture("color", {.extent = kExtent, .format = Format::Rgba8Unorm});
+    try {
+        m_renderer.AddPass(
+            "Draw", PassKind::Raster,
+            [&](PassBuilder& pass) {
+                pass.Vertex("test/triangles.vert").Fragment("test/color.frag");
+                pass.Reads("Vertices",
+                           m_renderer.CreateBuffer(
+                               "vertices", {.size = 3 * sizeof(Vertex), .memory = rhi::MemoryKind::Upload}));
+                pass.Constants(std::array<float, 5>{});
+                [[maybe_unused]] const TextureId drawn = pass.ColorTarget(0, color, {.clear = true});
+            },
+            [](CommandList& commands) { commands.Draw(3); });
+        FAIL() << "constants of another size were taken";
+    } catch (const Error& error) {
+        EXPECT_STREQ(
+            error.what(),
+            R"(pass "Draw" gives 20 bytes of constants; test/color.frag has 16 bytes of push constants)");
+    }
+}
+
 TEST_F(Raster, TargetsThatDoNotFit_AreRefused) {
     const auto message = [&](Extent2D second, Format format) -> std::string {
         m_renderer.BeginFrame();

@@ -100,6 +100,16 @@ class Suite:
 
         return [[program, names, Limit(names)] for program, names in tests.items() if names]
 
+    def AskNamed(self, mutation):
+        """The same for the tests that a mutation names: those of the first pattern first."""
+        asks, asked = [], set()
+        for pattern in mutation.tests:
+            for program, tests in self.tests.items():
+                names = [name for name in tests if fnmatch.fnmatchcase(name, pattern) and name not in asked]
+                asks += self.Ask({program: names})
+                asked.update(names)
+        return asks
+
 
 def NamedTests(mutation, tests):
     """{program: [tests]} that the mutation names."""
@@ -132,7 +142,7 @@ def JudgeChosen(copy, judges, mutations):
     groups = Groups(mutations, named, suite.inputs)
     Say(f"{len(mutations)} mutations apply, in {len(groups)} builds")
     tasks = ((group, {m.file: m.Apply((ROOT / m.file).read_text(encoding="utf-8")) for m in group},
-              [suite.Ask(named[m.name]) for m in group]) for group in groups)
+              [suite.AskNamed(m) for m in group]) for group in groups)
     bad, killed = 0, {}
     for group, killers in judges.Judged(tasks):
         for mutation, killer in zip(group, killers or [None] * len(group)):

@@ -113,6 +113,15 @@ TEST(Lights, PointLightIsRead) {
     EXPECT_TRUE(scene.warnings.empty());
 }
 
+TEST(Lights, DirectionalOnesAndConesAreRead) {
+    EXPECT_EQ(Load(WithLight({{"type", "directional"}})).lights.at(0).type, scene::LightType::Directional);
+    const scene::Light spot =
+        Load(WithLight({{"type", "spot"}, {"spot", {{"innerConeAngle", 0.25}, {"outerConeAngle", 0.5}}}}))
+            .lights.at(0);
+    EXPECT_EQ(spot.innerConeAngle, 0.25f);
+    EXPECT_EQ(spot.outerConeAngle, 0.5f);
+}
+
 TEST(Lights, DefaultsAreTheExtensions) {
     const scene::Light light = Load(WithLight({{"type", "spot"}, {"spot", Json::object()}})).lights.at(0);
     EXPECT_EQ(light.type, scene::LightType::Spot);

@@ -332,6 +332,27 @@ TEST(Path, LightSamplingFindsThroughWallsWhatChanceFinds) {
     }
 }
 
+// Straight crossings move the ray's origin, and a lamp that is sampled by area has a density that grows with
+// the square of the distance.
+TEST(Path, SmallLampBehindAWallIsWeighedByTheWholeWay) {
+    SetScene({});
+    const float side = 0.01f, distance = 10.0f;
+    const vec3 from(0.0f, 0.0f, 1.0f), corner(-0.002f, -0.002f, from.z + distance);
+    testLights.AddTriangle(corner, corner + vec3(side, 0.0f, 0.0f), corner + vec3(0.0f, side, 0.0f),
+                           vec3(4.0f), true);
+    testLights.Build();
+    const PathSettings settings = Unbiased(kNoLimit, kNoLimit);
+    threadTraceOptions = {.features = kTraceThinWalls | kTraceLightSampling | kTraceTriangleLights};
+    for (const float crossed : {0.0f, 4.0f}) {
+        const Ray ray{.origin = from + vec3(0.0f, 0.0f, crossed), .direction = vec3(0.0f, 0.0f, 1.0f)};
+        PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
+        path.scatter.position = from;
+        path.scatterPDF = distance * distance / (0.5f * side * side);  // that of light sampling
+        CollectFound(path, vec3(4.0f), 0u, distance - crossed, settings);
+        EXPECT_NEAR(path.radiance.y, 2.0f, 1e-3f) << "a wall at " << crossed;
+    }
+}
+
 TEST(Path, CrossingAWallIsNoBounce) {
     SetScene({.albedo = vec3(0.7f), .emission = vec3(2.0f), .walls = {2.0f, 3.0f}});
     const PathSettings settings = Unbiased(0u, kNoLimit);
