@@ -155,8 +155,12 @@ class FileMaker {
 
 }  // namespace
 
+Bytes AccessorFile(Input input) {
+    return FileMaker(input).Make();
+}
+
 void RunGltfAccessors(Input input) {
-    const Bytes file = FileMaker(input).Make();
+    const Bytes file = AccessorFile(input);
     SharedSceneFolder().Load(file);
 }
 

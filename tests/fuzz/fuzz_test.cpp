@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "base/read_file.h"
+#include "tests/fuzz/gltf_files.h"
 #include "tests/fuzz/mutator.h"
 #include "tests/support/source_file.h"
 
@@ -86,6 +87,22 @@ TEST(FuzzTarget, ReportsOtherExceptionsAndLines) {
     EXPECT_THROW(succeeds([] { throw Error(ErrorKind::BadInput, "a: " + std::string(5000, 'b')); }), Finding);
     EXPECT_THROW(succeeds([] { throw std::out_of_range("a: b"); }), Finding);
     EXPECT_THROW(succeeds([] { throw Finding("b"); }), Finding);
+}
+
+// Changes of files that are refused would not reach far.
+TEST(FuzzTarget, SeedsOfGltfAreRead) {
+    for (const char* name : {"gltf_text", "gltf_container", "gltf_accessors"}) {
+        size_t readCount = 0;
+        const std::vector<Seed> seeds = Seeds(*FindTarget(name), false);
+        std::string refused;
+        for (const Seed& seed : seeds) {
+            const bool isDecided = std::string_view(name) == "gltf_accessors";
+            const bool isRead = SharedSceneFolder().Load(isDecided ? AccessorFile(seed.bytes) : seed.bytes);
+            readCount += isRead;
+            if (!isRead) refused += " " + seed.name;
+        }
+        EXPECT_GE(4 * readCount, 3 * seeds.size()) << name << " refuses" << refused;
+    }
 }
 
 // So that changes reach what lies behind: what is repaired is read.

@@ -39,6 +39,8 @@ SceneFolder& SharedSceneFolder();
 
 // A .glb of a JSON and a BIN chunk.
 Bytes MakeGlb(std::string_view json, Input binary);
+// What the target gltf_accessors makes of an input: a .glb.
+Bytes AccessorFile(Input input);
 // 2 x 2 texels.
 Bytes SmallPng();
 

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "renderer/scene/uri.h"
 #include "tests/fuzz/gltf_files.h"
 #include "tests/fuzz/seeds.h"
 #include "tests/support/source_file.h"
@@ -79,11 +80,15 @@ std::string WithFilesOutside(const std::string& text) {
     return json.dump(1);
 }
 
-// The first 2 KiB of the first buffer as the BIN chunk.
+// With the first buffer as the BIN chunk; zeros if it is a file.
 Bytes AsGlb(const std::string& text) {
     Json json = Json::parse(text);
-    json["buffers"][0].erase("uri");
-    return MakeGlb(json.dump(), Bytes(2048));
+    Json& buffer = json["buffers"][0];
+    const std::string uri = buffer["uri"];
+    const Bytes binary = scene::IsDataUri(uri) ? scene::DecodeDataUri(uri, 1 << 24)
+                                               : Bytes(buffer["byteLength"].get<size_t>());
+    buffer.erase("uri");
+    return MakeGlb(json.dump(), binary);
 }
 
 }  // namespace

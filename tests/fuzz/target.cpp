@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::array kTargets{
     Target{"gltf_text", RunGltfText, 16384},
-    Target{"gltf_container", RunGltfContainer, 8192, RepairGlb},
+    Target{"gltf_container", RunGltfContainer, 16384, RepairGlb},
     Target{"gltf_accessors", RunGltfAccessors, 512},
     Target{"gltf_save", RunGltfSave, 16384},
     Target{"images", RunImages, 4096, RepairPng},
