@@ -3,8 +3,44 @@
 #include <cmath>
 #include <cstring>
 #include <glm/gtc/constants.hpp>
+#include <utility>
+
+#include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
+
+namespace {
+
+// Renderers that no test has at the moment.
+struct Idle {
+    Idle() {
+        VulkanTest::BeforeTheDeviceGoes([this] { renderers.clear(); });
+    }
+    std::vector<std::unique_ptr<Renderer>> renderers;
+};
+
+std::vector<std::unique_ptr<Renderer>>& IdleRenderers() {
+    static Idle idle;
+    return idle.renderers;
+}
+
+}  // namespace
+
+LentRenderer::LentRenderer(rhi::Device& device) : m_isShared(&device == &VulkanTest::Device()) {
+    if (m_isShared && !IdleRenderers().empty()) {
+        m_renderer = std::move(IdleRenderers().back());
+        IdleRenderers().pop_back();
+        m_renderer->TakeTimings();
+    } else {
+        m_renderer = std::make_unique<Renderer>(device);
+    }
+}
+
+LentRenderer::~LentRenderer() {
+    if (!m_isShared) return;
+    m_renderer->DropFrame();
+    IdleRenderers().push_back(std::move(m_renderer));
+}
 
 glm::dvec3 FloatImage::Mean() const {
     glm::dvec3 sum(0.0);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "passes/accumulate.h"
@@ -31,11 +32,28 @@ struct RenderedImage {
     glm::dvec3 StandardErrorOfMean() const;
 };
 
+// A Renderer of the tests' shared device that nobody else has meanwhile. The next test of the process gets it
+// with the pipelines that it has made, which take a second or more each on a CPU, and with the persistent
+// resources that an earlier test left behind. Of another device: a Renderer of its own.
+class LentRenderer {
+  public:
+    explicit LentRenderer(rhi::Device& device);
+    ~LentRenderer();
+    LentRenderer(const LentRenderer&) = delete;
+    LentRenderer& operator=(const LentRenderer&) = delete;
+
+    Renderer& operator*() const { return *m_renderer; }
+
+  private:
+    std::unique_ptr<Renderer> m_renderer;
+    bool m_isShared;
+};
+
 // A device-side scene with its renderer; the settings are those of Trace.
 class SceneRender {
   public:
     explicit SceneRender(rhi::Device& device, const GpuSceneDesc& desc = {})
-        : renderer(device), scene(renderer, desc) {}
+        : m_lent(device), renderer(*m_lent), scene(renderer, desc) {}
 
     // Renders samples settings.sampleIndex ... + sampleCount - 1.
     RenderedImage Render(passes::TraceSettings settings, uint32_t sampleCount);
@@ -50,7 +68,11 @@ class SceneRender {
     // Executes the open frame and reads these textures of it.
     Hits TakeHits(const passes::PrimaryHitIds& hits);
 
-    Renderer renderer;
+  private:
+    LentRenderer m_lent;
+
+  public:
+    Renderer& renderer;
     GpuScene scene;
 };
 

@@ -1,6 +1,7 @@
 #include "tests/support/vulkan_test.h"
 
 #include <exception>
+#include <utility>
 
 #if defined(__SANITIZE_ADDRESS__)
 #define RAYGRAPH_LEAKS_ARE_LOOKED_FOR 1
@@ -47,6 +48,7 @@ namespace {
 struct SharedDevice {
     MessageLog log;
     std::unique_ptr<rhi::Device> device;
+    std::vector<std::function<void()>> beforeItGoes;
 };
 
 SharedDevice& Shared() {
@@ -65,6 +67,7 @@ class DeviceEnvironment : public ::testing::Environment {
     void TearDown() override {
         if (!Shared().device) return;
         const size_t before = Shared().log.Count();
+        for (const auto& destroy : Shared().beforeItGoes) destroy();
         Shared().device.reset();
         EXPECT_EQ(Shared().log.Count(), before) << "messages while the device was destroyed:\n"
                                                 << Shared().log.Text(before);
@@ -113,6 +116,10 @@ rhi::Device& VulkanTest::Device() {
 
 MessageLog& VulkanTest::Log() {
     return Shared().log;
+}
+
+void VulkanTest::BeforeTheDeviceGoes(std::function<void()> destroy) {
+    Shared().beforeItGoes.push_back(std::move(destroy));
 }
 
 VulkanTest::VulkanTest()

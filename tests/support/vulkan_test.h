@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <functional>
 #include <mutex>
 #include <span>
 #include <string>
@@ -39,6 +40,8 @@ class VulkanTest : public ::testing::Test {
     static rhi::Device& Device();
     // What the shared device says, our own messages included.
     static MessageLog& Log();
+    // Runs `destroy` before the shared device is destroyed: for what tests share on it.
+    static void BeforeTheDeviceGoes(std::function<void()> destroy);
 
   private:
     uint64_t m_validationCount;

@@ -41,7 +41,7 @@ inline passes::RasterSettings PlainRaster() {
 class ViewedScene {
   public:
     explicit ViewedScene(rhi::Device& device, Extent2D size = {24, 16}, scene::SceneData data = Boxes())
-        : renderer(device), scene(renderer), viewport(renderer, scene, {.size = size}) {
+        : m_lent(device), renderer(*m_lent), scene(renderer), viewport(renderer, scene, {.size = size}) {
         scene.SetScene(std::move(data));
         viewport.SetCamera(InsideBoxes());
         viewport::PathSettings paths;
@@ -71,7 +71,11 @@ class ViewedScene {
         return count;
     }
 
-    Renderer renderer;
+  private:
+    LentRenderer m_lent;
+
+  public:
+    Renderer& renderer;
     GpuScene scene;
     Viewport viewport;
 };
