@@ -61,12 +61,13 @@ TEST_F(TraceBoundary, Trace_SheetOfTheIndexOfAirMirrorsNothing) {
     TraceSettings settings = FaceOn();
     settings.camera =
         LookAt(100.0f * glm::vec3(std::sin(angle), 0.0f, std::cos(angle)), {0, 0, 0}, 1e-4f, 8).camera;
+    settings.extent = {64, 64};
     const auto mirrored = [&](float ior) {
         sheet.ior = ior;
         render.scene.SetScene(SceneOf({QuadMesh(1.0f, 0), QuadMesh(50.0f, 1)}, {sheet, black},
                                       {glm::mat4x3(1.0f), Translation({0, 0, -0.5f})}));
         render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
-        return render.Render(settings, 64).mean.Mean().y;
+        return render.Render(settings, 1).mean.Mean().y;
     };
     EXPECT_EQ(mirrored(1.0f), 0.0);
     const double schlick = 0.04 + 0.96 * std::pow(1.0 - std::cos(angle), 5.0);

@@ -196,7 +196,7 @@ TEST_F(TraceLights, Trace_ChanceAndLightSamplingAgreeOnWhatBothCanFind) {
     TraceSettings settings = Settings();
     const RenderedImage sampled = render.Render(settings, 32);
     settings.lights.isOn = false;
-    const RenderedImage found = render.Render(settings, 512);
+    const RenderedImage found = render.Render(settings, 64);
     const double error = std::hypot(sampled.StandardErrorOfMean().y, found.StandardErrorOfMean().y);
     EXPECT_NEAR(sampled.mean.Mean().y, found.mean.Mean().y, 4.0 * error);
     EXPECT_LT(error, 0.01 * sampled.mean.Mean().y);

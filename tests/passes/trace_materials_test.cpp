@@ -84,23 +84,23 @@ TEST_F(TraceMaterials, Trace_WhiteMetalHasTheAlbedoOfQuadrature) {
 TEST_F(TraceMaterials, Trace_WhiteMetalReturnsAllLightWithMultiscatter) {
     for (const float roughness : {0.0f, 0.3f, 0.7f, 1.0f})
         for (const float cosTheta : {0.9f, 0.3f}) {
-            TraceSettings settings = Gltf(EyeAt(cosTheta), {0, 0, 0}, 1e-4f, 16);
+            TraceSettings settings = Gltf(EyeAt(cosTheta), {0, 0, 0}, 1e-4f, 64);
             settings.scattering.multiscatter = MultiscatterKind::Lut;
-            EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), Metal(roughness), settings, 256).y, 1.0, 0.015)
+            EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), Metal(roughness), settings, 16).y, 1.0, 0.015)
                 << "lut, roughness " << roughness << ", cosine " << cosTheta;
             // Every walk that leaves a white metal brings all: no noise
             settings.scattering.multiscatter = MultiscatterKind::Walk;
             settings.lights.isOn = false;
-            EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), Metal(roughness), settings, 64).y, 1.0, 1e-4)
+            EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), Metal(roughness), settings, 4).y, 1.0, 1e-4)
                 << "walk, roughness " << roughness << ", cosine " << cosTheta;
         }
 }
 
 // Light sampling asks walks for estimates of f, which are noisy.
 TEST_F(TraceMaterials, Trace_WalksTowardsSampledLightsReturnAllLight) {
-    TraceSettings settings = Gltf(EyeAt(0.3f), {0, 0, 0}, 1e-4f, 32);
+    TraceSettings settings = Gltf(EyeAt(0.3f), {0, 0, 0}, 1e-4f, 64);
     settings.scattering.multiscatter = MultiscatterKind::Walk;
-    EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), Metal(0.7f), settings, 256).y, 1.0, 0.005);
+    EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), Metal(0.7f), settings, 64).y, 1.0, 0.005);
 }
 
 TEST_F(TraceMaterials, Trace_WhiteDielectricReturnsAllLight) {
@@ -139,13 +139,13 @@ TEST_F(TraceMaterials, Trace_RoughGlassSphereVanishesInUnitEnvironment) {
 // The environment is beyond every distance: what is clear passes its light, what is not passes none. The
 // radiance of light that comes out of a denser medium is less by the square of the index.
 TEST_F(TraceMaterials, Trace_VolumeWithoutAnEndIsClearOrBlack) {
-    const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.2f, 32);
+    const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.2f, 64);
     scene::Material glass = Glass(0.0f, 1.5f, 1.0f);
     const double clear = 0.04 + 0.96 / (1.5 * 1.5);
-    EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), glass, settings, 256).y, clear, 0.004);
+    EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), glass, settings, 64).y, clear, 0.004);
     glass.attenuationDistance = 0.1f;
     glass.attenuationColor = {1.0f, 0.5f, 0.9f};
-    const glm::dvec3 tinted = InUnitEnvironment(QuadMesh(1.0f), glass, settings, 256);
+    const glm::dvec3 tinted = InUnitEnvironment(QuadMesh(1.0f), glass, settings, 64);
     EXPECT_NEAR(tinted.x, clear, 0.004);
     EXPECT_NEAR(tinted.y, 0.04, 0.004) << "reflected at the first surface";
     EXPECT_NEAR(tinted.z, 0.04, 0.004);
