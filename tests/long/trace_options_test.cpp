@@ -1,9 +1,13 @@
-// Every option of Trace does something: the picture of the same random numbers is another one. And it does
-// nothing to what it is not about: without a bounce, light is that of what is seen, to the bit. That options
-// converge to one picture, where they should, is shown by convergence_test.cpp.
+// Every option of Trace and of the raster view does something: the picture of the same random numbers is
+// another one. And it does nothing to what it is not about: without a bounce, light is that of what is seen,
+// to the bit, and so are the first hits. That options converge to one picture, where they should, is shown by
+// convergence_test.cpp.
 #include <algorithm>
+#include <limits>
 #include <string>
 
+#include "passes/raster.h"
+#include "tests/support/option_rows.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -13,35 +17,79 @@ using passes::TraceSettings;
 
 namespace {
 
+// Pixels of 256. The same random numbers give the same bits, and few paths turn on how roulette is played.
+constexpr size_t kFew = 5;
+
+// What an option moves beside the light.
+enum class Moves : uint8_t { Nothing, CameraRays, FirstHits };
+
 struct Option {
     const char* name;
     void (*change)(TraceSettings&);
-    bool movesCameraRays = false;
+    bool isOfRaster = false;  // changes that view, too
+    Moves moves = Moves::Nothing;
+    void (*prepare)(TraceSettings&) = nullptr;  // where the option matters
 };
 
 // What glTF's material is made of.
 const Option kOfScattering[] = {
-    {"distribution", [](TraceSettings& s) { s.scattering.distribution = MicrofacetModel::Beckmann; }},
-    {"masking", [](TraceSettings& s) { s.scattering.masking = MaskingModel::Separable; }},
-    {"fresnel", [](TraceSettings& s) { s.scattering.fresnel = FresnelModel::Conductor; }},
-    {"multiscatter", [](TraceSettings& s) { s.scattering.multiscatter = MultiscatterKind::Off; }},
-    {"brdf", [](TraceSettings& s) { s.scattering.brdf = BrdfModel::Lambert; }},
+    {"lambert", [](TraceSettings& s) { s.scattering.brdf = BrdfModel::Lambert; }, true},
+    {"lafortune", [](TraceSettings& s) { s.scattering.brdf = BrdfModel::Lafortune; }, true},
+    {"beckmann", [](TraceSettings& s) { s.scattering.distribution = MicrofacetModel::Beckmann; }, true},
+    {"phong", [](TraceSettings& s) { s.scattering.distribution = MicrofacetModel::Phong; }, true},
+    {"separable", [](TraceSettings& s) { s.scattering.masking = MaskingModel::Separable; }, true},
+    {"shortcut", [](TraceSettings& s) { s.scattering.masking = MaskingModel::Shortcut; }, true},
+    {"dielectric", [](TraceSettings& s) { s.scattering.fresnel = FresnelModel::Dielectric; }, true},
+    {"conductor", [](TraceSettings& s) { s.scattering.fresnel = FresnelModel::Conductor; }, true},
+    {"lazanyi", [](TraceSettings& s) { s.scattering.fresnel = FresnelModel::Lazanyi; }, true},
+    {"no multiscatter", [](TraceSettings& s) { s.scattering.multiscatter = MultiscatterKind::Off; }, true},
+    {"walk", [](TraceSettings& s) { s.scattering.multiscatter = MultiscatterKind::Walk; }, true},
     {"regularization", [](TraceSettings& s) { s.biases.regularize = 0.8f; }},
 };
 
 // What there is of any material; shown with Lambert's, whose pipelines are made sooner.
 const Option kOfPaths[] = {
-    {"light sampler", [](TraceSettings& s) { s.lights.sampler = LightSampler::Uniform; }},
+    {"uniform lights", [](TraceSettings& s) { s.lights.sampler = LightSampler::Uniform; }},
+    {"lights by power", [](TraceSettings& s) { s.lights.sampler = LightSampler::Power; }},
     {"light sampling", [](TraceSettings& s) { s.lights.isOn = false; }},
-    {"mis", [](TraceSettings& s) { s.lights.mis = MisHeuristic::Off; }},
-    {"roulette", [](TraceSettings& s) { s.roulette.kind = Roulette::Off; }},
+    {"balance", [](TraceSettings& s) { s.lights.mis = MisHeuristic::Balance; }},
+    {"mis off", [](TraceSettings& s) { s.lights.mis = MisHeuristic::Off; }},
+    {"constant roulette", [](TraceSettings& s) { s.roulette.kind = Roulette::Constant; }},
+    {"roulette of the frame", [](TraceSettings& s) { s.roulette.kind = Roulette::Frame; }},
+    {"roulette off", [](TraceSettings& s) { s.roulette.kind = Roulette::Off; }},
     {"roulette's start", [](TraceSettings& s) { s.roulette.start = 1; }},
+    {"survival", [](TraceSettings& s) { s.roulette.survival = 0.3f; }, false, Moves::Nothing,
+     [](TraceSettings& s) { s.roulette.kind = Roulette::Constant; }},
     {"depth", [](TraceSettings& s) { s.biases.maxDepth = 1; }},
     {"clamp", [](TraceSettings& s) { s.biases.clampIndirect = 0.01f; }},
-    {"seed", [](TraceSettings& s) { s.seed = 9; }, true},
-    {"sample", [](TraceSettings& s) { s.sampleIndex = 9; }, true},
-    {"sampler", [](TraceSettings& s) { s.sampler = SamplerKind::Pcg; }, true},
+    {"shadow terminator", [](TraceSettings& s) { s.biases.shadowTerminator = true; }},
+    {"seed", [](TraceSettings& s) { s.seed = 9; }, true, Moves::CameraRays},
+    {"sample", [](TraceSettings& s) { s.sampleIndex = 9; }, true, Moves::CameraRays},
+    {"pcg", [](TraceSettings& s) { s.sampler = SamplerKind::Pcg; }, true, Moves::CameraRays},
+    {"tea", [](TraceSettings& s) { s.sampler = SamplerKind::Tea; }, true, Moves::CameraRays},
+    {"camera", [](TraceSettings& s) { s.camera.origin.x += 0.1f; }, true, Moves::FirstHits},
+    {"extent",
+     [](TraceSettings& s) {
+         s.extent = {15, 16};
+     },
+     true, Moves::FirstHits},
+    {"region",
+     [](TraceSettings& s) {
+         s.region = {2, 3, 9, 8};
+     },
+     false, Moves::FirstHits},
 };
+
+auto FieldsOf(TraceSettings& s) {
+    auto& [extent, region, camera, sampler, seed, sampleIndex, scattering, lights, roulette, biases] = s;
+    auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
+    auto& [isOn, lightSampler, mis] = lights;
+    auto& [kind, start, survival] = roulette;
+    auto& [maxDepth, clampIndirect, regularize, shadowTerminator] = biases;
+    return std::tie(extent, region, camera, sampler, seed, sampleIndex, brdf, distribution, masking, fresnel,
+                    multiscatter, isOn, lightSampler, mis, kind, start, survival, maxDepth, clampIndirect,
+                    regularize, shadowTerminator);
+}
 
 class TraceOptions : public VulkanTest {
   protected:
@@ -49,11 +97,13 @@ class TraceOptions : public VulkanTest {
         scene::Material metal = Lambert({0.7f, 0.5f, 0.3f});
         metal.metallicFactor = 0.6f;
         metal.roughnessFactor = 0.5f;
-        scene::SceneData scene =
-            SceneOf({QuadMesh(2.0f, 0), BoxMesh(0.4f, 0), QuadMesh(0.4f, 1), QuadMesh(2.0f, 0)},
-                    {metal, Lambert({}, glm::vec3(6.0f))},
-                    {glm::mat4x3(1.0f), Translation({0.2f, -0.3f, 0.4f}), Translation({0.5f, 0.6f, 1.8f}),
-                     Translation({0, 0, 2.2f})});
+        // Two lamps, of which one is brighter: what samples lights has a choice
+        scene::SceneData scene = SceneOf(
+            {QuadMesh(2.0f, 0), BoxMesh(0.4f, 0), QuadMesh(0.4f, 1), QuadMesh(2.0f, 0),
+             SphereMesh(0.5f, 4, 0), QuadMesh(0.3f, 2)},
+            {metal, Lambert({}, glm::vec3(6.0f)), Lambert({}, {1.0f, 2.0f, 1.0f})},
+            {glm::mat4x3(1.0f), Translation({0.2f, -0.3f, 0.4f}), Translation({0.5f, 0.6f, 1.8f}),
+             Translation({0, 0, 2.2f}), Translation({-0.7f, -0.2f, 0.6f}), Translation({-0.9f, 0.9f, 1.0f})});
         scene::Light light;
         light.intensity = 2.0f;
         light.lightToWorld = Translation({-0.8f, 0.5f, 1.0f});
@@ -65,31 +115,92 @@ class TraceOptions : public VulkanTest {
         settings.scattering.brdf = brdf;
         return settings;
     }
+    FloatImage Draw(const TraceSettings& settings) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, settings, passes::FilmPosition::Center);
+        const Readback readback = render.renderer.ReadBack(passes::RasterShade(
+            render.renderer, ids, settings, seen, environment,
+            {.shadows = passes::RasterShadows::Off, .hasOcclusion = false, .hasTransmission = false}));
+        render.renderer.Execute();
+        return ToFloatImage(readback);
+    }
     // How many pixels are other ones.
     static size_t Different(const FloatImage& a, const FloatImage& b) {
+        if (!(a.extent == b.extent)) return std::numeric_limits<size_t>::max();
         size_t count = 0;
         for (size_t i = 0; i < a.values.size(); i++) count += a.values[i] != b.values[i];
         return count;
     }
-    void ExpectEachMatters(std::span<const Option> options, const TraceSettings& settings) {
-        TraceSettings seen = settings;
-        seen.biases.maxDepth = 0;
-        const FloatImage picture = render.TraceOnce(settings), emission = render.TraceOnce(seen);
+    struct Row {
+        const Option& option;
+        TraceSettings before, after;
+    };
+    template <typename Visit>
+    static void ForEach(std::span<const Option> options, const TraceSettings& settings, Visit&& visit) {
         for (const Option& option : options) {
-            TraceSettings changed = settings;
-            option.change(changed);
-            EXPECT_GT(Different(render.TraceOnce(changed), picture), 20u) << option.name << " does nothing";
-            if (option.movesCameraRays) continue;
-            changed.biases.maxDepth = 0;
-            EXPECT_EQ(Different(render.TraceOnce(changed), emission), 0u)
-                << option.name << " changes what is seen without a bounce";
+            SCOPED_TRACE(option.name);
+            TraceSettings before = settings;
+            if (option.prepare != nullptr) option.prepare(before);
+            TraceSettings after = before;
+            option.change(after);
+            visit(Row{option, before, after});
         }
+    }
+    // Each picture is another one than that of the defaults, and of each other row.
+    void ExpectEachMatters(std::span<const Option> options, const TraceSettings& settings) {
+        const auto withoutBounce = [](TraceSettings seen) {
+            seen.biases.maxDepth = 0;
+            return seen;
+        };
+        const FloatImage emission = render.TraceOnce(withoutBounce(settings));
+        const SceneRender::Hits hits = render.PrimaryHits(settings);
+        std::vector<std::pair<const char*, FloatImage>> pictures{
+            {"the defaults", render.TraceOnce(settings)}};
+        ForEach(options, settings, [&](const Row& row) {
+            FloatImage picture = render.TraceOnce(row.after);
+            if (row.option.prepare != nullptr) {
+                EXPECT_GT(Different(picture, render.TraceOnce(row.before)), kFew);
+            }
+            for (const auto& [name, other] : pictures)
+                EXPECT_GT(Different(picture, other), kFew) << "is as " << name;
+            pictures.emplace_back(row.option.name, std::move(picture));
+            if (row.option.moves == Moves::FirstHits) return;
+            EXPECT_EQ(render.PrimaryHits(row.after).ids, hits.ids) << "sees other surfaces";
+            if (row.option.moves == Moves::CameraRays) return;
+            EXPECT_EQ(Different(render.TraceOnce(withoutBounce(row.after)), emission), 0u)
+                << "changes what is seen without a bounce";
+        });
+    }
+    void ExpectRasterKnows(std::span<const Option> options, const TraceSettings& settings) {
+        std::vector<std::pair<const char*, FloatImage>> pictures{{"the defaults", Draw(settings)}};
+        ForEach(options, settings, [&](const Row& row) {
+            if (row.option.moves == Moves::FirstHits && !row.option.isOfRaster) return;
+            FloatImage picture = Draw(row.after);
+            if (!row.option.isOfRaster) {
+                EXPECT_EQ(Different(picture, pictures[0].second), 0u) << "is of paths alone";
+                return;
+            }
+            for (const auto& [name, other] : pictures)
+                EXPECT_GT(Different(picture, other), kFew) << "is as " << name;
+            pictures.emplace_back(row.option.name, std::move(picture));
+        });
     }
 
     SceneRender render{Device()};
+    passes::FilteredEnvironment environment{"environment"};
 };
 
 }  // namespace
+
+TEST_F(TraceOptions, Trace_EveryFieldAndEveryValueHasARow) {
+    auto rows = OptionRowsOf<TraceSettings>([](TraceSettings& s) { return FieldsOf(s); });
+    const auto add = [&](const Row& row) { rows.Add(row.option.name, row.before, row.after); };
+    ForEach(kOfScattering, View(BrdfModel::Gltf), add);
+    ForEach(kOfPaths, View(BrdfModel::Lambert), add);
+    rows.ExpectComplete();
+}
 
 TEST_F(TraceOptions, Trace_EveryOptionOfScatteringChangesThePicture) {
     ExpectEachMatters(kOfScattering, View(BrdfModel::Gltf));
@@ -99,12 +210,43 @@ TEST_F(TraceOptions, Trace_EveryOptionOfPathsChangesThePicture) {
     ExpectEachMatters(kOfPaths, View(BrdfModel::Lambert));
 }
 
-TEST_F(TraceOptions, Trace_SurvivalChangesThePicture) {
-    TraceSettings settings = View(BrdfModel::Lambert);
-    settings.roulette = {.kind = Roulette::Constant, .start = 1, .survival = 0.9f};
-    const FloatImage often = render.TraceOnce(settings);
-    settings.roulette.survival = 0.3f;
-    EXPECT_GT(Different(render.TraceOnce(settings), often), 20u);
+TEST_F(TraceOptions, RasterShade_EveryOptionOfScatteringAndSamplingChangesThePictureAndNoOther) {
+    ExpectRasterKnows(kOfScattering, View(BrdfModel::Gltf));
+    ExpectRasterKnows(kOfPaths, View(BrdfModel::Lambert));
+}
+
+TEST_F(TraceOptions, Trace_EveryOutputComesWhenAskedForAndLeavesTheRadiance) {
+    struct OutputRow {
+        const char* name;
+        passes::TraceOutputs outputs;
+    };
+    const OutputRow kRows[] = {{"ray counts", {.rayCounts = true}},
+                               {"parts", {.parts = true}},
+                               {"light groups", {.lightGroups = true}}};
+    auto rows = OptionRowsOf<passes::TraceOutputs>([](passes::TraceOutputs& s) {
+        auto& [rayCounts, parts, lightGroups] = s;
+        return std::tie(rayCounts, parts, lightGroups);
+    });
+    const TraceSettings settings = View(BrdfModel::Lambert);
+    const FloatImage alone = render.TraceOnce(settings);
+    const auto expectSame = [&](const passes::TraceOutputs& outputs) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::TraceIds traced = passes::Trace(render.renderer, ids, settings, outputs);
+        const Readback radiance = render.renderer.ReadBack(traced.radiance);
+        render.renderer.Execute();
+        EXPECT_EQ(Different(ToFloatImage(radiance), alone), 0u);
+        EXPECT_EQ(traced.rayCounts.IsValid(), outputs.rayCounts);
+        for (const TextureId part : traced.parts) EXPECT_EQ(part.IsValid(), outputs.parts);
+        EXPECT_EQ(traced.lightGroups.IsValid(), outputs.lightGroups);
+    };
+    for (const OutputRow& row : kRows) {
+        SCOPED_TRACE(row.name);
+        rows.Add(row.name, {}, row.outputs);
+        expectSame(row.outputs);
+    }
+    rows.ExpectComplete();
+    expectSame({.parts = true, .lightGroups = true});
 }
 
 }  // namespace raygraph::testing

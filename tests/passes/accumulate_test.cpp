@@ -85,6 +85,19 @@ TEST_F(AccumulateTest, Accumulate_GivesTheNearestMeanAndUnbiasedVariance) {
     }
 }
 
+TEST_F(AccumulateTest, Accumulate_TheVarianceLeavesTheBitsOfTheMean) {
+    Accumulation other("other");
+    for (uint32_t n = 0; n < 5; n++) {
+        const Texels mean = Add(Sample(n));
+        const Texels beside = harness.Run([&](PassHarness& h) {
+            const TextureId texture = h.Texture("sample", kExtent, Format::Rgba32Float, Sample(n));
+            return passes::Accumulate(h.Graph(), texture, other, true).mean;
+        });
+        EXPECT_EQ(mean.values, beside.values) << n;
+    }
+    EXPECT_EQ(accumulation.SampleCount(), other.SampleCount());
+}
+
 TEST_F(AccumulateTest, Accumulate_FirstSampleIgnoresWhatWasStored) {
     Add({NAN, NAN, NAN, NAN, 1, 1, 1, 1}, true);
     accumulation.Reset(ResetCause::Camera);

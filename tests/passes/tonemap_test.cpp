@@ -2,9 +2,12 @@
 #include "passes/tonemap.h"
 
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "core/tonemap.glsl"
 #include "renderer/graph/pass_harness.h"
+#include "tests/support/option_rows.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
@@ -64,6 +67,59 @@ TEST_F(TonemapTest, Tonemap_NanAndNegativeAreBlack) {
     });
     for (uint32_t channel = 0; channel < 3; channel++) EXPECT_EQ(shown.At(0, 0)[channel], 0.0f);
     for (uint32_t channel = 0; channel < 3; channel++) EXPECT_EQ(shown.At(1, 0)[channel], 1.0f);
+}
+
+TEST_F(TonemapTest, Tonemap_EveryOptionChangesColorOrAlphaAndNotTheOther) {
+    using passes::TonemapSettings;
+    struct Row {
+        const char* name;
+        void (*change)(TonemapSettings&);
+        bool isOfColor = true;
+    };
+    const Row kRows[] = {
+        {"exposure", [](TonemapSettings& s) { s.exposureEv = 1.0f; }},
+        {"linear", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Linear; }},
+        {"srgb", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Srgb; }},
+        {"reinhard", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Reinhard; }},
+        {"aces", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::Aces; }},
+        {"agx", [](TonemapSettings& s) { s.tonemapOperator = TonemapOperator::AgX; }},
+        {"opaque", [](TonemapSettings& s) { s.isOpaque = true; }, false},
+    };
+    const std::vector<float> colors = Colors();
+    struct Shown {
+        std::vector<float> color, alpha;
+    };
+    const auto show = [&](const TonemapSettings& settings) {
+        const Texels texels = harness.Run([&](PassHarness& h) {
+            return passes::Tonemap(h.Graph(), h.Texture("radiance", {kWidth, 1}, Format::Rgba32Float, colors),
+                                   settings);
+        });
+        Shown shown;
+        for (uint32_t i = 0; i < 4 * kWidth; i++)
+            (i % 4 == 3 ? shown.alpha : shown.color).push_back(texels.values[i]);
+        return shown;
+    };
+    auto rows = OptionRowsOf<TonemapSettings>([](TonemapSettings& s) {
+        auto& [exposure, tonemapOperator, isOpaque] = s;
+        return std::tie(exposure, tonemapOperator, isOpaque);
+    });
+    const Shown before = show({});
+    std::map<std::vector<float>, std::string> pictures{{before.color, "the defaults"}};
+    for (const Row& row : kRows) {
+        TonemapSettings settings;
+        row.change(settings);
+        rows.Add(row.name, {}, settings);
+        const Shown after = show(settings);
+        if (row.isOfColor) {
+            const auto [found, isNew] = pictures.emplace(after.color, row.name);
+            EXPECT_TRUE(isNew) << row.name << " looks like " << found->second;
+            EXPECT_EQ(after.alpha, before.alpha) << row.name;
+        } else {
+            EXPECT_EQ(after.alpha, std::vector<float>(kWidth, 1.0f)) << row.name;
+            EXPECT_EQ(after.color, before.color) << row.name;
+        }
+    }
+    rows.ExpectComplete();
 }
 
 }  // namespace raygraph::testing

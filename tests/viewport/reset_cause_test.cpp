@@ -172,23 +172,9 @@ std::vector<Edit> EditsThatShow() {
     };
 }
 
-// What needs pipelines of its own, or shows in other scenes alone.
+// What shows in other scenes alone. All of the viewport's own settings: reset_settings_test.cpp.
 std::vector<Edit> OtherEdits() {
     return {
-        OfPaths("sampler", [](PathSettings& paths) { paths.sampler = SamplerKind::Pcg; }),
-        OfPaths("brdf", [](PathSettings& paths) { paths.scattering.brdf = BrdfModel::Gltf; }),
-        OfPaths("distribution",
-                [](PathSettings& paths) { paths.scattering.distribution = MicrofacetModel::Beckmann; }),
-        OfPaths("masking", [](PathSettings& paths) { paths.scattering.masking = MaskingModel::Separable; }),
-        OfPaths("fresnel", [](PathSettings& paths) { paths.scattering.fresnel = FresnelModel::Dielectric; }),
-        OfPaths("multiscatter",
-                [](PathSettings& paths) { paths.scattering.multiscatter = MultiscatterKind::Off; }),
-        OfPaths("light sampling", [](PathSettings& paths) { paths.lights.isOn = false; }),
-        OfPaths("light sampler", [](PathSettings& paths) { paths.lights.sampler = LightSampler::Power; }),
-        OfPaths("mis", [](PathSettings& paths) { paths.lights.mis = MisHeuristic::Balance; }),
-        OfPaths("roulette", [](PathSettings& paths) { paths.roulette.kind = Roulette::Off; }),
-        OfPaths("survival", [](PathSettings& paths) { paths.roulette.survival = 0.5f; }),
-        OfPaths("regularization", [](PathSettings& paths) { paths.biases.regularize = 0.1f; }),
         OfMaterial("alpha", [](scene::Material& material) { material.baseColorFactor.a = 0.5f; }),
         OfMaterial("metallic", [](scene::Material& material) { material.metallicFactor = 0.5f; }),
         OfMaterial("roughness", [](scene::Material& material) { material.roughnessFactor = 0.5f; }),
@@ -223,7 +209,8 @@ class ViewportResetCause : public VulkanTest {
         EXPECT_EQ(viewed.AllResets(), 1u);
     }
 
-    Renderer renderer{Device()};
+    LentRenderer lent{Device()};
+    Renderer& renderer = *lent;
 };
 
 }  // namespace
