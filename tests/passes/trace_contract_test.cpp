@@ -49,6 +49,27 @@ TEST_F(TraceContract, Trace_IsAFunctionOfSeedPixelAndSample) {
     EXPECT_TRUE(SameBits(first, another.TraceOnce(settings)));
 }
 
+// What leaves the mean as it is, or nearly so, might be left out and nobody would see it.
+TEST_F(TraceContract, Trace_HowLightIsChosenWeighedAndReflectedChangesTheSample) {
+    scene::Material metal = Lambert({0.9f, 0.6f, 0.3f});
+    metal.metallicFactor = 1.0f;
+    metal.roughnessFactor = 0.4f;
+    render.scene.SetScene(SceneOf({BoxMesh(1.0f), BoxMesh(0.4f, 1)},
+                                  {Lambert(glm::vec3(0.6f), {0.3f, 0.2f, 0.1f}), metal},
+                                  {glm::mat4x3(1.0f), Translation({0.4f, -0.5f, 0.1f})}));
+    TraceSettings settings = LookAt({-0.8f, 0.1f, 0.3f}, {1.0f, -0.5f, 0.0f}, 1.2f, 16);
+    settings.scattering = {};
+    const FloatImage first = render.TraceOnce(settings);
+    const auto differs = [&](auto change) {
+        TraceSettings changed = settings;
+        change(changed);
+        return !SameBits(first, render.TraceOnce(changed));
+    };
+    EXPECT_TRUE(differs([](TraceSettings& s) { s.lights.sampler = LightSampler::Uniform; }));
+    EXPECT_TRUE(differs([](TraceSettings& s) { s.lights.mis = MisHeuristic::Balance; }));
+    EXPECT_TRUE(differs([](TraceSettings& s) { s.scattering.fresnel = FresnelModel::Lazanyi; }));
+}
+
 TEST_F(TraceContract, Trace_CountsItsRays) {
     SetBoxes();
     TraceSettings settings = InsideBoxes();

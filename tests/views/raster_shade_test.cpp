@@ -204,6 +204,28 @@ TEST_F(RasterShade, AnEnvironmentMapLightsAboutAsPathTraced) {
     }
 }
 
+// The levels lie one below the other: the last row of one is next to the first row, the zenith, of the one
+// below.
+TEST_F(RasterShade, WhatFacesTheNadirReflectsNoZenith) {
+    const uint32_t width = 8, height = 4;
+    image::ImageF map{.width = width, .height = height, .rgba = {}};
+    for (uint32_t texel = 0; texel < width * height; texel++) {
+        const float value = texel < width ? 40.0f : 1.0f;
+        map.rgba.insert(map.rgba.end(), {value, value, value, 1.0f});
+    }
+    scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Glossy(glm::vec3(1.0f), 1, 0.4f)});
+    scene.meshes[0].primitives[0].positions = {{-1, 0, -1}, {1, 0, -1}, {1, 0, 1}, {-1, 0, 1}};
+    scene.meshes[0].primitives[0].normals.assign(4, {0, -1, 0});
+    scene.meshes[0].primitives[0].bounds = {{-1, 0, -1}, {1, 0, 1}};
+    render.scene.SetScene(std::move(scene));
+    render.scene.SetEnvironmentMap(map);
+    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+    TraceSettings settings = LookAt({0, -3, 0.001f}, {0, 0, 0}, 0.1f, 8);
+    settings.scattering = {};
+    const glm::dvec3 drawn = Draw(settings, 1, FilmPosition::Center).Mean();
+    EXPECT_NEAR(drawn.y, 1.0, 0.1);
+}
+
 TEST_F(RasterShade, AMapIsFilteredOnce) {
     image::ImageF map{.width = 4, .height = 2, .rgba = std::vector<float>(32, 0.5f)};
     const auto wasFiltered = [&] {
