@@ -1,0 +1,91 @@
+// The program when a call of Vulkan fails in it: one line, the exit status of it, and no file.
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <link.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "tests/cli/program_runner.h"
+#include "tests/support/source_file.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+// A variable of the environment for as long as it lives.
+class Variable {
+  public:
+    Variable(const char* name, const std::string& value) : m_name(name) {
+        if (const char* old = std::getenv(name)) m_old = old;
+        setenv(name, value.c_str(), 1);
+    }
+    ~Variable() {
+        if (m_old)
+            setenv(m_name, m_old->c_str(), 1);
+        else
+            unsetenv(m_name);
+    }
+    Variable(const Variable&) = delete;
+    Variable& operator=(const Variable&) = delete;
+
+  private:
+    const char* m_name;
+    std::optional<std::string> m_old;
+};
+
+// The file that this process would load.
+std::string SystemVulkan() {
+    void* const library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+    link_map* map = nullptr;
+    if (!library || dlinfo(library, RTLD_DI_LINKMAP, static_cast<void*>(&map)) != 0) return "";
+    const std::string file = map->l_name;
+    dlclose(library);
+    return file;
+}
+
+test::ProgramResult RunWithFailure(const std::string& failure, const std::vector<std::string>& words) {
+    std::string folders = test::EnvironmentOr("RAYGRAPH_FAILING_VULKAN", RAYGRAPH_BUILT_FAILING_VULKAN);
+    if (const char* others = std::getenv("LD_LIBRARY_PATH")) (folders += ':') += others;
+    const Variable library("RAYGRAPH_VULKAN_LIBRARY", SystemVulkan());
+    const Variable fail("RAYGRAPH_FAIL", failure);
+    const Variable path("LD_LIBRARY_PATH", folders);
+    return test::RunProgram(words);
+}
+
+class ProgramFailure : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(ProgramFailure, EndsInOneLineAndLeavesNoFile) {
+    const test::TemporaryFolder folder;
+    const test::ProgramResult result = RunWithFailure(
+        GetParam(), {"render", test::SceneFile("cornell.gltf"), "--size", "16x16", "--spp", "2", "-o",
+                     folder / "a.exr", "-o", folder / "a.png", "--report", folder / "a.json"});
+    EXPECT_EQ(result.exitCode, 5) << result.messages;
+    EXPECT_EQ(std::ranges::count(result.messages, '\n'), 1) << result.messages;
+    EXPECT_TRUE(result.messages.starts_with("raygraph: ")) << result.messages;
+    EXPECT_EQ(result.output, "");
+    const bool isLoss = std::string(GetParam()).find("lost") != std::string::npos;
+    EXPECT_NE(result.messages.find(isLoss ? "VK_ERROR_DEVICE_LOST" : "VK_ERROR_OUT_OF_DEVICE_MEMORY"),
+              std::string::npos)
+        << result.messages;
+    EXPECT_TRUE(std::filesystem::is_empty(folder.Path()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Render, ProgramFailure,
+                         ::testing::Values("creation:2:oom", "allocation:4:oom:on", "creation:60:oom",
+                                           "submission:1:oom", "submission:2:lost", "wait:5:lost",
+                                           "creation:90:lost"));
+
+// Else the tests above would show nothing.
+TEST(ProgramFailureLoader, WithoutAFailureItChangesNothing) {
+    const test::TemporaryFolder folder;
+    const std::string picture = folder / "a.png";
+    const test::ProgramResult result = RunWithFailure(
+        "submission:100000:lost",
+        {"render", test::SceneFile("cornell.gltf"), "--size", "16x16", "--spp", "1", "-o", picture});
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    EXPECT_TRUE(std::filesystem::exists(picture));
+}
+
+}  // namespace
+}  // namespace raygraph
