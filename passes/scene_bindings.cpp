@@ -111,8 +111,7 @@ void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParam
 }
 
 void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
-    pass.Specialize("kHasWallShadows", scene.hasThinWalls ? 1u : 0u);
-    pass.Miss(RayType::Shadow, scene.hasThinWalls ? "scene/wall_shadow.rmiss" : "scene/shadow.rmiss");
+    pass.Miss(RayType::Shadow, "scene/shadow.rmiss");
     if (scene.hasThinWalls)
         pass.HitGroup(RayType::Shadow, kWallShadow);
     else

@@ -9,18 +9,14 @@ struct RadiancePayload {  // 24 bytes
     uint alphaSeed;
 };
 
-struct ShadowPayload {
+// No larger than that of the other rays: what a ray may carry is reserved for all of them.
+struct ShadowPayload {   // 24 bytes
+    vec3 passed;         // share of light that the smooth thin walls met so far let through
+    float lastDistance;  // of the wall met last; kShadowRayArrived: nothing opaque was on the ray
+    float ior;           // of the medium around the walls
     uint alphaSeed;
-    uint isOccluded;
 };
 
-// Of shadow rays in scenes with smooth thin walls.
-struct WallShadowPayload {  // 28 bytes
-    vec3 passed;            // share of light that the walls met so far let through
-    float lastDistance;     // of the wall met last
-    float ior;              // of the medium around them
-    uint alphaSeed;
-    uint isOccluded;
-};
+const float kShadowRayArrived = -2.0f;
 
 #endif

@@ -6,4 +6,4 @@
 
 layout(location = 0) rayPayloadInEXT ShadowPayload shadowPayload;
 
-void main() { shadowPayload.isOccluded = 0u; }
+void main() { shadowPayload.lastDistance = kShadowRayArrived; }

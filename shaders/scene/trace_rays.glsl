@@ -16,9 +16,6 @@ layout(location = 0) rayPayloadEXT RadiancePayload radiancePayload;
 #endif
 #ifdef TRACES_SHADOW_RAYS
 layout(location = 1) rayPayloadEXT ShadowPayload shadowPayload;
-layout(location = 2) rayPayloadEXT WallShadowPayload wallShadowPayload;
-// Shadow rays go through smooth thin walls: their shaders are those of wall_shadow.*
-layout(constant_id = 10) const uint kHasWallShadows = 0u;
 #endif
 
 const float kFarthest = 3.0e38f;
@@ -49,22 +46,15 @@ Hit Intersect(Ray ray, uint alphaSeed) {
 vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed) {
     const uint flags = gl_RayFlagsCullBackFacingTrianglesEXT | gl_RayFlagsTerminateOnFirstHitEXT |
                        gl_RayFlagsSkipClosestHitShaderEXT;
-    float end = min(distance, kFarthest);
-    if (kHasWallShadows != 0u) {
-        wallShadowPayload.passed = vec3(1.0f);
-        wallShadowPayload.lastDistance = -1.0f;
-        wallShadowPayload.ior = ior;
-        wallShadowPayload.alphaSeed = alphaSeed;
-        wallShadowPayload.isOccluded = 1u;
-        traceRayEXT(sceneTlas, flags, 0xFFu, kRayTypeShadow, 0u, kRayTypeShadow, ray.origin, 0.0f,
-                    ray.direction, end, 2);
-        return wallShadowPayload.isOccluded == 0u ? wallShadowPayload.passed : vec3(0.0f);
-    }
+    shadowPayload.passed = vec3(1.0f);
+    shadowPayload.lastDistance = -1.0f;
+    shadowPayload.ior = ior;
     shadowPayload.alphaSeed = alphaSeed;
-    shadowPayload.isOccluded = 1u;
     traceRayEXT(sceneTlas, flags, 0xFFu, kRayTypeShadow, 0u, kRayTypeShadow, ray.origin, 0.0f, ray.direction,
-                end, 1);
-    return vec3(shadowPayload.isOccluded == 0u ? 1.0f : 0.0f);
+                min(distance, kFarthest), 1);
+    bool isFree = shadowPayload.lastDistance == kShadowRayArrived;
+    if (HasTraceFeature(kTraceThinWalls)) return isFree ? shadowPayload.passed : vec3(0.0f);
+    return vec3(isFree ? 1.0f : 0.0f);
 }
 #endif
 
