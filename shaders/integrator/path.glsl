@@ -237,7 +237,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
-    if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(vertex.surface);
+    if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(vertex.surface, path.ray.origin);
     if (HasTraceFeature(kTraceGlass) && IsTransmissive(scattered.flags)) {
         path.etaScale *= scattered.eta * scattered.eta;
         if (HasTraceFeature(kTraceVolumes)) path.media = vertex.beyond;
@@ -295,8 +295,8 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
 
 // Moves the path's ray to the other side of the surface it has found.
 INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
-    if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(surface);
     path.ray.origin = OffsetRayOrigin(surface.position, -surface.geometricNormal, surface.clearance);
+    if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(surface, path.ray.origin);
 }
 
 // Whether the path goes straight on through the smooth thin wall it has found. If not, the wall is left

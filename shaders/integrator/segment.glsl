@@ -10,26 +10,29 @@
 
 SHADING_BEGIN
 
-// Where a segment starts. Its place is the sum of the first two.
+// The plane of the surface where a segment starts, as seen from the origin of the segment's ray.
 struct SegmentStart {
-    vec3 instanceOrigin;
-    vec3 fromInstance;
-    vec3 normal;  // unit length, of the surface; 0: at the camera
+    vec3 normal;   // unit length; 0: at the camera
+    float height;  // of the plane above the ray's origin, along the normal
 };
 
 INLINE SegmentStart StartAtCamera() {
     SegmentStart start;
-    start.instanceOrigin = vec3(0.0f);
-    start.fromInstance = vec3(0.0f);
     start.normal = vec3(0.0f);
+    start.height = 0.0f;
     return start;
 }
 
-INLINE SegmentStart StartAtSurface(SurfaceInteraction surface) {
+// From the world's place `origin`, which is near the surface, to the surface. The two large terms come first:
+// between places as near as these floats have no rounding.
+INLINE vec3 WayTo(SurfaceInteraction surface, vec3 origin) {
+    return (surface.instanceOrigin - origin) + surface.fromInstance;
+}
+
+INLINE SegmentStart StartAtSurface(SurfaceInteraction surface, vec3 rayOrigin) {
     SegmentStart start;
-    start.instanceOrigin = surface.instanceOrigin;
-    start.fromInstance = surface.fromInstance;
     start.normal = surface.geometricNormal;
+    start.height = dot(WayTo(surface, rayOrigin), surface.geometricNormal);
     return start;
 }
 
@@ -39,10 +42,10 @@ CONST float kGrazing = 0.1f;  // cosine
 // `distance` is the ray's own.
 INLINE float SegmentLength(SegmentStart start, SurfaceInteraction end, Ray ray, float distance) {
     if (dot(start.normal, start.normal) == 0.0f) return distance;
-    vec3 way = (end.instanceOrigin - start.instanceOrigin) + (end.fromInstance - start.fromInstance);
+    vec3 way = WayTo(end, ray.origin);
     float slope = dot(ray.direction, start.normal);
     // A line that is nearly in the plane has no good intersection with it
-    return abs(slope) < kGrazing ? length(way) : max(dot(way, start.normal) / slope, 0.0f);
+    return abs(slope) < kGrazing ? length(way) : max((dot(way, start.normal) - start.height) / slope, 0.0f);
 }
 
 SHADING_END
