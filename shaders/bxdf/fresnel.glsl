@@ -60,7 +60,7 @@ INLINE float DielectricF0(float eta) { return Sqr((eta - 1.0f) / (eta + 1.0f)); 
 // with r = sqrt(F0). Its limit for r -> 0 is exact, 14 r: the mean is then 8 r times the integral over t > 0
 // of t (sqrt(t^2 + 1) - t)^4, which is 1/12.
 INLINE float DielectricF90(float eta) {
-    float r = abs(eta - 1.0f) / (eta + 1.0f);
+    float r = abs((eta - 1.0f) / (eta + 1.0f));  // the quotient of DielectricF0
     return min(14.0f * r / (1.0f + 5.9f * r + 0.457f * sqrt(r)), 1.0f);
 }
 

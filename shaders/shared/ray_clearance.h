@@ -36,10 +36,9 @@ RAYGRAPH_CONSTANT float kIntersectionRoundings = 8.0f;
 // farther than they are wide.
 RAYGRAPH_CONSTANT float kMostSliver = 64.0f;
 
-// The terms of cross(a, b), added up whatever their signs.
+// The terms of cross(a, b), added up whatever their signs; none of a and b is negative.
 RAYGRAPH_INLINE vec3 CrossOfSizes(vec3 a, vec3 b) {
-    return vec3(abs(a.y * b.z) + abs(a.z * b.y), abs(a.z * b.x) + abs(a.x * b.z),
-                abs(a.x * b.y) + abs(a.y * b.x));
+    return vec3(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x);
 }
 
 RAYGRAPH_INLINE float SumOfSizes(vec3 v) {
@@ -63,25 +62,27 @@ RAYGRAPH_INLINE float RayClearance(mat3 linear, vec3 translation, vec3 p0, vec3 
     vec3 yz = cross(y, z);
     vec3 normal = cross(e1, e2);
     vec3 across = normal.x * yz + normal.y * cross(z, x) + normal.z * cross(x, y);  // normal in the world
-    vec3 placed = abs(x * p.x) + abs(y * p.y) + abs(z * p.z);
+    vec3 sizeX = abs(x), sizeY = abs(y), sizeZ = abs(z), sizeN = abs(normal);
+    vec3 placed = sizeX * abs(p.x) + sizeY * abs(p.y) + sizeZ * abs(p.z);
     vec3 position = x * p.x + y * p.y + z * p.z + translation;
     vec3 worldError = 3.0f * placed + 2.0f * abs(position);
     vec3 sizes = abs(position) + abs(translation);
-    float square = dot(across, across);
-    // A triangle without area has no plane: in whichever direction it is left
-    if (!(square > 0.0f)) return kRoundoff * (SumOfSizes(worldError) + kInverseRoundings * SumOfSizes(sizes));
-
-    vec3 inverseError =
-        kInverseRoundings *
-        vec3(dot(CrossOfSizes(y, z), sizes), dot(CrossOfSizes(z, x), sizes), dot(CrossOfSizes(x, y), sizes));
-    vec3 extent = max(abs(e1), abs(e2));
+    // sizeN times the matrix of the inverse's terms, whose rows are CrossOfSizes of two columns, times
+    // `sizes`
+    vec3 ofX = CrossOfSizes(sizeX, sizes), ofY = CrossOfSizes(sizeY, sizes);
+    float inverseError = dot(sizeZ, sizeN.x * ofY + sizeN.y * ofX) + sizeN.z * dot(sizeY, ofX);
+    vec3 extent1 = abs(e1), extent2 = abs(e2), extent = max(extent1, extent2);
     vec3 objectError = 2.0f * max(abs(p0), max(abs(p0 + e1), abs(p0 + e2))) + 3.0f * extent;
-    float sliver = min(SumOfSizes(CrossOfSizes(e1, e2)), kMostSliver * SumOfSizes(normal));
+    float sliver = min(SumOfSizes(CrossOfSizes(extent1, extent2)), kMostSliver * SumOfSizes(normal));
     float testError = kIntersectionRoundings * max(extent.x, max(extent.y, extent.z)) * sliver;
     float determinant = abs(dot(x, yz));
-    float bound = dot(abs(across), worldError) + dot(abs(normal), inverseError + determinant * objectError) +
-                  determinant * testError;
-    return kRoundoff * bound * inversesqrt(square);
+    float bound = dot(abs(across), worldError) + kInverseRoundings * inverseError +
+                  determinant * (dot(sizeN, objectError) + testError);
+    // A triangle without area has no plane: in whichever direction it is left. A choice, not a branch:
+    // devices would fetch nothing of the surface until all of this is done
+    float inAnyDirection = SumOfSizes(worldError) + kInverseRoundings * SumOfSizes(sizes);
+    float square = dot(across, across);
+    return kRoundoff * (square > 0.0f ? bound * inversesqrt(square) : inAnyDirection);
 }
 
 #undef RAYGRAPH_CONSTANT
