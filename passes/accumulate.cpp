@@ -1,11 +1,13 @@
 #include "passes/accumulate.h"
 
+#include <algorithm>
 #include <cstring>
 #include <functional>
 #include <numeric>
 #include <utility>
 
 #include "base/error.h"
+#include "shaders/shared/exact_sums.h"
 
 namespace raygraph::passes {
 
@@ -149,6 +151,7 @@ void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount,
     struct Constants {
         uint32_t offset[2];
         uint32_t extent[2];
+        gpu::ExactDivisor divisor;
         uint32_t sampleCount;
     };
     renderer.AddPass(
@@ -158,7 +161,10 @@ void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount,
             for (size_t k = 0; k < ExactSums::kPlanes; k++) pass.Reads(kSumNames[k], ids.sums[k]);
             for (size_t k = 0; k < ExactSums::kPlanes && withVariance; k++)
                 pass.Reads(kSquareNames[k], ids.squares[k]);
-            pass.Constants(Constants{{region.x, region.y}, {region.width, region.height}, sampleCount});
+            pass.Constants(Constants{{region.x, region.y},
+                                     {region.width, region.height},
+                                     gpu::DivisorOf(std::max(sampleCount, 1u)),
+                                     sampleCount});
             // Of a tile, the rest stays
             const bool isWhole = WholeOf(renderer.Desc(ids.mean).extent) == region;
             const auto write = [&](const char* name, TextureId id) {

@@ -52,10 +52,11 @@ void AddSample(ExactSums& sums, std::span<const float> rgba) {
     RequireAlike(sums.PixelCount(), rgba.size() / 4, true);
     for (size_t i = 0; i < rgba.size(); i++) {
         const gpu::ExactValue value = gpu::ExactSample(std::bit_cast<uint32_t>(rgba[i]));
-        uint32_t carry = value.isNegative ? 1 : 0;
-        for (int k = 0; k < gpu::kSumWords; k++) AddWord(sums.sums[k][i], gpu::WordOf(value, k), carry);
+        const gpu::ExactWords words = gpu::WordsOf(value);
+        uint32_t carry = words.complement & 1u;
+        for (int k = 0; k < gpu::kSumWords; k++) AddWord(sums.sums[k][i], gpu::WordOf(words, k), carry);
         if (!sums.HasSquares() || i % 4 == 3) continue;
-        const gpu::ExactValue square = gpu::ExactSquare(value);
+        const gpu::ExactWords square = gpu::WordsOf(gpu::ExactSquare(value));
         carry = 0;
         for (int k = 0; k < gpu::kSquareWords; k++)
             AddWord(SquareWord(sums.squares, i / 4, i % 4, k), gpu::WordOf(square, k), carry);
@@ -77,9 +78,10 @@ void AddSums(ExactSums& sums, const ExactSums& others) {
 
 std::vector<float> MeanOf(const ExactSums& sums, uint32_t sampleCount) {
     RG_CHECK(sampleCount > 0);
+    const gpu::ExactDivisor divisor = gpu::DivisorOf(sampleCount);
     std::vector<float> mean(4 * sums.PixelCount());
     for (size_t i = 0; i < mean.size(); i++)
-        mean[i] = std::bit_cast<float>(gpu::MeanOfExactSum(SumOf(sums, i / 4, i % 4), sampleCount));
+        mean[i] = std::bit_cast<float>(gpu::MeanOfExactSum(SumOf(sums, i / 4, i % 4), divisor));
     return mean;
 }
 

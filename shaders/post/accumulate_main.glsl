@@ -24,17 +24,17 @@ layout(push_constant) uniform Constants {
         }                                                                  \
     }
 
-ExactValue values[4];
+ExactWords words[4];  // of each channel's value
 
 uvec4 Words(int k) {
-    return uvec4(WordOf(values[0], k), WordOf(values[1], k), WordOf(values[2], k), WordOf(values[3], k));
+    return uvec4(WordOf(words[0], k), WordOf(words[1], k), WordOf(words[2], k), WordOf(words[3], k));
 }
 
 #ifdef WITH_VARIANCE
 // The highest word of channel c, in plane c.
 #define ADD_TO_HIGHEST(plane, channel)                                                        \
     {                                                                                         \
-        uint change = WordOf(values[channel], kSquareWords - 1) + carry[channel];             \
+        uint change = WordOf(words[channel], kSquareWords - 1) + carry[channel];             \
         if (change != 0u) imageStore(plane, pixel, imageLoad(plane, pixel) + uvec4(0u, 0u, 0u, change)); \
     }
 #endif
@@ -46,9 +46,11 @@ void main() {
     bool isFirst = constants.isFirst != 0u;
     uvec4 bits = floatBitsToUint(imageLoad(newSample, texel)), addend;
     uvec4 carry;
+    ExactValue values[4];
     for (int c = 0; c < 4; c++) {
         values[c] = ExactSample(bits[c]);
-        carry[c] = values[c].isNegative ? 1u : 0u;
+        words[c] = WordsOf(values[c]);
+        carry[c] = words[c].complement & 1u;
     }
     addend = Words(0);
     ADD_TO(sum0)
@@ -59,8 +61,8 @@ void main() {
     addend = Words(3);
     ADD_TO(sum3)
 #ifdef WITH_VARIANCE
-    for (int c = 0; c < 3; c++) values[c] = ExactSquare(values[c]);
-    values[3] = ExactSample(0u);
+    for (int c = 0; c < 3; c++) words[c] = WordsOf(ExactSquare(values[c]));
+    words[3] = WordsOf(ExactSample(0u));
     carry = uvec4(0u);
     addend = Words(0);
     ADD_TO(squares0)

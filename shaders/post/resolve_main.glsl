@@ -12,7 +12,8 @@ layout(set = 0, binding = 1, rgba32f) uniform image2D variance;
 layout(push_constant) uniform Constants {
     uvec2 offset;
     uvec2 extent;
-    uint sampleCount;  // of these pixels
+    ExactDivisor divisor;  // of sampleCount
+    uint sampleCount;      // of these pixels
 } constants;
 
 void main() {
@@ -25,7 +26,7 @@ void main() {
     ExactSum sum;
     for (int c = 0; c < 4; c++) {
         for (int k = 0; k < 4; k++) sum.words[k] = sums[k][c];
-        bits[c] = MeanOfExactSum(sum, constants.sampleCount);
+        bits[c] = MeanOfExactSum(sum, constants.divisor);
     }
     imageStore(mean, pixel, uintBitsToFloat(bits));
 #ifdef WITH_VARIANCE

@@ -45,9 +45,24 @@ struct UintPair {
 
 // magnitude * 2^shift units.
 struct ExactValue {
-    UintPair magnitude;
-    int shift;  // at least 0
+    UintPair magnitude;  // below 2^48
+    int shift;           // at least 0
     bool isNegative;
+};
+
+// A value as words in units: words[0] is word `first`, and those beyond these are 0. Of a negative one the
+// complement of all words: adding 1 makes it the two's complement.
+struct ExactWords {
+    uint words[3];
+    int first;
+    uint complement;  // all ones for a negative one, else 0
+};
+
+// A count of samples as sums are divided by it: divisor / 2^shift is the count, and the highest bit of the
+// divisor is set. `reciprocal` is floor((2^64 - 1) / divisor) - 2^32.
+struct ExactDivisor {
+    uint divisor, reciprocal;
+    int shift;
 };
 
 RAYGRAPH_FUNCTION UintPair MultiplyUints(uint a, uint b) {
@@ -80,18 +95,31 @@ RAYGRAPH_FUNCTION uint BitsFrom(UintPair value, int offset) {
     return value.high >> uint(offset - 32);
 }
 
-// value * 2^-shift, to the nearest, ties to even. `value` is below 2^63 and shift at least 1.
-RAYGRAPH_FUNCTION UintPair ShiftRightRounded(UintPair value, int shift) {
+// value * 2^-shift for a shift of 0 to 63.
+RAYGRAPH_FUNCTION UintPair ShiftRight(UintPair value, int shift) {
+    uint bits = uint(shift) & 31u;
     UintPair result;
-    result.low = BitsFrom(value, shift);
-    result.high = BitsFrom(value, shift + 32);
-    bool isHalf = (BitsFrom(value, shift - 1) & 1u) != 0u;
-    bool isMore = (BitsFrom(value, shift - 33) | BitsFrom(value, shift - 65)) != 0u;
-    if (isHalf && (isMore || (result.low & 1u) != 0u)) {
-        result.low += 1u;
-        if (result.low == 0u) result.high += 1u;
-    }
+    result.low = shift < 32 ? (value.low >> bits) | ((value.high << 1u) << (31u - bits)) : value.high >> bits;
+    result.high = shift < 32 ? value.high >> bits : 0u;
     return result;
+}
+
+// value * 2^-shift, to the nearest, ties to even. `value` is below 2^48 and shift at least 1.
+RAYGRAPH_FUNCTION UintPair ShiftRightRounded(UintPair value, int shift) {
+    shift = shift < 50 ? shift : 50;  // nothing is left of the value from there on
+    UintPair odd = ShiftRight(value, shift), under, sum;
+    odd.low &= 1u;
+    // Half of the result's unit, less one bit: it carries from just above the tie on, or from the tie if the
+    // result is odd
+    int bits = shift - 1;
+    under.low = bits < 32 ? (1u << (uint(bits) & 31u)) - 1u : 0xFFFFFFFFu;
+    under.high = bits < 32 ? 0u : (1u << (uint(bits) & 31u)) - 1u;
+    uint added = under.low + odd.low;
+    uint carry = added < odd.low ? 1u : 0u;
+    sum.low = value.low + added;
+    carry += sum.low < added ? 1u : 0u;
+    sum.high = value.high + under.high + carry;
+    return ShiftRight(sum, shift);
 }
 
 // What a sample counts as, from the bits of its float.
@@ -127,11 +155,33 @@ RAYGRAPH_FUNCTION ExactValue ExactSquare(ExactValue value) {
     return square;
 }
 
-// Word `k` of a value in units. Of a negative one the complement: adding 1 to all of its words makes it the
-// two's complement.
-RAYGRAPH_FUNCTION uint WordOf(ExactValue value, int k) {
-    uint word = BitsFrom(value.magnitude, 32 * k - value.shift);
-    return value.isNegative ? ~word : word;
+RAYGRAPH_FUNCTION ExactWords WordsOf(ExactValue value) {
+    uint bits = uint(value.shift) & 31u;
+    ExactWords result;
+    result.first = value.shift >> 5;
+    result.complement = value.isNegative ? 0xFFFFFFFFu : 0u;
+    result.words[0] = value.magnitude.low << bits;
+    result.words[1] = (value.magnitude.high << bits) | ((value.magnitude.low >> 1u) >> (31u - bits));
+    result.words[2] = (value.magnitude.high >> 1u) >> (31u - bits);
+    return result;
+}
+
+RAYGRAPH_FUNCTION uint WordOf(ExactWords value, int k) {
+    int i = k - value.first;
+    uint word = i == 0 ? value.words[0] : i == 1 ? value.words[1] : i == 2 ? value.words[2] : 0u;
+    return word ^ value.complement;
+}
+
+// The bits of the float nearest to (value + rest) * 2^exponent, ties to even. `value` is at least 2^24, and
+// rest is below 1: 0 if `hasRest` is false. Below the least normal float: 0.
+RAYGRAPH_FUNCTION uint NearestFloat(uint value, bool hasRest, int exponent) {
+    uint extra = uint(8 - LeadingZeros(value));  // bits beyond 24
+    uint halfway = 1u << (extra - 1u), below = value & (2u * halfway - 1u);
+    uint mantissa = value >> extra;
+    if (below > halfway || (below == halfway && (hasRest || (mantissa & 1u) != 0u))) mantissa += 1u;
+    int biased = exponent + int(extra) + 150;
+    if (biased <= 0) return 0u;
+    return (uint(biased) << 23u) + (mantissa - 0x800000u);  // carries into the exponent from 2^24
 }
 
 // The bits of the float nearest to n * 2^exponent / (high * 2^32 + low), ties to even. The divisor is not 0.
@@ -186,13 +236,7 @@ RAYGRAPH_FUNCTION uint NearestQuotient(ExactNumber n, int exponent, UintPair div
     rest |= high | low;
     exponent += 5 * 32 + 7;  // of the quotient: the words and bits of n that it leaves out
 
-    uint extra = quotient >= (1u << 25u) ? 2u : 1u;  // bits beyond 24
-    uint halfway = 1u << (extra - 1u), below = quotient & (2u * halfway - 1u);
-    uint mantissa = quotient >> extra;
-    if (below > halfway || (below == halfway && (rest != 0u || (mantissa & 1u) != 0u))) mantissa += 1u;
-    int biased = exponent + int(extra) + 150;
-    if (biased <= 0) return 0u;
-    return (uint(biased) << 23u) + (mantissa - 0x800000u);  // carries into the exponent from 2^24
+    return NearestFloat(quotient, rest != 0u, exponent);
 }
 
 // The magnitude of a sum; the words above it are 0.
@@ -209,12 +253,52 @@ RAYGRAPH_FUNCTION ExactNumber MagnitudeOf(ExactSum sum) {
     return magnitude;
 }
 
-// The bits of the float nearest to the mean of `count` samples, at least one.
-RAYGRAPH_FUNCTION uint MeanOfExactSum(ExactSum sum, uint count) {
-    UintPair divisor;
-    divisor.low = count;
-    divisor.high = 0u;
-    uint mean = NearestQuotient(MagnitudeOf(sum), kUnitExponent, divisor);
+#ifdef __cplusplus
+// For a count of at least 1.
+inline ExactDivisor DivisorOf(uint count) {
+    const int zeros = LeadingZeros(count);
+    const uint divisor = count << zeros;
+    return {divisor, static_cast<uint>(~uint64_t{0} / divisor - (uint64_t{1} << 32)), zeros};
+}
+#endif
+
+// The bits of the float nearest to the mean of samples whose count is the divisor's.
+RAYGRAPH_FUNCTION uint MeanOfExactSum(ExactSum sum, ExactDivisor count) {
+    ExactNumber n = MagnitudeOf(sum);
+    // Its highest words, from the first that is not 0 on
+    uint first = n.words[3], second = n.words[2], third = n.words[1], rest = n.words[0];
+    int exponent = kUnitExponent + 65;
+    for (int step = 0; step < 3; step++) {
+        bool isFound = first != 0u;
+        first = isFound ? first : second;
+        second = isFound ? second : third;
+        third = isFound ? third : rest;
+        rest = isFound ? rest : 0u;
+        exponent -= isFound ? 0 : 32;
+    }
+    if (first == 0u) return 0u;
+    // Its highest 63 bits, which are less than the divisor with 32 zeros behind it
+    uint zeros = uint(LeadingZeros(first)), ones = 31u - zeros;
+    uint top = (first << zeros) | ((second >> 1u) >> ones);
+    uint next = (second << zeros) | ((third >> 1u) >> ones);
+    rest |= (third << zeros) | (next & 1u);
+    uint high = top >> 1u, low = (top << 31u) | (next >> 1u);
+    exponent += count.shift - int(zeros);
+    // Division by a reciprocal: N. Möller and T. Granlund 2011, "Improved Division by Invariant Integers",
+    // IEEE Transactions on Computers 60(2), algorithm 4
+    UintPair estimate = MultiplyUints(count.reciprocal, high);
+    estimate.low += low;
+    uint quotient = estimate.high + high + (estimate.low < low ? 1u : 0u) + 1u;
+    uint remainder = low - quotient * count.divisor;
+    if (remainder > estimate.low) {
+        quotient -= 1u;
+        remainder += count.divisor;
+    }
+    if (remainder >= count.divisor) {
+        quotient += 1u;
+        remainder -= count.divisor;
+    }
+    uint mean = NearestFloat(quotient, (rest | remainder) != 0u, exponent);
     return mean == 0u ? 0u : mean | (sum.words[3] & 0x80000000u);
 }
 
