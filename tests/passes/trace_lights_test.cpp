@@ -183,12 +183,12 @@ TEST_F(TraceLights, Trace_HowLightIsFoundLeavesTheImage) {
     render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
     render.scene.SetEnvironmentMap(EveningSky());
     TraceSettings settings = ViewOfRoom(48);
-    const RenderedImage reference = render.Render(settings, 256);
+    const RenderedImage reference = render.Render(settings, 128);
     settings.seed = 1;
     settings.lights.mis = MisHeuristic::Off;
-    ExpectSameImage(render.Render(settings, 96), reference, "light sampling alone");
+    ExpectSameImage(render.Render(settings, 64), reference, "light sampling alone");
     settings.lights.isOn = false;
-    ExpectSameImage(render.Render(settings, 512), reference, "BSDF sampling alone");
+    ExpectSameImage(render.Render(settings, 192), reference, "BSDF sampling alone");
 }
 
 TEST_F(TraceLights, Trace_ChanceAndLightSamplingAgreeOnWhatBothCanFind) {

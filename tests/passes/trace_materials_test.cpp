@@ -115,9 +115,9 @@ TEST_F(TraceMaterials, Trace_WhiteDielectricReturnsAllLight) {
 }
 
 TEST_F(TraceMaterials, Trace_SmoothGlassSphereVanishesInUnitEnvironment) {
-    const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.7f, 64);
+    const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.7f, 48);
     for (const float ior : {1.1f, 1.5f, 2.4f}) {
-        const glm::dvec3 seen = InUnitEnvironment(SphereMesh(1.0f, 64), Glass(0.0f, ior, 1.0f), settings, 64);
+        const glm::dvec3 seen = InUnitEnvironment(SphereMesh(1.0f, 48), Glass(0.0f, ior, 1.0f), settings, 16);
         EXPECT_NEAR(seen.y, 1.0, 0.005) << "ior " << ior;
     }
 }
@@ -125,13 +125,16 @@ TEST_F(TraceMaterials, Trace_SmoothGlassSphereVanishesInUnitEnvironment) {
 TEST_F(TraceMaterials, Trace_RoughGlassSphereVanishesInUnitEnvironment) {
     TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.7f, 48);
     for (const float roughness : {0.3f, 0.8f}) {
+        const uint32_t samples = roughness < 0.5f ? 32 : 128;  // few paths scatter often in the smoother one
         settings.scattering.multiscatter = MultiscatterKind::Lut;
-        EXPECT_NEAR(InUnitEnvironment(SphereMesh(1.0f, 48), Glass(roughness, 1.5f, 1.0f), settings, 128).y,
-                    1.0, 0.02)
+        EXPECT_NEAR(
+            InUnitEnvironment(SphereMesh(1.0f, 48), Glass(roughness, 1.5f, 1.0f), settings, samples).y, 1.0,
+            0.02)
             << "lut, roughness " << roughness;
         settings.scattering.multiscatter = MultiscatterKind::Walk;
-        EXPECT_NEAR(InUnitEnvironment(SphereMesh(1.0f, 48), Glass(roughness, 1.5f, 1.0f), settings, 128).y,
-                    1.0, 0.01)
+        EXPECT_NEAR(
+            InUnitEnvironment(SphereMesh(1.0f, 48), Glass(roughness, 1.5f, 1.0f), settings, samples).y, 1.0,
+            0.01)
             << "walk, roughness " << roughness;
     }
 }
@@ -142,10 +145,10 @@ TEST_F(TraceMaterials, Trace_VolumeWithoutAnEndIsClearOrBlack) {
     const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.2f, 64);
     scene::Material glass = Glass(0.0f, 1.5f, 1.0f);
     const double clear = 0.04 + 0.96 / (1.5 * 1.5);
-    EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), glass, settings, 64).y, clear, 0.004);
+    EXPECT_NEAR(InUnitEnvironment(QuadMesh(1.0f), glass, settings, 8).y, clear, 0.004);
     glass.attenuationDistance = 0.1f;
     glass.attenuationColor = {1.0f, 0.5f, 0.9f};
-    const glm::dvec3 tinted = InUnitEnvironment(QuadMesh(1.0f), glass, settings, 64);
+    const glm::dvec3 tinted = InUnitEnvironment(QuadMesh(1.0f), glass, settings, 8);
     EXPECT_NEAR(tinted.x, clear, 0.004);
     EXPECT_NEAR(tinted.y, 0.04, 0.004) << "reflected at the first surface";
     EXPECT_NEAR(tinted.z, 0.04, 0.004);
