@@ -1,6 +1,7 @@
 // Accumulate alone: hand-made samples in, mean and variance out.
 #include "passes/accumulate.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -230,6 +231,32 @@ TEST(ExactSums, KeepTheMoonlightBesideTheSunForTenMillionSamples) {
     passes::AddSample(sums, std::vector<float>{1e10f, 1e-6f, 1e10f, 0.0f});
     EXPECT_FLOAT_EQ(passes::MeanOf(sums, count + 1)[0], float((1e10 + 1e-6 * count) / (count + 1)));
     EXPECT_FLOAT_EQ(passes::VarianceOf(sums, count + 1)[1], float(1e20 / (count + 1)));
+}
+
+// Twice the distance of mean * count from the sum is no more than a step of the mean times count, and where
+// it is as much the mean is even. All in integers.
+TEST(ExactSums, MeanIsTheFloatNearestToTheQuotient) {
+    __extension__ using Wide = unsigned __int128;
+    std::mt19937_64 generator(1);
+    for (int i = 0; i < 200'000; i++) {
+        const auto count = std::max(uint32_t(generator()) >> (generator() % 32), 1u);
+        Wide sum = ((Wide{generator()} << 64) | generator()) >> (1 + generator() % 100);
+        if (i % 4 == 0) sum = Wide{(generator() & 0xFFFFFFu) * 2 + 0x2000001u} * count << (generator() % 60);
+        if (i % 4 == 1) sum -= sum % count;
+        ExactSums sums = passes::MakeExactSums(1, false);
+        for (int k = 0; k < 4; k++) sums.sums[k][0] = uint32_t(sum >> (32 * k));
+        const float mean = passes::MeanOf(sums, count)[0];
+        if (sum < count) continue;  // means below a unit need more bits than the check has
+        int exponent = 0;
+        const auto mantissa = uint32_t(std::ldexp(std::frexp(mean, &exponent), 24));
+        exponent += 64 - 24;  // mean = mantissa * 2^exponent units
+        const int up = std::max(exponent, 0), down = std::max(-exponent, 0);
+        const Wide product = Wide{mantissa} * count << up, scaled = sum << down;
+        const Wide distance = product > scaled ? product - scaled : scaled - product;
+        const Wide step = Wide{count} << up;
+        ASSERT_LE(2 * distance, step) << mean << ", sample " << i;
+        ASSERT_TRUE(2 * distance < step || mantissa % 2 == 0) << mean << ", a tie, sample " << i;
+    }
 }
 
 TEST_F(AccumulateTest, Accumulate_ResizeResetsWithItsCause) {
