@@ -8,11 +8,18 @@ bool Contains(VkFlags64 set, VkFlags64 bits) {
     return (set & bits) == bits;
 }
 
+// With the accesses that one of them stands for.
+VkAccessFlags2 Expanded(VkAccessFlags2 access) {
+    if ((access & VK_ACCESS_2_SHADER_READ_BIT) == 0) return access;
+    return access | VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
+           VK_ACCESS_2_SHADER_STORAGE_READ_BIT;
+}
+
 Dependency PlanRead(ResourceState& state, const AccessMasks& masks) {
     state.readStages |= masks.stages;
     const bool isNeverWritten = state.writeStages == VK_PIPELINE_STAGE_2_NONE;
-    const bool isVisible =
-        Contains(state.visibleStages, masks.stages) && Contains(state.visibleAccess, masks.access);
+    const bool isVisible = Contains(state.visibleStages, masks.stages) &&
+                           Contains(Expanded(state.visibleAccess), masks.access);
     if (isNeverWritten || isVisible) return {.oldLayout = state.layout, .newLayout = state.layout};
     // Visibility is remembered as stages x accesses, so the new barrier covers the whole product. Stages that
     // had it wait for a write they have already waited for, which costs nothing.

@@ -138,13 +138,18 @@ void Compiler::PlanBarriers() {
     for (const GraphResource& resource : m_graph.resources) {
         ResourceState& state = m_plan.states.emplace_back(
             resource.origin == Origin::Transient ? ResourceState{} : resource.state);
-        // The frame's semaphores guard what the host hands in: a transition must not overtake the wait, and
-        // what runs in stages that do not wait themselves comes after those that do.
+        if (resource.origin != Origin::Imported || m_graph.waitStages == VK_PIPELINE_STAGE_2_NONE) continue;
+        // The frame's semaphores guard what the host hands in. No transition may overtake the wait; and where
+        // some stages wait, what runs in others comes after those, reads too: the host may have written what
+        // an earlier frame has read.
         const bool allWait = (m_graph.waitStages & VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) != 0;
-        if (resource.origin == Origin::Imported && (resource.kind == ResourceKind::Texture || !allWait)) {
-            const bool isRead = state.readStages != VK_PIPELINE_STAGE_2_NONE;
-            (isRead ? state.readStages : state.writeStages) |= m_graph.waitStages;
-        }
+        if (resource.kind != ResourceKind::Texture && allWait) continue;
+        const bool isRead = state.readStages != VK_PIPELINE_STAGE_2_NONE;
+        (isRead ? state.readStages : state.writeStages) |= m_graph.waitStages;
+        if (allWait) continue;
+        state.writeStages |= m_graph.waitStages;
+        state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
+        state.visibleAccess = VK_ACCESS_2_NONE;
     }
     // A block that this frame does not use keeps its state for a later one.
     m_plan.blockStates = m_graph.blockStates;

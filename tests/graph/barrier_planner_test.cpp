@@ -310,6 +310,33 @@ TEST(Barriers, BufferOfAHostThatSomeStagesWaitFor_IsWaitedForByTheOthers) {
     EXPECT_EQ(text(VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT).find("waits"), std::string::npos);
 }
 
+// The host may have written it again since the reads of the frame before, and signals that to some stages.
+TEST(Barriers, BufferOfAHostReadBefore_IsWaitedForByReadsInOtherStages) {
+    GraphMaker graph;
+    graph.waitStages = kCompute;
+    const ResourceState readBefore{.writeStages = VK_PIPELINE_STAGE_2_COPY_BIT,
+                                   .writeAccess = VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                                   .readStages = VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR,
+                                   .visibleStages = VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR,
+                                   .visibleAccess = VK_ACCESS_2_SHADER_STORAGE_READ_BIT};
+    const BufferId host = graph.Imported<ResourceKind::Buffer>("host", readBefore);
+    graph.AddPass("Read", PassKind::RayTracing);
+    graph.Use(host, Access::StorageRead);
+    graph.passes.back().keepAlive = true;
+    const Plan plan = Compile(graph);
+    ASSERT_EQ(plan.barriers.size(), 1u) << graph.Text();
+    EXPECT_NE(plan.barriers[0].dependency.srcStages & kCompute, 0u) << graph.Text();
+    EXPECT_EQ(plan.barriers[0].dependency.dstStages, VK_PIPELINE_STAGE_2_RAY_TRACING_SHADER_BIT_KHR);
+}
+
+// What a build reads is SHADER_READ, which stands for storage reads too.
+TEST(Barriers, ReadThatABroaderOneHasMadeVisible_NeedsNoBarrier) {
+    ResourceState state{.writeStages = kCompute, .writeAccess = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT};
+    EXPECT_TRUE(PlanAccess(state, {.masks = {kCompute, VK_ACCESS_2_SHADER_READ_BIT}}).isNeeded);
+    EXPECT_FALSE(PlanAccess(state, {.masks = {kCompute, VK_ACCESS_2_SHADER_STORAGE_READ_BIT}}).isNeeded);
+    EXPECT_TRUE(PlanAccess(state, {.masks = {kCompute, VK_ACCESS_2_INDEX_READ_BIT}}).isNeeded);
+}
+
 TEST(Barriers, ShownAndExportedTexture_IsLeftAsItsOwnerAsked) {
     GraphMaker graph;
     const TextureId host = graph.Pass("Fill", {}, graph.Imported<ResourceKind::Texture>("host"));

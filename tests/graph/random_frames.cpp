@@ -184,6 +184,8 @@ void RandomFrames::AddRoots() {
                                   VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
     for (const Kept& kept : m_kept) {
         if (kept.owner == Owner::Graph) continue;
+        // One whose owner signals what it does need not be handed back by the graph as well.
+        if (kept.owner == Owner::Signals && kept.family == VK_QUEUE_FAMILY_IGNORED && Chance(50)) continue;
         if (kept.resource.kind == ResourceKind::Texture)
             m_graph.Export(m_graph.IdOf<ResourceKind::Texture>(kept.index), kLayouts[Below(kLayouts.size())],
                            kept.family);
