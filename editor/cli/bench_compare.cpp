@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -51,9 +52,9 @@ RelativeCost RelativeCostOf(std::string measure, const std::vector<double>& rati
     for (const double ratio : ratios) deviations.push_back(std::abs(ratio - cost.median));
     // Of normally distributed ratios: their deviation is 1.4826 times the median absolute one, and the error
     // of a median sqrt(pi / 2) times that of a mean
-    if (ratios.size() > 1)
-        cost.standardError =
-            1.4826 * Median(std::move(deviations)) * 1.2533 / std::sqrt(static_cast<double>(ratios.size()));
+    cost.standardError = ratios.size() > 1 ? 1.4826 * Median(std::move(deviations)) * 1.2533 /
+                                                 std::sqrt(static_cast<double>(ratios.size()))
+                                           : std::numeric_limits<double>::infinity();
     return cost;
 }
 
@@ -61,7 +62,12 @@ Json ToJson(const RelativeCost& cost) {
     return {{"limit_path_version", kLimitPathVersion},
             {"measure", cost.measure},
             {"median", cost.median},
-            {"standard_error", cost.standardError}};
+            {"standard_error", cost.standardError}};  // infinite: null
+}
+
+double StandardErrorOf(const Json& cost) {
+    const Json& error = cost.at("standard_error");
+    return error.is_null() ? std::numeric_limits<double>::infinity() : error.get<double>();
 }
 
 BenchChange CompareBench(const std::filesystem::path& file, const std::string& stored, const Json& now,
@@ -79,7 +85,7 @@ BenchChange CompareBench(const std::filesystem::path& file, const std::string& s
                 RequireAlike(file, scene, "setting " + name, value, now.at("settings").at(name));
         const double was = costBefore.at("median"), is = cost.at("median");
         if (!(was > 0.0) || !(is > 0.0)) Refuse(file, scene, "a cost that is not above 0");
-        const double wasError = costBefore.at("standard_error"), isError = cost.at("standard_error");
+        const double wasError = StandardErrorOf(costBefore), isError = StandardErrorOf(cost);
         return {.change = is / was - 1.0,
                 .noise = 2.0 * is / was * std::hypot(wasError / was, isError / is),
                 .tolerance = tolerance};

@@ -17,7 +17,7 @@ inline constexpr int kLimitPathVersion = 1;
 struct RelativeCost {
     std::string measure;         // "cpu seconds" of the process on a CPU device, else "gpu timestamps"
     double median = 0.0;         // of the rounds' ratios
-    double standardError = 0.0;  // of that median, from the median absolute deviation; 0 of one round
+    double standardError = 0.0;  // of that median, from the median absolute deviation; infinite of one round
 };
 RelativeCost RelativeCostOf(std::string measure, const std::vector<double>& ratios);
 nlohmann::ordered_json ToJson(const RelativeCost& cost);

@@ -76,7 +76,7 @@ Json RemovedJson(const Report& report) {
 std::string ToJson(const Report& report) {
     const auto& times = report.timingsMs;
     Json json;
-    json["schema"] = 1;
+    json["schema"] = 2;
     json["scene"] = {{"file", report.scene.file},
                      {"triangles_unique", report.scene.trianglesUnique},
                      {"triangles_placed", report.scene.trianglesPlaced},

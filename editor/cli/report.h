@@ -1,4 +1,5 @@
-// The --report of a render, schema 1. Times are milliseconds, sizes bytes.
+// The --report of a render, schema 2: schema 1 counted pixels, image.nonfinite_pixels, where this one counts
+// samples. Times are milliseconds, sizes bytes.
 #pragma once
 
 #include <cstdint>

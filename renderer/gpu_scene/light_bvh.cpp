@@ -47,7 +47,7 @@ LightBounds BoundsOf(const gpu::LightRecord& light, float power) {
     } else if (light.kind == gpu::kLightPoint) {
         bounds.thetaO = kPi;
     } else {
-        const double offset = light.offset, scale = light.spotScale;
+        const double offset = light.spotOffsetOrClearance, scale = light.spotScale;
         const double outer = std::acos(std::clamp(-offset / scale, -1.0, 1.0));
         bounds.axis = glm::normalize(glm::dvec3(light.e1));
         bounds.thetaO = std::acos(std::clamp((1.0 - offset) / scale, -1.0, 1.0));

@@ -61,7 +61,7 @@ gpu::LightRecord TriangleLight(const Emitter& emitter, const EmitterPlacement& p
             .primitive = emitter.primitive,
             .bitTrail = 0,
             .spotScale = 0.0f,
-            .offset = TriangleClearance(emitter, objectToWorld, p0, e1, e2)};
+            .spotOffsetOrClearance = TriangleClearance(emitter, objectToWorld, p0, e1, e2)};
 }
 
 uint32_t GroupAt(const std::vector<uint32_t>& groups, size_t index) {
@@ -100,7 +100,7 @@ gpu::LightRecord PunctualLight(const scene::Light& light) {
             .primitive = 0,
             .bitTrail = 0,
             .spotScale = isSpot ? scale : 0.0f,
-            .offset = isSpot ? -cosOuter * scale : 0.0f};
+            .spotOffsetOrClearance = isSpot ? -cosOuter * scale : 0.0f};
 }
 
 double PunctualPower(const gpu::LightRecord& light, double sceneRadius) {
@@ -108,7 +108,8 @@ double PunctualPower(const gpu::LightRecord& light, double sceneRadius) {
     if (light.kind == gpu::kLightDirectional) return kPi * sceneRadius * sceneRadius * intensity;
     if (light.kind == gpu::kLightPoint) return 4.0 * kPi * intensity;
     // The integral of clamp(c scale + offset, 0, 1)^2 over c up to 1: a parabola, then a constant
-    const double end = double{light.spotScale} + double{light.offset};  // before the clamp, at c = 1
+    const double end =
+        double{light.spotScale} + double{light.spotOffsetOrClearance};  // before the clamp, at c = 1
     const double ramp = std::min(end, 1.0);
     const double integral = (ramp * ramp * ramp / 3.0 + (end - ramp)) / double{light.spotScale};
     return 2.0 * kPi * intensity * integral;

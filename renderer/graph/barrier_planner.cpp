@@ -18,8 +18,8 @@ VkAccessFlags2 Expanded(VkAccessFlags2 access) {
 Dependency PlanRead(ResourceState& state, const AccessMasks& masks) {
     state.readStages |= masks.stages;
     const bool isNeverWritten = state.writeStages == VK_PIPELINE_STAGE_2_NONE;
-    const bool isVisible = Contains(state.visibleStages, masks.stages) &&
-                           Contains(Expanded(state.visibleAccess), masks.access);
+    const bool isVisible =
+        Contains(state.visibleStages, masks.stages) && Contains(Expanded(state.visibleAccess), masks.access);
     if (isNeverWritten || isVisible) return {.oldLayout = state.layout, .newLayout = state.layout};
     // Visibility is remembered as stages x accesses, so the new barrier covers the whole product. Stages that
     // had it wait for a write they have already waited for, which costs nothing.

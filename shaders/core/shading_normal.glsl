@@ -26,13 +26,15 @@ INLINE vec3 AdaptShadingNormal(vec3 ns, vec3 ng, vec3 wo) {
     return halfwaySquare > 1e-6f ? halfway * inversesqrt(halfwaySquare) : ng;
 }
 
+// `normal` of any length but zero.
 INLINE vec3 LiftToPlane(vec3 p, vec3 vertex, vec3 normal) {
-    return max(dot(vertex - p, normal), 0.0f) * normal;
+    float square = dot(normal, normal);
+    return square > 0.0f ? (max(dot(vertex - p, normal), 0.0f) / square) * normal : vec3(0.0f);
 }
 
 // What lifts a point of a triangle onto the bulging surface that its vertex normals describe: to the mean of
 // its projections onto the tangent planes at the vertices p0, p1, p2, of those planes that lie above it.
-// `weights` are its barycentrics, the normals of unit length. Zero at the vertices, on flat surfaces and
+// `weights` are its barycentrics, the normals of any length. Zero at the vertices, on flat surfaces and
 // hollow ones.
 // Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing Gems II, chapter 4.
 INLINE vec3 LiftToCurve(vec3 weights, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 n0, vec3 n1, vec3 n2) {

@@ -98,7 +98,8 @@ INLINE LightSample SampleTriangle(LightRecord light, LightContext context, vec2 
     vec3 across = cross(light.e1, light.e2);
     float facing = dot(across, result.wi);
     result.target =
-        OffsetRayOrigin(point, (facing < 0.0f ? 1.0f : -1.0f) * normalize(across), light.offset);
+        OffsetRayOrigin(point, (facing < 0.0f ? 1.0f : -1.0f) * normalize(across),
+                        light.spotOffsetOrClearance);
     result.pdf = IsSampledBySolidAngle(seen) ? 1.0f / seen.solidAngle : 2.0f * distance2 / abs(facing);
     result.radiance = TriangleEmission(light, barycentrics, -result.wi);
     return result;
@@ -123,7 +124,7 @@ INLINE LightSample SamplePunctual(LightRecord light, LightContext context) {
     result.radiance /= distance2;
     if (light.kind == kLightSpot)
         result.radiance *=
-            Sqr(clamp(-dot(light.e1, result.wi) * light.spotScale + light.offset, 0.0f, 1.0f));
+            Sqr(clamp(-dot(light.e1, result.wi) * light.spotScale + light.spotOffsetOrClearance, 0.0f, 1.0f));
     return result;
 }
 

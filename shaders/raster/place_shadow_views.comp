@@ -37,7 +37,9 @@ LightRecord Light(uint ordinal) {
     return lights.at[parameters.value.lights.lightCount - constants.punctualLights + ordinal];
 }
 
-float SpotCosine(LightRecord light) { return clamp(-light.offset / light.spotScale, -1.0f, 1.0f); }
+float SpotCosine(LightRecord light) {
+    return clamp(-light.spotOffsetOrClearance / light.spotScale, -1.0f, 1.0f);
+}
 
 uint ViewsNeeded(LightRecord light) {
     if (dot(light.e2, vec3(1.0f)) <= 0.0f) return 0u;

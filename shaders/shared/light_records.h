@@ -60,8 +60,9 @@ struct LightRecord {
     uint instance;    // triangle: index of its InstanceRecord
     uint primitive;   // triangle: its number in the BLAS
     uint bitTrail;    // way through the tree: bit d says which child is taken at depth d
-    float spotScale;  // spot: falls off by clamp(cos * spotScale + offset, 0, 1)^2:
-    float offset;  // KHR_lights_punctual's lightAngleScale and lightAngleOffset. Triangle: its RayClearance
+    float spotScale;  // spot: falls off by clamp(cos * spotScale + spotOffset, 0, 1)^2, with
+                      // KHR_lights_punctual's lightAngleScale and lightAngleOffset
+    float spotOffsetOrClearance;  // spot: spotOffset. Triangle: the RayClearance of its points
 };
 
 // LightNode::link

@@ -27,7 +27,17 @@ TEST(BenchCompare, RatiosHaveTheirMedianAndItsStandardError) {
     const RelativeCost cost = RelativeCostOf("gpu timestamps", {1.0, 2.0, 3.0, 4.0, 10.0});
     EXPECT_DOUBLE_EQ(cost.median, 3.0);
     EXPECT_NEAR(cost.standardError, 0.8310, 1e-3);
-    EXPECT_EQ(RelativeCostOf("gpu timestamps", {2.0}).standardError, 0.0);
+}
+
+TEST(BenchCompare, OneRoundTellsNothingOfItsNoise) {
+    const RelativeCost cost = RelativeCostOf("gpu timestamps", {2.0});
+    EXPECT_EQ(cost.standardError, std::numeric_limits<double>::infinity());
+    Json now = Result("a.gltf", 2.0, 0.0);
+    now["cost"] = ToJson(cost);
+    // As it is stored: JSON has no infinity
+    const BenchChange change = Compare(Result("a.gltf", 1.0, 0.0), Json::parse(now.dump()));
+    EXPECT_FALSE(change.IsWorse());
+    EXPECT_TRUE(change.IsUncertain());
 }
 
 TEST(BenchCompare, WorseIsMoreThanToleranceAndNoise) {

@@ -21,7 +21,7 @@ TEST(Report, SchemaOneHasTheseMembers) {
     Report report;
     report.passes = {{"Trace", 1.5, 30.0, 20}};
     const nlohmann::json json = nlohmann::json::parse(ToJson(report));
-    EXPECT_EQ(json.at("schema"), 1);
+    EXPECT_EQ(json.at("schema"), 2);
     EXPECT_EQ(Keys(json.at("scene")), (Names{"file", "instances", "lights", "materials", "textures",
                                              "triangles_placed", "triangles_unique"}));
     EXPECT_EQ(Keys(json.at("device")), (Names{"driver", "name", "type"}));

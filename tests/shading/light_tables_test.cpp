@@ -157,7 +157,7 @@ TEST(LightTree, NodesBoundWhatIsBelowAndTrailsLeadToTheLeaves) {
         light.e1 = normalize(vec3(coordinate(), coordinate(), coordinate()));
         light.e2 = vec3(coordinate(), coordinate(), coordinate());
         light.spotScale = 4.0f;
-        light.offset = -2.0f;
+        light.spotOffsetOrClearance = -2.0f;
         light.flags = random() % 4;
         lights.push_back(light);
         power.push_back(random() % 5 == 0 ? 0.0f : float(random() % 100 + 1));
