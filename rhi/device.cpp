@@ -71,19 +71,23 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     pipelineCache = cache;
 }
 
-VkResult Device::Impl::Await(uint64_t value, std::chrono::milliseconds limit) const noexcept {
+VkResult Device::Impl::Await(uint64_t value) noexcept {
     const VkSemaphoreWaitInfo wait{VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO, nullptr, 0, 1, &timeline, &value};
-    if (limit.count() == 0) return vk.vkWaitSemaphores(device, &wait, UINT64_MAX);
-    const auto nanoseconds =
-        static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(limit).count());
+    if (hangLimit.count() == 0) return vk.vkWaitSemaphores(device, &wait, UINT64_MAX);
+    const auto limit =
+        static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(hangLimit).count());
+    constexpr uint64_t kMillisecond = 1'000'000;
     uint64_t before = 0;
-    VkResult result = vk.vkGetSemaphoreCounterValue(device, timeline, &before);
+    VkResult result = AskCompleted(before);
     while (result == VK_SUCCESS) {
-        result = vk.vkWaitSemaphores(device, &wait, nanoseconds);
+        result = vk.vkWaitSemaphores(device, &wait, hangsAt.load() == before ? kMillisecond : limit);
         if (result != VK_TIMEOUT) return result;
         uint64_t completed = 0;
-        result = vk.vkGetSemaphoreCounterValue(device, timeline, &completed);
-        if (result == VK_SUCCESS && completed == before) return VK_TIMEOUT;
+        result = AskCompleted(completed);
+        if (result == VK_SUCCESS && completed == before) {
+            hangsAt = completed;
+            return VK_TIMEOUT;
+        }
         before = completed;  // slow, but it does not hang
     }
     return result;
@@ -92,7 +96,7 @@ VkResult Device::Impl::Await(uint64_t value, std::chrono::milliseconds limit) co
 bool Device::Impl::Drain() noexcept {
     const uint64_t last = lastSubmitted.load();
     if (!timeline || last == 0) return true;
-    const VkResult result = Await(last, hangLimit);
+    const VkResult result = Await(last);
     if (result == VK_TIMEOUT) return false;
     if (result == VK_SUCCESS) return true;
     // A lost device: whatever is still running ends in finite time, which the queue knows.

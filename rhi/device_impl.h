@@ -85,8 +85,9 @@ struct Device::Impl {
     void Close() noexcept;
     // Everything of ours has left the queue, or the device is lost. False: it hangs.
     bool Drain() noexcept;
-    // Waits for the timeline; VK_TIMEOUT when no submission completed for the limit.
-    VkResult Await(uint64_t value, std::chrono::milliseconds limit) const noexcept;
+    // Waits for the timeline; VK_TIMEOUT when no submission completed for hangLimit. A wait for a device that
+    // still stands where another has found it to hang ends at once.
+    VkResult Await(uint64_t value) noexcept;
     // How far the timeline is.
     VkResult AskCompleted(uint64_t& value) noexcept;
     uint64_t SubmitBatch(const Device& owner, VkCommandBuffer commands, std::span<const SemaphoreUse> waits,
@@ -122,9 +123,9 @@ struct Device::Impl {
     VkSemaphore timeline = VK_NULL_HANDLE;
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
     std::atomic<uint64_t> lastSubmitted{0};
-    std::atomic<uint64_t> lastCompleted{0};  // as far as we have asked
-    std::chrono::milliseconds hangLimit{0};  // 0: none
-    std::atomic<bool> hangs{false};          // a wait has found it so
+    std::atomic<uint64_t> lastCompleted{0};       // as far as we have asked
+    std::chrono::milliseconds hangLimit{0};       // 0: none
+    std::atomic<uint64_t> hangsAt{~uint64_t{0}};  // how far the timeline was when a wait found it to hang
     std::mutex slotMutex;
     std::vector<CommandSlot> slots;  // not being recorded
     RetireQueue retired;

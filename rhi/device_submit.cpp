@@ -173,17 +173,13 @@ void Device::WaitFor(uint64_t value) {
     if (value > LastSubmittedValue())
         throw Error(ErrorKind::Usage, "WaitFor(" + std::to_string(value) + "): the last submission is " +
                                           std::to_string(LastSubmittedValue()));
-    // Who has waited once for a device that hangs does not wait again.
-    const bool hasHung = m_impl->hangs.load();
-    const VkResult result = m_impl->Await(value, hasHung ? std::chrono::milliseconds(1) : m_impl->hangLimit);
-    if (result == VK_TIMEOUT) {
-        m_impl->hangs = true;
+    const VkResult result = m_impl->Await(value);
+    if (result == VK_TIMEOUT)
         throw Error(ErrorKind::DeviceLost,
                     "the device hangs: waiting for submission " + std::to_string(value) + ", none after " +
                         std::to_string(CompletedValue()) + " has completed for " +
                         std::to_string(m_impl->hangLimit.count()) + " ms; " + m_impl->lastPassReports->Text(),
                     VK_TIMEOUT);
-    }
     Check(result, "vkWaitSemaphores");
     CollectGarbage();
 }
