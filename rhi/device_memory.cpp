@@ -20,6 +20,7 @@ MemoryStatistics Device::Memory() const {
 std::vector<MemoryHeap> Device::MemoryHeaps() const {
     const VkPhysicalDeviceMemoryProperties* properties = nullptr;
     vmaGetMemoryProperties(Allocator(), &properties);
+    vmaSetCurrentFrameIndex(Allocator(), 0);  // asks the driver: what it said before is kept for long
     std::vector<VmaBudget> budgets(VK_MAX_MEMORY_HEAPS);
     vmaGetHeapBudgets(Allocator(), budgets.data());
     std::vector<MemoryHeap> heaps;

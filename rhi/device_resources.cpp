@@ -66,6 +66,9 @@ VmaAllocationCreateInfo AllocationInfo(MemoryKind kind, BufferUsage usage = Buff
     info.usage = VMA_MEMORY_USAGE_AUTO;
     if (kind == MemoryKind::Device) {
         info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
+        // Every ray walks through these. The allocator would put them into the host's memory for good.
+        if (Has(usage, BufferUsage::AccelerationStructure))
+            info.requiredFlags = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
         return info;
     }
     // What is only copied belongs into the host's memory: of the device's own, little can be mapped. The

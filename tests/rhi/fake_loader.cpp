@@ -148,7 +148,7 @@ VKAPI_ATTR void VKAPI_CALL Memory2(VkPhysicalDevice device, VkPhysicalDeviceMemo
         properties, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MEMORY_BUDGET_PROPERTIES_EXT, [](auto& budget) {
             for (uint32_t heap = 0; heap < 3; ++heap) {
                 budget.heapBudget[heap] = heap == 2 ? kFakeDeviceBudgetBytes / 8 : kFakeDeviceBudgetBytes;
-                budget.heapUsage[heap] = 1u << 20;
+                budget.heapUsage[heap] = activeState->lies.heapUsage;
             }
         });
 }

@@ -30,6 +30,7 @@ struct Lies {
     uint64_t deviceBytesLeft = ~uint64_t{0};  // of those types: what vkAllocateMemory gives of device memory
     uint64_t hostBytesLeft = ~uint64_t{0};    // ... and of the host's
     std::array<uint64_t, 4> takenBytes{};     // by type: what it gave
+    uint64_t heapUsage = 1u << 20;            // ... and what the driver says is in use of each heap
 };
 
 // The memory types of Lies::hasSeparateMemory: a graphics card's. Heaps: device, host, mapped device memory.

@@ -1,8 +1,12 @@
 // Where resources lie, what is told about it, and what happens when there is no more.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstring>
 #include <tuple>
 
+#include "rhi/blas_builder.h"
+#include "rhi/command_list.h"
 #include "rhi/upload.h"
 #include "tests/rhi/error_of.h"
 #include "tests/rhi/fake_loader.h"
@@ -94,6 +98,56 @@ TEST_F(SeparateMemoryTest, HeapsHaveTheDriversBudget) {
     EXPECT_EQ(heaps[0].sizeBytes, testing::kFakeDeviceHeapBytes);
     EXPECT_EQ(heaps[0].budgetBytes, testing::kFakeDeviceBudgetBytes);
     EXPECT_EQ(heaps[0].usedBytes, 1u << 20);
+}
+
+TEST_F(SeparateMemoryTest, HeapsAreAskedForEachTime) {
+    EXPECT_EQ(device->MemoryHeaps().at(0).usedBytes, 1u << 20);
+    loader.Tell().heapUsage = 20u << 20;  // another process
+    EXPECT_EQ(device->MemoryHeaps().at(0).usedBytes, 20u << 20);
+}
+
+// A copy in the host's memory would be there for good, in place of a structure in the device's own.
+TEST_F(SeparateMemoryTest, AccelerationStructuresAreInTheDevicesOwnMemoryOrWaitForIt) {
+    const auto upload = [&](const char* name, const auto& values) {
+        rhi::Buffer buffer = device->CreateBuffer({.name = name,
+                                                   .size = sizeof(values),
+                                                   .usage = BufferUsage::BuildInput,
+                                                   .memory = MemoryKind::Upload});
+        std::memcpy(buffer.Mapped().data(), &values, sizeof(values));
+        return buffer;
+    };
+    const rhi::Buffer vertices = upload("vertices", std::array<float, 9>{0, 0, 0, 1, 0, 0, 0, 1, 0});
+    const rhi::Buffer indices = upload("indices", std::array<uint32_t, 3>{0, 1, 2});
+    const rhi::BlasDesc desc{.name = "triangle",
+                             .triangles = {{.vertices = vertices.Address(),
+                                            .vertexCount = 3,
+                                            .indices = indices.Address(),
+                                            .triangleCount = 1}}};
+    rhi::BlasBuilder builder(*device, {.name = "builder", .compactsWithoutGain = true});
+    const std::shared_ptr<rhi::Blas> blas = builder.Add(desc);
+    rhi::CommandList commands = device->BeginCommands("build");
+    builder.RecordBuilds(commands);
+    device->WaitFor(device->Submit(std::move(commands)));
+
+    loader.Tell().deviceBytesLeft = 0;
+    std::vector<rhi::Buffer> rest;  // what the allocator still has
+    for (uint64_t bytes = 1u << 20; bytes >= 256; bytes /= 2) {
+        while (device->Memory().fallbackBytes == 0) rest.push_back(device->CreateBuffer({.size = bytes}));
+        rest.pop_back();
+    }
+    ASSERT_EQ(device->Memory().fallbackBytes, 0u);
+    for (uint32_t i = 0; i < 2 * rhi::BlasBuilder::kRetryPolls; i++) EXPECT_FALSE(builder.Poll());
+    EXPECT_EQ(builder.Statistics().pending, 1u);
+    const std::shared_ptr<rhi::Blas> another = builder.Add(desc);
+    EXPECT_EQ(ErrorOf([&] { builder.Reserve(); }).Kind(), ErrorKind::OutOfMemory);
+    EXPECT_EQ(device->Memory().fallbackBytes, 0u);
+
+    loader.Tell().deviceBytesLeft = ~uint64_t{0};
+    bool hasWork = false;
+    for (uint32_t i = 0; i < rhi::BlasBuilder::kRetryPolls && !hasWork; i++) hasWork = builder.Poll();
+    EXPECT_TRUE(hasWork);
+    EXPECT_NO_THROW(builder.Reserve());
+    EXPECT_EQ(device->Memory().fallbackBytes, 0u);
 }
 
 TEST(MemoryTest, HeapsWithoutTheExtensionAreEstimates) {
