@@ -78,8 +78,12 @@ void Renderer::BeginFrame() {
     impl.sinceBegin = {};
 }
 
-void Renderer::DropFrame() {
-    if (m_impl->isOpen) m_impl->DropFrame();
+void Renderer::DropFrame(WhenDropped semaphores) {
+    if (!m_impl->isOpen) return;
+    if (semaphores == WhenDropped::LeaveAlone)
+        m_impl->CloseFrame();
+    else
+        m_impl->DropFrame();
 }
 
 std::weak_ptr<const void> Renderer::OpenFrame() const {

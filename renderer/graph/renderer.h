@@ -128,8 +128,9 @@ class RAYGRAPH_API Renderer {
     void BeginFrame();
     uint64_t FrameNumber() const;
     // Drops the open frame, for a program that goes on after an Error while declaring: its semaphores are
-    // forwarded now, not when the next frame begins. Does nothing when no frame is open.
-    void DropFrame();
+    // forwarded now, not when the next frame begins. LeaveAlone forwards none of them, for a host that has
+    // not submitted what signals the binary ones. Does nothing when no frame is open.
+    void DropFrame(WhenDropped semaphores = WhenDropped::Forward);
     // Expires when the frame at hand has been executed, dropped or given up: while it lives, what the frame
     // was declared from must stay as it is. Expired already when no frame is open.
     std::weak_ptr<const void> OpenFrame() const;
@@ -186,7 +187,10 @@ class RAYGRAPH_API Renderer {
     Readback ReadBack(BufferId buffer);
     // The frame's submission waits for, or signals, a semaphore of the host. A frame that is dropped forwards
     // those that it has been given: a submission without commands waits and signals in its place, unless the
-    // device is lost.
+    // device is lost. So the signal of a binary semaphore that the frame waits for has been submitted before
+    // the frame can be dropped: before Execute and DropFrame, and before the BeginFrame or the destructor
+    // that drops an open frame. Vulkan asks for that of every wait for a binary one. Where it comes later,
+    // the semaphore is given with LeaveAlone, or its frame dropped by DropFrame(WhenDropped::LeaveAlone).
     void WaitSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped = WhenDropped::Forward);
     void SignalSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped = WhenDropped::Forward);
 

@@ -143,6 +143,18 @@ TEST_F(DroppedSemaphores, AreLeftAloneWhereAskedFor) {
     ASSERT_TRUE(m_host.GoesOn());
 }
 
+// The host has not signalled yet: Vulkan allows no wait for it.
+TEST_F(DroppedSemaphores, AreLeftAloneByADropThatIsToldSo) {
+    m_renderer.BeginFrame();
+    m_host.Declare(m_renderer);
+    m_renderer.DropFrame(WhenDropped::LeaveAlone);
+    Device().WaitIdle();
+    EXPECT_EQ(m_host.progress.Value(), 0u);
+    m_host.Signal();
+    Frame(Where::Nowhere);
+    ASSERT_TRUE(m_host.GoesOn());
+}
+
 TEST(DroppedSemaphoresOfAFailedSubmission, AreForwarded) {
     testing::FakeLoader loader;
     const std::unique_ptr<rhi::Device> device =
