@@ -188,7 +188,7 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
         m_scene.instances[placed.instance].objectToWorld = nodeToWorld.matrix;
         m_scene.instances[placed.instance].translationRest = nodeToWorld.rest;
         m_instanceBounds[placed.instance] = InstanceBounds(placed.instance);
-        gpu.SetTransform(placed.instance, nodeToWorld.matrix, nodeToWorld.rest);
+        gpu.SetTransform(placed.instance, nodeToWorld);
     }
     m_scene.bounds = {};
     for (const scene::Bounds& bounds : m_instanceBounds) m_scene.bounds.Extend(bounds);

@@ -258,22 +258,20 @@ void GpuScene::SetScene(scene::SceneData&& scene) {
     WithMemoryErrors("SetScene", [&] { m_impl->Replace(std::move(scene)); });
 }
 
-void GpuScene::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld,
-                            const glm::vec3& translationRest) {
+void GpuScene::SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld) {
     m_impl->RequireNoFrame("SetTransform");
     CheckIndex("instance", instance, m_impl->instances->Count());
-    const scene::PlacedTransform placed{objectToWorld, translationRest};
-    if (m_impl->instances->Transform(instance) == placed) return;
-    if (!scene::CanInvert(objectToWorld) || !scene::IsFinite(translationRest))
-        scene::CheckTransform(placed, "GpuScene: SetTransform: instance " + std::to_string(instance));
+    if (m_impl->instances->Transform(instance) == objectToWorld) return;
+    if (!scene::CanInvert(objectToWorld.matrix) || !scene::IsFinite(objectToWorld.rest))
+        scene::CheckTransform(objectToWorld, "GpuScene: SetTransform: instance " + std::to_string(instance));
     m_impl->revisions.transforms++;
-    m_impl->instances->SetTransform(instance, placed);
+    m_impl->instances->SetTransform(instance, objectToWorld);
     m_impl->lights->SetTransform(instance, m_impl->instances->DeviceTransform(instance));
 }
 
-glm::mat4x3 GpuScene::Transform(uint32_t instance) const {
+const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
     CheckIndex("instance", instance, m_impl->instances->Count());
-    return m_impl->instances->Transform(instance).matrix;
+    return m_impl->instances->Transform(instance);
 }
 
 void GpuScene::SetViewpoint(const glm::dvec3& eye) {

@@ -148,11 +148,15 @@ class RAYGRAPH_API GpuScene {
     // scene that is told no viewpoint takes the place that is nearest to the world's origin.
     void SetViewpoint(const glm::dvec3& eye);
 
-    // Instance indices are those of SceneData::instances. The place is objectToWorld[3] + translationRest,
-    // added in double. Error{Usage} out of range, and for a transform that is not finite or has no inverse.
-    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld,
-                      const glm::vec3& translationRest = glm::vec3(0.0f));
-    glm::mat4x3 Transform(uint32_t instance) const;  // without its rest
+    // Instance indices are those of SceneData::instances. The place is PlacedTransform::Place, added in
+    // double; a matrix alone is one without a rest. Error{Usage} out of range, and for a transform that is
+    // not finite or has no inverse.
+    void SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld);
+    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
+        SetTransform(instance, scene::PlacedTransform{objectToWorld});
+    }
+    // What was set: setting it again changes nothing.
+    const scene::PlacedTransform& Transform(uint32_t instance) const;
     // No ray hits an invisible instance. A change rebuilds the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
     bool IsVisible(uint32_t instance) const;

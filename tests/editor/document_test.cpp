@@ -47,17 +47,17 @@ TEST_F(DocumentTest, KnowsTheHierarchyWithoutVertices) {
 }
 
 TEST_F(DocumentTest, TransformMovesInstanceAndBoundsAndIsUndone) {
-    const glm::mat4x3 before = gpu.Transform(instance);
+    const glm::mat4x3 before = gpu.Transform(instance).matrix;
     const scene::Bounds bounds = document.Scene().bounds;
     document.Apply(TransformEdit{Node(), kUp}, gpu);
-    EXPECT_NE(gpu.Transform(instance), before);
-    EXPECT_EQ(gpu.Transform(instance), document.Scene().instances[instance].objectToWorld);
+    EXPECT_NE(gpu.Transform(instance).matrix, before);
+    EXPECT_EQ(gpu.Transform(instance).matrix, document.Scene().instances[instance].objectToWorld);
     EXPECT_GT(document.Scene().bounds.max.y, bounds.max.y);
     document.Undo(gpu);
-    EXPECT_EQ(gpu.Transform(instance), before);
+    EXPECT_EQ(gpu.Transform(instance).matrix, before);
     EXPECT_EQ(document.Scene().bounds.max, bounds.max);
     document.Redo(gpu);
-    EXPECT_NE(gpu.Transform(instance), before);
+    EXPECT_NE(gpu.Transform(instance).matrix, before);
 }
 
 TEST_F(DocumentTest, TransformMovesAllBelowAndNothingElse) {
@@ -90,7 +90,7 @@ TEST_F(DocumentTest, TransformMovesAllBelowAndNothingElse) {
     scene::UpdateWorldTransforms(expected);
     for (uint32_t i = 0; i < 3; i++) {
         EXPECT_EQ(moved.Scene().instances[i].objectToWorld, expected.instances[i].objectToWorld) << i;
-        EXPECT_EQ(gpu.Transform(i), expected.instances[i].objectToWorld) << i;
+        EXPECT_EQ(gpu.Transform(i).matrix, expected.instances[i].objectToWorld) << i;
     }
     EXPECT_EQ(moved.Scene().lights[0], expected.lights[0]);
     EXPECT_EQ(gpu.Light(0), expected.lights[0]);
@@ -148,11 +148,11 @@ TEST_F(DocumentTest, RefusedEditChangesNothing) {
 }
 
 TEST_F(DocumentTest, RefusedTransformChangesNothing) {
-    const glm::mat4x3 before = gpu.Transform(instance);
+    const glm::mat4x3 before = gpu.Transform(instance).matrix;
     glm::mat4x3 endless = kUp;
     endless[3].x = std::numeric_limits<float>::infinity();
     EXPECT_THROW(document.Apply(TransformEdit{Node(), endless}, gpu), Error);
-    EXPECT_EQ(gpu.Transform(instance), before);
+    EXPECT_EQ(gpu.Transform(instance).matrix, before);
     EXPECT_EQ(document.Scene().instances[instance].objectToWorld, before);
     EXPECT_FALSE(document.CanUndo());
 }

@@ -40,7 +40,7 @@ TEST_F(GpuSceneTest, SetTransform_MovesTheHitByATlasUpdate) {
     render.scene.SetTransform(1, Translation({0, 0, 0}));
     EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, 1, kMiss}));
     EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Update);
-    EXPECT_EQ(render.scene.Transform(1), Translation({0, 0, 0}));
+    EXPECT_EQ(render.scene.Transform(1).matrix, Translation({0, 0, 0}));
 }
 
 TEST_F(GpuSceneTest, TlasIsLeftAloneWhenNothingMoved) {
@@ -327,7 +327,7 @@ TEST_F(GpuSceneTest, SetViewpoint_MovesWhatIsOnTheDeviceAndNothingInTheWorld) {
     render.scene.SetViewpoint({4890.0, 0.0, 5.0});
     EXPECT_EQ(originNow(), glm::dvec3(39 * 128.0, 0.0, 0.0)) << "it stays while the eye is near";
     EXPECT_EQ(render.scene.Revisions(), before);
-    EXPECT_EQ(render.scene.Transform(1)[3].x, 5000.0f);
+    EXPECT_EQ(render.scene.Transform(1).matrix[3].x, 5000.0f);
 
     // Through what is on the device now: places, and light found by its table
     const passes::TraceSettings settings = LookAt({5000.25f, 0.25f, 3.0f}, {5000.25f, 0.25f, 0.0f}, 0.01f, 2);

@@ -232,8 +232,8 @@ SweptScenario RendererScenario() {
                      true});
     EditMaterials(steps);
     steps.push_back({"transform", [](SweptWorld& world) {
-                         glm::mat4x3 transform = world.scene->Transform(0);
-                         transform[3].x += 0.1f;
+                         scene::PlacedTransform transform = world.scene->Transform(0);
+                         transform.matrix[3].x += 0.1f;
                          world.scene->SetTransform(0, transform);
                      }});
     steps.push_back({"frame of edits", TraceFrame});

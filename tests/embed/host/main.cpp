@@ -138,8 +138,8 @@ void MoveObject(Gpu& gpu, Renderer& renderer, Panel& cornell) {
             "the tall block is not there");
     const uint32_t resets = cornell.viewport.ResetCount(passes::ResetCause::Transform);
 
-    glm::mat4x3 away = cornell.scene.Transform(kTallBlock);
-    away[3].y -= 10.0f;
+    scene::PlacedTransform away = cornell.scene.Transform(kTallBlock);
+    away.matrix[3].y -= 10.0f;
     cornell.scene.SetTransform(kTallBlock, away);
     const Picture gone = Show(gpu, renderer, cornell);
     Require(PickAt(gpu, renderer, cornell, kOnTallBlock).instance != kTallBlock,
