@@ -74,20 +74,29 @@ struct GpuScene::Impl {
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;
         DrawTable newDraws;
-        uploader.FlushAfter([&] {
-            newResources = UploadScene(device, uploader, builder, *textureTable, data);
-            newInstances = std::make_unique<InstanceSet>(device, *newResources, data.instances);
-            newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
-            newLights = std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
-            builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
-        });
+        try {
+            uploader.FlushAfter([&] {
+                newResources = UploadScene(device, uploader, builder, *textureTable, data);
+                newInstances = std::make_unique<InstanceSet>(device, *newResources, data.instances);
+                newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
+                newLights =
+                    std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
+                builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
+            });
+        } catch (...) {
+            data.meshes.clear();  // some are freed by now: another try must not be without them
+            throw;
+        }
+        const glm::dvec3 newOrigin = ChooseSceneOrigin({}, glm::dvec3(0.0), newInstances->Reach());
+        newInstances->MoveOrigin(newOrigin);
+        newLights->MoveOrigin(newOrigin, *newInstances);
         lights = std::move(newLights);
         instances = std::move(newInstances);
         resources = std::move(newResources);
         draws = std::move(newDraws);
         areDrawsDue = false;
-        origin = glm::dvec3(0.0);
-        MoveOrigin(ChooseSceneOrigin(origin, glm::dvec3(0.0), instances->Reach()));
+        origin = newOrigin;
+        originTurns = {};
         drawsState = {};
         hasUnbuiltBlases = true;
         dirtyMaterials = {};
@@ -110,11 +119,12 @@ struct GpuScene::Impl {
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     SceneIds Declare(Renderer& renderer);
 
-    void MoveOrigin(const glm::dvec3& to) {
-        if (origin == to) return;
-        origin = to;
-        instances->MoveOrigin(to);
-        lights->MoveOrigin(to, *instances);
+    void SetViewpoint(const glm::dvec3& eye) {
+        const glm::dvec3 wanted = ChooseSceneOrigin(origin, eye, instances->Reach());
+        if (!originTurns.Moves(origin, wanted)) return;
+        origin = wanted;
+        instances->MoveOrigin(wanted);
+        lights->MoveOrigin(wanted, *instances);
     }
 
     // Groups go by what their materials have become.
@@ -229,6 +239,7 @@ struct GpuScene::Impl {
     std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
     bool areDrawsDue = false;  // kinds of groups have changed since `draws` was made
+    OriginTurns originTurns;
     DirtyRange dirtyMaterials;
     SceneRevisions revisions;
 
@@ -276,7 +287,7 @@ const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
 
 void GpuScene::SetViewpoint(const glm::dvec3& eye) {
     m_impl->RequireNoFrame("SetViewpoint");
-    m_impl->MoveOrigin(ChooseSceneOrigin(m_impl->origin, eye, m_impl->instances->Reach()));
+    m_impl->SetViewpoint(eye);
 }
 
 void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
@@ -312,7 +323,7 @@ void GpuScene::SetLight(uint32_t light, const scene::Light& values) {
     m_impl->RequireNoFrame("SetLight");
     CheckIndex("light", light, m_impl->lights->PunctualCount());
     if (m_impl->lights->Punctual(light) == values) return;
-    m_impl->lights->SetPunctual(light, values);
+    WithMemoryErrors("SetLight", [&] { m_impl->lights->SetPunctual(light, values); });
     m_impl->revisions.lights++;
 }
 

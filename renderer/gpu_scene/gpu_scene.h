@@ -143,9 +143,11 @@ class RAYGRAPH_API GpuScene {
     void SetScene(scene::SceneData&& scene);
 
     // Where the scene is looked at from, in the world: the device's coordinates, which are floats, begin near
-    // there or where the scene is nearest to it (docs/large-coordinates.md). Costs nothing unless that is
-    // more than 128 m from where they begin now; then it is as if everything had moved, but for Revisions. A
-    // scene that is told no viewpoint takes the place that is nearest to the world's origin.
+    // there or where the scene is nearest to it (docs/large-coordinates.md). Costs nothing while that is
+    // within 128 m of where they begin. Beyond, they begin elsewhere: the TLAS is built again and lights are
+    // placed again, and Revisions stay. Up to 1024 m that takes eight such calls in a row, so that viewpoints
+    // that take turns leave it as it is; the first call for a scene needs no others. A scene that is told no
+    // viewpoint takes the place that is nearest to the world's origin.
     void SetViewpoint(const glm::dvec3& eye);
 
     // Instance indices are those of SceneData::instances. The place is PlacedTransform::Place, added in

@@ -89,7 +89,7 @@ void InstanceSet::ExtendReach(const Instance& instance) {
         m_reach.Extend(m_resources.groups[group].bounds.Transformed(instance.objectToWorld.matrix));
 }
 
-void InstanceSet::MoveOrigin(const glm::dvec3& origin) {
+void InstanceSet::MoveOrigin(const glm::dvec3& origin) noexcept {
     m_origin = origin;
     m_areRecordsDue = true;
     m_needsRebuild = true;

@@ -35,7 +35,7 @@ class InstanceSet {
     glm::mat4x3 DeviceTransform(uint32_t index) const {
         return m_instances[index].objectToWorld.RelativeTo(m_origin);
     }
-    void MoveOrigin(const glm::dvec3& origin);
+    void MoveOrigin(const glm::dvec3& origin) noexcept;
     // The box around all places that an instance has had, in the world.
     const scene::Bounds& Reach() const { return m_reach; }
     void SetVisible(uint32_t index, bool isVisible);

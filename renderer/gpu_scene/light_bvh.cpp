@@ -31,16 +31,28 @@ struct LightBounds {
     bool IsEmpty() const { return power == 0.0; }
 };
 
+struct Box {
+    glm::vec3 min, max;
+};
+
+Box BoxOf(const gpu::LightRecord& light) {
+    Box box{light.p0, light.p0};
+    if (light.kind != gpu::kLightTriangle) return box;
+    for (const glm::vec3& corner : {light.p0 + light.e1, light.p0 + light.e2}) {
+        box.min = glm::min(box.min, corner);
+        box.max = glm::max(box.max, corner);
+    }
+    return box;
+}
+
 LightBounds BoundsOf(const gpu::LightRecord& light, float power) {
+    const Box box = BoxOf(light);
     LightBounds bounds;
     bounds.power = power;
-    bounds.min = bounds.max = light.p0;
+    bounds.min = box.min;
+    bounds.max = box.max;
     bounds.thetaE = 0.5 * kPi;
     if (light.kind == gpu::kLightTriangle) {
-        for (const glm::vec3& corner : {light.p0 + light.e1, light.p0 + light.e2}) {
-            bounds.min = glm::min(bounds.min, corner);
-            bounds.max = glm::max(bounds.max, corner);
-        }
         bounds.axis = glm::normalize(glm::cross(glm::dvec3(light.e1), glm::dvec3(light.e2)));
         if ((light.flags & gpu::kLightMirrored) != 0) bounds.axis = -bounds.axis;
         bounds.isTwoSided = (light.flags & gpu::kLightDoubleSided) != 0;
@@ -235,6 +247,22 @@ std::vector<gpu::LightNode> BuildLightTree(std::span<gpu::LightRecord> lights, s
         items.push_back(item);
     }
     return TreeBuilder(lights).Build(items);
+}
+
+void RefitLightTree(std::span<gpu::LightNode> nodes, std::span<const gpu::LightRecord> lights) {
+    // Children stand behind their parents
+    for (size_t i = nodes.size(); i-- > 0;) {
+        gpu::LightNode& node = nodes[i];
+        const uint32_t index = node.link & gpu::kLightNodeIndex;
+        if ((node.link & gpu::kLightNodeLeaf) != 0u) {
+            const Box box = BoxOf(lights[index]);
+            node.boundsMin = box.min;
+            node.boundsMax = box.max;
+        } else {
+            node.boundsMin = glm::min(nodes[index].boundsMin, nodes[index + 1].boundsMin);
+            node.boundsMax = glm::max(nodes[index].boundsMax, nodes[index + 1].boundsMax);
+        }
+    }
 }
 
 }  // namespace raygraph

@@ -14,4 +14,8 @@ namespace raygraph {
 // each axis; O(n log n), depth at most 32. Needs no device.
 std::vector<gpu::LightNode> BuildLightTree(std::span<gpu::LightRecord> lights, std::span<const float> power);
 
+// The boxes of a tree over these lights, which have been moved, all by the same translation: the rest of the
+// tree stays. O(n).
+void RefitLightTree(std::span<gpu::LightNode> nodes, std::span<const gpu::LightRecord> lights);
+
 }  // namespace raygraph

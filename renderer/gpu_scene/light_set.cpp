@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "base/error.h"
 #include "renderer/gpu_scene/device_limits.h"
@@ -20,10 +21,11 @@ rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, u
                                          rhi::BufferUsage::CopyDestination});
 }
 
-scene::Light FromOrigin(scene::Light light, const glm::dvec3& origin) {
-    light.lightToWorld = scene::PlacedTransform{light.lightToWorld, light.translationRest}.RelativeTo(origin);
+// `light` takes the place of the world's `placed`, as it is seen from the origin.
+void PlaceFromOrigin(scene::Light& light, const scene::Light& placed, const glm::dvec3& origin) {
+    light.lightToWorld =
+        scene::PlacedTransform{placed.lightToWorld, placed.translationRest}.RelativeTo(origin);
     light.translationRest = glm::vec3(0.0f);
-    return light;
 }
 
 }  // namespace
@@ -97,17 +99,20 @@ void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
     scene::Check(values, subject);
     // That of a file may be flat; what a host asks for has a direction
     scene::CheckTransform({values.lightToWorld, values.translationRest}, subject);
-    m_punctual[light] = values;
-    m_scene.punctual[light] = FromOrigin(values, m_origin);
+    scene::Light inWorld = values, fromOrigin = values;
+    PlaceFromOrigin(fromOrigin, inWorld, m_origin);
+    m_punctual[light] = std::move(inWorld);
+    m_scene.punctual[light] = std::move(fromOrigin);
     m_isTableDue = true;
 }
 
-void LightSet::MoveOrigin(const glm::dvec3& origin, const InstanceSet& instances) {
+void LightSet::MoveOrigin(const glm::dvec3& origin, const InstanceSet& instances) noexcept {
     m_origin = origin;
     for (uint32_t i = 0; i < m_scene.instances.size(); i++)
         m_scene.instances[i].objectToWorld = instances.DeviceTransform(i);
-    for (size_t i = 0; i < m_punctual.size(); i++) m_scene.punctual[i] = FromOrigin(m_punctual[i], origin);
-    m_isTableDue = true;
+    for (size_t i = 0; i < m_punctual.size(); i++)
+        PlaceFromOrigin(m_scene.punctual[i], m_punctual[i], origin);
+    m_arePlacesDue = true;
 }
 
 void LightSet::SetGroups(LightGroups groups) {
@@ -126,10 +131,13 @@ void LightSet::SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm
 void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
     if (m_isTableDue) {
         m_table = BuildLightTable(m_scene);
-        m_isTableDue = false;
-        m_isUploadDue = true;
+        m_isUploadDue = m_isAliasUploadDue = true;
         m_rebuildCount++;
+    } else if (m_arePlacesDue) {
+        PlaceLights(m_table, m_scene);
+        m_isUploadDue = true;
     }
+    m_isTableDue = m_arePlacesDue = false;
     ids.lightSet = m_table.set;
     ids.lightGroupCount = gpu::kLightGroupNamed + m_scene.lightGroups.namedCount;
     ids.punctualLights = static_cast<uint32_t>(m_scene.punctual.size());
@@ -143,18 +151,18 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
         [&](PassBuilder& pass) {
             ids.lights = pass.CopiesTo(ids.lights);
             ids.lightNodes = pass.CopiesTo(ids.lightNodes);
-            ids.lightAlias = pass.CopiesTo(ids.lightAlias);
+            if (m_isAliasUploadDue) ids.lightAlias = pass.CopiesTo(ids.lightAlias);
         },
         [this](CommandList& commands) {
             RecordUpload(commands);
-            commands.OnSubmitted([this] { m_isUploadDue = false; });
+            commands.OnSubmitted([this] { m_isUploadDue = m_isAliasUploadDue = false; });
         });
 }
 
 void LightSet::RecordUpload(CommandList& commands) {
     const uint64_t lightBytes = m_table.lights.size() * sizeof(gpu::LightRecord);
     const uint64_t nodeBytes = m_table.nodes.size() * sizeof(gpu::LightNode);
-    const uint64_t aliasBytes = m_table.alias.size() * sizeof(gpu::AliasEntry);
+    const uint64_t aliasBytes = m_isAliasUploadDue ? m_table.alias.size() * sizeof(gpu::AliasEntry) : 0;
     // Freed by the device once this frame has completed
     rhi::Buffer staging = m_device.CreateBuffer({.name = "light staging",
                                                  .size = lightBytes + nodeBytes + aliasBytes,

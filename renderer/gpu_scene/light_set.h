@@ -1,5 +1,6 @@
 // LightSet: the lights of the scene on the device. It knows what has changed since its tables were built, and
-// builds them anew only when an emitter did: its transform, its visibility, its emission.
+// builds them again only when an emitter did: its transform, its visibility, its emission. Where the origin
+// moves, they are placed again, all alike.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +33,7 @@ class LightSet {
     void SetPunctual(uint32_t light, const scene::Light& values);
     const scene::Light& Punctual(uint32_t light) const { return m_punctual[light]; }
     // Takes all transforms again: `instances` has its own by then.
-    void MoveOrigin(const glm::dvec3& origin, const InstanceSet& instances);
+    void MoveOrigin(const glm::dvec3& origin, const InstanceSet& instances) noexcept;
     // Of the scene's sizes, and in range.
     void SetGroups(LightGroups groups);
     // Mean radiance over the sphere, and the table that chooses directions.
@@ -59,7 +60,9 @@ class LightSet {
     std::vector<bool> m_isEmitterMaterial;
     LightTable m_table;
     bool m_isTableDue = true;
+    bool m_arePlacesDue = false;  // the origin has moved
     bool m_isUploadDue = true;
+    bool m_isAliasUploadDue = true;
     uint64_t m_rebuildCount = 0;
 
     rhi::Buffer m_lights;  // as many as the scene can have; likewise the others

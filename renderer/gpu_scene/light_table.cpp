@@ -192,4 +192,21 @@ LightTable BuildLightTable(const LightScene& scene) {
     return table;
 }
 
+void PlaceLights(LightTable& table, const LightScene& scene) {
+    auto light = table.lights.begin();
+    for (const EmitterPlacement& placement : scene.placements)
+        for (const Emitter& emitter : scene.groups[placement.group]) {
+            const gpu::LightRecord moved =
+                TriangleLight(emitter, placement, scene.instances[placement.instance].objectToWorld);
+            light->p0 = moved.p0;
+            light->offset = moved.offset;
+            ++light;
+        }
+    for (const bool isDirectional : {false, true})
+        for (const scene::Light& punctual : scene.punctual)
+            if (isDirectional == (punctual.type == scene::LightType::Directional))
+                (light++)->p0 = punctual.lightToWorld[3];
+    RefitLightTree(table.nodes, table.lights);
+}
+
 }  // namespace raygraph

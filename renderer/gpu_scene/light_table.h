@@ -67,4 +67,8 @@ LightTable BuildLightTable(const LightScene& scene);
 
 inline constexpr double kMinLightShare = 0.1;
 
+// Brings the table of `scene` up to date after all of its transforms have been moved by the same translation:
+// places, offsets and boxes. Powers, choices and the tree's shape stay. O(n); takes no memory.
+void PlaceLights(LightTable& table, const LightScene& scene);
+
 }  // namespace raygraph

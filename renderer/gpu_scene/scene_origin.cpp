@@ -1,5 +1,6 @@
 #include "renderer/gpu_scene/scene_origin.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace raygraph {
@@ -13,6 +14,19 @@ glm::dvec3 ChooseSceneOrigin(const glm::dvec3& current, const glm::dvec3& eye, c
         isFar |= std::abs(nearest[axis] - current[axis]) > kOriginGrid;
     }
     return isFar ? kOriginGrid * glm::round(nearest / kOriginGrid) : current;
+}
+
+bool OriginTurns::Moves(const glm::dvec3& current, const glm::dvec3& wanted) {
+    if (current == wanted) {
+        m_farCount = 0;
+        return false;
+    }
+    m_farCount++;
+    const glm::dvec3 way = glm::abs(wanted - current);
+    const bool isBeyondReach = std::max({way.x, way.y, way.z}) > kOriginReach;
+    if (!isBeyondReach && m_farCount < kFarViewpointsToMove) return false;
+    m_farCount = 0;
+    return true;
 }
 
 }  // namespace raygraph

@@ -1,6 +1,7 @@
-// Where the device's coordinates begin. Threads: pure functions, for any thread.
+// Where the device's coordinates begin. Threads: pure functions, for any thread; an object for one at a time.
 #pragma once
 
+#include <cstdint>
 #include <glm/glm.hpp>
 
 #include "renderer/scene/scene_data.h"
@@ -15,5 +16,21 @@ inline constexpr double kOriginGrid = 128.0;
 // beyond. Scenes that are seen within 128 m of the world's origin keep (0, 0, 0). `scene` is in the world; an
 // empty one is nowhere, and `current` is returned; so it is for an eye that is not finite.
 glm::dvec3 ChooseSceneOrigin(const glm::dvec3& current, const glm::dvec3& eye, const scene::Bounds& scene);
+
+// Metres: where float's steps are still 0.06 mm.
+inline constexpr double kOriginReach = 1024.0;
+inline constexpr uint32_t kFarViewpointsToMove = 8;
+
+// When the origin follows. Viewpoints that take turns, of several viewports, would move it to and fro in
+// every frame: as long as one of the last kFarViewpointsToMove was near, others do with what is within
+// kOriginReach.
+class OriginTurns {
+  public:
+    // Of one viewpoint: the origin as it is, and as ChooseSceneOrigin wants it.
+    bool Moves(const glm::dvec3& current, const glm::dvec3& wanted);
+
+  private:
+    uint32_t m_farCount = kFarViewpointsToMove;  // in a row; the first viewpoint has none to take turns with
+};
 
 }  // namespace raygraph

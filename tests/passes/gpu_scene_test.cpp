@@ -343,6 +343,41 @@ TEST_F(GpuSceneTest, SetViewpoint_MovesWhatIsOnTheDeviceAndNothingInTheWorld) {
     EXPECT_NEAR(render.PrimaryHits(settings).position.values[0].w, 2.0f, 1e-3f);
 }
 
+// Each of two viewports tells where it looks from, frame by frame.
+TEST_F(GpuSceneTest, SetViewpoint_ThoseThatTakeTurnsLeaveTheOrigin) {
+    scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))});
+    scene.instances.push_back({.mesh = 0, .objectToWorld = Translation({600, 0, 0})});
+    render.scene.SetScene(std::move(scene));
+    const auto rebuilds = [&](std::initializer_list<double> places, int rounds) {
+        for (int frame = 0; frame < 4; frame++) Seen();
+        const uint64_t before = render.scene.Statistics().tlasRebuilds;
+        for (int round = 0; round < rounds; round++)
+            for (const double x : places) {
+                render.scene.SetViewpoint({x, 0.0, 5.0});
+                Seen();
+            }
+        return render.scene.Statistics().tlasRebuilds - before;
+    };
+    EXPECT_LE(rebuilds({0.0, 600.0}, 8), 1u);
+    EXPECT_EQ(rebuilds({600.0}, 20), 1u) << "one that stays there has its origin near";
+    EXPECT_EQ(rebuilds({0.0, 600.0}, 8), 0u);
+}
+
+// The file's place has a rest that float leaves.
+TEST_F(GpuSceneTest, TransformThatIsSetAsItIsMovesNothing) {
+    scene::SceneData scene =
+        SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))}, {Translation({10000, 0, 0})});
+    scene.instances[0].translationRest = {0.0004f, 0.0f, 0.0f};
+    render.scene.SetScene(std::move(scene));
+    const SceneRevisions before = render.scene.Revisions();
+    render.scene.SetTransform(0, render.scene.Transform(0));
+    EXPECT_EQ(render.scene.Revisions(), before);
+    scene::PlacedTransform moved = render.scene.Transform(0);
+    moved.matrix[3].y += 1.0f;
+    render.scene.SetTransform(0, moved);
+    EXPECT_EQ(render.scene.Transform(0).Place(), glm::dvec3(10000.0 + double{0.0004f}, 1.0, 0.0));
+}
+
 // A light and what it shines on, the two moved together: as bright anywhere.
 TEST_F(GpuSceneTest, SetViewpoint_LightsComeAlong) {
     double radiance[2] = {};

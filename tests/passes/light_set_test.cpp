@@ -172,6 +172,39 @@ TEST_F(LightSetTest, TablesAreRebuiltWhenAnEmitterChangesAndOnlyThen) {
     EXPECT_EQ(Rebuilds(), 5u);
 }
 
+// Places and boxes are those of a table that is built there; nothing is sorted again.
+TEST_F(LightSetTest, OriginThatMovesPlacesTheLightsAgain) {
+    scene::SceneData scene = Lamps();
+    for (scene::Instance& instance : scene.instances) instance.objectToWorld[3].x += 5000.0f;
+    scene.lights[0].lightToWorld = Translation({5000, 2, 1});
+    scene.instances.push_back({.mesh = 0});
+    render.scene.SetScene(std::move(scene));
+    const Tables before = Frame();
+    render.scene.SetViewpoint({5000, 0, 0});
+    const Tables moved = Frame();
+    EXPECT_EQ(Rebuilds(), 1u);
+    render.scene.SetVisible(1, false);
+    render.scene.SetVisible(1, true);
+    const Tables built = Frame();
+    EXPECT_EQ(Rebuilds(), 2u);
+    ASSERT_EQ(moved.lights.size(), built.lights.size());
+    for (size_t i = 0; i < moved.lights.size(); i++) {
+        EXPECT_EQ(moved.lights[i].p0, built.lights[i].p0) << i;
+        EXPECT_EQ(moved.lights[i].offset, built.lights[i].offset) << i;
+        EXPECT_EQ(moved.lights[i].bitTrail, before.lights[i].bitTrail) << i;
+        EXPECT_NEAR(before.lights[i].p0.x - moved.lights[i].p0.x, 39 * 128.0, 1e-3) << i;
+    }
+    ASSERT_EQ(moved.set.nodeCount, 9u);
+    for (uint32_t i = 0; i < moved.set.nodeCount; i++) {
+        EXPECT_EQ(moved.nodes[i].link, built.nodes[i].link) << i;
+        EXPECT_EQ(moved.nodes[i].boundsMin, built.nodes[i].boundsMin) << i;
+        EXPECT_EQ(moved.nodes[i].boundsMax, built.nodes[i].boundsMax) << i;
+    }
+    EXPECT_EQ(
+        std::memcmp(moved.alias.data(), before.alias.data(), moved.alias.size() * sizeof(gpu::AliasEntry)),
+        0);
+}
+
 TEST_F(LightSetTest, EnvironmentIsOneMoreLight) {
     render.scene.SetScene(Lamps());
     Frame();

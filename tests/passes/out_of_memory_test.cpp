@@ -55,6 +55,31 @@ TEST_F(OutOfMemoryTest, SetScene_LeavesTheSceneThatWasThere) {
     EXPECT_EQ(render.TraceOnce(settings).At(4, 4).x, 2.0f * before.At(4, 4).x);
 }
 
+// The names of lights are what is large here. The scene is so far off that its origin is elsewhere.
+TEST_F(OutOfMemoryTest, SetScene_LeavesTheSceneThatWasThere_WhicheverAllocationFails) {
+    render.scene.SetScene(SceneOf({BoxMesh(0.5f)}, {Lambert(glm::vec3(0.5f), glm::vec3(1.0f))}));
+    const FloatImage before = render.TraceOnce(settings);
+    size_t failureCount = 0;
+    bool isSet = false;
+    while (!isSet && failureCount < 20) {
+        scene::SceneData far = SceneOf({BoxMesh(0.5f)}, {Lambert(glm::vec3(0.5f), glm::vec3(3.0f))},
+                                       {Translation({5000, 0, 0})});
+        far.lights.push_back({.name = std::string(200000, 'x')});
+        try {
+            const FailingMemory failing(100000, failureCount);
+            render.scene.SetScene(std::move(far));
+            isSet = true;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
+            failureCount++;
+        }
+        const FloatImage after = render.TraceOnce(settings);
+        ASSERT_EQ(after.values == before.values, !isSet) << failureCount;
+    }
+    EXPECT_TRUE(isSet);
+    EXPECT_GE(failureCount, 2u);
+}
+
 TEST_F(OutOfMemoryTest, Frame_IsDropped) {
     Renderer& renderer = render.renderer;
     const auto declare = [&](bool inSetup, bool inExecute) {

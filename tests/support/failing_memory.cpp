@@ -6,13 +6,22 @@
 namespace {
 
 thread_local size_t largestAllocation = ~size_t{0};
+thread_local size_t successesLeft = 0;
+
+bool Succeeds(size_t bytes) {
+    if (bytes <= largestAllocation) return true;
+    if (successesLeft == 0) return false;
+    successesLeft--;
+    return true;
+}
 
 }  // namespace
 
 namespace raygraph::testing {
 
-FailingMemory::FailingMemory(size_t bytes) {
+FailingMemory::FailingMemory(size_t bytes, size_t successes) {
     largestAllocation = bytes;
+    successesLeft = successes;
 }
 
 FailingMemory::~FailingMemory() {
@@ -23,7 +32,7 @@ FailingMemory::~FailingMemory() {
 
 // The other forms of the standard library call these.
 void* operator new(size_t bytes) {
-    if (bytes <= largestAllocation)
+    if (Succeeds(bytes))
         if (void* memory = std::malloc(bytes == 0 ? 1 : bytes)) return memory;
     throw std::bad_alloc();
 }

@@ -5,10 +5,11 @@
 
 namespace raygraph::testing {
 
-// While it lives, this thread's allocations of more than `bytes` throw std::bad_alloc. One at a time.
+// While it lives, this thread's allocations of more than `bytes` throw std::bad_alloc, but for the first
+// `successes` of them. One at a time.
 class FailingMemory {
   public:
-    explicit FailingMemory(size_t bytes);
+    explicit FailingMemory(size_t bytes, size_t successes = 0);
     ~FailingMemory();
     FailingMemory(const FailingMemory&) = delete;
     FailingMemory& operator=(const FailingMemory&) = delete;
