@@ -15,8 +15,8 @@ namespace raygraph {
 rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const char* name, rhi::Format format,
                           std::span<const std::byte> texel);
 
-// A storage buffer of the table's entries, filled once the uploader's work is done. Error{Usage} if the
-// device cannot bind that many.
+// A storage buffer of the table's entries, filled once the uploader's work is done. Error{OutOfMemory} if the
+// device cannot bind that many, or has no memory for them.
 rhi::Buffer UploadAlias(rhi::Device& device, rhi::Uploader& uploader, const EnvironmentAlias& alias);
 
 }  // namespace raygraph

@@ -60,8 +60,7 @@ struct GpuScene::Impl {
                                  .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
         uploader.UploadBuffer(energyTables, 0, tables);
         textureTable.emplace(device, desc.textureCapacity, defaultTexture, defaultSampler);
-        const EnvironmentAlias constant = ConstantEnvironmentAlias();
-        constantAlias = UploadAlias(device, uploader, constant);
+        constantAlias = UploadAlias(device, uploader, ConstantEnvironmentAlias());
         Replace(scene::SceneData{});
     }
 
@@ -70,6 +69,7 @@ struct GpuScene::Impl {
         const auto start = std::chrono::steady_clock::now();
         scene::Check(data, "GpuScene: SetScene");
         CheckLimits(device, *textureTable, data);
+        device.CollectGarbage();  // room that there is already
         std::unique_ptr<SceneResources> newResources;
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;
@@ -127,11 +127,14 @@ struct GpuScene::Impl {
         lights->MoveOrigin(wanted, *instances);
     }
 
-    // Groups go by what their materials have become.
-    void UpdateKinds(uint32_t material) {
-        const KindChanges changes = raygraph::UpdateKinds(*resources, builder, material);
+    void SetMaterial(uint32_t material, const gpu::MaterialRecord& record) {
+        const KindChanges changes =
+            ChangeMaterial(*resources, builder, material, record);  // all that may fail
+        revisions.materials++;
+        dirtyMaterials.Add(material);
+        lights->SetEmission(material, record.emission);
+        lights->SetSides(material, !IsBackCulled(record));
         hasUnbuiltBlases |= changes.areStructures;
-        lights->SetSides(material, !IsBackCulled(resources->materialRecords[material]));
         if (!changes.areSides) return;
         revisions.geometry++;
         areDrawsDue = true;
@@ -236,10 +239,10 @@ struct GpuScene::Impl {
     std::unique_ptr<LightSet> lights;
     DrawTable draws;
     glm::dvec3 origin{0.0};
+    OriginTurns originTurns;
     std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
     bool areDrawsDue = false;  // kinds of groups have changed since `draws` was made
-    OriginTurns originTurns;
     DirtyRange dirtyMaterials;
     SceneRevisions revisions;
 
@@ -266,7 +269,9 @@ GpuScene::~GpuScene() = default;
 
 void GpuScene::SetScene(scene::SceneData&& scene) {
     m_impl->RequireNoFrame("SetScene");
+    const bool makesRoom = scene.meshes.empty();
     WithMemoryErrors("SetScene", [&] { m_impl->Replace(std::move(scene)); });
+    if (makesRoom) m_impl->device.WaitIdle();
 }
 
 void GpuScene::SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld) {
@@ -312,11 +317,7 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     const gpu::MaterialRecord record = ToRecord(values, records[material]);
     static_assert(sizeof(record) == 30 * 4, "the comparison sees no padding");
     if (std::memcmp(&record, &records[material], sizeof(record)) == 0) return;
-    records[material] = record;
-    m_impl->revisions.materials++;
-    m_impl->dirtyMaterials.Add(material);
-    m_impl->lights->SetEmission(material, values.EmittedRadiance());
-    WithMemoryErrors("SetMaterial", [&] { m_impl->UpdateKinds(material); });
+    WithMemoryErrors("SetMaterial", [&] { m_impl->SetMaterial(material, record); });
 }
 
 void GpuScene::SetLight(uint32_t light, const scene::Light& values) {
@@ -342,12 +343,10 @@ void GpuScene::SetLightGroups(LightGroups groups) {
 void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
     m_impl->RequireNoFrame("SetEnvironment");
     if (m_impl->environment == settings) return;
-    for (int i = 0; i < 3; i++)
-        if (!std::isfinite(settings.radiance[i]) || settings.radiance[i] < 0.0f ||
-            !std::isfinite(settings.rotation))
-            throw Error(
-                ErrorKind::Usage,
-                "GpuScene: SetEnvironment: radiance and rotation must be finite, radiance not negative");
+    if (!scene::IsFinite(settings.radiance) || glm::any(glm::lessThan(settings.radiance, glm::vec3(0.0f))) ||
+        !std::isfinite(settings.rotation))
+        throw Error(ErrorKind::Usage,
+                    "GpuScene: SetEnvironment: radiance and rotation must be finite, radiance not negative");
     m_impl->environment = settings;
     m_impl->revisions.environment++;
 }

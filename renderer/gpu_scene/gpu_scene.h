@@ -138,8 +138,10 @@ class RAYGRAPH_API GpuScene {
     // Replaces everything but the environment. Consumes the data: host copies are freed as they are uploaded.
     // On an Error the scene that was there stays, and is drawn as before: all that the new one needs on the
     // device, its acceleration structures included, is there before the old one goes, so both fit or neither
-    // changes. Error{Usage} for data that scene::Check refuses, for more textures or instances than the
-    // device or GpuSceneDesc allow; Error{OutOfMemory} for what does not fit the device.
+    // changes. SetScene({}) waits for the device, so that what the old one took is free when it returns.
+    // Error{Usage} for data that scene::Check refuses, for more textures or instances than the device or
+    // GpuSceneDesc allow; Error{OutOfMemory} for what does not fit the host or the device. An Error after the
+    // upload has begun leaves the data spent: it has no meshes any more, and is refused if it has instances.
     void SetScene(scene::SceneData&& scene);
 
     // Where the scene is looked at from, in the world: the device's coordinates, which are floats, begin near
@@ -163,9 +165,10 @@ class RAYGRAPH_API GpuScene {
     void SetVisible(uint32_t instance, bool isVisible);
     bool IsVisible(uint32_t instance) const;
     // Factors change; textures stay. Where rays come to treat the surface in another way (its back, its
-    // alpha, light that goes straight through), the next frame builds the BLASes it is in. A material that
-    // did not emit when the scene was set, and has no emissive texture, is no light to be sampled when it
-    // does: rays find it by chance. Error{Usage} out of range, and for numbers that scene::Check refuses.
+    // alpha, light that goes straight through), the next frame builds the BLASes it is in, for which there is
+    // memory when this returns. A material that did not emit when the scene was set, and has no emissive
+    // texture, is no light to be sampled when it does: rays find it by chance. On an Error nothing changes:
+    // Error{Usage} out of range, and for numbers that scene::Check refuses; Error{OutOfMemory}.
     void SetMaterial(uint32_t material, const scene::Material& values);
 
     // A punctual light; indices are those of SceneData::lights. Rebuilds the light tables, and nothing else.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/spatial_order.h"
@@ -330,23 +331,43 @@ bool IsBackCulled(const gpu::MaterialRecord& material) {
     return (material.flags & gpu::kMaterialDoubleSided) == 0u && material.transmission == 0.0f;
 }
 
-KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material) {
+KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
+                           const gpu::MaterialRecord& record) {
+    struct Changed {
+        GroupResources& group;
+        GroupKind kind;
+        std::shared_ptr<rhi::Blas> blas;
+    };
+    std::vector<Changed> changed;
     KindChanges changes;
-    for (GroupResources& group : resources.groups) {
-        const auto hasMaterial = [&](const GroupPart& part) { return part.material == material; };
-        if (std::none_of(group.parts.begin(), group.parts.end(), hasMaterial)) continue;
-        const GroupKind kind = KindOf(group.parts, resources.materialRecords);
-        rhi::BlasDesc desc = group.blas->Desc();
-        const rhi::TriangleGeometry built = desc.triangles[0];
-        SetFlags(desc.triangles[0], kind);
-        if (desc.triangles[0].isOpaque != built.isOpaque ||
-            desc.triangles[0].isAnyHitOnce != built.isAnyHitOnce) {
-            group.blas = builder.Add(desc);
-            changes.areStructures = true;
+    gpu::MaterialRecord& current = resources.materialRecords[material];
+    const gpu::MaterialRecord old = std::exchange(current, record);
+    try {
+        for (GroupResources& group : resources.groups) {
+            const auto hasMaterial = [&](const GroupPart& part) { return part.material == material; };
+            if (std::none_of(group.parts.begin(), group.parts.end(), hasMaterial)) continue;
+            const GroupKind kind = KindOf(group.parts, resources.materialRecords);
+            if (kind == group.kind) continue;
+            changed.push_back({group, kind, group.blas});
+            rhi::BlasDesc desc = group.blas->Desc();
+            const rhi::TriangleGeometry built = desc.triangles[0];
+            SetFlags(desc.triangles[0], kind);
+            if (desc.triangles[0].isOpaque != built.isOpaque ||
+                desc.triangles[0].isAnyHitOnce != built.isAnyHitOnce) {
+                changed.back().blas = builder.Add(desc);
+                changes.areStructures = true;
+            }
+            changes.areSides |=
+                kind.isOpaque != group.kind.isOpaque || kind.isBackCulled != group.kind.isBackCulled;
         }
-        changes.areSides |=
-            kind.isOpaque != group.kind.isOpaque || kind.isBackCulled != group.kind.isBackCulled;
-        group.kind = kind;
+        if (changes.areStructures) builder.Reserve();
+    } catch (...) {
+        current = old;
+        throw;
+    }
+    for (Changed& change : changed) {
+        change.group.kind = change.kind;
+        change.group.blas = std::move(change.blas);
     }
     return changes;
 }

@@ -85,13 +85,15 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
 // Whether rays go through the back of a surface as if it were not there.
 bool IsBackCulled(const gpu::MaterialRecord& material);
 
-// Brings the groups that have the material up to date with its record; a BLAS whose geometry flags change is
-// added to the builder again. What has changed:
+// Gives a material another record, and brings the groups that have it up to date. A BLAS whose geometry flags
+// change is added to the builder again, with the memory for its build. On an Error nothing has changed. What
+// has:
 struct KindChanges {
     bool areStructures = false;  // BLASes wait to be built
     bool areSides = false;       // backs or holes have come or gone
 };
-KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material);
+KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
+                           const gpu::MaterialRecord& record);
 
 // `values` with the texture fields of `textures`.
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures);

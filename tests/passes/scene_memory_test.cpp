@@ -1,8 +1,11 @@
 // A scene that does not fit the device, or that cannot be, leaves the one that is there as it is.
+#include <chrono>
 #include <limits>
+#include <thread>
 
 #include "tests/rhi/error_of.h"
 #include "tests/rhi/fake_loader.h"
+#include "tests/rhi/gate.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -105,6 +108,75 @@ TEST_F(SceneMemoryTest, SetScene_TakesWhatItsStructuresNeedOrLeavesTheOldScene) 
     }
     EXPECT_GE(failureCount, 2u);
     for (int frame = 0; frame < 8; frame++) EXPECT_EQ(Seen(render), newScene);
+}
+
+// What is in flight still uses the old scene when the empty one comes.
+TEST_F(SceneMemoryTest, EmptyScene_MakesRoomForOneThatDidNotFitBesideTheOld) {
+    constexpr uint64_t kStep = 512u << 10;
+    uint32_t failureCount = 0;
+    bool hasRoom = false;  // after the last failure: that with most memory
+    for (bool fitsBeside = false; !fitsBeside && failureCount < 64;) {
+        render.scene.SetScene({});
+        render.scene.SetScene(Sphere(-1.0f, 64));
+        ASSERT_EQ(Seen(render), (std::array<uint32_t, 2>{0, kMiss}));
+        LeaveMemory(failureCount * kStep + (64u << 10));
+        try {
+            render.scene.SetScene(Sphere(1.0f, 64));
+            fitsBeside = true;
+        } catch (const Error&) {
+            failureCount++;
+            Gate gate(Device());
+            const rhi::SemaphoreUse wait = gate.At(1);
+            Device().Submit(Device().BeginCommands("in flight"), {&wait, 1});
+            std::jthread opener([&gate] {
+                std::this_thread::sleep_for(std::chrono::milliseconds(50));
+                gate.Open();
+            });
+            render.scene.SetScene({});
+            hasRoom = true;
+            try {
+                render.scene.SetScene(Sphere(1.0f, 64));
+            } catch (const Error&) {
+                hasRoom = false;
+            }
+            opener.join();
+        }
+        Device().LimitMemory(0);
+    }
+    EXPECT_GE(failureCount, 2u);
+    EXPECT_TRUE(hasRoom);
+}
+
+TEST_F(SceneMemoryTest, DataThatDidNotFitIsSpentAndRefused) {
+    render.scene.SetScene(Sphere(-1.0f, 4));
+    LeaveMemory(0);
+    scene::SceneData data = Sphere(1.0f, 64);
+    EXPECT_EQ(ErrorOf([&] { render.scene.SetScene(std::move(data)); }).Kind(), ErrorKind::OutOfMemory);
+    Device().LimitMemory(0);
+    EXPECT_STREQ(ErrorOf([&] { render.scene.SetScene(std::move(data)); }).what(),
+                 "GpuScene: SetScene: instances[0]: mesh is 0, there are 0");
+    EXPECT_EQ(Seen(render), (std::array<uint32_t, 2>{0, kMiss}));
+}
+
+// Rays come to look at its alpha, which needs another structure.
+TEST_F(SceneMemoryTest, SetMaterial_TakesWhatItsStructuresNeedOrChangesNothing) {
+    const std::array<uint32_t, 2> there{0, kMiss}, gone{kMiss, kMiss};
+    render.scene.SetScene(Sphere(-1.0f, 64));
+    for (int frame = 0; frame < 8; frame++) ASSERT_EQ(Seen(render), there);
+    scene::Material clear = Lambert(glm::vec3(0.5f));
+    clear.alphaMode = scene::AlphaMode::Mask;
+    clear.baseColorFactor.a = 0.0f;
+    const SceneRevisions before = render.scene.Revisions();
+    LeaveMemory(64u << 10);
+    for (int attempt = 0; attempt < 2; attempt++) {
+        EXPECT_EQ(ErrorOf([&] { render.scene.SetMaterial(0, clear); }).Kind(), ErrorKind::OutOfMemory);
+        EXPECT_EQ(render.scene.Revisions(), before);
+        EXPECT_EQ(Seen(render), there);
+    }
+    Device().LimitMemory(0);
+    render.scene.SetMaterial(0, clear);
+    LeaveMemory(64u << 10);
+    EXPECT_EQ(Seen(render), gone);
 }
 
 TEST_F(RefusedSceneTest, TransformsThatAreNoPlaceAreRefused) {
