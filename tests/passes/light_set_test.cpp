@@ -190,7 +190,7 @@ TEST_F(LightSetTest, OriginThatMovesPlacesTheLightsAgain) {
     ASSERT_EQ(moved.lights.size(), built.lights.size());
     for (size_t i = 0; i < moved.lights.size(); i++) {
         EXPECT_EQ(moved.lights[i].p0, built.lights[i].p0) << i;
-        EXPECT_EQ(moved.lights[i].offset, built.lights[i].offset) << i;
+        EXPECT_EQ(moved.lights[i].spotOffsetOrClearance, built.lights[i].spotOffsetOrClearance) << i;
         EXPECT_EQ(moved.lights[i].bitTrail, before.lights[i].bitTrail) << i;
         EXPECT_NEAR(before.lights[i].p0.x - moved.lights[i].p0.x, 39 * 128.0, 1e-3) << i;
     }
