@@ -200,7 +200,7 @@ TEST_F(ImportedScene, EveryFieldOfAPunctualLightIsInItsRecord) {
     // KHR_lights_punctual: 1 / (cos inner - cos outer), and -cos outer times that
     const float scale = 1.0f / (std::cos(0.3f) - std::cos(0.7f));
     EXPECT_NEAR(spot.spotScale, scale, 1e-4f);
-    EXPECT_NEAR(spot.offset, -std::cos(0.7f) * scale, 1e-4f);
+    EXPECT_NEAR(spot.spotOffsetOrClearance, -std::cos(0.7f) * scale, 1e-4f);
     EXPECT_EQ(point.kind, gpu::kLightPoint);
     ExpectNear(point.p0, {3, 2, 3}, 1e-6f, "place of the point");
     ExpectNear(point.e2, {0.5f, 2, 1}, 1e-6f, "intensity of the point");
