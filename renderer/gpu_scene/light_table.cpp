@@ -199,7 +199,7 @@ void PlaceLights(LightTable& table, const LightScene& scene) {
             const gpu::LightRecord moved =
                 TriangleLight(emitter, placement, scene.instances[placement.instance].objectToWorld);
             light->p0 = moved.p0;
-            light->offset = moved.offset;
+            light->spotOffsetOrClearance = moved.spotOffsetOrClearance;
             ++light;
         }
     for (const bool isDirectional : {false, true})
