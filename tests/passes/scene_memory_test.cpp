@@ -1,11 +1,8 @@
 // A scene that does not fit the device, or that cannot be, leaves the one that is there as it is.
-#include <chrono>
 #include <limits>
-#include <thread>
 
 #include "tests/rhi/error_of.h"
 #include "tests/rhi/fake_loader.h"
-#include "tests/rhi/gate.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -113,6 +110,8 @@ TEST_F(SceneMemoryTest, SetScene_TakesWhatItsStructuresNeedOrLeavesTheOldScene) 
 // What is in flight still uses the old scene when the empty one comes.
 TEST_F(SceneMemoryTest, EmptyScene_MakesRoomForOneThatDidNotFitBesideTheOld) {
     constexpr uint64_t kStep = 512u << 10;
+    const rhi::Buffer large = Device().CreateBuffer(
+        {.name = "large", .size = 16u << 20, .usage = rhi::BufferUsage::CopyDestination});
     uint32_t failureCount = 0;
     bool hasRoom = false;  // after the last failure: that with most memory
     for (bool fitsBeside = false; !fitsBeside && failureCount < 64;) {
@@ -125,13 +124,12 @@ TEST_F(SceneMemoryTest, EmptyScene_MakesRoomForOneThatDidNotFitBesideTheOld) {
             fitsBeside = true;
         } catch (const Error&) {
             failureCount++;
-            Gate gate(Device());
-            const rhi::SemaphoreUse wait = gate.At(1);
-            Device().Submit(Device().BeginCommands("in flight"), {&wait, 1});
-            std::jthread opener([&gate] {
-                std::this_thread::sleep_for(std::chrono::milliseconds(50));
-                gate.Open();
-            });
+            rhi::CommandList fills = Device().BeginCommands("in flight");
+            for (uint32_t i = 0; i < 64; i++) {
+                fills.FullBarrier();
+                fills.Fill(large, i);
+            }
+            Device().Submit(std::move(fills));
             render.scene.SetScene({});
             hasRoom = true;
             try {
@@ -139,7 +137,6 @@ TEST_F(SceneMemoryTest, EmptyScene_MakesRoomForOneThatDidNotFitBesideTheOld) {
             } catch (const Error&) {
                 hasRoom = false;
             }
-            opener.join();
         }
         Device().LimitMemory(0);
     }
