@@ -94,6 +94,29 @@ TEST_F(TraceLights, Trace_QuadLightGivesItsFormFactor) {
     ExpectIrradiance(2.0 * M_PI * 4.0 * corner);
 }
 
+// Lit by a lamp whose texture is red: by light sampling alone, as by what paths find.
+TEST_F(TraceLights, Trace_TexturedLampLightsInTheColorOfItsTexels) {
+    scene::Mesh lamp = QuadMesh(0.5f, 1);
+    lamp.primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    scene::SceneData scene = SceneOf({QuadMesh(0.001f, 0), std::move(lamp)},
+                                     {Lambert(glm::vec3(kWhite)), Lambert(glm::vec3(0.0f), glm::vec3(2.0f))},
+                                     {glm::mat4x3(1.0f), Translation({0, 0, 1})});
+    scene.images.push_back({.name = "red", .width = 1, .height = 1, .rgba = {255, 0, 0, 255}});
+    scene.textures.push_back({.name = "red", .image = 0, .colorSpace = scene::ColorSpace::Srgb});
+    scene.materials[1].emissiveTexture = {.texture = 0};
+    render.scene.SetScene(std::move(scene));
+    TraceSettings settings = Settings();
+    for (const bool isSampled : {true, false}) {
+        settings.lights.isOn = isSampled;
+        settings.lights.mis = isSampled ? MisHeuristic::Off : MisHeuristic::Power;
+        const glm::dvec3 seen = render.Render(settings, 64).mean.Mean();
+        // Radiance 2 times the form factor of Trace_QuadLightGivesItsFormFactor
+        EXPECT_NEAR(seen.x, 2.0 * 0.239456 * kWhite, isSampled ? 0.002 : 0.02) << isSampled;
+        EXPECT_EQ(seen.y, 0.0) << isSampled;
+        EXPECT_EQ(seen.z, 0.0) << isSampled;
+    }
+}
+
 TEST_F(TraceLights, Trace_LightNearWhatItLightsDoesNotShadowItself) {
     // The same near the world's origin and 100 m off, where float steps are 1000 times as large
     const float halfSide = 0.05f, height = 0.1f;
