@@ -145,9 +145,9 @@ void Compiler::PlanBarriers() {
         const bool allWait = (m_graph.waitStages & VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) != 0;
         if (resource.kind != ResourceKind::Texture && allWait) continue;
         const bool isRead = state.readStages != VK_PIPELINE_STAGE_2_NONE;
-        (isRead ? state.readStages : state.writeStages) |= m_graph.waitStages;
+        if (isRead) state.readStages |= m_graph.waitStages;
+        if (!isRead || !allWait) state.writeStages |= m_graph.waitStages;
         if (allWait) continue;
-        state.writeStages |= m_graph.waitStages;
         state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
         state.visibleAccess = VK_ACCESS_2_NONE;
     }

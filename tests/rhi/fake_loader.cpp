@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/check.h"
+#include "tests/support/replaced_function.h"
 
 namespace raygraph::testing {
 namespace {
@@ -212,44 +213,39 @@ VKAPI_ATTR VkResult VKAPI_CALL AllocateMemory(VkDevice device, const VkMemoryAll
     return activeState->allocateMemory(device, &real, allocation, memory);
 }
 
-template <typename Function>
-PFN_vkVoidFunction Fake(PFN_vkVoidFunction real, Function& kept, Function fake) {
-    if (!real) return nullptr;
-    kept = reinterpret_cast<Function>(real);
-    return reinterpret_cast<PFN_vkVoidFunction>(fake);
-}
-
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, const char* name) {
     const PFN_vkVoidFunction real = activeState->getDeviceProcAddr(device, name);
-    if (std::strcmp(name, "vkQueueSubmit2") == 0) return Fake(real, activeState->submit, Submit);
-    if (std::strcmp(name, "vkWaitSemaphores") == 0) return Fake(real, activeState->wait, Wait);
-    if (std::strcmp(name, "vkCreateBuffer") == 0) return Fake(real, activeState->createBuffer, CreateBuffer);
-    if (std::strcmp(name, "vkResetCommandPool") == 0) return Fake(real, activeState->resetPool, ResetPool);
-    if (std::strcmp(name, "vkCmdPipelineBarrier2") == 0) return Fake(real, activeState->barrier, Barrier);
+    if (std::strcmp(name, "vkQueueSubmit2") == 0) return Replaced(real, activeState->submit, Submit);
+    if (std::strcmp(name, "vkWaitSemaphores") == 0) return Replaced(real, activeState->wait, Wait);
+    if (std::strcmp(name, "vkCreateBuffer") == 0)
+        return Replaced(real, activeState->createBuffer, CreateBuffer);
+    if (std::strcmp(name, "vkResetCommandPool") == 0)
+        return Replaced(real, activeState->resetPool, ResetPool);
+    if (std::strcmp(name, "vkCmdPipelineBarrier2") == 0) return Replaced(real, activeState->barrier, Barrier);
     const auto is = [&](const char* other) { return std::strcmp(name, other) == 0; };
-    if (is("vkAllocateMemory")) return Fake(real, activeState->allocateMemory, AllocateMemory);
+    if (is("vkAllocateMemory")) return Replaced(real, activeState->allocateMemory, AllocateMemory);
     if (is("vkGetBufferMemoryRequirements2"))
-        return Fake(real, activeState->bufferRequirements, BufferRequirements);
+        return Replaced(real, activeState->bufferRequirements, BufferRequirements);
     if (is("vkGetImageMemoryRequirements2"))
-        return Fake(real, activeState->imageRequirements, ImageRequirements);
+        return Replaced(real, activeState->imageRequirements, ImageRequirements);
     if (is("vkGetDeviceBufferMemoryRequirements"))
-        return Fake(real, activeState->deviceBufferRequirements, DeviceBufferRequirements);
+        return Replaced(real, activeState->deviceBufferRequirements, DeviceBufferRequirements);
     if (is("vkGetDeviceImageMemoryRequirements"))
-        return Fake(real, activeState->deviceImageRequirements, DeviceImageRequirements);
+        return Replaced(real, activeState->deviceImageRequirements, DeviceImageRequirements);
     return real;
 }
 
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetInstanceProcAddr(VkInstance instance, const char* name) {
     const PFN_vkVoidFunction real = activeState->getInstanceProcAddr(instance, name);
     const auto is = [&](const char* other) { return std::strcmp(name, other) == 0; };
-    if (is("vkGetDeviceProcAddr")) return Fake(real, activeState->getDeviceProcAddr, GetDeviceProcAddr);
+    if (is("vkGetDeviceProcAddr")) return Replaced(real, activeState->getDeviceProcAddr, GetDeviceProcAddr);
     if (is("vkEnumerateDeviceExtensionProperties"))
-        return Fake(real, activeState->enumerateExtensions, EnumerateExtensions);
-    if (is("vkGetPhysicalDeviceFeatures2")) return Fake(real, activeState->features, Features);
-    if (is("vkGetPhysicalDeviceFormatProperties2")) return Fake(real, activeState->formats, Formats);
-    if (is("vkGetPhysicalDeviceMemoryProperties")) return Fake(real, activeState->memory, Memory);
-    if (is("vkGetPhysicalDeviceMemoryProperties2")) return Fake(real, activeState->memory2, Memory2);
-    if (is("vkGetPhysicalDeviceProperties2")) return Fake(real, activeState->properties, Properties);
+        return Replaced(real, activeState->enumerateExtensions, EnumerateExtensions);
+    if (is("vkGetPhysicalDeviceFeatures2")) return Replaced(real, activeState->features, Features);
+    if (is("vkGetPhysicalDeviceFormatProperties2")) return Replaced(real, activeState->formats, Formats);
+    if (is("vkGetPhysicalDeviceMemoryProperties")) return Replaced(real, activeState->memory, Memory);
+    if (is("vkGetPhysicalDeviceMemoryProperties2")) return Replaced(real, activeState->memory2, Memory2);
+    if (is("vkGetPhysicalDeviceProperties2")) return Replaced(real, activeState->properties, Properties);
     return real;
 }
 

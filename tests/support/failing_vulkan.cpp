@@ -10,6 +10,8 @@
 #include <string_view>
 #include <tuple>
 
+#include "tests/support/replaced_function.h"
+
 namespace raygraph::testing {
 namespace {
 
@@ -154,20 +156,13 @@ VKAPI_ATTR void VKAPI_CALL Memory2(VkPhysicalDevice device, VkPhysicalDeviceMemo
     MakeSmall(properties->memoryProperties);
 }
 
-template <typename Function>
-PFN_vkVoidFunction Instead(PFN_vkVoidFunction real, Function& kept, Function wrapper) {
-    if (!real) return nullptr;
-    kept = reinterpret_cast<Function>(real);
-    return reinterpret_cast<PFN_vkVoidFunction>(wrapper);
-}
-
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, const char* name) {
     State& state = Current();
     const PFN_vkVoidFunction real = state.getDeviceProcAddr(device, name);
     if (!real) return nullptr;
     if (std::strcmp(name, "vkGetDeviceQueue") == 0) {
         state.queue = VK_NULL_HANDLE;  // another device, without one so far
-        return Instead(real, state.getDeviceQueue, GetDeviceQueue);
+        return Replaced(real, state.getDeviceQueue, GetDeviceQueue);
     }
     if (std::strcmp(name, "vkQueueWaitIdle") == 0)
         state.waitIdle = reinterpret_cast<PFN_vkQueueWaitIdle>(real);
@@ -187,9 +182,9 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetInstanceProcAddr(VkInstance instance
     State& state = Current();
     const PFN_vkVoidFunction real = state.getInstanceProcAddr(instance, name);
     const std::string_view asked = name;
-    if (asked == "vkGetDeviceProcAddr") return Instead(real, state.getDeviceProcAddr, GetDeviceProcAddr);
-    if (asked == "vkGetPhysicalDeviceMemoryProperties") return Instead(real, state.memory, Memory);
-    if (asked == "vkGetPhysicalDeviceMemoryProperties2") return Instead(real, state.memory2, Memory2);
+    if (asked == "vkGetDeviceProcAddr") return Replaced(real, state.getDeviceProcAddr, GetDeviceProcAddr);
+    if (asked == "vkGetPhysicalDeviceMemoryProperties") return Replaced(real, state.memory, Memory);
+    if (asked == "vkGetPhysicalDeviceMemoryProperties2") return Replaced(real, state.memory2, Memory2);
     return real;
 }
 

@@ -1,5 +1,5 @@
 // Every field of the settings that a picture is traced and drawn with, and every value of their enumerations,
-// starts the views anew that depend on it, once and for its cause. What is shown then: reset_cause_test.cpp.
+// restarts the views that depend on it, once and for its cause. What is shown then: reset_cause_test.cpp.
 #include <span>
 #include <type_traits>
 

@@ -154,7 +154,7 @@ TEST_F(RasterOptions, WhatOnlyPathsHaveChangesNothing) {
         {"aperture", [](TraceSettings& s) { s.camera.lensRadius = 0.3f; }},
     };
     for (const auto& row : kOfPaths) EXPECT_EQ(draw(row.change).pixels, 0u) << row.name;
-    // The lamp is sampled anew, and shines on surfaces alone
+    // The lamp is sampled again, and shines on surfaces alone
     for (const auto change :
          {+[](TraceSettings& s) { s.seed = 3; }, +[](TraceSettings& s) { s.sampleIndex = 3; }}) {
         const Change noise = draw(change);
