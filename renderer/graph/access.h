@@ -41,8 +41,7 @@ enum class Access : uint8_t {
     DepthUpdate,
     IndexRead,
     IndirectRead,
-    HostRead,  // mapped memory read by the CPU once the frame has completed; the graph's own, no pass asks
-               // for it
+    Count  // of the above
 };
 RAYGRAPH_API const char* Name(Access access);  // "sampled", "storage write", ...
 RAYGRAPH_API bool Writes(Access access);

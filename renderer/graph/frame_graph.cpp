@@ -1,6 +1,7 @@
 #include "renderer/graph/frame_graph.h"
 
 #include "base/error.h"
+#include "renderer/graph/access_rows.h"
 #include "renderer/graph/text.h"
 
 namespace raygraph {
@@ -56,16 +57,7 @@ const char* Name(ResourceKind kind) {
 }
 
 bool KeepsEarlierContents(ResourceKind kind, Access access) {
-    switch (access) {
-        case Access::BuildWrite:
-            return kind == ResourceKind::BlasSet;
-        case Access::CopyWrite:
-            return kind == ResourceKind::Buffer;
-        case Access::AddressWrite:
-            return true;
-        default:
-            return NeedsContents(access);
-    }
+    return NeedsContents(access) || Has(Row(access).partOf, kind);
 }
 
 void FrameGraph::Begin(uint64_t frameNumber) {

@@ -1,61 +1,13 @@
 // Declaring a frame: resources, passes, roots.
 #include "base/error.h"
 #include "base/out_of_memory.h"
+#include "renderer/graph/access_rows.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
 
 namespace raygraph {
 
 namespace {
-
-rhi::TextureUsage TextureUsageFor(Access access) {
-    switch (access) {
-        case Access::Sampled:
-            return rhi::TextureUsage::Sampled;
-        case Access::StorageRead:
-        case Access::StorageWrite:
-        case Access::StorageUpdate:
-            return rhi::TextureUsage::Storage;
-        case Access::CopyRead:
-            return rhi::TextureUsage::CopySource;
-        case Access::CopyWrite:
-            return rhi::TextureUsage::CopyDestination;
-        case Access::ColorWrite:
-        case Access::ColorUpdate:
-            return rhi::TextureUsage::ColorTarget;
-        case Access::DepthWrite:
-        case Access::DepthUpdate:
-            return rhi::TextureUsage::DepthTarget;
-        default:
-            return rhi::TextureUsage::None;
-    }
-}
-
-rhi::BufferUsage BufferUsageFor(Access access) {
-    switch (access) {
-        case Access::StorageRead:
-        case Access::StorageWrite:
-        case Access::StorageUpdate:
-        case Access::AddressRead:
-        case Access::AddressWrite:
-        case Access::AddressUpdate:
-            return rhi::BufferUsage::Storage;
-        case Access::Uniform:
-            return rhi::BufferUsage::Uniform;
-        case Access::CopyRead:
-            return rhi::BufferUsage::CopySource;
-        case Access::CopyWrite:
-            return rhi::BufferUsage::CopyDestination;
-        case Access::BuildInput:
-            return rhi::BufferUsage::BuildInput;
-        case Access::IndexRead:
-            return rhi::BufferUsage::Index;
-        case Access::IndirectRead:
-            return rhi::BufferUsage::Indirect;
-        default:
-            return rhi::BufferUsage::None;
-    }
-}
 
 bool IsSameSampler(const rhi::SamplerDesc& a, const rhi::SamplerDesc& b) {
     return a.magFilter == b.magFilter && a.minFilter == b.minFilter && a.mipFilter == b.mipFilter &&
@@ -294,11 +246,11 @@ void Renderer::Impl::NoteUsages(const GraphPass& pass) {
         const GraphResource& resource = graph.resources[use.resource];
         bool isMadeForIt = true;
         if (resource.kind == ResourceKind::Texture) {
-            const rhi::TextureUsage needed = TextureUsageFor(use.access);
+            const rhi::TextureUsage needed = Row(use.access).texture;
             behind.textureUsage |= needed;
             isMadeForIt = !behind.texture || rhi::Has(behind.texture->Desc().usage, needed);
         } else if (resource.kind == ResourceKind::Buffer) {
-            const rhi::BufferUsage needed = BufferUsageFor(use.access);
+            const rhi::BufferUsage needed = Row(use.access).buffer;
             behind.bufferUsage |= needed;
             isMadeForIt = !behind.buffer || rhi::Has(behind.buffer->Desc().usage, needed);
         }

@@ -165,7 +165,7 @@ TEST(Misuse, FailedUse_LeavesTheGraphAsItWas) {
 
 TEST(Access, EveryKindOfPass_HasMasksForItsLegalAccesses) {
     for (int kind = 0; kind <= static_cast<int>(PassKind::AccelerationStructure); ++kind) {
-        for (int access = 0; access < static_cast<int>(Access::HostRead); ++access) {
+        for (int access = 0; access < static_cast<int>(Access::Count); ++access) {
             const auto passKind = static_cast<PassKind>(kind);
             const auto passAccess = static_cast<Access>(access);
             if (!IsLegal(passKind, passAccess)) continue;
