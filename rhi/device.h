@@ -164,7 +164,8 @@ struct MemoryHeap {
 
 class RAYGRAPH_API Device {
   public:
-    // Throws Error{NoDevice} naming every device found and why it was refused.
+    // Throws Error{NoDevice} naming every device found and why it was refused. A device that is found and
+    // cannot be created is the error of that call: OutOfMemory, DeviceLost or Vulkan.
     static std::unique_ptr<Device> Create(const DeviceDesc& desc = {});
     // Checks the host's device against the requirements; throws Error{NoDevice} naming what is missing.
     static std::unique_ptr<Device> Adopt(const AdoptedDeviceDesc& desc);

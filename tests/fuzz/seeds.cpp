@@ -1,9 +1,9 @@
 #include "tests/fuzz/seeds.h"
 
-#include <cstdlib>
 #include <filesystem>
 
 #include "base/read_file.h"
+#include "tests/support/reference_assets.h"
 
 namespace raygraph::fuzz {
 
@@ -29,9 +29,9 @@ std::vector<Seed> Seeds(const Target& target, bool withAssets) {
     if (name == "scripts") seeds = ScriptSeeds();
     if (name == "settings") seeds = SettingsSeeds();
     if (name == "texts") seeds = TextSeeds();
-    const char* assets = withAssets ? std::getenv("RAYGRAPH_ASSETS") : nullptr;
+    const std::optional<std::filesystem::path> assets = withAssets ? test::ReferenceAssets() : std::nullopt;
     if (assets)
-        for (const auto& file : std::filesystem::recursive_directory_iterator(assets))
+        for (const auto& file : std::filesystem::recursive_directory_iterator(*assets))
             if (file.is_regular_file() && file.file_size() <= target.maxBytes &&
                 EndsAs(name, file.path().extension()))
                 seeds.push_back({"asset" + std::to_string(seeds.size()), ReadFile(file.path())});

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 
 #include "base/error.h"
 #include "renderer/image/exr.h"
 #include "tests/image/image_files.h"
+#include "tests/support/reference_assets.h"
 
 namespace raygraph::test {
 namespace {
@@ -152,9 +152,8 @@ TEST(Environment, OtherFilesAreRefusedByTheirContent) {
 class EnvironmentAssets : public testing::Test {
   protected:
     void SetUp() override {
-        const char* folder = std::getenv("RAYGRAPH_ASSETS");
-        if (folder == nullptr) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set";
-        m_folder = folder;
+        RAYGRAPH_SKIP_WITHOUT_ASSETS();
+        m_folder = *ReferenceAssets();
     }
     ImageF Read(const char* name) const {
         return image::ReadEnvironment(m_folder / "scenes/env" / name).image;

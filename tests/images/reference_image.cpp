@@ -1,8 +1,7 @@
 #include "tests/images/reference_image.h"
 
-#include <cstdlib>
-
 #include "renderer/image/exr.h"
+#include "tests/support/reference_assets.h"
 
 namespace raygraph::testing {
 
@@ -15,9 +14,8 @@ glm::dvec3 ReferenceImage::Mean() const {
 
 void ReferenceTest::SetUp() {
     VulkanTest::SetUp();
-    const char* folder = std::getenv("RAYGRAPH_ASSETS");
-    if (!folder) GTEST_SKIP() << "RAYGRAPH_ASSETS is unset";
-    assets = folder;
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
+    assets = *test::ReferenceAssets();
 }
 
 ReferenceImage ReferenceTest::Read(const std::string& name) const {

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/reference_assets.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -63,9 +64,8 @@ glm::vec3 EyeAt(float cosTheta) {
 }  // namespace
 
 TEST_F(TraceMaterials, Trace_WhiteMetalHasTheAlbedoOfQuadrature) {
-    const char* assets = std::getenv("RAYGRAPH_ASSETS");
-    if (!assets) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set";
-    std::ifstream file(std::string(assets) + "/references/ggx_white_metal_albedo.json");
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
+    std::ifstream file(*test::ReferenceAssets() / "references/ggx_white_metal_albedo.json");
     const nlohmann::json table = nlohmann::json::parse(file);
     for (const auto& [key, value] : table.items()) {
         const float roughness = std::stof(key), cosTheta = std::stof(key.substr(key.find(',') + 1));

@@ -3,27 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <optional>
 #include <sstream>
 
 #include "tests/scene/gltf_document.h"
+#include "tests/support/reference_assets.h"
 #include "tests/support/source_file.h"
 
 namespace raygraph::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::optional<fs::path> Assets() {
-    const char* assets = std::getenv("RAYGRAPH_ASSETS");
-    if (!assets || !*assets) return std::nullopt;
-    return fs::path(assets);
-}
-
-#define SKIP_WITHOUT_ASSETS() \
-    if (!Assets()) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set"
 
 std::vector<fs::path> SceneFiles(const fs::path& folder) {
     std::vector<fs::path> files;
@@ -165,8 +156,8 @@ const std::map<std::string, std::string> kRefused{
 };
 
 TEST(ReferenceScenes, HaveTheTriangleCountsOfTheirManifest) {
-    SKIP_WITHOUT_ASSETS();
-    const fs::path scenes = *Assets() / "scenes";
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
+    const fs::path scenes = *ReferenceAssets() / "scenes";
     size_t count = 0;
     for (const ManifestRow& row : ReadManifest(scenes / "MANIFEST.md")) {
         const bool isFolder = row.file.ends_with('/');
@@ -195,11 +186,12 @@ TEST(ReferenceScenes, HaveTheTriangleCountsOfTheirManifest) {
 }
 
 TEST(ReferenceScenes, PrimitiveModesDrawTwoTrianglesOrNone) {
-    SKIP_WITHOUT_ASSETS();
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
     for (int i = 0; i < 16; ++i) {
         const std::string name =
             std::string("Mesh_PrimitiveMode_") + (i < 10 ? "0" : "") + std::to_string(i) + ".gltf";
-        const scene::SceneData scene = scene::LoadGltf(*Assets() / "scenes/known/Mesh_PrimitiveMode" / name);
+        const scene::SceneData scene =
+            scene::LoadGltf(*ReferenceAssets() / "scenes/known/Mesh_PrimitiveMode" / name);
         // The generator's table: 0 to 3 and 7 to 10 are points, lines, loops and strips of lines.
         const bool isSolid = (i >= 4 && i <= 6) || i >= 11;
         EXPECT_EQ(scene::Statistics(scene).placedTriangles, isSolid ? 2u : 0u) << name;
@@ -213,8 +205,8 @@ TEST(ReferenceScenes, PrimitiveModesDrawTwoTrianglesOrNone) {
 }
 
 TEST(ReferenceScenes, NormalTangentTestGetsTangentsThatFollowItsTextureCoordinates) {
-    SKIP_WITHOUT_ASSETS();
-    const scene::SceneData scene = scene::LoadGltf(*Assets() / "scenes/known/NormalTangentTest.glb");
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
+    const scene::SceneData scene = scene::LoadGltf(*ReferenceAssets() / "scenes/known/NormalTangentTest.glb");
     size_t triangleCount = 0;
     for (const scene::Mesh& mesh : scene.meshes)
         for (const scene::Primitive& primitive : mesh.primitives) {
@@ -283,9 +275,9 @@ bool LoadsOrIsRefused(const fs::path& file, Recorder& reader) {
 }
 
 TEST(MalformedScenes, LoadOrEndWithOneLine) {
-    SKIP_WITHOUT_ASSETS();
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
     size_t loadedCount = 0, refusedCount = 0;
-    for (const fs::path& file : SceneFiles(*Assets() / "scenes/bad")) {
+    for (const fs::path& file : SceneFiles(*ReferenceAssets() / "scenes/bad")) {
         Recorder reader;
         ++(LoadsOrIsRefused(file, reader) ? loadedCount : refusedCount);
     }
@@ -295,9 +287,9 @@ TEST(MalformedScenes, LoadOrEndWithOneLine) {
 
 // Most of those files place nothing, so nothing of them would be decoded: here everything is placed and used.
 TEST(MalformedScenes, LoadOrEndWithOneLineWithEverythingPlaced) {
-    SKIP_WITHOUT_ASSETS();
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
     size_t changedCount = 0, refusedCount = 0;
-    for (const fs::path& file : SceneFiles(*Assets() / "scenes/bad")) {
+    for (const fs::path& file : SceneFiles(*ReferenceAssets() / "scenes/bad")) {
         std::ifstream stream(file);
         Json json = Json::parse(stream, nullptr, false);
         if (!json.is_object()) continue;
@@ -341,8 +333,9 @@ TEST(MalformedScenes, LoadOrEndWithOneLineWithEverythingPlaced) {
 
 // What the corpus calls an error of the data that is shown must be refused or mended, not passed on.
 TEST(MalformedScenes, IndexBeyondTheVerticesIsNamed) {
-    SKIP_WITHOUT_ASSETS();
-    const fs::path file = *Assets() / "scenes/bad/gltf-validator/base/data/mesh_data/index_buffer_oob.gltf";
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
+    const fs::path file =
+        *ReferenceAssets() / "scenes/bad/gltf-validator/base/data/mesh_data/index_buffer_oob.gltf";
     std::ifstream stream(file);
     Json json = Json::parse(stream);
     json["nodes"] = {{{"mesh", 0}}};

@@ -4,13 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
 #include <sstream>
 
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
+#include "tests/support/reference_assets.h"
 #include "tests/support/source_file.h"
 
 namespace raygraph::test {
@@ -69,10 +69,9 @@ TEST_F(SaveGltf, OwnScenesComeBackToTheBitAndTheSecondSaveIsTheFirst) {
 }
 
 TEST_F(SaveGltf, PublishedScenesComeBack) {
-    const char* assets = std::getenv("RAYGRAPH_ASSETS");
-    if (!assets || !*assets) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set";
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
     size_t count = 0;
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(assets) / "scenes" / "known")) {
+    for (const auto& entry : fs::recursive_directory_iterator(*ReferenceAssets() / "scenes" / "known")) {
         const fs::path extension = entry.path().extension();
         if ((extension != ".gltf" && extension != ".glb") || entry.file_size() > 3'000'000) continue;
         SCOPED_TRACE(entry.path().filename().string());

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 
 #include "tests/shading/lobe_checks.h"
 #include "tests/shading/microfacet_cases.h"
+#include "tests/support/reference_assets.h"
 
 namespace raygraph::shading {
 namespace {
@@ -211,9 +211,8 @@ TEST(Microfacet, RefractionFollowsSnell) {
 
 // The albedo of white GGX metal, against numbers from elsewhere.
 TEST(Microfacet, WhiteGgxMetalHasTheReferenceAlbedo) {
-    const char* assets = std::getenv("RAYGRAPH_ASSETS");
-    if (assets == nullptr) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set";
-    std::ifstream file(std::string(assets) + "/references/ggx_white_metal_albedo.json");
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
+    std::ifstream file(*test::ReferenceAssets() / "references/ggx_white_metal_albedo.json");
     ASSERT_TRUE(file.good());
     const nlohmann::json table = nlohmann::json::parse(file);
     ASSERT_EQ(table.size(), 25u);

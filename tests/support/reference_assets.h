@@ -1,0 +1,22 @@
+// The folder of the reference assets, which are no part of the source tree: RAYGRAPH_ASSETS of the
+// environment.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+namespace raygraph::test {
+
+// None if the variable is not set or empty.
+inline std::optional<std::filesystem::path> ReferenceAssets() {
+    const char* folder = std::getenv("RAYGRAPH_ASSETS");
+    if (folder == nullptr || *folder == '\0') return std::nullopt;
+    return std::filesystem::path(folder);
+}
+
+}  // namespace raygraph::test
+
+// At the start of a test, or of a fixture's SetUp.
+#define RAYGRAPH_SKIP_WITHOUT_ASSETS() \
+    if (!raygraph::test::ReferenceAssets()) GTEST_SKIP() << "RAYGRAPH_ASSETS is not set"
