@@ -30,8 +30,15 @@ std::vector<std::string> Warnings::Take() {
     return lines;
 }
 
+void GltfContext::Fail(const std::string& path, const std::string& why) const {
+    throw Error(ErrorKind::BadInput, label + ": " + (path.empty() ? "" : path + ": ") + why);
+}
+
 void GltfContext::Warn(const JsonValue& where, std::string_view topic, const std::string& what) {
-    const std::string path = where.Path();
+    Warn(where.Path(), topic, what);
+}
+
+void GltfContext::Warn(const std::string& path, std::string_view topic, const std::string& what) {
     warnings.Add(topic, label + ": " + (path.empty() ? "" : path + ": ") + what);
 }
 

@@ -36,7 +36,10 @@ struct GltfContext {
     uint64_t geometryBytes = 0;  // Charged so far.
     uint64_t imageTexels = 0;    // Decoded so far.
 
+    // Throws Error{BadInput} "label: path: why", without the path if it is empty.
+    [[noreturn]] void Fail(const std::string& path, const std::string& why) const;
     // A warning about a place in the file.
+    void Warn(const std::string& path, std::string_view topic, const std::string& what);
     void Warn(const JsonValue& where, std::string_view topic, const std::string& what);
     // Counts memory about to be taken for vertices or indices; fails at `where` beyond the limit.
     void ChargeGeometry(const JsonValue& where, uint64_t bytes);

@@ -10,7 +10,7 @@
 
 namespace raygraph::scene {
 
-JsonValue JsonValue::Child(const nlohmann::json* json, Segment segment) const {
+JsonValue JsonValue::Child(const GltfTree* json, Segment segment) const {
     JsonValue child = *this;
     child.m_json = json;
     if (child.m_segmentCount < kMaxSegments) child.m_segments[child.m_segmentCount++] = segment;
@@ -135,11 +135,11 @@ std::string JsonValue::Path() const {
 std::string JsonValue::Shown() const {
     if (!m_json) return "absent";
     switch (m_json->type()) {
-        case nlohmann::json::value_t::object:
+        case GltfTree::value_t::object:
             return "an object";
-        case nlohmann::json::value_t::array:
+        case GltfTree::value_t::array:
             return "an array";
-        case nlohmann::json::value_t::string:
+        case GltfTree::value_t::string:
             return Quoted(m_json->get_ref<const std::string&>(), 40);
         default:
             return m_json->dump();

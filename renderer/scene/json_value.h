@@ -6,18 +6,19 @@
 
 #include <array>
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+
+#include "renderer/scene/gltf_tree.h"
 
 namespace raygraph::scene {
 
 class JsonValue {
   public:
     // The root. `json` and `label` (the file's name, printable) must outlive this value and all made from it.
-    JsonValue(const nlohmann::json& json, const std::string& label) : m_json(&json), m_label(&label) {}
+    JsonValue(const GltfTree& json, const std::string& label) : m_json(&json), m_label(&label) {}
 
     bool IsPresent() const { return m_json != nullptr; }
     bool IsObject() const;
@@ -73,9 +74,9 @@ class JsonValue {
     // Deeper than anything that the importer reads; a deeper value keeps the path of its ancestor.
     static constexpr size_t kMaxSegments = 10;
 
-    JsonValue Child(const nlohmann::json* json, Segment segment) const;
+    JsonValue Child(const GltfTree* json, Segment segment) const;
 
-    const nlohmann::json* m_json = nullptr;
+    const GltfTree* m_json = nullptr;
     const std::string* m_label = nullptr;
     uint32_t m_segmentCount = 0;
     std::array<Segment, kMaxSegments> m_segments;

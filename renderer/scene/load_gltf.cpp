@@ -1,7 +1,6 @@
 #include "renderer/scene/load_gltf.h"
 
 #include <algorithm>
-#include <array>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
@@ -18,42 +17,10 @@
 #include "renderer/scene/gltf_nodes.h"
 #include "renderer/scene/gltf_outline.h"
 #include "renderer/scene/gltf_reader.h"
-#include "renderer/scene/gltf_references.h"
+#include "renderer/scene/gltf_schema.h"
 
 namespace raygraph::scene {
 namespace {
-
-constexpr std::array<std::string_view, 9> kSupportedExtensions{
-    "KHR_mesh_quantization",           "KHR_lights_punctual",  "EXT_texture_webp",
-    "KHR_materials_emissive_strength", "KHR_materials_ior",    "KHR_materials_specular",
-    "KHR_materials_transmission",      "KHR_materials_volume", "KHR_materials_unlit"};
-
-bool IsSupported(const std::string& extension) {
-    return std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), extension) !=
-           kSupportedExtensions.end();
-}
-
-void CheckAsset(const JsonValue& root) {
-    const JsonValue asset = root["asset"].RequireObject();
-    const std::string& version = asset["version"].String();
-    if (!version.starts_with("2.")) asset["version"].Fail("is " + asset["version"].Shown() + ", must be 2.x");
-    const JsonValue minVersion = asset["minVersion"];
-    if (minVersion.IsPresent() && minVersion.String() != "2.0")
-        minVersion.Fail("is " + minVersion.Shown() + ", at most 2.0 can be read");
-}
-
-void CheckExtensions(GltfContext& context, const JsonValue& root) {
-    const JsonValue required = root["extensionsRequired"];
-    for (size_t i = 0; i < required.Count(); ++i)
-        if (!IsSupported(required.At(i).String()))
-            required.At(i).Fail("the file requires " + required.At(i).Shown() + ", which is not supported");
-    const JsonValue used = root["extensionsUsed"];
-    for (size_t i = 0; i < used.Count(); ++i)
-        if (const std::string& name = used.At(i).String(); !IsSupported(name))
-            context.Warn(used.At(i), "extension " + name, used.At(i).Shown() + " is not supported, ignored");
-    if (root["animations"].Count() > 0)
-        context.Warn(root["animations"], "animations", "are not read, the scene stands still");
-}
 
 // The default one's index, which it gets if a primitive needs it; kNone: none does.
 uint32_t AddDefaultMaterial(const std::vector<MeshLayout>& layouts, SceneData& scene) {
@@ -111,10 +78,9 @@ ScenePath Locate(const std::filesystem::path& path) {
 }
 
 GltfOutline ReadOutline(GltfContext& context, const JsonValue& root) {
-    CheckAsset(root);
-    CheckExtensions(context, root);
+    if (root["animations"].Count() > 0)
+        context.Warn(root["animations"], "animations", "are not read, the scene stands still");
     GltfOutline outline{.tables = ReadAccessorTables(root), .scene = {}, .images = {}, .layouts = {}};
-    CheckUnreadReferences(root, outline.tables);
     outline.images = ReadMaterials(context, root, outline.scene);
     outline.layouts = ReadMeshLayouts(context, root, outline.tables, outline.scene.materials.size());
     ReadNodes(context, root, outline.layouts.size(), outline.scene);
@@ -133,7 +99,8 @@ SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options
         const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
         context.bytesRead = file.size();
         const GltfContainer container = OpenContainer(file, context.label);
-        const nlohmann::json json = ParseJson(container.json, context.label, options.limits);
+        GltfTree json = ParseJson(container.json, context.label, options.limits);
+        CheckSchema(context, json);
         return Import(context, container, JsonValue(json, context.label));
     });
 }

@@ -100,7 +100,7 @@ TEST(Asset, OtherVersionsAreRefused) {
     document.json["asset"]["version"] = "1.0";
     EXPECT_EQ(LoadError(document), "scene.gltf: asset.version: is \"1.0\", must be 2.x");
     document.json["asset"] = {{"version", "2.1"}, {"minVersion", "2.1"}};
-    EXPECT_EQ(LoadError(document), "scene.gltf: asset.minVersion: is \"2.1\", at most 2.0 can be read");
+    EXPECT_EQ(LoadError(document), "scene.gltf: asset.minVersion: is \"2.1\", must be 2.0");
     document.json["asset"].erase("minVersion");
     EXPECT_EQ(LoadError(document), "loaded");
     document.json["asset"]["version"] = 2.0;

@@ -259,6 +259,8 @@ TEST(BufferView, StrideOutOfRangeIsRefused) {
     EXPECT_EQ(LoadError(document), "scene.gltf: bufferViews[0].byteStride: is 256, must be 4 to 252");
     view["byteStride"] = 0;
     EXPECT_EQ(LoadError(document), "scene.gltf: bufferViews[0].byteStride: is 0, must be 4 to 252");
+    view["byteStride"] = 6;
+    EXPECT_EQ(LoadError(document), "scene.gltf: bufferViews[0].byteStride: is 6, must be a multiple of 4");
     view["byteStride"] = 8;
     EXPECT_EQ(
         LoadError(document),

@@ -159,7 +159,7 @@ TEST(Textures, UnknownSamplerNumbersAreRefused) {
     EXPECT_EQ(LoadError(document), "scene.gltf: samplers[0].wrapS: is 10496, must be 10497, 33648 or 33071");
     document.json["samplers"][0] = {{"minFilter", 1}};
     EXPECT_EQ(LoadError(document),
-              "scene.gltf: samplers[0].minFilter: is 1, must be 9728, 9729 or 9984 to 9987");
+              "scene.gltf: samplers[0].minFilter: is 1, must be 9728, 9729, 9984, 9985, 9986 or 9987");
     document.json["samplers"][0] = {{"magFilter", 9984}};
     EXPECT_EQ(LoadError(document), "scene.gltf: samplers[0].magFilter: is 9984, must be 9728 or 9729");
 }

@@ -1,0 +1,383 @@
+#include "renderer/scene/gltf_schema.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "base/check.h"
+#include "base/printable.h"
+
+namespace raygraph::scene {
+namespace {
+
+const char* Name(Target target) {
+    constexpr std::array<const char*, static_cast<size_t>(Target::Count)> kNames{
+        "",       "accessors", "bufferViews", "buffers", "cameras", "images",   "lights",  "materials",
+        "meshes", "nodes",     "samplers",    "scenes",  "skins",   "textures", "samplers"};
+    return kNames[static_cast<size_t>(target)];
+}
+
+// As a message shows a value: numbers and short strings themselves, else the type's name.
+std::string Shown(const GltfTree& value) {
+    switch (value.type()) {
+        case GltfTree::value_t::object:
+            return "an object";
+        case GltfTree::value_t::array:
+            return "an array";
+        case GltfTree::value_t::string:
+            return Quoted(value.get_ref<const std::string&>(), 40);
+        default:
+            return value.dump();
+    }
+}
+
+std::string Shown(float limit) {
+    if (limit == static_cast<float>(M_PI)) return "pi";
+    return limit == std::floor(limit) ? std::to_string(static_cast<int64_t>(limit)) : std::to_string(limit);
+}
+
+// "1, 2 or 3".
+template <typename Values, typename ToText>
+std::string Listed(const Values& values, const ToText& text) {
+    std::string list;
+    for (size_t i = 0; i < values.size(); ++i)
+        list.append(i == 0 ? "" : i + 1 < values.size() ? ", " : " or ").append(text(values[i]));
+    return list;
+}
+
+const char* TypeNeeded(PropertyType type) {
+    switch (type) {
+        case PropertyType::Bool:
+            return "must be true or false";
+        case PropertyType::String:
+            return "must be a string";
+        case PropertyType::Number:
+            return "must be a number";
+        case PropertyType::Whole:
+        case PropertyType::Index:
+            return "must be a whole number of at least 0";
+        case PropertyType::Object:
+        case PropertyType::Extensions:
+            return "must be an object";
+        default:
+            return "must be an array";
+    }
+}
+
+std::string WholeNeeded(const Property& row) {
+    const std::string least = std::to_string(row.wholeMin);
+    if (row.wholeMax == std::numeric_limits<uint64_t>::max()) return "must be at least " + least;
+    const char* kind = row.misfit == Misfit::LeaveOutAny ? "a whole number of " : "";
+    return std::string("must be ") + kind + least + " to " + std::to_string(row.wholeMax);
+}
+
+std::string NumberNeeded(const Property& row, float value) {
+    const bool isLow = value < row.min || (row.excludesMin && value == row.min);
+    if (!isLow) return (row.excludesMax ? "must be below " : "must be at most ") + Shown(row.max);
+    if (row.excludesMin) return "must be above " + Shown(row.min);
+    return row.min == 0.0f ? "must not be negative" : "must be at least " + Shown(row.min);
+}
+
+bool IsInRange(const Property& row, float value) {
+    if (row.allowsZero && value == 0.0f) return true;
+    return (row.excludesMin ? value > row.min : value >= row.min) &&
+           (row.excludesMax ? value < row.max : value <= row.max);
+}
+
+std::optional<uint64_t> ToWhole(const GltfTree& value) {
+    if (value.is_number_unsigned()) return value.get<uint64_t>();
+    if (value.is_number_float()) {
+        const double number = value.get<double>();
+        constexpr double kMostExact = 9007199254740992.0;
+        if (number >= 0.0 && number <= kMostExact && number == std::floor(number))
+            return static_cast<uint64_t>(number);
+    }
+    return std::nullopt;
+}
+
+bool IsSupported(const std::string& name) {
+    return std::ranges::any_of(SupportedExtensions(),
+                               [&](const Extension& extension) { return extension.name == name; });
+}
+
+class Checker {
+  public:
+    explicit Checker(GltfContext& context) : m_context(context) {}
+
+    void CheckRoot(GltfTree& root) {
+        for (const Property& row : RootProperties()) CountTargets(root, row);
+        // Nodes may come before the lights that they place
+        const auto path = std::array{"extensions", "KHR_lights_punctual", "lights"};
+        const GltfTree* lights = &root;
+        for (const char* key : path) {
+            const auto found = lights->is_object() ? lights->find(key) : lights->end();
+            lights = found == lights->end() ? nullptr : &*found;
+            if (!lights) break;
+        }
+        if (lights && lights->is_array()) Count(Target::Lights) = lights->size();
+        GltfTree checked = GltfTree::object();
+        for (const Property& row : RootProperties()) {
+            const Step step(*this, row.name);
+            const auto found = root.find(row.name);
+            if (found == root.end()) {
+                if (row.isRequired) FailAbsent(row);
+            } else if (CheckProperty(*found, row)) {
+                checked[std::string(row.name)] = std::move(*found);
+            }
+        }
+        root = std::move(checked);
+    }
+
+  private:
+    // A step of the path to the value that is looked at: a name, or an index if there is none.
+    struct PathStep {
+        std::string_view name;
+        size_t index = 0;
+    };
+    class Step {
+      public:
+        Step(Checker& checker, std::string_view name) : m_checker(checker) {
+            m_checker.m_path.push_back({name});
+        }
+        Step(Checker& checker, size_t index) : m_checker(checker) { m_checker.m_path.push_back({{}, index}); }
+        ~Step() { m_checker.m_path.pop_back(); }
+        Step(const Step&) = delete;
+        Step& operator=(const Step&) = delete;
+
+      private:
+        Checker& m_checker;
+    };
+
+    size_t& Count(Target target) { return m_counts[static_cast<size_t>(target)]; }
+
+    // The length of the array of `object` that indices will point into.
+    void CountTargets(const GltfTree& object, const Property& row) {
+        if (row.type != PropertyType::Objects || row.target == Target::None) return;
+        const auto found = object.find(row.name);
+        Count(row.target) = found != object.end() && found->is_array() ? found->size() : 0;
+    }
+
+    void CheckObject(GltfTree& object, std::span<const Property> rows) {
+        uint64_t seen = 0;
+        RG_CHECK_LE(rows.size(), size_t{64});
+        for (const Property& row : rows) CountTargets(object, row);
+        for (auto member = object.begin(); member != object.end();) {
+            const std::string& name = member.key();
+            const auto row = std::ranges::find(rows, name, &Property::name);
+            bool isKept = row != rows.end() && IsOfType(object, *row);
+            if (isKept) {
+                const Step step(*this, row->name);
+                isKept = CheckProperty(*member, *row);
+                if (isKept || !row->isRequired) seen |= uint64_t{1} << (row - rows.begin());
+            }
+            member = isKept ? std::next(member) : object.erase(member);
+        }
+        for (size_t i = 0; i < rows.size(); ++i) {
+            const bool isRequired =
+                rows[i].isRequired || (!rows[i].ofType.empty() && IsOfType(object, rows[i]));
+            if (!isRequired || (seen >> i & 1)) continue;
+            const Step step(*this, rows[i].name);
+            FailAbsent(rows[i]);
+        }
+    }
+
+    // Whether the property is one of an object of this type.
+    static bool IsOfType(const GltfTree& object, const Property& row) {
+        if (row.ofType.empty()) return true;
+        const auto type = object.find("type");
+        return type != object.end() && type->is_string() && type->get_ref<const std::string&>() == row.ofType;
+    }
+
+    // False: the value is to be left out.
+    bool CheckProperty(GltfTree& value, const Property& row) {
+        switch (row.type) {
+            case PropertyType::Bool:
+                return value.is_boolean() || Refuse(value, row);
+            case PropertyType::String:
+                return CheckString(value, row);
+            case PropertyType::Number:
+                return CheckNumber(value, row);
+            case PropertyType::Whole:
+                return CheckWhole(value, row);
+            case PropertyType::Index:
+                return CheckIndex(value, row);
+            case PropertyType::Numbers:
+                return CheckNumbers(value, row);
+            case PropertyType::Indices:
+                return CheckEach(value, row, [&](GltfTree& element) { CheckIndex(element, row); });
+            case PropertyType::Object:
+                if (!value.is_object()) return Refuse(value, row);
+                CheckMember(value, row);
+                return true;
+            case PropertyType::Objects:
+                return CheckEach(value, row, [&](GltfTree& element) {
+                    if (!element.is_object()) Fail(Is(element) + "must be an object");
+                    CheckObject(element, row.Rows());
+                });
+            case PropertyType::Extensions:
+                return CheckExtensions(value, row);
+            case PropertyType::UsedExtensions:
+            case PropertyType::RequiredExtensions:
+                return CheckEach(value, row, [&](GltfTree& element) { CheckExtensionName(element, row); });
+        }
+        return false;
+    }
+
+    void CheckMember(GltfTree& object, const Property& row) {
+        const bool wasInExtension = m_isInExtension;
+        if (row.name == "extras") m_isInExtension = true;
+        CheckObject(object, row.Rows());
+        m_isInExtension = wasInExtension;
+    }
+
+    template <typename CheckElement>
+    bool CheckEach(GltfTree& array, const Property& row, const CheckElement& check) {
+        if (!array.is_array()) return Refuse(array, row);
+        for (size_t i = 0; i < array.size(); ++i) {
+            const Step step(*this, i);
+            check(array[i]);
+        }
+        return true;
+    }
+
+    bool CheckString(const GltfTree& value, const Property& row) {
+        if (!value.is_string()) return Refuse(value, row);
+        const auto& text = value.get_ref<const std::string&>();
+        if (!text.starts_with(row.start)) Fail(Is(value) + "must be " + std::string(row.start) + "x");
+        if (!row.texts.empty() && std::ranges::find(row.texts, text) == row.texts.end())
+            Fail(Is(value) + "must be " +
+                 Listed(row.texts, [](std::string_view one) { return std::string(one); }));
+        return true;
+    }
+
+    bool CheckNumber(GltfTree& value, const Property& row) {
+        if (!value.is_number()) return Refuse(value, row);
+        const double number = value.get<double>();
+        if (!(std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max())))
+            Fail(Is(value) + "too large for a float");
+        const auto rounded = static_cast<float>(number);
+        if (!IsInRange(row, rounded)) {
+            if (row.misfit != Misfit::PutIntoRange) return LeaveOut(value, row, NumberNeeded(row, rounded));
+            m_context.Warn(Path(), row.topic, Is(value) + "out of range, put into it");
+            value = static_cast<double>(std::clamp(rounded, row.min, row.max));
+        } else if (!value.is_number_float() && m_isInExtension) {
+            value = number;  // tinygltf makes an int of a whole one where it does not know the property
+        }
+        return true;
+    }
+
+    bool CheckNumbers(GltfTree& value, const Property& row) {
+        if (!value.is_array()) return Refuse(value, row);
+        if (value.size() != row.count)
+            Fail("has " + std::to_string(value.size()) + " elements, must have " + std::to_string(row.count));
+        return CheckEach(value, row, [&](GltfTree& element) {
+            if (!element.is_number()) Fail(Is(element) + "must be a number");
+            CheckNumber(element, row);
+        });
+    }
+
+    bool CheckWhole(GltfTree& value, const Property& row) {
+        const std::optional<uint64_t> whole = ToWhole(value);
+        if (!whole) return Refuse(value, row);
+        if (!row.numbers.empty() && std::ranges::find(row.numbers, *whole) == row.numbers.end())
+            return LeaveOut(value, row, "must be " + Listed(row.numbers, [](uint64_t one) {
+                                            return std::to_string(one);
+                                        }));
+        if (*whole < row.wholeMin || *whole > row.wholeMax) return LeaveOut(value, row, WholeNeeded(row));
+        if (*whole % row.multipleOf != 0)
+            return LeaveOut(value, row, "must be a multiple of " + std::to_string(row.multipleOf));
+        // What tinygltf does not know it keeps as an int or a double
+        value = m_isInExtension ? GltfTree(static_cast<double>(*whole)) : GltfTree(*whole);
+        return true;
+    }
+
+    bool CheckIndex(GltfTree& value, const Property& row) {
+        const std::optional<uint64_t> whole = ToWhole(value);
+        if (!whole) Fail(Is(value) + TypeNeeded(PropertyType::Index));
+        if (*whole >= Count(row.target))
+            Fail("is " + std::to_string(*whole) + ", but there are " + std::to_string(Count(row.target)) +
+                 " " + Name(row.target));
+        value = *whole;
+        return true;
+    }
+
+    bool CheckExtensions(GltfTree& value, const Property& row) {
+        if (!value.is_object()) return Refuse(value, row);
+        const bool wasInExtension = m_isInExtension;
+        m_isInExtension = true;
+        for (auto member = value.begin(); member != value.end();) {
+            const auto extension =
+                std::ranges::find_if(SupportedExtensions(), [&](const Extension& candidate) {
+                    return candidate.place == row.place && candidate.name == member.key();
+                });
+            if (extension == SupportedExtensions().end()) {
+                member = value.erase(member);
+                continue;
+            }
+            const Step step(*this, extension->name);
+            if (!member->is_object()) Fail(Is(*member) + "must be an object");
+            CheckObject(*member, extension->rows);
+            ++member;
+        }
+        m_isInExtension = wasInExtension;
+        return true;
+    }
+
+    void CheckExtensionName(const GltfTree& value, const Property& row) {
+        if (!value.is_string()) Fail(Is(value) + "must be a string");
+        const auto& name = value.get_ref<const std::string&>();
+        if (IsSupported(name)) return;
+        if (row.type == PropertyType::RequiredExtensions)
+            Fail("the file requires " + Shown(value) + ", which is not supported");
+        m_context.Warn(Path(), "extension " + name, Shown(value) + " is not supported, ignored");
+    }
+
+    // A value of another type than the row's.
+    bool Refuse(const GltfTree& value, const Property& row) {
+        const bool isWhole = row.type == PropertyType::Whole && row.misfit == Misfit::LeaveOutAny;
+        const std::string needed = isWhole ? WholeNeeded(row) : TypeNeeded(row.type);
+        if (row.misfit != Misfit::LeaveOutAny) Fail(Is(value) + needed);
+        return LeaveOut(value, row, needed);
+    }
+
+    // A value of the row's type and out of its range.
+    bool LeaveOut(const GltfTree& value, const Property& row, const std::string& needed) {
+        if (row.misfit == Misfit::Refuse) Fail(Is(value) + needed);
+        if (row.topic) m_context.Warn(Path(), row.topic, Is(value) + needed + ", " + row.remedy);
+        return false;
+    }
+
+    static std::string Is(const GltfTree& value) { return "is " + Shown(value) + ", "; }
+
+    std::string Path() const {
+        std::string path;
+        for (const PathStep& step : m_path) {
+            if (step.name.empty())
+                path.append("[").append(std::to_string(step.index)).append("]");
+            else
+                path.append(path.empty() ? "" : ".").append(step.name);
+        }
+        return path;
+    }
+
+    [[noreturn]] void Fail(const std::string& why) const { m_context.Fail(Path(), why); }
+    [[noreturn]] void FailAbsent(const Property& row) const {
+        Fail(std::string("is absent, ") + TypeNeeded(row.type));
+    }
+
+    GltfContext& m_context;
+    std::vector<PathStep> m_path;
+    std::array<size_t, static_cast<size_t>(Target::Count)> m_counts{};
+    bool m_isInExtension = false;
+};
+
+}  // namespace
+
+void CheckSchema(GltfContext& context, GltfTree& root) {
+    Checker(context).CheckRoot(root);
+}
+
+}  // namespace raygraph::scene

@@ -1,0 +1,115 @@
+// What a glTF document may hold, as tables, and the check of a document against them. Internal to
+// renderer/scene.
+//
+// A row a property: its type, its range or what it points at, and what becomes of a value out of range. What
+// has no row is not read, and taken out of the tree. A KHR extension is a table of its properties and a line
+// of kExtensions.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string_view>
+
+#include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_tree.h"
+
+namespace raygraph::scene {
+
+enum class PropertyType : uint8_t {
+    Bool,
+    String,
+    Number,   // Finite as a float.
+    Whole,    // At least 0; may be written 2.0 or 2e0.
+    Index,    // A Whole below the length of an array of the document.
+    Numbers,  // As many as the row says.
+    Indices,
+    Object,
+    Objects,             // An array of objects.
+    Extensions,          // An object of extensions, which are objects.
+    UsedExtensions,      // An array of strings; a warning for each that is not supported.
+    RequiredExtensions,  // An array of strings; all must be supported.
+};
+
+// What indices point into.
+enum class Target : uint8_t {
+    None,
+    Accessors,
+    BufferViews,
+    Buffers,
+    Cameras,
+    Images,
+    Lights,
+    Materials,
+    Meshes,
+    Nodes,
+    Samplers,
+    Scenes,
+    Skins,
+    Textures,
+    AnimationSamplers,  // Those of the animation around.
+    Count,
+};
+
+enum class Misfit : uint8_t {
+    Refuse,        // The file is bad.
+    PutIntoRange,  // A warning, and the nearest value of the range.
+    LeaveOut,      // A warning that ends in the row's remedy, and the property is absent.
+    LeaveOutAny,   // The same for a value of another type: what belongs to applications.
+};
+
+// Where an extension stands.
+enum class ExtensionPlace : uint8_t { Nowhere, Root, Node, Material, Texture };
+
+struct Property {
+    std::string_view name;
+    PropertyType type = PropertyType::Bool;
+    bool isRequired = false;
+    Misfit misfit = Misfit::Refuse;
+    const char* topic = nullptr;   // Of the warning: alike ones are one line.
+    const char* remedy = nullptr;  // What is done instead: "taken as 0".
+    // Number, Numbers: each of them.
+    float min = std::numeric_limits<float>::lowest();
+    float max = std::numeric_limits<float>::max();
+    bool excludesMin = false;
+    bool excludesMax = false;
+    bool allowsZero = false;  // Which is out of the range.
+    // Numbers.
+    size_t count = 0;
+    // Whole.
+    uint64_t wholeMin = 0;
+    uint64_t wholeMax = std::numeric_limits<uint64_t>::max();
+    uint64_t multipleOf = 1;
+    // Whole, String: if there are any, one of these; String: what it starts with.
+    std::span<const uint64_t> numbers;
+    std::span<const std::string_view> texts;
+    std::string_view start;
+    // Index, Indices: what they point into. Objects: what points into them.
+    Target target = Target::None;
+    // Object, Objects: their properties.
+    const Property* rows = nullptr;
+    size_t rowCount = 0;
+    // Object: required if the property "type" beside it is this, and else not read.
+    std::string_view ofType;
+    ExtensionPlace place = ExtensionPlace::Nowhere;
+
+    std::span<const Property> Rows() const { return {rows, rowCount}; }
+};
+
+struct Extension {
+    std::string_view name;
+    ExtensionPlace place = ExtensionPlace::Nowhere;
+    std::span<const Property> rows;
+};
+
+// gltf_schema_tables.cpp.
+std::span<const Property> RootProperties();
+std::span<const Extension> SupportedExtensions();
+
+// Checks all of the document, the root's properties in the order of their rows. Afterwards the tree holds
+// what has a row and nothing else, values in their range, whole numbers as unsigned ones, and all indices
+// point at something. Fails at the first value that is refused.
+void CheckSchema(GltfContext& context, GltfTree& root);
+
+}  // namespace raygraph::scene
