@@ -57,11 +57,14 @@ struct RasterVisibility {
                                                     const RasterVisibility& seen);
 
 // How it is found whether a light reaches a surface.
-enum class RasterShadows : uint8_t {
-    Off,   // it always does
-    Maps,  // passes/shadow_maps.h: of punctual lights; emitting triangles cast no shadow
-    Rays,  // one ray a light, as the path tracer does; builds the acceleration structures that rays need
-};
+//   Off:  it always does
+//   Maps: passes/shadow_maps.h: of punctual lights; emitting triangles cast no shadow
+//   Rays: one ray a light, as the path tracer does; builds the acceleration structures that rays need
+#define RAYGRAPH_RASTER_SHADOWS(X, Of)                                          \
+    X(Of, Off, 0, "off", "")                                                    \
+    X(Of, Maps, 1, "maps", "of point lights, spots and directional ones alone") \
+    X(Of, Rays, 2, "rays", "")
+RAYGRAPH_CHOICE(RasterShadows, RAYGRAPH_RASTER_SHADOWS)
 
 struct RasterSettings {
     // Rays are exact, and cost a pixel the same however large the scene is. Measured on a CPU device

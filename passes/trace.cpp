@@ -9,8 +9,7 @@ namespace raygraph::passes {
 
 namespace {
 
-constexpr std::array<const char*, kPathPartCount> kPathPartNames{"emission", "direct",   "indirect",
-                                                                 "diffuse",  "specular", "transmission"};
+constexpr auto kPathPartNames = Texts(PathPart{});
 
 const char* RayGenOf(const TraceOutputs& outputs) {
     if (outputs.parts && outputs.lightGroups) return "pathtrace/pathtrace_parts_groups.rgen";
@@ -40,10 +39,6 @@ BufferId PixelQueue(Renderer& renderer) {
 }
 
 }  // namespace
-
-const char* Name(PathPart part) {
-    return kPathPartNames[static_cast<size_t>(part)];
-}
 
 Extent2D LightGroupTiles(uint32_t groupCount) {
     uint32_t columns = 1;

@@ -82,16 +82,21 @@ struct TraceSettings {
 // Parts of the radiance, by the path that the light took: how often it was scattered, and which lobe
 // scattered it first on the way from the camera. Emission + Direct + Indirect is the radiance, and so is
 // Emission + Diffuse + Specular + Transmission, to rounding.
-enum class PathPart : uint8_t {
-    Emission,      // not scattered: seen directly
-    Direct,        // scattered once
-    Indirect,      // scattered more often
-    Diffuse,       // scattered first by a diffuse lobe
-    Specular,      // reflected first by facets, of any roughness
-    Transmission,  // let through first
-};
-inline constexpr size_t kPathPartCount = 6;
-RAYGRAPH_API const char* Name(PathPart part);  // "emission"
+//   Emission:     not scattered: seen directly
+//   Direct:       scattered once
+//   Indirect:     scattered more often
+//   Diffuse:      scattered first by a diffuse lobe
+//   Specular:     reflected first by facets, of any roughness
+//   Transmission: let through first
+#define RAYGRAPH_PATH_PARTS(X, Of)     \
+    X(Of, Emission, 0, "emission", "") \
+    X(Of, Direct, 1, "direct", "")     \
+    X(Of, Indirect, 2, "indirect", "") \
+    X(Of, Diffuse, 3, "diffuse", "")   \
+    X(Of, Specular, 4, "specular", "") \
+    X(Of, Transmission, 5, "transmission", "")
+RAYGRAPH_CHOICE(PathPart, RAYGRAPH_PATH_PARTS)
+inline constexpr size_t kPathPartCount = Texts(PathPart{}).size();
 using PathPartIds = std::array<TextureId, kPathPartCount>;
 
 // The radiance by group of lights (SceneIds::lightGroupCount of them) lies in one texture: a tile of the

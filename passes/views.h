@@ -7,22 +7,14 @@
 // Threads: that of the Renderer.
 #pragma once
 
-#include <string>
-
 #include "base/api.h"
 #include "passes/raster.h"
 #include "shaders/shared/views.h"
 
 namespace raygraph::passes {
 
-#define RAYGRAPH_DECLARE_VIEW(name, value) name = value,
-enum class View : uint8_t { RAYGRAPH_VIEWS(RAYGRAPH_DECLARE_VIEW) };
-#undef RAYGRAPH_DECLARE_VIEW
-#define RAYGRAPH_COUNT_VIEW(name, value) +1
-inline constexpr size_t kViewCount = RAYGRAPH_VIEWS(RAYGRAPH_COUNT_VIEW);
-#undef RAYGRAPH_COUNT_VIEW
+inline constexpr size_t kViewCount = Texts(View{}).size();
 
-RAYGRAPH_API const char* Name(View view);       // "path-traced"
 RAYGRAPH_API bool ShowsLight(View view);        // radiance, for Tonemap; the others are values, for PaintView
 RAYGRAPH_API bool ShowsSurface(View view);      // SurfaceView makes it
 RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: not of ids and distances

@@ -53,19 +53,6 @@ glm::mat4 About(const glm::vec3& origin, const glm::mat4& change) {
 
 }  // namespace
 
-const char* Name(GizmoTool tool) {
-    constexpr std::array<const char*, kGizmoToolCount> kNames{"move", "rotate", "scale"};
-    return kNames[static_cast<size_t>(tool)];
-}
-
-const char* Name(GizmoSpace space) {
-    return space == GizmoSpace::World ? "world" : "local";
-}
-
-const char* Name(GizmoPivot pivot) {
-    return pivot == GizmoPivot::Middle ? "middle" : "origin";
-}
-
 PictureMap::PictureMap(const scene::CameraView& view, glm::vec2 size) : m_view(view), m_size(size) {
     m_view.aspect = size.x / size.y;
 }

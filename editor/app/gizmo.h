@@ -9,18 +9,19 @@
 #include <vector>
 
 #include "renderer/scene/camera_view.h"
+#include "shaders/shared/choice.h"
 
 namespace raygraph::editor {
 
-enum class GizmoTool : uint8_t { Move, Rotate, Scale };
-inline constexpr size_t kGizmoToolCount = 3;
-const char* Name(GizmoTool tool);  // "move"
-enum class GizmoSpace : uint8_t { World, Local };
-const char* Name(GizmoSpace space);
+#define RAYGRAPH_GIZMO_TOOLS(X, Of) \
+    X(Of, Move, 0, "move", "") X(Of, Rotate, 1, "rotate", "") X(Of, Scale, 2, "scale", "")
+RAYGRAPH_CHOICE(GizmoTool, RAYGRAPH_GIZMO_TOOLS)
+#define RAYGRAPH_GIZMO_SPACES(X, Of) X(Of, World, 0, "world", "") X(Of, Local, 1, "local", "")
+RAYGRAPH_CHOICE(GizmoSpace, RAYGRAPH_GIZMO_SPACES)
 // Where the handles are, and what is turned and scaled about: the middle of what the node places, or its
 // origin.
-enum class GizmoPivot : uint8_t { Middle, Origin };
-const char* Name(GizmoPivot pivot);
+#define RAYGRAPH_GIZMO_PIVOTS(X, Of) X(Of, Middle, 0, "middle", "") X(Of, Origin, 1, "origin", "")
+RAYGRAPH_CHOICE(GizmoPivot, RAYGRAPH_GIZMO_PIVOTS)
 
 struct Ray {
     glm::vec3 origin{0.0f};

@@ -132,8 +132,8 @@ void GizmoView::Draw(const Workspace& work, ImVec2 corner, glm::vec2 size) const
 }
 
 void GizmoButtons(Workspace& work) {
-    constexpr std::array<const char*, kGizmoToolCount> kLabels{"Move (Z)", "Rotate (X)", "Scale (C)"};
-    for (size_t i = 0; i < kGizmoToolCount; i++) {
+    constexpr std::array kLabels{"Move (Z)", "Rotate (X)", "Scale (C)"};
+    for (size_t i = 0; i < kLabels.size(); i++) {
         const auto tool = static_cast<GizmoTool>(i);
         const bool isOn = work.tool == tool;
         if (isOn) ImGui::PushStyleColor(ImGuiCol_Button, kChosen);

@@ -13,20 +13,19 @@ namespace {
 constexpr std::array<const char*, kKeyCount> kKeyNames{RAYGRAPH_KEYS(RAYGRAPH_NAME_KEY)};
 #undef RAYGRAPH_NAME_KEY
 
-bool IsSame(std::string_view a, std::string_view b) {
+}  // namespace
+
+bool IsSameName(std::string_view a, std::string_view b) {
     return std::ranges::equal(
         a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
-
-}  // namespace
-
 const char* Name(Key key) {
     return kKeyNames[static_cast<size_t>(key)];
 }
 
 Key KeyFromName(std::string_view name) {
     for (size_t i = 0; i < kKeyCount; i++)
-        if (IsSame(kKeyNames[i], name)) return static_cast<Key>(i);
+        if (IsSameName(kKeyNames[i], name)) return static_cast<Key>(i);
     throw Error(ErrorKind::Usage, "there is no key '" + std::string(name) + "'");
 }
 

@@ -30,6 +30,8 @@ enum class Key : uint8_t { RAYGRAPH_KEYS(RAYGRAPH_DECLARE_KEY) Count };
 #undef RAYGRAPH_DECLARE_KEY
 inline constexpr size_t kKeyCount = static_cast<size_t>(Key::Count);
 const char* Name(Key key);
+// Whether two names are one: case does not matter.
+bool IsSameName(std::string_view a, std::string_view b);
 // Error{Usage} for a name that no key has; case does not matter.
 Key KeyFromName(std::string_view name);
 

@@ -60,8 +60,8 @@ MouseButton ButtonOf(const std::string& word) {
 }
 
 viewport::View ViewOf(const std::string& name) {
-    for (uint32_t i = 0; i < viewport::kViewCount; i++)
-        if (name == Name(static_cast<viewport::View>(i))) return static_cast<viewport::View>(i);
+    for (const viewport::View view : Values<viewport::View>())
+        if (name == Name(view)) return view;
     Refuse("there is no view " + Quoted(name));
 }
 

@@ -12,7 +12,7 @@
 #include "base/atomic_file.h"
 #include "base/error.h"
 #include "base/printable.h"
-#include "shaders/shared/tonemap_operators.h"
+#include "editor/app/input.h"
 
 namespace raygraph::editor {
 
@@ -22,10 +22,6 @@ using Json = nlohmann::json;
 
 constexpr const char* kFile = "editor.json";
 constexpr uintmax_t kMostBytes = 1 << 20;
-
-#define RAYGRAPH_NAME(name, value) #name,
-constexpr std::array kOperators{RAYGRAPH_TONEMAP_OPERATORS(RAYGRAPH_NAME)};
-#undef RAYGRAPH_NAME
 
 // Reads members that are there, and fails for those of another type.
 class Reader {
@@ -47,12 +43,11 @@ class Reader {
             value = std::clamp(static_cast<float>(json->get<double>()), least, most);
     }
     // By name; one that is not known leaves it as it is: it may be a newer program's.
-    template <typename Enum, typename NameOf>
-    void Choice(const char* key, Enum& value, size_t count, NameOf&& nameOf) const {
+    template <typename Enum>
+    void Choice(const char* key, Enum& value) const {
         const Json* json = Find(key, &Json::is_string, "a text");
-        for (size_t i = 0; json && i < count; i++)
-            if (json->get_ref<const std::string&>() == nameOf(static_cast<Enum>(i)))
-                value = static_cast<Enum>(i);
+        for (const Enum known : Values<Enum>())
+            if (json && IsSameName(json->get_ref<const std::string&>(), Name(known))) value = known;
     }
     const Json* Find(const char* key, bool (Json::*isRight)() const noexcept, const char* what) const {
         const auto found = m_json.find(key);
@@ -64,10 +59,6 @@ class Reader {
   private:
     const Json& m_json;
 };
-
-const char* OperatorName(TonemapOperator tonemapOperator) {
-    return kOperators[static_cast<size_t>(tonemapOperator)];
-}
 
 Settings FromJson(const Json& json) {
     Settings settings;
@@ -86,15 +77,15 @@ Settings FromJson(const Json& json) {
     side("width", settings.window.width);
     side("height", settings.window.height);
     const Reader view = reader.In("view");
-    view.Choice("view", settings.show.view, viewport::kViewCount, [](viewport::View of) { return Name(of); });
-    view.Choice("tonemap", settings.show.tonemap.tonemapOperator, kOperators.size(), OperatorName);
+    view.Choice("view", settings.show.view);
+    view.Choice("tonemap", settings.show.tonemap.tonemapOperator);
     view.Number("exposure", settings.show.tonemap.exposureEv, -8.0f, 8.0f);
     view.Number("wipe", settings.show.wipePosition, 0.0f, 1.0f);
     view.Number("greatestError", settings.show.greatestError, 0.01f, 2.0f);
     const Reader gizmo = reader.In("gizmo");
-    gizmo.Choice("tool", settings.tool, kGizmoToolCount, [](GizmoTool of) { return Name(of); });
-    gizmo.Choice("space", settings.toolSpace, 2, [](GizmoSpace of) { return Name(of); });
-    gizmo.Choice("pivot", settings.pivot, 2, [](GizmoPivot of) { return Name(of); });
+    gizmo.Choice("tool", settings.tool);
+    gizmo.Choice("space", settings.toolSpace);
+    gizmo.Choice("pivot", settings.pivot);
     if (const Json* recent = reader.Find("recent", &Json::is_array, "a list"))
         for (const Json& file : *recent)
             if (file.is_string() && settings.recent.size() < Settings::kMostRecent)
@@ -115,7 +106,7 @@ Json ToJson(const Settings& settings) {
             {"window", {{"width", settings.window.width}, {"height", settings.window.height}}},
             {"view",
              {{"view", Name(show.view)},
-              {"tonemap", OperatorName(show.tonemap.tonemapOperator)},
+              {"tonemap", Name(show.tonemap.tonemapOperator)},
               {"exposure", show.tonemap.exposureEv},
               {"wipe", show.wipePosition},
               {"greatestError", show.greatestError}}},

@@ -12,16 +12,12 @@ namespace raygraph::editor {
 
 namespace {
 
-#define RAYGRAPH_NAME(name, value) #name,
-constexpr std::array kOperators{RAYGRAPH_TONEMAP_OPERATORS(RAYGRAPH_NAME)};
-#undef RAYGRAPH_NAME
-
-template <typename Enum, size_t Count>
-bool Choose(const char* label, Enum& value, const std::array<const char*, Count>& names) {
+template <typename Choice>
+void Choose(const char* label, Choice& value) {
+    static constexpr auto kTexts = Texts(Choice{});
     int index = static_cast<int>(value);
-    if (!ImGui::Combo(label, &index, names.data(), static_cast<int>(Count))) return false;
-    value = static_cast<Enum>(index);
-    return true;
+    if (ImGui::Combo(label, &index, kTexts.data(), static_cast<int>(kTexts.size())))
+        value = static_cast<Choice>(index);
 }
 
 void EnvironmentFields(Workspace& work) {
@@ -50,16 +46,14 @@ void EnvironmentFields(Workspace& work) {
 void SettingsPanel(Workspace& work) {
     ImGui::PushItemWidth(-90.0f);
     viewport::ShowSettings show = work.view.Show();
-    std::array<const char*, viewport::kViewCount> views{};
-    for (uint32_t i = 0; i < viewport::kViewCount; i++) views[i] = Name(static_cast<viewport::View>(i));
-    Choose("view", show.view, views);
+    Choose("view", show.view);
     if (show.view == viewport::View::Wipe) ImGui::SliderFloat("wipe", &show.wipePosition, 0.0f, 1.0f);
     if (show.view == viewport::View::RelativeError)
         ImGui::SliderFloat("error", &show.greatestError, 0.01f, 2.0f, "%.2f",
                            ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
     ImGui::SliderFloat("exposure", &show.tonemap.exposureEv, -8.0f, 8.0f, "%+.1f EV",
                        ImGuiSliderFlags_AlwaysClamp);
-    Choose("tone", show.tonemap.tonemapOperator, kOperators);
+    Choose("tone", show.tonemap.tonemapOperator);
     if (!(show == work.view.Show())) work.view.SetShow(show);
 
     ImGui::Separator();

@@ -9,38 +9,17 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr const char* kNames[] = {"albedo",
-                                  "normal",
-                                  "depth",
-                                  "instance",
-                                  "material",
-                                  "emission",
-                                  "direct",
-                                  "indirect",
-                                  "diffuse",
-                                  "specular",
-                                  "transmission",
-                                  "removed_max_depth",
-                                  "removed_clamp_indirect",
-                                  "removed_regularize",
-                                  "removed_shadow_terminator"};
-static_assert(std::size(kNames) == kAovCount);
-
 // Why a picture of these settings has none; "" if it can have it.
 std::string WhyNot(Aov aov, const PictureSettings& settings) {
     if (aov >= Aov::Emission && settings.view != View::PathTraced)
         return "only path-traced pictures have light to tell apart";
     for (const Bias bias : kBiases)
         if (aov == AovOf(bias) && !IsOn(settings.biases, bias))
-            return std::string(Option(bias)) + " is off and removes nothing";
+            return Option(bias) + " is off and removes nothing";
     return {};
 }
 
 }  // namespace
-
-const char* Name(Aov aov) {
-    return kNames[static_cast<size_t>(aov)];
-}
 
 bool AovSet::NeedsParts() const {
     for (size_t i = 0; i < passes::kPathPartCount; i++)
@@ -59,7 +38,8 @@ std::string ListOf(const AovSet& aovs) {
 }
 
 AovRequest ParseAovs(std::string_view text) {
-    std::vector<std::string_view> names(std::begin(kNames), std::end(kNames));
+    constexpr auto kNames = Texts(Aov{});
+    std::vector<std::string_view> names(kNames.begin(), kNames.end());
     names.insert(names.end(), {"samples", "variance", "all"});
     AovRequest request;
     for (const std::string_view part : ParseList(text)) {

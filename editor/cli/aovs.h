@@ -14,38 +14,44 @@
 
 namespace raygraph::cli {
 
-enum class Aov : uint8_t {
-    Albedo,
-    Normal,
-    Depth,
-    Instance,
-    Material,
-    Emission,  // from here on in the order of passes::PathPart
-    Direct,
-    Indirect,
-    Diffuse,
-    Specular,
-    Transmission,
-    RemovedMaxDepth,  // from here on in the order of Bias
-    RemovedClampIndirect,
-    RemovedRegularize,
-    RemovedShadowTerminator,
-};
-inline constexpr size_t kAovCount = 15;
-inline constexpr std::array<Aov, kAovCount> kAovs = [] {  // in their order
-    std::array<Aov, kAovCount> all{};
-    for (size_t i = 0; i < kAovCount; i++) all[i] = static_cast<Aov>(i);
-    return all;
-}();
-const char* Name(Aov aov);  // "albedo"
+#define RAYGRAPH_SURFACE_AOVS(X, Of)   \
+    X(Of, Albedo, 0, "albedo", "")     \
+    X(Of, Normal, 1, "normal", "")     \
+    X(Of, Depth, 2, "depth", "")       \
+    X(Of, Instance, 3, "instance", "") \
+    X(Of, Material, 4, "material", "")
 
-inline constexpr Aov AovOf(passes::PathPart part) {
+// Those of surfaces, then passes::PathPart, then what each Bias removed: "removed_max_depth" to
+// "removed_shadow_terminator".
+#define RAYGRAPH_DECLARE(Of, name, value, text, note)         name,
+#define RAYGRAPH_DECLARE_REMOVED(Of, name, value, text, note) Removed##name,
+enum class Aov : uint8_t {
+    RAYGRAPH_SURFACE_AOVS(RAYGRAPH_DECLARE, Aov) RAYGRAPH_PATH_PARTS(RAYGRAPH_DECLARE, Aov)
+        RAYGRAPH_BIASES(RAYGRAPH_DECLARE_REMOVED, Aov)
+};
+#undef RAYGRAPH_DECLARE_REMOVED
+#undef RAYGRAPH_DECLARE
+#define RAYGRAPH_REMOVED_TEXT(Of, name, value, text, note) "removed_" text,
+constexpr auto Texts(Aov) {
+    return std::to_array<const char*>({RAYGRAPH_SURFACE_AOVS(RAYGRAPH_CHOICE_TEXT_, Aov) RAYGRAPH_PATH_PARTS(
+        RAYGRAPH_CHOICE_TEXT_, Aov) RAYGRAPH_BIASES(RAYGRAPH_REMOVED_TEXT, Aov)});
+}
+#undef RAYGRAPH_REMOVED_TEXT
+constexpr const char* Name(Aov aov) {  // "albedo"
+    return Texts(aov)[static_cast<size_t>(aov)];
+}
+inline constexpr std::array kAovs = Values<Aov>();
+inline constexpr size_t kAovCount = kAovs.size();
+
+constexpr Aov AovOf(passes::PathPart part) {
     return static_cast<Aov>(static_cast<size_t>(Aov::Emission) + static_cast<size_t>(part));
 }
 
-inline constexpr Aov AovOf(Bias bias) {
+constexpr Aov AovOf(Bias bias) {
     return static_cast<Aov>(static_cast<size_t>(Aov::RemovedMaxDepth) + static_cast<size_t>(bias));
 }
+static_assert(AovOf(passes::PathPart::Transmission) == Aov::Transmission &&
+              AovOf(Bias::ShadowTerminator) == Aov::RemovedShadowTerminator);
 
 class AovSet {
   public:

@@ -11,9 +11,6 @@ namespace raygraph::cli {
 
 namespace {
 
-const std::vector<std::string_view> kTonemapNames{"linear", "srgb", "reinhard",
-                                                  "aces",   "agx",  "neutral"};  // as TonemapOperator
-
 // Help of options in lines that fit a terminal; CLI11 indents them.
 constexpr size_t kHelpIndent = 28, kHelpWidth = 72;
 
@@ -29,7 +26,7 @@ std::string Wrapped(std::string_view text) {
 }
 
 // An option with one operand, given at most once. `take` may throw Error: the option's name is put before it.
-CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* operand, const char* help,
+CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* operand, const std::string& help,
                        std::function<void(const std::string&)> take) {
     const std::string label = name.substr(name.rfind(',') + 1);
     return app
@@ -88,6 +85,14 @@ void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
     AddPath(app, "--env", "FILE", "Equirectangular environment map, .hdr or .exr", environment);
 }
 
+// "albedo, normal": from one to another.
+std::string ListOf(Aov first, Aov last) {
+    std::string list;
+    for (const Aov aov : kAovs)
+        if (first <= aov && aov <= last) list += std::string(list.empty() ? "" : ", ") + Name(aov);
+    return list;
+}
+
 CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     CLI::App* render = app.add_subcommand("render", "Path-trace a glTF scene to pictures");
     AddScene(*render, arguments.scene)->required();
@@ -123,19 +128,15 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     AddOption(*render, "--exposure", "EV", "Stops of exposure of a .png (0)", [&](const std::string& text) {
         arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
     });
-    AddOption(*render, "--tonemap", "OP",
-              "Tone curve of a .png: linear, srgb, reinhard, aces, agx or neutral (default)",
-              [&](const std::string& text) {
-                  arguments.tonemap = static_cast<TonemapOperator>(ParseChoice(text, kTonemapNames));
-              });
-    AddOption(
-        *render, "--aov", "LIST",
-        "Further channels of an .exr: albedo, normal, depth, instance, material; the light by its path: "
-        "emission, direct, indirect, and by what scattered it first: diffuse, specular, transmission; "
-        "what a bias took: removed_max_depth, removed_clamp_indirect, removed_regularize, "
-        "removed_shadow_terminator; or all. "
-        "Samples and variance are always there",
-        [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
+    AddOption(*render, "--tonemap", "OP", "Tone curve of a .png: " + ListForHelp(arguments.tonemap),
+              [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); });
+    AddOption(*render, "--aov", "LIST",
+              "Further channels of an .exr: " + ListOf(Aov::Albedo, Aov::Material) +
+                  "; the light by its path: " + ListOf(Aov::Emission, Aov::Indirect) +
+                  ", and by what scattered it first: " + ListOf(Aov::Diffuse, Aov::Transmission) +
+                  "; what a bias took: " + ListOf(AovOf(kBiases.front()), AovOf(kBiases.back())) +
+                  "; or all. Samples and variance are always there",
+              [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
     AddPath(*render, "--resume", "FILE.exr",
             "Go on with a render that was written before; its settings are kept", arguments.resume);
     AddDevice(*render, arguments.device);
@@ -256,10 +257,6 @@ std::string OneLine(std::string text) {
 }
 
 }  // namespace
-
-std::string TonemapName(TonemapOperator tonemap) {
-    return std::string(kTonemapNames[static_cast<size_t>(tonemap)]);
-}
 
 Arguments ParseArguments(int argc, const char* const* argv) {
     CLI::App app("Raygraph: path-traces glTF scenes on Vulkan devices.", "raygraph");

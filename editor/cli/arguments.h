@@ -16,7 +16,6 @@
 namespace raygraph::cli {
 
 // The text of --tonemap.
-std::string TonemapName(TonemapOperator tonemap);
 
 struct RenderArguments {
     std::filesystem::path scene;

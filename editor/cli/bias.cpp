@@ -10,8 +10,6 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr const char* kNames[] = {"max_depth", "clamp_indirect", "regularize", "shadow_terminator"};
-constexpr const char* kOptions[] = {"--max-depth", "--clamp-indirect", "--regularize", "--shadow-terminator"};
 constexpr double kLuminance[] = {0.2126, 0.7152, 0.0722};  // Rec. 709, as in shaders/core/color.glsl
 
 std::string Percent(double share) {
@@ -22,12 +20,10 @@ std::string Percent(double share) {
 
 }  // namespace
 
-const char* Name(Bias bias) {
-    return kNames[static_cast<size_t>(bias)];
-}
-
-const char* Option(Bias bias) {
-    return kOptions[static_cast<size_t>(bias)];
+std::string Option(Bias bias) {
+    std::string option = std::string("--") + Name(bias);
+    std::ranges::replace(option, '_', '-');
+    return option;
 }
 
 bool IsOn(const passes::BiasSettings& biases, Bias bias) {
@@ -100,7 +96,7 @@ RemovedLight MeasureRemoved(std::span<const float> removed, std::span<const floa
 }
 
 std::string Describe(Bias bias, const RemovedLight& removed) {
-    std::string text = std::string(Option(bias)) + " removed ";
+    std::string text = Option(bias) + " removed ";
     if (!removed.share) return text + "nothing of no light";
     text += Percent(*removed.share);
     if (removed.shareStandardError) text += " +- " + Percent(*removed.shareStandardError);

@@ -15,12 +15,16 @@
 
 namespace raygraph::cli {
 
-enum class Bias : uint8_t { MaxDepth, ClampIndirect, Regularize, ShadowTerminator };
-inline constexpr std::array kBiases{Bias::MaxDepth, Bias::ClampIndirect, Bias::Regularize,
-                                    Bias::ShadowTerminator};
-inline constexpr size_t kBiasCount = kBiases.size();
-const char* Name(Bias bias);    // "max_depth", as in the AOV removed_max_depth and in the report
-const char* Option(Bias bias);  // "--max-depth"
+// Named as in the AOV removed_max_depth and in the report.
+#define RAYGRAPH_BIASES(X, Of)                    \
+    X(Of, MaxDepth, 0, "max_depth", "")           \
+    X(Of, ClampIndirect, 1, "clamp_indirect", "") \
+    X(Of, Regularize, 2, "regularize", "")        \
+    X(Of, ShadowTerminator, 3, "shadow_terminator", "")
+RAYGRAPH_CHOICE(Bias, RAYGRAPH_BIASES)
+inline constexpr size_t kBiasCount = Texts(Bias{}).size();
+inline constexpr std::array kBiases = Values<Bias>();
+std::string Option(Bias bias);  // "--max-depth"
 
 // A sample has twins or not whichever run it is traced in. Any fixed place within blocks of a power of two
 // does: the samplers give every index of a block the same chances, and shuffle the blocks independently.

@@ -101,6 +101,19 @@ size_t ParseChoice(std::string_view text, const std::vector<std::string_view>& n
     Refuse(text, (names.size() > 1 ? "one of " : "") + list);
 }
 
+std::string ListForHelp(std::vector<std::string_view> texts, const std::vector<std::string_view>& notes,
+                        size_t ofDefault) {
+    std::string list;
+    for (size_t i = 0; i < texts.size(); i++) {
+        if (i > 0) list += i + 1 == texts.size() ? " or " : ", ";
+        list += texts[i];
+        std::string note(notes[i]);
+        if (i == ofDefault) note += note.empty() ? "default" : "; default";
+        if (!note.empty()) list += " (" + note + ")";
+    }
+    return list;
+}
+
 std::string ToText(float value) {
     std::array<char, 32> text{};
     const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;

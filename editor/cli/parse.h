@@ -37,6 +37,22 @@ std::vector<std::string_view> ParseList(std::string_view text);
 
 // Index of `text` among `names`; the error lists them.
 size_t ParseChoice(std::string_view text, const std::vector<std::string_view>& names);
+std::string ListForHelp(std::vector<std::string_view> texts, const std::vector<std::string_view>& notes,
+                        size_t ofDefault);
+// The value of that name.
+template <typename Choice>
+Choice ParseChoice(std::string_view text) {
+    constexpr auto kTexts = Texts(Choice{});
+    return static_cast<Choice>(ParseChoice(text, {kTexts.begin(), kTexts.end()}));
+}
+
+// "beckmann, ggx (best; default) or phong": all values as options name them, each with its note, for help.
+template <typename Choice>
+std::string ListForHelp(Choice ofDefault) {
+    constexpr auto kTexts = Texts(Choice{}), kNotes = Notes(Choice{});
+    return ListForHelp({kTexts.begin(), kTexts.end()}, {kNotes.begin(), kNotes.end()},
+                       static_cast<size_t>(ofDefault));
+}
 
 // The shortest text that reads back as the same number.
 std::string ToText(float value);

@@ -44,10 +44,11 @@ struct PictureSettings {
 struct PictureSetting {
     const char* name;     // option without dashes
     const char* operand;  // "WxH"
-    const char* help;
-    void (*set)(PictureSettings& settings, std::string_view text);  // Error{Usage} quoting the text
-    std::string (*text)(const PictureSettings& settings);           // what `set` reads back to the same value
-    bool isList = false;  // may be given several times: its texts are joined by ';'
+    std::string help;
+    std::function<void(PictureSettings&, std::string_view text)> set;  // Error{Usage} quoting the text
+    std::function<std::string(const PictureSettings&)> text;  // what `set` reads back to the same value
+    bool isList = false;                      // may be given several times: its texts are joined by ';'
+    std::vector<std::string_view> choices{};  // the names that it takes, if it takes names alone
 };
 
 std::span<const PictureSetting> PictureSettingTable();

@@ -61,7 +61,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
     for (const Bias bias : kBiases)
         if (IsOn(settings.biases, bias) && settings.view != View::RayCost)
-            refuse("only path-traced renders know " + std::string(Option(bias)));
+            refuse("only path-traced renders know " + Option(bias));
     if (settings.view == View::Raster) {
         if (arguments.error) refuse("give --spp; --error is for path-traced renders");
         return;

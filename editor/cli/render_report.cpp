@@ -63,7 +63,7 @@ SettingTexts SettingsForReport(const RenderArguments& arguments, const RenderFil
     if (arguments.seconds) texts["time"] = ToText(static_cast<float>(*arguments.seconds));
     if (!render.environmentFile.empty()) texts["env"] = render.environmentFile;
     texts["exposure"] = ToText(arguments.exposureEv);
-    texts["tonemap"] = TonemapName(arguments.tonemap);
+    texts["tonemap"] = Name(arguments.tonemap);
     return texts;
 }
 

@@ -8,21 +8,28 @@
 #include "passes/tonemap.h"
 #include "passes/trace.h"
 #include "passes/views.h"
+#include "shaders/shared/choice.h"
 
 namespace raygraph::viewport {
 
-enum class View : uint8_t {
-    PathTraced,
-    Raster,
-    Wipe,           // path-traced left of a line, raster right of it
-    SideBySide,     // both at half the size
-    Difference,     // |raster - path-traced| of the radiance, exposed and tone-mapped
-    RelativeError,  // of the raster view's luminance against the path-traced one, as colours
-    Flip,           // what a person sees who switches between the two, as colours (passes/flip.h)
-    Surface,        // a property of what is seen, or what it costs: ShowSettings::surface
-};
-inline constexpr uint32_t kViewCount = 8;
-RAYGRAPH_API const char* Name(View view);  // "path-traced", "side by side", ...
+//   PathTraced, Raster
+//   Wipe:          path-traced left of a line, raster right of it
+//   SideBySide:    both at half the size
+//   Difference:    |raster - path-traced| of the radiance, exposed and tone-mapped
+//   RelativeError: of the raster view's luminance against the path-traced one, as colours
+//   Flip:          what a person sees who switches between the two, as colours (passes/flip.h)
+//   Surface:       a property of what is seen, or what it costs: ShowSettings::surface
+#define RAYGRAPH_VIEWPORT_VIEWS(X, Of)            \
+    X(Of, PathTraced, 0, "path-traced", "")       \
+    X(Of, Raster, 1, "raster", "")                \
+    X(Of, Wipe, 2, "wipe", "")                    \
+    X(Of, SideBySide, 3, "side by side", "")      \
+    X(Of, Difference, 4, "difference", "")        \
+    X(Of, RelativeError, 5, "relative error", "") \
+    X(Of, Flip, 6, "FLIP", "")                    \
+    X(Of, Surface, 7, "surface", "")
+RAYGRAPH_CHOICE(View, RAYGRAPH_VIEWPORT_VIEWS)
+inline constexpr uint32_t kViewCount = Texts(View{}).size();
 RAYGRAPH_API bool ShowsPathTraced(View view);
 RAYGRAPH_API bool ShowsRaster(View view);
 // Whether there is a number for the view (Viewport::Numbers).

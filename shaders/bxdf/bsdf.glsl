@@ -10,8 +10,8 @@
 #include "bxdf/diffuse.glsl"
 #include "bxdf/gltf.glsl"
 #include "bxdf/lafortune.glsl"
+#include "core/trace_options.glsl"
 #include "scene/ray.glsl"
-#include "shared/trace_options.h"
 
 SHADING_BEGIN
 

@@ -14,25 +14,19 @@
 
 #include "bxdf/fresnel.glsl"
 #include "core/math.glsl"
+#include "core/option.h"
 #include "shared/energy_tables.h"
 #include "shared/multiscatter_kinds.h"
 
 #ifdef __cplusplus
 namespace raygraph::shading {
 using glm::unpackUnorm2x16;
-// As in core/rng.glsl: of this thread; a specialization constant on the device.
-inline thread_local MultiscatterKind threadMultiscatterKind = MultiscatterKind::Lut;
-inline constexpr uint kMultiscatterKindOff = uint(MultiscatterKind::Off);
-inline constexpr uint kMultiscatterKindLut = uint(MultiscatterKind::Lut);
-inline constexpr uint kMultiscatterKindWalk = uint(MultiscatterKind::Walk);
-inline uint ActiveMultiscatterKind() { return uint(threadMultiscatterKind); }
 }  // namespace raygraph::shading
-#else
-layout(constant_id = kMultiscatterConstantId) const uint kMultiscatterKind = kMultiscatterKindLut;
-uint ActiveMultiscatterKind() { return kMultiscatterKind; }
 #endif
 
 SHADING_BEGIN
+
+OPTION(MultiscatterKind, MultiscatterKind, 4, Lut)
 
 // A place between two entries of an evenly spaced axis.
 struct TableSpan {

@@ -15,24 +15,12 @@
 #define RAYGRAPH_BXDF_FRESNEL_GLSL
 
 #include "core/math.glsl"
+#include "core/option.h"
 #include "shared/microfacet_models.h"
 
-#ifdef __cplusplus
-namespace raygraph::shading {
-// As in core/rng.glsl: of this thread; specialization constants on the device.
-inline thread_local FresnelModel threadFresnelModel = FresnelModel::Schlick;
-inline constexpr uint kFresnelSchlick = uint(FresnelModel::Schlick);
-inline constexpr uint kFresnelDielectric = uint(FresnelModel::Dielectric);
-inline constexpr uint kFresnelConductor = uint(FresnelModel::Conductor);
-inline constexpr uint kFresnelLazanyi = uint(FresnelModel::Lazanyi);
-inline uint ActiveFresnel() { return uint(threadFresnelModel); }
-}  // namespace raygraph::shading
-#else
-layout(constant_id = kFresnelConstantId) const uint kFresnel = kFresnelSchlick;
-uint ActiveFresnel() { return kFresnel; }
-#endif
-
 SHADING_BEGIN
+
+OPTION(FresnelModel, Fresnel, 3, Schlick)
 
 // (1 - cosTheta)^5, the weight of f90 in Schlick's curve. Schlick 1994, "An Inexpensive BRDF Model for
 // Physically-based Rendering", eq. 15.

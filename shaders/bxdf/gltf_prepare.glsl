@@ -6,7 +6,7 @@
 #include "bxdf/energy.glsl"
 #include "bxdf/facet_fresnel.glsl"
 #include "bxdf/microfacet.glsl"
-#include "shared/trace_options.h"
+#include "core/trace_options.glsl"
 
 SHADING_BEGIN
 

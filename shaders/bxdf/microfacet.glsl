@@ -20,31 +20,14 @@
 
 #include "bxdf/bxdf.glsl"
 #include "bxdf/fresnel.glsl"
+#include "core/option.h"
 #include "core/warp.glsl"
 #include "shared/microfacet_models.h"
 
-#ifdef __cplusplus
-namespace raygraph::shading {
-// As in core/rng.glsl: of this thread; specialization constants on the device.
-inline thread_local MicrofacetModel threadMicrofacetModel = MicrofacetModel::Ggx;
-inline constexpr uint kDistributionGgx = uint(MicrofacetModel::Ggx);
-inline constexpr uint kDistributionBeckmann = uint(MicrofacetModel::Beckmann);
-inline constexpr uint kDistributionPhong = uint(MicrofacetModel::Phong);
-inline uint ActiveDistribution() { return uint(threadMicrofacetModel); }
-inline thread_local MaskingModel threadMaskingModel = MaskingModel::Correlated;
-inline constexpr uint kMaskingCorrelated = uint(MaskingModel::Correlated);
-inline constexpr uint kMaskingSeparable = uint(MaskingModel::Separable);
-inline constexpr uint kMaskingShortcut = uint(MaskingModel::Shortcut);
-inline uint ActiveMasking() { return uint(threadMaskingModel); }
-}  // namespace raygraph::shading
-#else
-layout(constant_id = kDistributionConstantId) const uint kDistribution = kDistributionGgx;
-uint ActiveDistribution() { return kDistribution; }
-layout(constant_id = kMaskingConstantId) const uint kMasking = kMaskingCorrelated;
-uint ActiveMasking() { return kMasking; }
-#endif
-
 SHADING_BEGIN
+
+OPTION(MicrofacetModel, Distribution, 1, Ggx)
+OPTION(MaskingModel, Masking, 2, Correlated)
 
 struct MicrofacetDistribution {
     vec2 alpha;  // along x and y

@@ -24,24 +24,12 @@
 #ifndef RAYGRAPH_CORE_RNG_GLSL
 #define RAYGRAPH_CORE_RNG_GLSL
 
-#include "core/glue.h"
+#include "core/option.h"
 #include "shared/sampler_kinds.h"
 
-#ifdef __cplusplus
-namespace raygraph::shading {
-// The kind drawn from on this thread; on the device a specialization constant, so that branches on it fold.
-inline thread_local SamplerKind threadSamplerKind = SamplerKind::Sobol;
-inline constexpr uint kSamplerKindSobol = uint(SamplerKind::Sobol);
-inline constexpr uint kSamplerKindPcg = uint(SamplerKind::Pcg);
-inline constexpr uint kSamplerKindTea = uint(SamplerKind::Tea);
-inline uint ActiveSamplerKind() { return uint(threadSamplerKind); }
-}  // namespace raygraph::shading
-#else
-layout(constant_id = kSamplerKindConstantId) const uint kSamplerKind = kSamplerKindSobol;
-uint ActiveSamplerKind() { return kSamplerKind; }
-#endif
-
 SHADING_BEGIN
+
+OPTION(SamplerKind, SamplerKind, 0, Sobol)
 
 struct Sampler {
     uint pixelSeed;  // One-to-one with the pixel for a given seed, and with the seed for a given pixel.

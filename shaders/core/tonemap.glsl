@@ -21,17 +21,6 @@
 #include "core/math.glsl"
 #include "shared/tonemap_operators.h"
 
-#ifdef __cplusplus
-namespace raygraph::shading {
-inline constexpr uint kTonemapLinear = uint(TonemapOperator::Linear);
-inline constexpr uint kTonemapSrgb = uint(TonemapOperator::Srgb);
-inline constexpr uint kTonemapReinhard = uint(TonemapOperator::Reinhard);
-inline constexpr uint kTonemapAces = uint(TonemapOperator::Aces);
-inline constexpr uint kTonemapAgX = uint(TonemapOperator::AgX);
-inline constexpr uint kTonemapNeutral = uint(TonemapOperator::Neutral);
-}  // namespace raygraph::shading
-#endif
-
 SHADING_BEGIN
 
 // Above this the operators have long been white; it keeps infinity out of their quotients.

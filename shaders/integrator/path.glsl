@@ -28,13 +28,13 @@
 #include "core/frame.glsl"
 #include "core/ray_offset.glsl"
 #include "core/rng.glsl"
+#include "core/trace_options.glsl"
 #include "integrator/media.glsl"
 #include "integrator/path_parts.glsl"
 #include "integrator/segment.glsl"
 #include "lights/lights.glsl"
 #include "scene/ray.glsl"
 #include "shared/scene_records.h"
-#include "shared/trace_options.h"
 
 SHADING_BEGIN
 

@@ -3,9 +3,10 @@
 #define RAYGRAPH_LIGHTS_LIGHT_TYPES_GLSL
 
 #include "core/math.glsl"
+#include "core/option.h"
+#include "core/trace_options.glsl"
 #include "shared/light_records.h"
 #include "shared/light_samplers.h"
-#include "shared/trace_options.h"
 
 #ifdef __cplusplus
 namespace raygraph::shading {
@@ -24,23 +25,12 @@ using gpu::kNoLight;
 using gpu::LightNode;
 using gpu::LightRecord;
 using gpu::LightSetRecord;
-
-// The sampler in use on this thread; on the device a specialization constant, so that branches on it fold.
-inline thread_local LightSampler threadLightSampler = LightSampler::Bvh;
-inline constexpr uint kLightSamplerUniform = uint(LightSampler::Uniform);
-inline constexpr uint kLightSamplerPower = uint(LightSampler::Power);
-inline uint ActiveLightSampler() {
-    return uint(threadLightSampler);
-}
 }  // namespace raygraph::shading
-#else
-layout(constant_id = kLightSamplerConstantId) const uint kLightSampler = kLightSamplerBvh;
-uint ActiveLightSampler() {
-    return kLightSampler;
-}
 #endif
 
 SHADING_BEGIN
+
+OPTION(LightSampler, LightSampler, 6, Bvh)
 
 CONST float kInfinity = 3.0e38f;  // a distance beyond everything
 CONST float kOneMinusEpsilon = 0.999999940395355f;

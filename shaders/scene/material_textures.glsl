@@ -2,8 +2,8 @@
 #ifndef RAYGRAPH_SCENE_MATERIAL_TEXTURES_GLSL
 #define RAYGRAPH_SCENE_MATERIAL_TEXTURES_GLSL
 
+#include "core/trace_options.glsl"
 #include "scene/bindings.glsl"
-#include "shared/trace_options.h"
 
 struct Triangle {
     uvec3 vertices;

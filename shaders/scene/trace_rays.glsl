@@ -6,10 +6,10 @@
 #ifndef RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 #define RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 
+#include "core/trace_options.glsl"
 #include "scene/bindings.glsl"
 #include "scene/payloads.glsl"
 #include "shared/ray_types.h"
-#include "shared/trace_options.h"
 
 #ifndef OWN_RADIANCE_PAYLOAD
 layout(location = 0) rayPayloadEXT RadiancePayload radiancePayload;

@@ -1,67 +1,48 @@
-// The models that make up a microfacet lobe, named once: the host sets the specialization constants below
-// when a pipeline is created. bxdf/microfacet.glsl and bxdf/fresnel.glsl say what each is.
+// The models that make up a microfacet lobe, named once. bxdf/microfacet.glsl and bxdf/fresnel.glsl say what
+// each is.
 #ifndef RAYGRAPH_SHARED_MICROFACET_MODELS_H
 #define RAYGRAPH_SHARED_MICROFACET_MODELS_H
 
-#define RAYGRAPH_MICROFACET_DISTRIBUTIONS(X) \
-    X(Ggx, 0)                                \
-    X(Beckmann, 1)                           \
-    X(Phong, 2)
+#include "choice.h"
+
+#define RAYGRAPH_MICROFACET_DISTRIBUTIONS(X, Of) \
+    X(Of, Ggx, 0, "ggx", "")                     \
+    X(Of, Beckmann, 1, "beckmann", "")           \
+    X(Of, Phong, 2, "phong", "")
 
 // How microfacets hide each other.
 //   Correlated: Smith's, by one height for both directions
 //   Separable:  Smith's, each direction by itself
 //   Shortcut:   Kelemen and Szirmay-Kalos, 1 / (L.H)^2 for all of G / (cos cos)
-#define RAYGRAPH_MASKING_MODELS(X) \
-    X(Correlated, 0)               \
-    X(Separable, 1)                \
-    X(Shortcut, 2)
+#define RAYGRAPH_MASKING_MODELS(X, Of)          \
+    X(Of, Correlated, 0, "correlated", "Smith") \
+    X(Of, Separable, 1, "separable", "")        \
+    X(Of, Shortcut, 2, "shortcut", "")
 
-#define RAYGRAPH_FRESNEL_MODELS(X) \
-    X(Schlick, 0)                  \
-    X(Dielectric, 1)               \
-    X(Conductor, 2)                \
-    X(Lazanyi, 3)
+#define RAYGRAPH_FRESNEL_MODELS(X, Of)     \
+    X(Of, Schlick, 0, "schlick", "")       \
+    X(Of, Dielectric, 1, "dielectric", "") \
+    X(Of, Conductor, 2, "conductor", "")   \
+    X(Of, Lazanyi, 3, "lazanyi", "")
 
 #ifdef __cplusplus
-
-#include <cstdint>
-
 namespace raygraph {
-
-#define RAYGRAPH_DECLARE(name, value) name = value,
-enum class MicrofacetModel : uint32_t { RAYGRAPH_MICROFACET_DISTRIBUTIONS(RAYGRAPH_DECLARE) };
-enum class MaskingModel : uint32_t { RAYGRAPH_MASKING_MODELS(RAYGRAPH_DECLARE) };
-enum class FresnelModel : uint32_t { RAYGRAPH_FRESNEL_MODELS(RAYGRAPH_DECLARE) };
-#undef RAYGRAPH_DECLARE
+RAYGRAPH_CHOICE(MicrofacetModel, RAYGRAPH_MICROFACET_DISTRIBUTIONS)
+RAYGRAPH_CHOICE(MaskingModel, RAYGRAPH_MASKING_MODELS)
+RAYGRAPH_CHOICE(FresnelModel, RAYGRAPH_FRESNEL_MODELS)
 
 // Below this alpha (roughness^2) a surface counts as smooth, and its lobe is a delta.
 inline constexpr float kSmoothAlpha = 1e-3f;
-
-inline constexpr uint32_t kDistributionConstantId = 1;
-inline constexpr uint32_t kMaskingConstantId = 2;
-inline constexpr uint32_t kFresnelConstantId = 3;
-
-}  // namespace raygraph
-
 #else
-
-#define RAYGRAPH_DECLARE(name, value) const uint kDistribution##name = value;
-RAYGRAPH_MICROFACET_DISTRIBUTIONS(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
-#define RAYGRAPH_DECLARE(name, value) const uint kMasking##name = value;
-RAYGRAPH_MASKING_MODELS(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
-#define RAYGRAPH_DECLARE(name, value) const uint kFresnel##name = value;
-RAYGRAPH_FRESNEL_MODELS(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
-
 const float kSmoothAlpha = 1e-3f;
+#endif
 
-const int kDistributionConstantId = 1;
-const int kMaskingConstantId = 2;
-const int kFresnelConstantId = 3;
+RAYGRAPH_CHOICE_CONSTANTS(Distribution, RAYGRAPH_MICROFACET_DISTRIBUTIONS)
+RAYGRAPH_CHOICE_CONSTANTS(Masking, RAYGRAPH_MASKING_MODELS)
+RAYGRAPH_CHOICE_CONSTANTS(Fresnel, RAYGRAPH_FRESNEL_MODELS)
 
+#ifdef __cplusplus
+}  // namespace raygraph
 #endif
 
 #endif

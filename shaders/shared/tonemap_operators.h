@@ -2,32 +2,25 @@
 #ifndef RAYGRAPH_SHARED_TONEMAP_OPERATORS_H
 #define RAYGRAPH_SHARED_TONEMAP_OPERATORS_H
 
-#define RAYGRAPH_TONEMAP_OPERATORS(X) \
-    X(Linear, 0)                      \
-    X(Srgb, 1)                        \
-    X(Reinhard, 2)                    \
-    X(Aces, 3)                        \
-    X(AgX, 4)                         \
-    X(Neutral, 5)
+#include "choice.h"
+
+#define RAYGRAPH_TONEMAP_OPERATORS(X, Of) \
+    X(Of, Linear, 0, "linear", "")        \
+    X(Of, Srgb, 1, "srgb", "")            \
+    X(Of, Reinhard, 2, "reinhard", "")    \
+    X(Of, Aces, 3, "aces", "")            \
+    X(Of, AgX, 4, "agx", "")              \
+    X(Of, Neutral, 5, "neutral", "")
 
 #ifdef __cplusplus
-
-#include <cstdint>
-
 namespace raygraph {
+RAYGRAPH_CHOICE(TonemapOperator, RAYGRAPH_TONEMAP_OPERATORS)
+#endif
 
-#define RAYGRAPH_DECLARE_TONEMAP_OPERATOR(name, value) name = value,
-enum class TonemapOperator : uint32_t { RAYGRAPH_TONEMAP_OPERATORS(RAYGRAPH_DECLARE_TONEMAP_OPERATOR) };
-#undef RAYGRAPH_DECLARE_TONEMAP_OPERATOR
+RAYGRAPH_CHOICE_CONSTANTS(Tonemap, RAYGRAPH_TONEMAP_OPERATORS)
 
+#ifdef __cplusplus
 }  // namespace raygraph
-
-#else
-
-#define RAYGRAPH_DECLARE_TONEMAP_OPERATOR(name, value) const uint kTonemap##name = value;
-RAYGRAPH_TONEMAP_OPERATORS(RAYGRAPH_DECLARE_TONEMAP_OPERATOR)
-#undef RAYGRAPH_DECLARE_TONEMAP_OPERATOR
-
 #endif
 
 #endif

@@ -1,34 +1,35 @@
-// What a path tracing pipeline can be specialized to, named once. The host sets the specialization constants
-// of these names when a pipeline is created; branches on them fold.
+// What a path tracing pipeline can be specialized to, named once (core/trace_options.glsl).
 #ifndef RAYGRAPH_SHARED_TRACE_OPTIONS_H
 #define RAYGRAPH_SHARED_TRACE_OPTIONS_H
+
+#include "choice.h"
 
 // How surfaces scatter (bxdf/bsdf.glsl).
 //   Gltf:      the material as the file says
 //   Lambert:   base colour as albedo, nothing else
 //   Lafortune: modified Phong, base colour and roughness mapped onto it
-#define RAYGRAPH_BRDF_MODELS(X) \
-    X(Gltf, 0)                  \
-    X(Lambert, 1)               \
-    X(Lafortune, 2)
+#define RAYGRAPH_BRDF_MODELS(X, Of)                                     \
+    X(Of, Gltf, 0, "gltf", "")                                          \
+    X(Of, Lambert, 1, "lambert", "base colour as albedo, nothing else") \
+    X(Of, Lafortune, 2, "lafortune", "modified Phong")
 
 // How light found by sampling lights and light found by sampling the BSDF are weighed against each other.
 //   Off: light sampling alone, where it can find the light at all
-#define RAYGRAPH_MIS_HEURISTICS(X) \
-    X(Balance, 0)                  \
-    X(Power, 1)                    \
-    X(Off, 2)
+#define RAYGRAPH_MIS_HEURISTICS(X, Of) \
+    X(Of, Balance, 0, "balance", "")   \
+    X(Of, Power, 1, "power", "")       \
+    X(Of, Off, 2, "off", "")
 
 // How a path ends before its light is spent.
 //   Throughput: survival falls with what the path carries
 //   Constant:   every bounce survives with one probability
 //   Frame:      one depth for all pixels of a sample, drawn by the host; distributed as Constant's
 //   Off:        by absorption, escape or the depth limit alone
-#define RAYGRAPH_ROULETTES(X) \
-    X(Throughput, 0)          \
-    X(Constant, 1)            \
-    X(Frame, 2)               \
-    X(Off, 3)
+#define RAYGRAPH_ROULETTES(X, Of)                                 \
+    X(Of, Throughput, 0, "throughput", "")                        \
+    X(Of, Constant, 1, "constant", "each bounce survives with P") \
+    X(Of, Frame, 2, "frame", "one depth a sample, drawn so")      \
+    X(Of, Off, 3, "off", "")
 
 // What a scene needs of the integrator: bits of kTraceFeatures. A bit that is off takes its code away, which
 // is time on a device and, on one that is a CPU, seconds of compilation.
@@ -55,88 +56,23 @@
     X(ShadowTerminator, 1024)
 
 #ifdef __cplusplus
-
-#include <cstdint>
-
 namespace raygraph {
-
-#define RAYGRAPH_DECLARE(name, value) name = value,
-enum class BrdfModel : uint32_t { RAYGRAPH_BRDF_MODELS(RAYGRAPH_DECLARE) };
-enum class MisHeuristic : uint32_t { RAYGRAPH_MIS_HEURISTICS(RAYGRAPH_DECLARE) };
-enum class Roulette : uint32_t { RAYGRAPH_ROULETTES(RAYGRAPH_DECLARE) };
-#undef RAYGRAPH_DECLARE
-
+RAYGRAPH_CHOICE(BrdfModel, RAYGRAPH_BRDF_MODELS)
+RAYGRAPH_CHOICE(MisHeuristic, RAYGRAPH_MIS_HEURISTICS)
+RAYGRAPH_CHOICE(Roulette, RAYGRAPH_ROULETTES)
 #define RAYGRAPH_DECLARE(name, value) inline constexpr uint32_t kTrace##name = value;
-RAYGRAPH_TRACE_FEATURES(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
-
-namespace shading {
-#define RAYGRAPH_DECLARE(name, value) inline constexpr uint32_t kBrdf##name = value;
-RAYGRAPH_BRDF_MODELS(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
-#define RAYGRAPH_DECLARE(name, value) inline constexpr uint32_t kMis##name = value;
-RAYGRAPH_MIS_HEURISTICS(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
-#define RAYGRAPH_DECLARE(name, value) inline constexpr uint32_t kRoulette##name = value;
-RAYGRAPH_ROULETTES(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
-
-// The options of this thread; on the device, specialization constants.
-struct TraceOptions {
-    BrdfModel brdf = BrdfModel::Gltf;
-    MisHeuristic mis = MisHeuristic::Power;
-    Roulette roulette = Roulette::Throughput;
-    uint32_t features = ~(kTraceProbeMedia | kTraceShadowTerminator);
-};
-inline thread_local TraceOptions threadTraceOptions;
-inline uint32_t ActiveBrdf() {
-    return static_cast<uint32_t>(threadTraceOptions.brdf);
-}
-inline uint32_t ActiveMis() {
-    return static_cast<uint32_t>(threadTraceOptions.mis);
-}
-inline uint32_t ActiveRoulette() {
-    return static_cast<uint32_t>(threadTraceOptions.roulette);
-}
-inline bool HasTraceFeature(uint32_t bit) {
-    return (threadTraceOptions.features & bit) != 0u;
-}
-}  // namespace shading
-
-}  // namespace raygraph
-
 #else
-
-#define RAYGRAPH_DECLARE(name, value) const uint kBrdf##name = value;
-RAYGRAPH_BRDF_MODELS(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
-#define RAYGRAPH_DECLARE(name, value) const uint kMis##name = value;
-RAYGRAPH_MIS_HEURISTICS(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
-#define RAYGRAPH_DECLARE(name, value) const uint kRoulette##name = value;
-RAYGRAPH_ROULETTES(RAYGRAPH_DECLARE)
-#undef RAYGRAPH_DECLARE
 #define RAYGRAPH_DECLARE(name, value) const uint kTrace##name = value;
+#endif
+
+RAYGRAPH_CHOICE_CONSTANTS(Brdf, RAYGRAPH_BRDF_MODELS)
+RAYGRAPH_CHOICE_CONSTANTS(Mis, RAYGRAPH_MIS_HEURISTICS)
+RAYGRAPH_CHOICE_CONSTANTS(Roulette, RAYGRAPH_ROULETTES)
 RAYGRAPH_TRACE_FEATURES(RAYGRAPH_DECLARE)
 #undef RAYGRAPH_DECLARE
 
-layout(constant_id = 5) const uint kBrdf = kBrdfGltf;
-layout(constant_id = 7) const uint kMis = kMisPower;
-layout(constant_id = 8) const uint kRoulette = kRouletteThroughput;
-layout(constant_id = 9) const uint kTraceFeatures = 1023u;  // all that a scene may need
-uint ActiveBrdf() {
-    return kBrdf;
-}
-uint ActiveMis() {
-    return kMis;
-}
-uint ActiveRoulette() {
-    return kRoulette;
-}
-bool HasTraceFeature(uint bit) {
-    return (kTraceFeatures & bit) != 0u;
-}
-
+#ifdef __cplusplus
+}  // namespace raygraph
 #endif
 
 #endif

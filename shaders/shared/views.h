@@ -5,6 +5,8 @@
 #ifndef RAYGRAPH_SHARED_VIEWS_H
 #define RAYGRAPH_SHARED_VIEWS_H
 
+#include "choice.h"
+
 // PathTraced, Raster: light, as radiance. The others are values that PaintView makes visible:
 //   Albedo:     base colour
 //   Normals:    shading normal, world space
@@ -18,26 +20,28 @@
 //   Overdraw:   surfaces drawn in the pixel, hidden ones included
 //   RayCost:    rays that the pixel's path took, shadow rays included
 // clang-format off
-#define RAYGRAPH_VIEWS(X) \
-    X(PathTraced, 0)      \
-    X(Raster, 1)          \
-    X(Albedo, 2)          \
-    X(Normals, 3)         \
-    X(Roughness, 4)       \
-    X(Metallic, 5)        \
-    X(Emissive, 6)        \
-    X(Depth, 7)           \
-    X(Instance, 8)        \
-    X(Material, 9)        \
-    X(Wireframe, 10)      \
-    X(Overdraw, 11)       \
-    X(RayCost, 12)
+#define RAYGRAPH_VIEWS(X, Of)                                  \
+    X(Of, PathTraced, 0, "path-traced", "")                    \
+    X(Of, Raster, 1, "raster", "drawn and lit directly")       \
+    X(Of, Albedo, 2, "albedo", "")                             \
+    X(Of, Normals, 3, "normals", "")                           \
+    X(Of, Roughness, 4, "roughness", "")                       \
+    X(Of, Metallic, 5, "metallic", "")                         \
+    X(Of, Emissive, 6, "emissive", "")                         \
+    X(Of, Depth, 7, "depth", "")                               \
+    X(Of, Instance, 8, "instance", "")                         \
+    X(Of, Material, 9, "material", "")                         \
+    X(Of, Wireframe, 10, "wireframe", "")                      \
+    X(Of, Overdraw, 11, "overdraw", "")                        \
+    X(Of, RayCost, 12, "ray-cost", "")
 // clang-format on
 
-#ifndef __cplusplus
-#define RAYGRAPH_DECLARE_VIEW(name, value) const uint kView##name = value;
-RAYGRAPH_VIEWS(RAYGRAPH_DECLARE_VIEW)
-#undef RAYGRAPH_DECLARE_VIEW
+#ifdef __cplusplus
+namespace raygraph::passes {
+RAYGRAPH_CHOICE(View, RAYGRAPH_VIEWS)
+}  // namespace raygraph::passes
+#else
+RAYGRAPH_CHOICE_CONSTANTS(View, RAYGRAPH_VIEWS)
 #endif
 
 #endif

@@ -1,8 +1,11 @@
 #include "editor/cli/arguments.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <regex>
+#include <sstream>
 
 #include "passes/tonemap.h"
 #include "passes/trace.h"
@@ -195,6 +198,50 @@ TEST(Arguments, HelpAndDocsNameEveryView) {
         EXPECT_NE(help.find(name), std::string::npos) << name;
         EXPECT_NE(page.find(name + "`"), std::string::npos) << name;
     }
+}
+
+// What is listed as `--NAME a|b|c`, sorted.
+std::vector<std::string> Listed(const std::string& page, const std::string& option) {
+    std::vector<std::string> names;
+    std::smatch found;
+    if (!std::regex_search(page, found, std::regex("`--" + option + "\\s+([^`]*)`"))) return names;
+    std::istringstream list(found[1]);
+    for (std::string name; std::getline(list, name, '|');) names.push_back(name);
+    std::ranges::sort(names);
+    return names;
+}
+
+TEST(Arguments, DocsListWhatEachOptionTakes) {
+    std::ifstream file(test::SourceFile("docs/cli.md"));
+    const std::string page{std::istreambuf_iterator<char>(file), {}};
+    size_t lists = 0;
+    const auto expect = [&](const std::string& option, std::vector<std::string> names) {
+        std::ranges::sort(names);
+        EXPECT_EQ(Listed(page, option), names) << "--" << option << " in docs/cli.md";
+        lists++;
+    };
+    for (const PictureSetting& setting : PictureSettingTable())
+        // Off is not named beside the switches of biases; the page raster.md has the views
+        if (!setting.choices.empty() && setting.name != std::string("shadow-terminator") &&
+            setting.name != std::string("view"))
+            expect(setting.name, {setting.choices.begin(), setting.choices.end()});
+    const auto operators = Texts(TonemapOperator{});
+    expect("tonemap", {operators.begin(), operators.end()});
+    expect("rr", {"throughput", "constant:P", "frame:P", "off"});
+    EXPECT_EQ(lists, 12u);
+    for (const Aov aov : kAovs) EXPECT_NE(page.find(Name(aov)), std::string::npos) << Name(aov);
+}
+
+TEST(Arguments, HelpListsWhatAnOptionTakesWithItsDefault) {
+    const std::string help =
+        std::regex_replace(std::get<ShowText>(Parse({"render", "--help"})).text, std::regex("\\s+"), " ");
+    for (const char* text :
+         {"sobol (Owen-scrambled; default), pcg or tea",
+          "uniform, power or bvh (by its possible contribution; default)",
+          "linear, srgb, reinhard, aces, agx or neutral (default)", "balance, power (default) or off",
+          "throughput (default), constant:P (each bounce survives with P), frame:P",
+          "emission, direct, indirect, and by what scattered it first: diffuse, specular, transmission;"})
+        EXPECT_NE(help.find(text), std::string::npos) << text << "\n" << help;
 }
 
 TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {

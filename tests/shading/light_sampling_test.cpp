@@ -63,7 +63,8 @@ std::vector<LightContext> Contexts() {
 class LightSampling : public ::testing::TestWithParam<LightSampler> {
   protected:
     void SetUp() override {
-        threadTraceOptions = {};
+        threadTraceFeatures =
+            kTraceLightSampling | kTraceTriangleLights | kTracePunctualLights | kTraceEnvironmentLight;
         threadLightSampler = GetParam();
     }
     void TearDown() override { threadLightSampler = LightSampler::Bvh; }

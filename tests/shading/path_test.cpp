@@ -137,9 +137,15 @@ namespace {
 
 constexpr uint kNoLimit = 0xFFFFFFFFu;
 
+void UseOptions(uint features, BrdfModel brdf = BrdfModel::Gltf) {
+    threadTraceFeatures = features;
+    threadBrdfModel = brdf;
+    threadMisHeuristic = MisHeuristic::Power;
+}
+
 // Unbiased, and all materials Lambert's.
 PathSettings Unbiased(uint maxDepth, uint rouletteStart) {
-    threadTraceOptions = {.brdf = BrdfModel::Lambert, .features = 0u};
+    UseOptions(0u, BrdfModel::Lambert);
     return {.maxDepth = maxDepth,
             .rouletteStart = rouletteStart,
             .survival = 1.0f,
@@ -246,9 +252,9 @@ TEST(Path, LightSamplingFindsTheLightThatChanceFinds) {
     PathSettings settings = Unbiased(kNoLimit, 100u);
     const Mean byChance = MeanRadiance(ray, settings, 1u << 18);
     ASSERT_LT(byChance.standardError, 0.01 * byChance.radiance);
-    threadTraceOptions.features = kTraceLightSampling | kTraceEnvironmentLight;
+    threadTraceFeatures = kTraceLightSampling | kTraceEnvironmentLight;
     for (const MisHeuristic mis : {MisHeuristic::Off, MisHeuristic::Balance, MisHeuristic::Power}) {
-        threadTraceOptions.mis = mis;
+        threadMisHeuristic = mis;
         const Mean sampled = MeanRadiance(ray, settings, 1u << 16);
         const double error = std::hypot(sampled.standardError, byChance.standardError);
         EXPECT_NEAR(sampled.radiance, byChance.radiance, 4.0 * error) << "heuristic " << int(mis);
@@ -263,7 +269,7 @@ TEST(Path, MediumDimsTheWayToTheLightAndToTheEye) {
                            vec3(9.0f));
     testLights.Build();
     const PathSettings settings = Unbiased(kNoLimit, 100u);
-    threadTraceOptions.features = kTraceLightSampling | kTracePunctualLights | kTraceVolumes;
+    threadTraceFeatures = kTraceLightSampling | kTracePunctualLights | kTraceVolumes;
     absorption = 0.25f;
     PathState path = StartPath(FromAbove(), StartPixelSample(uvec2(0u), 0u, 0u));
     path.media = EnterMedium(NoMedia(), 0u);
@@ -287,7 +293,7 @@ TEST(Path, PointLightThroughWallsIsDimmedByEach) {
                                vec3(9.0f));
         testLights.Build();
         const PathSettings settings = Unbiased(1u, kNoLimit);
-        threadTraceOptions = {};
+        UseOptions(~(kTraceProbeMedia | kTraceShadowTerminator));
         mediumIor = ior;
         const Ray ray{.origin = vec3(0.0f, 0.0f, 1.5f), .direction = vec3(0.0f, 0.0f, -1.0f)};
         PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
@@ -317,12 +323,12 @@ TEST(Path, LightSamplingFindsThroughWallsWhatChanceFinds) {
     const Ray ray{.origin = vec3(0.2f, 1.5f, 1.2f), .direction = normalize(vec3(-0.1f, -1.2f, -0.4f))};
     for (const uint depth : {1u, kNoLimit}) {
         const PathSettings settings = Unbiased(depth, kNoLimit);
-        threadTraceOptions = {.features = kTraceThinWalls | kTraceGlass};
+        UseOptions(kTraceThinWalls | kTraceGlass);
         const Mean byChance = MeanRadiance(ray, settings, 1u << 18);
         ASSERT_LT(byChance.standardError, 0.01 * byChance.radiance);
-        threadTraceOptions.features |= kTraceLightSampling | kTraceEnvironmentLight | kTraceTriangleLights;
+        threadTraceFeatures |= kTraceLightSampling | kTraceEnvironmentLight | kTraceTriangleLights;
         for (const MisHeuristic mis : {MisHeuristic::Off, MisHeuristic::Balance, MisHeuristic::Power}) {
-            threadTraceOptions.mis = mis;
+            threadMisHeuristic = mis;
             const Mean sampled = MeanRadiance(ray, settings, 1u << 16);
             const double error = std::hypot(sampled.standardError, byChance.standardError);
             EXPECT_NEAR(sampled.radiance, byChance.radiance, 4.0 * error)
@@ -342,7 +348,7 @@ TEST(Path, SmallLampBehindAWallIsWeighedByTheWholeWay) {
                            vec3(4.0f), true);
     testLights.Build();
     const PathSettings settings = Unbiased(kNoLimit, kNoLimit);
-    threadTraceOptions = {.features = kTraceThinWalls | kTraceLightSampling | kTraceTriangleLights};
+    UseOptions(kTraceThinWalls | kTraceLightSampling | kTraceTriangleLights);
     for (const float crossed : {0.0f, 4.0f}) {
         const Ray ray{.origin = from + vec3(0.0f, 0.0f, crossed), .direction = vec3(0.0f, 0.0f, 1.0f)};
         PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
@@ -356,7 +362,7 @@ TEST(Path, SmallLampBehindAWallIsWeighedByTheWholeWay) {
 TEST(Path, CrossingAWallIsNoBounce) {
     SetScene({.albedo = vec3(0.7f), .emission = vec3(2.0f), .walls = {2.0f, 3.0f}});
     const PathSettings settings = Unbiased(0u, kNoLimit);
-    threadTraceOptions = {.features = kTraceThinWalls | kTraceGlass};
+    UseOptions(kTraceThinWalls | kTraceGlass);
     const Mean mean = MeanRadiance(FromAbove(), settings, 1u << 14);
     const double expected = 2.0 * std::pow(double(kWallTint.y) * 0.96, 2.0);
     EXPECT_NEAR(mean.radiance, expected, 4.0 * mean.standardError);

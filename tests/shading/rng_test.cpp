@@ -22,15 +22,10 @@ class SamplerTest : public ::testing::TestWithParam<SamplerKind> {
 };
 
 std::string KindName(const ::testing::TestParamInfo<SamplerKind>& info) {
-#define RAYGRAPH_NAME_SAMPLER_KIND(name, value) \
-    if (info.param == SamplerKind::name) return #name;
-    RAYGRAPH_SAMPLER_KINDS(RAYGRAPH_NAME_SAMPLER_KIND)
-#undef RAYGRAPH_NAME_SAMPLER_KIND
-    return "Unknown";
+    return Name(info.param);
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, SamplerTest,
-                         ::testing::Values(SamplerKind::Sobol, SamplerKind::Pcg, SamplerKind::Tea), KindName);
+INSTANTIATE_TEST_SUITE_P(Kinds, SamplerTest, ::testing::ValuesIn(Values<SamplerKind>()), KindName);
 
 vec2 Draw2D(uvec2 pixel, uint sampleIndex, uint seed, uint dimension) {
     Sampler rng = StartPixelSample(pixel, sampleIndex, seed);

@@ -17,18 +17,11 @@ class TonemapTest : public ::testing::TestWithParam<TonemapOperator> {
 };
 
 std::string OperatorName(const ::testing::TestParamInfo<TonemapOperator>& info) {
-#define RAYGRAPH_NAME_TONEMAP_OPERATOR(name, value) \
-    if (info.param == TonemapOperator::name) return #name;
-    RAYGRAPH_TONEMAP_OPERATORS(RAYGRAPH_NAME_TONEMAP_OPERATOR)
-#undef RAYGRAPH_NAME_TONEMAP_OPERATOR
-    return "Unknown";
+    return Name(info.param);
 }
 
-#define RAYGRAPH_LIST_TONEMAP_OPERATOR(name, value) TonemapOperator::name,
-const TonemapOperator kOperators[] = {RAYGRAPH_TONEMAP_OPERATORS(RAYGRAPH_LIST_TONEMAP_OPERATOR)};
-#undef RAYGRAPH_LIST_TONEMAP_OPERATOR
-
-INSTANTIATE_TEST_SUITE_P(Operators, TonemapTest, ::testing::ValuesIn(kOperators), OperatorName);
+INSTANTIATE_TEST_SUITE_P(Operators, TonemapTest, ::testing::ValuesIn(Values<TonemapOperator>()),
+                         OperatorName);
 
 TEST_P(TonemapTest, BlackStaysBlack) {
     // AgX's published curve starts within 3e-8 of 0.

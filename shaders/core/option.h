@@ -1,0 +1,42 @@
+// An option: a number that the host sets when a pipeline is created (a specialization constant kName), so
+// that branches on it fold. Compiled as C++, by the tests, it is a variable of the thread.
+//
+//   OPTION(Choice, Name, id, value)   one of a choice (shared/choice.h): ActiveName(); threadChoice in C++
+//   OPTION_BITS(Name, Has, id, value) a set of bits: Has(bit); threadName in C++
+//
+// `value` is what holds until another is set. The ids are one number each in all of shaders/; glslang refuses
+// a second use of one in the same shader. The raster passes have 32 of their own (raster/rasterize.glsl).
+#ifndef RAYGRAPH_CORE_OPTION_H
+#define RAYGRAPH_CORE_OPTION_H
+
+#include "core/glue.h"
+
+#ifdef __cplusplus
+
+#define OPTION(Choice, Name, id, value)                        \
+    inline thread_local Choice thread##Choice = Choice::value; \
+    inline uint Active##Name() {                               \
+        return uint(thread##Choice);                           \
+    }
+#define OPTION_BITS(Name, Has, id, value)          \
+    inline thread_local uint thread##Name = value; \
+    inline bool Has(uint bit) {                    \
+        return (thread##Name & bit) != 0u;         \
+    }
+
+#else
+
+#define OPTION(Choice, Name, id, value)                           \
+    layout(constant_id = id) const uint k##Name = k##Name##value; \
+    uint Active##Name() {                                         \
+        return k##Name;                                           \
+    }
+#define OPTION_BITS(Name, Has, id, value)                \
+    layout(constant_id = id) const uint k##Name = value; \
+    bool Has(uint bit) {                                 \
+        return (k##Name & bit) != 0u;                    \
+    }
+
+#endif
+
+#endif

@@ -1,0 +1,17 @@
+// What a path tracing pipeline is specialized to (shared/trace_options.h).
+#ifndef RAYGRAPH_CORE_TRACE_OPTIONS_GLSL
+#define RAYGRAPH_CORE_TRACE_OPTIONS_GLSL
+
+#include "core/option.h"
+#include "shared/trace_options.h"
+
+SHADING_BEGIN
+
+OPTION(BrdfModel, Brdf, 5, Gltf)
+OPTION(MisHeuristic, Mis, 7, Power)
+OPTION(Roulette, Roulette, 8, Throughput)
+OPTION_BITS(TraceFeatures, HasTraceFeature, 9, 1023u)  // all that a scene may need
+
+SHADING_END
+
+#endif
