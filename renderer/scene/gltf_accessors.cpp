@@ -1,7 +1,6 @@
 #include "renderer/scene/gltf_accessors.h"
 
-#include <array>
-#include <string_view>
+#include <string>
 
 #include "base/check.h"
 
@@ -9,48 +8,44 @@ namespace raygraph::scene {
 namespace {
 
 struct ElementShape {
-    std::string_view name;
     uint32_t columns;
     uint32_t rows;
 };
-constexpr std::array<ElementShape, 7> kShapes{{{"SCALAR", 1, 1},
-                                               {"VEC2", 1, 2},
-                                               {"VEC3", 1, 3},
-                                               {"VEC4", 1, 4},
-                                               {"MAT2", 2, 2},
-                                               {"MAT3", 3, 3},
-                                               {"MAT4", 4, 4}}};
 
-const ElementShape& ReadShape(const JsonValue& type) {
-    const std::string& name = type.String();
-    for (const ElementShape& shape : kShapes)
-        if (shape.name == name) return shape;
-    type.Fail("is " + type.Shown() + ", must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4");
-}
-
-ComponentType ReadComponentType(const JsonValue& value) {
-    switch (value.Unsigned()) {
-        case 5120:
-            return ComponentType::Int8;
-        case 5121:
-            return ComponentType::Uint8;
-        case 5122:
-            return ComponentType::Int16;
-        case 5123:
-            return ComponentType::Uint16;
-        case 5125:
-            return ComponentType::Uint32;
-        case 5126:
-            return ComponentType::Float;
+ElementShape Shape(int type) {
+    switch (type) {
+        case TINYGLTF_TYPE_VEC2:
+            return {1, 2};
+        case TINYGLTF_TYPE_VEC3:
+            return {1, 3};
+        case TINYGLTF_TYPE_VEC4:
+            return {1, 4};
+        case TINYGLTF_TYPE_MAT2:
+            return {2, 2};
+        case TINYGLTF_TYPE_MAT3:
+            return {3, 3};
+        case TINYGLTF_TYPE_MAT4:
+            return {4, 4};
         default:
-            value.Fail("is " + value.Shown() + ", must be 5120, 5121, 5122, 5123, 5125 or 5126");
+            return {1, 1};
     }
 }
 
-uint64_t ReadPositive(const JsonValue& value) {
-    const uint64_t number = value.Unsigned();
-    if (number == 0) value.Fail("is 0, must be at least 1");
-    return number;
+ComponentType ReadComponentType(int type) {
+    switch (type) {
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+            return ComponentType::Int8;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            return ComponentType::Uint8;
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+            return ComponentType::Int16;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            return ComponentType::Uint16;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+            return ComponentType::Uint32;
+        default:
+            return ComponentType::Float;
+    }
 }
 
 // Bytes of an element. Matrix columns start at multiples of four bytes; the padding after the last one need
@@ -77,98 +72,104 @@ std::string ViewName(uint32_t view, const BufferView& info) {
     return "bufferViews[" + std::to_string(view) + "] (" + std::to_string(info.byteLength) + " bytes)";
 }
 
-std::vector<uint64_t> ReadBufferLengths(const JsonValue& buffers) {
-    std::vector<uint64_t> lengths;
-    for (size_t i = 0; i < buffers.Count(); ++i)
-        lengths.push_back(ReadPositive(buffers.At(i).RequireObject()["byteLength"]));
-    return lengths;
-}
-
-BufferView ReadView(const JsonValue& value, const std::vector<uint64_t>& bufferLengths) {
-    BufferView view;
-    view.buffer = value.RequireObject()["buffer"].Index(bufferLengths.size(), "buffers");
-    view.byteOffset = value["byteOffset"].UnsignedOr(0);
-    view.byteLength = ReadPositive(value["byteLength"]);
-    const uint64_t length = bufferLengths[view.buffer];
-    if (view.byteOffset > length || view.byteLength > length - view.byteOffset)
-        value["byteLength"].Fail(std::to_string(view.byteLength) + " bytes from " +
-                                 std::to_string(view.byteOffset) + " exceed buffers[" +
-                                 std::to_string(view.buffer) + "] (" + std::to_string(length) + " bytes)");
-    const JsonValue stride = value["byteStride"];
-    if (stride.IsPresent()) {
-        const uint64_t bytes = stride.Unsigned();
-        if (bytes < 4 || bytes > 252) stride.Fail("is " + std::to_string(bytes) + ", must be 4 to 252");
-        view.byteStride = static_cast<uint32_t>(bytes);
-    }
-    return view;
-}
-
-class AccessorParser {
+class TableReader {
   public:
-    explicit AccessorParser(const std::vector<BufferView>& views) : m_views(views) {}
+    TableReader(const GltfContext& context, const GltfDocument& document, AccessorTables& tables)
+        : m_context(context), m_model(document.model), m_tables(tables) {
+        for (const BufferSource& buffer : document.buffers)
+            m_tables.bufferLengths.push_back(buffer.byteLength);
+    }
 
-    Accessor Read(const JsonValue& value) const {
-        Accessor accessor;
-        const ElementShape& shape = ReadShape(value.RequireObject()["type"]);
-        accessor.componentType = ReadComponentType(value["componentType"]);
-        accessor.componentCount = shape.columns * shape.rows;
-        accessor.isMatrix = shape.columns > 1;
-        accessor.isNormalized = value["normalized"].BoolOr(false);
-        accessor.count = ReadPositive(value["count"]);
-        const ElementSize element = SizeOf(shape, accessor.componentType);
-        if (value["bufferView"].IsPresent())
-            accessor.run = ReadRun(value, value["count"], element, accessor.count, true);
-        // Vertex indices have 32 bits and the greatest is no index.
-        if (accessor.count >= kNone)
-            value["count"].Fail("is " + value["count"].Shown() + ", must be below 2^32 - 1");
-        if (value["sparse"].IsPresent())
-            accessor.sparse = ReadSparse(value["sparse"].RequireObject(), element, accessor.count);
-        return accessor;
+    void Read() {
+        // Without the one that stands for none
+        m_noView = m_model.bufferViews.size() - 1;
+        for (size_t i = 0; i < m_noView; ++i) m_tables.views.push_back(ReadView(i));
+        for (size_t i = 0; i < m_model.accessors.size(); ++i) m_tables.accessors.push_back(ReadAccessor(i));
     }
 
   private:
-    // The run of `count` elements that `value` (an accessor or a part of a sparse one) covers.
-    ElementRun ReadRun(const JsonValue& value, const JsonValue& countAt, const ElementSize& element,
-                       uint64_t count, bool mayStride) const {
-        ElementRun run;
-        run.view = value["bufferView"].Index(m_views.size(), "bufferViews");
-        const BufferView& view = m_views[run.view];
-        run.byteOffset = value["byteOffset"].UnsignedOr(0);
-        run.byteStride = element.stride;
+    BufferView ReadView(size_t index) const {
+        const gltf::BufferView& file = m_model.bufferViews[index];
+        BufferView view{.buffer = static_cast<uint32_t>(file.buffer),
+                        .byteOffset = file.byteOffset,
+                        .byteLength = file.byteLength,
+                        .byteStride = static_cast<uint32_t>(file.byteStride)};
+        const uint64_t length = m_tables.bufferLengths[view.buffer];
+        if (view.byteOffset > length || view.byteLength > length - view.byteOffset)
+            m_context.Fail(Place("bufferViews")[index]["byteLength"],
+                           std::to_string(view.byteLength) + " bytes from " +
+                               std::to_string(view.byteOffset) + " exceed buffers[" +
+                               std::to_string(view.buffer) + "] (" + std::to_string(length) + " bytes)");
+        return view;
+    }
+
+    Accessor ReadAccessor(size_t index) const {
+        const gltf::Accessor& file = m_model.accessors[index];
+        const Place where = Place("accessors")[index];
+        const ElementShape shape = Shape(file.type);
+        Accessor accessor;
+        accessor.componentType = ReadComponentType(file.componentType);
+        accessor.componentCount = shape.columns * shape.rows;
+        accessor.isMatrix = shape.columns > 1;
+        accessor.isNormalized = file.normalized;
+        accessor.count = file.count;
+        const ElementSize element = SizeOf(shape, accessor.componentType);
+        if (static_cast<size_t>(file.bufferView) != m_noView)
+            accessor.run = ReadRun(where, where["count"], file.bufferView, file.byteOffset, element,
+                                   accessor.count, true);
+        // Vertex indices have 32 bits and the greatest is no index.
+        if (accessor.count >= kNone)
+            m_context.Fail(where["count"],
+                           "is " + std::to_string(accessor.count) + ", must be below 2^32 - 1");
+        if (file.sparse.isSparse) accessor.sparse = ReadSparse(where["sparse"], file, element);
+        return accessor;
+    }
+
+    // The run of `count` elements that an accessor or a part of a sparse one covers.
+    ElementRun ReadRun(const Place& where, const Place& countAt, int viewIndex, uint64_t byteOffset,
+                       const ElementSize& element, uint64_t count, bool mayStride) const {
+        ElementRun run{
+            .view = static_cast<uint32_t>(viewIndex), .byteOffset = byteOffset, .byteStride = element.stride};
+        const BufferView& view = m_tables.views[run.view];
         if (mayStride && view.byteStride != 0) {
             if (view.byteStride < element.used)
-                value["bufferView"].Fail("bufferViews[" + std::to_string(run.view) + "].byteStride of " +
-                                         std::to_string(view.byteStride) + " is less than the element's " +
-                                         std::to_string(element.used) + " bytes");
+                m_context.Fail(where["bufferView"], "bufferViews[" + std::to_string(run.view) +
+                                                        "].byteStride of " + std::to_string(view.byteStride) +
+                                                        " is less than the element's " +
+                                                        std::to_string(element.used) + " bytes");
             run.byteStride = view.byteStride;
         }
         if (!Fits(run.byteOffset, run.byteStride, element.used, count, view.byteLength)) {
-            std::string from = run.byteOffset ? " from byte " + std::to_string(run.byteOffset) : "";
-            countAt.Fail(std::to_string(count) + " elements" + from + " exceed " + ViewName(run.view, view));
+            const std::string from = run.byteOffset ? " from byte " + std::to_string(run.byteOffset) : "";
+            m_context.Fail(
+                countAt, std::to_string(count) + " elements" + from + " exceed " + ViewName(run.view, view));
         }
         return run;
     }
 
-    SparseRun ReadSparse(const JsonValue& value, const ElementSize& element, uint64_t elementCount) const {
+    SparseRun ReadSparse(const Place& where, const gltf::Accessor& file, const ElementSize& element) const {
         SparseRun sparse;
-        sparse.count = ReadPositive(value["count"]);
-        if (sparse.count > elementCount)
-            value["count"].Fail("is " + std::to_string(sparse.count) + ", more than the accessor's " +
-                                std::to_string(elementCount) + " elements");
-        const JsonValue indices = value["indices"].RequireObject();
-        sparse.indexType = ReadComponentType(indices["componentType"]);
-        if (sparse.indexType != ComponentType::Uint8 && sparse.indexType != ComponentType::Uint16 &&
-            sparse.indexType != ComponentType::Uint32)
-            indices["componentType"].Fail("is " + indices["componentType"].Shown() +
-                                          ", must be 5121, 5123 or 5125");
+        sparse.count = static_cast<uint64_t>(file.sparse.count);
+        if (sparse.count > file.count)
+            m_context.Fail(where["count"], "is " + std::to_string(sparse.count) +
+                                               ", more than the accessor's " + std::to_string(file.count) +
+                                               " elements");
+        const auto& indices = file.sparse.indices;
+        const auto& values = file.sparse.values;
+        sparse.indexType = ReadComponentType(indices.componentType);
         const uint64_t indexBytes = ByteSize(sparse.indexType);
-        sparse.indices = ReadRun(indices, value["count"], {indexBytes, indexBytes}, sparse.count, false);
-        sparse.values =
-            ReadRun(value["values"].RequireObject(), value["count"], element, sparse.count, false);
+        sparse.indices =
+            ReadRun(where["indices"], where["count"], indices.bufferView,
+                    static_cast<uint64_t>(indices.byteOffset), {indexBytes, indexBytes}, sparse.count, false);
+        sparse.values = ReadRun(where["values"], where["count"], values.bufferView,
+                                static_cast<uint64_t>(values.byteOffset), element, sparse.count, false);
         return sparse;
     }
 
-    const std::vector<BufferView>& m_views;
+    const GltfContext& m_context;
+    const gltf::Model& m_model;
+    AccessorTables& m_tables;
+    size_t m_noView = 0;
 };
 
 }  // namespace
@@ -189,15 +190,9 @@ size_t ByteSize(ComponentType type) {
     return 1;
 }
 
-AccessorTables ReadAccessorTables(const JsonValue& root) {
+AccessorTables ReadAccessorTables(const GltfContext& context, const GltfDocument& document) {
     AccessorTables tables;
-    tables.bufferLengths = ReadBufferLengths(root["buffers"]);
-    const JsonValue views = root["bufferViews"];
-    for (size_t i = 0; i < views.Count(); ++i)
-        tables.views.push_back(ReadView(views.At(i), tables.bufferLengths));
-    const JsonValue accessors = root["accessors"];
-    const AccessorParser parser(tables.views);
-    for (size_t i = 0; i < accessors.Count(); ++i) tables.accessors.push_back(parser.Read(accessors.At(i)));
+    TableReader(context, document, tables).Read();
     return tables;
 }
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_document.h"
 
 namespace raygraph::scene {
 
@@ -51,6 +51,6 @@ struct AccessorTables {
 };
 
 // Reads and checks buffers' lengths, bufferViews and accessors; no buffer is opened.
-AccessorTables ReadAccessorTables(const JsonValue& root);
+AccessorTables ReadAccessorTables(const GltfContext& context, const GltfDocument& document);
 
 }  // namespace raygraph::scene

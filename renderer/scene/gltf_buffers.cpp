@@ -2,10 +2,10 @@
 
 namespace raygraph::scene {
 
-GltfBuffers::GltfBuffers(GltfContext& context, const JsonValue& root, const AccessorTables& tables,
-                         const GltfContainer& container)
+GltfBuffers::GltfBuffers(GltfContext& context, const std::vector<BufferSource>& sources,
+                         const AccessorTables& tables, const GltfContainer& container)
     : m_context(context),
-      m_buffers(root["buffers"]),
+      m_sources(sources),
       m_tables(tables),
       m_container(container),
       m_files(tables.bufferLengths.size()) {}
@@ -16,20 +16,21 @@ std::span<const std::byte> GltfBuffers::View(uint32_t view) {
 }
 
 std::span<const std::byte> GltfBuffers::Buffer(uint32_t buffer) {
-    const JsonValue value = m_buffers.At(buffer);
-    const JsonValue uri = value["uri"];
+    const Place where = Place("buffers")[buffer];
+    const std::optional<std::string>& uri = m_sources[buffer].uri;
     const uint64_t length = m_tables.bufferLengths[buffer];
     std::span<const std::byte> bytes;
-    if (uri.IsPresent()) {
-        if (!m_files[buffer]) m_files[buffer] = m_context.ReadUri(uri);
+    if (uri) {
+        if (!m_files[buffer]) m_files[buffer] = m_context.ReadUri(*uri, where["uri"]);
         bytes = *m_files[buffer];
     } else {
-        if (buffer != 0 || !m_container.hasBinary) value.Fail("has no uri, and the file no BIN chunk for it");
+        if (buffer != 0 || !m_container.hasBinary)
+            m_context.Fail(where, "has no uri, and the file no BIN chunk for it");
         bytes = m_container.binary;
     }
     if (bytes.size() < length)
-        value["byteLength"].Fail("is " + std::to_string(length) + ", but the buffer has " +
-                                 std::to_string(bytes.size()) + " bytes");
+        m_context.Fail(where["byteLength"], "is " + std::to_string(length) + ", but the buffer has " +
+                                                std::to_string(bytes.size()) + " bytes");
     return bytes.first(length);
 }
 

@@ -15,7 +15,7 @@ namespace raygraph::scene {
 class GltfBuffers {
   public:
     // All arguments must outlive this object.
-    GltfBuffers(GltfContext& context, const JsonValue& root, const AccessorTables& tables,
+    GltfBuffers(GltfContext& context, const std::vector<BufferSource>& sources, const AccessorTables& tables,
                 const GltfContainer& container);
 
     // The bytes of a view; they live as long as this object. Fails if its buffer cannot be read or is shorter
@@ -26,7 +26,7 @@ class GltfBuffers {
     std::span<const std::byte> Buffer(uint32_t buffer);
 
     GltfContext& m_context;
-    JsonValue m_buffers;
+    const std::vector<BufferSource>& m_sources;
     const AccessorTables& m_tables;
     const GltfContainer& m_container;
     std::vector<std::optional<std::vector<std::byte>>> m_files;  // Those not in the .glb.

@@ -6,101 +6,79 @@
 namespace raygraph::scene {
 namespace {
 
-float Positive(const JsonValue& value) {
-    const float number = value.Float();
-    if (!(number > 0.0f)) value.Fail("is " + value.Shown() + ", must be above 0");
-    return number;
+// Finite and in its range: the schema has seen to it.
+float ToFloat(double number) {
+    return static_cast<float>(number);
 }
 
-float NotNegative(const JsonValue& value, float absent) {
-    const float number = value.FloatOr(absent);
-    if (number < 0.0f) value.Fail("is " + value.Shown() + ", must not be negative");
-    return number;
+// Half the size of an orthographic view.
+float Magnification(GltfContext& context, double value, const Place& where) {
+    const float number = ToFloat(value);
+    if (number == 0.0f) context.Fail(where, "is 0, must not be");
+    if (number < 0.0f) context.Warn(where, "mag", "is negative, taken without its sign");
+    return std::abs(number);
 }
 
-void ReadPerspective(const JsonValue& value, Camera& camera) {
-    camera.projection = Projection::Perspective;
-    camera.yFov = Positive(value.RequireObject()["yfov"]);
-    if (camera.yFov >= glm::pi<float>())
-        value["yfov"].Fail("is " + value["yfov"].Shown() + ", must be below pi");
-    if (value["aspectRatio"].IsPresent()) camera.aspectRatio = Positive(value["aspectRatio"]);
-    camera.zNear = Positive(value["znear"]);
-    if (value["zfar"].IsPresent()) camera.zFar = Positive(value["zfar"]);
-}
-
-void ReadOrthographic(GltfContext& context, const JsonValue& value, Camera& camera) {
-    camera.projection = Projection::Orthographic;
-    const auto magnification = [&](const JsonValue& mag) {
-        const float number = mag.Float();
-        if (number == 0.0f) mag.Fail("is 0, must not be");
-        if (number < 0.0f) context.Warn(mag, "mag", "is " + mag.Shown() + ", taken without its sign");
-        return std::abs(number);
-    };
-    camera.xMag = magnification(value.RequireObject()["xmag"]);
-    camera.yMag = magnification(value["ymag"]);
-    camera.zNear = NotNegative(value["znear"], 0.0f);
-    camera.zFar = Positive(value["zfar"]);
-}
-
-Camera ReadCamera(GltfContext& context, const JsonValue& value) {
+Camera ReadCamera(GltfContext& context, const gltf::Camera& file, const Place& where) {
     Camera camera;
-    camera.name = value.RequireObject()["name"].StringOr("");
-    const JsonValue type = value["type"];
-    if (type.String() == "perspective") {
-        ReadPerspective(value["perspective"], camera);
-    } else if (type.String() == "orthographic") {
-        ReadOrthographic(context, value["orthographic"], camera);
+    camera.name = file.name;
+    if (file.type == "perspective") {
+        camera.projection = Projection::Perspective;
+        camera.yFov = ToFloat(file.perspective.yfov);
+        camera.aspectRatio = ToFloat(file.perspective.aspectRatio);
+        camera.zNear = ToFloat(file.perspective.znear);
+        camera.zFar = ToFloat(file.perspective.zfar);
     } else {
-        type.Fail("is " + type.Shown() + ", must be perspective or orthographic");
+        const Place orthographic = where["orthographic"];
+        camera.projection = Projection::Orthographic;
+        camera.xMag = Magnification(context, file.orthographic.xmag, orthographic["xmag"]);
+        camera.yMag = Magnification(context, file.orthographic.ymag, orthographic["ymag"]);
+        camera.zNear = ToFloat(file.orthographic.znear);
+        camera.zFar = ToFloat(file.orthographic.zfar);
     }
     if (camera.zFar != 0.0f && camera.zFar <= camera.zNear)
-        value.Fail("zfar (" + std::to_string(camera.zFar) + ") must be greater than znear (" +
-                   std::to_string(camera.zNear) + ")");
+        context.Fail(where, "zfar (" + std::to_string(camera.zFar) + ") must be greater than znear (" +
+                                std::to_string(camera.zNear) + ")");
     return camera;
 }
 
-Light ReadLight(const JsonValue& value) {
+Light ReadLight(const GltfContext& context, const gltf::Light& file, const Place& where) {
     Light light;
-    light.name = value.RequireObject()["name"].StringOr("");
-    value["color"].FloatsIfPresent({&light.color.x, 3});
-    for (int i = 0; i < 3; ++i)
-        if (light.color[i] < 0.0f) value["color"].Fail("must not be negative");
-    light.intensity = NotNegative(value["intensity"], 1.0f);
-    if (value["range"].IsPresent()) light.range = Positive(value["range"]);
-    const JsonValue type = value["type"];
-    if (type.String() == "directional") {
+    light.name = file.name;
+    for (size_t i = 0; i < file.color.size(); ++i) light.color[static_cast<int>(i)] = ToFloat(file.color[i]);
+    light.intensity = ToFloat(file.intensity);
+    light.range = ToFloat(file.range);
+    if (file.type == "directional") {
         light.type = LightType::Directional;
-    } else if (type.String() == "point") {
+    } else if (file.type == "point") {
         light.type = LightType::Point;
-    } else if (type.String() == "spot") {
+    } else {
         light.type = LightType::Spot;
-        const JsonValue spot = value["spot"].RequireObject();
-        light.innerConeAngle = NotNegative(spot["innerConeAngle"], 0.0f);
-        light.outerConeAngle = NotNegative(spot["outerConeAngle"], glm::quarter_pi<float>());
+        light.innerConeAngle = ToFloat(file.spot.innerConeAngle);
+        light.outerConeAngle = ToFloat(file.spot.outerConeAngle);
         // A rounded pi/2 may be a little above it.
         if (light.outerConeAngle > glm::half_pi<float>() + 1e-5f ||
             light.innerConeAngle >= light.outerConeAngle)
-            spot.Fail("innerConeAngle must be below outerConeAngle, and that at most pi/2");
-    } else {
-        type.Fail("is " + type.Shown() + ", must be directional, point or spot");
+            context.Fail(where["spot"], "innerConeAngle must be below outerConeAngle, and that at most pi/2");
     }
     return light;
 }
 
 }  // namespace
 
-std::vector<Camera> ReadCameras(GltfContext& context, const JsonValue& root) {
+std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model) {
     std::vector<Camera> cameras;
-    const JsonValue values = root["cameras"];
-    for (size_t i = 0; i < values.Count(); ++i) cameras.push_back(ReadCamera(context, values.At(i)));
+    for (size_t i = 0; i < model.cameras.size(); ++i)
+        cameras.push_back(ReadCamera(context, model.cameras[i], Place("cameras")[i]));
     return cameras;
 }
 
-std::vector<Light> ReadLights(const JsonValue& root) {
-    std::vector<Light> lights;
-    const JsonValue values = root["extensions"]["KHR_lights_punctual"]["lights"];
-    for (size_t i = 0; i < values.Count(); ++i) lights.push_back(ReadLight(values.At(i)));
-    return lights;
+std::vector<Light> ReadLights(const GltfContext& context, const gltf::Model& model) {
+    const Place lights = Place("extensions")["KHR_lights_punctual"]["lights"];
+    std::vector<Light> read;
+    for (size_t i = 0; i < model.lights.size(); ++i)
+        read.push_back(ReadLight(context, model.lights[i], lights[i]));
+    return read;
 }
 
 }  // namespace raygraph::scene

@@ -34,36 +34,38 @@ void GltfContext::Fail(const std::string& path, const std::string& why) const {
     throw Error(ErrorKind::BadInput, label + ": " + (path.empty() ? "" : path + ": ") + why);
 }
 
-void GltfContext::Warn(const JsonValue& where, std::string_view topic, const std::string& what) {
-    Warn(where.Path(), topic, what);
-}
-
 void GltfContext::Warn(const std::string& path, std::string_view topic, const std::string& what) {
     warnings.Add(topic, label + ": " + (path.empty() ? "" : path + ": ") + what);
 }
 
-void GltfContext::ChargeGeometry(const JsonValue& where, uint64_t bytes) {
-    const uint64_t limit = options.limits.maxGeometryBytes + 64 * bytesRead;
-    if (bytes > limit || geometryBytes > limit - bytes)
-        where.Fail("decoded geometry exceeds the limit of " + std::to_string(limit) +
+void GltfContext::FailMemory(const std::string& path, const char* what) const {
+    Fail(path, std::string(what) + " the limit of " + std::to_string(MemoryLimit()) +
                    " bytes for a file of " + std::to_string(bytesRead) + " bytes");
+}
+
+void GltfContext::ChargeGeometry(const Place& where, uint64_t bytes) {
+    const uint64_t limit = MemoryLimit();
+    if (bytes > limit || geometryBytes > limit - bytes) FailMemory(where, "decoded geometry exceeds");
     geometryBytes += bytes;
+}
+
+void GltfContext::CheckModelBytes(uint64_t bytes) const {
+    if (bytes > MemoryLimit()) FailMemory("", "a model of its objects exceeds");
 }
 
 void GltfContext::Progress(std::string_view stage, float fraction) const {
     if (options.progress) options.progress(stage, fraction);
 }
 
-std::vector<std::byte> GltfContext::ReadUri(const JsonValue& uri) {
-    const std::string& text = uri.String();
+std::vector<std::byte> GltfContext::ReadUri(const std::string& uri, const Place& where) {
     const uint64_t bytesLeft = options.limits.maxFileBytes - bytesRead;
     try {
         std::vector<std::byte> bytes =
-            IsDataUri(text) ? DecodeDataUri(text, bytesLeft) : folder.Read(text, bytesLeft);
+            IsDataUri(uri) ? DecodeDataUri(uri, bytesLeft) : folder.Read(uri, bytesLeft);
         bytesRead += bytes.size();
         return bytes;
     } catch (const Error& error) {
-        uri.Fail(error.what());
+        Fail(where, error.what());
     }
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "renderer/scene/json_value.h"
+#include "renderer/scene/gltf_place.h"
 #include "renderer/scene/load_gltf.h"
 
 namespace raygraph::scene {
@@ -40,13 +40,18 @@ struct GltfContext {
     [[noreturn]] void Fail(const std::string& path, const std::string& why) const;
     // A warning about a place in the file.
     void Warn(const std::string& path, std::string_view topic, const std::string& what);
-    void Warn(const JsonValue& where, std::string_view topic, const std::string& what);
     // Counts memory about to be taken for vertices or indices; fails at `where` beyond the limit.
-    void ChargeGeometry(const JsonValue& where, uint64_t bytes);
+    void ChargeGeometry(const Place& where, uint64_t bytes);
+    // Fails if a model of the document would take more memory than decoded geometry may.
+    void CheckModelBytes(uint64_t bytes) const;
     void Progress(std::string_view stage, float fraction) const;
 
-    // The bytes of a `uri` property: a data URI, or a file in the scene's folder. Fails at `uri`.
-    std::vector<std::byte> ReadUri(const JsonValue& uri);
+    // The bytes of a URI: a data URI, or a file in the scene's folder. Fails at `where`.
+    std::vector<std::byte> ReadUri(const std::string& uri, const Place& where);
+
+  private:
+    uint64_t MemoryLimit() const { return options.limits.maxGeometryBytes + 64 * bytesRead; }
+    [[noreturn]] void FailMemory(const std::string& path, const char* what) const;
 };
 
 }  // namespace raygraph::scene

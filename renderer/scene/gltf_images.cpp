@@ -7,28 +7,22 @@
 
 namespace raygraph::scene {
 
-ImageData DecodeImage(GltfContext& context, const JsonValue& root, uint32_t image, GltfBuffers& buffers) {
-    const JsonValue value = root["images"].At(image);
-    const JsonValue uri = value["uri"];
+ImageData DecodeImage(GltfContext& context, const ImageSource& source, uint32_t image, GltfBuffers& buffers) {
+    const Place where = Place("images")[image];
     ImageData data;
-    data.name = value["name"].StringOr("");
-    if (data.name.empty() && uri.IsPresent() && !IsDataUri(uri.String()))
-        data.name = PercentDecode(uri.String());
+    data.name = source.name;
+    if (data.name.empty() && source.uri && !IsDataUri(*source.uri)) data.name = PercentDecode(*source.uri);
     std::vector<std::byte> file;
-    std::span<const std::byte> bytes;
-    if (uri.IsPresent()) {
-        file = context.ReadUri(uri);
-        bytes = file;
-    } else {
-        bytes = buffers.View(value["bufferView"].Index(root["bufferViews"].Count(), "bufferViews"));
-    }
+    if (source.uri) file = context.ReadUri(*source.uri, where["uri"]);
+    const std::span<const std::byte> bytes =
+        source.uri ? std::span<const std::byte>(file) : buffers.View(source.view);
 
     const LoadLimits& limits = context.options.limits;
     const uint64_t texelsLeft = limits.maxAllImageTexels - context.imageTexels;
     const image::DecodeLimits decodeLimits{.maxWidth = limits.maxImageExtent,
                                            .maxHeight = limits.maxImageExtent,
                                            .maxPixels = std::min(limits.maxImageTexels, texelsLeft)};
-    std::string label = context.label + ": " + value.Path();
+    std::string label = context.label + ": " + where.Path();
     if (!data.name.empty()) label.append(" ").append(Quoted(data.name, 60));
     image::Image8 decoded = image::DecodeImage8(bytes, label, decodeLimits);
     data.width = decoded.width;

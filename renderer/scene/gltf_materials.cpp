@@ -1,72 +1,66 @@
 #include "renderer/scene/gltf_materials.h"
 
-#include <algorithm>
-#include <limits>
 #include <map>
-#include <optional>
 #include <string>
 #include <utility>
 
 namespace raygraph::scene {
 namespace {
 
-WrapMode ReadWrap(const JsonValue& value) {
-    switch (value.UnsignedOr(10497)) {
-        case 10497:
-            return WrapMode::Repeat;
-        case 33648:
-            return WrapMode::MirroredRepeat;
-        case 33071:
+// glTF's numbers of wraps and filters are OpenGL's.
+WrapMode ReadWrap(int number) {
+    switch (number) {
+        case TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE:
             return WrapMode::ClampToEdge;
+        case TINYGLTF_TEXTURE_WRAP_MIRRORED_REPEAT:
+            return WrapMode::MirroredRepeat;
         default:
-            value.Fail("is " + value.Shown() + ", must be 10497, 33648 or 33071");
+            return WrapMode::Repeat;
     }
 }
 
-// glTF's filter numbers are OpenGL's.
-Sampler ReadSampler(const JsonValue& value) {
+Sampler ReadSampler(const gltf::Sampler& file) {
     Sampler sampler;
-    sampler.wrapU = ReadWrap(value.RequireObject()["wrapS"]);
-    sampler.wrapV = ReadWrap(value["wrapT"]);
-    const JsonValue mag = value["magFilter"];
-    switch (mag.UnsignedOr(9729)) {
-        case 9728:
-            sampler.magFilter = FilterMode::Nearest;
-            break;
-        case 9729:
-            break;
-        default:
-            mag.Fail("is " + mag.Shown() + ", must be 9728 or 9729");
-    }
-    const JsonValue min = value["minFilter"];
+    sampler.wrapU = ReadWrap(file.wrapS);
+    sampler.wrapV = ReadWrap(file.wrapT);
+    if (file.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST) sampler.magFilter = FilterMode::Nearest;
     const auto set = [&](FilterMode minFilter, bool usesMips, FilterMode mipFilter) {
         sampler.minFilter = minFilter;
         sampler.usesMips = usesMips;
         sampler.mipFilter = mipFilter;
     };
-    switch (min.UnsignedOr(9987)) {
-        case 9728:
+    switch (file.minFilter) {
+        case TINYGLTF_TEXTURE_FILTER_NEAREST:
             set(FilterMode::Nearest, false, FilterMode::Nearest);
             break;
-        case 9729:
+        case TINYGLTF_TEXTURE_FILTER_LINEAR:
             set(FilterMode::Linear, false, FilterMode::Nearest);
             break;
-        case 9984:
+        case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_NEAREST:
             set(FilterMode::Nearest, true, FilterMode::Nearest);
             break;
-        case 9985:
+        case TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_NEAREST:
             set(FilterMode::Linear, true, FilterMode::Nearest);
             break;
-        case 9986:
+        case TINYGLTF_TEXTURE_FILTER_NEAREST_MIPMAP_LINEAR:
             set(FilterMode::Nearest, true, FilterMode::Linear);
             break;
-        case 9987:
+        default:
             set(FilterMode::Linear, true, FilterMode::Linear);
             break;
-        default:
-            min.Fail("is " + min.Shown() + ", must be 9728, 9729 or 9984 to 9987");
     }
     return sampler;
+}
+
+// Finite and in its range: the schema has seen to it.
+float ToFloat(double number) {
+    return static_cast<float>(number);
+}
+
+// A colour; left as it is when absent.
+template <typename Color>
+void ReadColor(const std::vector<double>& numbers, Color& color) {
+    for (size_t i = 0; i < numbers.size(); ++i) color[static_cast<int>(i)] = ToFloat(numbers[i]);
 }
 
 // A texture as the file has it: no colour space, perhaps no image.
@@ -76,77 +70,75 @@ struct FileTexture {
     Sampler sampler;
 };
 
-constexpr float kUnbounded = std::numeric_limits<float>::max();
-constexpr uint64_t kMostPriority = std::numeric_limits<uint32_t>::max();
+// The properties of an extension, which tinygltf keeps as values of the types that the schema has checked.
+class ExtensionReader {
+  public:
+    ExtensionReader(const gltf::ExtensionMap& extensions, const char* name) : m_name(name) {
+        if (const auto found = extensions.find(name); found != extensions.end()) m_extension = &found->second;
+    }
+
+    bool IsPresent() const { return m_extension != nullptr; }
+    const char* Name() const { return m_name; }
+    float Number(const char* key, float absent) const {
+        return Has(key) ? ToFloat(m_extension->Get(key).GetNumberAsDouble()) : absent;
+    }
+    // -1 is none.
+    int Index(const char* key) const { return Has(key) ? m_extension->Get(key).GetNumberAsInt() : -1; }
+    void Color(const char* key, glm::vec3& color) const {
+        for (int i = 0; Has(key) && i < 3; ++i)
+            color[i] = ToFloat(m_extension->Get(key).Get(i).GetNumberAsDouble());
+    }
+    gltf::TextureInfo Texture(const char* key) const {
+        gltf::TextureInfo info;
+        if (!Has(key)) return info;
+        const gltf::Value& value = m_extension->Get(key);
+        info.index = value.Get("index").GetNumberAsInt();
+        if (value.Has("texCoord")) info.texCoord = value.Get("texCoord").GetNumberAsInt();
+        return info;
+    }
+
+  private:
+    bool Has(const char* key) const { return m_extension && m_extension->Has(key); }
+
+    const char* m_name;
+    const gltf::Value* m_extension = nullptr;
+};
 
 class MaterialImporter {
   public:
-    MaterialImporter(GltfContext& context, const JsonValue& root, SceneData& scene)
-        : m_context(context), m_root(root), m_scene(scene), m_imageSlots(root["images"].Count(), kNone) {}
+    MaterialImporter(GltfContext& context, const gltf::Model& model, SceneData& scene)
+        : m_context(context), m_model(model), m_scene(scene), m_imageSlots(model.images.size(), kNone) {}
 
     std::vector<uint32_t> Import() {
-        CheckImages();
-        ReadTextures();
-        const JsonValue materials = m_root["materials"];
-        for (size_t i = 0; i < materials.Count(); ++i)
-            m_scene.materials.push_back(ReadMaterial(materials.At(i)));
+        for (const gltf::Texture& texture : m_model.textures)
+            m_fileTextures.push_back(ReadFileTexture(texture));
+        for (size_t i = 0; i < m_model.materials.size(); ++i)
+            m_scene.materials.push_back(ReadMaterial(m_model.materials[i], Place("materials")[i]));
         return std::move(m_images);
     }
 
   private:
-    void CheckImages() {
-        const JsonValue images = m_root["images"];
-        for (size_t i = 0; i < images.Count(); ++i) {
-            const JsonValue image = images.At(i).RequireObject();
-            if (image["uri"].IsPresent() == image["bufferView"].IsPresent())
-                image.Fail("must have either a uri or a bufferView");
-            image["uri"].StringOr("");
-            image["bufferView"].IndexOr(kNone, m_root["bufferViews"].Count(), "bufferViews");
-        }
+    FileTexture ReadFileTexture(const gltf::Texture& file) const {
+        FileTexture texture;
+        texture.name = file.name;
+        if (file.sampler >= 0)
+            texture.sampler = ReadSampler(m_model.samplers[static_cast<size_t>(file.sampler)]);
+        // The extension's image is the better one; `source` is there for readers without WebP.
+        const int webp = ExtensionReader(file.extensions, "EXT_texture_webp").Index("source");
+        texture.image = static_cast<uint32_t>(webp >= 0 ? webp : file.source);
+        return texture;
     }
 
-    void ReadTextures() {
-        std::vector<Sampler> samplers;
-        const JsonValue samplerValues = m_root["samplers"];
-        for (size_t i = 0; i < samplerValues.Count(); ++i)
-            samplers.push_back(ReadSampler(samplerValues.At(i)));
-        const JsonValue values = m_root["textures"];
-        for (size_t i = 0; i < values.Count(); ++i) {
-            const JsonValue value = values.At(i);
-            FileTexture texture;
-            texture.name = value.RequireObject()["name"].StringOr("");
-            const uint32_t sampler = value["sampler"].IndexOr(kNone, samplers.size(), "samplers");
-            if (sampler != kNone) texture.sampler = samplers[sampler];
-            texture.image = value["source"].IndexOr(kNone, m_imageSlots.size(), "images");
-            // The extension's image is the better one; `source` is there for readers without WebP.
-            const JsonValue webp = value["extensions"]["EXT_texture_webp"]["source"];
-            texture.image = webp.IndexOr(texture.image, m_imageSlots.size(), "images");
-            m_fileTextures.push_back(std::move(texture));
-        }
-    }
-
-    // Checks a reference to a texture that nothing reads: its image is not opened for it. Returns the index.
-    uint32_t CheckTexture(const JsonValue& value) {
-        if (!value.IsPresent()) return kNone;
-        value.RequireObject()["texCoord"].UnsignedOr(0);
-        return value["index"].Index(m_fileTextures.size(), "textures");
-    }
-
-    TextureRef ReadTexture(const JsonValue& value, ColorSpace colorSpace) {
+    // `info`: any of tinygltf's kinds of them.
+    template <typename Info>
+    TextureRef ReadTexture(const Info& info, ColorSpace colorSpace, const Place& where) {
         TextureRef ref;
-        const uint32_t index = CheckTexture(value);
-        if (index == kNone) return ref;
-        const uint64_t texCoord = value["texCoord"].UnsignedOr(0);
-        if (texCoord > 1) {
-            m_context.Warn(
-                value["texCoord"], "texCoord",
-                "is " + std::to_string(texCoord) + ", taken as 0: TEXCOORD_0 and TEXCOORD_1 are read");
-        } else {
-            ref.texCoord = static_cast<int32_t>(texCoord);
-        }
+        if (info.index < 0) return ref;
+        ref.texCoord = info.texCoord;
+        const auto index = static_cast<uint32_t>(info.index);
         const FileTexture& file = m_fileTextures[index];
         if (file.image == kNone) {
-            m_context.Warn(value, "no image",
+            m_context.Warn(where, "no image",
                            "textures[" + std::to_string(index) + "] has no image that can be read, left out");
             return ref;
         }
@@ -164,108 +156,67 @@ class MaterialImporter {
         return m_imageSlots[image];
     }
 
-    // Puts a factor into its range with a warning. `max` may be infinite.
-    float Clamped(const JsonValue& where, float value, float min, float max) {
-        const float clamped = std::clamp(value, min, max);
-        if (clamped != value)
-            m_context.Warn(where, "factor", "is " + where.Shown() + ", out of range, put into it");
-        return clamped;
-    }
-
-    float Factor(const JsonValue& value, float absent, float max) {
-        return Clamped(value, value.FloatOr(absent), 0.0f, max);
-    }
-
-    // A colour whose channels are clamped to [0, max]; left as it is when absent.
-    void ColorFactor(const JsonValue& value, glm::vec3& color, float max) {
-        value.FloatsIfPresent({&color.x, 3});
-        for (int i = 0; i < 3; ++i) color[i] = Clamped(value, color[i], 0.0f, max);
-    }
-
-    Material ReadMaterial(const JsonValue& value) {
+    Material ReadMaterial(const gltf::Material& file, const Place& where) {
+        const gltf::PbrMetallicRoughness& pbr = file.pbrMetallicRoughness;
+        const Place pbrPlace = where["pbrMetallicRoughness"];
         Material material;
-        material.name = value.RequireObject()["name"].StringOr("");
-        const JsonValue pbr = value["pbrMetallicRoughness"];
-        const JsonValue baseColor = pbr["baseColorFactor"];
-        baseColor.FloatsIfPresent({&material.baseColorFactor.x, 4});
-        for (int i = 0; i < 4; ++i)
-            material.baseColorFactor[i] = Clamped(baseColor, material.baseColorFactor[i], 0.0f, 1.0f);
-        material.baseColorTexture = ReadTexture(pbr["baseColorTexture"], ColorSpace::Srgb);
-        material.metallicFactor = Factor(pbr["metallicFactor"], 1.0f, 1.0f);
-        material.roughnessFactor = Factor(pbr["roughnessFactor"], 1.0f, 1.0f);
-        material.metallicRoughnessTexture = ReadTexture(pbr["metallicRoughnessTexture"], ColorSpace::Linear);
-        material.normalTexture = ReadTexture(value["normalTexture"], ColorSpace::Linear);
-        material.normalScale = value["normalTexture"]["scale"].FloatOr(1.0f);
-        material.occlusionTexture = ReadTexture(value["occlusionTexture"], ColorSpace::Linear);
-        material.occlusionStrength = Factor(value["occlusionTexture"]["strength"], 1.0f, 1.0f);
-        // Above 1 is out of the standard's range, but files from before KHR_materials_emissive_strength mean
-        // it.
-        ColorFactor(value["emissiveFactor"], material.emissiveFactor, kUnbounded);
-        material.emissiveTexture = ReadTexture(value["emissiveTexture"], ColorSpace::Srgb);
-        material.alphaMode = ReadAlphaMode(value["alphaMode"]);
-        material.alphaCutoff = Factor(value["alphaCutoff"], 0.5f, kUnbounded);
-        material.isDoubleSided = value["doubleSided"].BoolOr(false);
-        ReadExtensions(value["extensions"], material);
-        material.priority = ReadPriority(value["extras"]);
+        material.name = file.name;
+        ReadColor(pbr.baseColorFactor, material.baseColorFactor);
+        material.baseColorTexture =
+            ReadTexture(pbr.baseColorTexture, ColorSpace::Srgb, pbrPlace["baseColorTexture"]);
+        material.metallicFactor = ToFloat(pbr.metallicFactor);
+        material.roughnessFactor = ToFloat(pbr.roughnessFactor);
+        material.metallicRoughnessTexture = ReadTexture(pbr.metallicRoughnessTexture, ColorSpace::Linear,
+                                                        pbrPlace["metallicRoughnessTexture"]);
+        material.normalTexture = ReadTexture(file.normalTexture, ColorSpace::Linear, where["normalTexture"]);
+        material.normalScale = ToFloat(file.normalTexture.scale);
+        material.occlusionTexture =
+            ReadTexture(file.occlusionTexture, ColorSpace::Linear, where["occlusionTexture"]);
+        material.occlusionStrength = ToFloat(file.occlusionTexture.strength);
+        ReadColor(file.emissiveFactor, material.emissiveFactor);
+        material.emissiveTexture =
+            ReadTexture(file.emissiveTexture, ColorSpace::Srgb, where["emissiveTexture"]);
+        if (file.alphaMode == "MASK") material.alphaMode = AlphaMode::Mask;
+        if (file.alphaMode == "BLEND") material.alphaMode = AlphaMode::Blend;
+        material.alphaCutoff = ToFloat(file.alphaCutoff);
+        material.isDoubleSided = file.doubleSided;
+        ReadExtensions(file.extensions, where["extensions"], material);
+        // A double: an int does not hold all priorities
+        if (file.extras.IsObject() && file.extras.Has("priority"))
+            material.priority = static_cast<uint32_t>(file.extras.Get("priority").GetNumberAsDouble());
         return material;
     }
 
-    void ReadExtensions(const JsonValue& extensions, Material& material) {
-        const JsonValue strength = extensions["KHR_materials_emissive_strength"]["emissiveStrength"];
-        material.emissiveStrength = Factor(strength, 1.0f, kUnbounded);
+    void ReadExtensions(const gltf::ExtensionMap& extensions, const Place& where, Material& material) {
+        const auto texture = [&](const ExtensionReader& extension, const char* key, ColorSpace colorSpace) {
+            return ReadTexture(extension.Texture(key), colorSpace, where[extension.Name()][key]);
+        };
+        const ExtensionReader strength(extensions, "KHR_materials_emissive_strength");
+        material.emissiveStrength = strength.Number("emissiveStrength", 1.0f);
 
-        const JsonValue ior = extensions["KHR_materials_ior"]["ior"];
-        material.ior = ior.FloatOr(1.5f);
-        if (material.ior != 0.0f) material.ior = Clamped(ior, material.ior, 1.0f, Material::kMostIor);
+        const ExtensionReader ior(extensions, "KHR_materials_ior");
+        material.ior = ior.Number("ior", 1.5f);
 
-        const JsonValue specular = extensions["KHR_materials_specular"];
-        material.specularFactor = Factor(specular["specularFactor"], 1.0f, 1.0f);
-        material.specularTexture = ReadTexture(specular["specularTexture"], ColorSpace::Linear);
-        ColorFactor(specular["specularColorFactor"], material.specularColorFactor, kUnbounded);
-        material.specularColorTexture = ReadTexture(specular["specularColorTexture"], ColorSpace::Srgb);
+        const ExtensionReader specular(extensions, "KHR_materials_specular");
+        material.specularFactor = specular.Number("specularFactor", 1.0f);
+        material.specularTexture = texture(specular, "specularTexture", ColorSpace::Linear);
+        specular.Color("specularColorFactor", material.specularColorFactor);
+        material.specularColorTexture = texture(specular, "specularColorTexture", ColorSpace::Srgb);
 
-        const JsonValue transmission = extensions["KHR_materials_transmission"];
-        material.transmissionFactor = Factor(transmission["transmissionFactor"], 0.0f, 1.0f);
-        material.transmissionTexture = ReadTexture(transmission["transmissionTexture"], ColorSpace::Linear);
+        const ExtensionReader transmission(extensions, "KHR_materials_transmission");
+        material.transmissionFactor = transmission.Number("transmissionFactor", 0.0f);
+        material.transmissionTexture = texture(transmission, "transmissionTexture", ColorSpace::Linear);
 
-        const JsonValue volume = extensions["KHR_materials_volume"];
-        material.thicknessFactor = Factor(volume["thicknessFactor"], 0.0f, kUnbounded);
-        CheckTexture(volume["thicknessTexture"]);
-        ColorFactor(volume["attenuationColor"], material.attenuationColor, 1.0f);
-        const JsonValue distance = volume["attenuationDistance"];
-        material.attenuationDistance = distance.FloatOr(0.0f);
-        if (distance.IsPresent() && !(material.attenuationDistance > 0.0f)) {
-            m_context.Warn(distance, "distance",
-                           "is " + distance.Shown() + ", must be above 0, taken as infinite");
-            material.attenuationDistance = 0.0f;
-        }
+        const ExtensionReader volume(extensions, "KHR_materials_volume");
+        material.thicknessFactor = volume.Number("thicknessFactor", 0.0f);
+        volume.Color("attenuationColor", material.attenuationColor);
+        material.attenuationDistance = volume.Number("attenuationDistance", 0.0f);
 
-        const JsonValue unlit = extensions["KHR_materials_unlit"];
-        material.isUnlit = unlit.IsPresent() && unlit.RequireObject().IsPresent();
-    }
-
-    // `extras` belongs to applications: what is no priority as we mean it may be another's, and only warns.
-    uint32_t ReadPriority(const JsonValue& extras) {
-        if (!extras.IsObject() || !extras["priority"].IsPresent()) return 0;
-        const JsonValue priority = extras["priority"];
-        const std::optional<uint64_t> number = priority.TryUnsigned();
-        if (number && *number <= kMostPriority) return static_cast<uint32_t>(*number);
-        m_context.Warn(priority, "priority",
-                       "is " + priority.Shown() + ", must be a whole number of 0 to " +
-                           std::to_string(kMostPriority) + ", taken as 0");
-        return 0;
-    }
-
-    static AlphaMode ReadAlphaMode(const JsonValue& value) {
-        const std::string mode = value.StringOr("OPAQUE");
-        if (mode == "OPAQUE") return AlphaMode::Opaque;
-        if (mode == "MASK") return AlphaMode::Mask;
-        if (mode == "BLEND") return AlphaMode::Blend;
-        value.Fail("is " + value.Shown() + ", must be OPAQUE, MASK or BLEND");
+        material.isUnlit = ExtensionReader(extensions, "KHR_materials_unlit").IsPresent();
     }
 
     GltfContext& m_context;
-    JsonValue m_root;
+    const gltf::Model& m_model;
     SceneData& m_scene;
     std::vector<FileTexture> m_fileTextures;
     std::map<std::pair<uint32_t, ColorSpace>, size_t> m_textureSlots;
@@ -275,8 +226,8 @@ class MaterialImporter {
 
 }  // namespace
 
-std::vector<uint32_t> ReadMaterials(GltfContext& context, const JsonValue& root, SceneData& scene) {
-    return MaterialImporter(context, root, scene).Import();
+std::vector<uint32_t> ReadMaterials(GltfContext& context, const gltf::Model& model, SceneData& scene) {
+    return MaterialImporter(context, model, scene).Import();
 }
 
 }  // namespace raygraph::scene

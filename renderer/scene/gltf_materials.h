@@ -9,9 +9,9 @@ namespace raygraph::scene {
 
 // Fills scene.materials and scene.textures; returns, for each entry scene.images shall have, the file's image
 // index. Texture::image already indexes that list.
-std::vector<uint32_t> ReadMaterials(GltfContext& context, const JsonValue& root, SceneData& scene);
+std::vector<uint32_t> ReadMaterials(GltfContext& context, const gltf::Model& model, SceneData& scene);
 
-// Decodes one of the file's images, whose properties ReadMaterials has checked. gltf_images.cpp.
-ImageData DecodeImage(GltfContext& context, const JsonValue& root, uint32_t image, GltfBuffers& buffers);
+// Decodes one of the file's images; its index is for messages. gltf_images.cpp.
+ImageData DecodeImage(GltfContext& context, const ImageSource& source, uint32_t image, GltfBuffers& buffers);
 
 }  // namespace raygraph::scene

@@ -63,13 +63,14 @@ class PrimitiveDecoder {
             indices.resize(m_layout.vertexCount);
             std::iota(indices.begin(), indices.end(), 0u);
         } else {
-            const JsonValue where = m_layout.where["indices"];
+            const Place where = m_layout.where["indices"];
             indices = m_reader.ReadIndices(m_layout.indices, where);
             for (size_t i = 0; i < indices.size(); ++i)
                 if (indices[i] >= m_layout.vertexCount)
-                    where.Fail("accessors[" + std::to_string(m_layout.indices) + "] element " +
-                               std::to_string(i) + " is " + std::to_string(indices[i]) +
-                               ", but POSITION has " + std::to_string(m_layout.vertexCount) + " elements");
+                    m_context.Fail(where, "accessors[" + std::to_string(m_layout.indices) + "] element " +
+                                              std::to_string(i) + " is " + std::to_string(indices[i]) +
+                                              ", but POSITION has " + std::to_string(m_layout.vertexCount) +
+                                              " elements");
         }
         const size_t count = indices.size();
         const bool isList = m_layout.mode == PrimitiveMode::Triangles;
@@ -96,7 +97,7 @@ class PrimitiveDecoder {
     std::vector<Vector> Stream(Attribute attribute, const ElementSelection& vertices,
                                Vector fill = Vector(0.0f)) {
         if (!m_layout.Has(attribute)) return {};
-        const JsonValue where = m_layout.where["attributes"][AttributeName(attribute)];
+        const Place where = m_layout.where["attributes"][AttributeName(attribute)];
         return m_reader.ReadVectors<Vector>(m_layout.Accessor(attribute), vertices, where, fill);
     }
 

@@ -53,40 +53,49 @@ bool IsIndexAccessor(const Accessor& accessor) {
     return accessor.componentCount == 1 && isUnsigned && !accessor.isNormalized;
 }
 
-void ReadAttributes(const JsonValue& attributes, const AccessorTables& tables, PrimitiveLayout& layout) {
-    layout.accessors.fill(kNone);
-    for (size_t i = 0; i < kAttributeCount; ++i) {
-        const auto attribute = static_cast<Attribute>(i);
-        const JsonValue value = attributes[AttributeName(attribute)];
-        const uint32_t index = value.IndexOr(kNone, tables.accessors.size(), "accessors");
-        if (index == kNone) continue;
-        const Accessor& accessor = tables.accessors[index];
-        if (!IsAllowed(attribute, accessor))
-            value.Fail("accessors[" + std::to_string(index) + "] must be " + AllowedTypes(attribute));
-        layout.accessors[i] = index;
-        if (attribute == Attribute::Position) layout.vertexCount = accessor.count;
-        if (layout.Has(Attribute::Position) && accessor.count != layout.vertexCount)
-            value.Fail("accessors[" + std::to_string(index) + "] has " + std::to_string(accessor.count) +
-                       " elements, POSITION has " + std::to_string(layout.vertexCount));
-    }
-}
+class LayoutReader {
+  public:
+    LayoutReader(const GltfContext& context, const AccessorTables& tables)
+        : m_context(context), m_tables(tables) {}
 
-PrimitiveLayout ReadPrimitive(const JsonValue& value, const AccessorTables& tables, size_t materialCount) {
-    PrimitiveLayout layout{.where = value, .accessors = {}};
-    const JsonValue mode = value.RequireObject()["mode"];
-    const uint64_t modeNumber = mode.UnsignedOr(static_cast<uint64_t>(PrimitiveMode::Triangles));
-    if (modeNumber > static_cast<uint64_t>(PrimitiveMode::TriangleFan))
-        mode.Fail("is " + mode.Shown() + ", must be 0 to 6");
-    layout.mode = static_cast<PrimitiveMode>(modeNumber);
-    layout.material = value["material"].IndexOr(kNone, materialCount, "materials");
-    ReadAttributes(value["attributes"].RequireObject(), tables, layout);
-    const JsonValue indices = value["indices"];
-    layout.indices = indices.IndexOr(kNone, tables.accessors.size(), "accessors");
-    if (layout.indices != kNone && !IsIndexAccessor(tables.accessors[layout.indices]))
-        indices.Fail("accessors[" + std::to_string(layout.indices) +
-                     "] must be SCALAR of 5121, 5123 or 5125");
-    return layout;
-}
+    PrimitiveLayout Read(const gltf::Primitive& primitive, const Place& where) const {
+        PrimitiveLayout layout{.where = where, .accessors = {}};
+        layout.mode = static_cast<PrimitiveMode>(primitive.mode);
+        // -1 is none, as in all of tinygltf's indices
+        layout.material = static_cast<uint32_t>(primitive.material);
+        ReadAttributes(primitive, layout);
+        layout.indices = static_cast<uint32_t>(primitive.indices);
+        if (layout.indices != kNone && !IsIndexAccessor(m_tables.accessors[layout.indices]))
+            m_context.Fail(where["indices"], "accessors[" + std::to_string(layout.indices) +
+                                                 "] must be SCALAR of 5121, 5123 or 5125");
+        return layout;
+    }
+
+  private:
+    void ReadAttributes(const gltf::Primitive& primitive, PrimitiveLayout& layout) const {
+        layout.accessors.fill(kNone);
+        for (size_t i = 0; i < kAttributeCount; ++i) {
+            const auto attribute = static_cast<Attribute>(i);
+            const auto found = primitive.attributes.find(AttributeName(attribute));
+            if (found == primitive.attributes.end()) continue;
+            const auto index = static_cast<uint32_t>(found->second);
+            const Accessor& accessor = m_tables.accessors[index];
+            const auto fail = [&](const std::string& why) {
+                m_context.Fail(layout.where["attributes"][AttributeName(attribute)],
+                               "accessors[" + std::to_string(index) + "] " + why);
+            };
+            if (!IsAllowed(attribute, accessor)) fail(std::string("must be ") + AllowedTypes(attribute));
+            layout.accessors[i] = index;
+            if (attribute == Attribute::Position) layout.vertexCount = accessor.count;
+            if (layout.Has(Attribute::Position) && accessor.count != layout.vertexCount)
+                fail("has " + std::to_string(accessor.count) + " elements, POSITION has " +
+                     std::to_string(layout.vertexCount));
+        }
+    }
+
+    const GltfContext& m_context;
+    const AccessorTables& m_tables;
+};
 
 }  // namespace
 
@@ -108,18 +117,18 @@ const char* AttributeName(Attribute attribute) {
     return "";
 }
 
-std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const JsonValue& root,
-                                        const AccessorTables& tables, size_t materialCount) {
+std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model& model,
+                                        const AccessorTables& tables) {
+    const LayoutReader reader(context, tables);
     std::vector<MeshLayout> meshes;
-    const JsonValue values = root["meshes"];
-    for (size_t m = 0; m < values.Count(); ++m) {
-        const JsonValue value = values.At(m);
-        MeshLayout mesh{.name = value.RequireObject()["name"].StringOr(""), .primitives = {}};
-        const JsonValue primitives = value["primitives"];
-        if (primitives.Count() == 0) primitives.Fail("has no elements, must have at least 1");
-        for (size_t p = 0; p < primitives.Count(); ++p) {
-            const PrimitiveLayout layout = ReadPrimitive(primitives.At(p), tables, materialCount);
-            if (primitives.At(p)["targets"].Count() > 0)
+    for (size_t m = 0; m < model.meshes.size(); ++m) {
+        const gltf::Mesh& file = model.meshes[m];
+        const Place primitives = Place("meshes")[m]["primitives"];
+        if (file.primitives.empty()) context.Fail(primitives, "has no elements, must have at least 1");
+        MeshLayout mesh{.name = file.name, .primitives = {}};
+        for (size_t p = 0; p < file.primitives.size(); ++p) {
+            const PrimitiveLayout layout = reader.Read(file.primitives[p], primitives[p]);
+            if (!file.primitives[p].targets.empty())
                 context.Warn(layout.where, "morph", "morph targets are not read, the base shape is shown");
             if (layout.mode < PrimitiveMode::Triangles) {
                 context.Warn(layout.where, "mode", "points and lines are left out");

@@ -20,7 +20,7 @@ const char* AttributeName(Attribute attribute);
 
 // A primitive whose accessors are in range, of fitting types and of one count; nothing is decoded yet.
 struct PrimitiveLayout {
-    JsonValue where;
+    Place where;
     PrimitiveMode mode = PrimitiveMode::Triangles;
     std::array<uint32_t, kAttributeCount> accessors;  // kNone: absent.
     uint32_t indices = kNone;
@@ -37,8 +37,8 @@ struct MeshLayout {
 };
 
 // Reads and checks all of the file's meshes.
-std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const JsonValue& root,
-                                        const AccessorTables& tables, size_t materialCount);
+std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model& model,
+                                        const AccessorTables& tables);
 
 // Decodes a mesh. Primitives without a material get `defaultMaterial`; those whose material has a normal map
 // get tangents if they have none.

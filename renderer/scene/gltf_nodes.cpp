@@ -9,59 +9,42 @@
 #include "base/error.h"
 #include "base/printable.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/split_place.h"
 
 namespace raygraph::scene {
 namespace {
 
 // glTF stores matrices column by column; the last row must say that the matrix is affine.
-glm::mat4x3 ReadMatrix(const JsonValue& value) {
-    std::array<float, 16> m{};
-    value.Floats(m);
+glm::mat4x3 ReadMatrix(const GltfContext& context, const std::vector<double>& numbers, const Place& where) {
     constexpr float kTolerance = 1e-5f;
-    for (size_t column = 0; column < 4; ++column) {
-        const float expected = column == 3 ? 1.0f : 0.0f;
-        if (std::abs(m[4 * column + 3] - expected) > kTolerance)
-            value.Fail("is not affine: its last row must be 0 0 0 1");
-    }
     glm::mat4x3 matrix;
-    for (int column = 0; column < 4; ++column)
-        for (int row = 0; row < 3; ++row) matrix[column][row] = m[static_cast<size_t>(4 * column + row)];
+    for (int column = 0; column < 4; ++column) {
+        const double* const m = &numbers[static_cast<size_t>(4 * column)];
+        for (int row = 0; row < 3; ++row) matrix[column][row] = static_cast<float>(m[row]);
+        const float expected = column == 3 ? 1.0f : 0.0f;
+        if (std::abs(static_cast<float>(m[3]) - expected) > kTolerance)
+            context.Fail(where, "is not affine: its last row must be 0 0 0 1");
+    }
     return matrix;
 }
 
-// What float leaves of three numbers of an array.
-glm::vec3 RestOf(const JsonValue& value, size_t first) {
-    glm::vec3 rest;
-    for (int i = 0; i < 3; ++i) {
-        const double number = value.At(first + static_cast<size_t>(i)).Number();
-        rest[i] = static_cast<float>(number - static_cast<double>(static_cast<float>(number)));
-    }
-    return rest;
-}
-
-glm::quat ReadRotation(GltfContext& context, const JsonValue& value) {
-    std::array<float, 4> xyzw{0, 0, 0, 1};
-    value.FloatsIfPresent(xyzw);
-    const glm::dquat q(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
-    const double length = glm::length(q);
-    if (!(length > 1e-6)) value.Fail("is a quaternion of length 0");
-    if (std::abs(length - 1.0) > 5e-3) context.Warn(value, "rotation", "is not of unit length, normalized");
-    return glm::quat(q / length);
+glm::dvec3 ToVector(const double* numbers) {
+    return {numbers[0], numbers[1], numbers[2]};
 }
 
 class GraphReader {
   public:
-    GraphReader(GltfContext& context, const JsonValue& root, size_t meshCount, SceneData& scene)
-        : m_context(context), m_root(root), m_meshCount(meshCount), m_scene(scene) {}
+    GraphReader(GltfContext& context, const gltf::Model& model, SceneData& scene)
+        : m_context(context), m_model(model), m_scene(scene) {}
 
     void Read() {
-        m_cameras = ReadCameras(m_context, m_root);
-        m_lights = ReadLights(m_root);
-        const JsonValue nodes = m_root["nodes"];
-        m_scene.nodes.resize(nodes.Count());
-        m_cameraOfNode.assign(nodes.Count(), kNone);
-        m_lightOfNode.assign(nodes.Count(), kNone);
-        for (size_t i = 0; i < nodes.Count(); ++i) ReadNode(nodes.At(i), static_cast<uint32_t>(i));
+        m_cameras = ReadCameras(m_context, m_model);
+        m_lights = ReadLights(m_context, m_model);
+        const size_t count = m_model.nodes.size();
+        m_scene.nodes.resize(count);
+        m_cameraOfNode.assign(count, kNone);
+        m_lightOfNode.assign(count, kNone);
+        for (size_t i = 0; i < count; ++i) ReadNode(static_cast<uint32_t>(i));
         CheckForest();
         m_scene.nodeOrder = Descendants(ChooseRoots());
         PlaceCameras();
@@ -69,33 +52,48 @@ class GraphReader {
     }
 
   private:
-    void ReadNode(const JsonValue& value, uint32_t index) {
-        Node& node = m_scene.nodes[index];
-        node.name = value.RequireObject()["name"].StringOr("");
-        value["translation"].FloatsIfPresent({&node.translation.x, 3});
-        if (value["translation"].IsPresent()) node.translationRest = RestOf(value["translation"], 0);
-        if (value["matrix"].IsPresent()) {
-            node.matrix = ReadMatrix(value["matrix"]);
-            node.translationRest = RestOf(value["matrix"], 12);
-        }
-        node.rotation = ReadRotation(m_context, value["rotation"]);
-        value["scale"].FloatsIfPresent({&node.scale.x, 3});
-        node.mesh = value["mesh"].IndexOr(kNone, m_meshCount, "meshes");
-        m_cameraOfNode[index] = value["camera"].IndexOr(kNone, m_cameras.size(), "cameras");
-        const JsonValue light = value["extensions"]["KHR_lights_punctual"]["light"];
-        m_lightOfNode[index] = light.IndexOr(kNone, m_lights.size(), "lights");
-        if (value["skin"].IsPresent())
-            m_context.Warn(value["skin"], "skin", "skins are not read, the bind pose is shown");
+    static Place NodeAt(size_t index) { return Place("nodes")[index]; }
 
-        const JsonValue children = value["children"];
-        for (size_t i = 0; i < children.Count(); ++i) {
-            const uint32_t child = children.At(i).Index(m_scene.nodes.size(), "nodes");
-            uint32_t& parent = m_scene.nodes[child].parent;
+    void ReadNode(uint32_t index) {
+        const gltf::Node& file = m_model.nodes[index];
+        Node& node = m_scene.nodes[index];
+        node.name = file.name;
+        if (!file.translation.empty()) {
+            const SplitPlace place = Split(ToVector(file.translation.data()));
+            node.translation = place.rounded;
+            node.translationRest = place.rest;
+        }
+        if (!file.matrix.empty()) {
+            node.matrix = ReadMatrix(m_context, file.matrix, NodeAt(index)["matrix"]);
+            node.translationRest = Split(ToVector(&file.matrix[12])).rest;
+        }
+        if (!file.rotation.empty()) node.rotation = ReadRotation(file.rotation, index);
+        if (!file.scale.empty()) node.scale = ToVector(file.scale.data());
+        // -1 is none, as in all of tinygltf's indices
+        node.mesh = static_cast<uint32_t>(file.mesh);
+        m_cameraOfNode[index] = static_cast<uint32_t>(file.camera);
+        if (const auto light = file.extensions.find("KHR_lights_punctual"); light != file.extensions.end())
+            m_lightOfNode[index] = static_cast<uint32_t>(light->second.Get("light").GetNumberAsInt());
+        if (file.skin >= 0)
+            m_context.Warn(NodeAt(index)["skin"], "skin", "skins are not read, the bind pose is shown");
+        for (size_t i = 0; i < file.children.size(); ++i) {
+            uint32_t& parent = m_scene.nodes[static_cast<size_t>(file.children[i])].parent;
             if (parent != kNone)
-                children.At(i).Fail("nodes[" + std::to_string(child) + "] is already a child of nodes[" +
-                                    std::to_string(parent) + "]");
+                m_context.Fail(NodeAt(index)["children"][i], "nodes[" + std::to_string(file.children[i]) +
+                                                                 "] is already a child of nodes[" +
+                                                                 std::to_string(parent) + "]");
             parent = index;
         }
+    }
+
+    glm::quat ReadRotation(const std::vector<double>& xyzw, uint32_t index) {
+        const SplitPlace imaginary = Split(ToVector(xyzw.data())), real = Split(glm::dvec3(xyzw[3]));
+        const glm::dquat q(real.rounded.x, glm::dvec3(imaginary.rounded));
+        const double length = glm::length(q);
+        if (!(length > 1e-6)) m_context.Fail(NodeAt(index)["rotation"], "is a quaternion of length 0");
+        if (std::abs(length - 1.0) > 5e-3)
+            m_context.Warn(NodeAt(index)["rotation"], "rotation", "is not of unit length, normalized");
+        return glm::quat(q / length);
     }
 
     // With one parent each, a node is on or below a cycle exactly if no root leads to it.
@@ -104,18 +102,15 @@ class GraphReader {
         std::vector<bool> isReached(m_scene.nodes.size(), false);
         for (const uint32_t node : Descendants(RootNodes())) isReached[node] = true;
         for (size_t i = 0; i < isReached.size(); ++i)
-            if (!isReached[i]) m_root["nodes"].At(i).Fail("is its own ancestor, or below a node that is");
+            if (!isReached[i]) m_context.Fail(NodeAt(i), "is its own ancestor, or below a node that is");
     }
 
     // Children of node i: m_children[m_firstChild[i]] to m_children[m_firstChild[i + 1] - 1], in the file's
     // order.
     void BuildChildLists() {
-        const JsonValue nodes = m_root["nodes"];
         m_firstChild.assign(1, 0);
-        for (size_t i = 0; i < m_scene.nodes.size(); ++i) {
-            const JsonValue children = nodes.At(i)["children"];
-            for (size_t k = 0; k < children.Count(); ++k)
-                m_children.push_back(static_cast<uint32_t>(children.At(k).Unsigned()));
+        for (const gltf::Node& node : m_model.nodes) {
+            m_children.insert(m_children.end(), node.children.begin(), node.children.end());
             m_firstChild.push_back(m_children.size());
         }
     }
@@ -143,50 +138,47 @@ class GraphReader {
 
     // The root nodes of the scene that was asked for.
     std::vector<uint32_t> ChooseRoots() {
-        const JsonValue scenes = m_root["scenes"];
+        const std::vector<gltf::Scene>& scenes = m_model.scenes;
         std::vector<std::vector<uint32_t>> roots;
-        for (size_t i = 0; i < scenes.Count(); ++i) roots.push_back(ReadSceneRoots(scenes.At(i)));
-        const uint32_t defaultScene = m_root["scene"].IndexOr(0, scenes.Count(), "scenes");
+        for (size_t i = 0; i < scenes.size(); ++i) roots.push_back(ReadSceneRoots(i));
         const std::string& asked = m_context.options.scene;
         if (asked.empty() && roots.empty()) {
-            if (!m_scene.nodes.empty())
-                m_context.Warn(m_root, "no scenes", "has no scenes, all nodes are shown");
+            if (!m_scene.nodes.empty()) m_context.Warn("", "no scenes", "has no scenes, all nodes are shown");
             return RootNodes();
         }
-        const uint32_t chosen = asked.empty() ? defaultScene : FindScene(scenes, asked);
-        m_scene.name = scenes.At(chosen)["name"].StringOr("");
+        const size_t chosen =
+            asked.empty() ? static_cast<size_t>(std::max(m_model.defaultScene, 0)) : FindScene(asked);
+        m_scene.name = scenes[chosen].name;
         return std::move(roots[chosen]);
     }
 
-    std::vector<uint32_t> ReadSceneRoots(const JsonValue& value) const {
-        const JsonValue nodes = value.RequireObject()["nodes"];
-        std::vector<uint32_t> roots;
-        for (size_t i = 0; i < nodes.Count(); ++i) {
-            const uint32_t node = nodes.At(i).Index(m_scene.nodes.size(), "nodes");
-            if (m_scene.nodes[node].parent != kNone)
-                nodes.At(i).Fail("nodes[" + std::to_string(node) + "] is a child of nodes[" +
-                                 std::to_string(m_scene.nodes[node].parent) + "], must be a root");
-            roots.push_back(node);
-        }
+    std::vector<uint32_t> ReadSceneRoots(size_t scene) const {
+        const Place where = Place("scenes")[scene]["nodes"];
+        const std::vector<int>& nodes = m_model.scenes[scene].nodes;
+        std::vector<uint32_t> roots(nodes.begin(), nodes.end());
+        for (size_t i = 0; i < roots.size(); ++i)
+            if (const uint32_t parent = m_scene.nodes[roots[i]].parent; parent != kNone)
+                m_context.Fail(where[i], "nodes[" + std::to_string(roots[i]) + "] is a child of nodes[" +
+                                             std::to_string(parent) + "], must be a root");
         std::vector<uint32_t> sorted = roots;
         std::sort(sorted.begin(), sorted.end());
         const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
-        if (twice != sorted.end()) nodes.Fail("nodes[" + std::to_string(*twice) + "] is listed twice");
+        if (twice != sorted.end())
+            m_context.Fail(where, "nodes[" + std::to_string(*twice) + "] is listed twice");
         return roots;
     }
 
-    uint32_t FindScene(const JsonValue& scenes, const std::string& asked) const {
+    size_t FindScene(const std::string& asked) const {
+        const std::vector<gltf::Scene>& scenes = m_model.scenes;
         std::string names;
-        for (size_t i = 0; i < scenes.Count(); ++i) {
-            const std::string name = scenes.At(i)["name"].StringOr("");
-            if (name == asked) return static_cast<uint32_t>(i);
-            if (i < 8) names += (i ? ", " : "") + std::to_string(i) + " " + Quoted(name, 40);
+        for (size_t i = 0; i < scenes.size(); ++i) {
+            if (scenes[i].name == asked) return i;
+            if (i < 8) names += (i ? ", " : "") + std::to_string(i) + " " + Quoted(scenes[i].name, 40);
             if (i == 8) names += ", ...";
         }
         uint32_t index = 0;
         const auto [end, error] = std::from_chars(asked.data(), asked.data() + asked.size(), index);
-        if (error == std::errc() && end == asked.data() + asked.size() && index < scenes.Count())
-            return index;
+        if (error == std::errc() && end == asked.data() + asked.size() && index < scenes.size()) return index;
         throw Error(ErrorKind::Usage, m_context.label + ": there is no scene " + Quoted(asked) + "; there " +
                                           (names.empty() ? "are none" : "are: " + names));
     }
@@ -220,8 +212,7 @@ class GraphReader {
     }
 
     GltfContext& m_context;
-    JsonValue m_root;
-    size_t m_meshCount;
+    const gltf::Model& m_model;
     SceneData& m_scene;
     std::vector<Camera> m_cameras;
     std::vector<Light> m_lights;
@@ -233,16 +224,15 @@ class GraphReader {
 
 }  // namespace
 
-void ReadNodes(GltfContext& context, const JsonValue& root, size_t meshCount, SceneData& scene) {
-    GraphReader(context, root, meshCount, scene).Read();
+void ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene) {
+    GraphReader(context, model, scene).Read();
 }
 
-void PlaceInstances(GltfContext& context, const JsonValue& root, SceneData& scene) {
-    const JsonValue nodes = root["nodes"];
+void PlaceInstances(GltfContext& context, SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
     for (const uint32_t node : scene.nodeOrder) {
-        const JsonValue where = nodes.At(node);
-        if (!IsFinite(transforms[node].matrix)) where.Fail("its world transform is not finite");
+        const Place where = Place("nodes")[node];
+        if (!IsFinite(transforms[node].matrix)) context.Fail(where, "its world transform is not finite");
         const uint32_t mesh = scene.nodes[node].mesh;
         if (mesh == kNone || scene.meshes[mesh].primitives.empty()) continue;
         if (!CanInvert(transforms[node].matrix)) {
@@ -255,7 +245,7 @@ void PlaceInstances(GltfContext& context, const JsonValue& root, SceneData& scen
     const bool isFinite =
         scene.bounds.IsEmpty() || (std::isfinite(glm::dot(scene.bounds.min, glm::vec3(1))) &&
                                    std::isfinite(glm::dot(scene.bounds.max, glm::vec3(1))));
-    if (!isFinite) root.Fail("the scene's bounds are not finite");
+    if (!isFinite) context.Fail("", "the scene's bounds are not finite");
 }
 
 }  // namespace raygraph::scene

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_model.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::scene {
@@ -9,14 +10,14 @@ namespace raygraph::scene {
 // Fills scene.name, nodes, nodeOrder, cameras and lights; transforms of the latter two are still identity.
 // Checks that the nodes form a forest and that every index is in range. Throws Error{Usage} if options.scene
 // does not exist.
-void ReadNodes(GltfContext& context, const JsonValue& root, size_t meshCount, SceneData& scene);
+void ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene);
 
 // Places an instance for every node of scene.nodeOrder with a mesh, then world transforms and bounds. Fails
 // if a transform or the bounds are not finite.
-void PlaceInstances(GltfContext& context, const JsonValue& root, SceneData& scene);
+void PlaceInstances(GltfContext& context, SceneData& scene);
 
 // The file's cameras and lights, not yet placed. gltf_cameras_lights.cpp.
-std::vector<Camera> ReadCameras(GltfContext& context, const JsonValue& root);
-std::vector<Light> ReadLights(const JsonValue& root);
+std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model);
+std::vector<Light> ReadLights(const GltfContext& context, const gltf::Model& model);
 
 }  // namespace raygraph::scene

@@ -3,10 +3,12 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "renderer/scene/gltf_accessors.h"
 #include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_document.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/scene_data.h"
 
@@ -24,13 +26,15 @@ ScenePath Locate(const std::filesystem::path& path);
 
 struct GltfOutline {
     AccessorTables tables;
+    std::vector<BufferSource> bufferSources;  // By buffer.
+    std::vector<ImageSource> imageSources;    // By the file's image.
     SceneData scene;                   // Materials, textures, nodes, cameras and lights, without transforms.
     std::vector<uint32_t> images;      // As ReadMaterials returns them.
     std::vector<MeshLayout> layouts;   // By mesh.
     uint32_t defaultMaterial = kNone;  // Added to scene.materials, if a primitive names none.
 };
 
-// Checks all of the file's structure, and opens nothing.
-GltfOutline ReadOutline(GltfContext& context, const JsonValue& root);
+// Parses the text, checks all of the file's structure, and opens nothing.
+GltfOutline ReadOutline(GltfContext& context, std::string_view json);
 
 }  // namespace raygraph::scene

@@ -81,10 +81,6 @@ void CopyIndices(ComponentType type, const std::byte* bytes, size_t stride, std:
 
 }  // namespace
 
-AccessorReader::AccessorReader(GltfContext& context, const JsonValue& root, const AccessorTables& tables,
-                               GltfBuffers& buffers)
-    : m_context(context), m_accessors(root["accessors"]), m_tables(tables), m_buffers(buffers) {}
-
 const std::byte* AccessorReader::RunBytes(const ElementRun& run) {
     return m_buffers.View(run.view).data() + run.byteOffset;
 }
@@ -114,23 +110,24 @@ void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, 
     if (info.componentType != ComponentType::Float) return;
     for (size_t i = 0; i < selection.count * components; ++i)
         if (!std::isfinite(out[i]))
-            Place(accessor).Fail("element " + std::to_string(selection[i / components]) + " is not finite");
+            m_context.Fail(Place("accessors")[accessor],
+                           "element " + std::to_string(selection[i / components]) + " is not finite");
 }
 
 std::vector<uint32_t> AccessorReader::SparseIndices(uint32_t accessor) {
     const Accessor& info = Info(accessor);
-    const JsonValue where = Place(accessor)["sparse"]["indices"];
+    const Place where = Place("accessors")[accessor]["sparse"]["indices"];
     m_context.ChargeGeometry(where, info.sparse->count * sizeof(uint32_t));
     std::vector<uint32_t> ids(info.sparse->count);
     const ElementRun& run = info.sparse->indices;
     CopyIndices(info.sparse->indexType, RunBytes(run), run.byteStride, ids);
     for (size_t i = 0; i < ids.size(); ++i) {
         if (ids[i] >= info.count)
-            where.Fail("element " + std::to_string(i) + " is " + std::to_string(ids[i]) +
-                       ", but the accessor has " + std::to_string(info.count) + " elements");
+            m_context.Fail(where, "element " + std::to_string(i) + " is " + std::to_string(ids[i]) +
+                                      ", but the accessor has " + std::to_string(info.count) + " elements");
         if (i > 0 && ids[i] <= ids[i - 1])
-            where.Fail("element " + std::to_string(i) + " is " + std::to_string(ids[i]) +
-                       ", not greater than the one before it");
+            m_context.Fail(where, "element " + std::to_string(i) + " is " + std::to_string(ids[i]) +
+                                      ", not greater than the one before it");
     }
     return ids;
 }
@@ -155,7 +152,7 @@ void AccessorReader::ApplySparse(uint32_t accessor, const ElementSelection& sele
     });
 }
 
-std::vector<uint32_t> AccessorReader::ReadIndices(uint32_t accessor, const JsonValue& where) {
+std::vector<uint32_t> AccessorReader::ReadIndices(uint32_t accessor, const Place& where) {
     const Accessor& info = Info(accessor);
     RG_CHECK_EQ(info.componentCount, 1u);
     m_context.ChargeGeometry(where, info.count * sizeof(uint32_t));

@@ -23,8 +23,8 @@ struct ElementSelection {
 class AccessorReader {
   public:
     // All arguments must outlive this object.
-    AccessorReader(GltfContext& context, const JsonValue& root, const AccessorTables& tables,
-                   GltfBuffers& buffers);
+    AccessorReader(GltfContext& context, const AccessorTables& tables, GltfBuffers& buffers)
+        : m_context(context), m_tables(tables), m_buffers(buffers) {}
 
     const Accessor& Info(uint32_t accessor) const { return m_tables.accessors[accessor]; }
 
@@ -35,8 +35,8 @@ class AccessorReader {
     void Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out);
 
     template <typename Vector>
-    std::vector<Vector> ReadVectors(uint32_t accessor, const ElementSelection& selection,
-                                    const JsonValue& where, Vector fill = Vector(0.0f)) {
+    std::vector<Vector> ReadVectors(uint32_t accessor, const ElementSelection& selection, const Place& where,
+                                    Vector fill = Vector(0.0f)) {
         m_context.ChargeGeometry(where, uint64_t{selection.count} * sizeof(Vector));
         std::vector<Vector> vectors(selection.count, fill);
         if (!vectors.empty()) Read(accessor, selection, Vector::length(), &vectors[0].x);
@@ -45,16 +45,14 @@ class AccessorReader {
 
     // All elements of an accessor of unsigned scalars, which the caller has made sure it is. `where` (the
     // property that names it) is for messages.
-    std::vector<uint32_t> ReadIndices(uint32_t accessor, const JsonValue& where);
+    std::vector<uint32_t> ReadIndices(uint32_t accessor, const Place& where);
 
   private:
-    JsonValue Place(uint32_t accessor) const { return m_accessors.At(accessor); }
     const std::byte* RunBytes(const ElementRun& run);
     std::vector<uint32_t> SparseIndices(uint32_t accessor);
     void ApplySparse(uint32_t accessor, const ElementSelection& selection, size_t components, float* out);
 
     GltfContext& m_context;
-    JsonValue m_accessors;
     const AccessorTables& m_tables;
     GltfBuffers& m_buffers;
 };

@@ -1,7 +1,6 @@
 #include "renderer/scene/load_gltf.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "base/error.h"
@@ -17,7 +16,6 @@
 #include "renderer/scene/gltf_nodes.h"
 #include "renderer/scene/gltf_outline.h"
 #include "renderer/scene/gltf_reader.h"
-#include "renderer/scene/gltf_schema.h"
 
 namespace raygraph::scene {
 namespace {
@@ -49,17 +47,17 @@ void DecodeMeshes(GltfContext& context, AccessorReader& reader, const GltfOutlin
 }
 
 // Everything is checked before the first buffer is opened; meshes before images, which take longest.
-SceneData Import(GltfContext& context, const GltfContainer& container, const JsonValue& root) {
-    GltfOutline outline = ReadOutline(context, root);
+SceneData Import(GltfContext& context, const GltfContainer& container) {
+    GltfOutline outline = ReadOutline(context, container.json);
     SceneData scene = std::move(outline.scene);
-    GltfBuffers buffers(context, root, outline.tables, container);
-    AccessorReader reader(context, root, outline.tables, buffers);
+    GltfBuffers buffers(context, outline.bufferSources, outline.tables, container);
+    AccessorReader reader(context, outline.tables, buffers);
     DecodeMeshes(context, reader, outline, scene);
-    PlaceInstances(context, root, scene);
+    PlaceInstances(context, scene);
     const std::vector<uint32_t>& images = outline.images;
     for (size_t i = 0; i < images.size(); ++i) {
         context.Progress("images", 0.5f + 0.5f * static_cast<float>(i) / static_cast<float>(images.size()));
-        scene.images.push_back(DecodeImage(context, root, images[i], buffers));
+        scene.images.push_back(DecodeImage(context, outline.imageSources[images[i]], images[i], buffers));
     }
     Check(scene, context.label, ErrorKind::BadInput);
     context.Progress("done", 1.0f);
@@ -77,14 +75,16 @@ ScenePath Locate(const std::filesystem::path& path) {
     return located;
 }
 
-GltfOutline ReadOutline(GltfContext& context, const JsonValue& root) {
-    if (root["animations"].Count() > 0)
-        context.Warn(root["animations"], "animations", "are not read, the scene stands still");
-    GltfOutline outline{.tables = ReadAccessorTables(root), .scene = {}, .images = {}, .layouts = {}};
-    outline.images = ReadMaterials(context, root, outline.scene);
-    outline.layouts = ReadMeshLayouts(context, root, outline.tables, outline.scene.materials.size());
-    ReadNodes(context, root, outline.layouts.size(), outline.scene);
+GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
+    GltfDocument document = ReadDocument(context, json);
+    GltfOutline outline;
+    outline.tables = ReadAccessorTables(context, document);
+    outline.images = ReadMaterials(context, document.model, outline.scene);
+    outline.layouts = ReadMeshLayouts(context, document.model, outline.tables);
+    ReadNodes(context, document.model, outline.scene);
     outline.defaultMaterial = AddDefaultMaterial(outline.layouts, outline.scene);
+    outline.bufferSources = std::move(document.buffers);
+    outline.imageSources = std::move(document.images);
     return outline;
 }
 
@@ -98,10 +98,7 @@ SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options
         context.Progress("file", 0.0f);
         const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
         context.bytesRead = file.size();
-        const GltfContainer container = OpenContainer(file, context.label);
-        GltfTree json = ParseJson(container.json, context.label, options.limits);
-        CheckSchema(context, json);
-        return Import(context, container, JsonValue(json, context.label));
+        return Import(context, OpenContainer(file, context.label));
     });
 }
 

@@ -11,7 +11,6 @@
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_patch.h"
-#include "renderer/scene/gltf_schema.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {
@@ -165,9 +164,7 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     context.bytesRead = file.size();
     const GltfContainer container = OpenContainer(file, context.label);
     // Once to be checked, once with its order
-    GltfTree checked = ParseJson(container.json, context.label, options.limits);
-    CheckSchema(context, checked);
-    const GltfOutline loaded = ReadOutline(context, JsonValue(checked, context.label));
+    const GltfOutline loaded = ReadOutline(context, container.json);
     Json root = Json::parse(container.json);
     try {
         PatchNodes(root, loaded.scene, edited);

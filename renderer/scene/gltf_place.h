@@ -1,0 +1,46 @@
+// A place in a glTF document, for messages. Internal to renderer/scene.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace raygraph::scene {
+
+// Cheap to make and to pass on: the text is made when a message needs it.
+class Place {
+  public:
+    // The document itself, whose path is empty.
+    Place() = default;
+    // Names must be literals: they are kept.
+    explicit Place(const char* name) { Add({name, 0}); }
+
+    Place operator[](const char* name) const { return Below({name, 0}); }
+    Place operator[](size_t index) const { return Below({nullptr, index}); }
+
+    // "accessors[3].count".
+    std::string Path() const;
+    operator std::string() const { return Path(); }
+
+  private:
+    struct Step {
+        const char* name = nullptr;  // nullptr: an array index.
+        size_t index = 0;
+    };
+
+    void Add(const Step& step) {
+        if (m_count < m_steps.size()) m_steps[m_count++] = step;
+    }
+    Place Below(const Step& step) const {
+        Place place = *this;
+        place.Add(step);
+        return place;
+    }
+
+    uint32_t m_count = 0;
+    // Deeper than anything that the importer reads; a deeper place keeps the path of what it is in.
+    std::array<Step, 8> m_steps;
+};
+
+}  // namespace raygraph::scene
