@@ -15,7 +15,7 @@
 namespace raygraph::passes {
 
 struct DifferenceIds {
-    TextureId difference;  // |a - b| of each colour channel, rgba32f as both are; alpha 1
+    TextureId difference;  // |a - b| of each color channel, rgba32f as both are; alpha 1
     TextureId luminance;   // r32f, Rec. 709 luminance of that
 };
 [[nodiscard]] RAYGRAPH_API DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b);
@@ -25,7 +25,7 @@ struct DifferenceIds {
 [[nodiscard]] RAYGRAPH_API TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
                                                    float least = 0.01f);
 
-// r32f as colours, rgba8, by HeatColor (shaders/core/ramp.glsl): 0 dark, `most` and above light. `most` is
+// r32f as colors, rgba8, by HeatColor (shaders/core/ramp.glsl): 0 dark, `most` and above light. `most` is
 // above 0.
 [[nodiscard]] RAYGRAPH_API TextureId Heat(Renderer& renderer, TextureId values, float most);
 

@@ -50,7 +50,7 @@ DrawClasses ClassesOf(const SceneIds& scene) {
 }
 
 // A low-discrepancy sequence over the pixel: additive recurrence by the powers of 1 / g, g the real root of
-// x^3 = x + 1. The first place is the pixel's centre.
+// x^3 = x + 1. The first place is the pixel's center.
 glm::vec2 FilmOffset(FilmPosition film, uint32_t sampleIndex) {
     if (film == FilmPosition::Center) return glm::vec2(0.5f);
     const auto place = [&](double step) {

@@ -39,9 +39,9 @@ uint32_t DrawCount(const SceneIds& scene);
 // Groups of a shader that takes one invocation a record, 64 a group.
 uint32_t GroupsFor(uint32_t count);
 
-// The place in each pixel that a sample draws, from its upper left corner: of the centre, (0.5, 0.5).
+// The place in each pixel that a sample draws, from its upper left corner: of the center, (0.5, 0.5).
 glm::vec2 FilmOffset(FilmPosition film, uint32_t sampleIndex);
-// Clip units that bring this place of each pixel to the pixel's centre, where it is drawn.
+// Clip units that bring this place of each pixel to the pixel's center, where it is drawn.
 glm::vec2 ShiftOf(const glm::vec2& filmOffset, Extent2D extent);
 
 }  // namespace raygraph::passes

@@ -20,7 +20,7 @@ namespace raygraph::passes {
                                                       std::span<const uint32_t> instances, TextureId line,
                                                       float width, std::function<void()> onSubmitted = {});
 
-// `picture`, rgba8, with the line on it in a colour of display values. Error{Usage} for other formats or
+// `picture`, rgba8, with the line on it in a color of display values. Error{Usage} for other formats or
 // extents that differ.
 [[nodiscard]] RAYGRAPH_API TextureId DrawOutline(Renderer& renderer, TextureId picture, TextureId line,
                                                  const glm::vec3& color);

@@ -2,7 +2,7 @@
 //
 // Why not by the device's rasterizer: pixels are found as rays find them, by the same places in floating
 // point on every device, and not by corners rounded to 1/256 of a pixel; and on devices that have few units
-// that can rasterize (data-centre GPUs), all units do it. Threads: that of the Renderer.
+// that can rasterize (data-center GPUs), all units do it. Threads: that of the Renderer.
 #pragma once
 
 #include "passes/raster_bindings.h"

@@ -18,7 +18,7 @@ enum class PathForm : uint8_t {
 [[nodiscard]] RAYGRAPH_API bool CanRecurse(const rhi::Device& device);
 
 // Returns linear radiance, rgba32f, of paths of kLambertBounces bounces: Lambert surfaces of their base
-// colour with flat normals, emission found by chance, alpha taken as opaque, the environment without its map.
+// color with flat normals, emission found by chance, alpha taken as opaque, the environment without its map.
 // Of `settings`, extent, camera, sampler, seed and sampleIndex count. Throws Error{Usage} for
 // PathForm::Recursive where the device cannot (CanRecurse).
 [[nodiscard]] RAYGRAPH_API TextureId LambertPath(Renderer& renderer, const SceneIds& scene,

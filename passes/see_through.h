@@ -12,7 +12,7 @@ namespace raygraph::passes {
                                                             const TraceSettings& settings,
                                                             const RasterVisibility& seen);
 
-// Blurred copies of an rgba32f picture, rgba32f, colour multiplied by alpha: the levels of
+// Blurred copies of an rgba32f picture, rgba32f, color multiplied by alpha: the levels of
 // shaders/shared/blur_levels.h, level i for footprints of 2^i pixels.
 [[nodiscard]] RAYGRAPH_API TextureId BlurLevels(Renderer& renderer, TextureId picture);
 

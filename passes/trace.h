@@ -136,7 +136,7 @@ struct TraceIds {
 // The camera's first hits, without light: what AOVs and the diagnostic views show. All from one ray per
 // pixel.
 struct PrimaryHitIds {
-    TextureId albedo;    // rgba32f, base colour; the environment's radiance is not in it: 0 on a miss
+    TextureId albedo;    // rgba32f, base color; the environment's radiance is not in it: 0 on a miss
     TextureId normal;    // rgba32f, shading normal in world space, w = 0; 0 on a miss
     TextureId position;  // rgba32f, hit position in world space, w = depth along the camera's forward; inf on
                          // a miss
@@ -145,7 +145,7 @@ struct PrimaryHitIds {
 };
 
 enum class FilmPosition : uint8_t {
-    Center,    // through the pixel's centre: ids and depth; the same in every sample but for BLEND surfaces
+    Center,    // through the pixel's center: ids and depth; the same in every sample but for BLEND surfaces
     Jittered,  // where Trace's ray of the same sample goes: for averages
 };
 

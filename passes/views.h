@@ -19,7 +19,7 @@ RAYGRAPH_API bool ShowsLight(View view);        // radiance, for Tonemap; the ot
 RAYGRAPH_API bool ShowsSurface(View view);      // SurfaceView makes it
 RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: not of ids and distances
 
-// Returns the view's values, rgba32f: one number three times, a colour or a vector (shaders/shared/views.h).
+// Returns the view's values, rgba32f: one number three times, a color or a vector (shaders/shared/views.h).
 // Alpha is 1 on a surface, and all is 0 where there is none. A mean over jittered samples keeps that meaning:
 // alpha becomes coverage. `seen` is from DrawVisibility or TraceVisibility. One pipeline serves all views.
 // Error{Usage} for a view that ShowsSurface denies.
@@ -39,10 +39,10 @@ RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: not of ids and 
 // Makes values visible: rgba8, opaque, sRGB.
 //   Albedo, Emissive       sRGB-encoded, cut at 1
 //   Normals                [-1, 1] as [0, 1]
-//   Roughness, Metallic    as grey, not encoded
-//   Depth                  white at the nearest surface down to dark grey at the farthest, in equal steps
-//   Instance, Material     a colour for each, the same in every picture
-//   Wireframe              edges over grey
+//   Roughness, Metallic    as gray, not encoded
+//   Depth                  white at the nearest surface down to dark gray at the farthest, in equal steps
+//   Instance, Material     a color for each, the same in every picture
+//   Wireframe              edges over gray
 //   Overdraw, RayCost      a heat map: HeatColor (shaders/core/ramp.glsl) of log2(1 + count) / 5 for
 //   overdraw,
 //                          31 at the top, and / 10 for rays, 1023 at the top

@@ -201,7 +201,7 @@ bool Swapchain::Present(const SwapchainImage& image) {
 }
 
 void Swapchain::Resize(Extent2D extent) {
-    if (m_open) {  // nothing has waited for its semaphore, which must not stay signalled
+    if (m_open) {  // nothing has waited for its semaphore, which must not stay signaled
         m_device.Submit(m_device.BeginCommands(m_desc.name), {&m_open->acquired, 1});
         m_open.reset();
     }

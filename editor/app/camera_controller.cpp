@@ -8,7 +8,7 @@ namespace raygraph::editor {
 namespace {
 
 constexpr float kSteepest = 1.553f;  // radians above or below the horizon: 89 degrees
-constexpr float kNearest = 1e-3f;    // metres from the pivot
+constexpr float kNearest = 1e-3f;    // meters from the pivot
 
 // The direction turned by an angle about +y, and tilted up.
 glm::vec3 Turned(const glm::vec3& forward, glm::vec2 angles) {

@@ -9,7 +9,7 @@ namespace raygraph::editor {
 
 class CameraController {
   public:
-    // Takes a camera over; what it turns around lies ahead of it, at `distance` metres.
+    // Takes a camera over; what it turns around lies ahead of it, at `distance` meters.
     void Set(const scene::CameraView& view, float distance);
     const scene::CameraView& View() const { return m_view; }
     glm::dvec3 Pivot() const { return m_view.eye + glm::dvec3(m_distance * m_view.forward); }
@@ -23,9 +23,9 @@ class CameraController {
     void Pan(glm::vec2 shares);
     // Notches of a wheel: each takes 15 % off the distance to the pivot. An orthographic view narrows.
     void Dolly(float notches);
-    // Metres along right, up and forward; the pivot comes along.
+    // Meters along right, up and forward; the pivot comes along.
     void Fly(glm::vec3 metres);
-    // All of `bounds` is seen, from where the camera looks now. An empty box is taken as a metre about its
+    // All of `bounds` is seen, from where the camera looks now. An empty box is taken as a meter about its
     // middle.
     void Frame(const scene::Bounds& bounds);
 

@@ -36,7 +36,7 @@ class PictureMap {
     Ray RayAt(glm::vec2 place) const;
     // Nothing for what lies behind the eye.
     std::optional<glm::vec2> PlaceOf(const glm::vec3& point) const;
-    // Metres that cover this many points at the depth of `point`; 0 behind the eye.
+    // Meters that cover this many points at the depth of `point`; 0 behind the eye.
     float MetresAt(const glm::vec3& point, float points) const;
     // From `point` to the eye, unit length.
     glm::vec3 ToEye(const glm::vec3& point) const;
@@ -65,7 +65,7 @@ constexpr int AxisOf(GizmoHandle handle) {
 struct GizmoFrame {
     glm::vec3 origin{0.0f};
     glm::mat3 axes{1.0f};  // unit columns; of a node that shears they need not be perpendicular
-    float size = 1.0f;     // metres: how long its arms are
+    float size = 1.0f;     // meters: how long its arms are
 };
 // At `pivot`, else at the node's origin. Scaling is always along the node's own axes. Nothing if the node is
 // behind the eye or has an axis of length 0.

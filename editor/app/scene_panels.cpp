@@ -85,7 +85,7 @@ void MaterialFields(Workspace& work, uint32_t index) {
             ImGui::SliderFloat("transmission", &material.transmissionFactor, 0.01f, 1.0f, "%.3f", kBounded));
     // Fields that are typed into know no bounds
     material.baseColorFactor = glm::clamp(material.baseColorFactor, glm::vec4(0.0f), glm::vec4(1.0f));
-    // glTF wants colours of at most 1, and has `strength` for more; a file that has more keeps it
+    // glTF wants colors of at most 1, and has `strength` for more; a file that has more keeps it
     const glm::vec3 before = work.document.Scene().materials[index].emissiveFactor;
     material.emissiveFactor =
         glm::clamp(material.emissiveFactor, glm::vec3(0.0f), glm::max(before, glm::vec3(1.0f)));

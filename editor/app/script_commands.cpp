@@ -135,7 +135,7 @@ class LineReader {
         if (i >= m_words.size()) Refuse("a word is missing");
         return m_words[i];
     }
-    // Of a colour.
+    // Of a color.
     float Share(size_t i) const { return Number(Word(i), 0.0f, 1.0f); }
 
     Expectation Expected() const {

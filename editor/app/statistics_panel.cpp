@@ -13,7 +13,7 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr size_t kColored = 6;  // passes with a colour of their own; the others are one
+constexpr size_t kColored = 6;  // passes with a color of their own; the others are one
 constexpr std::array<ImU32, kColored + 1> kColors{IM_COL32(232, 143, 52, 255),  IM_COL32(86, 148, 214, 255),
                                                   IM_COL32(112, 184, 104, 255), IM_COL32(196, 104, 176, 255),
                                                   IM_COL32(214, 196, 92, 255),  IM_COL32(98, 192, 190, 255),

@@ -7,7 +7,7 @@
 
 namespace raygraph::editor {
 
-// Dark and neutral, so that it does not colour the judgement of a picture; one accent. Sizes in points.
+// Dark and neutral, so that it does not color the judgement of a picture; one accent. Sizes in points.
 void ApplyStyle(ImGuiStyle& style);
 
 // Keys as ImGui's own, for text fields and shortcuts of its widgets.

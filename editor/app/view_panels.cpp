@@ -22,7 +22,7 @@ void Choose(const char* label, Choice& value) {
 
 void EnvironmentFields(Workspace& work) {
     EnvironmentSettings environment = work.gpu.Environment();
-    // The brightest channel is the intensity, the rest is the colour
+    // The brightest channel is the intensity, the rest is the color
     float intensity = std::max({environment.radiance.x, environment.radiance.y, environment.radiance.z});
     glm::vec3 color = intensity > 0.0f ? environment.radiance / intensity : glm::vec3(1.0f);
     const std::string file = work.EnvironmentFile().filename().string();

@@ -132,7 +132,7 @@ class ContentHash {
     }
 
   private:
-    // With its length, so that what lies in neighbouring lists is not mixed up.
+    // With its length, so that what lies in neighboring lists is not mixed up.
     template <typename T>
     void AddRun(std::span<T> values) {
         Add(uint64_t{values.size()});

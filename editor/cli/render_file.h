@@ -6,7 +6,7 @@
 // removed_max_depth.R/G/B and so on with removed_max_depth.variance.R/G/B (of one sample that has twins),
 // with --light-group the radiance by group as light.NAME.R/G/B, Z
 // (along the camera's forward; infinite where nothing is hit), id.instance and id.material (uint; 0xFFFFFFFF
-// where nothing is hit). Z and the ids are those of the ray through the pixel's centre. Attributes: see
+// where nothing is hit). Z and the ids are those of the ray through the pixel's center. Attributes: see
 // kAttribute* in the source.
 //
 // The means are for other programs. What is gone on with are exact sums of the samples, one channel (uint) a

@@ -29,7 +29,7 @@ SampleRanges ParseSampleRanges(std::string_view text);
 
 // True if both hold one sample.
 bool Overlap(const SampleRanges& a, const SampleRanges& b);
-// Both, neighbours joined. They must not overlap.
+// Both, neighbors joined. They must not overlap.
 SampleRanges Union(const SampleRanges& a, const SampleRanges& b);
 
 }  // namespace raygraph::cli

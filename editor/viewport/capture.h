@@ -26,10 +26,10 @@ struct CaptureResult {
     EnvironmentSettings environment;
     std::vector<float> mean;      // w: coverage
     std::vector<float> variance;  // of one sample; w without meaning
-    // What lies behind the centre of each pixel (passes::PrimaryHits).
+    // What lies behind the center of each pixel (passes::PrimaryHits).
     std::vector<float> albedo;       // w without meaning
     std::vector<float> normal;       // world space; w without meaning
-    std::vector<float> depth;        // one a pixel, metres along the camera's forward; infinite: nothing
+    std::vector<float> depth;        // one a pixel, meters along the camera's forward; infinite: nothing
     std::vector<uint32_t> instance;  // one a pixel; 0xFFFFFFFF: nothing
     std::vector<uint32_t> material;
 };

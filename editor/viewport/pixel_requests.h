@@ -15,7 +15,7 @@
 
 namespace raygraph::viewport {
 
-// What lies behind the centre of a pixel, as passes::PrimaryHits has it: the same in every view.
+// What lies behind the center of a pixel, as passes::PrimaryHits has it: the same in every view.
 struct PickResult {
     glm::uvec2 pixel{0};
     bool isHit = false;      // the other fields mean something
@@ -25,7 +25,7 @@ struct PickResult {
     uint32_t geometry = 0;     // primitive of a mesh, numbered over the scene
     glm::vec3 position{0.0f};  // world space
     glm::vec3 normal{0.0f};    // world space, shading normal
-    float depth = 0.0f;        // metres along the camera's forward
+    float depth = 0.0f;        // meters along the camera's forward
 };
 
 // The mean of a view in a pixel.

@@ -16,8 +16,8 @@ namespace raygraph::viewport {
 //   Wipe:          path-traced left of a line, raster right of it
 //   SideBySide:    both at half the size
 //   Difference:    |raster - path-traced| of the radiance, exposed and tone-mapped
-//   RelativeError: of the raster view's luminance against the path-traced one, as colours
-//   Flip:          what a person sees who switches between the two, as colours (passes/flip.h)
+//   RelativeError: of the raster view's luminance against the path-traced one, as colors
+//   Flip:          what a person sees who switches between the two, as colors (passes/flip.h)
 //   Surface:       a property of what is seen, or what it costs: ShowSettings::surface
 #define RAYGRAPH_VIEWPORT_VIEWS(X, Of)            \
     X(Of, PathTraced, 0, "path-traced", "")       \
@@ -41,7 +41,7 @@ struct ShowSettings {
     float wipePosition = 0.5f;          // share of the width that is path-traced; clamped to [0, 1]
     passes::TonemapSettings tonemap{};  // the picture is opaque, whatever isOpaque says
     passes::View surface = passes::View::Normals;  // of View::Surface; not one of light
-    float greatestError = 1.0f;                    // relative error that has the last colour; above 0
+    float greatestError = 1.0f;                    // relative error that has the last color; above 0
     float pixelsPerDegree = 67.0206433f;           // of the screen as seen, for View::Flip; 1 to 400
 
     bool operator==(const ShowSettings&) const = default;

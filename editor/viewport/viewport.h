@@ -48,7 +48,7 @@ struct ViewportDesc {
     Extent2D size{};
 };
 
-// A thin lens; radius 0 is a pinhole. Metres. The raster view has none.
+// A thin lens; radius 0 is a pinhole. Meters. The raster view has none.
 struct LensSettings {
     float radius = 0.0f;
     float focusDistance = 1.0f;  // along the view to the plane that is sharp

@@ -19,7 +19,7 @@ double Luminance(const glm::dvec3& color) {
 }
 
 // One row of the map's means over its texels' cells: of the interpolated map a cell takes 3/4 from its own
-// texel and 1/8 from each neighbour, in both axes.
+// texel and 1/8 from each neighbor, in both axes.
 class TexelMeans {
   public:
     explicit TexelMeans(const image::ImageF& map) : m_map(map), m_column(map.width), m_row(map.width) {}

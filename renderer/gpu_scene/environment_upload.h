@@ -1,4 +1,4 @@
-// What the environment is on the device: textures of one colour, and the table that its directions are drawn
+// What the environment is on the device: textures of one color, and the table that its directions are drawn
 // from. Threads: those of the Uploader.
 #pragma once
 

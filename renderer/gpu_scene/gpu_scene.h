@@ -173,7 +173,7 @@ class RAYGRAPH_API GpuScene {
 
     // A punctual light; indices are those of SceneData::lights. Rebuilds the light tables, and nothing else.
     // Error{Usage} out of range, and for what no file could say: numbers that are not finite, a negative
-    // colour or intensity, cone angles that are not 0 <= inner < outer <= pi / 2.
+    // color or intensity, cone angles that are not 0 <= inner < outer <= pi / 2.
     void SetLight(uint32_t light, const scene::Light& values);
     const scene::Light& Light(uint32_t light) const;
 

@@ -1,4 +1,4 @@
-// Which lights of a scene belong together: see gpu::kLightGroupRest and its neighbours. Threads: plain
+// Which lights of a scene belong together: see gpu::kLightGroupRest and its neighbors. Threads: plain
 // values and pure functions, for any thread.
 #pragma once
 

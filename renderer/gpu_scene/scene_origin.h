@@ -8,7 +8,7 @@
 
 namespace raygraph {
 
-// Metres. The origin lies on a grid of this size, and stays until the place that matters is farther than this
+// Meters. The origin lies on a grid of this size, and stays until the place that matters is farther than this
 // along an axis: a camera that moves to and fro does not move it.
 inline constexpr double kOriginGrid = 128.0;
 
@@ -17,7 +17,7 @@ inline constexpr double kOriginGrid = 128.0;
 // empty one is nowhere, and `current` is returned; so it is for an eye that is not finite.
 glm::dvec3 ChooseSceneOrigin(const glm::dvec3& current, const glm::dvec3& eye, const scene::Bounds& scene);
 
-// Metres: where float's steps are still 0.06 mm.
+// Meters: where float's steps are still 0.06 mm.
 inline constexpr double kOriginReach = 1024.0;
 inline constexpr uint32_t kFarViewpointsToMove = 8;
 

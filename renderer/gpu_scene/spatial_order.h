@@ -1,5 +1,5 @@
 // Orders for acceleration-structure builds. Some builders keep the order of their input (lavapipe's does), so
-// that neighbours in space have to be neighbours in the index buffer and in the instance buffer.
+// that neighbors in space have to be neighbors in the index buffer and in the instance buffer.
 #pragma once
 
 #include <cstdint>

@@ -1,11 +1,12 @@
 // Barrier planner: from the state of a resource and its next access to the dependency between them. Pure.
 //
 // Rules, for a resource whose last write is W and that has been read by R since:
-//   read after W      waits for W and makes it visible; nothing if W is already visible there (other reads
-//   did it) read after read   nothing, in the same layout write after R     waits for R without memory
-//   access: execution only write after W     waits for W and makes it available other layout      a
-//   transition; it counts as a write that every later access waits for
-// The validation layers do not see image writes of TraceRays, so these rules carry tests of their own.
+//   read after W      waits for W and makes it visible; nothing if other reads have made W visible there
+//   read after read   nothing, in the same layout
+//   write after R     waits for R without memory access: an execution dependency only
+//   write after W     waits for W and makes it available
+//   other layout      a transition; it counts as a write that every later access waits for
+// The validation layers do not see image writes of TraceRays, so tests check these rules.
 // Threads: plain values and pure functions, for any thread.
 #pragma once
 

@@ -1,11 +1,10 @@
 // Compile: from the declared frame to the plan of its execution. Pure: no device, no vk* call; the same graph
 // gives the same plan.
 //
-//   order       as declared: a pass can only use what passes before it left
-//   culling     a pass is kept if what it writes is needed by a root or by a kept pass, or if it is
-//   keepAlive. What a
-//               persistent resource holds at the end of the frame is needed if it is Always, or if a kept
-//               pass uses what it held at the beginning.
+//   order       as declared: a pass can only use the results of earlier passes
+//   culling     a pass is kept if it is keepAlive, or if a root or a kept pass needs what it writes. The
+//               contents of a persistent resource at the end of the frame are needed if it is Always, or if
+//               a kept pass uses its contents from the beginning of the frame.
 //   lifetimes   from first to last use among the kept passes
 //   aliasing    transients with disjoint lifetimes and a common memory type share a block, largest first
 //   barriers    one batch before each pass (renderer/graph/barrier_planner.h)

@@ -95,7 +95,7 @@ class RAYGRAPH_API Readback {
 
 // What becomes of a semaphore of a frame that is dropped.
 enum class WhenDropped : uint8_t {
-    Forward,     // waited for or signalled all the same: who counts on it goes on
+    Forward,     // waited for or signaled all the same: who counts on it goes on
     LeaveAlone,  // for the next frame to use
 };
 

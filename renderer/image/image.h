@@ -46,8 +46,8 @@ enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Hdr, Exr };
 // The format by its first bytes; names and extensions are not asked.
 RAYGRAPH_API FileFormat SniffFormat(std::span<const std::byte> bytes);
 
-// PNG, JPEG or WebP, as SniffFormat() says. `name` is for error messages. Colour profiles, gamma chunks and
-// EXIF orientation are ignored, as glTF asks. Grey becomes R = G = B, missing alpha 255, 16-bit PNG is
+// PNG, JPEG or WebP, as SniffFormat() says. `name` is for error messages. Color profiles, gamma chunks and
+// EXIF orientation are ignored, as glTF asks. Gray becomes R = G = B, missing alpha 255, 16-bit PNG is
 // rounded to 8, CMYK JPEG is converted by the plain formula (no profile). A truncated or corrupt file is an
 // error even where the decoder could make up the rest; animated WebP is an error.
 RAYGRAPH_API Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name,

@@ -20,10 +20,10 @@ struct RAYGRAPH_API CameraView {
     glm::vec3 right{1.0f, 0.0f, 0.0f};
     Projection projection = Projection::Perspective;
     float yFov = 0.8f;    // Full vertical angle, radians; perspective alone.
-    float height = 2.0f;  // Metres seen from bottom to top; orthographic alone.
+    float height = 2.0f;  // Meters seen from bottom to top; orthographic alone.
     float aspect = 1.0f;  // Width over height of the picture.
-    float zNear = 0.01f;  // Metres, for raster views. Always above 0.
-    float zFar = 0.0f;    // Metres, for raster views; 0 = infinite.
+    float zNear = 0.01f;  // Meters, for raster views. Always above 0.
+    float zFar = 0.0f;    // Meters, for raster views; 0 = infinite.
 
     bool operator==(const CameraView&) const = default;
 

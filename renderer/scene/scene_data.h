@@ -1,8 +1,8 @@
 // The scene as plain CPU data: what an importer makes and GpuScene uploads. Value types only; nothing here
 // knows the file it came from. Copying a SceneData copies every vertex and texel: move it.
 //
-// Space and units are glTF's: right-handed, +y up, metres, radians; a camera and a spot light look along
-// their node's -z; colours are linear Rec. 709 unless a texture says sRGB; texture coordinate (0, 0) is the
+// Space and units are glTF's: right-handed, +y up, meters, radians; a camera and a spot light look along
+// their node's -z; colors are linear Rec. 709 unless a texture says sRGB; texture coordinate (0, 0) is the
 // upper left texel corner.
 //
 // Far from the origin float has no digits left for what is small: at 10 km its steps are 1 mm. So transforms
@@ -64,7 +64,7 @@ struct Primitive {
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;
     std::vector<glm::vec4>
-        colors;  // Linear; multiplies the base colour. Alpha 1 where the file has three channels.
+        colors;  // Linear; multiplies the base color. Alpha 1 where the file has three channels.
     std::vector<uint32_t> indices;  // Triangle list, three a triangle, counter-clockwise seen from the front.
     uint32_t material = 0;          // Into SceneData::materials; always valid.
     Bounds bounds;                  // Of `positions`, object space.
@@ -112,26 +112,26 @@ struct RAYGRAPH_API Material {
     float ior = 1.5f;                     // KHR_materials_ior: at least 1; or 0: reflects everything.
     float specularFactor = 1.0f;          // KHR_materials_specular: strength of the dielectric's reflection,
     TextureRef specularTexture;           // alpha;
-    glm::vec3 specularColorFactor{1.0f};  // and its colour at normal incidence, not bounded by 1,
+    glm::vec3 specularColorFactor{1.0f};  // and its color at normal incidence, not bounded by 1,
     TextureRef specularColorTexture;      // sRGB.
     float transmissionFactor = 0.0f;      // KHR_materials_transmission: share that is not diffuse but passes,
     TextureRef transmissionTexture;       // r.
     float thicknessFactor = 0.0f;         // KHR_materials_volume: above 0, the surface bounds a medium.
     glm::vec3 attenuationColor{1.0f};     // What white light turns to on its way through the medium,
-    float attenuationDistance = 0.0f;     // of this length, metres; 0 = infinite.
-    bool isUnlit = false;                 // KHR_materials_unlit: shows its base colour and nothing else.
+    float attenuationDistance = 0.0f;     // of this length, meters; 0 = infinite.
+    bool isUnlit = false;                 // KHR_materials_unlit: shows its base color and nothing else.
     // Where closed surfaces with media overlap, the medium of the higher priority is there. Not glTF's: a
     // whole number `priority` in the material's `extras`.
     uint32_t priority = 0;
 
-    // Emitted radiance before the texture. An unlit material emits its base colour instead.
+    // Emitted radiance before the texture. An unlit material emits its base color instead.
     glm::vec3 EmittedRadiance() const {
         return isUnlit ? glm::vec3(0.0f) : emissiveFactor * emissiveStrength;
     }
     // Light passes, so that backs count as much as fronts do.
     bool IsTransmissive() const { return transmissionFactor > 0.0f; }
     bool BoundsMedium() const { return IsTransmissive() && thicknessFactor > 0.0f; }
-    // Absorption coefficient of the medium, 1/m: exp(-absorption d) of the light passes d metres. At most
+    // Absorption coefficient of the medium, 1/m: exp(-absorption d) of the light passes d meters. At most
     // kMostAbsorption, which an attenuationColor of 0 means.
     glm::vec3 Absorption() const;
     // Whether rays pass through the back of the surface as if it were not there (glTF 2.0, 3.9.5).
@@ -158,10 +158,10 @@ struct Sampler {
 
 enum class ColorSpace : uint8_t {
     Linear,  // Data: normals, roughness, occlusion.
-    Srgb,    // Colour: decode r, g and b by the sRGB curve when sampled; alpha is linear.
+    Srgb,    // Color: decode r, g and b by the sRGB curve when sampled; alpha is linear.
 };
 
-// An image, how to sample it and how to read its values. An image used both as colour and as data gives two
+// An image, how to sample it and how to read its values. An image used both as color and as data gives two
 // textures.
 struct Texture {
     std::string name;
@@ -218,10 +218,10 @@ struct Camera {
     Projection projection = Projection::Perspective;
     float yFov = 0.8f;         // Perspective: full vertical angle, radians.
     float aspectRatio = 0.0f;  // Perspective: width over height the author had in mind; 0 = not given.
-    float xMag = 1.0f;         // Orthographic: half the width of the view, metres.
-    float yMag = 1.0f;         // Orthographic: half the height of the view, metres.
-    float zNear = 0.0f;        // Metres. Kept for raster views.
-    float zFar = 0.0f;         // Metres; 0 = infinite.
+    float xMag = 1.0f;         // Orthographic: half the width of the view, meters.
+    float yMag = 1.0f;         // Orthographic: half the height of the view, meters.
+    float zNear = 0.0f;        // Meters. Kept for raster views.
+    float zFar = 0.0f;         // Meters; 0 = infinite.
     glm::mat4x3 cameraToWorld{1.0f};
     glm::vec3 translationRest{0.0f};
 };
@@ -235,7 +235,7 @@ struct Light {
     LightType type = LightType::Point;
     glm::vec3 color{1.0f};        // Linear.
     float intensity = 1.0f;       // Point and spot: cd. Directional: lx. Taken as they stand, see the README.
-    float range = 0.0f;           // Metres; 0 = infinite. A hint for raster views, no part of the physics.
+    float range = 0.0f;           // Meters; 0 = infinite. A hint for raster views, no part of the physics.
     float innerConeAngle = 0.0f;  // Spot: radians from the axis, full intensity within.
     float outerConeAngle = 0.785398163f;  // Spot: radians from the axis, nothing outside.
     glm::mat4x3 lightToWorld{1.0f};

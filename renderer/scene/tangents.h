@@ -24,7 +24,7 @@ struct TangentMesh {
 // Vertices of equal position, normal and uv count as one. Around such a vertex, triangles that share edges
 // and are mirrored alike in uv form a group; its tangent is the mean of theirs, weighted by their angles.
 // Triangles whose uv has no area belong to any group they touch; those without two distinct edges take the
-// tangent of a neighbour; what is then left gets some vector perpendicular to the normal.
+// tangent of a neighbor; what is then left gets some vector perpendicular to the normal.
 //
 // Time: n log n in the number of triangles, whatever their topology.
 TangentMesh GenerateTangents(std::span<const glm::vec3> positions, std::span<const glm::vec3> normals,

@@ -31,7 +31,7 @@ struct SurfaceSetting {
     uint seed;         // for lobes that walk at random
 };
 
-// The glTF material on the modified Phong model: the base colour of what is not metal is diffuse, the rest a
+// The glTF material on the modified Phong model: the base color of what is not metal is diffuse, the rest a
 // specular lobe about as wide as the microfacets of that roughness make it.
 INLINE LafortuneBxDF LafortuneOf(SurfaceMaterial material) {
     float f0 = Sqr((material.ior - 1.0f) / (material.ior + 1.0f)) * material.specular;

@@ -34,7 +34,7 @@ INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
 }
 
 // What a layer of that reflectance leaves to what is below it: of every channel the share of the one that is
-// reflected most. Else a coloured layer would give the light below it the inverse colour
+// reflected most. Else a colored layer would give the light below it the inverse color
 // (KHR_materials_specular).
 INLINE vec3 PassedShare(vec3 reflectance) { return vec3(1.0f - MaxComponent(reflectance)); }
 

@@ -149,7 +149,7 @@ INLINE ConductorFresnel ConductorFromIndices(vec3 eta, vec3 k) {
     return fresnel;
 }
 
-// From a colour, which does not fix the two indices: Gulbrandsen 2014, "Artist Friendly Metallic Fresnel",
+// From a color, which does not fix the two indices: Gulbrandsen 2014, "Artist Friendly Metallic Fresnel",
 // with the edge tint 1 - 0.3 (1 - r). It keeps the index finite up to r = 1, and gives eta = 1.2, k = 6.9 for
 // the reflectance of aluminium (1.0 and 6.7 in tables).
 INLINE ConductorFresnel ConductorFromColor(vec3 f0, vec3 f90) {

@@ -3,7 +3,7 @@
 //     dielectric = a Fresnel layer over mix(diffuse, transmitted, transmission)
 //
 // Layer and metal are rough GGX reflection; light is transmitted by refraction, or by a thin wall, where it
-// goes straight on but for the roughness. Both take their colour from baseColor.
+// goes straight on but for the roughness. Both take their color from baseColor.
 //
 // The layer takes from the diffuse base what it reflects: with E its albedo, the base is multiplied by
 // (1 - E(wo)) (1 - E(wi)) / (1 - mean E), which is reciprocal and returns everything where the base is white
@@ -159,7 +159,7 @@ INLINE WalkSurface ChooseWalk(PreparedGltf g, float uc, OUT(vec3) weight) {
     return surface;
 }
 
-// What light takes on by passing: the base's colour, and the scale of radiance.
+// What light takes on by passing: the base's color, and the scale of radiance.
 INLINE vec3 PassedTint(PreparedGltf g) {
     return g.isThin ? g.bxdf.baseColor : g.bxdf.baseColor / Sqr(g.bxdf.eta);
 }

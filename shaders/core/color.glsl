@@ -1,4 +1,4 @@
-// Colour is linear, with Rec. 709 / sRGB primaries and white D65, everywhere but in the images a person looks
+// Color is linear, with Rec. 709 / sRGB primaries and white D65, everywhere but in the images a person looks
 // at.
 #ifndef RAYGRAPH_CORE_COLOR_GLSL
 #define RAYGRAPH_CORE_COLOR_GLSL

@@ -1,4 +1,4 @@
-// Colours for numbers: a ramp for how much, and a palette for which.
+// Colors for numbers: a ramp for how much, and a palette for which.
 #ifndef RAYGRAPH_CORE_RAMP_GLSL
 #define RAYGRAPH_CORE_RAMP_GLSL
 
@@ -21,7 +21,7 @@ INLINE vec3 LinearFromOklab(vec3 lab) {
 }
 
 // A ramp over t in [0, 1], from dark blue over violet and red to light yellow, linear Rec. 709. OKLab's
-// lightness grows evenly from 0.18 to 0.93, so that equal steps of t look equal, in grey too.
+// lightness grows evenly from 0.18 to 0.93, so that equal steps of t look equal, in gray too.
 INLINE vec3 HeatColor(float t) {
     float x = clamp(t, 0.0f, 1.0f);
     float hue = 4.65f + 3.45f * x;  // radians, from blue upwards
@@ -31,7 +31,7 @@ INLINE vec3 HeatColor(float t) {
     return clamp(color, vec3(0.0f), vec3(1.0f));
 }
 
-// A colour of its own for each id, as shown (not linear): neighbours get hues that are far apart, by steps of
+// A color of its own for each id, as shown (not linear): neighbors get hues that are far apart, by steps of
 // the golden ratio, and two levels of brightness.
 INLINE vec3 ColorOfId(uint id) {
     float hue = float((id * 2654435769u) >> 8u) * 5.9604644775390625e-8f;

@@ -1,4 +1,4 @@
-// From scene-linear radiance to what a screen shows. Pure functions of one colour; exposure is in stops. All
+// From scene-linear radiance to what a screen shows. Pure functions of one color; exposure is in stops. All
 // but Linear end in the sRGB transfer function.
 //
 // Linear: clamp to [0, 1], not encoded. Code values are proportional to radiance, for measuring.
@@ -9,7 +9,7 @@
 //
 // Aces: S. Hill's fit (2016) of the ACES reference rendering and sRGB output transforms.
 //
-// AgX: T. Sobotka's AgX base look (2022). Inset matrix, log2 over 16.5 stops about middle grey, the sigmoid
+// AgX: T. Sobotka's AgX base look (2022). Inset matrix, log2 over 16.5 stops about middle gray, the sigmoid
 // of the configuration's generator in closed form, outset; the 2.2 power of its display encoding is then
 // undone.
 //
@@ -31,7 +31,7 @@ INLINE float TonemapInput(float x) { return x > 0.0f ? min(x, kTonemapInputLimit
 
 INLINE vec3 TonemapReinhard(vec3 c) { return c / (vec3(1.0f) + c); }
 
-// The tone curve of Hill's fit, on a colour in its working space.
+// The tone curve of Hill's fit, on a color in its working space.
 INLINE vec3 AcesFitCurve(vec3 v) {
     vec3 numerator = v * (v + vec3(0.0245786f)) - vec3(0.000090537f);
     vec3 denominator = v * (0.983729f * v + vec3(0.4329510f)) + vec3(0.238081f);
@@ -58,7 +58,7 @@ INLINE float AgXSigmoid(float x) {
 }
 
 INLINE float AgXChannel(float x) {
-    // 16.5 stops: from 10 below to 6.5 above middle grey, 0.18 = 2^-2.47393.
+    // 16.5 stops: from 10 below to 6.5 above middle gray, 0.18 = 2^-2.47393.
     float stops = log2(max(x, 1.0e-10f)) + 12.4739312f;
     return AgXSigmoid(clamp(stops / 16.5f, 0.0f, 1.0f));
 }

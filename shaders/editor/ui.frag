@@ -1,4 +1,4 @@
-// Pixels of DrawUi: the vertex's colour times the font atlas (source 0) or the picture (1).
+// Pixels of DrawUi: the vertex's color times the font atlas (source 0) or the picture (1).
 #version 460
 
 layout(set = 0, binding = 1) uniform sampler2D atlas;

@@ -87,7 +87,7 @@ INLINE float MediumIor(uint material) {
 
 CONST float kFarInMedium = 1.0e18f;
 
-// Share of light that passes `distance` metres of the medium, however long. Beer and Lambert. A distance near
+// Share of light that passes `distance` meters of the medium, however long. Beer and Lambert. A distance near
 // the range of float would do as well, but a device that multiplies it first by what else exp needs makes it
 // infinite, and a medium that absorbs nothing no number.
 INLINE vec3 Transmittance(uint material, float distance) {

@@ -63,7 +63,7 @@ INLINE float Importance(LightNode node, LightContext context) {
     return max(importance, 0.0f);
 }
 
-// The chance of the first of two children, which are neighbours from `first`; negative: neither can matter.
+// The chance of the first of two children, which are neighbors from `first`; negative: neither can matter.
 INLINE float FirstChildProbability(uint first, LightContext context) {
     float importance0 = 0.0f;
     float importance1 = 0.0f;

@@ -1,5 +1,5 @@
 // BlurLevels: the levels of shared/blur_levels.h. A texel is the mean of its square of the picture and of as
-// much around it as half a texel, by 4 x 4 samples; colour comes multiplied by alpha.
+// much around it as half a texel, by 4 x 4 samples; color comes multiplied by alpha.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shared/blur_levels.h"
@@ -20,7 +20,7 @@ void main() {
     for (uint i = 0u; i < 16u; i++) {
         vec2 offset = (vec2(float(i & 3u), float(i >> 2u)) - 1.5f) * 0.5f;
         vec2 place = (vec2(texel) + 0.5f + offset) * scale / vec2(size);
-        // Of a sample at a surface's edge, too, the colour is that of the surface
+        // Of a sample at a surface's edge, too, the color is that of the surface
         vec4 value = textureLod(picture, clamp(place, vec2(0.0f), vec2(1.0f)), 0.0f);
         sum += vec4(value.xyz * value.w, value.w);
     }

@@ -1,4 +1,4 @@
-// The colour spaces and constants of FLIP (Andersson et al. 2020, "FLIP: A Difference Evaluator for
+// The color spaces and constants of FLIP (Andersson et al. 2020, "FLIP: A Difference Evaluator for
 // Alternating Images", version 1 for low dynamic range). Numbers in parentheses are sections there.
 #ifndef RAYGRAPH_POST_FLIP_GLSL
 #define RAYGRAPH_POST_FLIP_GLSL
@@ -47,7 +47,7 @@ vec3 FlipToHuntLab(vec3 linear) {
 
 float FlipHyAb(vec3 a, vec3 b) { return abs(a.x - b.x) + length(a.yz - b.yz); }
 
-// From a distance of colours to an error in [0, 1] (3.1.3). Powers of 0 are undefined in GLSL.
+// From a distance of colors to an error in [0, 1] (3.1.3). Powers of 0 are undefined in GLSL.
 float FlipColorError(vec3 reference, vec3 test) {
     const float exponent = 0.7f, share = 0.4f, at = 0.95f;
     // The greatest distance within the gamut: between green and blue

@@ -1,4 +1,4 @@
-// Heat: one number a pixel as colours, see core/ramp.glsl.
+// Heat: one number a pixel as colors, see core/ramp.glsl.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "core/ramp.glsl"
@@ -8,7 +8,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, r32f) readonly uniform image2D values;
 layout(set = 0, binding = 1, rgba8) writeonly uniform image2D display;
 
-layout(push_constant) uniform Constants { float most; } constants;  // shown in the last colour
+layout(push_constant) uniform Constants { float most; } constants;  // shown in the last color
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -14,7 +14,7 @@ layout(push_constant) uniform Constants {
 
 bool IsOutlined(ivec2 pixel, ivec2 size) {
     ivec2 from = imageSize(hits);
-    // The texel that the pixel's centre lies in
+    // The texel that the pixel's center lies in
     ivec2 texel = (2 * pixel + 1) * from / (2 * size);
     uint seen = imageLoad(hits, clamp(texel, ivec2(0), from - 1)).x;
     if (seen == 0u) return false;
@@ -38,7 +38,7 @@ void main() {
                     continue;
                 if (IsOutlined(other, size)) nearest = apart;
             }
-        // What is outlined ends half a pixel before the centre of the next
+        // What is outlined ends half a pixel before the center of the next
         share = clamp(constants.width + 1.0f - sqrt(nearest), 0.0f, 1.0f);
     }
     imageStore(line, pixel, vec4(share));

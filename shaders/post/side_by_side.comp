@@ -1,4 +1,4 @@
-// SideBySide: two pictures of half the size, each in the middle of its half; grey around them.
+// SideBySide: two pictures of half the size, each in the middle of its half; gray around them.
 #version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -1,4 +1,4 @@
-// Where in its triangle the centre of each drawn pixel is, as resolve_visibility.comp computes it. What the
+// Where in its triangle the center of each drawn pixel is, as resolve_visibility.comp computes it. What the
 // device interpolates over a triangle that reaches far, or is seen at a grazing angle, is off: it rounds
 // corners to a grid in the picture, and cuts off what is behind the camera.
 #version 460
@@ -23,7 +23,7 @@ void main() {
     PictureTriangle triangle = ProjectTriangle(hit.instance, hit.primitive, camera.origin,
                                                OffsetToPicture(camera, constants.shift, uvec2(size)));
     vec3 edges = EdgesAt(triangle, vec2(pixel) + 0.5f);
-    // By the device's rounding the centre may be just outside: the nearest place inside then
+    // By the device's rounding the center may be just outside: the nearest place inside then
     float sum = edges.x + edges.y + edges.z;
     vec3 weights = max((sum < 0.0f ? -1.0f : 1.0f) * edges, vec3(0.0f));
     sum = weights.x + weights.y + weights.z;

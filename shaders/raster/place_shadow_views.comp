@@ -3,7 +3,7 @@
 //
 // Cascades: the camera's view is cut at depths between those that grow evenly and those that grow by a factor
 // (Zhang, Sun, Xu and Lun 2006, "Parallel-Split Shadow Maps for Large-Scale Virtual Environments"). Each part
-// lies in a sphere, so that turning the camera does not change its size, and the sphere's centre moves in
+// lies in a sphere, so that turning the camera does not change its size, and the sphere's center moves in
 // whole texels, so that moving the camera does not make edges crawl (Valient 2008, "Stable Rendering of
 // Cascaded Shadow Maps", ShaderX6). Depths are rounded to powers of sqrt(2) for the same reason.
 #version 460

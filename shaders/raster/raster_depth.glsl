@@ -4,7 +4,7 @@
 
 #include "scene/ray.glsl"
 
-// Metres along the camera's forward. Of depth 0, infinity or the camera's zFar.
+// Meters along the camera's forward. Of depth 0, infinity or the camera's zFar.
 float DistanceOf(CameraRecord camera, float depth) {
     return camera.orthographic != 0u ? (1.0f - depth) * camera.zFar : camera.zNear / depth;
 }

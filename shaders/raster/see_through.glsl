@@ -14,7 +14,7 @@ layout(set = 0, binding = 23) uniform sampler2D behind;
 layout(set = 0, binding = 24) uniform sampler2D behindBlurred;
 layout(set = 0, binding = 25) uniform sampler2D behindDepth;
 
-// Colour times alpha, and alpha, of a level about a place in pixels.
+// Color times alpha, and alpha, of a level about a place in pixels.
 vec4 BehindLevel(vec2 place, uint level) {
     uvec2 size = uvec2(textureSize(behind, 0));
     if (level == 0u) {
@@ -40,7 +40,7 @@ float DepthBehind() {
     return depth;
 }
 
-// Radiance that comes through a surface along wo, before the surface's own colour. `through` goes on behind
+// Radiance that comes through a surface along wo, before the surface's own color. `through` goes on behind
 // it, and spreads by `spread`, the standard deviation of its slope.
 vec3 SeenThrough(vec3 position, vec3 through, float spread, float roughness) {
     CameraRecord camera = parameters.value.camera;

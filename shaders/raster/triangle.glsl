@@ -1,6 +1,6 @@
 // A triangle in the picture, and which pixels see it. Nothing is clipped: edges are compared in homogeneous
 // coordinates (Olano and Greer, Triangle Scan Conversion using 2D Homogeneous Coordinates, 1997), relative to
-// each pixel's centre (Woop, Benthin and Wald, Watertight Ray/Triangle Intersection, 2013). Triangles that
+// each pixel's center (Woop, Benthin and Wald, Watertight Ray/Triangle Intersection, 2013). Triangles that
 // share an edge compute it from the same numbers by the same operations but for the sign, so no pixel falls
 // between them; `precise` keeps the compiler from changing that.
 #ifndef RAYGRAPH_RASTER_TRIANGLE_GLSL
@@ -52,7 +52,7 @@ vec3 EdgesAt(PictureTriangle triangle, vec2 place) {
     return triangle.isMirrored ? -edges : edges;
 }
 
-// Whether the pixel's centre sees the triangle: its corners' weights there, in proportion, and the depth.
+// Whether the pixel's center sees the triangle: its corners' weights there, in proportion, and the depth.
 bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges, out float depth) {
     edges = EdgesAt(triangle, place);
     float least = min(min(edges.x, edges.y), edges.z), greatest = max(max(edges.x, edges.y), edges.z);
@@ -72,7 +72,7 @@ bool IsBackOnly(PictureTriangle triangle, vec2 place) {
                vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w)) > 0.0f;
 }
 
-// The pixels whose centres may see the triangle, from `low` to before `high`.
+// The pixels whose centers may see the triangle, from `low` to before `high`.
 void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 high) {
     vec2 least = vec2(size) + 1.0f, greatest = vec2(-1.0f);
     for (uint i = 0u; i < 3u; i++) {

@@ -70,7 +70,7 @@ RAYGRAPH_CONSTANT uint kLightNodeLeaf = 0x80000000u;  // the rest is a light, el
 RAYGRAPH_CONSTANT uint kLightNodeTwoSided = 0x40000000u;  // emits about -axis as it does about axis
 RAYGRAPH_CONSTANT uint kLightNodeIndex = 0x3FFFFFFFu;
 
-// What is under a node of the light tree: node 0 is the root, children are neighbours. Emission leaves within
+// What is under a node of the light tree: node 0 is the root, children are neighbors. Emission leaves within
 // an angle of thetaE about directions within thetaO of the axis.
 struct LightNode {
     vec3 boundsMin;

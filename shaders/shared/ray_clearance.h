@@ -46,7 +46,7 @@ RAYGRAPH_INLINE float SumOfSizes(vec3 v) {
 }
 
 // The triangle has the vertices p0, p0 + e1 and p0 + e2 in object space; linear and translation place it; p
-// is a point of it that was computed as p0 + b1 e1 + b2 e2. The result is metres in the world. Its bound
+// is a point of it that was computed as p0 + b1 e1 + b2 e2. The result is meters in the world. Its bound
 // covers the rounding of p (2 roundings of the vertices' sizes, 3 of the edges'), of its place linear * p +
 // translation, of the place moved by the result along the unit normal, and what the device does then.
 //

@@ -76,7 +76,7 @@ RAYGRAPH_CONSTANT float kInfiniteIor = 1e8f;
 
 // Bits of MaterialRecord::flags.
 RAYGRAPH_CONSTANT uint kMaterialDoubleSided = 1u;  // else back faces are not there at all
-RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;        // emits its base colour, scatters nothing
+RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;        // emits its base color, scatters nothing
 // The surface bounds a medium; else transmission is thin-walled.
 RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
 
@@ -94,7 +94,7 @@ struct MaterialRecord {
     float specular;
     vec3 specularColor;  // linear
     float transmission;
-    vec3 absorption;  // of the medium inside, 1/m: the share that passes d metres is exp(-absorption d)
+    vec3 absorption;  // of the medium inside, 1/m: the share that passes d meters is exp(-absorption d)
     uint priority;    // where media overlap, the one of higher priority is there
     uint baseColorTexture;
     uint metallicRoughnessTexture;
@@ -110,12 +110,12 @@ struct CameraRecord {
     // originRest: what rounding to float has left of it.
     vec3 origin;
     uint orthographic;    // 1: rays are parallel, origin moves over the film
-    vec3 right;           // half the film's width at distance 1 (perspective), or in metres (orthographic)
+    vec3 right;           // half the film's width at distance 1 (perspective), or in meters (orthographic)
     vec3 up;              // half the film's height, likewise; points to the top row
     vec3 forward;         // unit length
-    float lensRadius;     // metres; 0: a pinhole. An orthographic camera has none
-    float focusDistance;  // metres along forward to the plane that is sharp
-    // Raster views alone, which see nothing nearer (perspective) or farther (orthographic); metres
+    float lensRadius;     // meters; 0: a pinhole. An orthographic camera has none
+    float focusDistance;  // meters along forward to the plane that is sharp
+    // Raster views alone, which see nothing nearer (perspective) or farther (orthographic); meters
     float zNear;
     float zFar;
     vec3 originRest;

@@ -23,7 +23,7 @@ RAYGRAPH_CONSTANT uint kShadowMargin = 3u;  // texels around what a view is for,
 
 struct ShadowView {
     CameraRecord camera;  // film and depth as in raster/projection.glsl
-    float texel;          // width of a texel in metres: at distance 1, or of an orthographic view
+    float texel;          // width of a texel in meters: at distance 1, or of an orthographic view
     uint light;           // ordinal among the punctual lights, or kNoLight: the tile is unused
 };
 

@@ -6,8 +6,8 @@
 
 // How surfaces scatter (bxdf/bsdf.glsl).
 //   Gltf:      the material as the file says
-//   Lambert:   base colour as albedo, nothing else
-//   Lafortune: modified Phong, base colour and roughness mapped onto it
+//   Lambert:   base color as albedo, nothing else
+//   Lafortune: modified Phong, base color and roughness mapped onto it
 #define RAYGRAPH_BRDF_MODELS(X, Of)                                     \
     X(Of, Gltf, 0, "gltf", "")                                          \
     X(Of, Lambert, 1, "lambert", "base colour as albedo, nothing else") \

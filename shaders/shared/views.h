@@ -8,12 +8,12 @@
 #include "choice.h"
 
 // PathTraced, Raster: light, as radiance. The others are values that PaintView makes visible:
-//   Albedo:     base colour
+//   Albedo:     base color
 //   Normals:    shading normal, world space
 //   Roughness:  perceptual
 //   Metallic
 //   Emissive:   radiance that the surface emits
-//   Depth:      distance along the camera's forward, metres
+//   Depth:      distance along the camera's forward, meters
 //   Instance, Material: the scene's indices; exact below 2^24
 //   Wireframe:  x: how much of the pixel an edge covers,
 //               y: cosine between the normal and the way to the camera

@@ -42,7 +42,7 @@ TEST(Bias, PathsThatOnlyTheDepthEndsEndByRoulette) {
 }
 
 TEST(Bias, RemovedLightIsMeasuredAsLuminance) {
-    // Two grey pixels, and one red
+    // Two gray pixels, and one red
     const std::vector<float> removed{1, 1, 1, 0, 3, 3, 3, 0, 1, 0, 0, 0};
     const std::vector<float> variance{4, 4, 4, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     const std::vector<float> picture{5, 5, 5, 1, 5, 5, 5, 1, 5, 5, 5, 1};

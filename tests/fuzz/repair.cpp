@@ -72,7 +72,7 @@ Bytes MakeGlb(std::string_view json, Input binary) {
 Bytes SmallPng() {
     Bytes png(8);
     PutText(png, 0, "\x89PNG\r\n\x1a\n");
-    // 2 x 2 texels of 8-bit grey; a zlib stream of one stored block with a filter byte a row
+    // 2 x 2 texels of 8-bit gray; a zlib stream of one stored block with a filter byte a row
     constexpr uint8_t kHeader[] = {0, 0, 0, 2, 0, 0, 0, 2, 8, 0, 0, 0, 0};
     constexpr uint8_t kRows[] = {0x78, 0x01, 0x01, 6,   0, 0xF9, 0xFF, 0,   50,
                                  100,  0,    150,  200, 4, 0x84, 0x01, 0xF5};

@@ -1,5 +1,5 @@
-// A frame that is dropped owes the host its semaphores: what the host has signalled is waited for, and what
-// it waits for is signalled.
+// A frame that is dropped owes the host its semaphores: what the host has signaled is waited for, and what
+// it waits for is signaled.
 #include <gmock/gmock.h>
 
 #include <stdexcept>
@@ -143,7 +143,7 @@ TEST_F(DroppedSemaphores, AreLeftAloneWhereAskedFor) {
     ASSERT_TRUE(m_host.GoesOn());
 }
 
-// The host has not signalled yet: Vulkan allows no wait for it.
+// The host has not signaled yet: Vulkan allows no wait for it.
 TEST_F(DroppedSemaphores, AreLeftAloneByADropThatIsToldSo) {
     m_renderer.BeginFrame();
     m_host.Declare(m_renderer);

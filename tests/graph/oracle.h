@@ -25,7 +25,7 @@ class Oracle {
     // Between frames, the owner of an imported resource uses it: in that layout, in a pass of that scope on
     // the same queue, after everything that the graph has done with it.
     void OwnerUses(const std::string& name, const Scope& scope, VkImageLayout layout);
-    // The owner's use is over when the next frame's semaphores, waited for by these stages, are signalled.
+    // The owner's use is over when the next frame's semaphores, waited for by these stages, are signaled.
     // The queue family is the one that it has released the resource from, IGNORED: the frame's own.
     void OwnerSignals(const std::string& name, VkPipelineStageFlags2 waitStages, VkImageLayout layout,
                       uint32_t queueFamily);

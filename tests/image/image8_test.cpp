@@ -44,7 +44,7 @@ TEST(WritePng, ComesBackExactly) {
     const TemporaryFolder folder;
     for (const auto& [width, height] : {std::pair{1u, 1u}, {3u, 5u}, {64u, 33u}}) {
         Image8 image = Pattern(width, height);
-        image.rgba[3] = 0;  // Colour under full transparency counts too.
+        image.rgba[3] = 0;  // Color under full transparency counts too.
         WritePng(folder / "image.png", image);
         const Image8 back = DecodeImage8(ReadFile(folder / "image.png"), "image.png");
         EXPECT_EQ(back.width, width);

@@ -21,16 +21,16 @@ using Bytes = std::vector<std::byte>;
 
 Bytes ToBytes(std::string_view text);
 
-// A picture in which every texel and channel differs from its neighbours; alpha from 1 to 255.
+// A picture in which every texel and channel differs from its neighbors; alpha from 1 to 255.
 image::Image8 Pattern(uint32_t width, uint32_t height);
 
 struct PngDesc {
     uint32_t width = 1, height = 1;
-    int colorType = 6, bitDepth = 8;  // libpng's: 0 grey, 2 RGB, 3 palette, 4 grey + alpha, 6 RGBA.
+    int colorType = 6, bitDepth = 8;  // libpng's: 0 gray, 2 RGB, 3 palette, 4 gray + alpha, 6 RGBA.
     bool isInterlaced = false;
     std::vector<uint8_t> palette = {};             // RGB triples.
     std::vector<uint8_t> transparency = {};        // Alpha of the palette's entries.
-    std::vector<uint16_t> transparentColour = {};  // Grey, or R, G, B, of texels to be transparent.
+    std::vector<uint16_t> transparentColour = {};  // Gray, or R, G, B, of texels to be transparent.
     std::optional<double> gamma = {};
 };
 // `rows` as PNG packs them, without filter bytes.

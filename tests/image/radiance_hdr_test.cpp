@@ -20,7 +20,7 @@ std::string HdrRefusal(const Bytes& bytes) {
     return Refusal("x.hdr", [&] { DecodeEnvironment(bytes, "x.hdr"); });
 }
 
-// 9 texels: eight of (128, 64, 32) * 2^(e - 136), then one of another colour, in each of the three codings.
+// 9 texels: eight of (128, 64, 32) * 2^(e - 136), then one of another color, in each of the three codings.
 const std::vector<uint8_t> kFlatRow = [] {
     std::vector<uint8_t> row;
     for (int i = 0; i < 8; ++i) row.insert(row.end(), {128, 64, 32, 130});

@@ -123,7 +123,7 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
     EXPECT_EQ(record.specular, 0.88f);
     EXPECT_EQ(record.specularColor, glm::vec3(0.9f, 0.8f, 1.5f));
     EXPECT_EQ(record.transmission, 0.35f);
-    // exp(-absorption * 2 m) is the colour
+    // exp(-absorption * 2 m) is the color
     const float ln2 = std::numbers::ln2_v<float>;
     ExpectNear(record.absorption, glm::vec3(0.5f, 1.0f, 1.5f) * ln2, 1e-5f, "absorption");
     EXPECT_EQ(record.priority, 7u);
@@ -286,7 +286,7 @@ TEST_F(ImportedScene, NestedNodesPlaceTheirMeshes) {
     ExpectNear(records[0].objectToWorld[3], {2, 0, -1}, 1e-6f, "place");
 }
 
-// What a vertex of the file says is what is seen there: colours and both sets of coordinates, of bytes and
+// What a vertex of the file says is what is seen there: colors and both sets of coordinates, of bytes and
 // shorts too.
 TEST_F(ImportedScene, VertexAttributesOfEveryWidthAreSeen) {
     // Rows from the top: black, dark, light, white, by levels that sRGB encodes as 0, 64, 128 and 255
@@ -345,7 +345,7 @@ TEST_F(ImportedScene, SamplersOfTheFileWrapAndFilterWhatIsSeen) {
         int wrap, filter;
         float at[4];  // u = -0.375, 0.375, 0.875, 1.375
     };
-    // Texel centres are at 0.25 and 0.75; what is asked for lies between centres a quarter or half of the way
+    // Texel centers are at 0.25 and 0.75; what is asked for lies between centers a quarter or half of the way
     const Case kCases[] = {
         {kRepeat, kNearest, {1, 0, 1, 0}},
         {kMirror, kNearest, {0, 0, 1, 1}},

@@ -238,7 +238,7 @@ TEST_F(LightSetTest, IrradianceOnTheDeviceIsTheSumOfTheClosedForms) {
     source.includeRoot = test::SourceFile("shaders");
     render.renderer.AddShader("test/irradiance.comp", rhi::CompileGlsl(source));
 
-    // A lamp of radiance 2 facing down, 2 m above; a point light; light from above; a grey sky
+    // A lamp of radiance 2 facing down, 2 m above; a point light; light from above; a gray sky
     scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert({}, glm::vec3(2.0f))});
     scene.instances[0].objectToWorld =
         glm::mat4x3(glm::vec3(1, 0, 0), glm::vec3(0, -1, 0), glm::vec3(0, 0, -1), glm::vec3(0, 0, 2));

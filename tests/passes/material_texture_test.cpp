@@ -1,4 +1,4 @@
-// Textures of materials on the device: slots, channels, colour spaces, texture coordinate sets, wrap modes,
+// Textures of materials on the device: slots, channels, color spaces, texture coordinate sets, wrap modes,
 // filters, normal maps. Expected values are worked out here and in support/direct_light_reference.
 #include <cmath>
 #include <string>

@@ -24,7 +24,7 @@ constexpr uint32_t kWidth = 64;
 // Normalized Fixed-Point"); the rest is for its powers and logarithms.
 constexpr float kCode = 1.0f / 255.0f + 1e-4f;
 
-// Colours from far below to far above the displayable range, of every hue.
+// Colors from far below to far above the displayable range, of every hue.
 std::vector<float> Colors() {
     std::vector<float> values;
     for (uint32_t i = 0; i < kWidth; i++) {

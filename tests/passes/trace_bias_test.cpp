@@ -69,7 +69,7 @@ TEST_F(TraceBias, Trace_CountsNoSampleWhereAllAreFinite) {
     EXPECT_EQ(TraceCounted(LookAt({0, 0, 4}, {0, 0, 0}, 0.4f, 16)).counts.nonFiniteSamples, 0u);
 }
 
-// Every path of a closed box brings E, a E, a^2 E, ...; all but the first two are cut, in their own colour.
+// Every path of a closed box brings E, a E, a^2 E, ...; all but the first two are cut, in their own color.
 TEST_F(TraceBias, Trace_ClampIndirectCutsWhatWasScatteredTwiceOrMore) {
     const glm::vec3 emitted(1.0f, 0.5f, 0.25f);
     render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.5f), emitted)}));

@@ -173,7 +173,7 @@ TEST_F(TraceMaterials, Trace_ThinWallPassesWhatItDoesNotReflect) {
 }
 
 TEST_F(TraceMaterials, Trace_MediumAbsorbsAsBeerAndLambertSay) {
-    // Through two metres of a medium that hardly refracts, face on
+    // Through two meters of a medium that hardly refracts, face on
     scene::Material medium = Glass(0.0f, 1.0f, 1.0f);
     medium.attenuationColor = {0.25f, 0.5f, 0.9f};
     medium.attenuationDistance = 4.0f;
@@ -194,7 +194,7 @@ TEST_F(TraceMaterials, Trace_CameraInsideAMediumLooksThroughIt) {
 TEST_F(TraceMaterials, Trace_MediumOfHigherPriorityIsThereWhereTwoOverlap) {
     // Boxes from z = -1 to 1 and from 0 to 2 seen along z: 1 m of the first alone, 1 m of both, 1 m of the
     // second alone
-    const double first = 0.5, second = 0.8;  // of what passes a metre
+    const double first = 0.5, second = 0.8;  // of what passes a meter
     for (const uint32_t priority : {0u, 2u}) {
         scene::Material a = Glass(0.0f, 1.0f, 1.0f), b = a;
         a.attenuationColor = glm::vec3(float(first));

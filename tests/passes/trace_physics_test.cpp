@@ -80,7 +80,7 @@ TEST_F(TracePhysics, Trace_TwoPlatesExchangeLightAsTheirViewFactorSays) {
 }
 
 TEST_F(TracePhysics, Trace_EnvironmentMapPointsAlongItsAxes) {
-    // A map of 64 x 32 texels whose colour is the direction itself, and six cameras along the axes
+    // A map of 64 x 32 texels whose color is the direction itself, and six cameras along the axes
     image::ImageF map{.width = 64, .height = 32, .rgba = {}};
     for (uint32_t row = 0; row < map.height; row++)
         for (uint32_t column = 0; column < map.width; column++) {

@@ -30,7 +30,7 @@ class TracePrecision : public VulkanTest {
     SceneRender render{Device()};
 };
 
-// An axis-aligned box, `halfSize` about `centre`.
+// An axis-aligned box, `halfSize` about `center`.
 scene::Mesh Block(const glm::vec3& halfSize, const glm::vec3& centre = glm::vec3(0.0f)) {
     scene::Mesh mesh = BoxMesh(1.0f);
     for (scene::Primitive& primitive : mesh.primitives) {
@@ -61,7 +61,7 @@ scene::Material AbsorbingGlass(float thickness) {
     return glass;
 }
 
-// From `distance` metres in front of a place on the x axis; sees half a metre of it.
+// From `distance` meters in front of a place on the x axis; sees half a meter of it.
 TraceSettings FacingX(float x, float distance) {
     TraceSettings settings =
         LookAt({x + distance, 0.0f, 0.0f}, {x, 0.0f, 0.0f}, 2.0f * std::atan(0.025f / distance), 8);

@@ -370,7 +370,7 @@ TEST_F(SlowQueueTest, SubmissionsThatCompleteOneByOne_AreWaitedFor) {
     opener.join();
 }
 
-// A semaphore that was held back too long is forgotten once it has been signalled.
+// A semaphore that was held back too long is forgotten once it has been signaled.
 TEST_F(SlowQueueTest, DeviceThatGoesOnAfterAll_IsWaitedForAsBefore) {
     Gate first(*device), second(*device);
     const uint64_t held = SubmitAfter(first);

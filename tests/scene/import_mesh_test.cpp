@@ -1,4 +1,4 @@
-// Primitives: topology, normals, tangents, colours, and the checks on them.
+// Primitives: topology, normals, tangents, colors, and the checks on them.
 #include <gtest/gtest.h>
 
 #include "renderer/scene/triangles.h"

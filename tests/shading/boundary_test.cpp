@@ -1,4 +1,4 @@
-// Where two media meet, and what a coloured layer leaves to what is below it.
+// Where two media meet, and what a colored layer leaves to what is below it.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -109,7 +109,7 @@ glm::dmat3 Double(const mat3& m) {
     return {Double(m[0]), Double(m[1]), Double(m[2])};
 }
 
-// Metres of `place` above the plane of the exact triangle, on the side of the normal.
+// Meters of `place` above the plane of the exact triangle, on the side of the normal.
 double HeightAbove(const Placed& placed, const glm::dvec3& place) {
     const glm::dmat3 linear = Double(placed.linear);
     const glm::dvec3 normal = glm::normalize(glm::transpose(glm::inverse(linear)) *
@@ -142,7 +142,7 @@ mat3 RandomLinear(std::mt19937& generator, int kind) {
     return linear;
 }
 
-// A triangle of `extent` metres, `far` from its object's origin, at `near` from the world's.
+// A triangle of `extent` meters, `far` from its object's origin, at `near` from the world's.
 Placed RandomTriangle(std::mt19937& generator, int kind, float extent, float far, float near) {
     Placed placed;
     placed.linear = RandomLinear(generator, kind);
@@ -193,7 +193,7 @@ TEST(RayClearance, LeavesTheSurfaceInTheWorldAndAsTheDeviceHasIt) {
 
 // The bound is made of what was rounded, axis by axis: what is exact costs nothing.
 TEST(RayClearance, CountsOnlyWhatHasAnErrorAlongTheNormal) {
-    Placed wall;  // faces along x, a metre wide, 100 m off along y
+    Placed wall;  // faces along x, a meter wide, 100 m off along y
     wall.p0 = vec3(0.0f, 100.0f, 0.0f);
     wall.e1 = vec3(0.0f, 1.0f, 0.0f);
     wall.e2 = vec3(0.0f, 0.0f, 1.0f);

@@ -67,7 +67,7 @@ TEST_P(TonemapTest, EveryColourMapsIntoUnitRange) {
     };
     for (int i = 0; i < 100'000; ++i) {
         vec3 c(std::exp2(stops(generator)), std::exp2(stops(generator)), std::exp2(stops(generator)));
-        // Pure primaries and colours outside the gamut too.
+        // Pure primaries and colors outside the gamut too.
         if (i % 3 == 0) c[i % 9 / 3] = 0.0f;
         if (i % 5 == 0) c[i % 15 / 5] *= -0.1f;
         expectInRange(c);
@@ -96,7 +96,7 @@ TEST(Tonemap, ReinhardHalvesOne) {
 }
 
 TEST(Tonemap, AcesPutsMiddleGreyNearTenNitsOfAHundred) {
-    // ACES renders 18 % grey at 10 cd/m2 of 100; the fit comes within 6 %.
+    // ACES renders 18 % gray at 10 cd/m2 of 100; the fit comes within 6 %.
     EXPECT_NEAR(TonemapLinearLight(vec3(0.18f), kTonemapAces).y, 0.10f, 0.006f);
     // A scalar evaluation of the published rational function.
     const double v = 0.5;
@@ -136,7 +136,7 @@ TEST(Tonemap, AgXSigmoidHasSlopeTwoAtItsPivot) {
 }
 
 TEST(Tonemap, AgXOutsetUndoesItsInset) {
-    // A flat colour far from the curve's ends: equal channels after the inset stay equal after the outset,
+    // A flat color far from the curve's ends: equal channels after the inset stay equal after the outset,
     // and the sum of each row is 1 within the rounding of the published digits.
     for (float x : {0.05f, 0.18f, 0.5f}) {
         const vec3 c = TonemapAgX(vec3(x));
@@ -155,9 +155,9 @@ TEST(Tonemap, NeutralKeepsColoursBelowItsCompressionButForFourPercent) {
 }
 
 TEST(Tonemap, NeutralMeetsItsSpecificationAboveTheCompression) {
-    // Grey 1 + 0.04: peak 1, compressed to 1 - 0.24^2 / (1 + 0.24 - 0.76).
+    // Gray 1 + 0.04: peak 1, compressed to 1 - 0.24^2 / (1 + 0.24 - 0.76).
     EXPECT_NEAR(TonemapNeutral(vec3(1.04f)).x, 0.88f, 1e-6f);
-    // A saturated colour: scaled to the new peak, then mixed towards it by 1 - 1 / (0.15 (peak - newPeak) +
+    // A saturated color: scaled to the new peak, then mixed towards it by 1 - 1 / (0.15 (peak - newPeak) +
     // 1).
     const double peak = 4.0;
     const double newPeak = 1.0 - 0.24 * 0.24 / (peak + 0.24 - 0.76);

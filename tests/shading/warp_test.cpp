@@ -25,7 +25,7 @@ vec2 NextUniform2D(std::mt19937& generator) {
     return vec2(x, y);
 }
 
-// The corners, edges and centre of the unit square, where divisions and roots go wrong.
+// The corners, edges and center of the unit square, where divisions and roots go wrong.
 std::vector<vec2> EdgePoints() {
     const float last = 1.0f - 0x1p-24f;
     std::vector<vec2> points;

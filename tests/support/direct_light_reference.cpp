@@ -8,7 +8,7 @@ namespace raygraph::test {
 
 namespace {
 
-constexpr double kOffSurface = 1e-6;  // metres; rays that start on a surface do not meet it
+constexpr double kOffSurface = 1e-6;  // meters; rays that start on a surface do not meet it
 
 int64_t Wrapped(int64_t texel, int64_t size, scene::WrapMode mode) {
     if (mode == scene::WrapMode::ClampToEdge) return std::clamp<int64_t>(texel, 0, size - 1);

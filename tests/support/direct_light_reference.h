@@ -22,8 +22,8 @@ double DecodeSrgb(double encoded);
 
 class DirectLightReference {
   public:
-    // Takes what it needs of the scene, which must outlive this object. Opaque, MASK and BLEND; base colour
-    // and emission with their factors, textures and vertex colours; every directional light. BLEND is the
+    // Takes what it needs of the scene, which must outlive this object. Opaque, MASK and BLEND; base color
+    // and emission with their factors, textures and vertex colors; every directional light. BLEND is the
     // mean over all choices of whether a surface is there.
     explicit DirectLightReference(const scene::SceneData& scene);
 

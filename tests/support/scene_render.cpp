@@ -121,7 +121,7 @@ scene::Mesh MeshOf(scene::Primitive primitive, uint32_t material) {
     return mesh;
 }
 
-// Appends a quad centre + {-u-v, u-v, u+v, -u+v} with normal cross(u, v).
+// Appends a quad center + {-u-v, u-v, u+v, -u+v} with normal cross(u, v).
 void AppendQuad(scene::Primitive& primitive, const glm::vec3& center, const glm::vec3& u,
                 const glm::vec3& v) {
     const auto first = static_cast<uint32_t>(primitive.positions.size());

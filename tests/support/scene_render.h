@@ -59,7 +59,7 @@ class SceneRender {
     RenderedImage Render(passes::TraceSettings settings, uint32_t sampleCount);
     // One sample's radiance, straight from Trace.
     FloatImage TraceOnce(const passes::TraceSettings& settings);
-    // The textures of PrimaryHits through pixel centres.
+    // The textures of PrimaryHits through pixel centers.
     struct Hits {
         FloatImage albedo, normal, position;
         std::vector<glm::uvec4> ids;

@@ -20,7 +20,7 @@ class Compare : public VulkanTest {
     PassHarness harness{Device()};
 };
 
-// Grey values 0 ... 1 as rgba, one a texel.
+// Gray values 0 ... 1 as rgba, one a texel.
 std::vector<float> Greys(const std::vector<float>& values) {
     std::vector<float> texels;
     for (const float value : values) texels.insert(texels.end(), {value, value, value, 1.0f});
@@ -144,7 +144,7 @@ TEST_F(Compare, Overlay_ShowsWhatIsDoneOverWhatIsCoarse) {
     for (uint32_t y = 0; y < 4; y++)
         for (uint32_t x = 0; x < 4; x++) rows += texels.At(x, y)[0] == 8.0f ? 'F' : '.';
     EXPECT_EQ(rows, "FFFFFF..FF......");
-    // Linear between the centres of coarse pixels
+    // Linear between the centers of coarse pixels
     const Texels scaled = harness.Run([&](PassHarness& h) {
         return passes::Upscale(
             h.Graph(), h.Texture("coarse", {2, 1}, Format::Rgba32Float, {0, 0, 0, 1, 8, 0, 0, 1}), {8, 3});

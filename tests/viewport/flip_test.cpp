@@ -170,7 +170,7 @@ class FlipTest : public VulkanTest {
     PassHarness harness{Device()};
 };
 
-// Edges, points, colours and gradients.
+// Edges, points, colors and gradients.
 Picture Scenery(bool isTest) {
     return MakePicture(40, 30, [&](int x, int y) {
         glm::ivec3 c(40 + 4 * x, 30 + 6 * y, 128);

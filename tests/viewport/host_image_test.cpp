@@ -61,7 +61,7 @@ TEST_F(HostImageTest, EveryFormatOfAScreen_ShowsThePicture) {
         for (size_t i = 0; i < shown.size(); i += 4)
             for (size_t c = 0; c < 3; c++)
                 greatest = std::max(greatest, std::abs(int(shown[i + 2 - c]) - int(expected[i + c])));
-        // Decoded and encoded again, a code may round to its neighbour
+        // Decoded and encoded again, a code may round to its neighbor
         EXPECT_LE(greatest, format == rhi::Format::Bgra8Unorm ? 0 : 1) << rhi::Name(format);
     }
 }

@@ -5,7 +5,7 @@
 namespace raygraph::testing {
 namespace {
 
-// Primes: neighbouring steps differ in what they meet.
+// Primes: neighboring steps differ in what they meet.
 TEST(InjectedFailure, RendererWithoutMemory_DropsTheFrameAndGoesOn) {
     EXPECT_GT(SweepOutOfMemory(RendererScenario(), {}, false, 23), 20u);
 }

@@ -13,7 +13,7 @@ using viewport::PathSettings;
 
 namespace {
 
-// As OpenBoxes below, seen through a lens, in two colours of light. Several share a Renderer, and so its
+// As OpenBoxes below, seen through a lens, in two colors of light. Several share a Renderer, and so its
 // pipelines.
 class Viewed {
   public:

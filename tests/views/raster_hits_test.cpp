@@ -56,7 +56,7 @@ class RasterHits : public VulkanTest {
     }
 
     // Both views of the scene: pixels that differ see an instance that the other view sees right beside, and
-    // are at most `edges` of the picture; the others agree in surface, normal, colour and place. Returns the
+    // are at most `edges` of the picture; the others agree in surface, normal, color and place. Returns the
     // share of pixels that see a surface.
     double ExpectAgreement(const TraceSettings& settings, double edges) {
         const SceneRender::Hits traced = render.PrimaryHits(settings);
