@@ -1,4 +1,4 @@
-// All of a picture, as numbers: asked of a viewport, answered by a later frame, without waiting.
+// A whole picture as numbers: requested from a viewport, answered by a later frame, without waiting.
 // Threads: that of the viewport.
 #pragma once
 
@@ -21,25 +21,25 @@ struct CaptureResult {
     Extent2D extent;
     bool isRaster = false;     // else path-traced
     uint32_t sampleCount = 0;  // of every pixel
-    scene::CameraView camera;  // that it was taken by
-    PathSettings paths;        // and how
+    scene::CameraView camera;  // of the captured frame
+    PathSettings paths;        // likewise
     EnvironmentSettings environment;
     std::vector<float> mean;      // w: coverage
-    std::vector<float> variance;  // of one sample; w without meaning
-    // What lies behind the center of each pixel (passes::PrimaryHits).
-    std::vector<float> albedo;       // w without meaning
-    std::vector<float> normal;       // world space; w without meaning
+    std::vector<float> variance;  // of one sample; w is undefined
+    // The surface at the center of each pixel (passes::PrimaryHits).
+    std::vector<float> albedo;       // w is undefined
+    std::vector<float> normal;       // world space; w is undefined
     std::vector<float> depth;        // one a pixel, meters along the camera's forward; infinite: nothing
     std::vector<uint32_t> instance;  // one a pixel; 0xFFFFFFFF: nothing
     std::vector<uint32_t> material;
 };
 
-// A request; copies are of the same one. It is answered by the first frame that shows light and ends with a
-// whole sample, and ready once the device has done that frame. Threads: that of the viewport. What the
-// viewport has not answered when it is destroyed is never ready.
+// A request; copies share its answer. The first frame that shows light and completes a sample answers it; it
+// is ready when the device has finished that frame. Threads: that of the viewport. A request that is
+// unanswered when the viewport is destroyed never becomes ready.
 class RAYGRAPH_API Capture {
   public:
-    // A submitted frame has answered: nothing that changes after it is in the result.
+    // A submitted frame has answered: later changes do not affect the result.
     bool IsTaken() const;
     bool IsReady() const;
     CaptureResult Result() const;  // Error{Usage} when not ready
@@ -62,7 +62,7 @@ class RAYGRAPH_API CaptureRequests {
         PathSettings paths;
         EnvironmentSettings environment;
     };
-    // Answers the requests at hand, if that is a whole number of samples.
+    // Answers the pending requests, if that is a whole number of samples.
     void Declare(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                  const Shown& shown);
 

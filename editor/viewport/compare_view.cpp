@@ -10,7 +10,7 @@ namespace {
 // A host may never ask for numbers.
 constexpr size_t kMostPending = 8;
 
-// A copy that lives over frames.
+// A copy that persists over frames.
 TextureId Keep(Renderer& renderer, TextureId map, TextureId kept) {
     renderer.AddPass(
         "KeepError", PassKind::Transfer,
@@ -50,7 +50,7 @@ void CompareView::Measure(Renderer& renderer, const Key& key, TextureId map) {
                                       .rasterSamples = key.rasterSamples},
                           .extent = key.extent,
                           .groups = renderer.ReadBack(passes::SumGroups(renderer, map))};
-    // What a dropped frame reads back never comes
+    // Readbacks of a dropped frame never arrive
     renderer.OnSubmitted([this, key, pending] {
         if (m_pending.size() >= kMostPending) m_pending.pop_front();
         m_pending.push_back(pending);

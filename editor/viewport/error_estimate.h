@@ -1,4 +1,4 @@
-// How noisy a picture still is: asked of a viewport, answered by a later frame, without waiting.
+// The remaining noise of a picture: requested from a viewport, answered by a later frame, without waiting.
 // Threads: that of the viewport.
 #pragma once
 
@@ -15,15 +15,15 @@ namespace raygraph::viewport {
 
 struct ErrorEstimate {
     uint32_t sampleCount = 0;
-    // The standard error of a pixel as a part of the picture's mean, as the command line reports it for all
+    // The standard error of a pixel relative to the picture's mean, as the command line reports it for all
     // pixels: sqrt(mean(variance / samples)) / mean. Here both means are over a few thousand pixels. None
-    // below two samples, and for black.
+    // below two samples, and for a black picture.
     std::optional<double> relativeError;
 };
 
-// A request; copies are of the same one. It is ready once the device has done the first frame that was
-// declared after it and shows the path-traced view. Threads: that of the viewport. What the viewport has not
-// answered when it is destroyed is never ready.
+// A request; copies share its answer. It is ready when the device has finished the first frame that was
+// declared after it and shows the path-traced view. Threads: that of the viewport. A request that is
+// unanswered when the viewport is destroyed never becomes ready.
 class RAYGRAPH_API ErrorRequest {
   public:
     bool IsReady() const;
@@ -38,7 +38,7 @@ class RAYGRAPH_API ErrorRequest {
 class RAYGRAPH_API ErrorRequests {
   public:
     ErrorRequest Request();
-    // Answers the requests at hand from an accumulation, with what the open frame adds to it.
+    // Answers the pending requests from an accumulation, including what the open frame adds to it.
     void Declare(Renderer& renderer, TextureId mean, TextureId variance, uint32_t sampleCount);
 
   private:

@@ -7,9 +7,10 @@ namespace raygraph::viewport {
 
 namespace {
 
-// Of the limit, so that what was not foreseen does not exceed it.
+// Of the limit: the rest is a reserve for unforeseen work.
 constexpr double kAim = 0.7;
-// At least this share of the limit is for tracing, whatever the rest takes: else nothing would ever be done.
+// At least this share of the limit is for tracing, whatever the rest takes: otherwise no sample would ever
+// be completed.
 constexpr double kLeastShare = 0.25;
 constexpr uint64_t kGrowth = 4;
 

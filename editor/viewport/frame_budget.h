@@ -9,9 +9,9 @@
 
 namespace raygraph::viewport {
 
-// Where rays are expensive. A pixel's cost hardly depends on the resolution, but a lot on what it sees: it is
-// kept by height, in bands of the picture, for tiles are rows. Costs rise at once and fall by halves, so that
-// a surprise is not repeated.
+// The cost of tracing, by place in the picture. A pixel's cost hardly depends on the resolution, but much on
+// what it sees. Tiles are rows, so costs are kept by height, in bands of the picture. Costs rise at once and
+// fall by halves, so that one surprise is not repeated.
 class FrameBudget {
   public:
     // Milliseconds of a submission; 0: no limit.
@@ -19,25 +19,25 @@ class FrameBudget {
     double Limit() const { return m_limitMs; }
     bool IsLimited() const { return m_limitMs > 0.0; }
 
-    // Nothing that was learned holds any more: another scene, other settings.
+    // Discards all estimates: another scene, other settings.
     void Forget();
-    // Tracing these pixels of a picture `height` rows high took that long.
+    // Tracing these pixels of a picture `height` rows high took `milliseconds`.
     void LearnTile(uint32_t height, const passes::Region& tile, double milliseconds);
-    // All the rest of a submission.
+    // Everything else in a submission.
     void LearnOverhead(double milliseconds);
-    // A frame of the raster view alone, of so many pixels.
+    // A frame that shows only the raster view, of so many pixels.
     void LearnRaster(uint64_t pixels, double milliseconds);
 
-    // Milliseconds that a frame has for tracing.
+    // Milliseconds of a frame that are available for tracing.
     double TracingMs() const;
-    // Expected milliseconds; those of pixels never seen are taken as the most expensive ones.
+    // Expected milliseconds; pixels that were never traced count as the most expensive ones.
     double Expect(uint32_t height, const passes::Region& tile) const;
     // Pixels from the cursor on that take about `milliseconds`, at least one; without a limit, all. Not more
     // than four times what has been measured at once, and kFirstPixels where nothing has.
     uint64_t Affordable(rhi::Extent2D picture, const passes::TileCursor& cursor, double milliseconds) const;
     bool HasLearned() const { return m_mostPixels > 0; }
-    // The power of two by which a raster picture is coarser, so that it keeps to the limit; 1: not at all, or
-    // nothing is known. At most 16.
+    // The power of two by which a raster picture is coarser, so that it stays within the limit; 1: full
+    // resolution, or no estimate yet. At most 16.
     uint32_t RasterScale(uint64_t pixels) const;
 
     static constexpr uint64_t kFirstPixels = 1024;

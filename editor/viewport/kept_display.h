@@ -1,4 +1,4 @@
-// KeptDisplay: a picture as a screen shows it, kept over frames: a frame tone-maps what it has changed.
+// KeptDisplay: a tone-mapped picture, kept over frames: a frame tone-maps only what it has changed.
 #pragma once
 
 #include <optional>
@@ -18,22 +18,22 @@ class KeptDisplay {
     struct Source {
         TextureId mean;                                // rgba32f, of the picture's extent
         passes::Accumulation::Progress before, after;  // of `mean`: submitted, and with this frame
-        std::vector<passes::Region> tiles;             // that this frame has added, in their order
+        std::vector<passes::Region> tiles;             // that this frame adds, in order
         uint64_t resetCount = 0;
-        // What stands in for pixels without a sample: a whole picture, coarser by that factor. Before the
-        // first sample alone.
+        // Shown for pixels without a sample: a whole picture, coarser by that factor. Only before the first
+        // sample.
         TextureId base;
         uint32_t baseScale = 1;
         // The next finer picture, of which this frame has added that tile; invalid: none.
         TextureId finer;
         passes::Region finerTile{};
     };
-    // Declares what brings the picture up to date, which may be nothing. rgba8.
+    // Declares the passes that bring the picture up to date, possibly none. rgba8.
     TextureId Declare(Renderer& renderer, const Source& source, const passes::TonemapSettings& tonemap);
     void Forget(Renderer& renderer) { renderer.Forget(m_name); }
 
   private:
-    // What the texture was made of.
+    // The inputs of the texture.
     struct Key {
         Extent2D extent;
         passes::TonemapSettings tonemap;

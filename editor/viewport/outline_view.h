@@ -1,4 +1,4 @@
-// OutlineView: the line around what is selected, kept over frames: it is found anew when it may have moved.
+// OutlineView: the outline of the selection, kept over frames: it is recomputed when it may have moved.
 #pragma once
 
 #include <optional>
@@ -17,17 +17,17 @@ class OutlineView {
     void SetInstances(std::vector<uint32_t> instances);
     bool IsEmpty() const { return m_instances.empty(); }
 
-    // `picture` with the line on it, as a picture of its own. `camera` is that of `settings`; `isMoving`: the
-    // line may be coarse, a later frame finds the fine one.
+    // A new picture: `picture` with the outline on it. `camera` is that of `settings`; `isMoving`: the
+    // outline may be coarse, a later frame computes the fine one.
     TextureId Declare(Renderer& renderer, const SceneIds& scene, const SceneRevisions& revisions,
                       const scene::CameraView& camera, passes::TraceSettings settings,
                       const OutlineSettings& look, bool isMoving, TextureId picture);
-    // What is kept is of another scene.
+    // The stored outline belongs to another scene.
     void Invalidate() { m_made.reset(); }
     void Forget(Renderer& renderer) { renderer.Forget(m_name); }
 
   private:
-    // What the line was found from.
+    // The inputs of the outline.
     struct Key {
         SceneRevisions revisions;
         scene::CameraView camera;

@@ -117,7 +117,7 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
         const Region region =
             progress.cursor.Next(settings.extent, budget.Affordable(settings.extent, progress.cursor, left));
         const double expected = budget.Expect(settings.extent.height, region);
-        // What has been begun is a frame's least; more only where it fits
+        // A frame does at least the tile that was begun; more only where it fits
         if (i > 0 && budget.IsLimited() && expected > left) break;
         left -= expected;
         ids = DeclareTile(renderer, scene, settings, region, m_full, true);
@@ -136,7 +136,7 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
     passes::TraceSettings coarse = settings;
     if (next != nullptr) coarse.extent = ExtentAt(extent, next->scale);
     const TileCursor cursor = into.Declared().cursor;
-    // What comes first is whole: there is nothing to show beside it
+    // The first picture is traced as a whole: nothing could be shown in place of missing tiles
     const Region region =
         shown == nullptr
             ? passes::WholeOf(coarse.extent)

@@ -1,5 +1,5 @@
-// PathTracedView: the path-traced picture of a viewport: samples, tiles of one, and what is shown before
-// there is one.
+// PathTracedView: the path-traced picture of a viewport: samples, tiles of a sample, and coarser pictures
+// before the first sample.
 #pragma once
 
 #include <deque>
@@ -17,31 +17,31 @@ class PathTracedView {
     explicit PathTracedView(const std::string& name);
 
     struct Ids {
-        TextureId radiance;  // rgba32f, what there is to show, in the picture's extent
-        // Of the accumulation; what they hold of pixels without a sample is undefined.
+        TextureId radiance;  // rgba32f, the picture to show, in its full extent
+        // Of the accumulation; undefined in pixels without a sample.
         TextureId mean, variance;
-        // The finest whole picture that there is, and how much coarser it is.
+        // The finest complete picture, and the factor by which it is coarser.
         TextureId base;
         uint32_t baseScale = 1;
-        // The coarse picture that this frame adds a tile to, without completing it.
+        // The coarse picture to which this frame adds a tile without completing it.
         TextureId finer;
         passes::Region finerTile{};
     };
-    // Declares what a frame adds, and what to show. All of it is culled, and adds nothing, unless an id leads
-    // to something shown. `settings.extent` is not empty.
+    // Declares the tracing of a frame, and returns what to show. All of it is culled, and adds nothing,
+    // unless one of the ids is used for something shown. `settings.extent` is not empty.
     Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
                 const FrameBudget& budget, const BudgetSettings& limits);
     void Reset(passes::ResetCause cause);
-    // Gives the memory back; between frames.
+    // Releases the memory; between frames.
     void Forget(Renderer& renderer);
 
     const passes::Accumulation& Samples() const { return m_full; }
-    // Of submitted frames: how much coarser than the picture what is shown is. 1: every pixel has a sample;
-    // 0: nothing is there yet.
+    // Of submitted frames: the factor by which the shown picture is coarser. 1: every pixel has a sample; 0:
+    // there is no picture yet.
     uint32_t Coarseness() const;
-    // What the frame declared last traces, if it is executed.
+    // The tiles that the last declared frame traces, if it is executed.
     struct Tile {
-        uint32_t height = 0;  // of the picture that it is a tile of
+        uint32_t height = 0;  // of the picture that the tile belongs to
         passes::Region region;
         bool isOfSample = true;  // not of a coarser picture
     };
@@ -66,11 +66,11 @@ class PathTracedView {
                        const FrameBudget& budget, const BudgetSettings& limits);
     Ids DeclareFirstSample(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings,
                            const FrameBudget& budget);
-    // The finest level that there is, or none.
+    // The finest complete level, or none.
     Level* Finest(Extent2D extent);
-    // The next finer one; null: that is the picture itself.
+    // The next finer one; null: it is the full picture.
     Level* FinerThan(const Level& level);
-    // Where to begin: the finest level that fits the budget, else the coarsest; null: the picture itself
+    // The first level to trace: the finest that fits the budget, else the coarsest; null: the full picture
     // fits.
     Level* FirstToTrace(Extent2D extent, const FrameBudget& budget);
 

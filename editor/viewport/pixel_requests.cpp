@@ -26,7 +26,7 @@ bool Contains(Extent2D extent, glm::uvec2 pixel) {
     return pixel.x < extent.width && pixel.y < extent.height;
 }
 
-// Notes that the frame which answers has been submitted, and what it left unanswered stays.
+// Notes that the answering frame has been submitted; requests that it did not answer stay.
 template <typename State>
 void NoteSubmission(Renderer& renderer, const std::shared_ptr<State>& state) {
     renderer.OnSubmitted([state] { state->isSubmitted = true; });

@@ -1,4 +1,4 @@
-// Questions about a pixel, answered by a later frame. Asking and looking never wait for the device.
+// Requests about a pixel, answered by a later frame. Requesting and polling never wait for the device.
 // Threads: that of the viewport.
 #pragma once
 
@@ -15,10 +15,10 @@
 
 namespace raygraph::viewport {
 
-// What lies behind the center of a pixel, as passes::PrimaryHits has it: the same in every view.
+// The surface at the center of a pixel, as in passes::PrimaryHits: the same in every view.
 struct PickResult {
     glm::uvec2 pixel{0};
-    bool isHit = false;      // the other fields mean something
+    bool isHit = false;      // the other fields are valid
     uint32_t instance = 0;   // of the scene
     uint32_t primitive = 0;  // triangle of the file's primitive
     uint32_t material = 0;
@@ -38,13 +38,13 @@ struct PixelValue {
 };
 struct InspectResult {
     glm::uvec2 pixel{0};
-    // Of the views that were shown in the frame that answered. Without a sample, there is none.
+    // Of the views that the answering frame showed. None for a view without a sample.
     std::optional<PixelValue> pathTraced, raster;
 };
 
-// A request; copies are of the same one. Threads: that of the viewport. It is ready once the device has done
-// the first frame that was declared after it; a frame that is dropped answers nothing, the next one does.
-// What the viewport has not answered when it is destroyed is never ready.
+// A request; copies share its answer. Threads: that of the viewport. It is ready when the device has finished
+// the first frame that was declared after it; if that frame is dropped, the next one answers. A request that
+// is unanswered when the viewport is destroyed never becomes ready.
 class RAYGRAPH_API Pick {
   public:
     bool IsReady() const;
@@ -67,16 +67,16 @@ class RAYGRAPH_API Inspection {
     std::shared_ptr<State> m_state;
 };
 
-// What a viewport has been asked. A pixel that a later size does not have is answered without a hit or a
+// The pending requests of a viewport. A pixel outside a later, smaller size is answered without a hit or a
 // value.
 class RAYGRAPH_API PixelRequests {
   public:
     Pick RequestPick(glm::uvec2 pixel);
     Inspection RequestInspection(glm::uvec2 pixel);
 
-    // Declare what answers the requests at hand. `settings` is of the picture.
+    // Declare the passes that answer the pending requests. `settings` is of the picture.
     void DeclarePicks(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings);
-    // A view that is shown: its accumulation with what the open frame adds to it.
+    // A shown view: its accumulation, including what the open frame adds to it.
     struct Shown {
         TextureId mean, variance;
         passes::Accumulation::Progress progress;

@@ -11,7 +11,7 @@
 
 namespace raygraph::viewport {
 
-// What is nearest in each pixel: drawn, or found by rays on a device that cannot draw it.
+// The nearest surface of each pixel: drawn, or found by rays on a device that cannot draw it.
 passes::RasterVisibility DeclareVisibility(Renderer& renderer, const SceneIds& scene,
                                            const passes::TraceSettings& settings, passes::FilmPosition film);
 
@@ -20,20 +20,20 @@ class RasterView {
     explicit RasterView(const std::string& name);
 
     struct Ids {
-        TextureId radiance;        // rgba32f, what there is to show, in the picture's extent
+        TextureId radiance;        // rgba32f, the picture to show, in its full extent
         TextureId mean, variance;  // of the accumulation; undefined before its first sample
-        TextureId base;            // what stands in for it then, coarser by that factor
+        TextureId base;            // shown until then, coarser by that factor
         uint32_t baseScale = 1;
     };
     // As PathTracedView::Declare. `scale` above 1: one coarser picture instead of a sample; else a sample,
-    // until there are maxSamples (0: without an end).
+    // until there are maxSamples (0: unlimited).
     Ids Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
                 const passes::RasterSettings& raster, uint32_t maxSamples, uint32_t scale);
     void Reset(passes::ResetCause cause) {
         m_samples.Reset(cause);
         m_coarse.Reset(cause);
     }
-    // The next frame shows another scene: what is kept of its environment is no longer true. Between frames.
+    // The next frame shows another scene: discards the filtered environment. Between frames.
     void ForgetEnvironment(Renderer& renderer);
     void Forget(Renderer& renderer);
 

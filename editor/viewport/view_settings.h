@@ -32,22 +32,22 @@ RAYGRAPH_CHOICE(View, RAYGRAPH_VIEWPORT_VIEWS)
 inline constexpr uint32_t kViewCount = Texts(View{}).size();
 RAYGRAPH_API bool ShowsPathTraced(View view);
 RAYGRAPH_API bool ShowsRaster(View view);
-// Whether there is a number for the view (Viewport::Numbers).
+// Whether the view has statistics (Viewport::Numbers).
 RAYGRAPH_API bool IsMeasured(View view);
 
-// How the picture is shown. Nothing here ever starts an accumulation anew.
+// How the picture is shown. No setting here ever restarts accumulation.
 struct ShowSettings {
     View view = View::PathTraced;
     float wipePosition = 0.5f;          // share of the width that is path-traced; clamped to [0, 1]
     passes::TonemapSettings tonemap{};  // the picture is opaque, whatever isOpaque says
-    passes::View surface = passes::View::Normals;  // of View::Surface; not one of light
-    float greatestError = 1.0f;                    // relative error that has the last color; above 0
+    passes::View surface = passes::View::Normals;  // for View::Surface; not a view of light
+    float greatestError = 1.0f;                    // relative error at the end of the color map; above 0
     float pixelsPerDegree = 67.0206433f;           // of the screen as seen, for View::Flip; 1 to 400
 
     bool operator==(const ShowSettings&) const = default;
 };
 
-// The line around what is selected (Viewport::DeclareOutline).
+// The outline of the selection (Viewport::DeclareOutline).
 struct OutlineSettings {
     glm::vec3 color{1.0f, 0.62f, 0.2f};  // display values
     float width = 2.0f;                  // pixels, above 0, at most 8
@@ -55,8 +55,8 @@ struct OutlineSettings {
     bool operator==(const OutlineSettings&) const = default;
 };
 
-// How paths are traced. A change starts anew, with ResetCause::Settings. Extent, camera, region and sample
-// index are the viewport's own.
+// How paths are traced. A change restarts accumulation, with ResetCause::Settings. Extent, camera, region and
+// sample index are the viewport's own.
 struct PathSettings {
     SamplerKind sampler = SamplerKind::Sobol;
     uint32_t seed = 0;
@@ -68,17 +68,18 @@ struct PathSettings {
     bool operator==(const PathSettings&) const = default;
 };
 
-// What is shown in place of the path-traced picture while the camera moves.
+// What is shown instead of the path-traced picture while the camera moves.
 enum class MotionView : uint8_t {
     PathTraced,  // as fine as the budget allows
     Raster,
 };
 
-// How much is done in a frame. A change starts nothing anew.
+// How much work is done in a frame. A change does not restart accumulation.
 struct BudgetSettings {
-    // Milliseconds of the device that a frame may take, 0: no limit. With a limit, a sample that takes longer
-    // comes in tiles, after coarser pictures that fit. Learned from GPU times: without them (RendererDesc::
-    // gpuTimes, or a device without timestamps) a frame traces FrameBudget::kFirstPixels pixels.
+    // Milliseconds of the device that a frame may take, 0: no limit. With a limit, a sample that takes
+    // longer is split into tiles, after coarser pictures that fit. Learned from GPU times: without
+    // them (RendererDesc::gpuTimes, or a device without timestamps) a frame traces
+    // FrameBudget::kFirstPixels pixels.
     double frameMs = 0.0;
     uint32_t samplesPerFrame = 1;    // at most, of the path-traced view; as the limit allows
     uint32_t maxSamples = 0;         // the path-traced view stops there; 0: never

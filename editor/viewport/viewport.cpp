@@ -21,7 +21,7 @@ Viewport::Viewport(Renderer& renderer, GpuScene& scene, const ViewportDesc& desc
     : m_impl(std::make_unique<Impl>(renderer, scene, desc)) {}
 
 Viewport::~Viewport() {
-    // It would refer to what goes now
+    // It would refer to destroyed objects
     if (!m_impl->declaredIn.expired()) m_impl->renderer.DropFrame();
     m_impl->pathTraced.Forget(m_impl->renderer);
     m_impl->raster.Forget(m_impl->renderer);

@@ -1,5 +1,6 @@
-// Viewport: one view of a scene in a host's window or panel: a size, a camera and what to show in, a picture
-// out. It knows no window, and it submits nothing by itself: the host drives the frame.
+// Viewport: one view of a scene in a host's window or panel. Its inputs are a size, a camera and view
+// settings, its output is a picture. It needs no window, and it submits nothing by itself: the host drives
+// the frame.
 //
 //   Viewport viewport(renderer, scene);
 //   viewport.SetSize({1280, 720});
@@ -12,16 +13,16 @@
 //       renderer.Execute();
 //   }
 //
-// Both the path-traced and the raster view are declared in every frame; what does not lead to what is shown
-// is culled. So a view that is toggled away costs nothing, keeps what it has, and goes on from there.
+// Both the path-traced and the raster view are declared in every frame; passes that the shown picture does
+// not need are culled. So a view that is toggled off costs nothing, keeps its samples, and continues later.
 //
-// Accumulation starts anew by itself when something changes that the picture depends on: the viewport
-// compares with what the last frame was declared from, and counts why (Resets). Whatever comes after
-// accumulation, and all of ShowSettings and BudgetSettings, never does that.
+// Accumulation restarts by itself when something changes that the picture depends on: the viewport compares
+// with what the last frame was declared from, and counts the causes (ResetCount). Settings that apply after
+// accumulation, and all of ShowSettings and BudgetSettings, never restart it.
 //
 // Threads: that of the Renderer. Setters take effect with the next Declare, and may be called at any time.
-// Renderer and scene outlive the viewport; an open frame that it is declared in is dropped with it. Viewports
-// share nothing but what the host gives to both: those on one Renderer need names of their own.
+// Renderer and scene outlive the viewport; destroying it drops an open frame that it is declared in.
+// Viewports share only what the host gives to both: those on one Renderer need different names.
 #pragma once
 
 #include <memory>
@@ -44,31 +45,31 @@
 namespace raygraph::viewport {
 
 struct ViewportDesc {
-    std::string name = "viewport";  // of its persistent textures; unlike those of others on the Renderer
+    std::string name = "viewport";  // of its persistent textures; unique among viewports of the Renderer
     Extent2D size{};
 };
 
 // A thin lens; radius 0 is a pinhole. Meters. The raster view has none.
 struct LensSettings {
     float radius = 0.0f;
-    float focusDistance = 1.0f;  // along the view to the plane that is sharp
+    float focusDistance = 1.0f;  // along the view direction to the plane in focus
 
     bool operator==(const LensSettings&) const = default;
 };
 
-// How far what is shown has come, as of the frames that were submitted.
+// Progress of the shown picture, as of the submitted frames.
 struct ViewportProgress {
     uint32_t pathTracedSamples = 0;  // of every pixel
-    double pathTracedShare = 0.0;    // of the pixels that have the next sample already
+    double pathTracedShare = 0.0;    // share of the pixels that have the next sample already
     uint32_t rasterSamples = 0;
     // Where the raster view stops: one sample if it takes longer than the budget; 0: never.
     uint32_t rasterSamplesWanted = 0;
-    // How much coarser than the picture the path-traced one is, in pixels along an edge: 1 once every pixel
-    // has a sample, 0 while there is nothing.
+    // The factor by which the path-traced picture is coarser, in pixels along an edge: 1 once every pixel has
+    // a sample, 0 while there is no picture.
     uint32_t coarseness = 0;
 };
 
-// How far the raster picture is from the path-traced one, of the picture at that state.
+// The difference between the raster and the path-traced picture, at these sample counts.
 struct CompareNumbers {
     View view = View::Flip;  // Difference: of the luminance; RelativeError; Flip
     passes::MapNumbers numbers{};
@@ -99,10 +100,10 @@ class RAYGRAPH_API Viewport {
     void SetView(View view);  // of the ShowSettings
     void SetPaths(const PathSettings& settings);
     const PathSettings& Paths() const;
-    // Of the raster view, which alone starts anew.
+    // Settings of the raster view; only that view restarts.
     void SetRaster(const passes::RasterSettings& settings);
     const passes::RasterSettings& Raster() const;
-    // Indices of the scene's instances; those that it does not have outline nothing.
+    // Indices of the scene's instances; others are ignored.
     void SetOutlined(std::vector<uint32_t> instances);
     void SetOutline(const OutlineSettings& settings);
     const OutlineSettings& Outline() const;
@@ -111,17 +112,17 @@ class RAYGRAPH_API Viewport {
 
     // --- Frames ---
     // Within an open frame, once: declares the scene's passes and the viewport's. Returns the picture, rgba8
-    // of the viewport's size, display-encoded and opaque; an invalid id for a size without area. To be read
-    // alone: it may be kept for later frames.
+    // of the viewport's size, display-encoded and opaque; an invalid id for a size without area. Read-only
+    // for the host: it may be reused in later frames.
     TextureId Declare();
-    // For a scene that several viewports show: `ids` are of its Declare in this frame. Its SetViewpoint is
-    // the host's then.
+    // For a scene that several viewports show: `ids` are from its Declare in this frame. The host calls its
+    // SetViewpoint then.
     TextureId Declare(const SceneIds& ids);
-    // After Declare, in the same frame: `picture`, which Declare returned, with a line around what is seen of
-    // the outlined instances, as a picture of its own: what Declare returned stays free of it, to be saved,
-    // and no accumulation knows of it. Costs nothing, and returns `picture`, while nothing is outlined, in
-    // View::SideBySide, and for an invalid id. The line is found when the camera, the scene or the selection
-    // has changed, coarsely while that goes on, and kept.
+    // After Declare, in the same frame: a new picture: `picture`, which Declare returned, with an outline
+    // around the visible part of the outlined instances. The picture that Declare returned, which can be
+    // saved, and accumulation stay without it. Costs nothing, and returns `picture`, while nothing is
+    // outlined, in View::SideBySide, and for an invalid id. The outline is recomputed when camera, scene or
+    // selection have changed, at a lower resolution while they change, and otherwise reused.
     TextureId DeclareOutline(TextureId picture);
     // A frame of this viewport alone: begins, declares, presents and executes it. Returns the timeline value
     // that completes it, 0 for a size without area.
@@ -131,7 +132,7 @@ class RAYGRAPH_API Viewport {
     // Error{Usage} outside of the size.
     Pick RequestPick(glm::uvec2 pixel);
     Inspection RequestInspection(glm::uvec2 pixel);
-    // The radiance of the raster view if that is shown, else of the path-traced one, with what lies behind
+    // The radiance of the raster view if that is shown, else of the path-traced one, with the surface data of
     // its pixels. Not answered while View::Surface or a size without area is shown.
     Capture RequestCapture();
     // Of the path-traced view, once it is shown and every pixel has a sample.
@@ -139,13 +140,12 @@ class RAYGRAPH_API Viewport {
 
     // --- What happened ---
     ViewportProgress Progress() const;
-    // How often the path-traced accumulation was started anew, by cause. Several changes of one kind between
-    // two frames are one reset.
+    // How often the path-traced accumulation was restarted, by cause. Several changes of one kind between two
+    // frames count as one restart.
     uint32_t ResetCount(passes::ResetCause cause) const;
-    // Of the newest frame that showed a view with IsMeasured and that the device has done; none before.
+    // Of the newest finished frame that showed a view with IsMeasured; none before.
     std::optional<CompareNumbers> Numbers();
-    // Milliseconds of the device that the last measured frame of this viewport took, all passes of it; 0
-    // before.
+    // GPU milliseconds of the last measured frame of this viewport, all its passes; 0 before.
     double LastFrameMs() const;
 
   private:

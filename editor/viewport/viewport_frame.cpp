@@ -11,7 +11,7 @@ namespace {
 
 using passes::ResetCause;
 
-// Frames without times that are remembered: more than are ever in flight.
+// Limit of remembered frames without times: more than are ever in flight.
 constexpr size_t kMostTimedFrames = 16;
 
 scene::CameraView WithAspect(scene::CameraView camera, float aspect) {
@@ -86,7 +86,8 @@ void Viewport::Impl::LearnFromTimings() {
     budget.LearnOverhead(all - tracing);
     uint64_t pixels = 0;
     for (const PathTracedView::Tile& tile : timed.tiles) pixels += tile.region.PixelCount();
-    // Of a frame in which another viewport traces, too, the times cannot be told apart: ours count as more
+    // Of a frame in which another viewport traces, too, the times cannot be told apart: those of this
+    // viewport are overestimated
     for (size_t i = 0; i < timed.tiles.size(); i++) {
         const PathTracedView::Tile& tile = timed.tiles[i];
         const double share = static_cast<double>(tile.region.PixelCount()) /
@@ -153,7 +154,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     const uint64_t pixels = uint64_t{size.width} * size.height;
     const uint32_t fittingScale = budget.RasterScale(pixels);
     const uint32_t rasterScale = IsRecent(changedAt) ? fittingScale : 1;
-    // A sample that exceeds the limit comes once, not again and again for smooth edges
+    // A sample that exceeds the limit is drawn once, not repeatedly for smooth edges
     const uint32_t rasterSamples =
         fittingScale > 1 && shownAs.view == View::Raster ? 1 : budgetSettings.maxRasterSamples;
     const RasterView::Ids drawn =

@@ -1,4 +1,4 @@
-// What a Viewport keeps behind its public face. For the sources of this folder alone.
+// The private state of a Viewport. Only for the sources of this folder.
 #pragma once
 
 #include <chrono>
@@ -21,18 +21,18 @@ struct Viewport::Impl {
 
     TextureId Declare(const SceneIds& ids);
     TextureId DeclareOutline(TextureId picture);
-    // Starts anew for each cause that there is since the frame declared last.
+    // Restarts accumulation for each cause since the last declared frame.
     void NoteChanges();
     void StartAnew(passes::ResetCause cause);
-    // What the times of earlier frames say about the next.
+    // Updates the budget's estimates with the times of earlier frames.
     void LearnFromTimings();
-    // The view of this frame: not the one that was asked for while the camera moves.
+    // The view of this frame: while the camera moves, not the requested one.
     View ShownView() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
     passes::TraceSettings TraceSettingsNow() const;
     TextureId DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings);
 
-    // Everything that the picture depends on, as of the frame declared last.
+    // Everything that the picture depends on, as of the last declared frame.
     struct DrawnFrom {
         const GpuScene* scene = nullptr;
         SceneRevisions revisions;
@@ -44,7 +44,7 @@ struct Viewport::Impl {
     };
     struct TimedFrame {
         uint64_t frame = 0;
-        uint64_t rasterPixels = 0;                // 0: the raster view is not alone
+        uint64_t rasterPixels = 0;                // 0: not only the raster view is shown
         std::vector<PathTracedView::Tile> tiles;  // empty: the path-traced view is not shown
     };
     Renderer& renderer;

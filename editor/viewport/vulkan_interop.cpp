@@ -7,7 +7,7 @@ namespace raygraph::viewport {
 
 namespace {
 
-// Bytes that are those of the picture.
+// Formats with the same bytes as the picture.
 bool IsCopied(rhi::Format format) {
     return format == rhi::Format::Rgba8Unorm || format == rhi::Format::Rgba8Srgb;
 }
@@ -36,7 +36,7 @@ HostImage::HostImage(rhi::Device& device, const HostImageDesc& desc) : m_desc(de
 }
 
 void HostImage::Show(Renderer& renderer, TextureId picture, const HostSemaphores& semaphores) {
-    // First, so that a frame that fails below has them to forward.
+    // First, so that a frame that fails below can forward them.
     for (const rhi::SemaphoreUse& semaphore : semaphores.wait) renderer.WaitSemaphore(semaphore);
     for (const rhi::SemaphoreUse& semaphore : semaphores.signal) renderer.SignalSemaphore(semaphore);
     const Extent2D extent = renderer.Desc(picture).extent;

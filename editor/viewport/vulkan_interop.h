@@ -1,4 +1,4 @@
-// A viewport's picture in an image of the host: the one header of this folder that speaks Vulkan.
+// A viewport's picture in an image of the host: the only header of this folder with Vulkan types.
 //
 //   HostImage target(device, {.image = hostImage, .extent = {1280, 720}, .format = rhi::Format::Bgra8Unorm});
 //   ... every frame ...
@@ -26,10 +26,11 @@ struct HostImageDesc {
     VkImage image = VK_NULL_HANDLE;
     Extent2D extent{};  // pixels
     // Rgba8Unorm and Rgba8Srgb: the image needs VK_IMAGE_USAGE_TRANSFER_DST_BIT. All others:
-    // VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT. Its texels are display-encoded, as a screen wants them; in an sRGB
-    // format, so is what they decode to.
+    // VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT. Its texels are display-encoded; in an sRGB format, the decoded
+    // values are.
     rhi::Format format = rhi::Format::Rgba8Unorm;
-    // As the host wants it back; it is released to `queueFamilyAfter`, unless that is ours or ignored.
+    // The state in which the host gets it back; it is released to `queueFamilyAfter`, unless that is the
+    // device's own family or ignored.
     VkImageLayout layoutAfter = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
     uint32_t queueFamilyAfter = VK_QUEUE_FAMILY_IGNORED;
 };
@@ -40,21 +41,21 @@ struct HostSemaphores {
     std::vector<rhi::SemaphoreUse> signal;
 };
 
-// An image that the host owns. It outlives the frames that show in it; so does this object, by which the
-// layout is known from frame to frame. Threads: that of the Renderer.
+// An image that the host owns. It outlives the frames that show in it, and so does this object, which tracks
+// the layout from frame to frame. Threads: that of the Renderer.
 class RAYGRAPH_API HostImage {
   public:
-    // Error{Usage} for a null image, an empty extent or a format that a picture cannot be shown in.
+    // Error{Usage} for a null image, an empty extent or an unsupported format.
     HostImage(rhi::Device& device, const HostImageDesc& desc);
     HostImage(const HostImage&) = delete;
     HostImage& operator=(const HostImage&) = delete;
 
-    // Declares into the open frame: `picture`, a viewport's, comes into the image, whose contents before are
-    // dropped, and the image is handed back. Error{Usage} for a picture of another extent.
+    // Declares into the open frame: `picture`, a viewport's, replaces the image's contents, and the image is
+    // handed back. Error{Usage} for a picture of another extent.
     void Show(Renderer& renderer, TextureId picture, const HostSemaphores& semaphores = {});
     // The host has used the image since: it is in that layout now, and was released by `queueFamily`, if that
-    // is another than ours (with oldLayout = newLayout = layout). Without this, it is as Show left it. Comes
-    // while no frame is open.
+    // differs from the device's family (with oldLayout = newLayout = layout). Without this call, it is as
+    // Show left it. Only while no frame is open.
     void Return(VkImageLayout layout, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
 
     const HostImageDesc& Desc() const { return m_desc; }
