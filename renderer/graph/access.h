@@ -1,5 +1,5 @@
-// How a pass touches a resource, and what that means to Vulkan. Pure: no device, no vk* call. Threads:
-// plain values and pure functions, for any thread.
+// How a pass accesses a resource, and what that means to Vulkan. Pure: no device, no vk* call. Threads: plain
+// values and pure functions, for any thread.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace raygraph {
 
-// The kind of a pass supplies the pipeline stages of everything it declares; nobody types a stage.
+// The kind of a pass determines the pipeline stages of all its accesses; no stage is given by hand.
 enum class PassKind : uint8_t {
     RayTracing,             // ray-tracing pipeline; TraceRays
     Compute,                // compute pipeline; Dispatch
@@ -47,11 +47,11 @@ RAYGRAPH_API const char* Name(Access access);  // "sampled", "storage write", ..
 RAYGRAPH_API bool Writes(Access access);
 // True when the contents before the pass are needed: StorageUpdate, every read, ... ; false for pure writes.
 RAYGRAPH_API bool NeedsContents(Access access);
-// Whether a pass of this kind may touch a resource that way: a compute pass has no attachments, a transfer no
-// shaders.
+// Whether a pass of this kind may access a resource that way: a compute pass has no attachments, a transfer
+// no shaders.
 RAYGRAPH_API bool IsLegal(PassKind kind, Access access);
 
-// What an access is to the barrier planner.
+// An access as the barrier planner sees it.
 struct AccessMasks {
     VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_NONE;
     VkAccessFlags2 access = VK_ACCESS_2_NONE;
@@ -69,7 +69,7 @@ struct ResourceState {
     VkPipelineStageFlags2 writeStages = VK_PIPELINE_STAGE_2_NONE;  // the last write, not yet overwritten
     VkAccessFlags2 writeAccess = VK_ACCESS_2_NONE;
     VkPipelineStageFlags2 readStages = VK_PIPELINE_STAGE_2_NONE;     // reads since then
-    VkPipelineStageFlags2 visibleStages = VK_PIPELINE_STAGE_2_NONE;  // where that write is visible already
+    VkPipelineStageFlags2 visibleStages = VK_PIPELINE_STAGE_2_NONE;  // where that write is already visible
     VkAccessFlags2 visibleAccess = VK_ACCESS_2_NONE;
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
     uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;  // set for imports that come from another family

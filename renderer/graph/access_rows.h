@@ -1,5 +1,5 @@
-// All that is known of each access, a row each: access.cpp answers from it, and so do the declaration of a
-// frame (usage flags) and the compiler (what a write keeps). For renderer/graph/ alone. Threads: constants.
+// The table of accesses, one row each. Used by access.cpp, by the declaration of a frame (usage flags) and by
+// the compiler (what a write keeps). For renderer/graph/ alone. Threads: constants.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace raygraph {
 
-// Sets of kinds of pass and of resource, a bit each.
+// Sets of pass kinds and of resource kinds, a bit each.
 template <typename Kind, typename... Kinds>
 constexpr uint8_t SetOf(Kind first, Kinds... others) {
     return static_cast<uint8_t>((1u << static_cast<unsigned>(first)) |
@@ -23,25 +23,25 @@ constexpr bool Has(uint8_t set, Kind kind) {
 }
 
 enum class Effect : uint8_t {
-    Reads,     // needs what was there
-    Replaces,  // writes; what was there does not matter
-    Updates,   // writes, and needs what was there
+    Reads,     // needs the old contents
+    Replaces,  // writes; the old contents do not matter
+    Updates,   // writes, and needs the old contents
 };
 
 struct AccessRow {
     Access kind;
     const char* text;
     Effect effect;
-    uint8_t passes;  // the kinds of pass that may do it
-    // Of the masks. Stages NONE: those that a pass of its kind works in (ShaderStages).
+    uint8_t passes;  // the pass kinds that may have it
+    // Of the masks. Stages NONE: those of the pass kind (ShaderStages).
     VkAccessFlags2 access;
     VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_NONE;
-    VkAccessFlags2 accessInBuilds = VK_ACCESS_2_NONE;  // NONE: no other than elsewhere
-    VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  // UNDEFINED: no texture is used that way
-    // What a resource has to be made for.
+    VkAccessFlags2 accessInBuilds = VK_ACCESS_2_NONE;  // NONE: as elsewhere
+    VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  // UNDEFINED: not an access of textures
+    // The usage flags that a resource needs.
     rhi::TextureUsage texture = rhi::TextureUsage::None;
     rhi::BufferUsage buffer = rhi::BufferUsage::None;
-    // Kinds of resource of which it replaces a part alone, so that the rest has to stay.
+    // Resource kinds of which it replaces only a part, so that the rest must be kept.
     uint8_t partOf = 0;
 };
 
@@ -75,8 +75,8 @@ inline constexpr VkImageLayout kGeneral = VK_IMAGE_LAYOUT_GENERAL;
 inline constexpr VkImageLayout kColorLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
 inline constexpr VkImageLayout kDepthLayout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
 
-// What a write by address leaves alone is not known, so all kinds keep the rest. What a build reads by
-// address is geometry (SHADER_READ), what it writes is scratch (accesses of structures).
+// A write by address may leave any part unchanged, so all kinds keep the rest. What a build reads by address
+// is geometry (SHADER_READ), what it writes is scratch (accesses of structures).
 inline constexpr uint8_t kAny = SetOf(ResourceKind::Texture, ResourceKind::Buffer, ResourceKind::Tlas,
                                       ResourceKind::BlasSet, ResourceKind::TextureSet);
 

@@ -8,7 +8,7 @@ bool Contains(VkFlags64 set, VkFlags64 bits) {
     return (set & bits) == bits;
 }
 
-// With the accesses that one of them stands for.
+// Adds the accesses that a combined flag includes.
 VkAccessFlags2 Expanded(VkAccessFlags2 access) {
     if ((access & VK_ACCESS_2_SHADER_READ_BIT) == 0) return access;
     return access | VK_ACCESS_2_UNIFORM_READ_BIT | VK_ACCESS_2_SHADER_SAMPLED_READ_BIT |
@@ -22,7 +22,7 @@ Dependency PlanRead(ResourceState& state, const AccessMasks& masks) {
         Contains(state.visibleStages, masks.stages) && Contains(Expanded(state.visibleAccess), masks.access);
     if (isNeverWritten || isVisible) return {.oldLayout = state.layout, .newLayout = state.layout};
     // Visibility is remembered as stages x accesses, so the new barrier covers the whole product. Stages that
-    // had it wait for a write they have already waited for, which costs nothing.
+    // already had visibility wait once more for the same write, which costs nothing.
     state.visibleStages |= masks.stages;
     state.visibleAccess |= masks.access;
     return {.srcStages = state.writeStages,

@@ -25,7 +25,7 @@ inline constexpr VkAccessFlags2 kWriteAccesses =
 struct AccessRequest {
     AccessMasks masks{};  // layout Undefined: not a texture, or its layout does not matter
     bool writes = false;
-    bool needsContents = true;  // false: a transition may drop what was there
+    bool needsContents = true;  // false: a transition may discard the old contents
 };
 
 struct Dependency {

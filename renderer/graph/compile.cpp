@@ -10,7 +10,7 @@ namespace raygraph {
 
 namespace {
 
-// Who may read a presented texture, and anything an owner may do with what is handed back.
+// The readers of a presented texture, and every possible access by the owner of an exported resource.
 constexpr AccessMasks kPresentMasks{VK_PIPELINE_STAGE_2_FRAGMENT_SHADER_BIT,
                                     VK_ACCESS_2_SHADER_SAMPLED_READ_BIT,
                                     VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
@@ -70,8 +70,8 @@ void Compiler::CheckRoots() const {
     }
 }
 
-// One walk from the last pass to the first. Returns true if it found a persistent resource whose earlier
-// contents a kept pass needs, so that its last write is needed too: then the walk has to be done again.
+// One traversal from the last pass to the first. Returns true if it found a persistent resource whose earlier
+// contents a kept pass needs, so that its last write is needed too: then the traversal has to be repeated.
 bool Compiler::MarkKept(std::vector<uint8_t>& isInDemand) {
     std::vector<uint8_t> isNeeded(m_graph.resources.size(), 0);
     for (const Root& root : m_graph.roots) isNeeded[root.resource] = 1;
@@ -126,7 +126,7 @@ void Compiler::FindLifetimes() {
             lifetime.last = position;
         }
     }
-    // What the frame is for outlives its passes.
+    // The roots of the frame are used until after its last pass.
     for (const Root& root : m_graph.roots) {
         Lifetime& lifetime = m_plan.lifetimes[root.resource];
         if (lifetime.IsUsed()) lifetime.last = static_cast<uint32_t>(m_plan.passes.size());
@@ -139,9 +139,9 @@ void Compiler::PlanBarriers() {
         ResourceState& state = m_plan.states.emplace_back(
             resource.origin == Origin::Transient ? ResourceState{} : resource.state);
         if (resource.origin != Origin::Imported || m_graph.waitStages == VK_PIPELINE_STAGE_2_NONE) continue;
-        // The frame's semaphores guard what the host hands in. No transition may overtake the wait; and where
-        // some stages wait, what runs in others comes after those, reads too: the host may have written what
-        // an earlier frame has read.
+        // The frame's semaphores guard the resources that the host hands in. No transition may overtake the
+        // wait. Where only some stages wait, accesses in other stages, reads too, come after those: the host
+        // may have written what an earlier frame has read.
         const bool allWait = (m_graph.waitStages & VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) != 0;
         if (resource.kind != ResourceKind::Texture && allWait) continue;
         const bool isRead = state.readStages != VK_PIPELINE_STAGE_2_NONE;
@@ -194,7 +194,7 @@ void Compiler::Acquire() {
     m_plan.acquire.count = BarrierCount() - m_plan.acquire.first;
 }
 
-// The state in which the last occupant, and with it all occupants so far, leave their memory.
+// The state in which the last occupant, and with it all earlier ones, leave their memory.
 ResourceState Compiler::LeaveBlock(uint32_t block) {
     ResourceState state = m_plan.states[m_lastOccupant[block]];
     AccessMasks& all = m_occupantAccess[block];
@@ -208,7 +208,7 @@ ResourceState Compiler::LeaveBlock(uint32_t block) {
     return state;
 }
 
-// A transient that begins takes over the state of its memory, without the layout.
+// A transient starts with the state of its memory, without the layout.
 void Compiler::EnterBlock(uint32_t resource, PlannedBarrier& barrier) {
     const uint32_t block = m_plan.lifetimes[resource].block;
     if (block == kNone) return;
@@ -220,7 +220,7 @@ void Compiler::EnterBlock(uint32_t resource, PlannedBarrier& barrier) {
     } else {
         state = LeaveBlock(block);
     }
-    // Being visible to someone there says nothing about the new resource.
+    // Visibility of the old contents does not apply to the new resource.
     state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
     state.visibleAccess = VK_ACCESS_2_NONE;
     state.layout = VK_IMAGE_LAYOUT_UNDEFINED;
@@ -266,12 +266,12 @@ void Compiler::Finish() {
         const auto isExportOfIt = [&](const Root& other) {
             return other.kind == RootKind::Exported && other.resource == root.resource;
         };
-        // What is shown and exported is left as its owner asked.
+        // A texture that is presented and exported ends in the layout that its owner asked for.
         if (root.kind == RootKind::Presented &&
             std::any_of(m_graph.roots.begin(), m_graph.roots.end(), isExportOfIt))
             continue;
-        // A transient that no pass wrote is nothing; what the host or an earlier frame left is shown as it
-        // is.
+        // A transient that no pass wrote has no contents; contents from the host or an earlier frame are
+        // shown as they are.
         const bool isTransient = m_graph.resources[root.resource].origin == Origin::Transient;
         if (isTransient && !m_plan.lifetimes[root.resource].IsUsed()) continue;
         AccessRequest request{.masks = root.kind == RootKind::Presented ? kPresentMasks : kHostReadMasks};

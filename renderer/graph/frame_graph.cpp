@@ -115,7 +115,7 @@ uint32_t FrameGraph::Resolve(AnyId id, std::string_view what) const {
 uint32_t FrameGraph::UseResource(AnyId id, Access access) {
     GraphPass& pass = passes.back();
     const auto sentence = [&] { return PassText(pass) + " " + VerbFor(access); };
-    // The text is only built when something is wrong: declaring is on every frame's path.
+    // The text is only built for an error: declaring happens in every frame.
     const bool isGood = id.isValid && id.frame == (frame & TextureId::kFrameMask) &&
                         id.resource < resources.size() && resources[id.resource].kind == id.kind &&
                         resources[id.resource].version == id.version;

@@ -23,13 +23,13 @@ namespace raygraph {
 enum class Origin : uint8_t {
     Transient,   // lives within the frame
     Persistent,  // the Renderer keeps it between frames
-    Imported,    // someone else's
+    Imported,    // owned by the caller
 };
 RAYGRAPH_API const char* Name(Origin origin);
 
 // When a write to a persistent resource keeps its pass alive.
 enum class Persistence : uint8_t {
-    OnDemand,  // when something shown this frame needs what it kept: toggling a view away stops its
+    OnDemand,  // when something shown in this frame uses its contents: toggling a view off stops its
                // accumulation
     Always,    // in every frame that declares it
 };
@@ -70,7 +70,7 @@ enum class RootKind : uint8_t {
     HostRead,   // read by the CPU when the frame has completed
 };
 
-// What the frame is for.
+// A result of the frame that must be produced.
 struct Root {
     RootKind kind = RootKind::Presented;
     uint32_t resource = 0;
@@ -131,7 +131,7 @@ struct RAYGRAPH_API FrameGraph {
         return IdOf<Kind>(UseResource(id, access));
     }
 
-    // Throw as Use does; `what` says who asks: "Present".
+    // Throw as Use does; `what` names the calling function: "Present".
     void Present(TextureId texture);
     void Export(TextureId texture, VkImageLayout layout, uint32_t toQueueFamily = VK_QUEUE_FAMILY_IGNORED);
     void Export(BufferId buffer, uint32_t toQueueFamily = VK_QUEUE_FAMILY_IGNORED);

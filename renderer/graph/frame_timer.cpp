@@ -8,7 +8,7 @@ namespace raygraph {
 
 namespace {
 
-// Nobody may be taking them.
+// The caller may never take them.
 constexpr size_t kMaxArrived = 4096;
 
 }  // namespace

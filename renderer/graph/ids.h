@@ -1,8 +1,9 @@
 // Typed, versioned ids of the render graph's resources.
 //
-// An id names one version of one resource of one frame. A write returns a new id; the old one still names the
-// contents before the write, and using it after a later write is a Usage error ("stale id"), as is an id of
-// an earlier frame. Threads: plain values, for any thread; what takes them has that of the Renderer.
+// An id names one version of one resource of one frame. A write returns a new id; the old one still names
+// the contents before the write, and using it after a later write is a Usage error ("stale id"), as is an
+// id of an earlier frame. Threads: plain values, for any thread; functions that take them have the rule of
+// the Renderer.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// PassBuilder: what a pass declares in its setup function. Everything is checked when the setup returns:
-// names, kinds and writability against the shaders' SPIR-V, ids against the frame. A mistake throws
+// PassBuilder: the declarations of a pass, made in its setup function. Everything is checked when the setup
+// returns: names, kinds and writability against the shaders' SPIR-V, ids against the frame. A mistake throws
 // Error{Usage} that names the pass, the resource, what was asked and what the shader has.
 //
 //   TextureId Blur(Renderer& r, TextureId source) {
@@ -60,7 +60,7 @@ struct RasterState {
 };
 
 struct ColorLoad {
-    bool clear = true;  // false: load and blend over what is there
+    bool clear = true;  // false: load, and blend over the old contents
     float value[4] = {0.0f, 0.0f, 0.0f, 0.0f};
 };
 struct DepthLoad {
@@ -76,15 +76,15 @@ class RAYGRAPH_API PassBuilder {
     // `hitSet` tells geometries apart (TlasInstance::hitSet); one group per ray type in each set.
     PassBuilder& HitGroup(RayType rayType, const HitGroupShaders& shaders, uint32_t hitSet = 0);
     PassBuilder& Callable(std::string_view shader);
-    // How deep rays may trace rays: 1, the default, is ray generation alone; a closest hit that traces needs
-    // one more. More than the device's maxRayRecursionDepth, or 0, is an error; deeper tracing than asked for
-    // is undefined.
+    // How deep rays may trace rays: 1, the default, is ray generation only; a closest-hit shader that traces
+    // needs one more. More than the device's maxRayRecursionDepth, or 0, is an error; deeper tracing than
+    // asked for is undefined.
     PassBuilder& MaxRecursion(uint32_t depth);
     PassBuilder& Compute(std::string_view shader);
     PassBuilder& Vertex(std::string_view shader);
     PassBuilder& Fragment(std::string_view shader);
     PassBuilder& Raster(const RasterState& state);
-    // Specialization constant by its name in the shaders; a name that no stage has is an error.
+    // Specialization constant by its name in the shaders; a name that no stage declares is an error.
     PassBuilder& Specialize(std::string_view constant, uint32_t value);
 
     // --- Resources bound by name (set 0) ---
@@ -100,7 +100,7 @@ class RAYGRAPH_API PassBuilder {
 
     // --- Resources without a binding ---
     void ReadsByAddress(BufferId buffer);
-    void ReadsByAddress(BlasSetId structures);  // the TLAS that is traced points at them
+    void ReadsByAddress(BlasSetId structures);  // referenced by the traced TLAS
     [[nodiscard]] BufferId WritesByAddress(BufferId buffer);
     void Uses(TextureSetId textures);      // bindless, set 1
     void ReadsArguments(BufferId buffer);  // of an indirect dispatch, trace or draw

@@ -160,7 +160,7 @@ void CheckConstants(const GraphPass& pass, const PassDeclaration& declared,
                        " bytes of push constants");
 }
 
-// Every binding that a shader uses has to be there: a driver may do anything with one that is not.
+// Every binding that a shader uses must be bound: using an unbound one is undefined behavior.
 void CheckComplete(const GraphPass& pass, const PassDeclaration& declared,
                    const rhi::ShaderInterface& interface) {
     std::string missing;

@@ -1,5 +1,5 @@
-// PassDeclaration: what one setup function declared, filled by PassBuilder. One object serves the same place
-// in frame after frame, so that its memory is taken once.
+// PassDeclaration: what one setup function declared, filled by PassBuilder. One object is reused for the same
+// position in every frame, so that its memory is allocated once.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +31,7 @@ struct DeclaredBinding {
     uint64_t uniformOffset = 0;             // in the frame's uniform memory
     uint64_t uniformBytes = 0;
     size_t uniformAlignment = 1;
-    // Found in the shaders by ResolveBindings.
+    // Filled in from the shaders by ResolveBindings.
     uint32_t binding = 0;
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
 };
@@ -59,12 +59,12 @@ struct PassDeclaration {
 };
 
 // Checks the last pass of `graph` as it was declared against the shaders' interface (null: it has no shaders)
-// and fills in what was found there: binding numbers, and whether a buffer is read as storage or uniform.
-// Throws Error{Usage} naming the pass, what it asked for and what the shaders have, or what the device can
-// bind: storage buffers of at most `mostStorageBytes`.
+// and fills in what the shaders declare: binding numbers, and whether a buffer is read as storage or uniform.
+// Throws Error{Usage} naming the pass, what it asked for and what the shaders have, or the limit of the
+// device: storage buffers of at most `mostStorageBytes`.
 void ResolveBindings(FrameGraph& graph, PassDeclaration& pass, const rhi::ShaderInterface* interface,
                      uint64_t mostStorageBytes = ~uint64_t{0});
-// Checks that the shaders are those of the pass's kind, before they are looked at.
+// Checks that the shaders belong to the pass's kind, before they are loaded.
 void CheckShaders(const GraphPass& pass, const ProgramRequest& request);
 // Sorts the targets of the last pass and checks that they fit together; their formats go into the request.
 void ResolveTargets(const FrameGraph& graph, PassDeclaration& pass);

@@ -66,7 +66,7 @@ float FromHalf(uint16_t half) {
     return sign * std::ldexp(1024.0f + mantissa, static_cast<int>(exponent) - 25);
 }
 
-// To nearest even; what is too large becomes infinite.
+// To nearest even; values that are too large become infinite.
 uint16_t ToHalf(float value) {
     const uint16_t sign = std::signbit(value) ? 0x8000u : 0u;
     const float size = std::fabs(value);

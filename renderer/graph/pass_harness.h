@@ -1,5 +1,5 @@
-// PassHarness: one pass alone: hand-made inputs in, texels out. For tests of passes, also outside of this
-// repository.
+// PassHarness: runs one pass alone: constructed inputs in, texels out. For tests of passes, also outside of
+// this repository.
 //
 //   PassHarness harness(device);
 //   const Texels out = harness.Run([&](PassHarness& h) {
@@ -8,8 +8,8 @@
 //   });
 //   EXPECT_NEAR(out.At(0, 0)[0], 1.0f, 1e-6f);
 //
-// Each Run is a frame of one Renderer, so that persistent resources go on from Run to Run. Uses no test
-// framework; what goes wrong is an Error, and the next Run starts clean. Threads: one thread at a time;
+// Each Run is a frame of one Renderer, so that persistent resources keep their contents from Run to Run. Uses
+// no test framework; every failure is an Error, and the next Run starts clean. Threads: one thread at a time;
 // harnesses of several threads may share a Device.
 #pragma once
 
@@ -50,7 +50,7 @@ class RAYGRAPH_API PassHarness {
 
     Renderer& Graph() { return m_renderer; }
 
-    // Inputs of the frame at hand: a transient that an upload pass fills. `values` holds the channels of
+    // Inputs of the current frame: a transient that an upload pass fills. `values` holds the channels of
     // every texel, rows from the top; a single texel's channels fill the whole texture.
     TextureId Texture(std::string_view name, Extent2D extent, rhi::Format format,
                       std::span<const float> values);

@@ -1,8 +1,8 @@
-// PassMarks: which pass the device had reached, readable after it is lost.
+// PassMarks: the pass that the device had reached, readable after it is lost.
 //
-// Before a pass runs, and after what it waits for, the device writes the frame's number into that pass's word
-// of mapped memory. Every pass and every frame in flight has words of its own, so that no two writes ever
-// meet. A word that holds the number means: all that the pass waited for had completed.
+// Before a pass runs, and after its waits are over, the device writes the frame's number into that pass's
+// word of mapped memory. Every pass and every frame in flight has words of its own, so that no two writes
+// ever conflict. A word that holds the number means that everything the pass waited for had completed.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,10 @@ class PassMarks {
 
     explicit PassMarks(rhi::Device& device);
 
-    // Starts a frame's marks. A frame comes up framesInFlight frames later in the same place.
+    // Starts a frame's marks. A frame framesInFlight later reuses their memory.
     void BeginFrame(uint64_t frame);
-    // The next pass begins: outside of rendering, after its barriers, which have to hold back transfers too.
+    // The next pass begins. Recorded outside of rendering, after its barriers, which must make transfers
+    // wait too.
     void Mark(rhi::CommandList& commands, const std::string& pass);
     // `the last pass reached was pass "Trace" (2 of 3) of frame 12`, of the newest frame with a mark; empty
     // without any. Any thread.

@@ -4,14 +4,14 @@ namespace raygraph {
 
 namespace {
 
-// Whatever later frames may do with it: what a persistent resource holds could not follow it into a new one.
+// Every usage that later frames may need: recreating a persistent resource would lose its contents.
 rhi::TextureUsage UsageFor(rhi::Format format) {
     using rhi::TextureUsage;
     const TextureUsage common =
         TextureUsage::Sampled | TextureUsage::CopySource | TextureUsage::CopyDestination;
     if (rhi::IsDepth(format)) return common | TextureUsage::DepthTarget;
     switch (format) {
-        // Storage of these is not a format that every device has.
+        // Not every device supports these formats as storage images.
         case rhi::Format::Rgba8Srgb:
         case rhi::Format::Bgra8Srgb:
         case rhi::Format::Bgra8Unorm:

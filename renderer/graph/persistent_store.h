@@ -12,7 +12,7 @@
 namespace raygraph {
 
 // One persistent resource. The Vulkan object is made when an executed pass first uses it, so that a view that
-// is toggled away takes no memory.
+// is toggled off takes no memory.
 struct Persistent {
     std::string name;
     ResourceKind kind = ResourceKind::Texture;
@@ -32,11 +32,11 @@ struct Persistent {
     bool Is(const GraphBufferDesc& desc) const { return kind == ResourceKind::Buffer && bufferDesc == desc; }
 };
 
-// Declaring a frame loses nothing: an entry that the frame makes anew takes the place of the old one when the
-// frame is submitted.
+// Declaring a frame loses nothing: an entry that the frame recreates replaces the old one when the frame is
+// submitted.
 class PersistentStore {
   public:
-    // The entry of that name; a new one that waits to replace it if its kind or description differ. Once a
+    // The entry of that name; if its kind or description differ, a new one that replaces it later. Once a
     // frame for each name.
     Persistent& Find(std::string_view name, const GraphTextureDesc& desc);
     Persistent& Find(std::string_view name, const GraphBufferDesc& desc);
@@ -54,7 +54,7 @@ class PersistentStore {
     template <typename Desc>
     Persistent& Find(std::string_view name, ResourceKind kind, Desc Persistent::*member, const Desc& desc);
     Entries m_entries;
-    Entries m_replacements;  // made by the frame at hand
+    Entries m_replacements;  // created by the current frame
 };
 
 }  // namespace raygraph

@@ -1,4 +1,4 @@
-// Plan: what Compile makes of a FrameGraph. Plain data that refers to the graph by index.
+// Plan: the result of compiling a FrameGraph. Plain data that refers to the graph by index.
 // Threads: plain values, for any thread.
 #pragma once
 
@@ -50,7 +50,7 @@ struct Plan {
     std::vector<uint32_t> culled;     // indices into FrameGraph::passes
     std::vector<PlannedBarrier> barriers;
     BarrierRange acquire;             // before the first pass: ownership from other queue families
-    BarrierRange finish;              // after the last pass: for who reads the roots
+    BarrierRange finish;              // after the last pass: for the readers of the roots
     BarrierRange release;             // after `finish`: ownership to other queue families
     std::vector<Lifetime> lifetimes;  // by resource
     std::vector<rhi::MemoryRequirements> blocks;  // of transient memory

@@ -1,8 +1,8 @@
-// Program: the shaders of a pass with what they ask to be bound, and the pipeline made from them when it is
-// first needed.
+// Program: the shaders of a pass with their bindings, and the pipeline created from them when it is first
+// needed.
 //
 // ProgramCache finds a pass's program again in every frame by its shaders, specialization and raster state.
-// Interfaces come from reflection, so that a pass that is culled never makes a pipeline.
+// Interfaces come from reflection, so that a culled pass never creates a pipeline.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@
 
 namespace raygraph {
 
-// Null: the stage is not there.
+// Null: no such stage.
 struct HitShaders {
     const Shader* closestHit = nullptr;
     const Shader* anyHit = nullptr;
@@ -36,7 +36,7 @@ struct SpecializationRequest {
     uint32_t value = 0;
 };
 
-// What a pass asks for. The vectors keep their memory from frame to frame.
+// The program that a pass requests. The vectors keep their memory from frame to frame.
 struct ProgramRequest {
     PassKind kind = PassKind::Compute;
     const Shader* rayGen = nullptr;
@@ -54,7 +54,7 @@ struct ProgramRequest {
 
     void Clear(PassKind newKind);
     bool HasShaders() const;
-    // Every shader there is, ray generation, compute or vertex first; one may come more than once.
+    // All shaders of the request, ray generation, compute or vertex first; one may occur more than once.
     void ListShaders(std::vector<const Shader*>& shaders) const;
 };
 
@@ -88,10 +88,10 @@ class ProgramCache {
     // Throws Error{Usage} starting with `pass` (as in: pass "Trace") for shaders that do not fit together or
     // a specialization constant that none of them has.
     Program& Add(const ProgramRequest& request, std::string_view pass);
-    // Makes the pipeline if there is none yet. Errors as those of rhi::Create*Pipeline.
+    // Creates the pipeline if there is none yet. Errors as those of rhi::Create*Pipeline.
     void EnsurePipeline(Program& program);
-    // Makes anew what uses a changed shader. What fails keeps its interface and pipeline; the messages say
-    // why.
+    // Rebuilds every program that uses a changed shader. One that fails keeps its interface and pipeline; the
+    // messages say why.
     std::vector<std::string> Rebuild(std::span<const Shader* const> changed);
 
     double CreationMs() const { return m_creationMs; }
@@ -104,7 +104,7 @@ class ProgramCache {
 
     rhi::Device& m_device;
     std::unordered_map<std::string, std::unique_ptr<Program>> m_programs;
-    std::string m_key;  // of the request at hand; kept for its memory
+    std::string m_key;  // of the current request; kept for its memory
     double m_creationMs = 0.0;
     uint32_t m_pipelineCount = 0;
 };

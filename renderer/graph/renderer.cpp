@@ -36,7 +36,7 @@ Renderer::~Renderer() {
     try {
         m_impl->device.WaitFor(m_impl->lastSubmitted);
     } catch (const Error&) {
-        // A lost device has nothing left to wait for.
+        // On a lost device there is nothing to wait for.
     }
     for (const std::shared_ptr<Readback::State>& readback : m_impl->readbacks) {
         readback->submitted = Readback::State::kRendererGone;
@@ -105,7 +105,7 @@ void Renderer::Impl::DropFrame() {
     CloseFrame();
 }
 
-// What fails here fails after the Error that dropped the frame: that one says more.
+// A failure here follows the Error that dropped the frame, which says more.
 void Renderer::Impl::ForwardSemaphores() noexcept {
     if (waits.forwarded.empty() && signals.forwarded.empty()) return;
     try {

@@ -39,13 +39,13 @@ using rhi::Extent2D;
 using rhi::Format;
 
 struct RendererDesc {
-    std::string name = {};  // tells several Renderers of one Device apart in the report of a lost device
+    std::string name = {};  // distinguishes Renderers of one Device in the report of a lost device
     // Root of shader sources to reload from; "" uses the SPIR-V built into the library.
     std::filesystem::path shaderRoot;
-    // Roots of what those sources include besides: the installed shaders, for passes outside of the library.
+    // More include folders of those sources: the installed shaders, for passes outside the library.
     std::vector<std::filesystem::path> shaderIncludes = {};
     bool gpuTimes = true;   // a timestamp between passes
-    bool passMarks = true;  // note on the device which pass was reached, for the report of a lost device
+    bool passMarks = true;  // record on the device which pass was reached, for the report of a lost device
 };
 
 // A texture of the graph; usage flags follow from how passes use it.
@@ -76,8 +76,8 @@ class RAYGRAPH_API PassResources {
     uint32_t m_pass;
 };
 
-// A copy of a texture or buffer on its way to the CPU. Valid until the Renderer is destroyed. Copies are of
-// the same bytes; each may be asked, waited for and read on a thread of its own, beside the Renderer's.
+// A copy of a texture or buffer on its way to the CPU. Valid until the Renderer is destroyed. Copies share
+// the same bytes; each may be polled, waited for and read on a thread of its own, beside the Renderer's.
 class RAYGRAPH_API Readback {
   public:
     bool IsReady() const;  // the frame has completed
@@ -93,9 +93,9 @@ class RAYGRAPH_API Readback {
     std::shared_ptr<State> m_state;
 };
 
-// What becomes of a semaphore of a frame that is dropped.
+// What happens to a semaphore of a frame that is dropped.
 enum class WhenDropped : uint8_t {
-    Forward,     // waited for or signaled all the same: who counts on it goes on
+    Forward,     // waited for or signaled all the same, so that its other users can continue
     LeaveAlone,  // for the next frame to use
 };
 
@@ -127,24 +127,24 @@ class RAYGRAPH_API Renderer {
     // is dropped.
     void BeginFrame();
     uint64_t FrameNumber() const;
-    // Drops the open frame, for a program that goes on after an Error while declaring: its semaphores are
+    // Drops the open frame, for a program that continues after an Error while declaring: its semaphores are
     // forwarded now, not when the next frame begins. LeaveAlone forwards none of them, for a host that has
     // not submitted what signals the binary ones. Does nothing when no frame is open.
     void DropFrame(WhenDropped semaphores = WhenDropped::Forward);
-    // Expires when the frame at hand has been executed, dropped or given up: while it lives, what the frame
-    // was declared from must stay as it is. Expired already when no frame is open.
+    // Expires when the current frame has been executed or dropped: until then, everything that the frame was
+    // declared from must stay unchanged. Already expired when no frame is open.
     std::weak_ptr<const void> OpenFrame() const;
-    // Runs once the frame at hand has been submitted; forgotten when it is dropped. Changes of state that
-    // stand for the whole frame belong here, those of a pass into CommandList::OnSubmitted, which a culled
-    // pass never reaches. Must not throw.
+    // Runs when the current frame has been submitted; discarded when it is dropped. Changes of state for the
+    // whole frame belong here, those of a pass into CommandList::OnSubmitted, which a culled pass never
+    // reaches. Must not throw.
     void OnSubmitted(std::function<void()> run);
 
     // --- Resources ---
     // Transient: contents live within the frame; memory is shared by resources with disjoint lifetimes.
     TextureId CreateTexture(std::string_view name, const GraphTextureDesc& desc);
     BufferId CreateBuffer(std::string_view name, const GraphBufferDesc& desc);
-    // Persistent: found again by name in later frames, with contents and last access. A changed desc makes it
-    // anew, once the frame has been submitted.
+    // Persistent: found again by name in later frames, with contents and last access. A changed desc
+    // recreates it when the frame is submitted.
     TextureId Persist(std::string_view name, const GraphTextureDesc& desc,
                       Persistence persistence = Persistence::OnDemand);
     BufferId PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
@@ -153,14 +153,15 @@ class RAYGRAPH_API Renderer {
     // of this one has written it. For ids of the open frame.
     bool IsFresh(TextureId texture) const;
     bool IsFresh(BufferId buffer) const;
-    // Forgets a persistent resource.
+    // Releases a persistent resource.
     void Forget(std::string_view name);
     // Imported: owned by the caller, alive until the frame has completed. `state` is read when the frame is
-    // compiled and written back when it is submitted; it must outlive Execute. What is imported twice in a
-    // frame is one resource: the id of its newest version comes back. What another queue family released
-    // (state.queueFamily) is acquired before the first pass: the whole of a buffer, an image with oldLayout =
-    // newLayout = state.layout. A structure crosses with the buffer that holds it, imported as well: with
-    // another family of its own it is refused when the frame is compiled.
+    // compiled and written back when it is submitted; it must outlive Execute. A resource that is imported
+    // twice in a frame is one resource: the id of its newest version is returned. A resource that another
+    // queue family released (state.queueFamily) is acquired before the first pass: the whole of a buffer,
+    // an image with oldLayout = newLayout = state.layout. An acceleration structure is transferred with the
+    // buffer that holds it, imported as well: with another family of its own it is refused when the frame
+    // is compiled.
     TextureId Import(std::string_view name, const rhi::Texture& texture, ResourceState& state);
     BufferId Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state);
     TlasId Import(std::string_view name, const rhi::Tlas& tlas, ResourceState& state);
@@ -185,12 +186,13 @@ class RAYGRAPH_API Renderer {
     void Export(BufferId buffer, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
     Readback ReadBack(TextureId texture);
     Readback ReadBack(BufferId buffer);
-    // The frame's submission waits for, or signals, a semaphore of the host. A frame that is dropped forwards
-    // those that it has been given: a submission without commands waits and signals in its place, unless the
-    // device is lost. So the signal of a binary semaphore that the frame waits for has been submitted before
-    // the frame can be dropped: before Execute and DropFrame, and before the BeginFrame or the destructor
-    // that drops an open frame. Vulkan asks for that of every wait for a binary one. Where it comes later,
-    // the semaphore is given with LeaveAlone, or its frame dropped by DropFrame(WhenDropped::LeaveAlone).
+    // The frame's submission waits for, or signals, a semaphore of the host. A frame that is dropped
+    // forwards those that it has been given: a submission without commands waits and signals in its
+    // place, unless the device is lost. So the signal of a binary semaphore that the frame waits for must
+    // be submitted before the frame can be dropped: before Execute and DropFrame, and before the
+    // BeginFrame or the destructor that drops an open frame. Vulkan requires that of every wait for a
+    // binary semaphore. If the signal comes later, give the semaphore with LeaveAlone, or drop its frame
+    // by DropFrame(WhenDropped::LeaveAlone).
     void WaitSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped = WhenDropped::Forward);
     void SignalSemaphore(const rhi::SemaphoreUse& semaphore, WhenDropped whenDropped = WhenDropped::Forward);
 
@@ -202,10 +204,10 @@ class RAYGRAPH_API Renderer {
 
     // --- What happened ---
     bool WasExecuted(PassId pass) const;  // in the frame executed last: not culled
-    // The plan of the frame compiled last: order, culled passes, barriers, lifetimes, aliases.
+    // The plan of the last compiled frame: order, culled passes, barriers, lifetimes, aliases.
     std::string DescribePlan() const;
     std::string DescribePlanDot() const;  // Graphviz
-    // The same as data, for tools that draw it. Both are there until the next BeginFrame. Error{Usage} before
+    // The same as data, for tools that draw it. Both are valid until the next BeginFrame. Error{Usage} before
     // the first frame.
     struct CompiledFrame {
         const FrameGraph& graph;
@@ -224,9 +226,9 @@ class RAYGRAPH_API Renderer {
     // a frame is open: its passes were checked against the shaders as they are.
     std::vector<std::string> ReloadShaders();
 
-    // Shaders of passes outside the library: SPIR-V under a name, copied. Other words under a known name make
-    // the pipelines that use it again; Error{Usage} while a frame is open, and where they do not fit: then
-    // the shader stays as it was.
+    // Shaders of passes outside the library: SPIR-V under a name, copied. Other words under a known name
+    // rebuild the pipelines that use it; Error{Usage} while a frame is open, and if they do not fit those
+    // passes: then the shader stays as it was.
     void AddShader(std::string_view name, std::span<const uint32_t> spirv);
 
   private:

@@ -164,7 +164,7 @@ TlasId Renderer::Import(std::string_view name, const rhi::Tlas& tlas, ResourceSt
 }
 
 BlasSetId Renderer::ImportBlasSet(std::string_view name, ResourceState& state) {
-    // The set has no object: its state tells sets apart.
+    // The set has no object: its state identifies it.
     return m_impl->ImportObject<ResourceKind::BlasSet>(name, state, &FrameResource::blasState,
                                                        ImportInfo(name), &state);
 }
@@ -205,7 +205,7 @@ PassId Renderer::AddPassErased(std::string_view name, PassKind kind, const Setup
             impl.FinishPass(pass);
         });
     } catch (...) {
-        // Half a pass cannot be taken back: its writes have made ids stale.
+        // A half-declared pass cannot be undone: its writes have made ids stale.
         impl.GiveUp("pass " + Quoted(name) + " was not declared");
         throw;
     }
@@ -238,7 +238,7 @@ void Renderer::Impl::FinishPass(PassDeclaration& pass) {
     NoteUsages(info);
 }
 
-// Adds up what resources are made for; what exists already has to have been made for it.
+// Collects the usage flags of resources; existing objects must have been created with them.
 void Renderer::Impl::NoteUsages(const GraphPass& pass) {
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = graph.uses[u];

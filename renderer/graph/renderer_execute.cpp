@@ -1,4 +1,4 @@
-// Executing a frame: compile, find memory, record, submit.
+// Executing a frame: compile, allocate memory, record, submit.
 #include <algorithm>
 #include <cstring>
 
@@ -15,7 +15,7 @@ namespace raygraph {
 namespace {
 
 rhi::TextureDesc TextureDescOf(const GraphResource& resource, const FrameResource& behind) {
-    // A texture that only culled passes declare still asks for its requirements; any usage serves.
+    // A texture that only culled passes declare still queries its requirements; any usage will do.
     const rhi::TextureUsage usage =
         behind.textureUsage == rhi::TextureUsage::None ? rhi::TextureUsage::Sampled : behind.textureUsage;
     return {.name = resource.name, .extent = resource.extent, .format = resource.format, .usage = usage};
@@ -66,10 +66,10 @@ void Renderer::Compile() {
     WithMemoryErrors("Compile", [&] { m_impl->CompileFrame(); });
 }
 
-// Finds or makes what the executed passes use: memory, persistent resources, pipelines.
+// Finds or creates what the executed passes use: memory, persistent resources, pipelines.
 void Renderer::Impl::Prepare() {
     transients.Reserve(plan.blocks, frameNumber);
-    // A view may stand still: what is shown need not be touched by a pass of this frame.
+    // The shown texture may be unchanged: no pass of this frame need access it.
     for (const Root& root : graph.roots)
         if (resources[root.resource].persistent)
             persistents.Ensure(device, *resources[root.resource].persistent);
@@ -137,9 +137,9 @@ void Renderer::Impl::RecordPass(rhi::CommandList& commands, const PlannedPass& p
     if (info.kind == PassKind::Raster) commands.EndRendering();
 }
 
-// Buffers and structures by one merged memory barrier, textures, and what changes its queue family, each by
-// its own. With `holdsTransfers`
-// transfers wait as well: the pass's mark is one.
+// One merged memory barrier for buffers and acceleration structures; one each for textures and for
+// resources that change their queue family. With `holdsTransfers` transfers wait as well: the pass's mark
+// is one.
 void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRange& range,
                                     bool holdsTransfers) {
     if (range.count == 0) return;
@@ -169,7 +169,7 @@ void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRan
             continue;
         }
         const bool isTexture = graph.resources[barrier.resource].kind == ResourceKind::Texture;
-        // What another resource wrote to the same memory is no access through this image.
+        // Writes of another resource to the same memory are not accesses through this image.
         const bool isHandOver = barrier.predecessor != kNone || barrier.followsLastFrame;
         if (!isTexture || (isHandOver && dependency.srcAccess != VK_ACCESS_2_NONE)) {
             memory.srcStageMask |= dependency.srcStages;
@@ -224,7 +224,7 @@ void Renderer::Impl::BindPass(rhi::CommandList& commands, const PassDeclaration&
         target.buffer = behind.buffer;
         target.texture = behind.texture;
         target.sampler = binding.sampler;
-        // Asked for only now: a pass before this one may have built it anew.
+        // Queried only now: a pass before this one may have rebuilt it.
         if (behind.tlas) target.accelerationStructure = behind.tlas->Handle();
     }
     commands.BindResources(bound);
@@ -247,13 +247,13 @@ void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const PassDeclarat
         depth = {.texture = resources[pass.depth].texture,
                  .clear = pass.depthLoad.clear,
                  .clearValue = pass.depthLoad.value};
-    // ResolveTargets has seen to it that there is one, and that all have one extent.
+    // ResolveTargets has checked that there is one, and that all have the same extent.
     const uint32_t first = pass.colors.empty() ? pass.depth : pass.colors.front().resource;
     commands.BeginRendering(graph.resources[first].extent, colorTargets,
                             pass.depth != kNone ? &depth : nullptr);
 }
 
-// The frame is on its way: what it leaves behind is where the next one starts.
+// The frame has been submitted: its final states are the initial states of the next one.
 void Renderer::Impl::Commit(uint64_t value) {
     submitted[frameNumber % submitted.size()] = value;
     lastSubmitted = value;
@@ -303,7 +303,7 @@ uint64_t Renderer::Execute() {
         impl.DropFrame();
         throw;
     }
-    // The frame is closed before anything that is not part of it.
+    // Close the frame before running the callbacks, which are not part of it.
     impl.Commit(value);
     impl.CloseFrame();
     timing.compileMs = impl.compileMs;

@@ -1,4 +1,4 @@
-// What Renderer keeps behind its public face. For the sources of renderer/graph alone.
+// The private state of Renderer. Only for the sources of renderer/graph.
 #pragma once
 
 #include <array>
@@ -23,10 +23,10 @@ namespace raygraph {
 
 using rhi::Stopwatch;
 
-// A readback: a mapped buffer and the frame that fills it. Those who hold it may look from any thread: what
-// changes while they do is atomic, and the Renderer takes the rest back only when nobody holds it any more.
+// A readback: a mapped buffer and the frame that fills it. Its holders may poll it from any thread: members
+// that change meanwhile are atomic, and the Renderer reuses the others only when no holder is left.
 struct Readback::State {
-    // Values of `submitted` that no submission has.
+    // Values of `submitted` that are not timeline values.
     static constexpr uint64_t kDeclared = 0;            // its frame is open
     static constexpr uint64_t kDropped = ~uint64_t{0};  // its frame never ran
     static constexpr uint64_t kRendererGone = kDropped - 1;
@@ -41,7 +41,7 @@ struct Readback::State {
     uint64_t frame = 0;                // that uses it
 };
 
-// What stands behind a resource of the frame, in parallel to FrameGraph::resources.
+// The backing object of a resource of the frame, parallel to FrameGraph::resources.
 struct FrameResource {
     rhi::TextureUsage textureUsage = rhi::TextureUsage::None;  // of all uses so far
     rhi::BufferUsage bufferUsage = rhi::BufferUsage::None;
@@ -50,7 +50,7 @@ struct FrameResource {
     const rhi::Buffer* buffer = nullptr;
     const rhi::Tlas* tlas = nullptr;
     const rhi::TextureTable* textures = nullptr;
-    const ResourceState* blasState = nullptr;  // tells one BLAS set from another
+    const ResourceState* blasState = nullptr;  // identifies the BLAS set
     ResourceState* state = nullptr;            // of an import
     Persistent* persistent = nullptr;
 };
@@ -108,7 +108,7 @@ struct Renderer::Impl {
     uint32_t DeclaredBy(uint32_t pass, AnyId id) const;
     // The frame is over, executed or not.
     void CloseFrame();
-    // It is over without having been submitted.
+    // The frame ends without having been submitted.
     void DropFrame();
     void ForwardSemaphores() noexcept;
 
@@ -121,10 +121,10 @@ struct Renderer::Impl {
     std::vector<std::pair<rhi::SamplerDesc, std::unique_ptr<rhi::Sampler>>> samplers;
     FrameTimer timer;
     std::unique_ptr<PassMarks> marks;            // null: off
-    std::shared_ptr<const void> lastPassReport;  // keeps the device asking `marks`
+    std::shared_ptr<const void> lastPassReport;  // keeps `marks` registered with the device
     std::vector<std::shared_ptr<Readback::State>> readbacks;
 
-    // The frame at hand.
+    // The current frame.
     uint64_t frameNumber = 0;
     bool isOpen = false;                        // between BeginFrame and Execute
     std::shared_ptr<const uint64_t> openFrame;  // its number; null once it cannot be executed any more
@@ -141,7 +141,7 @@ struct Renderer::Impl {
     Stopwatch sinceBegin;
     double compileMs = 0.0;
 
-    // The frame compiled last, once the next one has begun.
+    // The last compiled frame, after the next one has begun.
     FrameGraph lastGraph;
     Plan lastPlan;
     bool hasLastPlan = false;

@@ -8,7 +8,7 @@ namespace raygraph {
 
 namespace {
 
-// A program may never look again.
+// A program may never poll again.
 constexpr uint64_t kKeepFrames = 16;
 
 }  // namespace
@@ -45,8 +45,8 @@ rhi::Format Readback::Format() const {
     return m_state ? m_state->format : rhi::Format::Undefined;
 }
 
-// One that nobody holds any more, or a new one. What is returned is for a Readback: the last copy of it gives
-// the state back.
+// A state that has no holder any more, or a new one. It is returned for a Readback, whose last copy releases
+// it.
 std::shared_ptr<Readback::State> Renderer::Impl::TakeReadback(uint64_t bytes) {
     using State = Readback::State;
     const uint64_t completed = device.CompletedValue();

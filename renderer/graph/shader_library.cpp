@@ -13,7 +13,7 @@ namespace raygraph {
 
 namespace {
 
-// FNV-1a over the texts; a file that cannot be read counts as empty.
+// FNV-1a over the sources; a file that cannot be read counts as empty.
 uint64_t HashOf(std::span<const std::filesystem::path> files) {
     uint64_t hash = 0xcbf29ce484222325ull;
     const auto add = [&](unsigned char byte) { hash = (hash ^ byte) * 0x100000001b3ull; };
@@ -101,7 +101,7 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
     for (auto& [name, shader] : m_shaders) {
         if (shader->sources.empty()) continue;
         const uint64_t hash = HashOf(shader->sources);
-        // A broken one is tried again whatever its texts: a file it lacked may be there now.
+        // A broken one is compiled again even if its sources are unchanged: a missing file may exist now.
         if (hash == shader->sourceHash && !shader->isBroken) continue;
         std::vector<std::filesystem::path> includes;
         try {
@@ -120,7 +120,7 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
             AppendLines(error.what(), result.messages);
         }
         includes.insert(includes.begin(), shader->sources.front());
-        // The hash from before the compilation, so that a text saved in between counts as changed the next
+        // The hash from before the compilation, so that a source saved in between counts as changed the next
         // time.
         shader->sourceHash = includes == shader->sources ? hash : HashOf(includes);
         shader->sources = std::move(includes);
@@ -128,7 +128,7 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
     return result;
 }
 
-// "; there are ..." with the shaders of the same file name or stage, to spot a slip.
+// "; there are ..." with the shaders of the same file name or stage, as a hint.
 std::string ShaderLibrary::SimilarNames(std::string_view name) const {
     const std::string extension = std::filesystem::path(name).extension().string();
     std::vector<std::string> sameFile;

@@ -1,8 +1,8 @@
 // ShaderLibrary: shaders by name, from the SPIR-V built into the library, from source files, or handed in.
 //
-// With a source root, a stage found there is compiled from its text when it is first asked for, and again by
-// Reload when its text or that of anything it includes has changed. A stage that no longer compiles keeps its
-// last good words. Threads: one at a time.
+// With a source root, a stage found there is compiled from source when it is first requested, and again by
+// Reload when its source or an included file has changed. A stage that no longer compiles keeps its last good
+// SPIR-V. Threads: one at a time.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +25,11 @@ struct Shader {
     rhi::ShaderReflection reflection{};
     uint32_t index = 0;  // in its library
 
-    // Where it comes from: nothing of this for SPIR-V that was built in or handed in.
+    // Where it comes from; empty for SPIR-V that was built in or handed in.
     std::vector<uint32_t> ownWords{};
     std::vector<std::filesystem::path> sources{};  // the file and all it includes
-    uint64_t sourceHash = 0;                       // of their texts
-    bool isBroken = false;                         // the text as it is now does not compile
+    uint64_t sourceHash = 0;                       // of their contents
+    bool isBroken = false;                         // the current source does not compile
 };
 
 class ShaderLibrary {
@@ -41,7 +41,7 @@ class ShaderLibrary {
 
     // Takes a copy. A name that exists gets the new words.
     const Shader& Add(std::string_view name, std::span<const uint32_t> spirv);
-    // The shader of that name, if it has been asked for or added; null otherwise.
+    // The shader of that name, if it has been requested or added; null otherwise.
     const Shader* Known(std::string_view name) const;
     // Throws Error{Usage} naming the shaders of a similar name if there is none; as rhi::CompileGlsl for a
     // source that does not compile and has never done so.

@@ -12,14 +12,14 @@ std::optional<TextureId> SwapchainFrame::Begin(Renderer& renderer, Extent2D exte
     }
     if (!image || m_swapchain.Extent() != extent) return std::nullopt;
     m_image = *image;
-    // Without contents; who writes first comes after the semaphore, whatever its stage
+    // Without contents; the first write comes after the semaphore, whatever its stage
     m_state = {};
     m_state.readStages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     return renderer.Import("window", *m_image.texture, m_state);
 }
 
 void SwapchainFrame::End(Renderer& renderer, TextureId drawn) {
-    // An image that is not shown is given again, with the same semaphores.
+    // An image that was not shown is returned again, with the same semaphores.
     renderer.WaitSemaphore(m_image.acquired, WhenDropped::LeaveAlone);
     renderer.SignalSemaphore(m_image.drawn, WhenDropped::LeaveAlone);
     renderer.Export(drawn, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);

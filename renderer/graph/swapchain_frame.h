@@ -22,7 +22,7 @@ class SwapchainFrame {
     SwapchainFrame& operator=(const SwapchainFrame&) = delete;
 
     // The window's next image, for the open frame: a color target of that extent, without contents. Follows
-    // the window's size. Nothing: the window cannot be drawn to now, or has another size by now.
+    // the window's size. Nullopt: the window cannot be drawn to now, or its size has just changed.
     std::optional<TextureId> Begin(Renderer& renderer, Extent2D extent);
     // Executes the frame and shows `drawn`, the last version of what Begin returned.
     void End(Renderer& renderer, TextureId drawn);

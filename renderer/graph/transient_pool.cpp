@@ -6,7 +6,7 @@ namespace raygraph {
 
 namespace {
 
-// A resize drag asks for a new size in every frame: forget the old ones now and then.
+// Resizing by drag requests a new size in every frame: discard the old ones from time to time.
 constexpr size_t kMaxKnown = 128;
 
 bool IsSame(const rhi::TextureDesc& a, const rhi::TextureDesc& b) {

@@ -1,9 +1,9 @@
 // TransientPool: the Vulkan objects behind transients, kept between frames.
 //
 // Block b of a plan is block b of the pool; textures and buffers placed in it are found again by name,
-// description and usage. What no frame has used for kKeepFrames frames is freed, as is a block that has been
-// far too large for as long. Destroyed objects live on in their Device until the frames that use them have
-// completed.
+// description and usage. Objects that no frame has used for kKeepFrames frames are freed, as is a block that
+// has been far too large for as long. Destroyed objects live on in their Device until the frames that use
+// them have completed.
 #pragma once
 
 #include <cstdint>
@@ -23,18 +23,19 @@ class TransientPool {
 
     explicit TransientPool(rhi::Device& device) : m_device(device) {}
 
-    // Cached: the driver is asked once for each combination of everything but the name.
+    // Cached: the driver is queried once for each combination of everything but the name.
     rhi::MemoryRequirements RequirementsOf(const rhi::TextureDesc& desc);
     rhi::MemoryRequirements RequirementsOf(const rhi::BufferDesc& desc);
 
-    // Makes block b large enough for blocks[b], for every b. What lay in a block that is replaced is gone.
+    // Makes block b large enough for blocks[b], for every b. Objects in a block that is replaced
+    // are destroyed.
     void Reserve(std::span<const rhi::MemoryRequirements> blocks, uint64_t frame);
-    // The object at the start of a block. The address is good until the next Reserve.
+    // The object at the start of a block. The pointer is valid until the next Reserve.
     const rhi::Texture& Place(const rhi::TextureDesc& desc, uint32_t block, uint64_t frame);
     const rhi::Buffer& Place(const rhi::BufferDesc& desc, uint32_t block, uint64_t frame);
     // A buffer of its own that no other frame in flight uses, for memory that the CPU writes.
     const rhi::Buffer& TakeUpload(const rhi::BufferDesc& desc, uint64_t frame);
-    // Frees what has not been used for long.
+    // Frees objects that have not been used for long.
     void Trim(uint64_t frame);
 
   private:
