@@ -37,7 +37,7 @@ const char* Name(ResetCause cause) {
     return "unknown";
 }
 
-// What a declared pass will have made of an Accumulation; takes effect when the frame is submitted.
+// The state of an Accumulation after the declared passes; takes effect when the frame is submitted.
 class AccumulationStep {
   public:
     // A step of the open frame.
@@ -52,7 +52,7 @@ class AccumulationStep {
     // Samples in the mean before the pass.
     uint32_t SampleCount() const { return m_sampleCount; }
 
-    // `isLost`: the persistent textures are without contents.
+    // `isLost`: the persistent textures have no contents.
     void StartAnewIfNeeded(bool isLost) {
         if (m_after.progress.IsAtStart()) return;
         if (m_after.hasVariance && !m_before.hasVariance)
@@ -144,7 +144,7 @@ void DeclareSums(Renderer& renderer, TextureId tile, const Region& region, const
         });
 }
 
-// Culled unless mean or variance lead to something shown, or it is to be kept alive.
+// Culled unless something shown uses mean or variance, or it is to be kept alive.
 void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount, AccumulatedIds& ids,
                  bool isAlive) {
     const bool withVariance = ids.squares[0].IsValid();

@@ -14,7 +14,7 @@
 
 namespace raygraph::passes {
 
-// Why an accumulation started anew. Exposure and tone mapping are no causes: they come after it.
+// Why an accumulation was restarted. Exposure and tone mapping are no causes: they are applied after it.
 enum class ResetCause : uint8_t {
     Start,
     Camera,
@@ -29,11 +29,11 @@ enum class ResetCause : uint8_t {
 };
 RAYGRAPH_API const char* Name(ResetCause cause);
 
-// What one accumulation remembers between frames. One object per accumulated image; `name` keys the
-// persistent textures. Count and resets follow the frames that were submitted: an Accumulate that is culled,
-// or whose frame is dropped, adds nothing and resets nothing.
+// The state of one accumulation between frames. One object per accumulated image; `name` keys the persistent
+// textures. Count and resets follow the frames that were submitted: an Accumulate that is culled, or whose
+// frame is dropped, adds nothing and resets nothing.
 //
-// A sample may come in tiles: then pixels above the cursor are a sample ahead of those below, each a mean
+// A sample may be added in tiles: then pixels above the cursor are a sample ahead of those below, each a mean
 // over its own samples, and SampleCount is of the samples that are complete.
 class RAYGRAPH_API Accumulation {
   public:
@@ -46,14 +46,14 @@ class RAYGRAPH_API Accumulation {
         bool IsAtStart() const { return sampleCount == 0 && cursor.IsAtStart(); }
     };
 
-    // The next sample starts from nothing. A frame that has been declared but not executed may still show its
+    // The next sample starts a new mean. A frame that has been declared but not executed may still show its
     // sample within the old mean; it is not counted.
     void Reset(ResetCause cause);
     // Samples in the mean, of every pixel.
     uint32_t SampleCount() const { return m_state.progress.sampleCount; }
     // As of the frames that were submitted.
     const Progress& Submitted() const { return m_state.progress; }
-    // With what the open frame has declared so far on top: what the next pass of it continues from.
+    // Including what the open frame has declared so far: the state from which its next pass continues.
     const Progress& Declared() const { return Current().progress; }
     uint32_t ResetCount(ResetCause cause) const { return m_resets[static_cast<size_t>(cause)]; }
     uint32_t ResetCount() const;  // for any cause
@@ -69,9 +69,9 @@ class RAYGRAPH_API Accumulation {
     const State& Current() const { return m_declaredIn.expired() ? m_state : m_declared; }
 
     std::string m_name;
-    uint64_t m_resetCount = 0;  // tells a declaration that a reset came after it
+    uint64_t m_resetCount = 0;  // lets a declaration detect a later reset
     State m_state;
-    State m_declared;                        // as m_state will be
+    State m_declared;                        // the future m_state
     std::weak_ptr<const void> m_declaredIn;  // the frame of m_declared
     std::array<uint32_t, static_cast<size_t>(ResetCause::Count)> m_resets{};
 };
@@ -79,7 +79,7 @@ class RAYGRAPH_API Accumulation {
 struct AccumulatedIds {
     TextureId mean;      // rgba32f
     TextureId variance;  // rgba32f, unbiased variance of one sample, 0 below two; invalid if not asked for
-    // rgba32ui, planes of ExactSums. To show one keeps the samples without the cost of mean and variance.
+    // rgba32ui, planes of ExactSums. Presenting one keeps the samples without the cost of mean and variance.
     std::array<TextureId, ExactSums::kPlanes> sums, squares;
 };
 
@@ -87,24 +87,24 @@ struct AccumulatedIds {
 // each the float nearest to the exact one of any number of samples, whatever their order and grouping. A
 // changed extent resets with ResetCause::Resize; asking for the variance of samples that were taken without
 // it resets with ResetCause::Settings. `accumulation` outlives the frame. Values that are not finite count as
-// 0, so the bits are defined for any sample; to tell them is up to the pass that makes the samples.
+// 0, so the bits are defined for any sample; reporting them is up to the pass that makes the samples.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Accumulate(Renderer& renderer, TextureId sample,
                                                      Accumulation& accumulation, bool withVariance = false);
 
 // Takes a tile of a sample, the texels of `region`, into a picture of that size. `region` is one that
 // accumulation.Declared().cursor.Next gives; Error{Usage} for others. Once all tiles are in, the bits are
-// those of the sample in one piece. Several may come in one frame. What the ids hold of pixels without a
-// sample is undefined, and mean and variance of those outside of `region` are the last that a frame used.
+// those of the sample in one piece. Several may come in one frame. Pixels without a sample are undefined, and
+// mean and variance outside of `region` are the last that a frame used.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture,
                                                          const Region& region, Accumulation& accumulation,
                                                          bool withVariance = false);
 
-// What is there without a new sample: mean and variance as the last frame that used them left them, and the
+// The stored state without a new sample: mean and variance as of the last frame that used them, and the
 // sums.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation,
                                                Extent2D extent, bool withVariance);
 
-// Gives the memory back. Between frames; the accumulation is to be reset.
+// Releases the memory. Between frames; the accumulation must be reset.
 RAYGRAPH_API void Forget(Renderer& renderer, const Accumulation& accumulation);
 
 // Continues from stored sums of `sampleCount` samples, with squares if their variance is to be accumulated.

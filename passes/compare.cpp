@@ -16,7 +16,7 @@ TextureId Wipe(Renderer& renderer, TextureId left, TextureId right, float positi
     };
     const float place = std::isfinite(position) ? std::clamp(position, 0.0f, 1.0f) : 0.0f;
     const auto column = static_cast<int32_t>(std::lround(double{place} * extent.width));
-    // Thin, yet to be seen on a picture of many pixels
+    // Thin, but visible on a picture of many pixels
     const int32_t lineWidth = column == 0 ? 0 : 1 + static_cast<int32_t>(extent.width / 1000);
     renderer.AddPass(
         "Wipe", PassKind::Compute,

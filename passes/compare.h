@@ -1,5 +1,4 @@
-// Two pictures of one scene in one: what a viewport shows to tell views apart. Threads: that of the
-// Renderer.
+// Two pictures of one scene in one, for comparison in a viewport. Threads: that of the Renderer.
 #pragma once
 
 #include "base/api.h"
@@ -11,7 +10,7 @@ namespace raygraph::passes {
 // other formats, and for pictures of two extents.
 
 // `left` in the columns before position * width, `right` in those from there on, a line between them.
-// `position` is clamped to [0, 1]; at either end one picture is all there is, without a line.
+// `position` is clamped to [0, 1]; at either end only one picture is shown, without a line.
 [[nodiscard]] RAYGRAPH_API TextureId Wipe(Renderer& renderer, TextureId left, TextureId right,
                                           float position);
 

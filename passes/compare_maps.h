@@ -1,4 +1,4 @@
-// How far one picture is from another, as maps and as numbers.
+// The difference of two pictures, as maps and as numbers.
 //
 //   TextureId error = RelativeError(renderer, pathTraced, raster);
 //   Readback groups = renderer.ReadBack(SumGroups(renderer, error));
@@ -21,7 +21,7 @@ struct DifferenceIds {
 [[nodiscard]] RAYGRAPH_API DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b);
 
 // |Y(test) - Y(reference)| / max(|Y(reference)|, least), r32f, of two linear pictures, rgba32f; Y is the
-// luminance of Rec. 709 and `least`, in its units, keeps what is nearly black from counting for much.
+// luminance of Rec. 709 and `least`, in its units, limits the weight of nearly black pixels.
 [[nodiscard]] RAYGRAPH_API TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
                                                    float least = 0.01f);
 

@@ -1,4 +1,4 @@
-// What raster passes draw: the scene's groups of triangles, each with those of its placements that may be in
+// The draw lists of raster passes: the scene's groups of triangles, each with the placements that may be in
 // the picture. For passes/ alone. Threads: that of the Renderer.
 #pragma once
 
@@ -19,15 +19,15 @@ DrawList ListDraws(Renderer& renderer, const SceneIds& scene, const gpu::TracePa
 
 // Error{Usage} naming `pass` on a device that cannot draw such lists.
 void RequireIndirectDraws(const Renderer& renderer, const char* pass);
-// One command a draw, with nothing in its list yet. There are this many slots for each placement.
+// One command a draw, with an empty list. There are this many slots for each placement.
 void ResetDraws(Renderer& renderer, const SceneIds& scene, DrawList& list, uint32_t slotsPerPlacement);
 
 // A class of triangles that is drawn by one command.
 struct DrawClass {
     const char* name;  // "Opaque"
     DrawRange range;
-    bool isTested;  // there by its alpha
-    bool isCulled;  // its backs are not there
+    bool isTested;  // alpha-tested
+    bool isCulled;  // back faces are culled
 };
 using DrawClasses = std::array<DrawClass, kDrawKindCount>;
 DrawClasses ClassesOf(const SceneIds& scene);
@@ -39,9 +39,9 @@ uint32_t DrawCount(const SceneIds& scene);
 // Groups of a shader that takes one invocation a record, 64 a group.
 uint32_t GroupsFor(uint32_t count);
 
-// The place in each pixel that a sample draws, from its upper left corner: of the center, (0.5, 0.5).
+// The position in each pixel that a sample draws, from its upper left corner: the center is (0.5, 0.5).
 glm::vec2 FilmOffset(FilmPosition film, uint32_t sampleIndex);
-// Clip units that bring this place of each pixel to the pixel's center, where it is drawn.
+// The shift in clip units that moves this position to the pixel's center, where it is drawn.
 glm::vec2 ShiftOf(const glm::vec2& filmOffset, Extent2D extent);
 
 }  // namespace raygraph::passes

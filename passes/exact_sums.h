@@ -1,4 +1,4 @@
-// ExactSums: what Accumulate adds up, on the host: to be stored, restored, and added to the sums of other
+// ExactSums: the sums of Accumulate on the host: to be stored, restored, and added to the sums of other
 // samples. How a sample becomes an integer is in shaders/shared/exact_sums.h. Threads: plain values and pure
 // functions, for any thread.
 #pragma once

@@ -1,4 +1,4 @@
-// FilterEnvironment: the environment's map as rough surfaces see it, for raster views. Threads: that of
+// FilterEnvironment: the environment map, prefiltered for rough surfaces, for raster views. Threads: that of
 // the Renderer.
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace raygraph::passes {
 
-// What is remembered of the filtered map between frames. One object per GpuScene and Renderer; `name` keys
-// the persistent texture.
+// The state of the filtered map between frames. One object per GpuScene and Renderer; `name` keys the
+// persistent texture.
 class RAYGRAPH_API FilteredEnvironment {
   public:
     explicit FilteredEnvironment(std::string name) : m_name(std::move(name)) {}
@@ -24,8 +24,8 @@ class RAYGRAPH_API FilteredEnvironment {
 };
 
 // Returns the levels of shaders/shared/filtered_environment.h, rgba32f, without the scene's factor and
-// rotation: the work is done once for each map. Without a map there is nothing to filter, and the texture
-// means nothing. `state` outlives the frame.
+// rotation: the work is done once for each map. Without a map there is nothing to filter, and the texture is
+// undefined. `state` outlives the frame.
 [[nodiscard]] RAYGRAPH_API TextureId FilterEnvironment(Renderer& renderer, const SceneIds& scene,
                                                        FilteredEnvironment& state);
 

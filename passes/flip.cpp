@@ -86,7 +86,7 @@ gpu::FlipKernels KernelsFor(float pixelsPerDegree) {
 struct FilteredRows {
     TextureId colors, features;
 };
-// What a picture is compared by, see shaders/post/flip_columns.comp.
+// The features by which pictures are compared, see shaders/post/flip_columns.comp.
 struct Filtered {
     TextureId labAndEdge, point;
 };

@@ -1,4 +1,5 @@
-// Flip: how much a person sees who switches between two pictures. Threads: that of the Renderer.
+// Flip: the difference that a viewer perceives when flipping between two pictures. Threads: that of
+// the Renderer.
 #pragma once
 
 #include "base/api.h"
@@ -7,8 +8,8 @@
 namespace raygraph::passes {
 
 struct FlipSettings {
-    // Of the screen as seen: pi / 180 * distance * pixels / width, both lengths in one unit. The default is
-    // the authors': a screen 0.7 m wide, of 3840 pixels, 0.7 m away. In [1, 400].
+    // Pixels per degree of the screen at viewing distance: pi / 180 * distance * pixels / width, both lengths
+    // in one unit. The default is the authors': a screen 0.7 m wide, of 3840 pixels, 0.7 m away. In [1, 400].
     float pixelsPerDegree = 67.0206433f;
 };
 

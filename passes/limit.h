@@ -1,5 +1,5 @@
-// Limit and LimitPath: what tracing costs on this device without a path tracer around it. Measured beside
-// Trace in one run they turn its time into an efficiency that holds from machine to machine. Threads: that
+// Limit and LimitPath: the cost of tracing on this device without a path tracer around it. Measured beside
+// Trace in one run they turn its time into an efficiency that can be compared between machines. Threads: that
 // of the Renderer.
 #pragma once
 
@@ -13,7 +13,7 @@ enum class LimitKind : uint8_t {
     Path,        // the same with four cosine bounces, no shading
 };
 
-// Returns r32f without meaning of its own. `rayCounts` as in Trace.
+// Returns r32f, whose values have no meaning. `rayCounts` as in Trace.
 [[nodiscard]] RAYGRAPH_API TextureId Limit(Renderer& renderer, const SceneIds& scene,
                                            const TraceSettings& settings, LimitKind kind,
                                            TextureId* rayCounts = nullptr);

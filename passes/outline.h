@@ -1,4 +1,4 @@
-// Outline: a line around what is seen of some instances, over a picture.
+// Outline: an outline around the visible part of some instances, over a picture.
 // Threads: that of the Renderer.
 #pragma once
 
@@ -12,8 +12,8 @@
 namespace raygraph::passes {
 
 // Writes to every texel of `line`, r32f of the picture's extent, how much of it lies on the line: 0 to 1,
-// with smooth edges. The line is `width` pixels wide (more than 0, at most 8) and lies outside of what it
-// goes around. `hits` is RasterVisibility::hits of the same view, of any extent: a coarser one gives a
+// with smooth edges. The line is `width` pixels wide (more than 0, at most 8) and lies outside of the
+// outlined part. `hits` is RasterVisibility::hits of the same view, of any extent: a coarser one gives a
 // coarser line. `instances` are indices as in SceneData::instances, in any order. Returns the new version of
 // `line`.
 [[nodiscard]] RAYGRAPH_API TextureId OutlineInstances(Renderer& renderer, TextureId hits,

@@ -19,8 +19,8 @@ struct ProbedTexels {
 [[nodiscard]] RAYGRAPH_API BufferId Probe(Renderer& renderer, TextureId mean, TextureId variance,
                                           glm::uvec2 pixel);
 
-// The same of pixels that are spread evenly over the pictures, `grid` of them, row by row: what an estimate
-// of the whole is made from. At most one a pixel: of a smaller picture, every pixel.
+// The same for pixels that are spread evenly over the pictures, `grid` of them, row by row: for an estimate
+// of the whole. At most one a pixel: of a smaller picture, every pixel.
 [[nodiscard]] RAYGRAPH_API BufferId ProbeGrid(Renderer& renderer, TextureId mean, TextureId variance,
                                               Extent2D grid);
 

@@ -14,40 +14,40 @@
 
 namespace raygraph::passes {
 
-// What finds the pixels that a triangle is in.
+// What determines the pixels that a triangle covers.
 enum class Rasterizer : uint8_t {
-    Compute,  // compute shaders, at the places where rays would be
-    Device,   // the device's own
+    Compute,  // compute shaders, at the positions where camera rays would be
+    Device,   // the device's own rasterizer
 };
 
-// What is nearest in each pixel.
+// The nearest surface of each pixel.
 struct RasterVisibility {
     TextureId hits;              // rgba32ui, see shaders/raster/visibility.glsl
     TextureId depth;             // reversed, see shaders/raster/projection.glsl; rays leave none
-    BufferId drawCommands;       // gpu::DrawCommand[], as drawn: what culling has left, for statistics
+    BufferId drawCommands;       // gpu::DrawCommand[], as drawn, after culling, for statistics
     BufferId visiblePlacements;  // see shaders/shared/draw_records.h
-    glm::vec2 filmOffset{0.5f};  // of the place in each pixel that was drawn
+    glm::vec2 filmOffset{0.5f};  // of the drawn position in each pixel
     Rasterizer rasterizer = Rasterizer::Compute;
 };
 
-// Draws all instances that may be in the picture: placements outside of it are left out on the device, and
-// all triangles of the others are drawn by the same few passes, whatever their number. Backs are culled as
-// rays cull them; MASK and BLEND are there as they are to the camera ray of the same pixel and sample
-// (settings.seed, sampleIndex), so that a mean over samples is blended, in any order.
-// FilmPosition::Jittered draws one place for all pixels of a sample: a mean over samples is smooth at edges.
-// The camera has no lens here, and sees nothing nearer than its zNear. Where surfaces coincide, either may be
-// seen. Rasterizer::Compute falls back to Device where the device lacks shaderBufferInt64Atomics, the scene
-// has 2^32 triangles placed or more, or 8 bytes a pixel are more than the device lets a shader bind (128 MiB
-// on some: 4096 x 4096 pixels). Throws Error{Usage} for Device without drawIndirectFirstInstance.
+// Draws all instances that may be in the picture: placements outside of it are culled on the device, and all
+// triangles of the others are drawn by the same few passes, whatever their number. Back faces are culled as
+// for rays; MASK and BLEND decide as they do for the camera ray of the same pixel and sample (settings.seed,
+// sampleIndex), so that a mean over samples is blended, in any order. FilmPosition::Jittered draws one
+// position for all pixels of a sample: a mean over samples is smooth at edges. The camera has no lens here,
+// and sees nothing nearer than its zNear. Where surfaces coincide, either may be visible. Rasterizer::Compute
+// falls back to Device where the device lacks shaderBufferInt64Atomics, the scene has 2^32 triangles placed
+// or more, or 8 bytes a pixel are more than the device lets a shader bind (128 MiB on some: 4096 x 4096
+// pixels). Throws Error{Usage} for Device without drawIndirectFirstInstance.
 [[nodiscard]] RAYGRAPH_API RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene,
                                                            const TraceSettings& settings, FilmPosition film,
                                                            Rasterizer rasterizer = Rasterizer::Compute);
 
-// Whether it can, or throws.
+// Whether the device supports it; Error{Usage} as above.
 [[nodiscard]] RAYGRAPH_API bool CanDrawVisibility(const Renderer& renderer, const SceneIds& scene,
                                                   Extent2D extent);
 
-// The same found by rays, through the same place of each pixel: for views of what the path tracer sees.
+// The same found by rays, through the same position of each pixel: for views of what the path tracer sees.
 [[nodiscard]] RAYGRAPH_API RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,
                                                             const TraceSettings& settings, FilmPosition film);
 
@@ -56,7 +56,7 @@ struct RasterVisibility {
                                                     const TraceSettings& settings,
                                                     const RasterVisibility& seen);
 
-// How it is found whether a light reaches a surface.
+// How shadows are found.
 //   Off:  it always does
 //   Maps: passes/shadow_maps.h: of punctual lights; emitting triangles cast no shadow
 //   Rays: one ray a light, as the path tracer does; builds the acceleration structures that rays need
@@ -67,25 +67,25 @@ struct RasterVisibility {
 RAYGRAPH_CHOICE(RasterShadows, RAYGRAPH_RASTER_SHADOWS)
 
 struct RasterSettings {
-    // Rays are exact, and cost a pixel the same however large the scene is. Measured on a CPU device
-    // (lavapipe), three lights: 135 ms against 78 ms and 41 ms for the maps at 480 x 300; one light and
-    // 65,536 instances: 93 ms against 61 ms and 1.6 s for the maps at 320 x 180.
+    // Rays are exact, and their cost for a pixel hardly depends on the size of the scene. Measured on a CPU
+    // device (lavapipe), three lights: 135 ms against 78 ms and 41 ms for the maps at 480 x 300; one light
+    // and 65,536 instances: 93 ms against 61 ms and 1.6 s for the maps at 320 x 180.
     RasterShadows shadows = RasterShadows::Rays;
     uint32_t shadowAtlasSize = 4096;  // texels a side
-    bool hasOcclusion = true;         // of the environment, by what is on the screen (passes/occlusion.h)
+    bool hasOcclusion = true;         // of the environment, in screen space (passes/occlusion.h)
     bool hasTransmission =
         true;  // glass shows what is behind it (passes/see_through.h), else the environment
 
     bool operator==(const RasterSettings&) const = default;
 };
 
-// Returns linear radiance, rgba32f, alpha as in Trace: what surfaces emit, what they scatter of the lights by
-// settings.scattering, and the environment behind them. Punctual lights are added up; of the emitting
-// triangles one is sampled by the light tree (settings.seed, sampleIndex): its noise falls in a mean
-// over samples, and smooth surfaces do not show it. Of the environment, a lobe takes its mean over the lobe
-// (`environment`, see shaders/raster/environment_lobes.glsl). Beside Trace it lacks all that is scattered
-// more than once, and the media around the camera. `seen` is from DrawVisibility; from TraceVisibility, too,
-// but then without occlusion and transmission, which need its depth.
+// Returns linear radiance, rgba32f, alpha as in Trace: emission, direct light by settings.scattering, and the
+// environment behind the surfaces. Punctual lights are summed; of the emitting triangles one is sampled by
+// the light tree (settings.seed, sampleIndex): its noise falls in a mean over samples, and smooth surfaces do
+// not show it. Of the environment, a lobe takes its mean over the lobe (`environment`, see
+// shaders/raster/environment_lobes.glsl). Unlike Trace it lacks light that is scattered more than once, and
+// the media around the camera. `seen` is from DrawVisibility; from TraceVisibility, too, but then without
+// occlusion and transmission, which need its depth.
 [[nodiscard]] RAYGRAPH_API TextureId RasterShade(Renderer& renderer, const SceneIds& scene,
                                                  const TraceSettings& settings, const RasterVisibility& seen,
                                                  FilteredEnvironment& environment,

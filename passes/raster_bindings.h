@@ -1,4 +1,4 @@
-// What raster passes declare alike. For passes/ alone. Threads: that of the Renderer.
+// The common declarations of raster passes. For passes/ alone. Threads: that of the Renderer.
 #pragma once
 
 #include "passes/draw_list.h"
@@ -6,24 +6,24 @@
 
 namespace raygraph::passes {
 
-// What a pass over the pixels is told, see shaders/raster/pixel.glsl.
+// The constants of a pass over the pixels, see shaders/raster/pixel.glsl.
 struct PixelOptions {
     uint32_t option = 0;
     uint32_t shadowTiles = 0;
 };
 
-// What a pass over the pixels looks up of surfaces; the parameters come on their own.
+// The surface bindings of a pass over the pixels; the parameters are bound separately.
 void BindPixelSurfaces(PassBuilder& pass, const SceneIds& scene, const RasterVisibility& seen,
                        const PixelOptions& options);
 
-// What shaders/raster/visibility.vert and the fragments of its triangles take, but for the constants.
+// The bindings of shaders/raster/visibility.vert and of its fragment shaders, without the constants.
 void BindDrawing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters,
                  const DrawList& list, bool isTested, SamplerKind sampler);
-// What shaders/raster/fragment_alpha.glsl takes beside "instances" and, of BindDrawing, "parameters".
+// The bindings of shaders/raster/fragment_alpha.glsl beside "instances" and, of BindDrawing, "parameters".
 void BindAlphaTest(PassBuilder& pass, const SceneIds& scene, SamplerKind sampler);
 
 enum class GlassDrawn : uint8_t { Yes, No };
-// Draws seen.hits and seen.depth anew from its lists, by one command a class of triangles.
+// Clears seen.hits and seen.depth and draws them from its lists, by one command a class of triangles.
 void DrawHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
               RasterVisibility& seen, GlassDrawn glass);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr rhi::Filter kNearest = rhi::Filter::Nearest;
 constexpr rhi::AddressMode kClamp = rhi::AddressMode::ClampToEdge;
 
-// What of the scene's lights maps and rays know: without any of it, there is nothing to do.
+// The lights of the scene that maps and rays handle: without any, there is nothing to do.
 RasterShadows ShadowsFor(const SceneIds& scene, RasterShadows shadows) {
     const bool hasPunctual = scene.punctualLights > 0;
     if (shadows == RasterShadows::Maps && !hasPunctual) return RasterShadows::Off;
@@ -22,7 +22,7 @@ RasterShadows ShadowsFor(const SceneIds& scene, RasterShadows shadows) {
     return shadows;
 }
 
-// What all shading of a frame takes, and what one picture takes. An invalid id: it is not there.
+// The inputs of all shading in a frame, and those of one picture. An invalid id: not present.
 struct Shading {
     TextureId filteredEnvironment;
     RasterShadows shadows = RasterShadows::Off;

@@ -10,7 +10,7 @@ namespace raygraph::passes {
 
 namespace {
 
-// Groups take what is left over in turn, so that their number is one of speed alone.
+// Groups loop over the remaining work, so that their number affects only speed.
 constexpr uint32_t kMaxChunkGroups = 8192;
 constexpr uint32_t kTileGroups = 1024;
 

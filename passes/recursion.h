@@ -1,5 +1,5 @@
-// LambertPath: one plain path traced in two forms, to measure on a device what a loop in ray generation saves
-// against recursion from the closest hit. Both give the same picture, to rounding. Threads: that of the
+// LambertPath: one plain path traced in two forms, to measure what a loop in ray generation saves compared
+// with recursion from the closest hit. Both give the same picture, to rounding. Threads: that of the
 // Renderer.
 #pragma once
 
@@ -17,8 +17,8 @@ enum class PathForm : uint8_t {
 // If the device traces from closest hits as deep as PathForm::Recursive needs.
 [[nodiscard]] RAYGRAPH_API bool CanRecurse(const rhi::Device& device);
 
-// Returns linear radiance, rgba32f, of paths of kLambertBounces bounces: Lambert surfaces of their base
-// color with flat normals, emission found by chance, alpha taken as opaque, the environment without its map.
+// Returns linear radiance, rgba32f, of paths of kLambertBounces bounces: Lambert surfaces of their base color
+// with flat normals, emission found by BSDF sampling, alpha taken as opaque, the environment without its map.
 // Of `settings`, extent, camera, sampler, seed and sampleIndex count. Throws Error{Usage} for
 // PathForm::Recursive where the device cannot (CanRecurse).
 [[nodiscard]] RAYGRAPH_API TextureId LambertPath(Renderer& renderer, const SceneIds& scene,

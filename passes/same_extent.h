@@ -1,4 +1,4 @@
-// What passes over two pictures ask of them. Threads: that of the Renderer.
+// Checks of passes over two pictures. Threads: that of the Renderer.
 #pragma once
 
 #include <string>

@@ -24,7 +24,7 @@ uint32_t MixBits(uint32_t x) {
 }
 
 // The bounces of all paths of a sample: from roulette.start on, each is survived with the same probability. A
-// function of seed and sample, as everything random is.
+// function of seed and sample, like all random numbers.
 uint32_t FrameDepth(const TraceSettings& settings) {
     const uint32_t before = std::max(settings.roulette.start, 1u) - 1u;
     if (settings.roulette.survival >= 1.0f) return kNoDepthLimit;
@@ -33,7 +33,7 @@ uint32_t FrameDepth(const TraceSettings& settings) {
     return before + static_cast<uint32_t>(std::log(u) / std::log(double{settings.roulette.survival}));
 }
 
-// What lights and materials need of the text; bits of kTraceFeatures.
+// The shader features that lights and materials need; bits of kTraceFeatures.
 uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
     uint32_t features = 0;
     const gpu::LightSetRecord& lights = scene.lightSet;

@@ -1,4 +1,4 @@
-// What every pass that traces the scene declares: the twin of shaders/scene/bindings.glsl. Threads: that
+// The declarations of every pass that traces the scene, matching shaders/scene/bindings.glsl. Threads: that
 // of the Renderer.
 #pragma once
 
@@ -8,19 +8,18 @@
 
 namespace raygraph::passes {
 
-// The part of the picture that is asked for. Error{Usage} if it is not within settings.extent.
+// The requested part of the picture. Error{Usage} if it is not within settings.extent.
 RAYGRAPH_API Region RegionOf(const TraceSettings& settings);
 
 // The parameter block of a camera-ray pass.
 RAYGRAPH_API gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& settings);
 
-// A pass binds what its shaders use, and no more.
-// What non-opaque surfaces are to a pass's rays.
+// A pass binds only what its shaders use. How its rays treat surfaces that are not opaque:
 enum class AlphaTest : uint8_t {
-    Off,  // there, everywhere; no any-hit shader runs
-    On,   // there by their alpha; needs BindGeometry and BindMaterials
+    Off,  // as opaque; no any-hit shader runs
+    On,   // alpha-tested; needs BindGeometry and BindMaterials
 };
-// The miss and hit shaders of radiance rays, the TLAS with what it points at, and the parameters.
+// The miss and hit shaders of radiance rays, the TLAS with the BLASes that it references, and the parameters.
 RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
                               const gpu::TraceParameters& parameters, AlphaTest alphaTest);
 // Those of shadow rays; beside BindTracing. Where the scene has alpha or thin walls, needs BindGeometry and
@@ -30,7 +29,7 @@ RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindGeometry(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindMaterials(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
-// What light sampling looks up.
+// The tables of light sampling.
 RAYGRAPH_API void BindLights(PassBuilder& pass, const SceneIds& scene);
 // Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has.
 RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);

@@ -1,4 +1,4 @@
-// What is behind glass, for raster views: drawn without the glass, and blurred. Threads: that of the
+// The picture behind glass, for raster views: drawn without the glass, and blurred. Threads: that of the
 // Renderer.
 #pragma once
 
@@ -7,7 +7,7 @@
 
 namespace raygraph::passes {
 
-// `seen` without the surfaces that let light through, from its lists: what is behind them in each pixel.
+// `seen` without its transmissive surfaces, from its lists: the nearest surface behind them in each pixel.
 [[nodiscard]] RAYGRAPH_API RasterVisibility DrawBehindGlass(Renderer& renderer, const SceneIds& scene,
                                                             const TraceSettings& settings,
                                                             const RasterVisibility& seen);

@@ -119,7 +119,7 @@ ShadowMapIds DrawShadowMaps(Renderer& renderer, const SceneIds& scene, const Tra
             [&](PassBuilder& pass) {
                 pass.Vertex("raster/shadow.vert");
                 if (drawn.isTested) pass.Fragment("raster/shadow_tested.frag");
-                // A ray to the light meets fronts: the light sees their other side
+                // A shadow ray meets front faces: the light sees their other side
                 pass.Raster({.cull = drawn.isCulled ? rhi::CullMode::Front : rhi::CullMode::None,
                              .depthCompare = rhi::DepthCompare::Greater});
                 pass.Reads("instances", scene.instances);

@@ -9,9 +9,9 @@
 
 namespace raygraph::passes {
 
-// Draws `picture`, rgba8 and display-encoded, over all of `target`, a color target, and returns what that is
-// then. A picture of another extent is scaled, bilinearly. Into an sRGB format it is decoded first, so that
-// it looks the same. `onSubmitted` as in TonemapInto.
+// Draws `picture`, rgba8 and display-encoded, over all of `target`, a color target, and returns its new
+// version. A picture of another extent is scaled, bilinearly. Into an sRGB format it is decoded first, so
+// that it looks the same. `onSubmitted` as in TonemapInto.
 [[nodiscard]] RAYGRAPH_API TextureId Show(Renderer& renderer, TextureId picture, TextureId target,
                                           std::function<void()> onSubmitted = {});
 

@@ -1,4 +1,4 @@
-// Subtract: what one picture has more than another. Threads: that of the Renderer.
+// Subtract: the difference of two pictures. Threads: that of the Renderer.
 #pragma once
 
 #include "base/api.h"

@@ -28,21 +28,21 @@ RAYGRAPH_API Region WholeOf(rhi::Extent2D picture);
 // Error{Usage} naming both unless the region has pixels, and all of them in the picture.
 RAYGRAPH_API void RequireWithin(rhi::Extent2D picture, const Region& region);
 
-// How far one sample of a picture has come: everything above row `y` is done, and of the `bandHeight` rows
+// The progress of one sample of a picture: everything above row `y` is done, and of the `bandHeight` rows
 // from there on the first `x` pixels. Tiles are whole rows, or part of a band of rows where a few rows would
 // be too much.
 class RAYGRAPH_API TileCursor {
   public:
-    // The next tile: about `pixels` pixels, at least one, never more than are left. The cursor stays.
+    // The next tile: about `pixels` pixels, at least one, never more than remain. The cursor stays.
     Region Next(rhi::Extent2D picture, uint64_t pixels) const;
-    // If Next gives this tile for some count of pixels.
+    // Whether Next returns this tile for some count of pixels.
     bool IsNext(rhi::Extent2D picture, const Region& tile) const;
-    // Moves past `tile`, which is one that Next gave. True: that was the last one, and the cursor is back at
-    // the start.
+    // Moves past `tile`, which Next has returned. True: that was the last one, and the cursor is back at the
+    // start.
     bool Advance(rhi::Extent2D picture, const Region& tile);
 
     bool IsAtStart() const { return m_x == 0 && m_y == 0; }
-    // If the sample has this pixel already.
+    // Whether the sample has this pixel already.
     bool Has(uint32_t x, uint32_t y) const { return y < m_y || (y < m_y + m_bandHeight && x < m_x); }
     // Pixels that are done.
     uint64_t PixelCount(rhi::Extent2D picture) const;
@@ -50,7 +50,7 @@ class RAYGRAPH_API TileCursor {
     uint32_t Y() const { return m_y; }
     uint32_t BandHeight() const { return m_bandHeight; }
 
-    // A band that is begun has this many rows, or those that are left.
+    // A band that was begun has this many rows, or the remaining ones.
     static constexpr uint32_t kBandHeight = 8;
 
     bool operator==(const TileCursor&) const = default;

@@ -8,7 +8,7 @@ namespace raygraph::passes {
 
 namespace {
 
-// What stood in `display` outside of the region stays if it is `kept`.
+// The contents of `display` outside of the region stay if it is `kept`.
 TextureId TonemapTo(Renderer& renderer, TextureId radiance, TextureId display, bool isKept,
                     const Region& region, const TonemapSettings& settings,
                     std::function<void()> onSubmitted) {

@@ -1,4 +1,4 @@
-// Tonemap: from linear radiance to what a screen shows. Threads: that of the Renderer.
+// Tonemap: from linear radiance to display values. Threads: that of the Renderer.
 #pragma once
 
 #include <functional>

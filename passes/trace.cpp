@@ -18,7 +18,7 @@ const char* RayGenOf(const TraceOutputs& outputs) {
     return outputs.rayCounts ? "pathtrace/pathtrace_counted.rgen" : "pathtrace/pathtrace.rgen";
 }
 
-// More than any device runs at once.
+// More invocations than any device runs at once.
 constexpr uint32_t kMostInvocations = 1u << 18;
 
 // Of a picture that size, see pathtrace/pathtrace_main.glsl.

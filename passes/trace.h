@@ -20,7 +20,7 @@ namespace raygraph::passes {
 
 inline constexpr uint32_t kNoDepthLimit = 0xFFFFFFFFu;
 
-// How surfaces scatter. The defaults are glTF's material with nothing lost between microfacets.
+// How surfaces scatter. The defaults are glTF's material with multiple-scattering compensation.
 struct ScatteringSettings {
     BrdfModel brdf = BrdfModel::Gltf;
     MicrofacetModel distribution = MicrofacetModel::Ggx;
@@ -31,10 +31,10 @@ struct ScatteringSettings {
     bool operator==(const ScatteringSettings&) const = default;
 };
 
-// How light is found. Every setting converges to the same picture, but for Off without a light that sampling
-// can find.
+// How light is found. Every setting converges to the same picture, except that without light sampling
+// punctual lights are missing.
 struct LightSamplingSettings {
-    bool isOn = true;  // off: by chance alone, and punctual lights never
+    bool isOn = true;  // off: BSDF sampling only, without punctual lights
     LightSampler sampler = LightSampler::Bvh;
     MisHeuristic mis = MisHeuristic::Power;
 
@@ -43,8 +43,9 @@ struct LightSamplingSettings {
 
 struct RouletteSettings {
     Roulette kind = Roulette::Throughput;
-    // First bounce that roulette may end. In the Cornell box 1, 2 and 3 are equally efficient within 2 %;
-    // from 2 on, the first bounce is never thinned, which matters on dark surfaces under a sky.
+    // First bounce at which Russian roulette may terminate a path. In the Cornell box 1, 2 and 3 are equally
+    // efficient within 2 %; from 2 on, the first bounce is never thinned, which matters on dark surfaces
+    // under a sky.
     uint32_t start = 2;
     float survival = 0.8f;  // of each bounce, for Constant and Frame; in (0, 1]
 
@@ -54,11 +55,11 @@ struct RouletteSettings {
 // Named biases: each changes the picture for less noise or time, and is off unless asked for.
 struct RAYGRAPH_API BiasSettings {
     uint32_t maxDepth = kNoDepthLimit;  // bounces
-    // Largest component of what a sample may bring from behind the first bounce.
+    // Largest component of a sample's contribution from behind the first bounce.
     float clampIndirect = std::numeric_limits<float>::infinity();
     float regularize = 0.0f;  // least GGX alpha of surfaces seen after the first bounce
-    // Opaque surfaces are shaded where their vertex normals bend them to: no edges of triangles in the shadow
-    // that a smooth body throws on itself.
+    // Opaque surfaces are shaded as the curved surface of their vertex normals: no edges of triangles in the
+    // self-shadow of a smooth body.
     bool shadowTerminator = false;
 
     bool operator==(const BiasSettings&) const = default;
@@ -66,8 +67,8 @@ struct RAYGRAPH_API BiasSettings {
 
 struct TraceSettings {
     Extent2D extent;  // pixels
-    // What Trace and PrimaryHits make of the picture: their textures have its extent. Empty: all of it. The
-    // pixels of a part have the bits that they have in the whole.
+    // The part of the picture that Trace and PrimaryHits render: their textures have its extent. Empty: all
+    // of it. The pixels of a part have the bits that they have in the whole.
     Region region{};
     gpu::CameraRecord camera{};  // in the world, as ToRecord makes it
     SamplerKind sampler = SamplerKind::Sobol;
@@ -100,21 +101,21 @@ inline constexpr size_t kPathPartCount = Texts(PathPart{}).size();
 using PathPartIds = std::array<TextureId, kPathPartCount>;
 
 // The radiance by group of lights (SceneIds::lightGroupCount of them) lies in one texture: a tile of the
-// picture's extent for each, row by row. This many tiles across and down; the last ones may be left over and
-// without meaning.
+// picture's extent for each, row by row. This many tiles across and down; the last ones may be unused and
+// undefined.
 RAYGRAPH_API Extent2D LightGroupTiles(uint32_t groupCount);
 
-// What Trace is to write beside the radiance. Ray counts come alone.
+// The outputs of Trace beside the radiance. Ray counts exclude the others.
 struct TraceOutputs {
     bool rayCounts = false;
     bool parts = false;
     bool lightGroups = false;
 };
 
-// What Trace counts, as the buffer TraceIds::counts holds it.
+// The counters of Trace, as in the buffer TraceIds::counts.
 struct TraceCounts {
-    uint32_t takenPixels = 0;  // of no use afterwards: invocations overrun the number of pixels
-    // Samples that were infinite or no number. They are written as black, and count as samples.
+    uint32_t takenPixels = 0;  // not meaningful afterwards: invocations overrun the number of pixels
+    // Samples that were infinite or NaN. They are written as black, and count as samples.
     uint32_t nonFiniteSamples = 0;
 };
 
@@ -127,13 +128,13 @@ struct TraceIds {
     BufferId counts;        // TraceCounts
 };
 
-// One sample of every pixel: the radiance, and of the others those that were asked for. A function of (scene,
-// settings) alone: the same device gives the same bits, in one piece or in regions. Unbiased but for
+// One sample of every pixel: the radiance, and the requested other outputs. A function of only (scene,
+// settings): the same device gives the same bits, in one piece or in regions. Unbiased but for
 // settings.biases. Error{Usage} for ray counts beside another output, and for a region outside the picture.
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 
-// The camera's first hits, without light: what AOVs and the diagnostic views show. All from one ray per
+// The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray per
 // pixel.
 struct PrimaryHitIds {
     TextureId albedo;    // rgba32f, base color; the environment's radiance is not in it: 0 on a miss
@@ -145,8 +146,8 @@ struct PrimaryHitIds {
 };
 
 enum class FilmPosition : uint8_t {
-    Center,    // through the pixel's center: ids and depth; the same in every sample but for BLEND surfaces
-    Jittered,  // where Trace's ray of the same sample goes: for averages
+    Center,  // through the pixel's center: ids and depth; the same in every sample except for BLEND surfaces
+    Jittered,  // the ray of Trace for the same sample: for averages
 };
 
 [[nodiscard]] RAYGRAPH_API PrimaryHitIds PrimaryHits(Renderer& renderer, const SceneIds& scene,

@@ -1,4 +1,4 @@
-// What is known of views without drawing them.
+// Properties of views that need no drawing.
 #include "passes/views.h"
 
 namespace raygraph::passes {

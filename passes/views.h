@@ -1,4 +1,4 @@
-// Views of the scene beside its light: properties of what is seen, and what it costs.
+// Views of the scene other than its light: surface properties and rendering cost.
 //
 //   RasterVisibility seen = DrawVisibility(renderer, scene, settings, FilmPosition::Center);
 //   renderer.Present(PaintView(renderer, SurfaceView(renderer, scene, settings, seen, View::Roughness),
@@ -16,19 +16,19 @@ namespace raygraph::passes {
 inline constexpr size_t kViewCount = Texts(View{}).size();
 
 RAYGRAPH_API bool ShowsLight(View view);        // radiance, for Tonemap; the others are values, for PaintView
-RAYGRAPH_API bool ShowsSurface(View view);      // SurfaceView makes it
-RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: not of ids and distances
+RAYGRAPH_API bool ShowsSurface(View view);      // made by SurfaceView
+RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: false for ids and distances
 
 // Returns the view's values, rgba32f: one number three times, a color or a vector (shaders/shared/views.h).
-// Alpha is 1 on a surface, and all is 0 where there is none. A mean over jittered samples keeps that meaning:
-// alpha becomes coverage. `seen` is from DrawVisibility or TraceVisibility. One pipeline serves all views.
-// Error{Usage} for a view that ShowsSurface denies.
+// Alpha is 1 on a surface; all channels are 0 where there is none. A mean over jittered samples keeps that
+// meaning: alpha becomes coverage. `seen` is from DrawVisibility or TraceVisibility. One pipeline serves all
+// views. Error{Usage} for a view for which ShowsSurface is false.
 [[nodiscard]] RAYGRAPH_API TextureId SurfaceView(Renderer& renderer, const SceneIds& scene,
                                                  const TraceSettings& settings, const RasterVisibility& seen,
                                                  View view);
 
-// Returns how many surfaces are drawn in each pixel, hidden ones and the one that is seen included: rgba32f,
-// the count three times and 1. Backs and transparency as in DrawVisibility. Up to 2048; errors as there.
+// Returns how many surfaces are drawn in each pixel, including hidden ones and the visible one: rgba32f, the
+// count three times and 1. Back faces and transparency as in DrawVisibility. Up to 2048; errors as there.
 [[nodiscard]] RAYGRAPH_API TextureId Overdraw(Renderer& renderer, const SceneIds& scene,
                                               const TraceSettings& settings, FilmPosition film);
 
@@ -36,7 +36,7 @@ RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: not of ids and 
 // rgba32f, the count three times and 1.
 [[nodiscard]] RAYGRAPH_API TextureId SpreadCounts(Renderer& renderer, TextureId counts);
 
-// Makes values visible: rgba8, opaque, sRGB.
+// Maps values to display colors: rgba8, opaque, sRGB.
 //   Albedo, Emissive       sRGB-encoded, cut at 1
 //   Normals                [-1, 1] as [0, 1]
 //   Roughness, Metallic    as gray, not encoded
@@ -46,7 +46,7 @@ RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: not of ids and 
 //   Overdraw, RayCost      a heat map: HeatColor (shaders/core/ramp.glsl) of log2(1 + count) / 5 for
 //   overdraw,
 //                          31 at the top, and / 10 for rays, 1023 at the top
-// Black where nothing is. Error{Usage} for a view of light.
+// Black where there is no surface. Error{Usage} for a view of light.
 [[nodiscard]] RAYGRAPH_API TextureId PaintView(Renderer& renderer, TextureId values, View view);
 
 }  // namespace raygraph::passes

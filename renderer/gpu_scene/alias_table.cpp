@@ -27,7 +27,7 @@ double BuildAliasTable(std::span<const double> weights, std::span<gpu::AliasEntr
         for (uint32_t i = 0; i < count; i++) slots[i] = {.keep = 1.0f, .alias = i, .probability = 0.0f};
         return 0.0;
     }
-    // What each slot still has to give, in units of a slot
+    // The weight that each slot still has to distribute, in units of a slot
     std::vector<double> shares(count);
     std::vector<uint32_t> poor, rich;
     uint32_t heaviest = 0;
@@ -49,7 +49,7 @@ double BuildAliasTable(std::span<const double> weights, std::span<gpu::AliasEntr
             poor.push_back(large);
         }
     }
-    // Rounding may leave some that should be full; what has no weight must not become so
+    // Rounding may leave some that should be full; an outcome without weight must not become one
     for (const uint32_t i : poor)
         if (weights[i] == 0.0) slots[i] = {.keep = 0.0f, .alias = heaviest, .probability = 0.0f};
     return sum;

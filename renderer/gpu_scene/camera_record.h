@@ -1,4 +1,4 @@
-// Cameras as the shaders want them. Threads: plain values and pure functions, for any thread.
+// Cameras as the shaders read them. Threads: plain values and pure functions, for any thread.
 #pragma once
 
 #include "base/api.h"
@@ -8,7 +8,7 @@
 namespace raygraph {
 
 RAYGRAPH_API gpu::CameraRecord ToRecord(const scene::CameraView& view);
-// Where the record's camera is, in the world.
+// The position of the record's camera in world space.
 RAYGRAPH_API glm::dvec3 EyeOf(const gpu::CameraRecord& camera);
 
 }  // namespace raygraph

@@ -52,7 +52,7 @@ void CheckLimits(rhi::Device& device, const rhi::TextureTable& table, const scen
         geometryCount += static_cast<uint64_t>(std::ranges::count_if(
             mesh.primitives, [](const scene::Primitive& p) { return !p.indices.empty(); }));
     RequireBindable(device, "geometries", geometryCount, sizeof(gpu::GeometryRecord));
-    // What depends on how meshes are split is asked where that is known: at least this many
+    // Limits that depend on how meshes are split are checked where that is known: at least this many
     uint64_t placementCount = 0;
     for (const scene::Instance& instance : scene.instances)
         placementCount += scene.meshes[instance.mesh].primitives.empty() ? 0 : 1;

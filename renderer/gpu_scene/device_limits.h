@@ -1,5 +1,5 @@
-// What a device can bind, asked before a scene is uploaded: a frame that binds more could not be drawn, nor
-// the next one.
+// The limits of what a device can bind, checked before a scene is uploaded: a frame that exceeds them could
+// not be drawn, nor the next one.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace raygraph {
 
 // Throws Error{Usage} for more textures than the table has free slots and for images that are too large;
-// Error{OutOfMemory} for tables that are. Each says what is asked for and what there is.
+// Error{OutOfMemory} for tables that are too large. Each says what was asked for and what the limit is.
 void CheckLimits(rhi::Device& device, const rhi::TextureTable& table, const scene::SceneData& scene);
 
 // Throws Error{OutOfMemory} if a shader cannot bind a buffer of so many records.

@@ -10,9 +10,9 @@ namespace raygraph {
 
 namespace {
 
-// Small meshes may look at more of their texture.
+// Small meshes may read more texels of their texture.
 constexpr uint32_t kFewTriangles = 1024, kManyCuts = 32, kFewCuts = 6;
-// What an estimate of 0 becomes where the texture is not black: importance must not be lost.
+// Replaces an estimate of 0 where the texture is not black: a light must not lose all its importance.
 constexpr float kLeastMean = 1e-4f;
 
 float DecodeSrgb(uint8_t value) {
@@ -27,7 +27,7 @@ float DecodeSrgb(uint8_t value) {
     return kTable[value];
 }
 
-// The texel that coordinate x of the endless texture shows.
+// The texel at coordinate x of the repeated texture.
 uint32_t Wrap(int64_t x, uint32_t size, scene::WrapMode mode) {
     const auto n = static_cast<int64_t>(size);
     if (mode == scene::WrapMode::ClampToEdge) return static_cast<uint32_t>(std::clamp<int64_t>(x, 0, n - 1));
@@ -36,7 +36,7 @@ uint32_t Wrap(int64_t x, uint32_t size, scene::WrapMode mode) {
     return static_cast<uint32_t>(within < n ? within : period - 1 - within);
 }
 
-// The texels along one axis, as two ranges, that a sampler may look at for coordinates between low and high.
+// The texels along one axis, as two ranges, that a sampler may read for coordinates between low and high.
 std::array<glm::uvec2, 2> TexelRanges(float low, float high, uint32_t size, scene::WrapMode mode) {
     const glm::uvec2 none(0, 0);
     constexpr double kFar = 1e15;
@@ -64,7 +64,7 @@ glm::vec3 Texel(const scene::ImageData& image, uint32_t x, uint32_t y, bool isSr
     return color;
 }
 
-// As the sampler looks it up, without mip levels; nearest filters are treated as linear ones.
+// As the sampler reads it, without mip levels; nearest filters are treated as linear ones.
 glm::vec3 Lookup(const scene::Texture& texture, const scene::ImageData& image, glm::vec2 uv) {
     const double x = double{uv.x} * image.width - 0.5, y = double{uv.y} * image.height - 0.5;
     if (!(std::abs(x) < 1e15 && std::abs(y) < 1e15)) return glm::vec3(0.0f);

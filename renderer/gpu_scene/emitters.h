@@ -1,4 +1,4 @@
-// Finds the triangles of a mesh that may emit, while its host copy is there.
+// Finds the triangles of a mesh that may emit, while its host copy exists.
 #pragma once
 
 #include <cstdint>
@@ -26,14 +26,15 @@ class EmitterFinder {
     // Refers to the materials, textures and images of `scene`, and to no mesh.
     explicit EmitterFinder(const scene::SceneData& scene) : m_scene(scene) {}
 
-    // Those of a material that emits, or has a texture to emit by, but for those whose part of the texture is
-    // black. Positions and indices are taken from `triangles`, the rest from `primitives`. Linear in
+    // The triangles whose material emits or has an emissive texture, except those whose part of the texture
+    // is black. Positions and indices are taken from `triangles`, the rest from `primitives`. Linear in
     // triangles and, a few times over, in the texels they cover.
     std::vector<Emitter> Find(const GroupTriangles& triangles, std::span<scene::Primitive* const> primitives,
                               bool isDoubleSided);
 
   private:
-    // How many texels of a rectangle from the origin are not black: (width + 1) * (height + 1) sums.
+    // The number of texels of a rectangle from the origin that are not black: (width + 1) * (height +
+    // 1) sums.
     struct LitTexels {
         std::vector<uint32_t> sums;
         uint32_t Count(uint32_t width, glm::uvec2 begin, glm::uvec2 end) const;
@@ -47,7 +48,7 @@ class EmitterFinder {
     std::map<uint32_t, LitTexels> m_litTexels;  // by image
 };
 
-// For InstanceRecord::triangleLights: each triangle's place among the emitters, or gpu::kNoLight. Empty if
+// For InstanceRecord::triangleLights: each triangle's index among the emitters, or gpu::kNoLight. Empty if
 // there are no emitters.
 std::vector<uint32_t> TriangleLights(std::span<const Emitter> emitters, size_t triangleCount);
 

@@ -22,11 +22,11 @@ void RequireRadiance(const image::ImageF& map);
 
 // A cell is a texel, or a square of 2^k x 2^k where the map is larger than `maxCells` and its size allows.
 // Its weight is the integral of the luminance of the map as a sampler interpolates it (bilinear, repeated in
-// u, clamped in v) times solid angle: it is 0 only where the map, so looked up, is black all over the cell.
+// u, clamped in v) times solid angle: it is 0 only where the interpolated map is black all over the cell.
 // Values of the map are finite and not negative. Linear time; needs no device.
 EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCells = kMaxEnvironmentCells);
 
-// Of an environment without a map: one cell, every direction alike.
+// The table of an environment without a map: one cell, uniform over all directions.
 EnvironmentAlias ConstantEnvironmentAlias();
 
 }  // namespace raygraph

@@ -1,5 +1,5 @@
-// What the environment is on the device: textures of one color, and the table that its directions are drawn
-// from. Threads: those of the Uploader.
+// The environment on the device: textures of one color, and the table that its directions are sampled from.
+// Threads: those of the Uploader.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace raygraph {
 
-// A 1x1 texture: what unused texture slots and a missing environment map hold. `texel` has the format's size.
+// A 1x1 texture, for unused texture slots and a missing environment map. `texel` has the format's size.
 rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const char* name, rhi::Format format,
                           std::span<const std::byte> texel);
 

@@ -64,7 +64,7 @@ struct GpuScene::Impl {
         Replace(scene::SceneData{});
     }
 
-    // Makes the new scene first, so that an Error leaves the old one in place.
+    // Creates the new scene first, so that an Error leaves the old one in place.
     void Replace(scene::SceneData&& data) {
         const auto start = std::chrono::steady_clock::now();
         scene::Check(data, "GpuScene: SetScene");
@@ -84,7 +84,7 @@ struct GpuScene::Impl {
                 builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
             });
         } catch (...) {
-            data.meshes.clear();  // some are freed by now: another try must not be without them
+            data.meshes.clear();  // some are freed by now: a retry would lack them
             throw;
         }
         const glm::dvec3 newOrigin = ChooseSceneOrigin({}, glm::dvec3(0.0), newInstances->Reach());
@@ -129,7 +129,7 @@ struct GpuScene::Impl {
 
     void SetMaterial(uint32_t material, const gpu::MaterialRecord& record) {
         const KindChanges changes =
-            ChangeMaterial(*resources, builder, material, record);  // all that may fail
+            ChangeMaterial(*resources, builder, material, record);  // everything that may fail
         revisions.materials++;
         dirtyMaterials.Add(material);
         lights->SetEmission(material, record.emission);
@@ -164,7 +164,7 @@ struct GpuScene::Impl {
                                environment.rotation, hasMap ? mapCells : glm::uvec2(1));
     }
 
-    // Edits would pull what was declared from under a frame.
+    // An edit would change or destroy what the open frame was declared from.
     void RequireNoFrame(const char* call) const {
         if (!declaredIn.expired())
             throw Error(ErrorKind::Usage,
@@ -242,7 +242,7 @@ struct GpuScene::Impl {
     OriginTurns originTurns;
     std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
     bool hasUnbuiltBlases = false;
-    bool areDrawsDue = false;  // kinds of groups have changed since `draws` was made
+    bool areDrawsDue = false;  // kinds of groups have changed since `draws` was built
     DirtyRange dirtyMaterials;
     SceneRevisions revisions;
 

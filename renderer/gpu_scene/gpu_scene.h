@@ -7,11 +7,11 @@
 //   SceneIds ids = scene.Declare(renderer);            // passes: BuildBlas, UploadInstances, RefreshTlas,
 //   ...
 //
-// The TLAS is refreshed every frame: nothing when nothing moved, an update when only transforms moved, a
+// The TLAS is refreshed every frame: no work when nothing moved, an update when only transforms changed, a
 // rebuild when the set of instances changed; Statistics() says which. Compaction is polled and never waited
 // for. An empty scene is legal: every ray misses. Edits come before Declare or after Execute; between the two
-// they are refused with Error{Usage} (Renderer::DropFrame gives such a frame up). What a frame does counts
-// when it has been submitted: one that is dropped leaves everything due. Threads: that of the Renderer.
+// they are refused with Error{Usage} (Renderer::DropFrame drops such a frame). The work of a frame counts
+// when it has been submitted: after a dropped frame it is still due. Threads: that of the Renderer.
 #pragma once
 
 #include <array>
@@ -27,11 +27,11 @@
 
 namespace raygraph {
 
-// How triangles are drawn: as rays treat them.
+// Classes of triangles for drawing: by how rays treat them.
 enum class DrawKind : uint8_t {
-    Opaque,  // no alpha to look at; backs are not there
+    Opaque,  // no alpha test; back faces are culled
     OpaqueTwoSided,
-    AlphaTested,  // there by their alpha; backs are not there
+    AlphaTested,  // alpha-tested; back faces are culled
     AlphaTestedTwoSided,
 };
 inline constexpr size_t kDrawKindCount = 4;
@@ -44,7 +44,7 @@ struct DrawRange {
 // The scene of one frame, for passes.
 struct SceneIds {
     TlasId tlas;               // "sceneTlas"
-    BlasSetId blases;          // what the TLAS points at, with the vertex streams: ReadsByAddress
+    BlasSetId blases;          // referenced by the TLAS, with the vertex streams: ReadsByAddress
     BufferId instances;        // "instances": gpu::InstanceRecord[]
     BufferId geometries;       // "geometries": gpu::GeometryRecord[]
     BufferId materials;        // "materials": gpu::MaterialRecord[]
@@ -58,22 +58,22 @@ struct SceneIds {
     BufferId environmentAlias;        // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
     BufferId energyTables;        // "energyTables": float[], see shaders/shared/energy_tables.h
-    bool hasAlpha = false;        // an any-hit shader tells whether some surfaces are there
+    bool hasAlpha = false;        // an any-hit shader decides whether rays hit some surfaces
     bool hasTextures = false;     // a material has one
-    bool hasGlass = false;        // a material lets light through
+    bool hasGlass = false;        // a material transmits light
     bool hasVolumes = false;      // a material bounds a medium
-    bool hasThinWalls = false;    // light goes straight on through some surfaces: smooth thin walls
+    bool hasThinWalls = false;    // light passes straight through some surfaces: smooth thin walls
     uint32_t triangleLights = 0;  // of the lights, dark ones included
     uint32_t punctualLights = 0;
     uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
     BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles
     uint32_t placementCount = 0;                       // records of `instances`
-    std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, one after the other from 0 on
+    std::array<DrawRange, kDrawKindCount> drawsOfKind{};  // by DrawKind, consecutive from 0
     uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h
-    glm::dvec3 origin{0.0};   // in the world: what is on the device is relative to it
+    glm::dvec3 origin{0.0};   // in world space: positions on the device are relative to it
 };
 
-// Light from everywhere else: a constant, times an equirectangular map if there is one.
+// Light from infinity: a constant, times an equirectangular map if there is one.
 struct EnvironmentSettings {
     glm::vec3 radiance{0.0f};  // constant radiance, or the factor on the map
     float rotation = 0.0f;     // radians about +y
@@ -108,10 +108,11 @@ struct GpuSceneStatistics {
     double uploadMs = 0.0;               // host time of the last SetScene: sorting and staging
 };
 
-// How often the scene has changed, by what changed: for whoever keeps something that was made of it. An edit
-// that changes nothing does not count; what leaves the picture as it is (light groups, compaction) neither.
+// How often the scene has changed, by kind of change: for caches of what was derived from it. An edit
+// that changes nothing does not count; neither do changes that leave the picture as it is (light
+// groups, compaction).
 struct SceneRevisions {
-    uint64_t geometry = 0;     // SetScene, SetVisible; SetMaterial where backs or holes come or go
+    uint64_t geometry = 0;     // SetScene, SetVisible; SetMaterial where culling or alpha changes
     uint64_t transforms = 0;   // SetTransform
     uint64_t materials = 0;    // SetMaterial, emission included
     uint64_t lights = 0;       // SetLight
@@ -124,7 +125,7 @@ struct GpuSceneDesc {
     uint64_t scratchBudget = 64ull << 20;     // bytes of build scratch at a time
     uint64_t compactionBudget = 64ull << 20;  // bytes of compacted structures made in one frame
     uint32_t textureCapacity = 4096;
-    // Compacts also on a driver that gains nothing by it: to test there what compaction does.
+    // Compacts also on a driver where it saves nothing, to test compaction there.
     bool compactsWithoutGain = false;
 };
 
@@ -136,52 +137,54 @@ class RAYGRAPH_API GpuScene {
     GpuScene& operator=(const GpuScene&) = delete;
 
     // Replaces everything but the environment. Consumes the data: host copies are freed as they are uploaded.
-    // On an Error the scene that was there stays, and is drawn as before: all that the new one needs on the
-    // device, its acceleration structures included, is there before the old one goes, so both fit or neither
-    // changes. SetScene({}) waits for the device, so that what the old one took is free when it returns.
-    // Error{Usage} for data that scene::Check refuses, for more textures or instances than the device or
-    // GpuSceneDesc allow; Error{OutOfMemory} for what does not fit the host or the device. An Error after the
-    // upload has begun leaves the data spent: it has no meshes any more, and is refused if it has instances.
+    // On an Error the old scene stays, and is drawn as before: everything that the new one needs on the
+    // device, its acceleration structures included, is allocated before the old one is destroyed, so either
+    // both fit or nothing changes. SetScene({}) waits for the device, so that the old scene's memory is free
+    // when it returns. Error{Usage} for data that scene::Check refuses, for more textures or instances than
+    // the device or GpuSceneDesc allow; Error{OutOfMemory} if it does not fit the host or the device. An
+    // Error after the upload has begun leaves the data consumed: it has no meshes any more, and is refused if
+    // it has instances.
     void SetScene(scene::SceneData&& scene);
 
-    // Where the scene is looked at from, in the world: the device's coordinates, which are floats, begin near
-    // there or where the scene is nearest to it (docs/large-coordinates.md). Costs nothing while that is
-    // within 128 m of where they begin. Beyond, they begin elsewhere: the TLAS is built again and lights are
-    // placed again, and Revisions stay. Up to 1024 m that takes eight such calls in a row, so that viewpoints
-    // that take turns leave it as it is; the first call for a scene needs no others. A scene that is told no
-    // viewpoint takes the place that is nearest to the world's origin.
+    // The position from which the scene is viewed, in world space: the origin of the device's coordinates,
+    // which are floats, is near there or at the scene's nearest place (docs/large-coordinates.md). Costs
+    // nothing while that is within 128 m of the origin. Beyond, the origin moves: the TLAS is rebuilt and
+    // lights are placed again, and Revisions stay. Up to 1024 m that takes eight such calls in a row, so that
+    // alternating viewpoints leave it as it is; the first call for a scene needs no others. Without a
+    // viewpoint, the origin is the scene's place that is nearest to the world's origin.
     void SetViewpoint(const glm::dvec3& eye);
 
-    // Instance indices are those of SceneData::instances. The place is PlacedTransform::Place, added in
-    // double; a matrix alone is one without a rest. Error{Usage} out of range, and for a transform that is
-    // not finite or has no inverse.
+    // Instance indices are those of SceneData::instances. The translation is PlacedTransform::Place, added in
+    // double; a plain matrix has no rest. Error{Usage} out of range, and for a transform that is not finite
+    // or has no inverse.
     void SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld);
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
         SetTransform(instance, scene::PlacedTransform{objectToWorld});
     }
-    // What was set: setting it again changes nothing.
+    // The current value: setting it again changes nothing.
     const scene::PlacedTransform& Transform(uint32_t instance) const;
     // No ray hits an invisible instance. A change rebuilds the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
     bool IsVisible(uint32_t instance) const;
-    // Factors change; textures stay. Where rays come to treat the surface in another way (its back, its
-    // alpha, light that goes straight through), the next frame builds the BLASes it is in, for which there is
-    // memory when this returns. A material that did not emit when the scene was set, and has no emissive
-    // texture, is no light to be sampled when it does: rays find it by chance. On an Error nothing changes:
-    // Error{Usage} out of range, and for numbers that scene::Check refuses; Error{OutOfMemory}.
+    // Changes factors; textures stay. Where rays treat the surface differently after that (culling, alpha,
+    // straight transmission), the next frame rebuilds the BLASes that contain it, whose memory is allocated
+    // when this returns. A material that did not emit when the scene was set, and has no emissive texture,
+    // does not become a sampled light when it emits: it is found by BSDF sampling only. On an Error nothing
+    // changes: Error{Usage} out of range, and for numbers that scene::Check refuses; Error{OutOfMemory}.
     void SetMaterial(uint32_t material, const scene::Material& values);
 
     // A punctual light; indices are those of SceneData::lights. Rebuilds the light tables, and nothing else.
-    // Error{Usage} out of range, and for what no file could say: numbers that are not finite, a negative
-    // color or intensity, cone angles that are not 0 <= inner < outer <= pi / 2.
+    // Error{Usage} out of range, and for values that no file can have: numbers that are not finite, a
+    // negative color or intensity, cone angles that are not 0 <= inner < outer <= pi / 2.
     void SetLight(uint32_t light, const scene::Light& values);
     const scene::Light& Light(uint32_t light) const;
 
-    // Which lights Trace tells apart. Those of the scene that is there: SetScene leaves none. Error{Usage}
-    // for lists that are neither empty nor of the scene's sizes, or a group that is out of range.
+    // The groups of lights that Trace renders separately. For the current scene: SetScene removes
+    // them. Error{Usage} for lists that are neither empty nor of the scene's sizes, or a group that is
+    // out of range.
     void SetLightGroups(LightGroups groups);
 
-    // Error{Usage} for what is not finite, or negative radiance.
+    // Error{Usage} for values that are not finite, or negative radiance.
     void SetEnvironment(const EnvironmentSettings& settings);
     const EnvironmentSettings& Environment() const;
     // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty.
@@ -193,7 +196,7 @@ class RAYGRAPH_API GpuScene {
     SceneIds Declare(Renderer& renderer);
 
     const GpuSceneStatistics& Statistics() const;
-    // Counts edits when they are made, whether or not a frame has carried them out yet.
+    // Counts edits when they are made, even before a frame applies them.
     const SceneRevisions& Revisions() const;
     // True when no BLAS build or compaction is outstanding.
     bool IsSettled() const;

@@ -1,5 +1,5 @@
-// InstanceSet: the placed meshes of the scene, their records on the device and the TLAS over them. It knows
-// what has changed since the TLAS was last built and does the least: nothing, an update, or a rebuild.
+// InstanceSet: the placed meshes of the scene, their records on the device and the TLAS over them. It tracks
+// what has changed since the TLAS was last built and does the least work: none, an update, or a rebuild.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,8 @@ namespace raygraph {
 
 class InstanceSet {
   public:
-    // What the TLAS holds: one group of one instance. Its index is the custom index, and that of its record.
+    // An instance of the TLAS: one group of one scene instance. Its index is the custom index, and that of
+    // its record.
     struct Placement {
         uint32_t instance = 0;
         uint32_t group = 0;
@@ -31,12 +32,12 @@ class InstanceSet {
     uint32_t Count() const { return static_cast<uint32_t>(m_instances.size()); }
     const scene::PlacedTransform& Transform(uint32_t index) const { return m_instances[index].objectToWorld; }
     void SetTransform(uint32_t index, const scene::PlacedTransform& objectToWorld);
-    // As the device has it: from the scene's origin.
+    // As on the device: relative to the scene's origin.
     glm::mat4x3 DeviceTransform(uint32_t index) const {
         return m_instances[index].objectToWorld.RelativeTo(m_origin);
     }
     void MoveOrigin(const glm::dvec3& origin) noexcept;
-    // The box around all places that an instance has had, in the world.
+    // The bounding box of all positions that an instance has had, in world space.
     const scene::Bounds& Reach() const { return m_reach; }
     void SetVisible(uint32_t index, bool isVisible);
     bool IsVisible(uint32_t index) const { return m_instances[index].isVisible; }
@@ -48,7 +49,7 @@ class InstanceSet {
     // What the next refresh will do.
     TlasWork PendingWork() const;
     // Declares the passes that bring the instance records and the TLAS up to date, and sets `tlas` and
-    // `instances`. `done` hears of the work once it has been submitted: a refresh that is culled, or whose
+    // `instances`. `done` is told of the work when it has been submitted: a refresh that is culled, or whose
     // frame is dropped, stays pending.
     void DeclareRefresh(Renderer& renderer, SceneIds& ids, std::function<void(TlasWork)> done);
 
@@ -79,7 +80,7 @@ class InstanceSet {
     gpu::InstanceRecord RecordOf(uint32_t placement) const;
     uint32_t PlacementCount() const { return static_cast<uint32_t>(m_placements.size()); }
     void OrderSlots();
-    // Beyond a quarter of the scene one large copy beats many small ones.
+    // Beyond a quarter of the scene one large copy is faster than many small ones.
     bool IsMany(const MovedPlacements& moved) const { return moved.List().size() > m_placements.size() / 4; }
     // Copies what `write` puts into staging memory for the sorted `elements` of a buffer, of `bytes` each.
     void RecordUpload(CommandList& commands, std::span<const uint32_t> elements, uint64_t bytes,

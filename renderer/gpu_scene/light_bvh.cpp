@@ -18,7 +18,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr uint32_t kMaxDepth = 32;  // bits of a trail
 constexpr uint32_t kBucketCount = 12;
 
-// Where lights are and where they shine: within thetaE about directions within thetaO of the axis.
+// Bounds of lights: their box, and their emission within thetaE about directions within thetaO of the axis.
 struct LightBounds {
     glm::vec3 min{std::numeric_limits<float>::infinity()};
     glm::vec3 max{-std::numeric_limits<float>::infinity()};
@@ -118,7 +118,7 @@ double Cost(const LightBounds& bounds) {
     return bounds.power * directions * places;
 }
 
-// To 16 bits, never to a narrower angle, and one step beyond: a float's rounding must not cut a light off.
+// To 16 bits, never to a narrower angle, and one step beyond: a float's rounding must not exclude a light.
 int16_t WidenedCosine(double angle) {
     return static_cast<int16_t>(
         std::max(std::floor(std::cos(std::min(angle, kPi)) * 32767.0) - 1.0, -32767.0));
@@ -250,7 +250,7 @@ std::vector<gpu::LightNode> BuildLightTree(std::span<gpu::LightRecord> lights, s
 }
 
 void RefitLightTree(std::span<gpu::LightNode> nodes, std::span<const gpu::LightRecord> lights) {
-    // Children stand behind their parents
+    // Children come after their parents
     for (size_t i = nodes.size(); i-- > 0;) {
         gpu::LightNode& node = nodes[i];
         const uint32_t index = node.link & gpu::kLightNodeIndex;

@@ -10,12 +10,12 @@ namespace raygraph {
 
 // Builds the tree over the bounded lights (triangles, points, spots) whose power (luminance, W) is above 0,
 // and writes their bitTrail; the others are left out. One leaf a light, node 0 the root; empty if no light
-// shines. Splits by the surface area orientation heuristic of Conty Estevez and Kulla 2018 over buckets along
-// each axis; O(n log n), depth at most 32. Needs no device.
+// has power. Splits by the surface area orientation heuristic of Conty Estevez and Kulla 2018 over buckets
+// along each axis; O(n log n), depth at most 32. Needs no device.
 std::vector<gpu::LightNode> BuildLightTree(std::span<gpu::LightRecord> lights, std::span<const float> power);
 
-// The boxes of a tree over these lights, which have been moved, all by the same translation: the rest of the
-// tree stays. O(n).
+// Updates the boxes of a tree over these lights, which have all been moved by the same translation: the rest
+// of the tree stays. O(n).
 void RefitLightTree(std::span<gpu::LightNode> nodes, std::span<const gpu::LightRecord> lights);
 
 }  // namespace raygraph

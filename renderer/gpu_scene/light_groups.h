@@ -1,5 +1,5 @@
-// Which lights of a scene belong together: see gpu::kLightGroupRest and its neighbors. Threads: plain
-// values and pure functions, for any thread.
+// Groups of lights of a scene: see gpu::kLightGroupRest and its neighbors. Threads: plain values and pure
+// functions, for any thread.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +24,7 @@ struct LightGroups {
 RAYGRAPH_API void RequireFitting(const LightGroups& groups, size_t instanceCount, size_t materialCount,
                                  size_t lightCount);
 
-// Of something that is in two: the lower one, Rest last of all.
+// The group of a light that is in two: the lower one, with Rest as the highest.
 inline uint32_t FirstLightGroup(uint32_t a, uint32_t b) {
     return a == gpu::kLightGroupRest || b == gpu::kLightGroupRest ? std::max(a, b) : std::min(a, b);
 }

@@ -21,7 +21,7 @@ rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, u
                                          rhi::BufferUsage::CopyDestination});
 }
 
-// `light` takes the place of the world's `placed`, as it is seen from the origin.
+// Sets the position of `light` to that of `placed`, which is in world space, relative to the origin.
 void PlaceFromOrigin(scene::Light& light, const scene::Light& placed, const glm::dvec3& origin) {
     light.lightToWorld =
         scene::PlacedTransform{placed.lightToWorld, placed.translationRest}.RelativeTo(origin);
@@ -97,7 +97,7 @@ void LightSet::SetSides(uint32_t material, bool isDoubleSided) {
 void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
     const std::string subject = "GpuScene: SetLight: light " + std::to_string(light);
     scene::Check(values, subject);
-    // That of a file may be flat; what a host asks for has a direction
+    // A file's transform may be degenerate; one that a host sets must have a direction
     scene::CheckTransform({values.lightToWorld, values.translationRest}, subject);
     scene::Light inWorld = values, fromOrigin = values;
     PlaceFromOrigin(fromOrigin, inWorld, m_origin);

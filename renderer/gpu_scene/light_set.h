@@ -1,6 +1,6 @@
-// LightSet: the lights of the scene on the device. It knows what has changed since its tables were built, and
-// builds them again only when an emitter did: its transform, its visibility, its emission. Where the origin
-// moves, they are placed again, all alike.
+// LightSet: the lights of the scene on the device. It tracks what has changed since its tables were built,
+// and rebuilds them only when an emitter's transform, visibility or emission changed. When the origin moves,
+// all lights are translated.
 #pragma once
 
 #include <cstdint>
@@ -29,10 +29,10 @@ class LightSet {
     void SetEmission(uint32_t material, const glm::vec3& radiance);
     // Whether surfaces of the material emit on both sides.
     void SetSides(uint32_t material, bool isDoubleSided);
-    // Error{Usage} for values that no file may have.
+    // Error{Usage} for values that no file can have.
     void SetPunctual(uint32_t light, const scene::Light& values);
     const scene::Light& Punctual(uint32_t light) const { return m_punctual[light]; }
-    // Takes all transforms again: `instances` has its own by then.
+    // Reads all transforms again, after `instances` has been updated.
     void MoveOrigin(const glm::dvec3& origin, const InstanceSet& instances) noexcept;
     // Of the scene's sizes, and in range.
     void SetGroups(LightGroups groups);
@@ -41,10 +41,10 @@ class LightSet {
 
     // Builds the tables if something has changed, declares their upload, and sets the fields of `ids` that
     // have to do with lights but for environmentAlias. An upload that is culled, or whose frame is dropped,
-    // stays due.
+    // stays pending.
     void Declare(Renderer& renderer, SceneIds& ids);
 
-    uint32_t LightCount() const { return m_table.set.activeCount; }  // those that shine
+    uint32_t LightCount() const { return m_table.set.activeCount; }  // those with power above 0
     uint32_t EmissiveTriangleCount() const { return m_table.emissiveTriangleCount; }
     uint32_t PunctualCount() const { return static_cast<uint32_t>(m_punctual.size()); }
     uint64_t RebuildCount() const { return m_rebuildCount; }

@@ -11,16 +11,16 @@
 
 namespace raygraph {
 
-// A triangle that emits whenever its material does. Object space.
+// A triangle that emits if its material does. Object space.
 struct Emitter {
     glm::vec3 p0{0.0f}, p1{0.0f}, p2{0.0f};
     uint32_t primitive = 0;  // its number in the BLAS
     uint32_t material = 0;
-    bool isDoubleSided = false;   // its back is there, too, and emits
+    bool isDoubleSided = false;   // double-sided: its back face emits, too
     glm::vec3 meanTexture{1.0f};  // of the emissive texture over the triangle; linear
 };
 
-// A group with emitters as one TLAS instance has it. Its lights are numbered in the order of the emitters.
+// One TLAS instance of a group with emitters. Its lights are numbered in the order of the emitters.
 struct EmitterPlacement {
     uint32_t record = 0;    // index of its InstanceRecord
     uint32_t instance = 0;  // into LightScene::instances
@@ -59,16 +59,16 @@ struct LightTable {
     uint32_t emissiveTriangleCount = 0;  // those that shine
 };
 
-// Depends on nothing but `scene`, in which the emitters are numbered. Triangles that are hidden, dark or
-// without area keep their number and have probability 0. With the tree, infinite lights are chosen by their
-// share of the power, but neither they nor the bounded lights by less than kMinLightShare: how much of the
-// infinite light reaches a place is not known. O(n log n).
+// Depends only on `scene`, in which the emitters are numbered. Triangles that are hidden, dark or without
+// area keep their number and have probability 0. With the tree, infinite lights are chosen by their share of
+// the power, but neither they nor the bounded lights with less than kMinLightShare, because it is not known
+// how much of the infinite light reaches a point. O(n log n).
 LightTable BuildLightTable(const LightScene& scene);
 
 inline constexpr double kMinLightShare = 0.1;
 
 // Brings the table of `scene` up to date after all of its transforms have been moved by the same translation:
-// places, offsets and boxes. Powers, choices and the tree's shape stay. O(n); takes no memory.
+// positions, offsets and boxes. Powers, probabilities and the tree's topology stay. O(n); takes no memory.
 void PlaceLights(LightTable& table, const LightScene& scene);
 
 }  // namespace raygraph

@@ -30,8 +30,8 @@ class StreamPacker {
     }
     std::span<const std::byte> Bytes() const { return m_bytes; }
 
-    // From an offset to the address at which element `first` of the group's numbering stands first in the
-    // stream.
+    // From an offset to an address, shifted so that element `first` of the group's numbering is the first of
+    // the stream.
     static uint64_t Address(uint64_t offset, VkDeviceAddress base, uint64_t first = 0,
                             uint64_t elementBytes = 0) {
         return offset == kAbsent ? 0 : base + offset - first * elementBytes;
@@ -79,7 +79,7 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
     return merged;
 }
 
-// Whether no ray needs to look at alpha: there is none, or it lets nothing through anywhere.
+// Whether no ray needs an alpha test: there is no alpha, or it is opaque everywhere.
 bool IsOpaque(const gpu::MaterialRecord& material, bool hasColors) {
     const auto mode = static_cast<scene::AlphaMode>(material.alphaMode);
     if (mode == scene::AlphaMode::Opaque) return true;
@@ -87,7 +87,7 @@ bool IsOpaque(const gpu::MaterialRecord& material, bool hasColors) {
     return material.baseColor.a >= (mode == scene::AlphaMode::Mask ? material.alphaCutoff : 1.0f);
 }
 
-// Whether light may go straight on through the surface somewhere (bxdf/bsdf.glsl, IsSmoothThinWall).
+// Whether light may pass straight through the surface somewhere (bxdf/bsdf.glsl, IsSmoothThinWall).
 bool IsThinWall(const gpu::MaterialRecord& material) {
     return material.transmission > 0.0f &&
            (material.flags & (gpu::kMaterialVolume | gpu::kMaterialUnlit)) == 0u &&
@@ -95,7 +95,7 @@ bool IsThinWall(const gpu::MaterialRecord& material) {
             material.metallicRoughnessTexture != gpu::kNoTexture);
 }
 
-// Where backs are there of some parts alone, an any-hit shader tells.
+// Where the back faces of only some parts are culled, an any-hit shader decides.
 GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials) {
     GroupKind kind;
     bool isSomeBackCulled = false;

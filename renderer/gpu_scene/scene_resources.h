@@ -1,4 +1,4 @@
-// What SetScene makes on the device: vertex streams, BLASes, textures, geometry and material tables.
+// What SetScene creates on the device: vertex streams, BLASes, textures, geometry and material tables.
 #pragma once
 
 #include <cstdint>
@@ -18,28 +18,28 @@ namespace raygraph {
 
 // How rays treat a primitive.
 struct GroupKind {
-    bool isOpaque = true;      // to rays of all types it is there: no any-hit shader decides that
-    bool isBackCulled = true;  // its back faces are not there
-    bool isThinWall = false;   // a smooth thin wall somewhere: shadow rays go on through it
+    bool isOpaque = true;      // opaque to rays of all types: no any-hit shader
+    bool isBackCulled = true;  // its back faces are culled
+    bool isThinWall = false;   // a smooth thin wall somewhere: shadow rays pass through it
 
     bool operator==(const GroupKind&) const = default;
 };
 
-// What the kind of a primitive hangs on, while the primitive itself has been freed.
+// The inputs of a primitive's kind, kept after the primitive itself has been freed.
 struct GroupPart {
     uint32_t material = 0;
     bool hasColors = false;
 };
 
 // The primitives of a mesh that were of one kind when the scene was set, as one list of triangles in one
-// BLAS: a mesh has up to six groups. Materials that change may make a group of one kind into one of several.
+// BLAS: a mesh has up to six groups. A changed material may turn a group of one kind into one of several.
 struct GroupResources {
     GroupKind kind;
     std::vector<GroupPart> parts;
     rhi::Buffer streams;
     std::shared_ptr<rhi::Blas> blas;
     gpu::InstanceRecord record{};   // but for transform, instance and firstLight
-    std::vector<Emitter> emitters;  // until the light set takes them
+    std::vector<Emitter> emitters;  // until they are moved into the light set
     uint64_t triangleCount = 0;
     scene::Bounds bounds;  // object space
 };
@@ -76,21 +76,21 @@ struct SceneResources {
     uint64_t textureBytes = 0;
 };
 
-// Uploads everything but the instances, and adds the BLASes to the builder. Frees the meshes and images
-// of `scene` as it goes: a host copy lives no longer than its upload.
+// Uploads everything but the instances, and adds the BLASes to the builder. Frees each mesh and image of
+// `scene` after its upload.
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
                                             rhi::BlasBuilder& builder, rhi::TextureTable& table,
                                             scene::SceneData& scene);
 
-// Whether rays go through the back of a surface as if it were not there.
+// Whether back faces are culled for rays.
 bool IsBackCulled(const gpu::MaterialRecord& material);
 
-// Gives a material another record, and brings the groups that have it up to date. A BLAS whose geometry flags
-// change is added to the builder again, with the memory for its build. On an Error nothing has changed. What
+// Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
+// is added to the builder again, with the memory for its build. On an Error nothing has changed. Returns what
 // has:
 struct KindChanges {
     bool areStructures = false;  // BLASes wait to be built
-    bool areSides = false;       // backs or holes have come or gone
+    bool areSides = false;       // culling or alpha has changed
 };
 KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
                            const gpu::MaterialRecord& record);

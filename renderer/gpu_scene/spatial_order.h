@@ -13,7 +13,7 @@ namespace raygraph {
 std::vector<uint32_t> SpatialOrder(std::span<const glm::vec3> points);
 
 // Reorders the triangles of an index list by their centroids, in place. Returns for each triangle of the new
-// order its index in the old one; empty when nothing moved.
+// order its index in the old one; empty when the order is unchanged.
 std::vector<uint32_t> SortTriangles(std::span<const glm::vec3> positions, std::vector<uint32_t>& indices);
 
 }  // namespace raygraph
