@@ -120,13 +120,13 @@ std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte>
     return file;
 }
 
-GltfTree ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits) {
+nlohmann::json ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits) {
     if (text.size() > limits.maxJsonBytes)
         Fail(label, "JSON of " + std::to_string(text.size()) + " bytes exceeds the limit of " +
                         std::to_string(limits.maxJsonBytes));
     CheckDepth(text, label, limits.maxJsonDepth);
     try {
-        GltfTree json = GltfTree::parse(text);
+        nlohmann::json json = nlohmann::json::parse(text);
         if (!json.is_object()) Fail(label, "the JSON text is not an object");
         return json;
     } catch (const nlohmann::json::exception& error) {

@@ -3,12 +3,12 @@
 #pragma once
 
 #include <cstddef>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "renderer/scene/gltf_tree.h"
 #include "renderer/scene/load_gltf.h"
 
 namespace raygraph::scene {
@@ -31,6 +31,6 @@ std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte>
 
 // Parses JSON text whose length and depth are checked first, because a parser's tree may be many times its
 // text. Throws Error{BadInput}, "label: ...".
-GltfTree ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits);
+nlohmann::json ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits);
 
 }  // namespace raygraph::scene

@@ -9,23 +9,25 @@
 namespace raygraph::scene {
 namespace {
 
+using Json = nlohmann::json;
+
 // The elements of an array of the tree; none if it is absent.
-GltfTree::array_t* ArrayOf(GltfTree& object, const char* name) {
+Json::array_t* ArrayOf(Json& object, const char* name) {
     const auto found = object.find(name);
-    return found == object.end() ? nullptr : found->get_ptr<GltfTree::array_t*>();
+    return found == object.end() ? nullptr : found->get_ptr<Json::array_t*>();
 }
 
-std::optional<std::string> TakeText(GltfTree& object, const char* name) {
+std::optional<std::string> TakeText(Json& object, const char* name) {
     const auto found = object.find(name);
     if (found == object.end()) return std::nullopt;
     return std::move(found->get_ref<std::string&>());
 }
 
-std::vector<BufferSource> TakeBuffers(GltfTree& root) {
+std::vector<BufferSource> TakeBuffers(Json& root) {
     std::vector<BufferSource> sources;
-    GltfTree::array_t* const buffers = ArrayOf(root, "buffers");
+    Json::array_t* const buffers = ArrayOf(root, "buffers");
     if (!buffers) return sources;
-    for (GltfTree& buffer : *buffers) {
+    for (Json& buffer : *buffers) {
         sources.push_back({TakeText(buffer, "uri"), buffer["byteLength"].get<uint64_t>()});
         buffer["byteLength"] = uint64_t{1};
         buffer["uri"] = "data:application/octet-stream;base64,AA==";
@@ -33,50 +35,49 @@ std::vector<BufferSource> TakeBuffers(GltfTree& root) {
     return sources;
 }
 
-std::vector<ImageSource> TakeImages(GltfContext& context, GltfTree& root) {
+std::vector<ImageSource> TakeImages(GltfContext& context, Json& root) {
     std::vector<ImageSource> sources;
-    GltfTree::array_t* const images = ArrayOf(root, "images");
+    Json::array_t* const images = ArrayOf(root, "images");
     if (!images) return sources;
-    for (GltfTree& image : *images) {
+    for (Json& image : *images) {
         ImageSource source{.name = TakeText(image, "name").value_or(""), .uri = TakeText(image, "uri")};
         if (const auto view = image.find("bufferView"); view != image.end())
             source.view = view->get<uint32_t>();
         if (source.uri.has_value() == (source.view != kNone))
             context.Fail(Place("images")[sources.size()], "must have either a uri or a bufferView");
         sources.push_back(std::move(source));
-        image = GltfTree::object();
+        image = Json::object();
         image["uri"] = "placeholder";
     }
     return sources;
 }
 
 // tinygltf refuses indices of an accessor without a view, which are all zeros or sparse ones.
-void GiveEachAccessorAView(GltfTree& root) {
-    GltfTree& views = root["bufferViews"];
-    if (views.is_null()) views = GltfTree::array();
+void GiveEachAccessorAView(Json& root) {
+    Json& views = root["bufferViews"];
+    if (views.is_null()) views = Json::array();
     const uint64_t none = views.size();
-    views.emplace_back(GltfTree::object({{"buffer", uint64_t{0}}, {"byteLength", uint64_t{1}}}));
-    if (GltfTree::array_t* const accessors = ArrayOf(root, "accessors"))
-        for (GltfTree& accessor : *accessors)
+    views.emplace_back(Json::object({{"buffer", uint64_t{0}}, {"byteLength", uint64_t{1}}}));
+    if (Json::array_t* const accessors = ArrayOf(root, "accessors"))
+        for (Json& accessor : *accessors)
             if (!accessor.contains("bufferView")) accessor["bufferView"] = none;
 }
 
 // What tinygltf asks for and we do not.
-void GiveCamerasANearPlane(GltfTree& root) {
-    GltfTree::array_t* const cameras = ArrayOf(root, "cameras");
+void GiveCamerasANearPlane(Json& root) {
+    Json::array_t* const cameras = ArrayOf(root, "cameras");
     if (!cameras) return;
-    for (GltfTree& camera : *cameras)
+    for (Json& camera : *cameras)
         if (const auto found = camera.find("orthographic");
             found != camera.end() && !found->contains("znear"))
             (*found)["znear"] = 0.0;
 }
 
 // An empty object of two characters becomes a material of two thousand bytes.
-void CheckModelSize(GltfContext& context, GltfTree& root) {
+void CheckModelSize(GltfContext& context, Json& root) {
     uint64_t bytes = 0;
-    const auto add = [&](GltfTree& object, const char* name, size_t elementBytes) {
-        if (const GltfTree::array_t* const array = ArrayOf(object, name))
-            bytes += array->size() * elementBytes;
+    const auto add = [&](Json& object, const char* name, size_t elementBytes) {
+        if (const Json::array_t* const array = ArrayOf(object, name)) bytes += array->size() * elementBytes;
     };
     add(root, "accessors", sizeof(gltf::Accessor));
     add(root, "bufferViews", sizeof(gltf::BufferView));
@@ -88,9 +89,9 @@ void CheckModelSize(GltfContext& context, GltfTree& root) {
     add(root, "samplers", sizeof(gltf::Sampler));
     add(root, "scenes", sizeof(gltf::Scene));
     add(root, "textures", sizeof(gltf::Texture));
-    if (GltfTree::array_t* const meshes = ArrayOf(root, "meshes")) {
+    if (Json::array_t* const meshes = ArrayOf(root, "meshes")) {
         bytes += meshes->size() * sizeof(gltf::Mesh);
-        for (GltfTree& mesh : *meshes) add(mesh, "primitives", sizeof(gltf::Primitive));
+        for (Json& mesh : *meshes) add(mesh, "primitives", sizeof(gltf::Primitive));
     }
     // A vector that grows has up to twice what it needs
     context.CheckModelBytes(2 * bytes);
@@ -99,10 +100,10 @@ void CheckModelSize(GltfContext& context, GltfTree& root) {
 }  // namespace
 
 GltfDocument ReadDocument(GltfContext& context, std::string_view json) {
-    GltfTree root = ParseJson(json, context.label, context.options.limits);
+    Json root = ParseJson(json, context.label, context.options.limits);
     CheckSchema(context, root);
     CheckModelSize(context, root);
-    if (const GltfTree::array_t* const animations = ArrayOf(root, "animations");
+    if (const Json::array_t* const animations = ArrayOf(root, "animations");
         animations && !animations->empty())
         context.Warn(Place("animations"), "animations", "are not read, the scene stands still");
     root.erase("animations");

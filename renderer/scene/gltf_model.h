@@ -2,6 +2,9 @@
 // have a tinygltf of its own. Internal to renderer/scene; no header that is installed includes this one.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
 // No files and no images: it is given a document that names neither.
 #define TINYGLTF_NO_FS
 #define TINYGLTF_NO_EXTERNAL_IMAGE
@@ -11,8 +14,6 @@
 #include <tiny_gltf.h>
 #undef tinygltf
 
-#include "renderer/scene/gltf_tree.h"
-
 namespace raygraph::scene {
 
 namespace gltf = raygraph_tinygltf;
@@ -20,6 +21,6 @@ namespace gltf = raygraph_tinygltf;
 // The model of a document that stands before tinygltf's own faults: it ignores optional properties of wrong
 // types, leaves out primitives that it cannot read, cuts integers, and opens what it is told to open. Takes
 // the tree. Throws Error{BadInput} "label: ..." if tinygltf refuses the document nevertheless.
-gltf::Model MakeModel(GltfTree&& checked, const std::string& label);
+gltf::Model MakeModel(nlohmann::json&& checked, const std::string& label);
 
 }  // namespace raygraph::scene

@@ -13,6 +13,8 @@
 namespace raygraph::scene {
 namespace {
 
+using Json = nlohmann::json;
+
 const char* Name(Target target) {
     constexpr std::array<const char*, static_cast<size_t>(Target::Count)> kNames{
         "",       "accessors", "bufferViews", "buffers", "cameras", "images",   "lights",  "materials",
@@ -21,13 +23,13 @@ const char* Name(Target target) {
 }
 
 // As a message shows a value: numbers and short strings themselves, else the type's name.
-std::string Shown(const GltfTree& value) {
+std::string Shown(const Json& value) {
     switch (value.type()) {
-        case GltfTree::value_t::object:
+        case Json::value_t::object:
             return "an object";
-        case GltfTree::value_t::array:
+        case Json::value_t::array:
             return "an array";
-        case GltfTree::value_t::string:
+        case Json::value_t::string:
             return Quoted(value.get_ref<const std::string&>(), 40);
         default:
             return value.dump();
@@ -87,7 +89,7 @@ bool IsInRange(const Property& row, float value) {
            (row.excludesMax ? value < row.max : value <= row.max);
 }
 
-std::optional<uint64_t> ToWhole(const GltfTree& value) {
+std::optional<uint64_t> ToWhole(const Json& value) {
     if (value.is_number_unsigned()) return value.get<uint64_t>();
     if (value.is_number_float()) {
         const double number = value.get<double>();
@@ -107,18 +109,9 @@ class Checker {
   public:
     explicit Checker(GltfContext& context) : m_context(context) {}
 
-    void CheckRoot(GltfTree& root) {
+    void CheckRoot(Json& root) {
         for (const Property& row : RootProperties()) CountTargets(root, row);
-        // Nodes may come before the lights that they place
-        const auto path = std::array{"extensions", "KHR_lights_punctual", "lights"};
-        const GltfTree* lights = &root;
-        for (const char* key : path) {
-            const auto found = lights->is_object() ? lights->find(key) : lights->end();
-            lights = found == lights->end() ? nullptr : &*found;
-            if (!lights) break;
-        }
-        if (lights && lights->is_array()) Count(Target::Lights) = lights->size();
-        GltfTree checked = GltfTree::object();
+        Json checked = Json::object();
         for (const Property& row : RootProperties()) {
             const Step step(*this, row.name);
             const auto found = root.find(row.name);
@@ -154,13 +147,13 @@ class Checker {
     size_t& Count(Target target) { return m_counts[static_cast<size_t>(target)]; }
 
     // The length of the array of `object` that indices will point into.
-    void CountTargets(const GltfTree& object, const Property& row) {
+    void CountTargets(const Json& object, const Property& row) {
         if (row.type != PropertyType::Objects || row.target == Target::None) return;
         const auto found = object.find(row.name);
         Count(row.target) = found != object.end() && found->is_array() ? found->size() : 0;
     }
 
-    void CheckObject(GltfTree& object, std::span<const Property> rows) {
+    void CheckObject(Json& object, std::span<const Property> rows) {
         uint64_t seen = 0;
         RG_CHECK_LE(rows.size(), size_t{64});
         for (const Property& row : rows) CountTargets(object, row);
@@ -185,14 +178,14 @@ class Checker {
     }
 
     // Whether the property is one of an object of this type.
-    static bool IsOfType(const GltfTree& object, const Property& row) {
+    static bool IsOfType(const Json& object, const Property& row) {
         if (row.ofType.empty()) return true;
         const auto type = object.find("type");
         return type != object.end() && type->is_string() && type->get_ref<const std::string&>() == row.ofType;
     }
 
     // False: the value is to be left out.
-    bool CheckProperty(GltfTree& value, const Property& row) {
+    bool CheckProperty(Json& value, const Property& row) {
         switch (row.type) {
             case PropertyType::Bool:
                 return value.is_boolean() || Refuse(value, row);
@@ -207,13 +200,13 @@ class Checker {
             case PropertyType::Numbers:
                 return CheckNumbers(value, row);
             case PropertyType::Indices:
-                return CheckEach(value, row, [&](GltfTree& element) { CheckIndex(element, row); });
+                return CheckEach(value, row, [&](Json& element) { CheckIndex(element, row); });
             case PropertyType::Object:
                 if (!value.is_object()) return Refuse(value, row);
                 CheckMember(value, row);
                 return true;
             case PropertyType::Objects:
-                return CheckEach(value, row, [&](GltfTree& element) {
+                return CheckEach(value, row, [&](Json& element) {
                     if (!element.is_object()) Fail(Is(element) + "must be an object");
                     CheckObject(element, row.Rows());
                 });
@@ -221,12 +214,12 @@ class Checker {
                 return CheckExtensions(value, row);
             case PropertyType::UsedExtensions:
             case PropertyType::RequiredExtensions:
-                return CheckEach(value, row, [&](GltfTree& element) { CheckExtensionName(element, row); });
+                return CheckEach(value, row, [&](Json& element) { CheckExtensionName(element, row); });
         }
         return false;
     }
 
-    void CheckMember(GltfTree& object, const Property& row) {
+    void CheckMember(Json& object, const Property& row) {
         const bool wasInExtension = m_isInExtension;
         if (row.name == "extras") m_isInExtension = true;
         CheckObject(object, row.Rows());
@@ -234,7 +227,7 @@ class Checker {
     }
 
     template <typename CheckElement>
-    bool CheckEach(GltfTree& array, const Property& row, const CheckElement& check) {
+    bool CheckEach(Json& array, const Property& row, const CheckElement& check) {
         if (!array.is_array()) return Refuse(array, row);
         for (size_t i = 0; i < array.size(); ++i) {
             const Step step(*this, i);
@@ -243,7 +236,7 @@ class Checker {
         return true;
     }
 
-    bool CheckString(const GltfTree& value, const Property& row) {
+    bool CheckString(const Json& value, const Property& row) {
         if (!value.is_string()) return Refuse(value, row);
         const auto& text = value.get_ref<const std::string&>();
         if (!text.starts_with(row.start)) Fail(Is(value) + "must be " + std::string(row.start) + "x");
@@ -253,7 +246,7 @@ class Checker {
         return true;
     }
 
-    bool CheckNumber(GltfTree& value, const Property& row) {
+    bool CheckNumber(Json& value, const Property& row) {
         if (!value.is_number()) return Refuse(value, row);
         const double number = value.get<double>();
         if (!(std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max())))
@@ -269,17 +262,17 @@ class Checker {
         return true;
     }
 
-    bool CheckNumbers(GltfTree& value, const Property& row) {
+    bool CheckNumbers(Json& value, const Property& row) {
         if (!value.is_array()) return Refuse(value, row);
         if (value.size() != row.count)
             Fail("has " + std::to_string(value.size()) + " elements, must have " + std::to_string(row.count));
-        return CheckEach(value, row, [&](GltfTree& element) {
+        return CheckEach(value, row, [&](Json& element) {
             if (!element.is_number()) Fail(Is(element) + "must be a number");
             CheckNumber(element, row);
         });
     }
 
-    bool CheckWhole(GltfTree& value, const Property& row) {
+    bool CheckWhole(Json& value, const Property& row) {
         const std::optional<uint64_t> whole = ToWhole(value);
         if (!whole) return Refuse(value, row);
         if (!row.numbers.empty() && std::ranges::find(row.numbers, *whole) == row.numbers.end())
@@ -290,11 +283,11 @@ class Checker {
         if (*whole % row.multipleOf != 0)
             return LeaveOut(value, row, "must be a multiple of " + std::to_string(row.multipleOf));
         // What tinygltf does not know it keeps as an int or a double
-        value = m_isInExtension ? GltfTree(static_cast<double>(*whole)) : GltfTree(*whole);
+        value = m_isInExtension ? Json(static_cast<double>(*whole)) : Json(*whole);
         return true;
     }
 
-    bool CheckIndex(GltfTree& value, const Property& row) {
+    bool CheckIndex(Json& value, const Property& row) {
         const std::optional<uint64_t> whole = ToWhole(value);
         if (!whole) Fail(Is(value) + TypeNeeded(PropertyType::Index));
         if (*whole >= Count(row.target))
@@ -304,7 +297,7 @@ class Checker {
         return true;
     }
 
-    bool CheckExtensions(GltfTree& value, const Property& row) {
+    bool CheckExtensions(Json& value, const Property& row) {
         if (!value.is_object()) return Refuse(value, row);
         const bool wasInExtension = m_isInExtension;
         m_isInExtension = true;
@@ -326,7 +319,7 @@ class Checker {
         return true;
     }
 
-    void CheckExtensionName(const GltfTree& value, const Property& row) {
+    void CheckExtensionName(const Json& value, const Property& row) {
         if (!value.is_string()) Fail(Is(value) + "must be a string");
         const auto& name = value.get_ref<const std::string&>();
         if (IsSupported(name)) return;
@@ -336,7 +329,7 @@ class Checker {
     }
 
     // A value of another type than the row's.
-    bool Refuse(const GltfTree& value, const Property& row) {
+    bool Refuse(const Json& value, const Property& row) {
         const bool isWhole = row.type == PropertyType::Whole && row.misfit == Misfit::LeaveOutAny;
         const std::string needed = isWhole ? WholeNeeded(row) : TypeNeeded(row.type);
         if (row.misfit != Misfit::LeaveOutAny) Fail(Is(value) + needed);
@@ -344,13 +337,13 @@ class Checker {
     }
 
     // A value of the row's type and out of its range.
-    bool LeaveOut(const GltfTree& value, const Property& row, const std::string& needed) {
+    bool LeaveOut(const Json& value, const Property& row, const std::string& needed) {
         if (row.misfit == Misfit::Refuse) Fail(Is(value) + needed);
         if (row.topic) m_context.Warn(Path(), row.topic, Is(value) + needed + ", " + row.remedy);
         return false;
     }
 
-    static std::string Is(const GltfTree& value) { return "is " + Shown(value) + ", "; }
+    static std::string Is(const Json& value) { return "is " + Shown(value) + ", "; }
 
     std::string Path() const {
         std::string path;
@@ -376,7 +369,7 @@ class Checker {
 
 }  // namespace
 
-void CheckSchema(GltfContext& context, GltfTree& root) {
+void CheckSchema(GltfContext& context, nlohmann::json& root) {
     Checker(context).CheckRoot(root);
 }
 

@@ -9,11 +9,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string_view>
 
 #include "renderer/scene/gltf_context.h"
-#include "renderer/scene/gltf_tree.h"
 
 namespace raygraph::scene {
 
@@ -110,6 +110,6 @@ std::span<const Extension> SupportedExtensions();
 // Checks all of the document, the root's properties in the order of their rows. Afterwards the tree holds
 // what has a row and nothing else, values in their range, whole numbers as unsigned ones, and all indices
 // point at something. Fails at the first value that is refused.
-void CheckSchema(GltfContext& context, GltfTree& root);
+void CheckSchema(GltfContext& context, nlohmann::json& root);
 
 }  // namespace raygraph::scene

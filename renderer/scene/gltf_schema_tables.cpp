@@ -276,6 +276,7 @@ constexpr auto kAsset =
     Table(Text("version").StartsWith("2.").Required(), Text("minVersion").OneOf(kMinVersions));
 
 // What a file is and requires comes first: what follows may be of another shape in files that cannot be read.
+// Then extensions, because nodes point at what one holds.
 constexpr auto kRoot =
     Table(Object("asset", kAsset).Required(), Row("extensionsRequired", PropertyType::RequiredExtensions),
           Row("extensionsUsed", PropertyType::UsedExtensions), Extensions(ExtensionPlace::Root),
