@@ -1,28 +1,21 @@
 #include "base/atomic_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <atomic>
 #include <cerrno>
-#include <system_error>
+#include <optional>
+#include <string>
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/os/file.h"
 
 namespace raygraph {
 namespace {
 
 constexpr int kMaxLinkCount = 40;  // As Linux has it.
 
-// Unique among the threads of this process by the counter and among processes by the id; O_EXCL settles the
-// rest.
-std::filesystem::path UniqueName(const std::filesystem::path& folder) {
-    static std::atomic<uint32_t> counter{0};
-    const std::string name =
-        ".raygraph-" + std::to_string(getpid()) + '-' + std::to_string(counter++) + ".tmp";
-    return folder / name;
+// What stdio's functions leave behind.
+std::error_code LastError() {
+    return {errno != 0 ? errno : EIO, std::generic_category()};
 }
 
 }  // namespace
@@ -31,43 +24,34 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : m_target(target) {
     // Link by link, so that a link to a file that does not exist yet is followed too.
     std::error_code error;
     for (int linkCount = 0; std::filesystem::is_symlink(m_target, error); ++linkCount) {
-        if (linkCount == kMaxLinkCount) Fail("cannot follow the link", ELOOP);
+        if (linkCount == kMaxLinkCount)
+            Fail("cannot follow the link", std::make_error_code(std::errc::too_many_symbolic_link_levels));
         const std::filesystem::path next = std::filesystem::read_symlink(m_target, error);
-        if (error) Fail("cannot follow the link", error.value());
+        if (error) Fail("cannot follow the link", error);
         m_target = m_target.parent_path() / next;
     }
-    mode_t existingMode = 0;
-    struct stat existing = {};
-    if (stat(m_target.c_str(), &existing) == 0) {
-        if (!S_ISREG(existing.st_mode))
+    std::optional<std::filesystem::perms> permissions;
+    const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
+    if (std::filesystem::exists(existing)) {
+        if (!std::filesystem::is_regular_file(existing))
             throw Error(ErrorKind::Io, m_target.string() + ": cannot write: it is not a regular file");
-        existingMode = existing.st_mode & 07777;
+        permissions = existing.permissions();
     }
-    int descriptor = -1;
     do {
-        m_temporary = UniqueName(m_target.parent_path());
-        descriptor = open(m_temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    } while (descriptor < 0 && (errno == EEXIST || errno == EINTR));
-    if (descriptor < 0) Fail("cannot create a file in its folder", errno);
-    // A mode that cannot be kept is no reason to lose a render: the umask's stays.
-    if (existingMode != 0) (void)!fchmod(descriptor, existingMode);
-    m_stream = fdopen(descriptor, "w+b");
-    if (m_stream == nullptr) {
-        const int systemError = errno;
-        close(descriptor);
-        unlink(m_temporary.c_str());
-        Fail("cannot open a stream", systemError);
-    }
+        m_temporary = os::TemporaryName(m_target.parent_path());
+        m_stream = os::CreateNew(m_temporary, permissions, error);
+    } while (error == std::errc::file_exists);
+    if (error) Fail("cannot create a file in its folder", error);
 }
 
 AtomicFile::~AtomicFile() {
     if (m_stream != nullptr) std::fclose(m_stream);
-    if (!m_temporary.empty()) unlink(m_temporary.c_str());
+    std::error_code ignored;
+    if (!m_temporary.empty()) std::filesystem::remove(m_temporary, ignored);
 }
 
-void AtomicFile::Fail(const char* what, int systemError) const {
-    const std::string reason = std::generic_category().message(systemError);
-    throw Error(ErrorKind::Io, m_target.string() + ": " + what + ": " + reason);
+void AtomicFile::Fail(const char* what, const std::error_code& error) const {
+    throw Error(ErrorKind::Io, m_target.string() + ": " + what + ": " + error.message());
 }
 
 void AtomicFile::Write(std::span<const std::byte> bytes) {
@@ -75,37 +59,41 @@ void AtomicFile::Write(std::span<const std::byte> bytes) {
     errno = 0;
     if (std::fwrite(bytes.data(), 1, bytes.size(), m_stream) != bytes.size()) {
         m_isWriteFailed = true;
-        Fail("cannot write", errno);
+        Fail("cannot write", LastError());
     }
 }
 
 uint64_t AtomicFile::Position() const {
     RG_CHECK(m_stream != nullptr);
-    const off_t position = ftello(m_stream);
-    if (position < 0) Fail("cannot tell the position", errno);
-    return static_cast<uint64_t>(position);
+    std::error_code error;
+    const uint64_t position = os::Position(m_stream, error);
+    if (error) Fail("cannot tell the position", error);
+    return position;
 }
 
 void AtomicFile::Seek(uint64_t position) {
     RG_CHECK(m_stream != nullptr);
     // Seeking writes out what is buffered, so it fails as a write does.
-    if (fseeko(m_stream, static_cast<off_t>(position), SEEK_SET) != 0) {
-        m_isWriteFailed = true;
-        Fail("cannot write", errno);
-    }
+    std::error_code error;
+    os::Seek(m_stream, position, error);
+    if (!error) return;
+    m_isWriteFailed = true;
+    Fail("cannot write", error);
 }
 
 void AtomicFile::Commit() {
     RG_CHECK(m_stream != nullptr);
     errno = 0;
     const bool isFailed = m_isWriteFailed || std::ferror(m_stream) != 0 || std::fflush(m_stream) != 0;
-    if (isFailed) Fail("cannot write", errno != 0 ? errno : EIO);
-    // Some file systems know no fsync: not a failure.
-    if (fsync(fileno(m_stream)) != 0 && errno != EINVAL && errno != EROFS) Fail("cannot write", errno);
+    if (isFailed) Fail("cannot write", LastError());
+    std::error_code error;
+    os::Sync(m_stream, error);
+    if (error) Fail("cannot write", error);
     const int closed = std::fclose(m_stream);
     m_stream = nullptr;
-    if (closed != 0) Fail("cannot write", errno);
-    if (std::rename(m_temporary.c_str(), m_target.c_str()) != 0) Fail("cannot replace", errno);
+    if (closed != 0) Fail("cannot write", LastError());
+    std::filesystem::rename(m_temporary, m_target, error);
+    if (error) Fail("cannot replace", error);
     m_temporary.clear();
 }
 

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <span>
+#include <system_error>
 
 #include "base/api.h"
 
@@ -37,7 +38,7 @@ class RAYGRAPH_API AtomicFile {
     void Commit();
 
   private:
-    [[noreturn]] void Fail(const char* what, int systemError) const;
+    [[noreturn]] void Fail(const char* what, const std::error_code& error) const;
 
     std::filesystem::path m_target, m_temporary;
     std::FILE* m_stream = nullptr;

@@ -1,10 +1,9 @@
 #include "rhi/functions.h"
 
-#include <dlfcn.h>
-
 #include <string>
 
 #include "base/error.h"
+#include "base/os/dynamic_library.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -61,20 +60,14 @@ std::shared_ptr<VulkanLoader> VulkanLoader::Open() {
     // the last instance, and unloading the code under them ends in a crash.
     constexpr const char* kLibrary = "libvulkan.so.1";
     std::shared_ptr<VulkanLoader> loader(new VulkanLoader);
-    loader->m_library = dlopen(kLibrary, RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
-    if (!loader->m_library) {
-        const char* reason = dlerror();
-        throw Error(ErrorKind::NoDevice, std::string("no Vulkan loader: ") + (reason ? reason : kLibrary));
-    }
+    std::string whyNot;
+    void* library = os::OpenLibrary(kLibrary, whyNot);
+    if (!library) throw Error(ErrorKind::NoDevice, "no Vulkan loader: " + whyNot);
     loader->m_getInstanceProcAddr =
-        reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(loader->m_library, "vkGetInstanceProcAddr"));
+        reinterpret_cast<PFN_vkGetInstanceProcAddr>(os::FunctionOf(library, "vkGetInstanceProcAddr"));
     if (!loader->m_getInstanceProcAddr)
         throw Error(ErrorKind::NoDevice, std::string(kLibrary) + " has no function vkGetInstanceProcAddr");
     return loader;
-}
-
-VulkanLoader::~VulkanLoader() {
-    if (m_library) dlclose(m_library);
 }
 
 }  // namespace raygraph::rhi

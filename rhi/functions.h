@@ -181,7 +181,6 @@ class VulkanLoader {
   public:
     // Throws Error{NoDevice} when there is no loader on this machine.
     static std::shared_ptr<VulkanLoader> Open();
-    ~VulkanLoader();
     VulkanLoader(const VulkanLoader&) = delete;
     VulkanLoader& operator=(const VulkanLoader&) = delete;
 
@@ -189,7 +188,6 @@ class VulkanLoader {
 
   private:
     VulkanLoader() = default;
-    void* m_library = nullptr;
     PFN_vkGetInstanceProcAddr m_getInstanceProcAddr = nullptr;
 };
 

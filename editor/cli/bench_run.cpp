@@ -4,7 +4,7 @@
 #include <functional>
 #include <numeric>
 
-#include "editor/cli/process_usage.h"
+#include "base/os/process.h"
 #include "editor/cli/stopwatch.h"
 #include "passes/accumulate.h"
 #include "passes/limit.h"
@@ -137,19 +137,19 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     for (uint32_t round = 0; round < plan.rounds; round++) {
         progress.Show("  round " + std::to_string(round + 1) + "/" + std::to_string(plan.rounds));
         const Stopwatch watch;
-        const double cpuBefore = ProcessCpuSeconds();
+        const double cpuBefore = os::ProcessCpuSeconds();
         bench.RunFrames(picture, plan.frames);
         seconds += watch.Seconds();
-        const double cpuOfPicture = ProcessCpuSeconds() - cpuBefore;
+        const double cpuOfPicture = os::ProcessCpuSeconds() - cpuBefore;
         cpuSeconds += cpuOfPicture;
         PassTimes ofPicture, ofLimitPath;
         const std::vector<FrameTiming> pictureFrames = renderer.TakeTimings();
         ofPicture.Add(pictureFrames);
         times.Add(pictureFrames);
         for (size_t i = 0; i < yardsticks.size(); i++) {
-            const double before = ProcessCpuSeconds();
+            const double before = os::ProcessCpuSeconds();
             bench.RunFrames(yardsticks[i], plan.frames);
-            const double cpu = ProcessCpuSeconds() - before;
+            const double cpu = os::ProcessCpuSeconds() - before;
             const std::vector<FrameTiming> frames = renderer.TakeTimings();
             yardstickTimes.Add(frames);
             if (i != kLimitPath) continue;

@@ -1,10 +1,9 @@
 #include "editor/cli/light_groups.h"
 
-#include <fnmatch.h>
-
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/os/process.h"
 #include "base/printable.h"
 #include "editor/cli/parse.h"
 
@@ -46,7 +45,7 @@ class Matcher {
         uint32_t first = gpu::kLightGroupRest;
         for (size_t i = m_groups.size(); i-- > 0;) {
             const bool fits = std::ranges::any_of(m_groups[i].patterns, [&](const std::string& pattern) {
-                return fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
+                return os::FitsPattern(name, pattern);
             });
             if (!fits) continue;
             m_fits[i] = true;

@@ -1,10 +1,9 @@
 #include "editor/cli/progress.h"
 
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <array>
 #include <cmath>
+
+#include "base/os/process.h"
 
 namespace raygraph::cli {
 
@@ -17,12 +16,6 @@ std::string Printed(const char* format, Values... values) {
     std::array<char, 64> text{};
     std::snprintf(text.data(), text.size(), format, values...);
     return text.data();
-}
-
-size_t TerminalWidth(std::FILE* stream) {
-    winsize size{};
-    const bool isKnown = ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-    return isKnown ? size.ws_col : 80;
 }
 
 }  // namespace
@@ -68,7 +61,7 @@ std::string FormatDuration(double seconds) {
 }
 
 Progress::Progress(std::FILE* stream, bool isQuiet)
-    : m_stream(stream), m_isOn(!isQuiet && isatty(fileno(stream)) == 1) {}
+    : m_stream(stream), m_isOn(!isQuiet && os::IsTerminal(stream)) {}
 
 bool Progress::IsDue() const {
     return m_isOn && std::chrono::steady_clock::now() >= m_nextDraw;
@@ -78,7 +71,7 @@ void Progress::Show(std::string_view line) {
     if (!m_isOn) return;
     m_nextDraw = std::chrono::steady_clock::now() + kRedrawInterval;
     // A line as wide as the terminal would wrap
-    line = line.substr(0, TerminalWidth(m_stream) - 1);
+    line = line.substr(0, os::TerminalWidth(m_stream) - 1);
     std::string text = "\r";
     text += line;
     if (line.size() < m_shownWidth) text.append(m_shownWidth - line.size(), ' ');

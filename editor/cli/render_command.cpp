@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "base/os/process.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
-#include "editor/cli/interrupt.h"
 #include "editor/cli/render_report.h"
 #include "editor/cli/render_session.h"
 #include "editor/cli/resume.h"
@@ -190,7 +190,7 @@ Rendered RenderSamples(RenderSession& session, const Job& job, const RenderArgum
                        Progress& progress) {
     const std::optional<double>& timeLimit = arguments.seconds;
     ErrorGoal goal(arguments.error);
-    const InterruptWatch interrupt;
+    const os::InterruptWatch interrupt;
     const Stopwatch watch;
     Rendered rendered;
     progress.Show("  building acceleration structures, compiling shaders");

@@ -1,6 +1,6 @@
 #include "editor/cli/render_report.h"
 
-#include "editor/cli/process_usage.h"
+#include "base/os/process.h"
 
 namespace raygraph::cli {
 
@@ -48,7 +48,7 @@ Report DescribeRun(const RunSources& sources) {
         report.throughput.raysPerSample = sources.session.MeasureRaysPerSample();
     const rhi::MemoryStatistics memory = sources.device.Memory();
     report.memory = {.devicePeakBytes = memory.peakBytes,
-                     .hostPeakBytes = PeakResidentBytes(),
+                     .hostPeakBytes = os::PeakResidentBytes(),
                      .deviceFallbackBytes = memory.fallbackBytes,
                      .isBudgetOfDriver = info.optional.memoryBudget,
                      .heaps = sources.device.MemoryHeaps()};

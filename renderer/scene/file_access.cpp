@@ -1,41 +1,20 @@
 #include "renderer/scene/file_access.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
+#include <optional>
 #include <system_error>
 
 #include "base/error.h"
+#include "base/os/file.h"
 #include "base/printable.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {
 namespace {
 
-std::string SystemMessage(int code) {
-    return std::generic_category().message(code);
-}
-
 [[noreturn]] void FailRead(const std::filesystem::path& path, const std::string& why) {
     throw Error(ErrorKind::Io, Printable(path.string(), 1024) + ": " + why);
 }
-
-class FileDescriptor {
-  public:
-    explicit FileDescriptor(int fd) : m_fd(fd) {}
-    ~FileDescriptor() {
-        if (m_fd >= 0) close(m_fd);
-    }
-    FileDescriptor(const FileDescriptor&) = delete;
-    FileDescriptor& operator=(const FileDescriptor&) = delete;
-    int Value() const { return m_fd; }
-
-  private:
-    int m_fd;
-};
 
 [[noreturn]] void FailUri(std::string_view uri, const std::string& why) {
     throw Error(ErrorKind::BadInput, Quoted(uri) + ": " + why);
@@ -68,27 +47,22 @@ std::vector<std::byte> DiskFileReader::Read(const std::filesystem::path& path, u
     std::error_code error;
     const auto status = std::filesystem::symlink_status(path, error);
     if (error) FailRead(path, error.message());
-    if (status.type() == std::filesystem::file_type::not_found) FailRead(path, SystemMessage(ENOENT));
+    if (status.type() == std::filesystem::file_type::not_found)
+        FailRead(path, std::make_error_code(std::errc::no_such_file_or_directory).message());
     if (status.type() != std::filesystem::file_type::regular) FailRead(path, "is not a regular file");
-    const FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOFOLLOW | O_NOCTTY));
-    if (file.Value() < 0) FailRead(path, SystemMessage(errno));
-    struct stat info {};
-    if (fstat(file.Value(), &info) != 0) FailRead(path, SystemMessage(errno));
-    if (!S_ISREG(info.st_mode)) FailRead(path, "is not a regular file");
-    const auto size = static_cast<uint64_t>(info.st_size);
-    if (size > maxBytes)
-        FailRead(path, std::to_string(size) + " bytes exceed the limit of " + std::to_string(maxBytes));
+    os::InputFile file(path, os::Links::Refuse, error);
+    if (error) FailRead(path, error.message());
+    const std::optional<uint64_t> size = file.RegularSize(error);
+    if (error) FailRead(path, error.message());
+    if (!size) FailRead(path, "is not a regular file");
+    if (*size > maxBytes)
+        FailRead(path, std::to_string(*size) + " bytes exceed the limit of " + std::to_string(maxBytes));
 
-    std::vector<std::byte> bytes(size);
-    size_t done = 0;
-    while (done < bytes.size()) {
-        const ssize_t got = read(file.Value(), bytes.data() + done, bytes.size() - done);
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) FailRead(path, SystemMessage(errno));
-        if (got == 0)
-            FailRead(path, "ended after " + std::to_string(done) + " bytes, changed while being read");
-        done += static_cast<size_t>(got);
-    }
+    std::vector<std::byte> bytes(*size);
+    const size_t done = file.Read(bytes, error);
+    if (error) FailRead(path, error.message());
+    if (done < bytes.size())
+        FailRead(path, "ended after " + std::to_string(done) + " bytes, changed while being read");
     return bytes;
 }
 

@@ -94,6 +94,19 @@ CheckTokens() {
         grep -v '^base/check\.h:' | Report 'output: a library never writes to stdout or stderr'
 }
 
+# What one system has and another has not is in base/os, for a port to be one folder.
+CheckSystem() {
+    local product='base/|rhi/|renderer/|passes/|shaders/|editor/'
+    local folders='sys|arpa|net|netinet|linux'
+    local headers='aio|dirent|dlfcn|fcntl|fnmatch|ftw|glob|grp|langinfo|libgen|netdb|poll|pthread|pwd|regex|sched'
+    headers+='|semaphore|signal|spawn|strings|syslog|termios|ucontext|unistd|utime|windows|wordexp'
+    local calls='dlopen|dlsym|fchmod|fdopen|fileno|fork|fseeko|fsync|ftello|getpid|getrusage|isatty|localtime_r|mmap'
+    calls+='|nanosleep|openat|popen|readlink|setenv|sigaction|unlink|usleep'
+    { Find "$product" "# *include *<(($folders)/[^>]*|($headers)\\.h|csignal)>" || true
+      Find "$product" "$(Word "($calls)") *\\("; } | grep -v '^base/os/posix/' |
+        Report 'system: headers and calls of the operating system are in base/os/posix alone'
+}
+
 CheckFiles() {
     local file first count
     for file in "${sources[@]}"; do
@@ -110,10 +123,10 @@ CheckFiles() {
         Report 'unfinished: do it now or leave it out'
 }
 
-# A folder with sources has a README; kinds of shaders and of tests share their parent's.
+# A folder with sources has a README; kinds of shaders and of tests share their parent's, and so do systems.
 CheckReadmes() {
     local folder readme count
-    printf '%s\n' "${sources[@]%/*}" | sed -E 's#^(shaders|tests)/.*#\1#' | sort -u | while read -r folder; do
+    printf '%s\n' "${sources[@]%/*}" | sed -E 's#^(shaders|tests|base/os)/.*#\1#' | sort -u | while read -r folder; do
         [[ -f $folder/README.md ]] || echo "$folder/README.md:1:" | Report 'readme: every source folder has one'
     done
     for readme in "${files[@]}"; do
@@ -169,6 +182,7 @@ CheckPublicHeaders() {
 found=$(
     CheckLayers
     CheckTokens
+    CheckSystem
     CheckFiles
     CheckReadmes
     CheckPublicHeaders

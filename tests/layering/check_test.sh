@@ -98,6 +98,13 @@ Expect quiet base/check.h 'void f() { fputs("x", stderr); abort(); }'
 Expect quiet editor/cli/b.cpp 'void f() { std::fputs("x", stdout); std::exit(2); }'
 Expect quiet renderer/image/b.cpp 'void f() { snprintf(a, 3, "x"); onexit(); }'
 
+Expect system rhi/b.cpp '#include <dlfcn.h>'
+Expect system renderer/scene/b.cpp '#  include <sys/stat.h>'
+Expect system editor/cli/b.h '#include <csignal>'
+Expect system base/b.cpp 'int f(FILE* f) { return fileno(f); }'
+Expect system editor/app/b.cpp 'void f() { ::unlink("x"); }'
+Expect quiet editor/cli/b.cpp '#include <cstdio>\n#include <system_error>\nvoid f() { std::fclose(g); window.unlinked(); }'
+
 Expect size rhi/b.cpp "$(Lines 451)"
 Expect quiet rhi/b.cpp "$(Lines 440)"
 Expect quiet shaders/core/sobol.h "// Data table: Sobol matrices.\n$(Lines 500)"

@@ -1,0 +1,93 @@
+#include "base/os/file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <string>
+
+namespace raygraph::os {
+
+namespace {
+
+std::error_code LastError() {
+    return {errno, std::generic_category()};
+}
+
+}  // namespace
+
+InputFile::InputFile(const std::filesystem::path& path, Links links, std::error_code& error) {
+    // O_NONBLOCK means nothing to a regular file
+    constexpr int kFlags = O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY;
+    m_descriptor = open(path.c_str(), links == Links::Refuse ? kFlags | O_NOFOLLOW : kFlags);
+    error = m_descriptor < 0 ? LastError() : std::error_code();
+}
+
+InputFile::~InputFile() {
+    if (m_descriptor >= 0) close(m_descriptor);
+}
+
+std::optional<uint64_t> InputFile::RegularSize(std::error_code& error) const {
+    struct stat status = {};
+    error = fstat(m_descriptor, &status) != 0 ? LastError() : std::error_code();
+    if (error || !S_ISREG(status.st_mode)) return std::nullopt;
+    return static_cast<uint64_t>(status.st_size);
+}
+
+size_t InputFile::Read(std::span<std::byte> bytes, std::error_code& error) {
+    error.clear();
+    size_t filled = 0;
+    while (filled < bytes.size()) {
+        const ssize_t got = read(m_descriptor, bytes.data() + filled, bytes.size() - filled);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) error = LastError();
+        if (got <= 0) break;
+        filled += static_cast<size_t>(got);
+    }
+    return filled;
+}
+
+std::filesystem::path TemporaryName(const std::filesystem::path& folder) {
+    static std::atomic<uint32_t> counter{0};
+    return folder / (".raygraph-" + std::to_string(getpid()) + '-' + std::to_string(counter++) + ".tmp");
+}
+
+std::FILE* CreateNew(const std::filesystem::path& path, std::optional<std::filesystem::perms> permissions,
+                     std::error_code& error) {
+    int descriptor = -1;
+    do descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    while (descriptor < 0 && errno == EINTR);
+    if (descriptor < 0) {
+        error = LastError();
+        return nullptr;
+    }
+    // Permissions that cannot be kept are no reason to lose a render: the umask's stay
+    if (permissions) (void)!fchmod(descriptor, static_cast<mode_t>(*permissions));
+    std::FILE* stream = fdopen(descriptor, "w+b");
+    error = stream == nullptr ? LastError() : std::error_code();
+    if (stream == nullptr) {
+        close(descriptor);
+        unlink(path.c_str());
+    }
+    return stream;
+}
+
+uint64_t Position(std::FILE* stream, std::error_code& error) {
+    const off_t position = ftello(stream);
+    error = position < 0 ? LastError() : std::error_code();
+    return position < 0 ? 0 : static_cast<uint64_t>(position);
+}
+
+void Seek(std::FILE* stream, uint64_t position, std::error_code& error) {
+    const bool isDone = fseeko(stream, static_cast<off_t>(position), SEEK_SET) == 0;
+    error = isDone ? std::error_code() : LastError();
+}
+
+void Sync(std::FILE* stream, std::error_code& error) {
+    const bool isDone = fsync(fileno(stream)) == 0 || errno == EINVAL || errno == EROFS;
+    error = isDone ? std::error_code() : LastError();
+}
+
+}  // namespace raygraph::os

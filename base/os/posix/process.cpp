@@ -1,0 +1,82 @@
+#include "base/os/process.h"
+
+#include <fnmatch.h>
+#include <sys/ioctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+
+namespace raygraph::os {
+
+namespace {
+
+rusage Usage() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage;
+}
+
+double Seconds(const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+// Lock-free, so allowed in a signal handler; Mesa's worker threads may be the ones that run it.
+std::atomic<bool> isInterrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void Note(int) {
+    isInterrupted.store(true, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+double ProcessCpuSeconds() {
+    const rusage usage = Usage();
+    return Seconds(usage.ru_utime) + Seconds(usage.ru_stime);
+}
+
+uint64_t PeakResidentBytes() {
+    return uint64_t{1024} * static_cast<uint64_t>(Usage().ru_maxrss);  // Linux counts in KiB
+}
+
+bool IsTerminal(std::FILE* stream) {
+    return isatty(fileno(stream)) == 1;
+}
+
+size_t TerminalWidth(std::FILE* stream) {
+    winsize size{};
+    const bool isKnown = ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+    return isKnown ? size.ws_col : 80;
+}
+
+bool FitsPattern(const std::string& text, const std::string& pattern) {
+    return fnmatch(pattern.c_str(), text.c_str(), 0) == 0;
+}
+
+struct InterruptWatch::Before {
+    struct sigaction interrupt {};
+    struct sigaction terminate {};
+};
+
+InterruptWatch::InterruptWatch() : m_before(std::make_unique<Before>()) {
+    isInterrupted = false;
+    struct sigaction action {};
+    action.sa_handler = Note;
+    action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, &m_before->interrupt);
+    sigaction(SIGTERM, &action, &m_before->terminate);
+}
+
+InterruptWatch::~InterruptWatch() {
+    sigaction(SIGINT, &m_before->interrupt, nullptr);
+    sigaction(SIGTERM, &m_before->terminate, nullptr);
+}
+
+bool InterruptWatch::IsRequested() const {
+    return isInterrupted.load(std::memory_order_relaxed);
+}
+
+}  // namespace raygraph::os

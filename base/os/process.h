@@ -1,0 +1,40 @@
+// This process and its terminal, as the operating system has them. Threads: any, but see InterruptWatch.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+namespace raygraph::os {
+
+// Processor time of all threads, user and system, seconds. A CPU driver renders in this process.
+double ProcessCpuSeconds();
+// The most memory resident so far.
+uint64_t PeakResidentBytes();
+
+bool IsTerminal(std::FILE* stream);
+// Columns; 80 where it is not known.
+size_t TerminalWidth(std::FILE* stream);
+
+// Whether a text fits a pattern of a shell: * ? [a-z].
+bool FitsPattern(const std::string& text, const std::string& pattern);
+
+// Ctrl-C: noticed, not obeyed at once, so that a render can write what it has. While it lives, the first
+// SIGINT or SIGTERM is noted; a second one ends the process as usual. One at a time.
+class InterruptWatch {
+  public:
+    InterruptWatch();
+    ~InterruptWatch();
+    InterruptWatch(const InterruptWatch&) = delete;
+    InterruptWatch& operator=(const InterruptWatch&) = delete;
+
+    bool IsRequested() const;
+
+  private:
+    struct Before;
+    std::unique_ptr<Before> m_before;
+};
+
+}  // namespace raygraph::os
