@@ -103,27 +103,28 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
     }
 }
 
-void Editor::MenuBar() {
-    if (!ImGui::BeginMainMenuBar()) return;
-    if (ImGui::BeginMenu("File")) {
-        if (ImGui::MenuItem("Open...", "Ctrl+O")) AskToOpen();
-        if (ImGui::BeginMenu("Recent", !m_work.recent.empty())) {
+void Editor::MenuEntries(Menu menu) {
+    for (const ActionRow& row : Actions()) {
+        if (row.menu != menu) continue;
+        if (row.beginsGroup) ImGui::Separator();
+        const std::string key = row.keys[0] ? Text(*row.keys[0]) : "";
+        if (ImGui::MenuItem(row.label, key.c_str(), IsOn(row.action), CanDo(row.action))) Do(row.action);
+        if (row.action == Action::Open && ImGui::BeginMenu("Recent", !m_work.recent.empty())) {
             for (const std::filesystem::path& file : std::vector(m_work.recent))
                 if (ImGui::MenuItem(file.c_str())) Open(file);
             ImGui::EndMenu();
         }
-        const bool hasScene = !m_work.document.File().empty();
-        if (ImGui::MenuItem("Save scene as...", "Ctrl+Shift+S", false, hasScene)) AskToSaveScene();
-        ImGui::Separator();
-        if (ImGui::MenuItem("Save picture...", "Ctrl+S")) AskToSavePicture();
-        if (ImGui::MenuItem("Screenshot", "F12")) SavePicture("raygraph.png");
-        ImGui::Separator();
-        if (ImGui::MenuItem("Quit", "Ctrl+Q")) Leave();
+    }
+}
+
+void Editor::MenuBar() {
+    if (!ImGui::BeginMainMenuBar()) return;
+    if (ImGui::BeginMenu("File")) {
+        MenuEntries(Menu::FileMenu);
         ImGui::EndMenu();
     }
     if (ImGui::BeginMenu("Edit")) {
-        if (ImGui::MenuItem("Undo", "Ctrl+Z", false, m_work.document.CanUndo())) m_work.Undo();
-        if (ImGui::MenuItem("Redo", "Ctrl+Y", false, m_work.document.CanRedo())) m_work.Redo();
+        MenuEntries(Menu::EditMenu);
         ImGui::EndMenu();
     }
     if (ImGui::BeginMenu("Camera")) {
@@ -133,15 +134,11 @@ void Editor::MenuBar() {
                 cameras[i].name.empty() ? "Camera " + std::to_string(i) : cameras[i].name;
             if (ImGui::MenuItem((name + "##" + std::to_string(i)).c_str())) m_work.UseCamera(i);
         }
-        if (ImGui::MenuItem("Frame", "F")) m_work.FrameSelection();
+        MenuEntries(Menu::CameraMenu);
         ImGui::EndMenu();
     }
     if (ImGui::BeginMenu("Panels")) {
-        ImGui::MenuItem("Hierarchy", nullptr, &m_work.panels.hierarchy);
-        ImGui::MenuItem("Inspector", nullptr, &m_work.panels.inspector);
-        ImGui::MenuItem("Statistics", "T", &m_work.panels.statistics);
-        ImGui::MenuItem("Render graph", "G", &m_work.panels.graph);
-        ImGui::MenuItem("Help", "F1", &m_work.panels.help);
+        MenuEntries(Menu::PanelMenu);
         ImGui::EndMenu();
     }
     ImGui::EndMainMenuBar();

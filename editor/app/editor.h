@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "editor/app/actions.h"
 #include "editor/app/gizmo_view.h"
 #include "editor/app/input.h"
 #include "editor/app/path_dialog.h"
@@ -59,6 +60,7 @@ class Editor {
 
   private:
     void BuildUi(const FrameInput& input);
+    void MenuEntries(Menu menu);
     void MenuBar();
     void AskToOpen();
     void AskToSavePicture();
@@ -66,6 +68,9 @@ class Editor {
     void ViewArea(const FrameInput& input, float left, float top, float width, float height);
     void StatusBar(float top, float width, float height);
     void UseBookmark(size_t slot, bool isKept);
+    void Do(Action action);
+    bool CanDo(Action action) const;
+    bool IsOn(Action action) const;
     void Keys(const FrameInput& input);
     void Mouse(const FrameInput& input);
     void Fly(const FrameInput& input);

@@ -25,92 +25,113 @@ void Editor::UseBookmark(size_t slot, bool isKept) {
     }
 }
 
-void Editor::Keys(const FrameInput& input) {
-    const ImGuiIO& io = ImGui::GetIO();
-    if (io.WantTextInput || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId)) return;
+void Editor::Do(Action action) {
     const viewport::View view = m_work.view.Show().view;
     const auto toggle = [&](viewport::View to) {
         m_work.view.SetView(view == to ? viewport::View::PathTraced : to);
     };
+    const auto flip = [](bool& isOn) { isOn = !isOn; };
+    switch (action) {
+        case Action::Open:
+            return AskToOpen();
+        case Action::SaveScene:
+            return AskToSaveScene();
+        case Action::SavePicture:
+            return AskToSavePicture();
+        case Action::Screenshot:
+            return SavePicture("raygraph.png");
+        case Action::Quit:
+            return Leave();
+        case Action::Undo:
+            return m_work.Undo();
+        case Action::Redo:
+            return m_work.Redo();
+        case Action::Frame:
+            return m_work.FrameSelection();
+        case Action::SceneCamera:
+            return m_work.UseCamera(m_work.document.Scene().cameras.empty() ? std::nullopt
+                                                                            : std::optional<uint32_t>(0));
+        case Action::Hierarchy:
+            return flip(m_work.panels.hierarchy);
+        case Action::Inspector:
+            return flip(m_work.panels.inspector);
+        case Action::Statistics:
+            return flip(m_work.panels.statistics);
+        case Action::Graph:
+            return flip(m_work.panels.graph);
+        case Action::Help:
+            return flip(m_work.panels.help);
+        case Action::Raster:
+            return toggle(viewport::View::Raster);
+        case Action::Wipe:
+            return toggle(viewport::View::Wipe);
+        case Action::NextView:
+            return m_work.view.SetView(
+                static_cast<viewport::View>((static_cast<uint32_t>(view) + 1) % viewport::kViewCount));
+        case Action::Move:
+            m_work.tool = GizmoTool::Move;
+            return;
+        case Action::Rotate:
+            m_work.tool = GizmoTool::Rotate;
+            return;
+        case Action::Scale:
+            m_work.tool = GizmoTool::Scale;
+            return;
+        case Action::Space:
+            m_work.toolSpace = m_work.toolSpace == GizmoSpace::World ? GizmoSpace::Local : GizmoSpace::World;
+            return;
+        case Action::Pivot:
+            m_work.pivot = m_work.pivot == GizmoPivot::Middle ? GizmoPivot::Origin : GizmoPivot::Middle;
+            return;
+        case Action::Cancel:
+            if (!m_gizmo.Cancel(m_work)) m_work.Select(std::nullopt);
+            return;
+        case Action::ReloadShaders: {
+            const std::vector<std::string> messages = m_work.renderer.ReloadShaders();
+            if (!m_work.hasShaderSources)
+                m_work.Say("no shader sources to reload from: start with --shaders FOLDER");
+            else
+                m_work.Say(messages.empty() ? "shaders reloaded" : messages.front());
+            return;
+        }
+        case Action::Count:
+            return;
+    }
+}
+
+bool Editor::CanDo(Action action) const {
+    if (action == Action::SaveScene) return !m_work.document.File().empty();
+    if (action == Action::Undo) return m_work.document.CanUndo();
+    if (action == Action::Redo) return m_work.document.CanRedo();
+    return true;
+}
+
+bool Editor::IsOn(Action action) const {
+    switch (action) {
+        case Action::Hierarchy:
+            return m_work.panels.hierarchy;
+        case Action::Inspector:
+            return m_work.panels.inspector;
+        case Action::Statistics:
+            return m_work.panels.statistics;
+        case Action::Graph:
+            return m_work.panels.graph;
+        case Action::Help:
+            return m_work.panels.help;
+        default:
+            return false;
+    }
+}
+
+void Editor::Keys(const FrameInput& input) {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (io.WantTextInput || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId)) return;
     if (m_drag == MouseButton::Right) return;  // flies
     for (const Key key : input.pressed) {
-        if (key >= Key::Digit1 && key <= Key::Digit9) {
+        if (key >= Key::Digit1 && key <= Key::Digit9)
             UseBookmark(static_cast<size_t>(key) - static_cast<size_t>(Key::Digit1), input.isControl);
-            continue;
-        }
-        if (input.isControl) {
-            if (key == Key::O) AskToOpen();
-            if (key == Key::S && input.isShift)
-                AskToSaveScene();
-            else if (key == Key::S)
-                AskToSavePicture();
-            if (key == Key::Q) Leave();
-            if (key == Key::Y || (key == Key::Z && input.isShift))
-                m_work.Redo();
-            else if (key == Key::Z)
-                m_work.Undo();
-            continue;
-        }
-        switch (key) {
-            case Key::R:
-                toggle(viewport::View::Raster);
-                break;
-            case Key::W:
-                toggle(viewport::View::Wipe);
-                break;
-            case Key::Tab:
-                m_work.view.SetView(
-                    static_cast<viewport::View>((static_cast<uint32_t>(view) + 1) % viewport::kViewCount));
-                break;
-            case Key::Z:
-                m_work.tool = GizmoTool::Move;
-                break;
-            case Key::X:
-                m_work.tool = GizmoTool::Rotate;
-                break;
-            case Key::C:
-                m_work.tool = GizmoTool::Scale;
-                break;
-            case Key::V:
-                m_work.toolSpace =
-                    m_work.toolSpace == GizmoSpace::World ? GizmoSpace::Local : GizmoSpace::World;
-                break;
-            case Key::P:
-                m_work.pivot = m_work.pivot == GizmoPivot::Middle ? GizmoPivot::Origin : GizmoPivot::Middle;
-                break;
-            case Key::Escape:
-                if (!m_gizmo.Cancel(m_work)) m_work.Select(std::nullopt);
-                break;
-            case Key::F:
-                m_work.FrameSelection();
-                break;
-            case Key::Home:
-                m_work.UseCamera(m_work.document.Scene().cameras.empty() ? std::nullopt
-                                                                         : std::optional<uint32_t>(0));
-                break;
-            case Key::G:
-                m_work.panels.graph = !m_work.panels.graph;
-                break;
-            case Key::T:
-                m_work.panels.statistics = !m_work.panels.statistics;
-                break;
-            case Key::F1:
-                m_work.panels.help = !m_work.panels.help;
-                break;
-            case Key::F5: {
-                const std::vector<std::string> messages = m_work.renderer.ReloadShaders();
-                if (!m_work.hasShaderSources)
-                    m_work.Say("no shader sources to reload from: start with --shaders FOLDER");
-                else
-                    m_work.Say(messages.empty() ? "shaders reloaded" : messages.front());
-                break;
-            }
-            case Key::F12:
-                SavePicture("raygraph.png");
-                break;
-            default:
-                break;
-        }
+        else if (const std::optional<Action> action = ActionOf({key, input.isControl, input.isShift}))
+            Do(*action);
     }
 }
 

@@ -2,6 +2,10 @@
 
 #include <array>
 #include <cmath>
+#include <string>
+#include <utility>
+
+#include "editor/app/actions.h"
 
 namespace raygraph::editor {
 
@@ -132,19 +136,23 @@ void GizmoView::Draw(const Workspace& work, ImVec2 corner, glm::vec2 size) const
 }
 
 void GizmoButtons(Workspace& work) {
-    constexpr std::array kLabels{"Move (Z)", "Rotate (X)", "Scale (C)"};
-    for (size_t i = 0; i < kLabels.size(); i++) {
-        const auto tool = static_cast<GizmoTool>(i);
+    const auto button = [](const char* label, Action action) {
+        return ImGui::Button((std::string(label) + " (" + KeysText(Row(action)) + ")").c_str());
+    };
+    constexpr std::pair<GizmoTool, Action> kTools[] = {{GizmoTool::Move, Action::Move},
+                                                       {GizmoTool::Rotate, Action::Rotate},
+                                                       {GizmoTool::Scale, Action::Scale}};
+    for (const auto& [tool, action] : kTools) {
         const bool isOn = work.tool == tool;
         if (isOn) ImGui::PushStyleColor(ImGuiCol_Button, kChosen);
-        if (ImGui::Button(kLabels[i])) work.tool = tool;
+        if (button(Row(action).label, action)) work.tool = tool;
         if (isOn) ImGui::PopStyleColor();
         ImGui::SameLine();
     }
-    if (ImGui::Button(work.toolSpace == GizmoSpace::World ? "World (V)" : "Local (V)"))
+    if (button(work.toolSpace == GizmoSpace::World ? "World" : "Local", Action::Space))
         work.toolSpace = work.toolSpace == GizmoSpace::World ? GizmoSpace::Local : GizmoSpace::World;
     ImGui::SameLine();
-    if (ImGui::Button(work.pivot == GizmoPivot::Middle ? "Middle (P)" : "Origin (P)"))
+    if (button(work.pivot == GizmoPivot::Middle ? "Middle" : "Origin", Action::Pivot))
         work.pivot = work.pivot == GizmoPivot::Middle ? GizmoPivot::Origin : GizmoPivot::Middle;
 }
 

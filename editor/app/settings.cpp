@@ -23,24 +23,57 @@ using Json = nlohmann::json;
 constexpr const char* kFile = "editor.json";
 constexpr uintmax_t kMostBytes = 1 << 20;
 
+constexpr Range kWindowRange{320.0f, 16384.0f};
+
+// Everything that is kept, once for reading and writing: each member with its name, and a range where not
+// every number will do. Visitor: Reader or Writer, Kept: Settings, const for writing.
+template <typename Visitor, typename Kept>
+void Visit(const Visitor& visitor, Kept& settings) {
+    visitor.In("panels", [&](const Visitor& panels) {
+        panels.Flag("hierarchy", settings.panels.hierarchy);
+        panels.Flag("inspector", settings.panels.inspector);
+        panels.Flag("statistics", settings.panels.statistics);
+        panels.Flag("graph", settings.panels.graph);
+        panels.Flag("help", settings.panels.help);
+    });
+    visitor.In("window", [&](const Visitor& window) {
+        window.Number("width", settings.window.width, kWindowRange);
+        window.Number("height", settings.window.height, kWindowRange);
+    });
+    visitor.In("view", [&](const Visitor& view) {
+        view.Choice("view", settings.show.view);
+        view.Choice("tonemap", settings.show.tonemap.tonemapOperator);
+        view.Number("exposure", settings.show.tonemap.exposureEv, kExposureRange);
+        view.Number("wipe", settings.show.wipePosition, kWipeRange);
+        view.Number("greatestError", settings.show.greatestError, kErrorRange);
+    });
+    visitor.In("gizmo", [&](const Visitor& gizmo) {
+        gizmo.Choice("tool", settings.tool);
+        gizmo.Choice("space", settings.toolSpace);
+        gizmo.Choice("pivot", settings.pivot);
+    });
+    visitor.Files("recent", settings.recent);
+}
+
 // Reads members that are there, and fails for those of another type.
 class Reader {
   public:
     explicit Reader(const Json& json) : m_json(json) {
         if (!json.is_object()) throw Error(ErrorKind::BadInput, "is no object");
     }
-    Reader In(const char* key) const {
-        static const Json kEmpty = Json::object();
-        const auto found = m_json.find(key);
-        return Reader(found == m_json.end() ? kEmpty : *found);
+    template <typename Body>
+    void In(const char* key, Body&& body) const {
+        if (const auto found = m_json.find(key); found != m_json.end()) body(Reader(*found));
     }
     void Flag(const char* key, bool& value) const {
         if (const Json* json = Find(key, &Json::is_boolean, "true or false")) value = json->get<bool>();
     }
-    void Number(const char* key, float& value, float least, float most) const {
+    template <typename T>
+    void Number(const char* key, T& value, const Range& range) const {
         const Json* json = Find(key, &Json::is_number, "a number");
         if (json && std::isfinite(json->get<double>()))
-            value = std::clamp(static_cast<float>(json->get<double>()), least, most);
+            value =
+                static_cast<T>(std::clamp(static_cast<float>(json->get<double>()), range.least, range.most));
     }
     // By name; one that is not known leaves it as it is: it may be a newer program's.
     template <typename Enum>
@@ -49,6 +82,15 @@ class Reader {
         for (const Enum known : Values<Enum>())
             if (json && IsSameName(json->get_ref<const std::string&>(), Name(known))) value = known;
     }
+    void Files(const char* key, std::vector<std::filesystem::path>& files) const {
+        const Json* list = Find(key, &Json::is_array, "a list");
+        if (!list) return;
+        for (const Json& file : *list)
+            if (file.is_string() && files.size() < Settings::kMostRecent)
+                files.emplace_back(file.get<std::string>());
+    }
+
+  private:
     const Json* Find(const char* key, bool (Json::*isRight)() const noexcept, const char* what) const {
         const auto found = m_json.find(key);
         if (found == m_json.end()) return nullptr;
@@ -56,65 +98,45 @@ class Reader {
         return &*found;
     }
 
-  private:
     const Json& m_json;
+};
+
+class Writer {
+  public:
+    explicit Writer(Json& json) : m_json(json) {}
+    template <typename Body>
+    void In(const char* key, Body&& body) const {
+        m_json[key] = Json::object();
+        body(Writer(m_json[key]));
+    }
+    void Flag(const char* key, bool value) const { m_json[key] = value; }
+    template <typename T>
+    void Number(const char* key, T value, const Range&) const {
+        m_json[key] = value;
+    }
+    template <typename Enum>
+    void Choice(const char* key, Enum value) const {
+        m_json[key] = Name(value);
+    }
+    void Files(const char* key, const std::vector<std::filesystem::path>& files) const {
+        m_json[key] = Json::array();
+        for (const std::filesystem::path& file : files) m_json[key].push_back(file.string());
+    }
+
+  private:
+    Json& m_json;
 };
 
 Settings FromJson(const Json& json) {
     Settings settings;
-    const Reader reader(json);
-    const Reader panels = reader.In("panels");
-    panels.Flag("hierarchy", settings.panels.hierarchy);
-    panels.Flag("inspector", settings.panels.inspector);
-    panels.Flag("statistics", settings.panels.statistics);
-    panels.Flag("graph", settings.panels.graph);
-    panels.Flag("help", settings.panels.help);
-    const auto side = [&](const char* key, uint32_t& value) {
-        auto length = static_cast<float>(value);
-        reader.In("window").Number(key, length, 320.0f, 16384.0f);
-        value = static_cast<uint32_t>(length);
-    };
-    side("width", settings.window.width);
-    side("height", settings.window.height);
-    const Reader view = reader.In("view");
-    view.Choice("view", settings.show.view);
-    view.Choice("tonemap", settings.show.tonemap.tonemapOperator);
-    view.Number("exposure", settings.show.tonemap.exposureEv, -8.0f, 8.0f);
-    view.Number("wipe", settings.show.wipePosition, 0.0f, 1.0f);
-    view.Number("greatestError", settings.show.greatestError, 0.01f, 2.0f);
-    const Reader gizmo = reader.In("gizmo");
-    gizmo.Choice("tool", settings.tool);
-    gizmo.Choice("space", settings.toolSpace);
-    gizmo.Choice("pivot", settings.pivot);
-    if (const Json* recent = reader.Find("recent", &Json::is_array, "a list"))
-        for (const Json& file : *recent)
-            if (file.is_string() && settings.recent.size() < Settings::kMostRecent)
-                settings.recent.emplace_back(file.get<std::string>());
+    Visit(Reader(json), settings);
     return settings;
 }
 
 Json ToJson(const Settings& settings) {
-    Json recent = Json::array();
-    for (const std::filesystem::path& file : settings.recent) recent.push_back(file.string());
-    const viewport::ShowSettings& show = settings.show;
-    return {{"panels",
-             {{"hierarchy", settings.panels.hierarchy},
-              {"inspector", settings.panels.inspector},
-              {"statistics", settings.panels.statistics},
-              {"graph", settings.panels.graph},
-              {"help", settings.panels.help}}},
-            {"window", {{"width", settings.window.width}, {"height", settings.window.height}}},
-            {"view",
-             {{"view", Name(show.view)},
-              {"tonemap", Name(show.tonemap.tonemapOperator)},
-              {"exposure", show.tonemap.exposureEv},
-              {"wipe", show.wipePosition},
-              {"greatestError", show.greatestError}}},
-            {"gizmo",
-             {{"tool", Name(settings.tool)},
-              {"space", Name(settings.toolSpace)},
-              {"pivot", Name(settings.pivot)}}},
-            {"recent", recent}};
+    Json json = Json::object();
+    Visit(Writer(json), settings);
+    return json;
 }
 
 std::string WithoutCode(std::string what) {

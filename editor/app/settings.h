@@ -22,6 +22,14 @@ struct Panels {
     bool operator==(const Panels&) const = default;
 };
 
+// What these may be, in the file and in the panel.
+struct Range {
+    float least, most;
+};
+inline constexpr Range kExposureRange{-8.0f, 8.0f};
+inline constexpr Range kWipeRange{0.0f, 1.0f};
+inline constexpr Range kErrorRange{0.01f, 2.0f};
+
 struct Settings {
     Panels panels;
     rhi::Extent2D window{1440, 900};  // points

@@ -6,7 +6,9 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <string>
 
+#include "editor/app/actions.h"
 #include "editor/app/panels.h"
+#include "editor/app/settings.h"
 
 namespace raygraph::editor {
 
@@ -47,12 +49,13 @@ void SettingsPanel(Workspace& work) {
     ImGui::PushItemWidth(-90.0f);
     viewport::ShowSettings show = work.view.Show();
     Choose("view", show.view);
-    if (show.view == viewport::View::Wipe) ImGui::SliderFloat("wipe", &show.wipePosition, 0.0f, 1.0f);
+    if (show.view == viewport::View::Wipe)
+        ImGui::SliderFloat("wipe", &show.wipePosition, kWipeRange.least, kWipeRange.most);
     if (show.view == viewport::View::RelativeError)
-        ImGui::SliderFloat("error", &show.greatestError, 0.01f, 2.0f, "%.2f",
+        ImGui::SliderFloat("error", &show.greatestError, kErrorRange.least, kErrorRange.most, "%.2f",
                            ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
-    ImGui::SliderFloat("exposure", &show.tonemap.exposureEv, -8.0f, 8.0f, "%+.1f EV",
-                       ImGuiSliderFlags_AlwaysClamp);
+    ImGui::SliderFloat("exposure", &show.tonemap.exposureEv, kExposureRange.least, kExposureRange.most,
+                       "%+.1f EV", ImGuiSliderFlags_AlwaysClamp);
     Choose("tone", show.tonemap.tonemapOperator);
     if (!(show == work.view.Show())) work.view.SetShow(show);
 
@@ -75,40 +78,13 @@ void SettingsPanel(Workspace& work) {
 }
 
 void HelpPanel() {
-    static constexpr auto kKeys = std::to_array<std::array<const char*, 2>>({
-        {"left drag", "orbit; on a handle of the selection: move, rotate or scale it (Ctrl: in steps)"},
-        {"middle drag, Shift + left drag", "pan"},
-        {"wheel", "closer, farther"},
-        {"right drag", "look around; with W A S D Q E fly (Shift: fast, Ctrl: slow)"},
-        {"click", "select what is there"},
-        {"Z, X, C", "handles that move, rotate, scale"},
-        {"V", "their axes: the world's or the node's own"},
-        {"P", "where they are: the middle of what is selected or its origin"},
-        {"Escape", "give up the drag; else select nothing"},
-        {"F", "frame the selection, or all"},
-        {"Home", "the scene's camera"},
-        {"1 to 9", "camera bookmark; Ctrl + 1 to 9 sets it"},
-        {"R", "raster or path-traced"},
-        {"Tab", "next view"},
-        {"W", "wipe between raster and path-traced"},
-        {"T, G", "statistics; the frame's plan"},
-        {"Ctrl + O", "open a scene or an environment"},
-        {"Ctrl + S", "save the picture as .png or .exr"},
-        {"Ctrl + Shift + S", "save the scene with its edits"},
-        {"Ctrl + Z", "undo"},
-        {"Ctrl + Y, Ctrl + Shift + Z", "redo"},
-        {"Ctrl + Q", "quit"},
-        {"F5", "reload shaders"},
-        {"F12", "screenshot: raygraph.png"},
-        {"F1", "this help"},
-    });
     if (!ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) return;
-    for (const auto& [key, what] : kKeys) {
+    for (const auto& [key, what] : HelpRows()) {
         ImGui::TableNextRow();
         ImGui::TableNextColumn();
-        ImGui::TextUnformatted(key);
+        ImGui::TextUnformatted(key.c_str());
         ImGui::TableNextColumn();
-        ImGui::TextDisabled("%s", what);
+        ImGui::TextDisabled("%s", what.c_str());
     }
     ImGui::EndTable();
 }
