@@ -1,10 +1,10 @@
 #include "passes/compare_maps.h"
 
 #include <algorithm>
-#include <cstring>
 #include <vector>
 
 #include "passes/same_extent.h"
+#include "renderer/graph/readback_values.h"
 
 namespace raygraph::passes {
 
@@ -94,13 +94,11 @@ BufferId SumGroups(Renderer& renderer, TextureId values) {
 }
 
 MapNumbers NumbersOf(const Readback& groups, Extent2D extent) {
-    const std::span<const std::byte> bytes = groups.Bytes();
-    if (bytes.size() != GroupCount(extent) * 2 * sizeof(float))
-        throw Error(ErrorKind::Usage, "NumbersOf: " + std::to_string(bytes.size()) +
-                                          " bytes are not the groups of a picture of " +
+    const std::vector<float> values = ValuesOf<float>(groups);
+    if (values.size() != GroupCount(extent) * 2)
+        throw Error(ErrorKind::Usage, "NumbersOf: " + std::to_string(values.size()) +
+                                          " numbers are not the groups of a picture of " +
                                           std::to_string(extent.width) + "x" + std::to_string(extent.height));
-    std::vector<float> values(bytes.size() / sizeof(float));
-    std::memcpy(values.data(), bytes.data(), bytes.size());
     MapNumbers numbers;
     for (size_t i = 0; i < values.size(); i += 2) {
         numbers.mean += double{values[i]};

@@ -1,9 +1,9 @@
 #include "rhi/compute_pipeline.h"
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "rhi/device.h"
 #include "rhi/stage_set.h"
-#include "rhi/stopwatch.h"
 
 namespace raygraph::rhi {
 

@@ -3,9 +3,9 @@
 #include <array>
 
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "rhi/device.h"
 #include "rhi/stage_set.h"
-#include "rhi/stopwatch.h"
 
 namespace raygraph::rhi {
 namespace {

@@ -4,9 +4,9 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/stopwatch.h"
 #include "rhi/device.h"
 #include "rhi/stage_set.h"
-#include "rhi/stopwatch.h"
 
 namespace raygraph::rhi {
 namespace {

@@ -1,9 +1,9 @@
 // What the editor reads and writes: the dialogs that ask where, and pictures on their way to a file.
-#include <cstring>
 #include <utility>
 
 #include "base/error.h"
 #include "editor/app/editor.h"
+#include "renderer/graph/readback_values.h"
 #include "renderer/image/image.h"
 
 namespace raygraph::editor {
@@ -11,10 +11,7 @@ namespace raygraph::editor {
 namespace {
 
 image::Image8 ToImage(const Readback& texels, bool isSwapped) {
-    image::Image8 picture{texels.Extent().width, texels.Extent().height, {}};
-    const std::span<const std::byte> bytes = texels.Bytes();
-    picture.rgba.resize(bytes.size());
-    std::memcpy(picture.rgba.data(), bytes.data(), bytes.size());
+    image::Image8 picture{texels.Extent().width, texels.Extent().height, ValuesOf<uint8_t>(texels)};
     for (size_t i = 0; i + 3 < picture.rgba.size(); i += 4) {
         if (isSwapped) std::swap(picture.rgba[i], picture.rgba[i + 2]);
         picture.rgba[i + 3] = 255;

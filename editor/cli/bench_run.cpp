@@ -1,11 +1,11 @@
 #include "editor/cli/bench_run.h"
 
-#include <cstring>
 #include <functional>
 #include <numeric>
 
 #include "base/os/process.h"
-#include "editor/cli/stopwatch.h"
+#include "base/stopwatch.h"
+#include "editor/cli/texel_readback.h"
 #include "passes/accumulate.h"
 #include "passes/limit.h"
 #include "passes/recursion.h"
@@ -22,10 +22,7 @@ using DeclareFrame = std::function<void(const SceneIds& ids, const passes::Trace
 
 // Mean of a readback of floats.
 double MeanOf(const Readback& readback) {
-    readback.Wait();
-    const std::span<const std::byte> bytes = readback.Bytes();
-    std::vector<float> values(bytes.size() / sizeof(float));
-    std::memcpy(values.data(), bytes.data(), bytes.size());
+    const std::vector<float> values = WaitForValues<float>(readback);
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 

@@ -50,8 +50,8 @@ void BiasTwins::Take(RenderFile& render, bool withSums) const {
             if (withSums) render.sums.removed[i] = passes::MakeExactSums(render.size.PixelCount(), true);
             continue;
         }
-        render.removed[i] = ValuesOf<float>(kept.mean);
-        render.removedVariance[i] = ValuesOf<float>(kept.variance);
+        render.removed[i] = WaitForValues<float>(kept.mean);
+        render.removedVariance[i] = WaitForValues<float>(kept.variance);
         if (withSums) render.sums.removed[i] = kept.sums.Values();
     }
 }

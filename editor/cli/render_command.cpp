@@ -5,13 +5,13 @@
 #include <limits>
 
 #include "base/os/process.h"
+#include "base/stopwatch.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
 #include "editor/cli/render_report.h"
 #include "editor/cli/render_session.h"
 #include "editor/cli/resume.h"
-#include "editor/cli/stopwatch.h"
 #include "editor/cli/version.h"
 
 namespace raygraph::cli {

@@ -155,7 +155,7 @@ uint32_t RenderSession::SamplesDone() {
 
 uint64_t RenderSession::NonFiniteSamples() {
     while (!m_counts.empty() && m_counts.front().IsReady()) {
-        m_nonFiniteSamples += ValuesOf<passes::TraceCounts>(m_counts.front()).front().nonFiniteSamples;
+        m_nonFiniteSamples += WaitForValues<passes::TraceCounts>(m_counts.front()).front().nonFiniteSamples;
         m_counts.pop_front();
     }
     return m_nonFiniteSamples;
@@ -168,9 +168,9 @@ void RenderSession::WaitForSamples() {
 std::optional<double> RenderSession::RelativeError() {
     if (m_measurement && m_measurement->mean.IsReady() && m_measurement->variance.IsReady()) {
         const uint32_t count = m_measurement->sampleCount;
-        const std::optional<double> error =
-            Measure(ValuesOf<float>(m_measurement->mean), ValuesOf<float>(m_measurement->variance), count)
-                .relativeError;
+        const std::optional<double> error = Measure(WaitForValues<float>(m_measurement->mean),
+                                                    WaitForValues<float>(m_measurement->variance), count)
+                                                .relativeError;
         if (error) m_errorOfOneSample = *error * std::sqrt(static_cast<double>(count));
         m_measurement.reset();
     }
@@ -180,13 +180,13 @@ std::optional<double> RenderSession::RelativeError() {
 }
 
 void RenderSession::Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const {
-    mean = ValuesOf<float>(from.mean);
+    mean = WaitForValues<float>(from.mean);
     if (m_plan.withSums) sums = from.sums.Values();
 }
 
 void RenderSession::TakePicture(RenderFile& render) {
     Take(m_radiance, render.radiance, render.sums.radiance);
-    if (ShowsLight() && m_plan.withVariance) render.variance = ValuesOf<float>(m_variance);
+    if (ShowsLight() && m_plan.withVariance) render.variance = WaitForValues<float>(m_variance);
     if (m_isKeepingAlbedo) Take(m_albedo, render.albedo, render.sums.albedo);
     if (m_isKeepingNormal) Take(m_normal, render.normal, render.sums.normal);
     for (const KeptPart& part : m_parts)
@@ -200,8 +200,8 @@ void RenderSession::TakePicture(RenderFile& render) {
     }
     if (ShowsLight()) m_twins.Take(render, m_plan.withSums);
     if (m_isKeepingCenter) {
-        const std::vector<uint32_t> hits = ValuesOf<uint32_t>(m_ids);
-        if (m_plan.aovs.Has(Aov::Depth)) render.depth = ChannelOf(ValuesOf<float>(m_position), 3);
+        const std::vector<uint32_t> hits = WaitForValues<uint32_t>(m_ids);
+        if (m_plan.aovs.Has(Aov::Depth)) render.depth = ChannelOf(WaitForValues<float>(m_position), 3);
         if (m_plan.aovs.Has(Aov::Instance)) render.instance = ChannelOf(hits, 0);
         if (m_plan.aovs.Has(Aov::Material)) render.material = ChannelOf(hits, 1);
     }
@@ -209,7 +209,7 @@ void RenderSession::TakePicture(RenderFile& render) {
 }
 
 image::Image8 RenderSession::TakeDisplay(const RenderFile& render) {
-    image::Image8 picture{render.size.width, render.size.height, ValuesOf<uint8_t>(m_display)};
+    image::Image8 picture{render.size.width, render.size.height, WaitForValues<uint8_t>(m_display)};
     for (size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = 255;
     return picture;
 }
@@ -221,7 +221,7 @@ double RenderSession::MeasureRaysPerSample() {
         m_renderer, ids, m_scene.SettingsFor(m_plan.firstSample + m_submitted - 1), {.rayCounts = true});
     const Readback readback = m_renderer.ReadBack(traced.rayCounts);
     m_renderer.Execute();
-    const std::vector<float> rays = ValuesOf<float>(readback);
+    const std::vector<float> rays = WaitForValues<float>(readback);
     return std::accumulate(rays.begin(), rays.end(), 0.0) / static_cast<double>(rays.size());
 }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "base/stopwatch.h"
 #include "editor/cli/content_hash.h"
 #include "editor/cli/exit_code.h"
-#include "editor/cli/stopwatch.h"
 #include "renderer/scene/load_gltf.h"
 
 namespace raygraph::cli {

@@ -4,11 +4,14 @@
 #include <array>
 #include <cstdio>
 
+#include "base/printable.h"
+
 namespace raygraph::cli {
 
 namespace {
 
 constexpr size_t kMostListed = 20;
+constexpr size_t kMostOfName = 1024;  // bytes
 
 template <typename... Values>
 std::string Printed(const char* format, Values... values) {
@@ -32,10 +35,6 @@ std::string Text(const glm::vec3& v) {
                    static_cast<double>(v.z));
 }
 
-std::string Quoted(std::string_view name) {
-    return Joined({"\"", name, "\""});
-}
-
 double Degrees(float radians) {
     return static_cast<double>(glm::degrees(radians));
 }
@@ -46,8 +45,8 @@ std::string List(const char* label, const std::vector<Thing>& things, Describe&&
     std::string text = Line(label, things.empty() ? "none" : GroupDigits(things.size()));
     const size_t shown = std::min(things.size(), kMostListed);
     for (size_t i = 0; i < shown; i++)
-        text += Joined(
-            {"    ", std::to_string(i), "  ", Quoted(things[i].name), "  ", describe(things[i]), "\n"});
+        text += Joined({"    ", std::to_string(i), "  ", Quoted(things[i].name, kMostOfName), "  ",
+                        describe(things[i]), "\n"});
     if (things.size() > shown)
         text += Joined({"    ... and ", GroupDigits(things.size() - shown), " more\n"});
     return text;

@@ -1,22 +1,18 @@
 // What was read back from the device, as values.
 #pragma once
 
-#include <cstring>
 #include <vector>
 
 #include "passes/accumulate.h"
-#include "renderer/graph/renderer.h"
+#include "renderer/graph/readback_values.h"
 
 namespace raygraph::cli {
 
 // Waits for it. T is the format's channel.
 template <typename T>
-std::vector<T> ValuesOf(const Readback& readback) {
+std::vector<T> WaitForValues(const Readback& readback) {
     readback.Wait();
-    const std::span<const std::byte> bytes = readback.Bytes();
-    std::vector<T> values(bytes.size() / sizeof(T));
-    std::memcpy(values.data(), bytes.data(), bytes.size());
-    return values;
+    return ValuesOf<T>(readback);
 }
 
 // The sums of an accumulated picture on their way to the host.
@@ -34,8 +30,8 @@ class SumsReadback {
     passes::ExactSums Values() const {
         passes::ExactSums values;
         for (size_t k = 0; k < m_sums.size(); k++) {
-            values.sums[k] = ValuesOf<uint32_t>(m_sums[k]);
-            if (m_hasSquares) values.squares[k] = ValuesOf<uint32_t>(m_squares[k]);
+            values.sums[k] = WaitForValues<uint32_t>(m_sums[k]);
+            if (m_hasSquares) values.squares[k] = WaitForValues<uint32_t>(m_squares[k]);
         }
         return values;
     }

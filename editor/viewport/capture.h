@@ -3,10 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <variant>
 #include <vector>
 
 #include "base/api.h"
+#include "editor/viewport/pending.h"
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
 #include "passes/trace.h"
@@ -34,25 +35,12 @@ struct CaptureResult {
     std::vector<uint32_t> material;
 };
 
-// A request; copies share its answer. The first frame that shows light and completes a sample answers it; it
-// is ready when the device has finished that frame. Threads: that of the viewport. A request that is
-// unanswered when the viewport is destroyed never becomes ready.
-class RAYGRAPH_API Capture {
-  public:
-    // A submitted frame has answered: later changes do not affect the result.
-    bool IsTaken() const;
-    bool IsReady() const;
-    CaptureResult Result() const;  // Error{Usage} when not ready
-
-  private:
-    friend class CaptureRequests;
-    struct State;
-    std::shared_ptr<State> m_state;
-};
+// Answered by the first frame that shows light and ends with a whole sample.
+using Capture = Pending<CaptureResult>;
 
 class RAYGRAPH_API CaptureRequests {
   public:
-    Capture Request();
+    Capture Request() { return m_captures.Ask({}); }
     // What the open frame shows, with what it adds.
     struct Shown {
         TextureId mean, variance;
@@ -67,7 +55,7 @@ class RAYGRAPH_API CaptureRequests {
                  const Shown& shown);
 
   private:
-    std::vector<std::shared_ptr<Capture::State>> m_captures;
+    Questions<CaptureResult, std::monostate> m_captures;
 };
 
 }  // namespace raygraph::viewport

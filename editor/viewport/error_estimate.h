@@ -3,11 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
-#include <vector>
+#include <variant>
 
 #include "base/api.h"
+#include "editor/viewport/pending.h"
 #include "passes/accumulate.h"
 #include "renderer/graph/renderer.h"
 
@@ -21,28 +21,17 @@ struct ErrorEstimate {
     std::optional<double> relativeError;
 };
 
-// A request; copies share its answer. It is ready when the device has finished the first frame that was
-// declared after it and shows the path-traced view. Threads: that of the viewport. A request that is
-// unanswered when the viewport is destroyed never becomes ready.
-class RAYGRAPH_API ErrorRequest {
-  public:
-    bool IsReady() const;
-    ErrorEstimate Result() const;  // Error{Usage} when not ready
-
-  private:
-    friend class ErrorRequests;
-    struct State;
-    std::shared_ptr<State> m_state;
-};
+// Answered by the first frame that is declared after it and shows the path-traced view.
+using ErrorRequest = Pending<ErrorEstimate>;
 
 class RAYGRAPH_API ErrorRequests {
   public:
-    ErrorRequest Request();
+    ErrorRequest Request() { return m_requests.Ask({}); }
     // Answers the pending requests from an accumulation, including what the open frame adds to it.
     void Declare(Renderer& renderer, TextureId mean, TextureId variance, uint32_t sampleCount);
 
   private:
-    std::vector<std::shared_ptr<ErrorRequest::State>> m_requests;
+    Questions<ErrorEstimate, std::monostate> m_requests;
 };
 
 }  // namespace raygraph::viewport

@@ -4,11 +4,10 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <memory>
 #include <optional>
-#include <vector>
 
 #include "base/api.h"
+#include "editor/viewport/pending.h"
 #include "passes/accumulate.h"
 #include "passes/trace.h"
 #include "renderer/graph/renderer.h"
@@ -42,37 +41,16 @@ struct InspectResult {
     std::optional<PixelValue> pathTraced, raster;
 };
 
-// A request; copies share its answer. Threads: that of the viewport. It is ready when the device has finished
-// the first frame that was declared after it; if that frame is dropped, the next one answers. A request that
-// is unanswered when the viewport is destroyed never becomes ready.
-class RAYGRAPH_API Pick {
-  public:
-    bool IsReady() const;
-    PickResult Result() const;  // Error{Usage} when not ready
-
-  private:
-    friend class PixelRequests;
-    struct State;
-    std::shared_ptr<State> m_state;
-};
-
-class RAYGRAPH_API Inspection {
-  public:
-    bool IsReady() const;
-    InspectResult Result() const;  // Error{Usage} when not ready
-
-  private:
-    friend class PixelRequests;
-    struct State;
-    std::shared_ptr<State> m_state;
-};
+// Answered by the first frame that is declared after it.
+using Pick = Pending<PickResult>;
+using Inspection = Pending<InspectResult>;
 
 // The pending requests of a viewport. A pixel outside a later, smaller size is answered without a hit or a
 // value.
 class RAYGRAPH_API PixelRequests {
   public:
-    Pick RequestPick(glm::uvec2 pixel);
-    Inspection RequestInspection(glm::uvec2 pixel);
+    Pick RequestPick(glm::uvec2 pixel) { return m_picks.Ask(pixel); }
+    Inspection RequestInspection(glm::uvec2 pixel) { return m_inspections.Ask(pixel); }
 
     // Declare the passes that answer the pending requests. `settings` is of the picture.
     void DeclarePicks(Renderer& renderer, const SceneIds& scene, const passes::TraceSettings& settings);
@@ -85,8 +63,8 @@ class RAYGRAPH_API PixelRequests {
                             const std::optional<Shown>& raster);
 
   private:
-    std::vector<std::shared_ptr<Pick::State>> m_picks;
-    std::vector<std::shared_ptr<Inspection::State>> m_inspections;
+    Questions<PickResult, glm::uvec2> m_picks;
+    Questions<InspectResult, glm::uvec2> m_inspections;
 };
 
 }  // namespace raygraph::viewport

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "renderer/graph/compile.h"
 #include "renderer/graph/frame_timer.h"
 #include "renderer/graph/pass_declaration.h"
@@ -17,11 +18,8 @@
 #include "renderer/graph/renderer.h"
 #include "renderer/graph/shader_library.h"
 #include "renderer/graph/transient_pool.h"
-#include "rhi/stopwatch.h"
 
 namespace raygraph {
-
-using rhi::Stopwatch;
 
 // A readback: a mapped buffer and the frame that fills it. Its holders may poll it from any thread: members
 // that change meanwhile are atomic, and the Renderer reuses the others only when no holder is left.

@@ -7,15 +7,6 @@
 
 namespace raygraph {
 
-std::string Quoted(std::string_view name) {
-    std::string text;
-    text.reserve(name.size() + 2);
-    text += '"';
-    text += name;
-    text += '"';
-    return text;
-}
-
 std::string BytesText(uint64_t bytes) {
     constexpr std::array<const char*, 4> kUnits{"B", "KiB", "MiB", "GiB"};
     double value = static_cast<double>(bytes);

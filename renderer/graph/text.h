@@ -3,14 +3,12 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 
+#include "base/printable.h"  // Quoted
 #include "rhi/vulkan.h"
 
 namespace raygraph {
 
-// "radiance" with the quotation marks.
-std::string Quoted(std::string_view name);
 // "512 B", "3.5 KiB", "7.9 MiB", "1.2 GiB".
 std::string BytesText(uint64_t bytes);
 // "RayTracingShader", "ComputeShader|Copy", "nothing".

@@ -1,0 +1,78 @@
+// Requests to a viewport that a later frame answers: asking and polling never wait for the device.
+// Threads: that of the viewport.
+#pragma once
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "base/error.h"
+#include "renderer/graph/renderer.h"
+
+namespace raygraph::viewport {
+
+// A request; copies share its answer. If the frame that answers is dropped, the next one answers. A request
+// that is unanswered when the viewport is destroyed never becomes ready.
+template <typename Answer>
+class Pending {
+  public:
+    // A submitted frame has answered: later changes do not affect the result.
+    bool IsTaken() const { return m_state && m_state->isTaken; }
+    // The device has finished that frame.
+    bool IsReady() const {
+        return IsTaken() && std::ranges::all_of(m_state->reply.readbacks, &Readback::IsReady);
+    }
+    // Error{Usage} when not ready.
+    Answer Result() const {
+        if (!IsReady()) throw Error(ErrorKind::Usage, "Pending::Result: the answer is not there yet");
+        return m_state->reply.finish();
+    }
+
+  private:
+    template <typename, typename>
+    friend class Questions;
+    struct Reply {
+        std::vector<Readback> readbacks;  // to wait for
+        std::function<Answer()> finish;   // called when they are ready
+    };
+    struct State {
+        bool isTaken = false;
+        Reply reply;
+    };
+    std::shared_ptr<State> m_state;
+};
+
+// Requests that are not answered yet. Subject: what a request is about.
+template <typename Answer, typename Subject>
+class Questions {
+  public:
+    using Reply = typename Pending<Answer>::Reply;
+
+    Pending<Answer> Ask(Subject subject) {
+        Pending<Answer> pending;
+        pending.m_state = std::make_shared<State>();
+        m_open.emplace_back(std::move(subject), pending.m_state);
+        return pending;
+    }
+    bool HasOpen() {
+        std::erase_if(m_open, [](const auto& open) { return open.second->isTaken; });
+        return !m_open.empty();
+    }
+    // The open frame answers all of them: `reply` declares what answers one, given its subject.
+    template <typename MakeReply>
+    void AnswerAll(Renderer& renderer, MakeReply&& reply) {
+        if (!HasOpen()) return;
+        for (const auto& [subject, state] : m_open) {
+            state->reply = reply(subject);
+            renderer.OnSubmitted([state = state] { state->isTaken = true; });
+        }
+    }
+
+  private:
+    using State = typename Pending<Answer>::State;
+    std::vector<std::pair<Subject, std::shared_ptr<State>>> m_open;
+};
+
+}  // namespace raygraph::viewport

@@ -1,0 +1,24 @@
+// What was read back from the device, as values. Threads: as Readback.
+#pragma once
+
+#include <cstring>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "renderer/graph/renderer.h"
+
+namespace raygraph {
+
+// All of it; T is a channel of the texture's format, a whole texel, or a record of the buffer. Error{Usage}
+// when it is not ready.
+template <typename T>
+std::vector<T> ValuesOf(const Readback& readback) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const std::span<const std::byte> bytes = readback.Bytes();
+    std::vector<T> values(bytes.size() / sizeof(T));
+    if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+    return values;
+}
+
+}  // namespace raygraph
