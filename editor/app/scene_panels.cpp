@@ -9,6 +9,7 @@
 
 #include "editor/app/panels.h"
 #include "editor/app/placement.h"
+#include "renderer/scene/material_fields.h"
 
 namespace raygraph::editor {
 
@@ -74,17 +75,22 @@ void MaterialFields(Workspace& work, uint32_t index) {
     };
     constexpr ImGuiColorEditFlags kLinear = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR;
     edited(ImGui::ColorEdit4("base colour", glm::value_ptr(material.baseColorFactor), kLinear));
-    edited(ImGui::SliderFloat("metallic", &material.metallicFactor, 0.0f, 1.0f, "%.3f", kBounded));
-    edited(ImGui::SliderFloat("roughness", &material.roughnessFactor, 0.0f, 1.0f, "%.3f", kBounded));
+    const auto slider = [&](const char* label, float scene::Material::*member) {
+        const scene::FieldRange range = scene::FieldOf(member).range;
+        edited(ImGui::SliderFloat(label, &(material.*member), range.least, range.most, "%.3f", kBounded));
+    };
+    slider("metallic", &scene::Material::metallicFactor);
+    slider("roughness", &scene::Material::roughnessFactor);
     edited(ImGui::ColorEdit3("emissive", glm::value_ptr(material.emissiveFactor), kLinear));
     edited(ImGui::DragFloat("strength", &material.emissiveStrength, 0.05f, 0.0f, 1e6f, "%.3f", kBounded));
     edited(ImGui::SliderFloat("ior", &material.ior, 1.0f, 2.5f, "%.3f", kBounded));
-    edited(ImGui::SliderFloat("specular", &material.specularFactor, 0.0f, 1.0f, "%.3f", kBounded));
+    slider("specular", &scene::Material::specularFactor);
     if (material.IsTransmissive())
         edited(
             ImGui::SliderFloat("transmission", &material.transmissionFactor, 0.01f, 1.0f, "%.3f", kBounded));
     // Fields that are typed into know no bounds
-    material.baseColorFactor = glm::clamp(material.baseColorFactor, glm::vec4(0.0f), glm::vec4(1.0f));
+    const scene::FieldRange color = scene::FieldOf(&scene::Material::baseColorFactor).range;
+    material.baseColorFactor = glm::clamp(material.baseColorFactor, color.least, color.most);
     // glTF wants colors of at most 1, and has `strength` for more; a file that has more keeps it
     const glm::vec3 before = work.document.Scene().materials[index].emissiveFactor;
     material.emissiveFactor =

@@ -9,6 +9,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "renderer/scene/material_fields.h"
+
 namespace raygraph::cli {
 
 namespace {
@@ -68,18 +70,8 @@ class ContentHash {
         AddAll(texture, texCoord);
     }
     void Add(const scene::Material& material) {
-        const auto& [name, baseColorFactor, baseColorTexture, metallicFactor, roughnessFactor,
-                     metallicRoughnessTexture, normalTexture, normalScale, occlusionTexture,
-                     occlusionStrength, emissiveFactor, emissiveStrength, emissiveTexture, alphaMode,
-                     alphaCutoff, isDoubleSided, ior, specularFactor, specularTexture, specularColorFactor,
-                     specularColorTexture, transmissionFactor, transmissionTexture, thicknessFactor,
-                     attenuationColor, attenuationDistance, isUnlit, priority] = material;
-        AddAll(name, baseColorFactor, baseColorTexture, metallicFactor, roughnessFactor,
-               metallicRoughnessTexture, normalTexture, normalScale, occlusionTexture, occlusionStrength,
-               emissiveFactor, emissiveStrength, emissiveTexture, alphaMode, alphaCutoff, isDoubleSided, ior,
-               specularFactor, specularTexture, specularColorFactor, specularColorTexture, transmissionFactor,
-               transmissionTexture, thicknessFactor, attenuationColor, attenuationDistance, isUnlit,
-               priority);
+        Add(material.name);
+        scene::ForEachMaterialField([&](const auto& field) { Add(material.*field.member); });
     }
     void Add(const scene::Sampler& sampler) {
         const auto& [wrapU, wrapV, magFilter, minFilter, mipFilter, usesMips] = sampler;

@@ -4,12 +4,14 @@
 #include <cmath>
 #include <cstdio>
 #include <glm/gtc/constants.hpp>
-#include <limits>
+#include <type_traits>
+
+#include "renderer/scene/material_fields.h"
 
 namespace raygraph::scene {
 namespace {
 
-constexpr float kUnbounded = std::numeric_limits<float>::max();
+constexpr float kUnbounded = kUnboundedField;
 
 template <typename T>
 std::string Text(T number) {
@@ -58,6 +60,7 @@ struct Subject {
     }
     void RequireRange(const char* what, float value, float min, float max) const {
         if (value >= min && value <= max) return;
+        if (min == -kUnbounded) Fail(std::string(what) + " is not finite");
         const std::string range = max < kUnbounded ? "must be " + Text(min) + " to " + Text(max)
                                                    : "must be finite and at least " + Text(min);
         Fail(std::string(what) + " is " + Text(value) + ", " + range);
@@ -80,35 +83,36 @@ struct Subject {
     }
 };
 
+void CheckField(float value, const MaterialField<float>& field, const Subject& subject) {
+    if (!(value == 0.0f && field.range.mayBeZero))
+        subject.RequireRange(field.name, value, field.range.least, field.range.most);
+}
+template <int Length>
+void CheckField(const glm::vec<Length, float>& value, const MaterialField<glm::vec<Length, float>>& field,
+                const Subject& subject) {
+    for (int i = 0; i < Length; ++i)
+        subject.RequireRange(field.name, value[i], field.range.least, field.range.most);
+}
+void CheckField(bool, const MaterialField<bool>&, const Subject&) {}
+void CheckField(AlphaMode, const MaterialField<AlphaMode>&, const Subject&) {}
+void CheckField(uint32_t, const MaterialField<uint32_t>&, const Subject&) {}
+void CheckField(const TextureRef&, const MaterialField<TextureRef>&, const Subject&) {}  // CheckTextures
+
 void CheckNumbers(const Material& material, const Subject& subject) {
-    subject.RequireRanges("baseColorFactor", material.baseColorFactor, 1.0f);
-    subject.RequireRange("metallicFactor", material.metallicFactor, 0.0f, 1.0f);
-    subject.RequireRange("roughnessFactor", material.roughnessFactor, 0.0f, 1.0f);
-    subject.Require(std::isfinite(material.normalScale), "normalScale is not finite");
-    subject.RequireRange("occlusionStrength", material.occlusionStrength, 0.0f, 1.0f);
-    subject.RequireRanges("emissiveFactor", material.emissiveFactor, kUnbounded);
-    subject.RequireRange("emissiveStrength", material.emissiveStrength, 0.0f, kUnbounded);
+    ForEachMaterialField([&](const auto& field) { CheckField(material.*field.member, field, subject); });
     subject.Require(AllFinite(material.EmittedRadiance()),
                     "emissiveFactor times emissiveStrength is infinite");
-    subject.RequireRange("alphaCutoff", material.alphaCutoff, 0.0f, kUnbounded);
-    if (material.ior != 0.0f) subject.RequireRange("ior", material.ior, 1.0f, Material::kMostIor);
-    subject.RequireRange("specularFactor", material.specularFactor, 0.0f, 1.0f);
-    subject.RequireRanges("specularColorFactor", material.specularColorFactor, kUnbounded);
-    subject.RequireRange("transmissionFactor", material.transmissionFactor, 0.0f, 1.0f);
-    subject.RequireRange("thicknessFactor", material.thicknessFactor, 0.0f, kUnbounded);
-    subject.RequireRanges("attenuationColor", material.attenuationColor, 1.0f);
-    subject.RequireRange("attenuationDistance", material.attenuationDistance, 0.0f, kUnbounded);
 }
 
 void CheckTextures(const Material& material, size_t textureCount, const Subject& subject) {
-    for (const TextureRef* ref :
-         {&material.baseColorTexture, &material.metallicRoughnessTexture, &material.normalTexture,
-          &material.occlusionTexture, &material.emissiveTexture, &material.specularTexture,
-          &material.specularColorTexture, &material.transmissionTexture}) {
-        if (!ref->IsPresent()) continue;
-        subject.RequireIndex("a texture", static_cast<uint32_t>(ref->texture), textureCount);
-        subject.Require(ref->texCoord == 0 || ref->texCoord == 1, "a texCoord is neither 0 nor 1");
-    }
+    ForEachMaterialField([&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>) {
+            const TextureRef& ref = material.*field.member;
+            if (!ref.IsPresent()) return;
+            subject.RequireIndex("a texture", static_cast<uint32_t>(ref.texture), textureCount);
+            subject.Require(ref.texCoord == 0 || ref.texCoord == 1, "a texCoord is neither 0 nor 1");
+        }
+    });
 }
 
 void CheckValues(const Light& light, const Subject& subject) {

@@ -5,8 +5,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
+#include <type_traits>
 
 #include "base/error.h"
+#include "renderer/scene/material_fields.h"
 
 namespace raygraph::scene {
 namespace {
@@ -111,69 +114,64 @@ void PatchNode(Json& node, const Node& loaded, const glm::mat4x3& local) {
 
 // --- Materials ---
 
+Json JsonOf(float value) {
+    return JsonNumber(value);
+}
+Json JsonOf(bool value) {
+    return value;
+}
+Json JsonOf(uint32_t value) {
+    return value;
+}
+Json JsonOf(AlphaMode mode) {
+    return mode == AlphaMode::Opaque ? "OPAQUE" : mode == AlphaMode::Mask ? "MASK" : "BLEND";
+}
+template <int Length>
+Json JsonOf(const glm::vec<Length, float>& vector) {
+    return JsonVector(vector);
+}
+
 // One material's JSON, and what its edits put there.
 class MaterialPatch {
   public:
     MaterialPatch(Json& root, Json& material) : m_root(root), m_material(material) {}
 
     void Put(const Material& loaded, const Material& edited) {
-        const auto number = [](float value) { return JsonNumber(value); };
-        const auto flag = [](bool value) { return Json(value); };
-        const auto pbr = [&]() -> Json& { return m_material["pbrMetallicRoughness"]; };
-        const auto self = [&]() -> Json& { return m_material; };
-        const auto extension = [&](const char* name) {
-            return [this, name]() -> Json& { return Extension(name); };
-        };
-        const auto put = [&](auto Material::*field, auto&& where, const char* key, auto&& json) {
-            if (loaded.*field != edited.*field) where()[key] = json(edited.*field);
-        };
-        put(&Material::baseColorFactor, pbr, "baseColorFactor", JsonVector<4>);
-        put(&Material::metallicFactor, pbr, "metallicFactor", number);
-        put(&Material::roughnessFactor, pbr, "roughnessFactor", number);
-        const auto normal = [&]() -> Json& { return m_material["normalTexture"]; };
-        const auto occlusion = [&]() -> Json& { return m_material["occlusionTexture"]; };
-        // Without a texture they have no place, and no effect
-        if (m_material.contains("normalTexture")) put(&Material::normalScale, normal, "scale", number);
-        if (m_material.contains("occlusionTexture"))
-            put(&Material::occlusionStrength, occlusion, "strength", number);
-        put(&Material::emissiveFactor, self, "emissiveFactor", JsonVector<3>);
-        put(&Material::alphaMode, self, "alphaMode", [](AlphaMode mode) {
-            return mode == AlphaMode::Opaque ? "OPAQUE" : mode == AlphaMode::Mask ? "MASK" : "BLEND";
+        ForEachMaterialField([&](const auto& field) {
+            if constexpr (!std::is_same_v<decltype(field.member), TextureRef Material::*>)
+                if (loaded.*field.member != edited.*field.member) Put(field, edited.*field.member);
         });
-        put(&Material::alphaCutoff, self, "alphaCutoff", number);
-        put(&Material::isDoubleSided, self, "doubleSided", flag);
-        put(&Material::emissiveStrength, extension("KHR_materials_emissive_strength"), "emissiveStrength",
-            number);
-        put(&Material::ior, extension("KHR_materials_ior"), "ior", number);
-        const auto specular = extension("KHR_materials_specular");
-        put(&Material::specularFactor, specular, "specularFactor", number);
-        put(&Material::specularColorFactor, specular, "specularColorFactor", JsonVector<3>);
-        put(&Material::transmissionFactor, extension("KHR_materials_transmission"), "transmissionFactor",
-            number);
-        const auto volume = extension("KHR_materials_volume");
-        put(&Material::thicknessFactor, volume, "thicknessFactor", number);
-        put(&Material::attenuationColor, volume, "attenuationColor", JsonVector<3>);
-        put(&Material::attenuationDistance, volume, "attenuationDistance", number);
-        if (edited.attenuationDistance == 0.0f && loaded.attenuationDistance != 0.0f)
-            volume().erase("attenuationDistance");  // which is infinite
-        if (edited.isUnlit && !loaded.isUnlit) Extension("KHR_materials_unlit");
-        if (!edited.isUnlit && loaded.isUnlit) m_material["extensions"].erase("KHR_materials_unlit");
-        const auto extras = [&]() -> Json& {
-            Json& values = m_material["extras"];
-            if (!values.is_null() && !values.is_object())
-                throw Error(ErrorKind::Usage,
-                            "a material's extras are no object: no priority can be put there");
-            return values;
-        };
-        put(&Material::priority, extras, "priority", [](uint32_t priority) { return Json(priority); });
     }
 
   private:
-    Json& Extension(const char* name) {
-        Use(m_root, name);
-        Json& extension = m_material["extensions"][name];
-        if (extension.is_null()) extension = Json::object();
-        return extension;
+    template <typename T>
+    void Put(const MaterialField<T>& field, const T& value) {
+        const std::string_view object = field.object;
+        // Without the texture that it belongs to it has no place, and no effect
+        if (object.ends_with("Texture") && !m_material.contains(object)) return;
+        if (*field.key != 0) {
+            Object(field.object)[field.key] = JsonOf(value);
+            if (field.zeroIsLeftOut && value == T{}) Object(field.object).erase(field.key);
+        } else if (value != T{}) {
+            Object(field.object);
+        } else {
+            m_material["extensions"].erase(field.object);
+        }
+    }
+
+    Json& Object(const char* name) {
+        const std::string_view object = name;
+        if (object.empty()) return m_material;
+        if (object.starts_with("KHR_")) {
+            Use(m_root, name);
+            Json& extension = m_material["extensions"][name];
+            if (extension.is_null()) extension = Json::object();
+            return extension;
+        }
+        Json& inner = m_material[name];
+        if (object == "extras" && !inner.is_null() && !inner.is_object())
+            throw Error(ErrorKind::Usage, "a material's extras are no object: no priority can be put there");
+        return inner;
     }
 
     Json& m_root;
@@ -181,13 +179,13 @@ class MaterialPatch {
 };
 
 bool HasSameTextures(const Material& a, const Material& b) {
-    const auto isSame = [&](TextureRef Material::*ref) {
-        return (a.*ref).texture == (b.*ref).texture && (a.*ref).texCoord == (b.*ref).texCoord;
-    };
-    return isSame(&Material::baseColorTexture) && isSame(&Material::metallicRoughnessTexture) &&
-           isSame(&Material::normalTexture) && isSame(&Material::occlusionTexture) &&
-           isSame(&Material::emissiveTexture) && isSame(&Material::specularTexture) &&
-           isSame(&Material::specularColorTexture) && isSame(&Material::transmissionTexture);
+    bool isSame = true;
+    ForEachMaterialField([&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
+            isSame &= (a.*field.member).texture == (b.*field.member).texture &&
+                      (a.*field.member).texCoord == (b.*field.member).texCoord;
+    });
+    return isSame;
 }
 
 // The JSON of the default material, made one of the file's that every primitive without one names.

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <type_traits>
+
+#include "renderer/scene/material_fields.h"
+
 #include <algorithm>
 
 namespace raygraph::test {
@@ -21,27 +25,14 @@ void ExpectSamePrimitive(const scene::Primitive& a, const scene::Primitive& b) {
 
 void ExpectSameMaterial(const scene::Material& a, const scene::Material& b) {
     EXPECT_EQ(a.name, b.name);
-    EXPECT_EQ(a.baseColorFactor, b.baseColorFactor) << a.name;
-    EXPECT_EQ(a.metallicFactor, b.metallicFactor) << a.name;
-    EXPECT_EQ(a.roughnessFactor, b.roughnessFactor) << a.name;
-    EXPECT_EQ(a.normalScale, b.normalScale) << a.name;
-    EXPECT_EQ(a.occlusionStrength, b.occlusionStrength) << a.name;
-    EXPECT_EQ(a.emissiveFactor, b.emissiveFactor) << a.name;
-    EXPECT_EQ(a.emissiveStrength, b.emissiveStrength) << a.name;
-    EXPECT_EQ(a.alphaMode, b.alphaMode) << a.name;
-    EXPECT_EQ(a.alphaCutoff, b.alphaCutoff) << a.name;
-    EXPECT_EQ(a.isDoubleSided, b.isDoubleSided) << a.name;
-    EXPECT_EQ(a.ior, b.ior) << a.name;
-    EXPECT_EQ(a.specularFactor, b.specularFactor) << a.name;
-    EXPECT_EQ(a.specularColorFactor, b.specularColorFactor) << a.name;
-    EXPECT_EQ(a.transmissionFactor, b.transmissionFactor) << a.name;
-    EXPECT_EQ(a.thicknessFactor, b.thicknessFactor) << a.name;
-    EXPECT_EQ(a.attenuationColor, b.attenuationColor) << a.name;
-    EXPECT_EQ(a.attenuationDistance, b.attenuationDistance) << a.name;
-    EXPECT_EQ(a.isUnlit, b.isUnlit) << a.name;
-    EXPECT_EQ(a.priority, b.priority) << a.name;
-    EXPECT_EQ(a.baseColorTexture.texture, b.baseColorTexture.texture) << a.name;
-    EXPECT_EQ(a.normalTexture.texture, b.normalTexture.texture) << a.name;
+    scene::ForEachMaterialField([&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>) {
+            EXPECT_EQ((a.*field.member).texture, (b.*field.member).texture) << a.name << ' ' << field.name;
+            EXPECT_EQ((a.*field.member).texCoord, (b.*field.member).texCoord) << a.name << ' ' << field.name;
+        } else {
+            EXPECT_EQ(a.*field.member, b.*field.member) << a.name << ' ' << field.name;
+        }
+    });
 }
 
 }  // namespace
