@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "rhi/compute_pipeline.h"
 #include "rhi/device.h"
+#include "rhi/image_barrier.h"
 #include "rhi/raster_pipeline.h"
 #include "rhi/ray_tracing_pipeline.h"
 #include "rhi/texture_table.h"
@@ -114,18 +115,11 @@ void CommandList::FullBarrier() {
 }
 
 void CommandList::Transition(const Texture& texture, VkImageLayout from, VkImageLayout to) {
-    VkImageMemoryBarrier2 barrier{};
-    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+    VkImageMemoryBarrier2 barrier = ImageBarrier(texture, from, to);
     barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     barrier.srcAccessMask = VK_ACCESS_2_MEMORY_WRITE_BIT;
     barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
-    barrier.oldLayout = from;
-    barrier.newLayout = to;
-    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.image = texture.Image();
-    barrier.subresourceRange = texture.AllMips();
     Barriers({}, {&barrier, 1});
 }
 

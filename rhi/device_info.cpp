@@ -2,6 +2,7 @@
 #include "base/error.h"
 #include "rhi/device.h"
 #include "rhi/device_impl.h"
+#include "rhi/property_chain.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -47,26 +48,15 @@ const char* Name(DeviceType type) {
 
 DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t queueFamily,
                           const OptionalFeatures& optional) {
-    VkPhysicalDeviceDriverProperties driver{};
-    driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
-    VkPhysicalDeviceSubgroupProperties subgroup{};
-    subgroup.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES;
-    subgroup.pNext = &driver;
-    VkPhysicalDeviceMaintenance4Properties maintenance4{};
-    maintenance4.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_PROPERTIES;
-    maintenance4.pNext = &subgroup;
-    VkPhysicalDevicePushDescriptorPropertiesKHR push{};
-    push.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PUSH_DESCRIPTOR_PROPERTIES_KHR;
-    push.pNext = &maintenance4;
-    VkPhysicalDeviceAccelerationStructurePropertiesKHR acceleration{};
-    acceleration.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_PROPERTIES_KHR;
-    acceleration.pNext = &push;
-    VkPhysicalDeviceRayTracingPipelinePropertiesKHR tracing{};
-    tracing.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR;
-    tracing.pNext = &acceleration;
-    VkPhysicalDeviceProperties2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &tracing, {}};
-    vk.vkGetPhysicalDeviceProperties2(device, &core);
-    const VkPhysicalDeviceProperties& properties = core.properties;
+    const PropertyChain<VkPhysicalDeviceDriverProperties, VkPhysicalDeviceSubgroupProperties,
+                        VkPhysicalDeviceMaintenance4Properties, VkPhysicalDevicePushDescriptorPropertiesKHR,
+                        VkPhysicalDeviceAccelerationStructurePropertiesKHR,
+                        VkPhysicalDeviceRayTracingPipelinePropertiesKHR>
+        chain(vk, device);
+    const auto& driver = chain.Get<VkPhysicalDeviceDriverProperties>();
+    const auto& acceleration = chain.Get<VkPhysicalDeviceAccelerationStructurePropertiesKHR>();
+    const auto& tracing = chain.Get<VkPhysicalDeviceRayTracingPipelinePropertiesKHR>();
+    const VkPhysicalDeviceProperties& properties = chain.Core().properties;
 
     uint32_t familyCount = 0;
     vk.vkGetPhysicalDeviceQueueFamilyProperties2(device, &familyCount, nullptr);
@@ -93,13 +83,13 @@ DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, 
     info.timestampPeriodNs =
         info.timestampValidBits == 0 ? 0.0 : static_cast<double>(properties.limits.timestampPeriod);
     info.maxPushConstantBytes = properties.limits.maxPushConstantsSize;
-    info.maxPushDescriptors = push.maxPushDescriptors;
+    info.maxPushDescriptors = chain.Get<VkPhysicalDevicePushDescriptorPropertiesKHR>().maxPushDescriptors;
     info.storageAlignment = properties.limits.minStorageBufferOffsetAlignment;
     info.uniformAlignment = properties.limits.minUniformBufferOffsetAlignment;
-    info.maxBufferBytes = maintenance4.maxBufferSize;
+    info.maxBufferBytes = chain.Get<VkPhysicalDeviceMaintenance4Properties>().maxBufferSize;
     info.maxStorageBufferBytes = properties.limits.maxStorageBufferRange;
     info.maxTextureExtent = properties.limits.maxImageDimension2D;
-    info.subgroupSize = subgroup.subgroupSize;
+    info.subgroupSize = chain.Get<VkPhysicalDeviceSubgroupProperties>().subgroupSize;
     info.optional = optional;
     return info;
 }
@@ -107,16 +97,14 @@ DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, 
 DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                       VkInstance instance) {
     const InstanceFunctions vk = LoadInstanceFunctions(loader, instance, false);
-    VkPhysicalDeviceDriverProperties driver{};
-    driver.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES;
-    VkPhysicalDeviceProperties2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &driver, {}};
-    vk.vkGetPhysicalDeviceProperties2(device, &core);
+    const PropertyChain<VkPhysicalDeviceDriverProperties> chain(vk, device);
+    const VkPhysicalDeviceProperties& properties = chain.Core().properties;
     DeviceReport report;
     report.index = index;
-    report.name = core.properties.deviceName;
-    report.driver = DriverText(driver);
-    report.type = TypeOf(core.properties.deviceType);
-    report.apiVersion = core.properties.apiVersion;
+    report.name = properties.deviceName;
+    report.driver = DriverText(chain.Get<VkPhysicalDeviceDriverProperties>());
+    report.type = TypeOf(properties.deviceType);
+    report.apiVersion = properties.apiVersion;
     report.refusals = RefusalsOf(device, loader, instance);
     return report;
 }

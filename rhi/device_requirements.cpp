@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rhi/functions.h"
+#include "rhi/property_chain.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -250,25 +251,18 @@ class Probe {
     }
 
     uint32_t ApiVersion() const {
-        VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, nullptr, {}};
-        m_vk.vkGetPhysicalDeviceProperties2(m_device, &properties);
-        return properties.properties.apiVersion;
+        return PropertyChain<>(m_vk, m_device).Core().properties.apiVersion;
     }
 
     std::vector<std::string> LimitRefusals() const {
-        VkPhysicalDeviceRayTracingPipelinePropertiesKHR tracing{};
-        tracing.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_PROPERTIES_KHR;
-        VkPhysicalDevicePushDescriptorPropertiesKHR push{};
-        push.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PUSH_DESCRIPTOR_PROPERTIES_KHR;
-        push.pNext = &tracing;
-        VkPhysicalDeviceVulkan12Properties vulkan12{};
-        vulkan12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_PROPERTIES;
-        vulkan12.pNext = &push;
-        VkPhysicalDeviceProperties2 core{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &vulkan12, {}};
-        m_vk.vkGetPhysicalDeviceProperties2(m_device, &core);
+        const PropertyChain<VkPhysicalDeviceRayTracingPipelinePropertiesKHR,
+                            VkPhysicalDevicePushDescriptorPropertiesKHR, VkPhysicalDeviceVulkan12Properties>
+            chain(m_vk, m_device);
         std::vector<std::string> refusals;
         for (const LimitEntry& entry : kLimits) {
-            const uint64_t value = entry.value(core, vulkan12, push, tracing);
+            const uint64_t value = entry.value(chain.Core(), chain.Get<VkPhysicalDeviceVulkan12Properties>(),
+                                               chain.Get<VkPhysicalDevicePushDescriptorPropertiesKHR>(),
+                                               chain.Get<VkPhysicalDeviceRayTracingPipelinePropertiesKHR>());
             if (value < entry.requirement.minimum)
                 refusals.push_back(std::string(entry.requirement.name) + " is " + std::to_string(value) +
                                    ", needs " + std::to_string(entry.requirement.minimum));

@@ -6,6 +6,7 @@
 #include "base/check.h"
 #include "base/error.h"
 #include "rhi/device.h"
+#include "rhi/image_barrier.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -16,18 +17,11 @@ constexpr uint64_t kStagingAlignment = 16;
 
 VkImageMemoryBarrier2 MipBarrier(const Texture& texture, uint32_t level, uint32_t levelCount,
                                  VkImageLayout from, VkImageLayout to) {
-    VkImageMemoryBarrier2 barrier{};
-    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+    VkImageMemoryBarrier2 barrier = ImageBarrier(texture, from, to);
     barrier.srcStageMask = VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT;
     barrier.srcAccessMask = VK_ACCESS_2_TRANSFER_WRITE_BIT;
     barrier.dstStageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
     barrier.dstAccessMask = VK_ACCESS_2_MEMORY_READ_BIT | VK_ACCESS_2_MEMORY_WRITE_BIT;
-    barrier.oldLayout = from;
-    barrier.newLayout = to;
-    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.image = texture.Image();
-    barrier.subresourceRange = texture.AllMips();
     barrier.subresourceRange.baseMipLevel = level;
     barrier.subresourceRange.levelCount = levelCount;
     return barrier;

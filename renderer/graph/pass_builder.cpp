@@ -97,15 +97,7 @@ PassBuilder& PassBuilder::Specialize(std::string_view constant, uint32_t value) 
 template <ResourceKind Kind>
 ResourceId<Kind> PassBuilder::Bind(std::string_view name, ResourceId<Kind> id, BindVerb verb, Access access,
                                    const rhi::Sampler* sampler) {
-    const ResourceId<Kind> after = m_graph.Use(id, access);
-    DeclaredBinding& bound = m_pass.bindings.emplace_back();
-    bound.name = name;
-    bound.verb = verb;
-    bound.kind = Kind;
-    bound.resource = after.resource;
-    bound.use = static_cast<uint32_t>(m_graph.uses.size() - 1);
-    bound.sampler = sampler;
-    return after;
+    return AddBinding(m_graph, m_pass, name, id, verb, access, sampler);
 }
 
 void PassBuilder::Reads(std::string_view name, TextureId texture) {

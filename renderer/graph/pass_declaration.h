@@ -58,6 +58,23 @@ struct PassDeclaration {
     void Clear(PassKind kind);
 };
 
+// Uses a resource in the last pass of `graph`, under a name of its shaders. Returns the id after the use; the
+// binding is the last of `pass`.
+template <ResourceKind Kind>
+ResourceId<Kind> AddBinding(FrameGraph& graph, PassDeclaration& pass, std::string_view name,
+                            ResourceId<Kind> id, BindVerb verb, Access access,
+                            const rhi::Sampler* sampler = nullptr) {
+    const ResourceId<Kind> after = graph.Use(id, access);
+    DeclaredBinding& bound = pass.bindings.emplace_back();
+    bound.name = name;
+    bound.verb = verb;
+    bound.kind = Kind;
+    bound.resource = after.resource;
+    bound.use = static_cast<uint32_t>(graph.uses.size() - 1);
+    bound.sampler = sampler;
+    return after;
+}
+
 // Checks the last pass of `graph` as it was declared against the shaders' interface (null: it has no shaders)
 // and fills in what the shaders declare: binding numbers, and whether a buffer is read as storage or uniform.
 // Throws Error{Usage} naming the pass, what it asked for and what the shaders have, or the limit of the

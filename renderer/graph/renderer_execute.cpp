@@ -7,6 +7,7 @@
 #include "base/out_of_memory.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
+#include "rhi/image_barrier.h"
 #include "rhi/texture_table.h"
 #include "rhi/tlas.h"
 
@@ -180,19 +181,14 @@ void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRan
         }
         if (!isTexture) continue;
         const rhi::Texture& texture = *resources[barrier.resource].texture;
-        VkImageMemoryBarrier2& image = imageBarriers.emplace_back();
-        image = {};
-        image.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+        VkImageMemoryBarrier2& image = imageBarriers.emplace_back(
+            rhi::ImageBarrier(texture, dependency.oldLayout, dependency.newLayout));
         image.srcStageMask = dependency.srcStages;
         image.srcAccessMask = dependency.srcAccess;
         image.dstStageMask = dstStages;
         image.dstAccessMask = dependency.dstAccess;
-        image.oldLayout = dependency.oldLayout;
-        image.newLayout = dependency.newLayout;
         image.srcQueueFamilyIndex = barrier.srcQueueFamily;
         image.dstQueueFamilyIndex = barrier.dstQueueFamily;
-        image.image = texture.Image();
-        image.subresourceRange = texture.AllMips();
     }
     commands.Barriers(std::span(&memory, hasMemory ? 1 : 0), imageBarriers, bufferBarriers);
 }

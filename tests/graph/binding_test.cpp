@@ -57,15 +57,8 @@ void main() {
                               : verb == BindVerb::Reads  ? Access::StorageRead
                               : verb == BindVerb::Writes ? Access::StorageWrite
                                                          : Access::StorageUpdate;
-        const ResourceId<Kind> after = m_graph.Use(id, access);
-        DeclaredBinding& bound = m_pass.bindings.emplace_back();
-        bound.name = name;
-        bound.verb = verb;
-        bound.kind = Kind;
-        bound.resource = after.resource;
-        bound.use = static_cast<uint32_t>(m_graph.uses.size() - 1);
-        bound.sampler = sampler;
-        return bound;
+        AddBinding(m_graph, m_pass, name, id, verb, access, sampler);
+        return m_pass.bindings.back();
     }
     void BindEverything() {
         Bind("radiance", BindVerb::Writes, m_radiance);

@@ -1,0 +1,22 @@
+// The part of an image barrier that is the same everywhere. For rhi/ and renderer/graph/ alone. Threads: any.
+#pragma once
+
+#include "rhi/resources.h"
+#include "rhi/vulkan.h"
+
+namespace raygraph::rhi {
+
+// Of all mips, within a queue family; stages and accesses are the caller's.
+inline VkImageMemoryBarrier2 ImageBarrier(const Texture& texture, VkImageLayout from, VkImageLayout to) {
+    VkImageMemoryBarrier2 barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
+    barrier.oldLayout = from;
+    barrier.newLayout = to;
+    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+    barrier.image = texture.Image();
+    barrier.subresourceRange = texture.AllMips();
+    return barrier;
+}
+
+}  // namespace raygraph::rhi
