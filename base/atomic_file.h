@@ -1,5 +1,5 @@
-// A file that appears whole or not at all. Threads: one object is for one thread at a time; different ones
-// share nothing.
+// A file that is written as a whole or not at all. Threads: one object is for one thread at a time; different
+// ones share nothing.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace raygraph {
 
 // Opens a new file of a unique name beside `target`; Commit() moves it over the target. Until then the target
 // is as it was, and the destructor removes the new file. A target that is a symbolic link is followed; one
-// that exists and is no regular file (a folder, a device) is refused; an existing target's permissions are
+// that exists and is not a regular file (a folder, a device) is refused; an existing target's permissions are
 // kept. Every failure is Error{Io} naming the target and the system's reason. One object is for one thread at
 // a time.
 class RAYGRAPH_API AtomicFile {
@@ -33,8 +33,8 @@ class RAYGRAPH_API AtomicFile {
     // For libraries that write to a stdio stream. Owned by this object; errors on it are found by Commit().
     std::FILE* Stream() const { return m_stream; }
 
-    // Flushes to the disk and renames. Fails if any earlier write failed. At most once; nothing may follow
-    // it.
+    // Flushes to the disk and renames. Fails if any earlier write failed. At most once, as the last
+    // call.
     void Commit();
 
   private:

@@ -1,6 +1,6 @@
 // raygraph::Error: every failure that leaves the module.
 //
-// Four kinds of trouble, four answers:
+// Four kinds of failure, four answers:
 //   1. A mistake in the calling code that can be named (unbound name, stale id): Error{Usage}, when declared.
 //   2. The world (no device, missing file, device lost): Error of the fitting kind, with its VkResult if any.
 //   3. An expected outcome (size not ready, swapchain out of date): a return value, never an Error.
@@ -18,10 +18,10 @@
 namespace raygraph {
 
 enum class ErrorKind : uint8_t {
-    Usage,     // The caller asked for what cannot be; the message names object, request and what there was.
-    BadInput,  // A file is malformed, hostile or of an unknown kind.
-    Io,        // A file cannot be opened, read or written.
-    NoDevice,  // No Vulkan device meets the requirements.
+    Usage,        // The request is impossible; the message names object, request and what there was.
+    BadInput,     // A file is malformed, hostile or of an unknown kind.
+    Io,           // A file cannot be opened, read or written.
+    NoDevice,     // No Vulkan device meets the requirements.
     OutOfMemory,  // Host or device memory.
     DeviceLost,   // The device stopped; the message names the last pass reached.
     Vulkan,       // Any other failed Vulkan call; `Result()` has its VkResult.

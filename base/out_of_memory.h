@@ -1,4 +1,4 @@
-// The border for std::bad_alloc: what the standard library throws when memory is spent leaves as an Error.
+// Converts std::bad_alloc: the standard library's exceptions for exhausted memory leave as an Error.
 //
 // Functions that allocate by the size of their input run within it, so that a host catches one type and can
 // free something. Threads: any.

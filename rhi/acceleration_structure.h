@@ -1,5 +1,5 @@
 // Acceleration structures: the owner of one, and bottom-level ones (BLAS) as the builder makes them
-// (rhi/blas_builder.h). Threads: as in rhi/resources.h; a Blas is changed by its BlasBuilder alone.
+// (rhi/blas_builder.h). Threads: as in rhi/resources.h; only its BlasBuilder changes a Blas.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ class RAYGRAPH_API AccelerationStructure {
     AccelerationStructure(AccelerationStructure&& other) noexcept { *this = std::move(other); }
     AccelerationStructure& operator=(AccelerationStructure&& other) noexcept;
     ~AccelerationStructure();
-    // A host's, which stays the host's: destroying this object then frees nothing. Bytes() is 0.
+    // Wraps one that a host owns: destroying this object then frees nothing. Bytes() is 0.
     static AccelerationStructure Wrap(Device& device, VkAccelerationStructureKHR structure);
 
     VkAccelerationStructureKHR Handle() const { return m_structure; }
@@ -66,8 +66,8 @@ struct AabbGeometry {
     bool isOpaque = true;
 };
 
-// Either triangles or AABBs: one BLAS cannot hold both. gl_GeometryIndexEXT counts the elements; which
-// hit set each of them takes is said in rhi/shader_binding_table.h.
+// Either triangles or AABBs: one BLAS cannot hold both. gl_GeometryIndexEXT counts the elements;
+// rhi/shader_binding_table.h says which hit set each of them takes.
 struct BlasDesc {
     std::string name = "blas";
     BlasKind kind = BlasKind::Static;
@@ -75,8 +75,8 @@ struct BlasDesc {
     std::vector<AabbGeometry> aabbs{};
 };
 
-// One bottom-level structure, made by BlasBuilder::Add. Its address changes when a compacted structure takes
-// its place: Version then counts up, and every TLAS that refers to it has to be rebuilt.
+// One bottom-level structure, made by BlasBuilder::Add. Its address changes when a compacted structure
+// replaces it: Version is then incremented, and every TLAS that refers to it has to be rebuilt.
 class RAYGRAPH_API Blas {
   public:
     const std::string& Name() const { return m_desc.name; }

@@ -6,10 +6,10 @@
 //     each frame: if (builder.Poll()) builder.RecordCompaction(cmd);   // never waits for the device
 //
 // A list that is dropped, or whose submission fails, undoes what was recorded into it: its builds and
-// compactions are due again. Statistics count what has been submitted.
+// compactions are pending again. Statistics count submitted work.
 //
 // The builder orders its own steps on the device; making the results visible to their readers (a TLAS build,
-// a trace) is the work of who records the list. Threads: one at a time.
+// a trace) is up to the caller that records the list. Threads: one at a time.
 #pragma once
 
 #include <cstdint>
@@ -29,8 +29,8 @@ class CommandList;
 struct BlasBuilderDesc {
     std::string name = "blas builder";
     uint64_t scratchBudget = 64ull << 20;  // bytes of scratch memory for the builds of one batch
-    // Off: keep what the build made. On a driver where compaction gains nothing it turns itself off after the
-    // first batch.
+    // Off: keep the structures as built. On a driver where compaction saves nothing it turns itself off after
+    // the first batch.
     bool compacts = true;
     bool compactsWithoutGain = false;  // keep compacting even then: to test the copy path on such a driver
     // Bytes of compacted structures of one RecordCompaction, which they take beside the ones they replace; a
@@ -40,8 +40,8 @@ struct BlasBuilderDesc {
 
 struct CompactionStatistics {
     uint32_t blasCount = 0;       // live BLASes whose build was submitted
-    uint64_t bytesBuilt = 0;      // what their builds made
-    uint64_t bytesCompacted = 0;  // what they take now; equals bytesBuilt where nothing was compacted
+    uint64_t bytesBuilt = 0;      // of their structures as built
+    uint64_t bytesCompacted = 0;  // in use now; equals bytesBuilt where nothing was compacted
     uint32_t pending = 0;         // Static ones whose compaction is not yet recorded
     uint32_t buildCount = 0;      // builds submitted so far
     uint32_t batchCount = 0;      // build batches submitted so far
@@ -57,28 +57,28 @@ class RAYGRAPH_API BlasBuilder {
     BlasBuilder(const BlasBuilder&) = delete;
     BlasBuilder& operator=(const BlasBuilder&) = delete;
 
-    // Takes note of a BLAS; RecordBuilds builds it. Dropping the last reference drops the BLAS at any time,
-    // also before its build or compaction (memory is freed when the timeline allows). Throws Error{Usage}
-    // naming the BLAS for a Desc without geometry, with both kinds of geometry, with null or misaligned
-    // addresses or more primitives than the device takes.
+    // Registers a BLAS; RecordBuilds builds it. Dropping the last reference drops the BLAS at any time, also
+    // before its build or compaction (memory is freed when the timeline allows). Throws Error{Usage} naming
+    // the BLAS for a Desc without geometry, with both kinds of geometry, with null or misaligned addresses or
+    // more primitives than the device supports.
     [[nodiscard]] std::shared_ptr<Blas> Add(const BlasDesc& desc);
 
-    // Takes the memory that building everything added since the last build needs, structures and scratch:
-    // RecordBuilds then takes no more. On an Error everything stays added, and what has been taken is kept
-    // for the next call; it goes with its BLAS.
+    // Allocates the memory for building everything added since the last build, structures and scratch:
+    // RecordBuilds then allocates no more. On an Error everything stays added, and what has been allocated is
+    // kept for the next call; it is freed with its BLAS.
     void Reserve();
     // Builds everything added since the last call, in batches whose scratch stays under the budget; a single
-    // BLAS that needs more has a batch and scratch of its own. Reserves what has not been. On an Error
-    // nothing is recorded and everything stays added.
+    // BLAS that needs more has a batch and scratch of its own. Reserves memory that Reserve has not. On an
+    // Error nothing is recorded and everything stays added.
     void RecordBuilds(CommandList& commands);
 
-    // Looks for compacted sizes that have arrived, and takes the memory for as many BLASes as
-    // BlasBuilderDesc::compactionBudget allows; never waits. True: RecordCompaction has something to do.
-    // Without memory that is later: every kRetryPolls-th call tries again.
+    // Checks for compacted sizes that have arrived, and allocates the memory for as many BLASes as
+    // BlasBuilderDesc::compactionBudget allows; never waits. True: RecordCompaction has work to do. Without
+    // memory, every kRetryPolls-th call tries again.
     bool Poll();
     static constexpr uint32_t kRetryPolls = 32;
-    // Copies the BLASes for which Poll has taken memory into smaller ones, which take their places at once
-    // for everything recorded after this call; the old ones are retired once the list has been submitted.
+    // Copies the BLASes for which Poll has allocated memory into smaller ones, which replace them at once for
+    // everything recorded after this call; the old ones are retired once the list has been submitted.
     void RecordCompaction(CommandList& commands);
 
     // Updates Deforming BLASes in place. Addresses and strides of `desc` may differ from the build's; index

@@ -1,4 +1,4 @@
-// The native form of a BlasDesc, and what may be built and updated. For rhi/ alone.
+// The Vulkan structures of a BlasDesc, and the checks of builds and updates. For rhi/ alone.
 #pragma once
 
 #include <string>

@@ -29,7 +29,7 @@ class BuildScratch {
     uint64_t m_bytes = 0;
 };
 
-// Bytes of scratch that one build takes of a shared buffer, rounded up so that the next one starts aligned.
+// Bytes of scratch that one build uses of a shared buffer, rounded up so that the next one starts aligned.
 uint64_t ScratchShare(const Device& device, uint64_t bytes);
 
 // Builds split into batches that run one after the other in the same scratch memory.

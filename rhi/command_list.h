@@ -1,9 +1,9 @@
 // CommandList: records commands for one submission. Made by Device::BeginCommands, consumed by
 // Device::Submit.
 //
-// The render graph binds the pipeline and the resources of a pass before the pass records, so that a pass
-// body usually is one call: TraceRays, Dispatch or Draw*. Each call names its native twin. Threads: one at a
-// time.
+// The render graph binds the pipeline and the resources of a pass before the pass records, so that an execute
+// function usually is one call: TraceRays, Dispatch or Draw*. Functions are named after the Vulkan commands.
+// Threads: one at a time.
 #pragma once
 
 #include <functional>
@@ -21,7 +21,7 @@ namespace raygraph::rhi {
 class TextureTable;
 struct DeviceFunctions;
 
-// The most resources of one pass: maxPushDescriptors of the requirements.
+// The maximum of resources of one pass: maxPushDescriptors of the requirements.
 inline constexpr uint32_t kMaxBoundResources = 32;
 
 // One resource for one binding of set 0. Exactly one member is set.
@@ -87,7 +87,7 @@ class RAYGRAPH_API CommandList {
     void BeginRendering(Extent2D extent, std::span<const ColorTarget> colors,
                         const DepthTarget* depth = nullptr);
     void EndRendering();
-    // What follows draws within this rectangle of the target, until EndRendering.
+    // Restricts later draws to this rectangle of the target, until EndRendering.
     void SetScissor(int32_t x, int32_t y, Extent2D extent);
     void Draw(uint32_t vertexCount, uint32_t instanceCount = 1, uint32_t firstVertex = 0,
               uint32_t firstInstance = 0);
@@ -99,8 +99,9 @@ class RAYGRAPH_API CommandList {
     void DrawIndirect(const Buffer& commands, uint32_t firstDraw, uint32_t drawCount);
 
     // Transfers. Textures are expected in the TRANSFER_SRC/DST_OPTIMAL layout. Each throws Error{Usage}
-    // naming both sides, before anything is recorded, for what does not fit: ranges, rows, mip levels,
-    // offsets that are no multiple of the texel's size (and of 4), formats with texels of another size.
+    // naming both sides, before anything is recorded, for arguments that do not fit: ranges, rows, mip
+    // levels, offsets that are no multiple of the texel's size (and of 4), formats with texels of
+    // another size.
     void CopyBuffer(const Buffer& source, uint64_t sourceOffset, const Buffer& target, uint64_t targetOffset,
                     uint64_t size);
     void CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel = 0);
@@ -116,10 +117,10 @@ class RAYGRAPH_API CommandList {
     // vkCmdClearColorImage, texture in TRANSFER_DST_OPTIMAL.
     void Clear(const Texture& texture, const float (&rgba)[4]);
 
-    // State on the host that goes with what is recorded here. Once the list has been submitted, the functions
-    // of OnSubmitted run in order and those of OnDropped are forgotten; once it is known that it will not be,
-    // because it is dropped or its submission failed, those of OnDropped run, the last one first, and those
-    // of OnSubmitted are forgotten. What they capture lives until then; they must not throw.
+    // Host state that changes with the recorded work. When the list has been submitted, the functions of
+    // OnSubmitted run in order and those of OnDropped are discarded. When it will not be, because it is
+    // dropped or its submission failed, those of OnDropped run, the last one first, and those of OnSubmitted
+    // are discarded. Their captures live until then; they must not throw.
     void OnSubmitted(std::function<void()> run) { m_onSubmitted.push_back(std::move(run)); }
     void OnDropped(std::function<void()> undo) { m_onDropped.push_back(std::move(undo)); }
 

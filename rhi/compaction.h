@@ -1,4 +1,4 @@
-// Compaction: asks for the compacted sizes of built BLASes and finds out, without waiting, when they have
+// Compaction: queries the compacted sizes of built BLASes and detects, without waiting, when they have
 // arrived. For rhi/ alone.
 #pragma once
 
@@ -30,18 +30,18 @@ class Compaction {
         std::weak_ptr<Blas> blas;
         VkAccelerationStructureKHR structure = VK_NULL_HANDLE;
     };
-    // For as many queries; null for none, when compaction is off, and without memory for a pool: what is
-    // built then stays as it is.
+    // For this many queries; null for none, when compaction is off, and without memory for a pool: then
+    // structures stay as built.
     VkQueryPool CreatePool(size_t count);
-    // Takes the pool over; nothing with a null one.
+    // Takes ownership of the pool; does nothing with a null one.
     void RecordQueries(CommandList& commands, VkQueryPool pool, std::span<const Query> queries);
-    // The list with these queries is not going to run.
+    // The list with these queries will not be executed.
     void GiveUp(VkQueryPool pool);
 
     // True: TakeSlice has something.
     bool Poll();
-    // BLASes whose size has arrived, which are worth a copy, and for which there is memory and budget; those
-    // dropped meanwhile are left out.
+    // BLASes whose size has arrived, whose compaction is worthwhile, and for which there is memory and
+    // budget; those dropped meanwhile are left out.
     std::vector<Ready> TakeSlice();
     void PutBack(std::span<const Ready> slice);
 
@@ -57,7 +57,7 @@ class Compaction {
     struct Batch {
         VkQueryPool pool = VK_NULL_HANDLE;
         std::vector<Entry> entries;
-        // Set by the device's retire queue once the list that asks has completed (or was dropped).
+        // Set by the device's retire queue once the list with the queries has completed (or was dropped).
         std::shared_ptr<std::atomic<bool>> isCompleted;
     };
     // A BLAS with the memory of its compacted copy.
@@ -78,7 +78,7 @@ class Compaction {
     std::string m_whyOff;
     std::vector<Batch> m_waiting;
     std::vector<Entry> m_ready;
-    std::vector<Reserved> m_slice;  // what is copied next
+    std::vector<Reserved> m_slice;  // the next copies
     uint32_t m_pollsToRetry = 0;    // after running out of memory
     bool m_hasRunOut = false;
 };

@@ -1,10 +1,10 @@
-// Device: one Vulkan device, created by us or adopted from a host engine, with its memory, its queue and its
-// timeline.
+// Device: one Vulkan device, created by Raygraph or adopted from a host engine, with its memory, its queue
+// and its timeline.
 //
 // No globals: any number of devices in one process, each with its own function table. Nothing here exits or
-// prints; what there is to say reaches DeviceDesc::onMessage. Threads: Create*, Retire, CompletedValue and
-// WaitFor may be called from any thread; Submit takes the queue lock (the host's, when adopted). A
-// CommandList belongs to one thread at a time.
+// prints; messages go to DeviceDesc::onMessage. Threads: Create*, Retire, CompletedValue and WaitFor may be
+// called from any thread; Submit takes the queue lock (the host's, when adopted). A CommandList belongs to
+// one thread at a time.
 #pragma once
 
 #include <chrono>
@@ -35,14 +35,14 @@ enum class MessageSeverity : uint8_t { Info, Warning, Error };
 struct Message {
     MessageSeverity severity = MessageSeverity::Info;
     bool isValidation = false;  // from the validation layers: a failure in every test
-    std::string id;             // e.g. "VUID-vkCmdTraceRaysKHR-None-02699", empty for our own
+    std::string id;             // e.g. "VUID-vkCmdTraceRaysKHR-None-02699", empty for Raygraph's own
     std::string text;           // one or more lines
 };
 
 // Called from any thread, possibly inside a Vulkan call: must not call back into the Device.
 using MessageCallback = std::function<void(const Message&)>;
 
-// How long a wait may last without any submission completing; see hangLimit.
+// The longest time that a wait may last without any submission completing; see hangLimit.
 inline constexpr std::chrono::milliseconds kDefaultHangLimit = std::chrono::minutes(2);
 
 struct DeviceDesc {
@@ -53,21 +53,21 @@ struct DeviceDesc {
     bool validation = false;
     bool debugNames = true;  // object names and labels, where VK_EXT_debug_utils exists
     MessageCallback onMessage = {};
-    // Instance extensions that the window system asks for: with any, the device can show pictures in windows
+    // Instance extensions that the window system requires: with any, the device can present in windows
     // (rhi/swapchain.h). Error{NoDevice} if one of them or VK_KHR_swapchain is missing.
     std::vector<std::string> surfaceExtensions = {};
     uint32_t framesInFlight = 2;
     // A wait in which no submission completes for this long ends in Error{DeviceLost}, which names the last
-    // pass reached. 0: waits have no end. nullopt: kDefaultHangLimit, and 0 on a CPU device, whose frames may
-    // take that long.
+    // pass reached. 0: waits are unlimited. nullopt: kDefaultHangLimit, and 0 on a CPU device, whose frames
+    // may take that long.
     std::optional<std::chrono::milliseconds> hangLimit = {};
-    bool savePipelineCache = true;              // keep it on disk between runs
+    bool savePipelineCache = true;              // keep the pipeline cache on disk between runs
     std::filesystem::path cacheDirectory = {};  // "": $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
 };
 
-// A host's own objects; all of them outlive the Device. The host enabled what rhi/device_requirements.h asks
-// for.
+// A host's own objects; all of them outlive the Device. The host has enabled what rhi/device_requirements.h
+// requires.
 struct AdoptedDeviceDesc {
     std::string name = "host";
     VkInstance instance = VK_NULL_HANDLE;
@@ -77,8 +77,8 @@ struct AdoptedDeviceDesc {
     uint32_t queueFamily = 0;
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // the host's loader
     std::vector<std::string> enabledExtensions = {};          // device extensions the host enabled
-    // Of the optional features, those that the host enabled: no other is used, as Vulkan cannot be asked. For
-    // a device made by FeaturesFor that is OptionalFeaturesOf.
+    // The optional features that the host has enabled: no other is used, because Vulkan cannot be queried for
+    // them. For a device created with FeaturesFor, OptionalFeaturesOf.
     OptionalFeatures enabledFeatures = {};
     bool debugUtilsEnabled = false;  // instance has VK_EXT_debug_utils
     const VkAllocationCallbacks* allocationCallbacks = nullptr;
@@ -94,7 +94,7 @@ struct AdoptedDeviceDesc {
 enum class DeviceType : uint8_t { Cpu, Integrated, Discrete, Virtual, Other };
 RAYGRAPH_API const char* Name(DeviceType type);
 
-// What is fixed about a device once it exists.
+// The constant properties of a device.
 struct DeviceInfo {
     std::string name;    // "llvmpipe (LLVM 15.0.6, 256 bits)"
     std::string driver;  // "llvmpipe Mesa 25.0.7 ..."
@@ -148,24 +148,24 @@ struct SemaphoreUse {
 struct MemoryStatistics {
     uint64_t usedBytes = 0;  // bytes of live resources
     uint64_t peakBytes = 0;  // the largest usedBytes so far
-    // Of usedBytes, what was meant for the device's own memory and had to go into the host's, which is slow.
-    // The first time, a warning says so.
+    // Of usedBytes, resources meant for the device's own memory that had to be placed in the host's, which is
+    // slow. The first time, a warning says so.
     uint64_t fallbackBytes = 0;
 };
 
 // One of the device's memory heaps. With VK_EXT_memory_budget (OptionalFeatures::memoryBudget) budget and use
-// are the driver's; without, 80 % of the size and what this Device has taken.
+// are the driver's; without it, 80 % of the size and what this Device has allocated.
 struct MemoryHeap {
     bool isDeviceLocal = false;  // the device's own; else the host's
     uint64_t sizeBytes = 0;
-    uint64_t budgetBytes = 0;  // what this process can take
-    uint64_t usedBytes = 0;    // what this process has taken, all of its devices
+    uint64_t budgetBytes = 0;  // what this process may use
+    uint64_t usedBytes = 0;    // what this process uses, over all its devices
 };
 
 class RAYGRAPH_API Device {
   public:
-    // Throws Error{NoDevice} naming every device found and why it was refused. A device that is found and
-    // cannot be created is the error of that call: OutOfMemory, DeviceLost or Vulkan.
+    // Throws Error{NoDevice} naming every device found and why it was refused. If a device is found but
+    // cannot be created, throws the Error of that call: OutOfMemory, DeviceLost or Vulkan.
     static std::unique_ptr<Device> Create(const DeviceDesc& desc = {});
     // Checks the host's device against the requirements; throws Error{NoDevice} naming what is missing.
     static std::unique_ptr<Device> Adopt(const AdoptedDeviceDesc& desc);
@@ -173,14 +173,14 @@ class RAYGRAPH_API Device {
     // libvulkan.so.1.
     static std::vector<DeviceReport> Enumerate(PFN_vkGetInstanceProcAddr loader = nullptr);
 
-    // Waits for the device to be idle. One that hangs beyond DeviceDesc::hangLimit keeps what it may still be
-    // using, as a message says: nothing of it is freed.
+    // Waits for the device to be idle. For one that hangs beyond DeviceDesc::hangLimit nothing is freed,
+    // because it may still be in use; a message says so.
     ~Device();
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
 
     const DeviceInfo& Info() const;
-    const DeviceFunctions& Vk() const;  // the function tables: for rhi/ alone
+    const DeviceFunctions& Vk() const;  // the function tables: only for rhi/
     const InstanceFunctions& InstanceVk() const;
     VkDevice Handle() const;
     VkPhysicalDevice PhysicalDevice() const;
@@ -198,25 +198,25 @@ class RAYGRAPH_API Device {
     Buffer CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory);
     Texture CreateTexture(const TextureDesc& desc);
     Texture CreateTexture(const TextureDesc& desc, const MemoryBlock& memory);
-    // A view on a host's image, which stays the host's.
+    // Wraps an image that the host owns, and creates a view of it.
     Texture WrapTexture(const TextureDesc& desc, VkImage image);
-    // A host's buffer in Device memory, which stays the host's; `desc` says its size and what it was made
-    // for. Only if its address is asked for (Buffer::Address, passes that reach it by address, builds) it
-    // needs VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT.
+    // Wraps a buffer in device memory that the host owns; `desc` gives its size and usage. Only if its
+    // address is used (Buffer::Address, passes that reach it by address, builds) does it need
+    // VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT.
     Buffer WrapBuffer(const BufferDesc& desc, VkBuffer buffer);
-    // A host's top-level structure, which stays the host's to build and destroy; see rhi/tlas.h.
+    // Wraps a TLAS that the host owns, builds and destroys; see rhi/tlas.h.
     Tlas WrapTlas(const std::string& name, VkAccelerationStructureKHR structure);
     Sampler CreateSampler(const SamplerDesc& desc);
     MemoryBlock CreateMemoryBlock(const std::string& name, const MemoryRequirements& requirements);
     MemoryRequirements RequirementsOf(const TextureDesc& desc);
     MemoryRequirements RequirementsOf(const BufferDesc& desc);
-    // Whether levels of such a texture can be made from each other (CommandList::BlitMip).
+    // Whether mip levels of such a texture can be generated (CommandList::BlitMip).
     bool CanGenerateMips(Format format) const;
     MemoryStatistics Memory() const;
     std::vector<MemoryHeap> MemoryHeaps() const;
     // From now on resources that would take MemoryStatistics::usedBytes above `bytes` are refused with
     // Error{OutOfMemory}, as if the device had no more. 0: no limit. Threads that create resources at the
-    // same time may exceed it by those.
+    // same time may exceed it by these resources.
     void LimitMemory(uint64_t bytes);
 
     // One timeline: every submission signals the next value.
@@ -227,17 +227,17 @@ class RAYGRAPH_API Device {
     uint64_t Submit(CommandList&& commands, std::span<const SemaphoreUse> waits = {},
                     std::span<const SemaphoreUse> signals = {});
     // Submits no commands: the signals follow the waits. For work that failed before its submission, whose
-    // semaphores others count on. Returns and throws as Submit does.
+    // semaphores others wait for. Returns and throws as Submit does.
     uint64_t Forward(std::span<const SemaphoreUse> waits, std::span<const SemaphoreUse> signals);
     uint64_t CompletedValue() const;
     uint64_t LastSubmittedValue() const;
     VkSemaphore Timeline() const;
     // Throws Error{DeviceLost} for a lost device, and for one that hangs (DeviceDesc::hangLimit).
     void WaitFor(uint64_t value);
-    // Waits for our own submissions; a host's on the same queue are not looked at.
+    // Waits for Raygraph's own submissions, not for a host's on the same queue.
     void WaitIdle();
 
-    // vkQueuePresentKHR under the queue's lock: for Swapchain alone. Its result is the caller's to read.
+    // vkQueuePresentKHR under the queue's lock: only for Swapchain. The caller handles its result.
     VkResult Present(const VkPresentInfoKHR& info);
     // WaitIdle, then vkQueueWaitIdle under the queue's lock: presentation has no timeline to wait for.
     void WaitQueueIdle();
@@ -246,18 +246,18 @@ class RAYGRAPH_API Device {
     // completed; a list that is kept open holds back all that is retired meanwhile. At once when there is no
     // such work.
     void Retire(std::function<void()> destroy);
-    // Frees what the timeline has passed. Submit and WaitFor call it.
+    // Frees retired objects that the timeline has passed. Submit and WaitFor call it.
     void CollectGarbage();
 
     // Gives a Vulkan object its debug name; nothing without VK_EXT_debug_utils.
     void SetName(VkObjectType type, uint64_t handle, const std::string& name);
-    // Sends a message of our own to the callback.
+    // Sends one of Raygraph's own messages to the callback.
     void Say(MessageSeverity severity, const std::string& text) const;
     // Throws the Error that fits `result` unless it is a success; `what` names object and call.
     void Check(VkResult result, std::string_view what) const;
-    // Who to ask which pass was reached when the device is lost; what all of them say goes into the Error, an
-    // empty text says nothing. `report` is called from any thread, never after the result has gone, and must
-    // not call back into the Device.
+    // Registers a function that says which pass was reached when the device is lost. All non-empty reports go
+    // into the Error. `report` is called from any thread, never after the returned object has been destroyed,
+    // and must not call back into the Device.
     [[nodiscard]] std::shared_ptr<const void> AddLastPassReport(std::function<std::string()> report);
     // Validation messages seen so far, core and synchronization. An adopted device has none: the messages of
     // a host's instance reach the host's own messenger.
@@ -279,7 +279,7 @@ class RAYGRAPH_API Device {
     void Free(VkBuffer buffer, VmaAllocation allocation) noexcept;
     void Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept;
     void FreeMemory(VmaAllocation allocation) noexcept;
-    // Before and after memory is taken: Error{OutOfMemory} beyond the limit; counts what was taken.
+    // Before and after memory is allocated: Error{OutOfMemory} beyond the limit; counts the memory.
     void RequireMemory(const std::string& subject, uint64_t bytes);
     void CheckMemory(VkResult result, const std::string& subject);
     void NoteMemory(VmaAllocation allocation, const std::string& subject, bool isForDevice);

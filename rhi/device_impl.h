@@ -1,4 +1,4 @@
-// Inside of Device: for the sources of Device and CommandList alone.
+// The private state of Device: only for the sources of Device and CommandList.
 #pragma once
 
 #include <atomic>
@@ -14,7 +14,7 @@
 
 namespace raygraph::rhi {
 
-// Reads what DeviceInfo says; `optional` is taken over.
+// Fills in DeviceInfo; `optional` is moved into it.
 DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t queueFamily,
                           const OptionalFeatures& optional);
 // Name, driver, type and refusals of one enumerated device.
@@ -23,8 +23,8 @@ DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstance
 // "VK_ERROR_DEVICE_LOST"
 std::string ResultName(VkResult result);
 
-// Of a call that failed while a device was made: spent memory and a lost device are no lack of a suitable
-// one.
+// The Error of a call that failed while a device was created: exhausted memory and a lost device are not
+// NoDevice.
 ErrorKind KindOfCreationError(VkResult result);
 
 // A command buffer with the pool it comes from; reused once the timeline has reached `until`.
@@ -52,7 +52,7 @@ class MemoryCounter {
     std::atomic<uint64_t> m_used{0}, m_peak{0}, m_fallback{0};
 };
 
-// Those who know which pass was reached. Thread-safe; shared with them, as they may outlive the device.
+// The reporters of the last pass reached. Thread-safe; shared with them, as they may outlive the device.
 class LastPassReports {
   public:
     using Report = std::function<std::string()>;
@@ -64,7 +64,7 @@ class LastPassReports {
         const std::lock_guard lock(m_mutex);
         m_reports.erase(entry);
     }
-    // What all of them say.
+    // All their reports.
     std::string Text();
 
   private:
@@ -77,22 +77,22 @@ struct Device::Impl {
     ~Impl() { Close(); }
 
     // From the handles to a working device: functions, allocator, timeline, pipeline cache. Throws; Close()
-    // then frees what there is.
+    // then frees what was created.
     void Open(const OptionalFeatures& optional, const std::filesystem::path& cacheFolder,
               std::optional<std::chrono::milliseconds> wantedHangLimit);
     // Frees everything of a device that is idle or lost, and in the created case the device and the instance.
     // Never throws.
     void Close() noexcept;
-    // Everything of ours has left the queue, or the device is lost. False: it hangs.
+    // All own submissions have completed, or the device is lost. False: it hangs.
     bool Drain() noexcept;
-    // Waits for the timeline; VK_TIMEOUT when no submission completed for hangLimit. A wait for a device that
-    // still stands where another has found it to hang ends at once.
+    // Waits for the timeline; VK_TIMEOUT when no submission completed for hangLimit. A wait ends at once if
+    // the timeline has not advanced since another wait found the device to hang.
     VkResult Await(uint64_t value) noexcept;
-    // How far the timeline is.
+    // The timeline's current value.
     VkResult AskCompleted(uint64_t& value) noexcept;
     uint64_t SubmitBatch(const Device& owner, VkCommandBuffer commands, std::span<const SemaphoreUse> waits,
                          std::span<const SemaphoreUse> signals);
-    // No message of the validation layers comes any more.
+    // Ends the delivery of validation messages.
     void Silence() noexcept;
     void LockQueue();
     void UnlockQueue();
@@ -123,9 +123,9 @@ struct Device::Impl {
     VkSemaphore timeline = VK_NULL_HANDLE;
     std::mutex submitMutex;  // orders timeline values like submissions; taken before the host's queue lock
     std::atomic<uint64_t> lastSubmitted{0};
-    std::atomic<uint64_t> lastCompleted{0};       // as far as we have asked
+    std::atomic<uint64_t> lastCompleted{0};       // as of the last query
     std::chrono::milliseconds hangLimit{0};       // 0: none
-    std::atomic<uint64_t> hangsAt{~uint64_t{0}};  // how far the timeline was when a wait found it to hang
+    std::atomic<uint64_t> hangsAt{~uint64_t{0}};  // the timeline's value when a wait found it to hang
     std::mutex slotMutex;
     std::vector<CommandSlot> slots;  // not being recorded
     RetireQueue retired;

@@ -1,5 +1,5 @@
-// What Raygraph needs from a Vulkan device, as data: readable before any device exists, so that a host engine
-// can create its own VkDevice from it. Threads: any.
+// The requirements of Raygraph on a Vulkan device, as data: readable before any device exists, so that a host
+// engine can create its own VkDevice from it. Threads: any.
 #pragma once
 
 #include <memory>
@@ -85,7 +85,7 @@ class RAYGRAPH_API FeatureChain {
     std::unique_ptr<Impl> m_impl;
 };
 
-// The functions below ask a physical device; `loader` is where `instance` came from. Thread-safe.
+// The functions below query a physical device; `loader` is the one that created `instance`. Thread-safe.
 
 // The required features plus the optional ones that `device` has.
 RAYGRAPH_API FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
@@ -94,15 +94,15 @@ RAYGRAPH_API FeatureChain FeaturesFor(VkPhysicalDevice device, PFN_vkGetInstance
 // strings live as long as the program.
 RAYGRAPH_API std::vector<const char*> ExtensionsFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                     VkInstance instance);
-// The first queue family with all of RequirementList::queueFlags; nothing if there is none.
+// The first queue family with all of RequirementList::queueFlags; nullopt if there is none.
 RAYGRAPH_API std::optional<uint32_t> QueueFamilyFor(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                     VkInstance instance);
-// The optional capabilities of `device`: extension and feature are both there.
+// The optional capabilities of `device`: extension and feature are both present.
 RAYGRAPH_API OptionalFeatures OptionalFeaturesOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                                                  VkInstance instance);
-// Turns off what needs a device extension that is not in `enabled`.
+// Turns off capabilities that need a device extension which is not in `enabled`.
 RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, std::span<const std::string> enabled);
-// Turns off what is off in `enabled`.
+// Turns off capabilities that are off in `enabled`.
 RAYGRAPH_API OptionalFeatures Restrict(OptionalFeatures features, const OptionalFeatures& enabled);
 // Every reason for which `device` cannot be used, one line each; empty: it can.
 RAYGRAPH_API std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,

@@ -1,5 +1,5 @@
-// Texel formats the module uses, and their Vulkan twins. Threads: plain values and pure functions, for any
-// thread.
+// The texel formats in use, and the corresponding VkFormats. Threads: plain values and pure functions, for
+// any thread.
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,7 @@
 // Tables of Vulkan functions: InstanceFunctions for what needs no device, DeviceFunctions one per device,
-// loaded through that device's own vkGetDeviceProcAddr. Members carry the native names, so a call reads
-// `vk.vkCmdDispatch(...)`. To use one more function, add a line to the fitting list; nothing else changes.
-// For rhi/ alone. Threads: any; tables do not change once they are loaded.
+// loaded through that device's own vkGetDeviceProcAddr. Members have the Vulkan names, so a call reads
+// `vk.vkCmdDispatch(...)`. To use one more function, add a line to the right list; nothing else changes. For
+// rhi/ alone. Threads: any; tables do not change once they are loaded.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Where everything that a Device has to say goes: one callback, with a count of validation messages.
+// The sink of all messages of a Device: one callback, with a count of validation messages.
 #pragma once
 
 #include <atomic>

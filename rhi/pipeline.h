@@ -1,11 +1,11 @@
-// Pipeline: what compute, raster and ray-tracing pipelines share. The layout is made from the shaders
-// themselves:
+// Pipeline: the common base of compute, raster and ray-tracing pipelines. The layout is derived from the
+// shaders:
 //   set 0  push descriptors (vkCmdPushDescriptorSetKHR) of every binding of any stage
 //   set 1  the bindless textures (rhi/texture_table.h), if a stage declares set 1
 //   push constants: one range from 0, visible to all stages
 // Owners as in rhi/resources.h: move-only, freed once the timeline has passed every submission made before.
-// Threads: CreateComputePipeline, CreateRasterPipeline and CreateRayTracingPipeline, which make them, may be
-// called from any.
+// Threads: CreateComputePipeline, CreateRasterPipeline and CreateRayTracingPipeline may be called from
+// any.
 #pragma once
 
 #include <span>
@@ -40,12 +40,13 @@ class RAYGRAPH_API Pipeline {
     uint32_t PushConstantBytes() const { return m_interface.pushConstants.bytes; }
     // The stages to name in vkCmdPushConstants: those of the range in the layout.
     VkShaderStageFlags PushConstantStages() const { return m_interface.stages; }
-    // Wall time that the driver took to make the pipeline.
+    // Wall time that the driver took to create the pipeline.
     double CreationMs() const { return m_creationMs; }
 
   protected:
     Pipeline() = default;
-    // Reflects and merges the stages and makes the layouts; the derived pipeline then makes the VkPipeline.
+    // Reflects and merges the stages and creates the layouts; the derived pipeline then creates
+    // the VkPipeline.
     Pipeline(Device& device, std::string name, std::span<const ShaderStage> stages);
     Pipeline(Pipeline&& other) noexcept { *this = std::move(other); }
     Pipeline& operator=(Pipeline&& other) noexcept;

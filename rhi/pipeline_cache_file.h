@@ -1,7 +1,7 @@
-// PipelineCacheFile: what a driver's pipeline cache says between two runs.
+// PipelineCacheFile: keeps a driver's pipeline cache on disk between runs.
 //
 // One file a device model and driver version, named by vendor, device and pipelineCacheUUID. The driver's
-// bytes are wrapped in a header of our own with their size and checksum, and the driver's own header is
+// bytes are wrapped in an additional header with their size and checksum, and the driver's own header is
 // compared with the device, so that a damaged or foreign file never reaches the driver. Not thread-safe.
 // Never throws.
 #pragma once
@@ -22,7 +22,7 @@ std::filesystem::path PipelineCacheFolder(const std::filesystem::path& configure
 
 class PipelineCacheFile {
   public:
-    PipelineCacheFile() = default;  // no file: Load gives nothing, Save fails
+    PipelineCacheFile() = default;  // no file: Load returns nothing, Save fails
     PipelineCacheFile(const std::filesystem::path& folder, const VkPhysicalDeviceProperties& device);
 
     const std::filesystem::path& Path() const { return m_path; }

@@ -12,8 +12,8 @@
 
 namespace raygraph::rhi {
 
-// Copies go into the caller's list, so that they run right after what made the data; the caller submits it
-// and says as which value. One thread at a time.
+// Copies go into the caller's list, so that they run right after the commands that write the data; the caller
+// submits it and gives the timeline value. One thread at a time.
 class RAYGRAPH_API Readback {
   public:
     Readback() = default;
@@ -34,7 +34,7 @@ class RAYGRAPH_API Readback {
     bool IsReady() const;
     // The bytes; valid while this object lives. Throws Error{Usage} when they are not ready.
     std::span<const std::byte> Bytes() const;
-    // Waits until they are there. Throws Error{Usage} if the list was not submitted.
+    // Waits until the bytes are ready. Throws Error{Usage} if the list was not submitted.
     std::span<const std::byte> Wait();
 
   private:
@@ -43,7 +43,7 @@ class RAYGRAPH_API Readback {
     uint64_t m_value = 0;
 };
 
-// Submit and wait: for tests and for programs that have nothing else to do. Errors as above.
+// Submit and wait: for tests and for programs without other work. Errors as above.
 RAYGRAPH_API std::vector<std::byte> ReadBuffer(Device& device, const Buffer& source, uint64_t offset = 0,
                                                uint64_t size = VK_WHOLE_SIZE);
 RAYGRAPH_API std::vector<std::byte> ReadTexture(Device& device, const Texture& source, VkImageLayout layout,

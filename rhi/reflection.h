@@ -1,4 +1,5 @@
-// What a SPIR-V module says about itself: bindings, push constants, specialization constants, workgroup size.
+// The reflected interface of a SPIR-V module: bindings, push constants, specialization constants,
+// workgroup size.
 // Threads: pure functions, no device; any thread.
 //
 // Names are the GLSL names: of the variable for images, samplers and acceleration structures; for a buffer or
@@ -72,7 +73,7 @@ struct ShaderReflection {
 };
 
 // Throws Error{Usage} starting with `name` for words that are not a module of one known stage, and for a
-// binding of a kind that Raygraph does not bind (separate images and samplers, texel buffers, 64-bit
+// binding of a kind that Raygraph does not support (separate images and samplers, texel buffers, 64-bit
 // specialization constants).
 RAYGRAPH_API ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name = "shader");
 
@@ -82,13 +83,13 @@ struct NamedReflection {
     ShaderReflection reflection;
 };
 
-// A binding as a whole pipeline sees it.
+// A binding, merged over a pipeline's stages.
 struct BindingInfo : Binding {
     VkShaderStageFlags stages = 0;
     std::string firstShader;  // the shader that declared it first, for messages
 };
 
-// The bindings of all stages of one pipeline, merged: what a pass has to bind.
+// The bindings of all stages of one pipeline, merged: the resources that a pass has to bind.
 struct RAYGRAPH_API ShaderInterface {
     std::vector<BindingInfo> bindings;                   // of set 0, by binding: the pass's own
     bool usesTextureTable = false;                       // some stage uses set 1: the bindless textures

@@ -81,14 +81,14 @@ class RAYGRAPH_API Buffer {
 
     VkBuffer Handle() const { return m_buffer; }
     uint64_t Size() const { return m_desc.size; }
-    // Device address; every buffer has one (buffer device address is a requirement). The driver is asked for
-    // it here and not before: older validation layers confuse buffers that share memory once they know their
+    // Device address; every buffer has one (buffer device address is a requirement). It is queried here
+    // and not before: older validation layers confuse buffers that share memory once they know their
     // addresses.
     VkDeviceAddress Address() const;
     // The mapped bytes of an Upload or Readback buffer, coherent; empty for Device memory.
     std::span<std::byte> Mapped() const;
     const BufferDesc& Desc() const { return m_desc; }
-    // False for a host's buffer that was only wrapped: destroying this object then frees nothing.
+    // False for a wrapped buffer of a host: destroying this object then frees nothing.
     bool OwnsBuffer() const { return m_ownsBuffer; }
     explicit operator bool() const { return m_buffer != VK_NULL_HANDLE; }
 
@@ -98,7 +98,7 @@ class RAYGRAPH_API Buffer {
     Device* m_device = nullptr;
     BufferDesc m_desc;
     VkBuffer m_buffer = VK_NULL_HANDLE;
-    VmaAllocation m_allocation = nullptr;  // null: bound to a MemoryBlock, or not ours
+    VmaAllocation m_allocation = nullptr;  // null: bound to a MemoryBlock, or wrapped
     std::byte* m_mapped = nullptr;
     bool m_ownsBuffer = true;
 };
@@ -122,8 +122,8 @@ struct TextureDesc {
     uint32_t mipLevels = 1;
 };
 
-// A 2D image with one view of all its mips (none if it is only copied). Its layout is not tracked here: that
-// is the render graph's work.
+// A 2D image with one view of all its mips (none if it is only copied). Its layout is not tracked here: the
+// render graph does that.
 class RAYGRAPH_API Texture {
   public:
     Texture() = default;
@@ -136,7 +136,7 @@ class RAYGRAPH_API Texture {
     Extent2D Extent() const { return m_desc.extent; }
     const TextureDesc& Desc() const { return m_desc; }
     VkImageSubresourceRange AllMips() const;
-    // False for a host's image that was only wrapped: destroying this object then frees the view alone.
+    // False for a wrapped image of a host: destroying this object then frees only the view.
     bool OwnsImage() const { return m_ownsImage; }
     explicit operator bool() const { return m_image != VK_NULL_HANDLE; }
 
@@ -180,7 +180,7 @@ class RAYGRAPH_API Sampler {
     VkSampler m_sampler = VK_NULL_HANDLE;
 };
 
-// What a resource needs from memory, known before it is bound: input of transient aliasing.
+// The memory requirements of a resource, known before it is bound: input of transient aliasing.
 struct MemoryRequirements {
     uint64_t size = 0;
     uint64_t alignment = 1;
@@ -196,7 +196,7 @@ class RAYGRAPH_API MemoryBlock {
     MemoryBlock& operator=(MemoryBlock&& other) noexcept;
     ~MemoryBlock();
 
-    // As asked for, with the one memory type that was chosen. What is bound must fit into it.
+    // As requested, with the one memory type that was chosen. Bound resources must fit into it.
     const MemoryRequirements& Requirements() const { return m_requirements; }
     explicit operator bool() const { return m_allocation != nullptr; }
 

@@ -1,8 +1,9 @@
-// RetireQueue: what is to be destroyed once the device cannot use it any more. Knows numbers only, no Vulkan.
+// RetireQueue: objects to be destroyed once the device cannot use them any more. Uses only numbers,
+// no Vulkan.
 //
-// Two clocks decide. Timeline values tell how far the device is. Serials tell which command lists were being
-// recorded when the object was retired: such a list may still mention it, so the object waits until each of
-// them has been submitted (and then for that submission) or dropped.
+// Two clocks decide. Timeline values give the progress of the device. Serials identify the command lists that
+// were being recorded when the object was retired: such a list may still refer to it, so the object waits
+// until each of them has been submitted (and then for that submission) or dropped.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +28,7 @@ class RetireQueue {
 
     // Runs `destroy` at once when nothing can be using the object any more, otherwise keeps it.
     void Retire(Destroy destroy, uint64_t completed);
-    // Runs what the timeline has passed.
+    // Runs the functions of objects that the timeline has passed.
     void Collect(uint64_t completed);
     // Runs all, in order: for a device that is idle or lost.
     void CollectAll();

@@ -28,11 +28,11 @@ enum class StageKind : uint8_t {
 RAYGRAPH_API VkShaderStageFlagBits ToVk(StageKind stage);
 // "ray generation", "closest hit", ...: for errors.
 RAYGRAPH_API const char* Name(StageKind stage);
-// By the file's suffix: .rgen .rmiss .rchit .rahit .rint .rcall .comp .vert .frag; nothing for any other.
+// By the file's suffix: .rgen .rmiss .rchit .rahit .rint .rcall .comp .vert .frag; nullopt for any other.
 RAYGRAPH_API std::optional<StageKind> StageOfFile(std::string_view fileName);
 
 // One stage of a pipeline. The words are read while the pipeline is created and may be freed afterwards.
-// Empty (no words) means: this stage is not there.
+// Empty (no words): the stage is absent.
 struct ShaderStage {
     std::string name{};  // "pathtrace/pathtrace.rgen": for errors and labels
     std::span<const uint32_t> spirv{};

@@ -1,4 +1,4 @@
-// Swapchain: the images that a window shows one after the other.
+// Swapchain: the images that a window presents.
 //
 //   while (std::optional<SwapchainImage> image = swapchain.Acquire()) {
 //       ... a submission that waits for image->acquired, leaves image->texture in PRESENT_SRC_KHR and
@@ -23,9 +23,9 @@ using MakeSurface = std::function<bool(VkInstance instance, VkSurfaceKHR* surfac
 
 struct SwapchainDesc {
     std::string name = "swapchain";
-    // Asks the window system for the window's surface; the Swapchain destroys it. False: there is none.
+    // Creates the window's surface; the Swapchain destroys it. False: there is none.
     MakeSurface makeSurface = {};
-    Extent2D extent = {};         // of the window in pixels; empty: minimized, Acquire gives nothing
+    Extent2D extent = {};         // of the window in pixels; empty: minimized, Acquire returns nothing
     bool waitsForRefresh = true;  // false: as fast as frames come, where the device can
 };
 
@@ -38,17 +38,17 @@ struct SwapchainImage {
 
 class Swapchain {
   public:
-    // Error{NoDevice} if the device cannot show pictures on the surface, Error{Vulkan} with the call that
-    // failed. `device` outlives the object.
+    // Error{NoDevice} if the device cannot present to the surface, Error{Vulkan} with the call that failed.
+    // `device` outlives the object.
     Swapchain(Device& device, const SwapchainDesc& desc);
     ~Swapchain();  // waits for the queue
     Swapchain(const Swapchain&) = delete;
     Swapchain& operator=(const Swapchain&) = delete;
 
-    // May wait for the screen. An image that was acquired and not presented is given again. Nothing: the
-    // window has another size, or none: Resize.
+    // May wait for the screen. An image that was acquired and not presented is returned again. Nullopt: the
+    // window has another size, or none: call Resize.
     std::optional<SwapchainImage> Acquire();
-    // False: the window has another size: Resize. The image counts as presented.
+    // False: the window has another size: call Resize. The image counts as presented.
     bool Present(const SwapchainImage& image);
     // Waits for the queue. The extent is the one that the surface prescribes, if it does.
     void Resize(Extent2D extent);

@@ -13,7 +13,7 @@
 
 namespace raygraph::rhi {
 
-// The most slots a table can have; every device with descriptor indexing takes more.
+// The maximum of slots of a table; every device with descriptor indexing supports more.
 inline constexpr uint32_t kMaxTextureTableSlots = 65536;
 
 // The layout behind Device::TextureTableLayout(): one array of combined image samplers of variable size,
@@ -23,8 +23,8 @@ RAYGRAPH_API VkDescriptorSetLayout CreateTextureTableLayout(Device& device);
 // Slots 0 to capacity - 1. Every slot always holds a texture: a free one holds the default, since a driver
 // may fault on an empty one. Textures are expected in SHADER_READ_ONLY_OPTIMAL; a texture and its sampler
 // outlive their slot, the defaults the table. Add and Remove may be called from any thread and at any time,
-// also while frames that use the table are in flight: a removed slot goes back to the default, and can be
-// handed out again, only when every frame that could read it has completed.
+// also while frames that use the table are in flight: a removed slot returns to the default, and can be
+// reused, only when every frame that could read it has completed.
 class RAYGRAPH_API TextureTable {
   public:
     // Throws Error{Usage} if capacity is 0 or above kMaxTextureTableSlots.
@@ -42,7 +42,7 @@ class RAYGRAPH_API TextureTable {
     VkDescriptorSet Set() const;
     uint32_t Capacity() const;
     uint32_t Count() const;  // slots that hold a texture that was added
-    // Slots that Add can hand out now. A removed one is among them once no frame can read it any more.
+    // Slots that Add can return now. A removed one is among them once no frame can read it any more.
     uint32_t FreeCount() const;
 
   private:

@@ -1,7 +1,8 @@
 // TimestampPool: GPU times of a frame, read without waiting.
 //
-// Each frame takes one of a few ranges of queries; a range is read when the timeline has passed its frame and
-// used again after that. A frame whose range comes up again unread (nobody polled) is lost, and counted.
+// Each frame takes one of a few ranges of queries; a range is read when the timeline has passed its frame
+// and used again after that. A frame whose range is reused before it was read (without polling) is lost,
+// and counted.
 // Threads: one at a time.
 #pragma once
 
@@ -37,8 +38,8 @@ class RAYGRAPH_API TimestampPool {
     // a frame.
     std::optional<uint32_t> Write(CommandList& commands,
                                   VkPipelineStageFlags2 stage = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
-    // The frame was submitted as this timeline value. A frame that was not submitted is given up by the next
-    // BeginFrame.
+    // The frame was submitted as this timeline value. The next BeginFrame discards a frame that was not
+    // submitted.
     void EndFrame(uint64_t submitted);
 
     // The oldest completed frame not yet returned; never waits.

@@ -40,15 +40,15 @@ RAYGRAPH_API void WriteInstances(std::span<const TlasInstance> instances, std::s
 
 struct TlasDesc {
     std::string name = "tlas";
-    uint32_t capacity = 0;     // most instances it can hold; more needs a new Tlas
+    uint32_t capacity = 0;     // maximum of instances; more needs a new Tlas
     bool allowsUpdate = true;  // Update may be called
 };
 
 // An owner as in rhi/resources.h. Scratch memory is its own. Build and Update order themselves after earlier
-// builds on the device; readers of the structure are ordered by who records the list. A list that is dropped
-// takes its builds back. One of Device::WrapTlas is a host's, to be traced against: Build and Update are
-// refused, Bytes and InstanceCount are 0. Its instances carry what our shaders read of them, and the offsets
-// that WriteInstances writes for a hit set.
+// builds on the device; the caller that records the list orders readers of the structure. Dropping a list
+// undoes its builds. One from Device::WrapTlas belongs to a host and can only be traced against: Build and
+// Update are refused, Bytes and InstanceCount are 0. The host's instances must have the fields that
+// Raygraph's shaders read, and the offsets that WriteInstances writes for a hit set.
 class RAYGRAPH_API Tlas {
   public:
     Tlas() = default;
@@ -78,7 +78,7 @@ class RAYGRAPH_API Tlas {
     TlasDesc m_desc;
     AccelerationStructure m_structure;
     BuildScratch m_scratch;
-    // What is built as far as lists have been recorded; shared with those that may be dropped.
+    // The build state as of the recorded lists; shared with lists that may be dropped.
     struct Built {
         bool isBuilt = false;
         uint32_t count = 0;

@@ -3,7 +3,7 @@
 // respected. Threads: types only.
 #pragma once
 
-// Within this tree VK_NO_PROTOTYPES is defined by the build, so that nothing of ours can call a function of
-// libvulkan. Not here: a host that includes our headers before <vulkan/vulkan.h> is to get its own
-// prototypes.
+// Within this tree VK_NO_PROTOTYPES is defined by the build, so that no code here can call a function of
+// libvulkan. It is not defined in this header: a host that includes it before <vulkan/vulkan.h> must still
+// get its prototypes.
 #include <vulkan/vulkan_core.h>
