@@ -1,4 +1,4 @@
-// The BSDF of a surface as seen from one direction, by the model in use (shared/trace_options.h).
+// The BSDF of a surface as seen from one direction, by the active model (shared/trace_options.h).
 //     SurfaceBSDF BSDFOf(material, wo, ...)
 //     vec3 Evaluate(bsdf, wi, pdf, diffuse)  f, the density of wi in Sample_f, and the diffuse part of f
 //     BSDFSample SampleDirection(bsdf, uc, u, isEvaluated)
@@ -18,21 +18,21 @@ SHADING_BEGIN
 struct SurfaceBSDF {
     uint flags;
     vec3 wo;
-    PreparedGltf gltf;  // of these three, the one in use is set
+    PreparedGltf gltf;  // of these three, the active one is set
     DiffuseBxDF lambert;
     LafortuneBxDF lafortune;
 };
 
-// What is around a surface, beside its material.
+// The surroundings of a surface, beside its material.
 struct SurfaceSetting {
     float eta;         // index of refraction of the other side over that of wo's side
-    bool isThin;       // no medium begins behind it
-    float leastAlpha;  // roughened to this; 0: as it is
-    uint seed;         // for lobes that walk at random
+    bool isThin;       // there is no medium behind it
+    float leastAlpha;  // minimum alpha; 0: unchanged
+    uint seed;         // for the random walk of lobes
 };
 
-// The glTF material on the modified Phong model: the base color of what is not metal is diffuse, the rest a
-// specular lobe about as wide as the microfacets of that roughness make it.
+// The glTF material on the modified Phong model: the base color of the non-metallic share is diffuse, the
+// rest a specular lobe about as wide as that of microfacets of this roughness.
 INLINE LafortuneBxDF LafortuneOf(SurfaceMaterial material) {
     float f0 = Sqr((material.ior - 1.0f) / (material.ior + 1.0f)) * material.specular;
     LafortuneBxDF lobe;
@@ -73,15 +73,15 @@ INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting sett
     return bsdf;
 }
 
-// Light goes straight on through a smooth thin wall as through a hole, but for the share that is lost.
+// Light passes straight through a smooth thin wall as through a hole, except for the share that is lost.
 INLINE bool IsSmoothThinWall(SurfaceMaterial material) {
     if (!HasTraceFeature(kTraceThinWalls) || ActiveBrdf() != kBrdfGltf) return false;
     return (material.flags & (kMaterialVolume | kMaterialUnlit)) == 0u && material.transmission > 0.0f &&
            Sqr(material.roughness) < kSmoothAlpha;
 }
 
-// The share that is not lost, of light at cosI to the shading normal. `eta` is the wall's index of refraction
-// over that of what is around it.
+// The transmitted share of light at cosI to the shading normal. `eta` is the wall's index of refraction over
+// that of the surrounding medium.
 INLINE vec3 StraightShare(SurfaceMaterial material, float eta, float cosI) {
     SurfaceSetting setting;
     setting.eta = eta;
@@ -106,8 +106,8 @@ INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf, OUT(vec3) diffus
     return Evaluate(bsdf.gltf, wi, pdf, diffuse);
 }
 
-// Sample_f without its evaluation: of the sample, f and pdf are still to be had from Evaluate unless
-// isEvaluated says that they are there.
+// Sample_f without its evaluation: f and pdf of the sample come from Evaluate, unless isEvaluated is
+// set.
 INLINE BSDFSample SampleDirection(SurfaceBSDF bsdf, float uc, vec2 u, OUT(bool) isEvaluated) {
     isEvaluated = true;
     if (ActiveBrdf() == kBrdfLambert) return Sample_f(bsdf.lambert, bsdf.wo, uc, u);
@@ -117,7 +117,7 @@ INLINE BSDFSample SampleDirection(SurfaceBSDF bsdf, float uc, vec2 u, OUT(bool) 
 
 INLINE vec3 DiffuseOf(SurfaceBSDF bsdf, BSDFSample evaluated) {
     if (ActiveBrdf() == kBrdfLafortune) return min(bsdf.lafortune.diffuse * kInvPi, evaluated.f);
-    // The others evaluate samples of one lobe alone
+    // The others evaluate samples of only one lobe
     return (evaluated.flags & kBxDFDiffuse) != 0u ? evaluated.f : vec3(0.0f);
 }
 

@@ -1,9 +1,9 @@
-// Conventions of every lobe, in pbrt-v4's words.
+// Conventions of every lobe, with the terms of pbrt-v4.
 //
 // Directions are of unit length, in the local frame of the surface: the shading normal is +z. wo points to
 // the viewer, wi to the light; both point away from the surface, and the cosine of w is w.z.
 //
-// A lobe is a struct; what it can do are overloads on it:
+// A lobe is a struct with these overloads:
 //     vec3 f(lobe, wo, wi)                  the value of the BSDF in 1/sr, without the cosine
 //     BSDFSample Sample_f(lobe, wo, uc, u)  a direction: uc chooses among parts, u within one
 //     float PDF(lobe, wo, wi)               density of wi in Sample_f, per solid angle
@@ -39,12 +39,12 @@ CONST uint kBxDFSpecular = 16u;
 INLINE bool IsReflective(uint flags) { return (flags & kBxDFReflection) != 0u; }
 INLINE bool IsTransmissive(uint flags) { return (flags & kBxDFTransmission) != 0u; }
 INLINE bool IsSpecular(uint flags) { return (flags & kBxDFSpecular) != 0u; }
-// Something other than a delta: light sampling can reach it.
+// Not only a delta: light sampling can evaluate it.
 INLINE bool IsNonSpecular(uint flags) { return (flags & (kBxDFDiffuse | kBxDFGlossy)) != 0u; }
 
 struct BSDFSample {
     vec3 f;      // 1/sr, without the cosine
-    float pdf;   // per solid angle; 0: there is no sample, and the other fields mean nothing
+    float pdf;   // per solid angle; 0: there is no sample, and the other fields are undefined
     vec3 wi;     // local frame, unit length
     float eta;   // relative index of refraction along wi: 1 but for transmission
     uint flags;  // of the part that was sampled, a subset of Flags(lobe)

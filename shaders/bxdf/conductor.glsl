@@ -1,5 +1,5 @@
-// A metal: microfacets that reflect by Fresnel's share, once (Walter et al. 2007, eq. 20), or a mirror
-// where the surface is effectively smooth. Light that leaves facets for other facets is lost.
+// A metal: microfacets that reflect by Fresnel's share, once (Walter et al. 2007, eq. 20), or a mirror where
+// the surface is effectively smooth. Single scattering: light that a facet sends to another facet is lost.
 #ifndef RAYGRAPH_BXDF_CONDUCTOR_GLSL
 #define RAYGRAPH_BXDF_CONDUCTOR_GLSL
 
@@ -40,7 +40,7 @@ INLINE BSDFSample Sample_f(ConductorBxDF lobe, vec3 wo, float /* uc: one part */
     }
     float side = wo.z < 0.0f ? -1.0f : 1.0f;
     vec3 wm = side * Sample_wm(lobe.distribution, side * wo, u);
-    // What goes into the surface meets another facet, and is lost.
+    // A direction into the surface meets another facet; that light is lost.
     vec3 wi = Reflect(wo, wm);
     if (dot(wo, wm) <= 0.0f || !SameHemisphere(wo, wi)) return result;
     result.wi = wi;

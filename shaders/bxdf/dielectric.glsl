@@ -1,14 +1,16 @@
 // The interface of two dielectrics, smooth or rough, that absorbs nothing: Walter et al. 2007, "Microfacet
-// Models for Refraction through Rough Surfaces". Light that leaves facets for other facets is lost.
+// Models for Refraction through Rough Surfaces". Single scattering: light that a facet sends to another facet
+// is lost.
 //
 // eta is the index below the surface (z < 0) over that above it; wo may be on either side. Transmission
 // scales radiance by the square of the relative index, 1 / eta^2 seen from above, and returns as
 // BSDFSample::eta the index on the side of wi over that on the side of wo. So f(wo, wi) n(wi)^2 = f(wi, wo)
-// n(wo)^2, and an estimate that is to be free of the scale (Russian roulette) multiplies by eta^2.
+// n(wo)^2, and an estimate that must not contain the scale (Russian roulette) multiplies by eta^2.
 //
-// Thin: a sheet with air on both sides. What a facet lets through goes straight on: its direction is that of
-// the reflection mirrored through the sheet, roughened as much as the reflection, with the same masking and a
-// returned eta of 1 (KHR_materials_transmission). Light between the two faces of the sheet is not followed.
+// Thin: a sheet with air on both sides. Light that a facet transmits passes straight on: its direction is
+// that of the reflection mirrored through the sheet, roughened as much as the reflection, with the same
+// masking and a returned eta of 1 (KHR_materials_transmission). Light between the two faces of the sheet is
+// not followed.
 #ifndef RAYGRAPH_BXDF_DIELECTRIC_GLSL
 #define RAYGRAPH_BXDF_DIELECTRIC_GLSL
 
@@ -113,7 +115,7 @@ INLINE BSDFSample Sample_f(DielectricBxDF lobe, vec3 wo, float uc, vec2 u) {
     float share = isReflection ? reflected : 1.0f - reflected;
     result.flags = (isReflection ? kBxDFReflection : kBxDFTransmission) | kBxDFGlossy;
     if (isReflection || lobe.isThin) {
-        // What goes into the surface meets another facet, and is lost.
+        // A direction into the surface meets another facet; that light is lost.
         vec3 wr = Reflect(wo, wm);
         if (!SameHemisphere(wo, wr)) return result;
         result.wi = isReflection ? wr : MirrorThroughSheet(wr);

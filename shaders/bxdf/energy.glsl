@@ -1,13 +1,13 @@
-// Energy of rough surfaces: how much one bounce returns, by the tables of shared/energy_tables.h, and what
-// single scattering is multiplied by so that later bounces are in it.
+// Energy of rough surfaces: the albedo of one bounce, by the tables of shared/energy_tables.h, and the
+// factors on single scattering that compensate for multiple scattering.
 //
-// E. Turquin 2019, "Practical multiple scattering compensation for microfacet models", with his factor
-// 1 + F0 (1 - E) / E refined, which returns too much from rough and half-bright facets. Light that meets a
-// second facet is reflected by the mean of what Schlick's curve says at the two, and goes on to a third, a
-// fourth, ... with a chance q that walks were asked for: of reflectance F there, (1 - q) / (1 - q F) of it is
+// E. Turquin 2019, "Practical multiple scattering compensation for microfacet models", with a refined factor:
+// his 1 + F0 (1 - E) / E returns too much from rough and half-bright facets. Light that meets a second facet
+// is reflected by the mean of Schlick's curve at the two, and goes on to a third, a fourth, ... with a
+// probability q that was measured by random walks: of reflectance F there, (1 - q) / (1 - q F) of it is
 // returned. White facets return all, and the factor is 1 / E as in the paper.
 //
-// The tables are the includer's to provide, declared beforehand:
+// The includer provides the tables, declared beforehand:
 //     uvec4 EnergyEntryAt(uint index)  eight numbers, two to a word, the first in the lower bits
 #ifndef RAYGRAPH_BXDF_ENERGY_GLSL
 #define RAYGRAPH_BXDF_ENERGY_GLSL
@@ -28,7 +28,7 @@ SHADING_BEGIN
 
 OPTION(MultiscatterKind, MultiscatterKind, 4, Lut)
 
-// A place between two entries of an evenly spaced axis.
+// A position between two entries of an evenly spaced axis.
 struct TableSpan {
     uint first;  // at most count - 2
     float t;     // 0: the first, 1: the one after it
@@ -46,7 +46,7 @@ INLINE TableSpan SpanAt(float x, uint count) {
 // The row of the reflection tables for a roughness. Anisotropic surfaces take the geometric mean.
 INLINE TableSpan EnergyRow(vec2 alpha) { return SpanAt(sqrt(sqrt(alpha.x * alpha.y)), kEnergyAlphaCount); }
 
-// Numbers of an entry, or of entries interpolated.
+// Values of an entry, or interpolated ones.
 struct EnergyEntry {
     vec4 first;
     vec4 second;
@@ -67,13 +67,13 @@ INLINE EnergyEntry MixEntries(EnergyEntry a, EnergyEntry b, float t) {
     return entry;
 }
 
-// How white and Schlick-curved facets reflect from one direction, or on average over all of them.
+// The reflection of white facets and of facets with Schlick's curve, from one direction or averaged over all.
 struct FacetEnergy {
     vec2 single;         // A, B of one bounce, F0 A + F90 B
     float second;        // share that meets a second facet, 1 - A - B
     float curveMean;     // there, of Schlick's curve s1 and s2 at the two: (s1 + s2) / 2, times the share
     float curveProduct;  // s1 s2, times the share
-    float continuation;  // chance of a third facet, a fourth, ...
+    float continuation;  // probability of a third facet, a fourth, ...
 };
 
 INLINE FacetEnergy FacetEnergyOf(EnergyEntry entry) {
@@ -118,8 +118,8 @@ INLINE vec3 MultipleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90, float laterCur
     return two * (1.0f - q) / max(vec3(1.0f) - q * mix(f0, f90, laterCurve), vec3(1e-4f));
 }
 
-// What reflection and transmission of a refracting surface are multiplied by, and the albedo of a diffuse
-// reflection that comes on top.
+// The factors on reflection and transmission of a refracting surface, and the albedo of an additional diffuse
+// reflection.
 struct GlassScale {
     vec3 reflected;
     vec3 transmitted;
@@ -128,10 +128,10 @@ struct GlassScale {
 
 INLINE float CornerWeight(TableSpan span, uint isNext) { return isNext != 0u ? span.t : 1.0f - span.t; }
 
-// eta is n(beyond) / n(here); `single` is that of FacetEnergy for the same direction. All three together come
+// eta is n(beyond) / n(here); `single` is that of FacetEnergy for the same direction. All three together sum
 // to 1, and light is reflected and transmitted in the shares that the walk has. From the denser side it
-// reflects far more than one bounce does (facets send back what others let pass): that is broad, and made up
-// by the diffuse part.
+// reflects far more than one bounce does (facets send back what others transmit): that lobe is broad, and
+// approximated by the diffuse part.
 INLINE GlassScale GlassScaleAt(vec3 f0, vec3 f90, vec2 single, vec2 alpha, float eta, float cosTheta) {
     TableSpan column = SpanAt(sqrt(max(cosTheta, 0.0f)), kEnergyGlassCosCount);
     TableSpan row = SpanAt(sqrt(sqrt(alpha.x * alpha.y)), kEnergyGlassAlphaCount);
@@ -151,7 +151,7 @@ INLINE GlassScale GlassScaleAt(vec3 f0, vec3 f90, vec2 single, vec2 alpha, float
     }
     if (!isLeaving) total = vec3(0.0f, single.x, single.y);
 
-    // What the walk makes of the two parts, for the Fresnel of eta, or that of the table's last
+    // The shares of the walk for the two parts, for the Fresnel of eta, or that of the table's last
     float tableEta = clamp(eta, 1.0f / 3.0f, 3.0f);
     float own = DielectricF0(tableEta);
     float own90 = DielectricF90(tableEta);

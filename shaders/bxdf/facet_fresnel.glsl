@@ -1,4 +1,4 @@
-// What one facet of a material reflects: the curves of bxdf/fresnel.glsl between the reflectances that
+// The reflectance of one facet of a material: the curves of bxdf/fresnel.glsl between the reflectances that
 // materials give.
 #ifndef RAYGRAPH_BXDF_FACET_FRESNEL_GLSL
 #define RAYGRAPH_BXDF_FACET_FRESNEL_GLSL
@@ -9,14 +9,14 @@ SHADING_BEGIN
 
 struct FacetFresnel {
     vec3 f0;        // at normal incidence
-    vec3 f90;       // where Schlick's curve ends; the tables of energy go by this one whatever the model
+    vec3 f90;       // where Schlick's curve ends; the energy tables use this one whatever the model
     vec3 exactF90;  // where the exact curve of a dielectric ends
     bool isMetal;
 };
 
 // Of light that makes cosI > 0 with the facet; eta is n(far side) / n(this side) as seen from here, and not
-// read for metals. Total reflection is whole whatever f90. Dielectrics with an exact model have the shape of
-// the exact curve, moved to f0 and exactF90 at its ends; f0 is then that of eta times a tint.
+// read for metals. Total reflection is 1 whatever f90. Dielectrics with an exact model have the shape of the
+// exact curve, moved to f0 and exactF90 at its ends; f0 is then that of eta times a tint.
 INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
     if (fresnel.isMetal) {
         if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(cosI, fresnel.f0, fresnel.f90);
@@ -33,8 +33,8 @@ INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
     return mix(fresnel.f0, fresnel.exactF90, clamp((exact - f0) / max(1.0f - f0, 1e-6f), 0.0f, 1.0f));
 }
 
-// What a layer of that reflectance leaves to what is below it: of every channel the share of the one that is
-// reflected most. Else a colored layer would give the light below it the inverse color
+// The share of light that a layer of that reflectance passes to its base: for every channel that of the
+// channel which is reflected most. Otherwise a colored layer would give the base the inverse color
 // (KHR_materials_specular).
 INLINE vec3 PassedShare(vec3 reflectance) { return vec3(1.0f - MaxComponent(reflectance)); }
 

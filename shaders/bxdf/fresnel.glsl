@@ -1,4 +1,4 @@
-// The share of light that an interface reflects.
+// Fresnel reflectance: the share of light that an interface reflects.
 //
 // Cosines are of the angle between the direction and the normal (of the microfacet, for rough surfaces).
 // Rounding may leave them a little outside [-1, 1]. eta is an index of refraction relative to the side that
@@ -42,11 +42,11 @@ INLINE float DielectricF0(float eta) { return Sqr((eta - 1.0f) / (eta + 1.0f)); 
 
 // Where Schlick's curve for a dielectric ends, at grazing angles; the same from both sides. It is 1 for
 // relative indices of 1.346 and more (common glass and plastic in air: F90 of glTF). Between media of nearer
-// indices what is truly reflected shrinks to nothing, but for angles ever closer to grazing; a curve that
-// ends at 1 would keep (1 - cos)^5. There F90 is such that the mean over the hemisphere, weighted by the
-// cosine, F0 + (F90 - F0) / 21, is that of Fresnel's equations within 0.5 %: a fit to 21 (mean - F0) + F0,
-// with r = sqrt(F0). Its limit for r -> 0 is exact, 14 r: the mean is then 8 r times the integral over t > 0
-// of t (sqrt(t^2 + 1) - t)^4, which is 1/12.
+// indices the true reflectance vanishes, except at angles ever closer to grazing; a curve that ends at 1
+// would keep (1 - cos)^5. There F90 is such that the mean over the hemisphere, weighted by the cosine, F0 +
+// (F90 - F0) / 21, is that of Fresnel's equations within 0.5 %: a fit to 21 (mean - F0) + F0, with r =
+// sqrt(F0). Its limit for r -> 0 is exact, 14 r: the mean is then 8 r times the integral over t > 0 of t
+// (sqrt(t^2 + 1) - t)^4, which is 1/12.
 INLINE float DielectricF90(float eta) {
     float r = abs((eta - 1.0f) / (eta + 1.0f));  // the quotient of DielectricF0
     return min(14.0f * r / (1.0f + 5.9f * r + 0.457f * sqrt(r)), 1.0f);
@@ -60,7 +60,7 @@ INLINE float RefractedCosine(float cosTheta, float eta) {
 }
 
 // Fresnel's equations for unpolarized light and two dielectrics. eta is the index below the surface over that
-// above it; cosTheta < 0 is light that comes from below. 1 for total reflection.
+// above it; cosTheta < 0 is light from below. 1 for total reflection.
 INLINE float FresnelDielectric(float cosTheta, float eta) {
     float etaAhead = cosTheta < 0.0f ? 1.0f / eta : eta;
     float cosI = min(abs(cosTheta), 1.0f);
@@ -72,7 +72,7 @@ INLINE float FresnelDielectric(float cosTheta, float eta) {
 }
 
 // Schlick's curve with the arguments of FresnelDielectric. It is a curve of the cosine in the thinner medium;
-// total reflection, where there is none, is exact. So it is the same from both ends of a path.
+// total reflection, where that cosine does not exist, is exact. So it is the same from both ends of a path.
 INLINE float FresnelSchlickDielectric(float cosTheta, float eta) {
     float etaAhead = cosTheta < 0.0f ? 1.0f / eta : eta;
     float cosI = min(abs(cosTheta), 1.0f);
@@ -110,17 +110,17 @@ INLINE vec3 ConductorF0(vec3 eta, vec3 k) {
 // The cosine where LazanyiWeight is largest, 1 / 7: 82 degrees.
 CONST float kLazanyiPeak = 0.142857142857143f;
 
-// The shape of what Schlick's curve has too much of for metals, cos (1 - cos)^6: Lazányi and Szirmay-Kalos
-// 2005, "Fresnel Term Approximations for Metals". Their exponent is fitted to each metal; here it is 6 and
-// the amplitude alone is fitted (Hoffman 2019, "Fresnel Equations Considered Harmful").
+// The shape of the excess of Schlick's curve for metals, cos (1 - cos)^6: Lazányi and Szirmay-Kalos 2005,
+// "Fresnel Term Approximations for Metals". Their exponent is fitted to each metal; here it is 6 and only the
+// amplitude is fitted (Hoffman 2019, "Fresnel Equations Considered Harmful").
 INLINE float LazanyiWeight(float cosTheta) {
     float c = clamp(cosTheta, 0.0f, 1.0f);
     float m = 1.0f - c;
     return c * Sqr(Sqr(m)) * Sqr(m);
 }
 
-// What a conductor reflects. Make it by one of the two functions below; a field that the active model does
-// not read costs nothing on the device.
+// The reflectance parameters of a conductor. Create them by one of the two functions below; a field that the
+// active model does not read costs nothing on the device.
 struct ConductorFresnel {
     vec3 f0;       // at normal incidence
     vec3 f90;      // at grazing incidence; read by Schlick and Lazanyi

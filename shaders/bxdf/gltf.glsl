@@ -3,26 +3,27 @@
 //     dielectric = a Fresnel layer over mix(diffuse, transmitted, transmission)
 //
 // Layer and metal are rough GGX reflection; light is transmitted by refraction, or by a thin wall, where it
-// goes straight on but for the roughness. Both take their color from baseColor.
+// passes straight on, spread by the roughness. Both take their color from baseColor.
 //
-// The layer takes from the diffuse base what it reflects: with E its albedo, the base is multiplied by
-// (1 - E(wo)) (1 - E(wi)) / (1 - mean E), which is reciprocal and returns everything where the base is white
+// The layer reduces the diffuse base by what it reflects: with E its albedo, the base is multiplied by (1 -
+// E(wo)) (1 - E(wi)) / (1 - mean E), which is reciprocal and returns everything where the base is white
 // (Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks").
 //
-// Later bounces among the facets, by kMultiscatter:
+// Multiple scattering between the facets, by kMultiscatter:
 // - `off` loses them.
-// - `lut` scales each lobe by what wo says (bxdf/energy.glsl), so that f(wo, wi) and f(wi, wo) differ by the
-//   ratio of two such factors: for white metals and thin walls less than 1.4 at alpha 0.2, 1.8 at 0.5 and 3.3
-//   at 1, for dielectrics over diffuse less than 1.1.
-// - `walk` walks (bxdf/multiscatter_walk.glsl). f is then an unbiased estimate that depends on `seed`, and
-//   PDF, made of single scattering and a diffuse share, is only near the density of Sample_f. It serves for
-//   the weights of multiple importance sampling, which need to add up to one and nothing else;
-//   f |wi.z| / pdf of the sample estimates without bias, but is not f(wo, wi) |wi.z| / PDF(wo, wi).
+// - `lut` scales each lobe by a factor that depends on wo (bxdf/energy.glsl), so that f(wo, wi) and f(wi, wo)
+//   differ by the ratio of two such factors: for white metals and thin walls less than 1.4 at alpha 0.2, 1.8
+//   at 0.5 and 3.3 at 1, for dielectrics over diffuse less than 1.1.
+// - `walk` simulates a random walk (bxdf/multiscatter_walk.glsl). f is then an unbiased estimate that depends
+//   on `seed`, and PDF, made of single scattering and a diffuse share, only approximates the density of
+//   Sample_f. It suffices for the weights of multiple importance sampling, which only need to sum to one; f
+//   |wi.z| / pdf of the sample is an unbiased estimate, but is not f(wo, wi) |wi.z| / PDF(wo, wi).
 //
-// wo.z > 0 always: the integrator turns the frame to the viewer's side and gives eta for it. Light that is
-// transmitted is radiance scaled by 1 / eta^2, and the sample returns eta.
+// wo.z > 0 always: the integrator turns the frame to the viewer's side and gives eta for it. Transmission
+// scales radiance by 1 / eta^2, and the sample returns eta.
 //
-// Prepare(bxdf, wo) does once what f, PDF and Sample_f at wo share; prefer the overloads on what it returns.
+// Prepare(bxdf, wo) computes once what f, PDF and Sample_f at wo share; prefer the overloads that take
+// its result.
 #ifndef RAYGRAPH_BXDF_GLTF_GLSL
 #define RAYGRAPH_BXDF_GLTF_GLSL
 
@@ -35,12 +36,12 @@ SHADING_BEGIN
 // The index as seen from the thinner side, where nothing is reflected totally.
 INLINE float OutsideEta(PreparedGltf g) { return max(g.bxdf.eta, 1.0f / g.bxdf.eta); }
 
-// What the dielectric's facet reflects, seen from wo.
+// The reflectance of the dielectric's facets, seen from wo.
 INLINE vec3 GlassReflectance(PreparedGltf g, float cosI) {
     return FacetReflectance(g.dielectric, cosI, g.isThin ? OutsideEta(g) : g.eta);
 }
 
-// What facets of opaque matter reflect. From inside a denser medium they act as from outside.
+// The reflectance of opaque facets. From inside a denser medium they act as from outside.
 INLINE vec3 OpaqueReflectance(PreparedGltf g, float cosI) {
     if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(cosI, g.reflect0, g.reflect90);
     return g.metalScale * FacetReflectance(MetalFresnel(g.bxdf), cosI, 1.0f) +
@@ -49,7 +50,7 @@ INLINE vec3 OpaqueReflectance(PreparedGltf g, float cosI) {
 
 INLINE bool HasDiffuseBase(PreparedGltf g) { return MaxComponent(g.diffuse) > 0.0f; }
 
-// The chance that Sample_f reflects at a facet of glass.
+// The probability that Sample_f reflects at a facet of glass.
 INLINE float GlassReflectChance(PreparedGltf g, vec3 reflectance) {
     float reflected = Average(g.glassReflect * reflectance);
     float passed = Average(g.glassPass * PassedShare(reflectance));
@@ -57,21 +58,21 @@ INLINE float GlassReflectChance(PreparedGltf g, vec3 reflectance) {
     return sum > 0.0f ? reflected / sum : 1.0f;
 }
 
-// Share of light that a smooth thin wall lets straight through where it makes cosI with the normal: f |wi.z|
-// of that delta.
+// Share of light at cosI to the normal that passes straight through a smooth thin wall: f |wi.z| of that
+// delta.
 INLINE vec3 StraightShare(GltfBxDF lobe, float cosI) {
     if (!(cosI > 0.0f)) return vec3(0.0f);
     vec3 reflectance = FacetReflectance(DielectricFresnel(lobe), cosI, max(lobe.eta, 1.0f / lobe.eta));
     return lobe.baseColor * ((1.0f - lobe.metallic) * lobe.transmission) * PassedShare(reflectance);
 }
 
-// The chance that Sample_f goes straight through a smooth thin wall.
+// The probability that Sample_f passes straight through a smooth thin wall.
 INLINE float StraightChance(PreparedGltf g) {
     if (!HasGlass(g)) return 0.0f;
     return g.glassChance * (1.0f - GlassReflectChance(g, GlassReflectance(g, g.wo.z)));
 }
 
-// A smooth thin wall that lets nothing through; `chance` is StraightChance, and below 1.
+// A smooth thin wall without its transmission; `chance` is StraightChance, and below 1.
 INLINE PreparedGltf WithoutStraight(PreparedGltf g, float chance) {
     float scale = 1.0f / (1.0f - chance);
     g.glassPass = vec3(0.0f);
@@ -90,18 +91,18 @@ INLINE vec3 GltfBase(PreparedGltf g, vec3 wi) {
     return g.diffuse * max(PassedShare(layer), vec3(0.0f));
 }
 
-// All that is sampled by the cosine: the base, and what facets of glass return after many bounces.
+// All parts that are sampled by the cosine: the base, and multiple scattering of glass.
 INLINE vec3 GltfDiffuse(PreparedGltf g, vec3 wi) { return GltfBase(g, wi) + g.glassDiffuse; }
 
-// The refraction that the tables scale: masked as reflection is, which is nearer in shape to all bounces
-// together than one bounce alone.
+// The refraction that the tables scale: masked like reflection, which is closer in shape to all bounces
+// together than one bounce is.
 INLINE float CompensatedRefractionLobe(PreparedGltf g, vec3 wi, vec3 wm) {
     float ci = abs(wi.z);
     float visible = 1.0f / (g.wo.z * ci + LambdaCos(g.facets, g.wo) * ci + LambdaCos(g.facets, wi) * g.wo.z);
     return D(g.facets, wm) * visible * dot(g.wo, wm) * RefractionJacobian(g.wo, wi, wm, g.eta) / Sqr(g.eta);
 }
 
-// f of all that facets do by one bounce, and its part of the density.
+// f of single scattering by the facets, and its part of the density.
 INLINE vec3 GltfFacets(PreparedGltf g, vec3 wi, OUT(float) pdf) {
     pdf = 0.0f;
     bool isThrough = HasTraceFeature(kTraceGlass) && wi.z < 0.0f;
@@ -135,7 +136,8 @@ INLINE vec3 GltfFacets(PreparedGltf g, vec3 wi, OUT(float) pdf) {
     return value * ReflectionLobe(g.facets, g.wo, mirrored, wm);
 }
 
-// One of the surfaces that the walk may take place in, chosen with a chance that `weight` makes up for.
+// One of the surfaces in which the walk may take place, chosen with a probability that `weight`
+// compensates for.
 INLINE WalkSurface ChooseWalk(PreparedGltf g, float uc, OUT(vec3) weight) {
     float chance = uc * (g.opaqueChance + g.glassChance);
     float metalChance = g.opaqueChance * g.metalShare;
@@ -159,12 +161,13 @@ INLINE WalkSurface ChooseWalk(PreparedGltf g, float uc, OUT(vec3) weight) {
     return surface;
 }
 
-// What light takes on by passing: the base's color, and the scale of radiance.
+// The factor on transmitted light: the base's color, and the scale of radiance.
 INLINE vec3 PassedTint(PreparedGltf g) {
     return g.isThin ? g.bxdf.baseColor : g.bxdf.baseColor / Sqr(g.bxdf.eta);
 }
 
-// The walk's estimate of f, all but diffuse; `pdf` has single scattering's density and is made the walk's.
+// The walk's estimate of f, without diffuse; `pdf` comes in as the density of single scattering and becomes
+// that of the walk.
 INLINE vec3 GltfWalkEstimate(PreparedGltf g, vec3 wi) {
     WalkRng rng = StartWalkRng(g.bxdf.seed ^ 0x5bd1e995u);
     vec3 weight = vec3(0.0f);
@@ -175,7 +178,7 @@ INLINE vec3 GltfWalkEstimate(PreparedGltf g, vec3 wi) {
     return value * weight / abs(wi.z);
 }
 
-// The density that stands for the walk's: single scattering, and for the rest a cosine.
+// The density that approximates the walk's: single scattering, and a cosine lobe for the rest.
 INLINE float GltfWalkPDF(PreparedGltf g, vec3 wi, float singlePdf) {
     float glassHalf = 0.5f * g.glassChance;
     float chance = wi.z > 0.0f ? g.opaqueChance + glassHalf : glassHalf;
@@ -252,7 +255,7 @@ INLINE BSDFSample SampleGltfWalk(PreparedGltf g, float uc, vec2 u) {
     return WalkedSample(g, result, walked.weight * weight);
 }
 
-// Sample_f but for f and pdf, which Evaluate has, unless isEvaluated says that they are there.
+// Sample_f without f and pdf, which come from Evaluate, unless isEvaluated is set.
 INLINE BSDFSample SampleDirection(PreparedGltf g, float uc, vec2 u, OUT(bool) isEvaluated) {
     BSDFSample result = NoSample();
     isEvaluated = true;

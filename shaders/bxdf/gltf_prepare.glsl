@@ -1,4 +1,4 @@
-// The parameters of bxdf/gltf.glsl, and what evaluation and sampling from one direction share.
+// The parameters of bxdf/gltf.glsl, and the values that evaluation and sampling from one direction share.
 #ifndef RAYGRAPH_BXDF_GLTF_PREPARE_GLSL
 #define RAYGRAPH_BXDF_GLTF_PREPARE_GLSL
 
@@ -10,7 +10,8 @@
 
 SHADING_BEGIN
 
-// Surfaces that refract are kept this far from matched media, where no facet could be told from a direction.
+// Surfaces that refract are kept this far from matched media, where the facet cannot be computed from
+// the direction.
 CONST float kGltfMinRefraction = 1e-3f;
 
 struct GltfBxDF {
@@ -39,15 +40,15 @@ struct PreparedGltf {
     vec3 layerScale;
     // The dielectric's own Fresnel
     FacetFresnel dielectric;
-    // Scales of glass: of what facets reflect, and of what they let pass
+    // Factors for glass: on reflection, and on transmission
     vec3 glassReflect;
     vec3 glassPass;
     vec3 glassDiffuse;  // over pi
-    // Diffuse base over pi, but for 1 - E(wi)
+    // Diffuse base over pi, without the factor 1 - E(wi)
     vec3 diffuse;
     TableSpan row;
     float laterCurve;
-    // What Sample_f chooses by; they sum to 1, or all are 0
+    // The lobe probabilities of Sample_f; they sum to 1, or all are 0
     float opaqueChance;
     float glassChance;
     float diffuseChance;
@@ -88,7 +89,7 @@ INLINE FacetFresnel MetalFresnel(GltfBxDF lobe) {
     return fresnel;
 }
 
-// The tables are those of GGX with correlated masking; other surfaces are left as they are.
+// The tables are those of GGX with correlated masking; other models are not scaled.
 INLINE bool HasCompensation() {
     return ActiveMultiscatterKind() == kMultiscatterKindLut && ActiveDistribution() == kDistributionGgx &&
            ActiveMasking() == kMaskingCorrelated;
@@ -98,7 +99,7 @@ INLINE bool IsWalked() {
     return ActiveMultiscatterKind() == kMultiscatterKindWalk && ActiveDistribution() == kDistributionGgx;
 }
 
-// What makes single scattering of albedo `single` include `multiple`.
+// The factor by which single scattering of albedo `single` includes `multiple`.
 INLINE vec3 LaterBounces(vec3 single, vec3 multiple) {
     return HasCompensation() ? vec3(1.0f) + multiple / max(single, vec3(1e-4f)) : vec3(1.0f);
 }
@@ -192,7 +193,7 @@ INLINE PreparedGltf Prepare(GltfBxDF lobe, vec3 wo) {
             g.glassDiffuse = scale.diffuse * (glass * kInvPi);
             glassDiffuse = glass * Average(scale.diffuse);
         }
-        // From the denser side much is reflected totally
+        // From the denser side there is much total reflection
         vec3 layer = g.eta < 1.0f && !g.isThin ? max(single, vec3(0.5f)) : single;
         float returned = glass * Average(mix(lobe.baseColor, vec3(1.0f), layer));
         g.glassChance = max(returned - glassDiffuse, 0.01f * glass);

@@ -4,9 +4,9 @@
 // Reciprocal; it reflects at most diffuse + specular, which must not exceed 1 in any channel, and all of it
 // at normal incidence. Part of the specular lobe goes below the horizon at other angles, and is lost.
 //
-// Sample_f chooses by uc among diffuse, specular and nothing: with the chance 1 - max(diffuse) -
+// Sample_f chooses by uc among diffuse, specular and nothing: with probability 1 - max(diffuse) -
 // max(specular) the light is absorbed and the sample fails. So PDF integrates to less than one: to the two
-// shares, less what of the specular lobe is below the horizon.
+// shares, minus the part of the specular lobe below the horizon.
 #ifndef RAYGRAPH_BXDF_LAFORTUNE_GLSL
 #define RAYGRAPH_BXDF_LAFORTUNE_GLSL
 
@@ -33,15 +33,15 @@ INLINE uint Flags(LafortuneBxDF lobe) {
     return flags | (MaxComponent(lobe.specular) > 0.0f ? kBxDFReflection | kBxDFGlossy : kBxDFNone);
 }
 
-// The chances of the diffuse and of the specular part. Their sum exceeds 1 where different channels have the
-// largest share; then both are scaled to leave no absorption.
+// The probabilities of the diffuse and of the specular part. Their sum exceeds 1 where different channels
+// have the largest share; then both are scaled to leave no absorption.
 INLINE vec2 LobeChances(LafortuneBxDF lobe) {
     vec2 chances = vec2(MaxComponent(lobe.diffuse), MaxComponent(lobe.specular));
     return chances / max(chances.x + chances.y, 1.0f);
 }
 
 // cos^n of the angle between wi and the mirror direction of wo; 0 from a right angle on. The distance of
-// their ends says that angle more exactly than its cosine does.
+// their ends gives that angle more precisely than its cosine does.
 INLINE float MirrorPower(float exponent, vec3 wo, vec3 wi) {
     vec3 difference = wi - vec3(-wo.x, -wo.y, wo.z);
     float oneMinusCos = 0.5f * dot(difference, difference);

@@ -1,8 +1,8 @@
-// Distributions of microfacet normals, how facets hide each other, and how normals are drawn.
+// Microfacet distributions, masking and shadowing, and the sampling of normals.
 //
-// Directions w are in the local frame of the surface. Masking sees abs(w.z), so either side will do; normals
-// wm point up. Lobes use forms that neither divide by a cosine nor take a tangent: grazing directions and tan
-// = 0 are in order, and only w.z = 0 itself is the caller's to refuse.
+// Directions w are in the local frame of the surface. Masking uses abs(w.z), so either side is valid; normals
+// wm point up. Lobes use forms without division by a cosine and without tangents: grazing directions and
+// tan = 0 are valid, and the caller must refuse only w.z = 0 itself.
 //
 //     ggx       Trowbridge and Reitz 1975; Walter et al. 2007, "Microfacet Models for Refraction through
 //               Rough Surfaces", eq. 33. Draws visible normals.
@@ -66,7 +66,7 @@ INLINE float D(MicrofacetDistribution d, vec3 wm) {
     float cos2 = wm.z * wm.z;
     float peak = kInvPi / (d.alpha.x * d.alpha.y);
     if (ActiveDistribution() == kDistributionBeckmann) {
-        // The exponential is 0 long before the cosine is.
+        // The exponential underflows to 0 long before the cosine does.
         return cos2 < 1e-8f ? 0.0f : peak * exp2(-1.44269504088896f * slope2 / cos2) / (cos2 * cos2);
     }
     if (ActiveDistribution() == kDistributionPhong) {
@@ -116,7 +116,8 @@ INLINE float StirlingRest(float z) {
 
 // Euler's beta function of 1 + a and 1 + b, for a, b >= 0; to 1e-5.
 INLINE float BetaOnePlus(float a, float b) {
-    // B(x, y) = B(x + 1, y + 1) (x + y) (x + y + 1) / (x y) brings Stirling's series where it is good.
+    // B(x, y) = B(x + 1, y + 1) (x + y) (x + y + 1) / (x y) shifts the arguments to where Stirling's series
+    // is accurate.
     float x = 2.0f + a;
     float y = 2.0f + b;
     float sum = x + y;

@@ -1,18 +1,18 @@
-// Light among the facets of a rough GGX surface, any number of bounces: the random walk of Heitz, Hanika,
-// d'Eon and Dachsbacher 2016, "Multiple-Scattering Microfacet BSDFs with the Smith Model", SIGGRAPH.
+// Multiple scattering between the facets of a rough GGX surface: the random walk of Heitz, Hanika, d'Eon and
+// Dachsbacher 2016, "Multiple-Scattering Microfacet BSDFs with the Smith Model", SIGGRAPH.
 //
 // Smith's surface acts as a slab of microflakes (Dupuy, Heitz and d'Eon 2016, "Additional Progress Towards
 // the Unification of Microfacet and Microflake Theories"). With depth measured as t = -log2 C1(h), C1 the
-// share of the surface that lies below height h, a ray that came from direction v goes so deep before it
-// meets a facet:
+// share of the surface that lies below height h, a ray from direction v goes this deep before it meets a
+// facet:
 //     t' = t + v.z e / Sigma(v),  e = -log2(1 - u)
 // upwards too, where t' <= 0 means that it left; it leaves with probability 2^(-t Lambda). No distribution of
 // heights is needed but for its symmetry: a ray refracted below sees the surface from below, where the depth
 // is -log2(1 - 2^-t). Directions below are kept inverted (w -> -w), so that the code sees one side only.
 //
-// The walk draws its numbers from a stream of its own: a function of `seed` alone. It makes at most
-// kWalkBounceLimit bounces; light that is still inside then is lost. White and lossless at alpha = 1 and
-// grazing that is less than 1e-4 for a reflector and 1e-3 for a dielectric (measured by the tests).
+// The walk has its own stream of random numbers: a function of `seed` only. It makes at most kWalkBounceLimit
+// bounces; light that is still inside then is lost. White and lossless at alpha = 1 and grazing that is less
+// than 1e-4 for a reflector and 1e-3 for a dielectric (measured by the tests).
 #ifndef RAYGRAPH_BXDF_MULTISCATTER_WALK_GLSL
 #define RAYGRAPH_BXDF_MULTISCATTER_WALK_GLSL
 
@@ -25,11 +25,11 @@ SHADING_BEGIN
 
 CONST uint kWalkBounceLimit = 64u;
 
-// What a facet does with the light that it does not reflect.
+// How a facet treats the light that it does not reflect.
 CONST uint kWalkAbsorbs = 0u;
 CONST uint kWalkRefracts = 1u;
-// A thin sheet: all light goes on as if reflected. In the end a part leaves mirrored on the far side: what
-// the first facet and the last let pass, on average of the two.
+// A thin sheet: all light goes on as if reflected. In the end a part leaves mirrored on the far side: the
+// mean of the transmittance of the first facet and of the last.
 CONST uint kWalkPassesThin = 2u;
 
 // wo of the functions below has z > 0.
@@ -258,7 +258,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
         }
     }
 
-    // All else
+    // All other bounces
     WalkRng rng = StartWalkRng(seed);
     WalkRay ray = StartWalkRay(wo);
     vec3 multiple = vec3(0.0f);

@@ -1,5 +1,5 @@
-// Color is linear, with Rec. 709 / sRGB primaries and white D65, everywhere but in the images a person looks
-// at.
+// Color is linear, with Rec. 709 / sRGB primaries and white D65, everywhere except in displayed
+// images.
 #ifndef RAYGRAPH_CORE_COLOR_GLSL
 #define RAYGRAPH_CORE_COLOR_GLSL
 

@@ -1,6 +1,6 @@
 // Equirectangular environment maps in glTF's axes (right-handed, +y up). Without rotation: +x at u = 0.5, +z
 // at u = 0.75, -z at u = 0.25, -x at the seam; v = 0 is +y, the first row of the image. `rotation` turns the
-// environment about +y, counter-clockwise seen from above, in radians: at pi/2 what was at +x is at -z.
+// environment about +y, counter-clockwise seen from above, in radians: at pi/2 the direction +x moves to -z.
 #ifndef RAYGRAPH_CORE_EQUIRECT_GLSL
 #define RAYGRAPH_CORE_EQUIRECT_GLSL
 

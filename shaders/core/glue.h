@@ -1,5 +1,6 @@
-// The one place where GLSL and C++ differ. Text under core/, bxdf/ and lights/ is compiled twice: by glslang
-// as GLSL 4.60 for the device, and by the tests as C++20 with glm, so that what is proved is what runs.
+// The only place where GLSL and C++ differ. Sources under core/, bxdf/, lights/ and integrator/ are compiled
+// twice: by glslang as GLSL 4.60 for the device, and by the tests as C++20 with glm, so that the tested code
+// is the code that runs.
 //
 // The subset, and why:
 //   - literals carry their suffix (1.0f, 1u): C++ would compute in double or in int;
@@ -11,10 +12,9 @@
 //   - a file starts with its #includes (paths from shaders/), then SHADING_BEGIN ... SHADING_END;
 //   - bindings, specialization constants and extensions stay behind #ifndef __cplusplus.
 //
-// DONT_UNROLL stands before a loop that is there to have its body compiled once. The shader that includes
-// this text enables GL_GOOGLE_include_directive and
-// GL_EXT_control_flow_attributes. `sampler` is a keyword of GLSL:
-// variables of type Sampler are called `rng`.
+// DONT_UNROLL precedes a loop whose purpose is to have its body compiled once. The shader that includes this
+// file enables GL_GOOGLE_include_directive and GL_EXT_control_flow_attributes. `sampler` is a keyword of
+// GLSL: variables of type Sampler are called `rng`.
 #ifndef RAYGRAPH_CORE_GLUE_H
 #define RAYGRAPH_CORE_GLUE_H
 
@@ -25,7 +25,7 @@
 #define INOUT(T) T&
 #define OUT(T)   T&
 #define CONST    inline constexpr
-#define INLINE   static inline  // what they call of a bridge differs between translation units
+#define INLINE   static inline  // the bridge functions that they call differ between translation units
 #define DONT_UNROLL
 
 #define SHADING_BEGIN namespace raygraph::shading {

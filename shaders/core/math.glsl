@@ -1,4 +1,4 @@
-// Constants and the few scalar helpers that more than one file needs.
+// Constants and scalar helpers that more than one file needs.
 #ifndef RAYGRAPH_CORE_MATH_GLSL
 #define RAYGRAPH_CORE_MATH_GLSL
 

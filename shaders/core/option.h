@@ -4,8 +4,8 @@
 //   OPTION(Choice, Name, id, value)   one of a choice (shared/choice.h): ActiveName(); threadChoice in C++
 //   OPTION_BITS(Name, Has, id, value) a set of bits: Has(bit); threadName in C++
 //
-// `value` is what holds until another is set. The ids are one number each in all of shaders/; glslang refuses
-// a second use of one in the same shader. The raster passes have 32 of their own (raster/rasterize.glsl).
+// `value` is the default. Each id is used once in all of shaders/; glslang refuses a second use of one in the
+// same shader. The raster passes have 32 of their own (raster/rasterize.glsl).
 #ifndef RAYGRAPH_CORE_OPTION_H
 #define RAYGRAPH_CORE_OPTION_H
 

@@ -1,4 +1,4 @@
-// Colors for numbers: a ramp for how much, and a palette for which.
+// False colors: a ramp for quantities, and a palette for ids.
 #ifndef RAYGRAPH_CORE_RAMP_GLSL
 #define RAYGRAPH_CORE_RAMP_GLSL
 
@@ -31,8 +31,8 @@ INLINE vec3 HeatColor(float t) {
     return clamp(color, vec3(0.0f), vec3(1.0f));
 }
 
-// A color of its own for each id, as shown (not linear): neighbors get hues that are far apart, by steps of
-// the golden ratio, and two levels of brightness.
+// A distinct color for each id, display-encoded (not linear): neighbors get hues that are far apart, by steps
+// of the golden ratio, and two levels of brightness.
 INLINE vec3 ColorOfId(uint id) {
     float hue = float((id * 2654435769u) >> 8u) * 5.9604644775390625e-8f;
     float value = (id & 1u) == 0u ? 0.95f : 0.7f;

@@ -1,4 +1,4 @@
-// Where a ray that leaves a surface starts, so that it does not hit the surface again.
+// The origin of a ray that leaves a surface, offset so that it does not hit the surface again.
 #ifndef RAYGRAPH_CORE_RAY_OFFSET_GLSL
 #define RAYGRAPH_CORE_RAY_OFFSET_GLSL
 
@@ -14,8 +14,8 @@ using gpu::RayClearance;
 SHADING_BEGIN
 
 // p: a point on the surface, from the vertices and barycentrics (not from origin + t * direction). n: the
-// unit geometric normal on the side the new ray goes to. clearance: RayClearance of the point; it has room
-// for the rounding of this sum.
+// unit geometric normal on the side the new ray goes to. clearance: RayClearance of the point, which includes
+// the rounding of this sum.
 INLINE vec3 OffsetRayOrigin(vec3 p, vec3 n, float clearance) { return p + clearance * n; }
 
 SHADING_END

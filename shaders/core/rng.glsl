@@ -33,7 +33,7 @@ OPTION(SamplerKind, SamplerKind, 0, Sobol)
 
 struct Sampler {
     uint pixelSeed;  // One-to-one with the pixel for a given seed, and with the seed for a given pixel.
-    uint index;      // The sample index; for Sobol with its bits reversed, as the scrambling wants it.
+    uint index;      // The sample index; for Sobol with its bits reversed, as the scrambling needs it.
     uint dimension;  // Of the next draw.
 };
 
@@ -76,7 +76,7 @@ INLINE uint SobolSecondReversed(uint index) {
     return index;
 }
 
-// The seed of a draw, from which its three scramblings take theirs.
+// The seed of a draw, from which the seeds of its three scramblings are derived.
 INLINE uint SobolDrawSeed(Sampler rng) { return MixBits(rng.pixelSeed ^ (rng.dimension * 0x9e3779b9u)); }
 
 INLINE uint SobolSubSeed(uint drawSeed, uint factor) {
@@ -145,8 +145,8 @@ INLINE Sampler StartPixelSample(uvec2 pixel, uint sampleIndex, uint seed) {
     return rng;
 }
 
-// Seed of what is decided along ray `rayIndex` of a sample outside of its dimensions: which partly
-// transparent surfaces stop it.
+// Seed of decisions along ray `rayIndex` of a sample that use no dimension: which partly transparent surfaces
+// stop it.
 INLINE uint AlphaSeed(Sampler rng, uint rayIndex) {
     return MixBits(rng.pixelSeed ^ MixBits(rng.index * 0x9e3779b9u + rayIndex));
 }

@@ -1,5 +1,5 @@
-// From scene-linear radiance to what a screen shows. Pure functions of one color; exposure is in stops. All
-// but Linear end in the sRGB transfer function.
+// From scene-linear radiance to display values. Pure functions of one color; exposure is in stops. All but
+// Linear end in the sRGB transfer function.
 //
 // Linear: clamp to [0, 1], not encoded. Code values are proportional to radiance, for measuring.
 //
@@ -11,9 +11,9 @@
 //
 // AgX: T. Sobotka's AgX base look (2022). Inset matrix, log2 over 16.5 stops about middle gray, the sigmoid
 // of the configuration's generator in closed form, outset; the 2.2 power of its display encoding is then
-// undone.
+// inverted.
 //
-// Neutral: Khronos PBR Neutral (2024). The identity less the 4 % of Fresnel reflection, compressed from 0.8.
+// Neutral: Khronos PBR Neutral (2024). The identity minus the 4 % of Fresnel reflection, compressed from 0.8.
 #ifndef RAYGRAPH_CORE_TONEMAP_GLSL
 #define RAYGRAPH_CORE_TONEMAP_GLSL
 
@@ -23,10 +23,10 @@
 
 SHADING_BEGIN
 
-// Above this the operators have long been white; it keeps infinity out of their quotients.
+// All operators are white far below this; it keeps infinity out of their quotients.
 CONST float kTonemapInputLimit = 1.0e6f;
 
-// NaN and what is negative become 0, infinity the limit.
+// NaN and negative values become 0, infinity the limit.
 INLINE float TonemapInput(float x) { return x > 0.0f ? min(x, kTonemapInputLimit) : 0.0f; }
 
 INLINE vec3 TonemapReinhard(vec3 c) { return c / (vec3(1.0f) + c); }
@@ -104,7 +104,7 @@ INLINE vec3 TonemapLinearLight(vec3 c, uint op) {
     return clamp(c, vec3(0.0f), vec3(1.0f));
 }
 
-// What goes into an 8-bit image: scene-linear radiance times 2^exposureEv, through `op`, encoded.
+// The value for an 8-bit image: scene-linear radiance times 2^exposureEv, through `op`, encoded.
 INLINE vec3 Tonemap(vec3 radiance, float exposureEv, uint op) {
     vec3 c = TonemapLinearLight(radiance * exp2(exposureEv), op);
     if (op == kTonemapLinear) return c;

@@ -1,4 +1,4 @@
-// What a path tracing pipeline is specialized to (shared/trace_options.h).
+// The specialization of a path tracing pipeline (shared/trace_options.h).
 #ifndef RAYGRAPH_CORE_TRACE_OPTIONS_GLSL
 #define RAYGRAPH_CORE_TRACE_OPTIONS_GLSL
 

@@ -1,6 +1,6 @@
 // Maps from the unit square to the shapes that light transport samples, each with its density. The arguments
-// u are in [0, 1); all maps are continuous but for one seam, so stratified points stay stratified. PDFs are
-// with respect to area (disk, triangle in barycentrics) or solid angle (sphere, hemispheres about +z).
+// u are in [0, 1); all maps are continuous except for one seam, so stratified points stay stratified. PDFs
+// are with respect to area (disk, triangle in barycentrics) or solid angle (sphere, hemispheres about +z).
 #ifndef RAYGRAPH_CORE_WARP_GLSL
 #define RAYGRAPH_CORE_WARP_GLSL
 

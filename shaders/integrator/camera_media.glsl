@@ -1,4 +1,4 @@
-// The volumes that a camera stands in.
+// The volumes that contain the camera.
 #ifndef RAYGRAPH_INTEGRATOR_CAMERA_MEDIA_GLSL
 #define RAYGRAPH_INTEGRATOR_CAMERA_MEDIA_GLSL
 
@@ -8,9 +8,9 @@
 
 SHADING_BEGIN
 
-CONST uint kMaxProbes = 256u;  // surfaces looked through
+CONST uint kMaxProbes = 256u;  // surfaces that the probe ray passes
 
-// Follows a ray out of the scene: a volume that it leaves without having entered it is around its origin.
+// Follows a ray out of the scene: a volume that it leaves without having entered it contains its origin.
 // Bridge: Intersect and SurfaceAt, see integrator/path.glsl.
 INLINE MediumStack MediaAround(vec3 origin) {
     MediumStack around = NoMedia();

@@ -1,8 +1,8 @@
 // Nested dielectrics: which medium a path is in, where closed volumes overlap or touch.
 //
-// A path carries the volumes it is inside of. Where several overlap, the one of highest priority is there; of
-// equal ones, the one entered last. A surface of any other changes nothing and is passed through. Schmidt and
-// Budge 2002, "Simple Nested Dielectrics in Ray Traced Images", JGT 7(2).
+// A path carries the volumes it is inside of. Where several overlap, the one of highest priority is present;
+// of equal ones, the one entered last. A surface of any other changes nothing and is passed through. Schmidt
+// and Budge 2002, "Simple Nested Dielectrics in Ray Traced Images", JGT 7(2).
 //
 // Bridge, declared beforehand by the including file:
 //     Medium MediumAt(uint material)
@@ -13,7 +13,7 @@
 
 SHADING_BEGIN
 
-// A path in more volumes at once than this forgets those of least effect.
+// A path in more volumes at once than this forgets those of lowest precedence.
 CONST uint kMediumCapacity = 4u;
 
 // Materials of the volumes around a point, last entered first, kVacuum after them. (A vector would need a
@@ -39,7 +39,8 @@ INLINE MediumStack EnterMedium(MediumStack media, uint material) {
     return media;
 }
 
-// Takes the last entry of `material` away; a volume that was never entered is no error: its mesh is open.
+// Removes the last entry of `material`; leaving a volume that was never entered is no error: its mesh
+// is open.
 INLINE MediumStack LeaveMedium(MediumStack media, uint material) {
     bool isFound = media.m0 == material;
     if (isFound) media.m0 = media.m1;
@@ -56,7 +57,7 @@ INLINE bool IsInMedium(MediumStack media, uint material) {
     return media.m0 == material || media.m1 == material || media.m2 == material || media.m3 == material;
 }
 
-// A volume around all of those listed.
+// Adds a volume around all of those listed.
 INLINE MediumStack AppendOuterMedium(MediumStack media, uint material) {
     if (media.m0 == kVacuum)
         media.m0 = material;
@@ -75,7 +76,7 @@ INLINE uint PreferredMedium(uint first, uint second) {
     return MediumAt(second).priority > MediumAt(first).priority ? second : first;
 }
 
-// The medium that is there: a material, or kVacuum.
+// The present medium: a material, or kVacuum.
 INLINE uint CurrentMedium(MediumStack media) {
     if (media.m1 == kVacuum) return media.m0;
     return PreferredMedium(PreferredMedium(PreferredMedium(media.m0, media.m1), media.m2), media.m3);
@@ -87,19 +88,19 @@ INLINE float MediumIor(uint material) {
 
 CONST float kFarInMedium = 1.0e18f;
 
-// Share of light that passes `distance` meters of the medium, however long. Beer and Lambert. A distance near
-// the range of float would do as well, but a device that multiplies it first by what else exp needs makes it
-// infinite, and a medium that absorbs nothing no number.
+// Share of light that passes `distance` meters of the medium, however long. Beer-Lambert law. The distance is
+// limited because a device may first multiply it by the constant of its exp: a distance near the range of
+// float would become infinite, and the result of a medium that absorbs nothing NaN.
 INLINE vec3 Transmittance(uint material, float distance) {
     if (material == kVacuum) return vec3(1.0f);
     vec3 opticalDepth = MediumAt(material).absorption * min(distance, kFarInMedium);
     return vec3(exp(-opticalDepth.x), exp(-opticalDepth.y), exp(-opticalDepth.z));
 }
 
-// What a surface bounds, for a path that crosses it.
+// The media on both sides of a surface, for a path that crosses it.
 struct Boundary {
     MediumStack beyond;  // the volumes on the other side
-    bool isReal;         // false: the medium does not change, and the surface is not there
+    bool isReal;         // false: the medium does not change, and the path ignores the surface
     float eta;           // index beyond over index on this side
 };
 

@@ -1,6 +1,6 @@
-// The path integrator: an iterative loop that knows no binding. It talks to the scene over a small bridge,
-// which the including file declares beforehand: the device's is scene/*.glsl, the tests' own is a few
-// analytic shapes.
+// The path integrator: an iterative loop without resource bindings. It accesses the scene through a small
+// bridge, which the including file declares beforehand: scene/*.glsl on the device, a few analytic shapes in
+// the tests.
 //
 //     Hit Intersect(Ray ray, uint alphaSeed)                    the nearest surface
 //     vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed)
@@ -12,12 +12,12 @@
 //         none) brought to the camera; asked for if LIGHT_GROUPS is defined
 //     and those of lights/lights.glsl and bxdf/energy.glsl
 //
-// Each vertex adds the light it emits and, by sampling the lights, the light it scatters; both ways to find a
-// light are weighed by multiple importance sampling (Veach 1997, chapter 9). Unbiased, but for maxDepth,
-// clampIndirect and regularize, which are off unless asked for.
+// Each vertex adds the light it emits and, by sampling the lights, the light it scatters; multiple importance
+// sampling weights both ways to find a light (Veach 1997, chapter 9). Unbiased, except for maxDepth,
+// clampIndirect and regularize, which are off by default.
 //
-// What goes straight through a smooth thin wall has not been scattered: to both ways of finding a light the
-// wall is a hole for a share of the light, and its other lobes are met by the rest of the paths.
+// Light that passes straight through a smooth thin wall has not been scattered: to both ways of finding a
+// light the wall is a hole for a share of the light, and the remaining paths sample its other lobes.
 //
 // Sample dimensions: 0 to 3 are the camera's; each bounce has kBounceDimensions of its own, so that the same
 // decision uses the same dimension on every path. Straight crossings have dimensions by the ray's number.
@@ -42,26 +42,26 @@ CONST uint kCameraDimensions = 4u;  // 0, 1: film; 2, 3: lens
 // 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
 CONST uint kBounceDimensions = 7u;
 CONST uint kStraightDimensions = 0x40000000u;
-CONST float kMaxSurvival = 0.99f;    // even a path that loses nothing ends some day
-CONST float kShadowShare = 0.99999f;  // of the way to a light that has to be free: less rounding
+CONST float kMaxSurvival = 0.99f;    // even a path without losses must end
+CONST float kShadowShare = 0.99999f;  // of the segment to a light that must be free: less rounding
 CONST uint kMaxRays = 4096u;          // of one path: a guard against rooms that cannot be left
 
 struct PathSettings {
     uint maxDepth;        // bounces
-    uint rouletteStart;   // first bounce that roulette may end
+    uint rouletteStart;   // first bounce at which roulette may end the path
     float survival;       // of a bounce, for roulettes of constant probability
     uint frameDepth;      // bounces of this sample, for Roulette::Frame
     float clampIndirect;  // largest component of one contribution of light scattered twice or more often
-    float regularize;     // least alpha of the BSDFs after the first bounce
+    float regularize;     // minimum alpha of the BSDFs after the first bounce
 };
 
-// A path on its way: made by StartPath, moved on by one ray with ExtendPath until that returns false.
+// The state of a path: created by StartPath, extended by one ray with ExtendPath until that returns false.
 struct PathState {
     Ray ray;  // the next one
     Sampler rng;
     vec3 radiance;         // collected so far: the estimate, once the path has ended
     vec3 throughput;       // share of the light at the path's end that reaches the camera
-    float etaScale;        // square of the index of refraction along the path: what roulette must not count
+    float etaScale;        // square of the index of refraction along the path, which roulette must not count
     float scatterPDF;      // of the ray's direction; 0: light sampling cannot make this path
     LightContext scatter;  // where the ray left, for light sampling
     SegmentStart start;    // where the ray left, for media
@@ -115,8 +115,8 @@ INLINE float LightWeight(LightSample light, float scatterPDF) {
 INLINE void AddToGroup(vec3, uint) {}
 #endif
 
-// Adds what `value` of light at vertex `depth` of the path brings to the camera by way of `lobe`. `light` is
-// the number of the light that it comes from, or kNoLight.
+// Adds the contribution `value` of light at vertex `depth` of the path, through `lobe`. `light` is the number
+// of the light that it comes from, or kNoLight.
 INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, uint light,
                     PathSettings settings) {
     if (depth > 1u) {
@@ -132,7 +132,7 @@ INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lob
 INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float distance,
                          PathSettings settings) {
     float lightPDF = 0.0f;
-    // From where light sampling would have asked: straight crossings may have moved the ray's origin
+    // The point from which light sampling sampled: straight crossings may have moved the ray's origin
     if (HasTraceFeature(kTraceThinWalls))
         distance += dot(path.ray.origin - path.scatter.position, path.ray.direction);
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
@@ -141,10 +141,10 @@ INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float
     Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, settings);
 }
 
-// Light that one point of one light may send to the camera by way of a surface, if nothing is in between.
+// Light from one point of one light, scattered by a surface to the camera, if it is not occluded.
 struct DirectLight {
     Ray ray;
-    float distance;  // that has to be free
+    float distance;  // that must be unoccluded
     float ior;       // of the medium on the way
     vec3 radiance;   // 0: no light
     FirstLobe lobe;  // of the path, if kKeepsParts
@@ -163,7 +163,7 @@ INLINE DirectLight NoDirectLight() {
     return direct;
 }
 
-// False: the path ends here, so that the estimate stays right on average.
+// Russian roulette. False: the path is terminated; the weight of survivors keeps the mean.
 INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
     float survival = 1.0f;
     if (path.depth + 1u < settings.rouletteStart) return true;
@@ -195,7 +195,8 @@ INLINE vec3 OriginTowards(SurfaceInteraction surface, float side) {
                            surface.clearance);
 }
 
-// What a light sends, `scattered` being f |cos| towards it and `scatterPDF` the density of its direction.
+// The contribution of a light, with `scattered` = f |cos| towards it and `scatterPDF` the density of
+// its direction.
 INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light, vec3 scattered,
                                 float scatterPDF) {
     DirectLight direct;
@@ -204,7 +205,7 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     direct.ray.direction = light.wi;
     direct.distance = kInfinity;
     if (light.distance < kInfinity) {
-        // From off one surface to off the other: however near they are, the ray meets neither
+        // From an offset point to an offset point: however close the surfaces are, the ray hits neither
         vec3 way = light.target - direct.ray.origin;
         float distance = max(length(way), 1e-20f);
         direct.ray.direction = way / distance;
@@ -223,7 +224,7 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     return direct;
 }
 
-// Gives the path its next ray. `diffuse` is the part of scattered.f. False: it has none.
+// Gives the path its next ray. `diffuse` is the diffuse part of scattered.f. False: there is none.
 INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, vec3 diffuse,
                     PathSettings settings) {
     if (!(scattered.pdf > 0.0f)) return false;
@@ -231,7 +232,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
         path.lobe = FirstLobeOf(scattered.f, diffuse, IsTransmissive(scattered.flags));
     vec3 direction = FromLocal(vertex.frame, scattered.wi);
     float side = dot(direction, vertex.surface.geometricNormal);
-    if (side * scattered.wi.z <= 0.0f) return false;  // the shading normal leaks
+    if (side * scattered.wi.z <= 0.0f) return false;  // light leak of the shading normal
     path.throughput *= scattered.f * (abs(scattered.wi.z) / scattered.pdf);
     if (!(MaxComponent(path.throughput) > 0.0f)) return false;
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
@@ -258,7 +259,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         vec2 u = Get2D(path.rng);
         if (IsNonSpecular(vertex.bsdf.flags)) light = SampleLight(path.scatter, choice, u);
         toLight = ToLocal(vertex.frame, light.wi);
-        // Where the shading normal leaks there is no light
+        // No light where the shading normal would leak
         if (dot(light.wi, vertex.surface.geometricNormal) * toLight.z <= 0.0f) light.pdf = 0.0f;
     } else {
         path.rng.dimension += 3u;
@@ -272,7 +273,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         if (!isEvaluated) scattered.f = Evaluate(vertex.bsdf, scattered.wi, scattered.pdf, diffuse);
         return Scatter(path, vertex, scattered, diffuse, settings);
     }
-    // Evaluate the BSDF for both from one place in the text: a device compiles it for each place
+    // Evaluate the BSDF for both at one call site: a device compiles it for each
     DONT_UNROLL
     for (uint turn = 0u; turn < 2u; turn++) {
         bool isLight = turn == 0u;
@@ -299,8 +300,8 @@ INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
     if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(surface, path.ray.origin);
 }
 
-// Whether the path goes straight on through the smooth thin wall it has found. If not, the wall is left
-// without what lets light through.
+// Whether the path passes straight through the smooth thin wall it has found. If not, the wall's transmission
+// is removed.
 INLINE bool GoesStraight(INOUT(PathState) path, INOUT(Vertex) vertex) {
     PreparedGltf wall = vertex.bsdf.gltf;
     float chance = StraightChance(wall);
@@ -315,10 +316,10 @@ INLINE bool GoesStraight(INOUT(PathState) path, INOUT(Vertex) vertex) {
     return false;
 }
 
-// Adds what the path's ray found, and scatters it there. `direct` becomes the light that a shadow ray may
-// confirm. False: the path ends here.
+// Adds the emission that the path's ray found, and scatters the path there. `direct` becomes the light that a
+// shadow ray must confirm. False: the path ends here.
 INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, INOUT(DirectLight) direct) {
-    // What the ray found: a surface, or the environment
+    // The ray's hit: a surface, or the environment
     bool isHit = IsHit(hit);
     SurfaceInteraction surface;
     if (isHit) {
@@ -342,7 +343,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
         else
             boundary.eta = surface.material.ior / MediumIor(CurrentMedium(path.media));
     }
-    // Surfaces emit whether or not a medium of higher priority hides them: as light sampling has it
+    // Surfaces emit even if a medium of higher priority hides them, as for light sampling
     if (MaxComponent(surface.emission) > 0.0f)
         CollectFound(path, surface.emission, surface.light, distance, settings);
     if (!isHit) return false;
@@ -357,7 +358,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     bool isLast = path.depth >= settings.maxDepth;
     if ((isLast && !isWall) || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
-    // What the surface does to light
+    // Scattering at the surface
     Vertex vertex;
     vertex.surface = surface;
     vertex.beyond = boundary.beyond;
@@ -389,8 +390,8 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
     bool isGoingOn = ShadeVertex(path, hit, settings, direct);
     if (HasTraceFeature(kTraceLightSampling)) {
-        // Devices run many paths in lockstep. Where some have no light to ask for, they trace a ray of no
-        // length along with the others: a branch here would keep them apart from then on
+        // Devices run many paths in lockstep. Paths without a light sample trace a ray of no length along
+        // with the others: a branch here would make them diverge from then on
         bool isLit = MaxComponent(direct.radiance) > 0.0f;
         if (isLit)
             path.rayCount++;

@@ -1,8 +1,8 @@
 // The radiance of a path in parts: by how often its light was scattered, and by the lobe that scattered it
-// first (on the way from the camera). Kept by includers of path.glsl that define PATH_PARTS; to the others it
-// costs nothing.
+// first (on the way from the camera). Only in includers of path.glsl that define PATH_PARTS; it costs the
+// others nothing.
 //
-// Where a diffuse lobe and one of the facets send light the same way, each takes the share that it has in f
+// Where a diffuse lobe and one of the facets scatter light in the same direction, each gets its share of f
 // there. That is exact for light that was sampled, and for a direction that was drawn from any of the lobes:
 // f is the sum of both, and the density that it is divided by is of both.
 #ifndef RAYGRAPH_INTEGRATOR_PATH_PARTS_GLSL
@@ -25,13 +25,13 @@ struct PathParts {
     vec3 indirect;      // scattered more often
     vec3 diffuse;       // scattered first by a diffuse lobe
     vec3 specular;      // ... reflected first by facets, smooth or rough
-    vec3 transmission;  // ... let through first
+    vec3 transmission;  // ... transmitted first
 };
 
-// How the first surface sends light on.
+// The lobe of the first surface.
 struct FirstLobe {
     vec3 diffuse;      // the diffuse lobe's share; the rest is the facets'
-    bool isThrough;    // it was let through
+    bool isThrough;    // it was transmitted
 };
 
 INLINE PathParts NoParts() {

@@ -1,8 +1,8 @@
-// The length of a path's segment, from surface to surface, as media take it.
+// The length of a path's segment, from surface to surface, for absorption in media.
 //
-// The distance along a ray does not do: the ray starts off its surface, at a place that is rounded to steps
-// of the world's coordinates, which far from their origin may be as large as a pane is thick. Within an
-// instance, places are known as well as its vertices are.
+// The distance along the ray is not precise enough: the ray starts off its surface, at a position that is
+// rounded to steps of the world's coordinates, which far from their origin may be as large as a pane is
+// thick. Within an instance, positions are as precise as its vertices.
 #ifndef RAYGRAPH_INTEGRATOR_SEGMENT_GLSL
 #define RAYGRAPH_INTEGRATOR_SEGMENT_GLSL
 
@@ -23,8 +23,8 @@ INLINE SegmentStart StartAtCamera() {
     return start;
 }
 
-// From the world's place `origin`, which is near the surface, to the surface. The two large terms come first:
-// between places as near as these floats have no rounding.
+// From the world-space point `origin`, which is near the surface, to the surface. The two large terms are
+// subtracted first: the difference of floats this close has no rounding.
 INLINE vec3 WayTo(SurfaceInteraction surface, vec3 origin) {
     return (surface.instanceOrigin - origin) + surface.fromInstance;
 }

@@ -1,6 +1,6 @@
 // Directions to the environment, by an alias table over the cells of its equirectangular map: a row, a cell
-// of the row, then uniform in solid angle within the cell. A cell's probability comes from the map as it is
-// looked up, between texels: where there is radiance there is density.
+// of the row, then uniform in solid angle within the cell. A cell's probability comes from the interpolated
+// map: where there is radiance there is density.
 //
 // The bridge: AliasEntry EnvironmentAliasAt(uint), LightSetRecord LightSet().
 #ifndef RAYGRAPH_LIGHTS_ENVIRONMENT_LIGHT_GLSL
@@ -24,7 +24,7 @@ struct EnvironmentSample {
     float pdf;  // per solid angle
 };
 
-// u holds the cell and the place in it; `choice` decides between slots and aliases.
+// u selects the cell and the position in it; `choice` decides between slots and aliases.
 INLINE EnvironmentSample SampleEnvironmentLight(LightSetRecord lights, float choice, vec2 u) {
     uint row = ChooseUniformly(u.y, lights.environmentHeight);
     AliasEntry entry = EnvironmentAliasAt(row);

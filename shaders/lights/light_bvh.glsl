@@ -1,4 +1,4 @@
-// Choice of a bounded light by a tree over position and orientation. A. Conty Estevez and C. Kulla 2018,
+// Sampling of a bounded light by a tree over position and orientation. A. Conty Estevez and C. Kulla 2018,
 // "Importance Sampling of Many Lights with Adaptive Tree Splitting", without the splitting, with the bounds
 // on the cosines that pbrt-v4's BVHLightSampler uses.
 //
@@ -28,8 +28,8 @@ INLINE vec2 SubtractAngleClamped(vec2 a, vec2 b) {
     return vec2(a.x * b.x + a.y * b.y, a.y * b.x - a.x * b.y);
 }
 
-// An upper bound, in shape, of what the lights below a node may contribute to a context; 0 only if that is
-// nothing.
+// The importance of a node: an upper bound, up to a factor, of what the lights below it may contribute to a
+// context; 0 only if that is nothing.
 INLINE float Importance(LightNode node, LightContext context) {
     vec3 center = 0.5f * (node.boundsMin + node.boundsMax);
     vec3 halfSize = 0.5f * (node.boundsMax - node.boundsMin);
@@ -63,7 +63,8 @@ INLINE float Importance(LightNode node, LightContext context) {
     return max(importance, 0.0f);
 }
 
-// The chance of the first of two children, which are neighbors from `first`; negative: neither can matter.
+// The probability of the first of two children, which are adjacent from `first`; negative: neither
+// can contribute.
 INLINE float FirstChildProbability(uint first, LightContext context) {
     float importance0 = 0.0f;
     float importance1 = 0.0f;
@@ -79,7 +80,7 @@ INLINE float FirstChildProbability(uint first, LightContext context) {
     return sum > 0.0f ? importance0 / sum : -1.0f;
 }
 
-// u decides at each node. A lone light is chosen whether or not it can matter.
+// u decides at each node. A single light is chosen whether or not it can contribute.
 INLINE ChosenLight SampleLightTree(LightContext context, float u) {
     LightNode node = LightNodeAt(0u);
     ChosenLight result = NoChosenLight();

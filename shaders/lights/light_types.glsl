@@ -1,4 +1,4 @@
-// What the texts of this folder share: records, who asks for light, and which sampler is active.
+// Common types of this folder: records, the context of light sampling, and the active sampler.
 #ifndef RAYGRAPH_LIGHTS_LIGHT_TYPES_GLSL
 #define RAYGRAPH_LIGHTS_LIGHT_TYPES_GLSL
 
@@ -35,8 +35,8 @@ OPTION(LightSampler, LightSampler, 6, Bvh)
 CONST float kInfinity = 3.0e38f;  // a distance beyond everything
 CONST float kOneMinusEpsilon = 0.999999940395355f;
 
-// Who asks for light. Both strategies of one estimate (sampling a light, and hitting one by chance) are
-// described by the same context.
+// The point for which light is sampled. Both strategies of one estimate (light sampling and BSDF sampling)
+// use the same context.
 struct LightContext {
     vec3 position;  // distances and directions are taken from here
     vec3 normal;    // unit length: light from below its plane does not count. 0: light from both sides does
@@ -48,7 +48,7 @@ struct LightSample {
     float distance;  // kInfinity: directional, environment
     vec3 target;     // where the light leaves from, off its surface; if distance is not kInfinity
     vec3 radiance;   // delta lights: irradiance at normal incidence, I / d^2 or E
-    float pdf;     // per solid angle, times the chance of the light; delta lights: that chance. 0: no sample
+    float pdf;     // per solid angle, times that of the light; delta lights: only the latter. 0: no sample
     uint isDelta;  // 1: no other strategy can find this light
     uint light;    // its number
 };
@@ -65,15 +65,15 @@ INLINE LightSample NoLightSample() {
     return result;
 }
 
-// Decides with chance `p` for yes. What is left of u is uniform again, so that it can decide once more; each
-// decision costs it log2(1 / chance of the outcome) of its 24 bits.
+// True with probability `p`. The remainder of u is uniform again, so that it can be reused; each decision
+// costs log2(1 / probability of the outcome) of its 24 bits.
 INLINE bool Decide(INOUT(float) u, float p) {
     bool isYes = u < p;
     u = min(isYes ? u / p : (u - p) / (1.0f - p), kOneMinusEpsilon);
     return isYes;
 }
 
-// One of `count` alike; u is left uniform.
+// Uniformly one of `count`; the remainder of u is uniform.
 INLINE uint ChooseUniformly(INOUT(float) u, uint count) {
     float scaled = u * float(count);
     uint index = min(uint(scaled), count - 1u);

@@ -3,10 +3,10 @@
 //     LightSample SampleLight(context, uc, u)          light that may arrive: uc chooses the light, u within
 //     float LightPDF(context, light, wi, distance)     density in SampleLight of what a ray found
 //
-// Densities are per solid angle and include the chance of the light, so that they weigh against a BSDF's.
-// Directions and distances are those from context.position; nothing is said of what is in between.
+// Densities are per solid angle and include the probability of the light, as MIS with a BSDF's requires.
+// Directions and distances are those from context.position; occlusion is not tested.
 //
-// The bridge, declared by the includer before this text:
+// The bridge, declared by the includer before this file:
 //
 //     LightSetRecord LightSet()                     counts and shares
 //     LightRecord LightAt(uint light)               light < lightCount
@@ -27,12 +27,12 @@
 
 SHADING_BEGIN
 
-// What the scene may have at all; folds.
+// The kinds of light that the scene may have; constant-folded.
 INLINE bool HasBoundedLights() { return HasTraceFeature(kTraceTriangleLights | kTracePunctualLights); }
 INLINE bool HasUnboundedLights() { return HasTraceFeature(kTraceEnvironmentLight | kTracePunctualLights); }
 
 // A light by an alias table of `count` entries from `first`; u chooses the slot, `choice` whether it is kept.
-// Both are left uniform.
+// The remainders of both are uniform.
 INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOUT(float) choice) {
     uint slot = ChooseUniformly(u, count);
     AliasEntry entry = LightAliasAt(first + slot);
@@ -46,7 +46,7 @@ INLINE ChosenLight SampleLightAlias(uint first, uint count, INOUT(float) u, INOU
     return result;
 }
 
-// Chooses a light; uc and u.x are left uniform.
+// Chooses a light; the remainders of uc and u.x are uniform.
 INLINE ChosenLight ChooseLight(LightSetRecord lights, LightContext context, INOUT(float) uc,
                                INOUT(float) ux) {
     if (lights.activeCount == 0u) return NoChosenLight();

@@ -1,5 +1,6 @@
-// Directions to a triangle, uniform in solid angle; uniform by area where it is seen too small or too large
-// for that. The choice is a function of point and triangle, so that the density of a hit is that of a sample.
+// Directions to a triangle, uniform in solid angle; uniform by area where it looks too small or too large
+// for that. Which of the two is a function of point and triangle, so that the density of a hit is that of
+// a sample.
 #ifndef RAYGRAPH_LIGHTS_TRIANGLE_LIGHT_GLSL
 #define RAYGRAPH_LIGHTS_TRIANGLE_LIGHT_GLSL
 
@@ -12,7 +13,8 @@ SHADING_BEGIN
 CONST float kMinTriangleSolidAngle = 3.0e-4f;
 CONST float kMaxTriangleSolidAngle = 6.2f;
 
-// A triangle as seen from a point: unit vectors to its corners, and what solid angle and its inversion need.
+// A triangle as seen from a point: unit vectors to its corners, and the terms of the solid angle and
+// its inversion.
 struct SphericalTriangle {
     vec3 v0;
     vec3 v1;

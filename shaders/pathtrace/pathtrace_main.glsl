@@ -1,10 +1,10 @@
 // Ray generation of Trace: one sample of every pixel of a region of the picture. Includers may define
-// COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS. Images have the region's size; `texel` is a place in them, `pixel`
-// one in the picture.
+// COUNT_RAYS, PATH_PARTS and LIGHT_GROUPS. Images have the region's size; `texel` is a position in them,
+// `pixel` one in the picture.
 //
 // An invocation follows one path after the other, and takes the next pixel as soon as a path ends: paths
 // differ in length, and invocations that run in lockstep would wait for the longest. There are at most as
-// many invocations as pixels. Which one takes which pixel does not show in the picture.
+// many invocations as pixels. Which one takes which pixel does not affect the picture.
 #define TRACES_SHADOW_RAYS
 #include "scene/extensions.glsl"
 
@@ -89,7 +89,7 @@ PathState PathOf(uvec2 texel) {
     return StartPath(ray, rng);
 }
 
-// A sample that is infinite or no number is black, and counted: what becomes of samples later need not look.
+// An infinite or NaN sample is written as black, and counted: later passes need not check.
 void BlackenIfNotFinite(inout PathState path) {
     if (IsFinite(path.radiance)) return;
     atomicAdd(pixelQueue.nonFiniteCount, 1u);

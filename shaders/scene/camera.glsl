@@ -7,8 +7,8 @@
 #include "shared/scene_records.h"
 
 // film: (0, 0) is the upper left corner of the picture, (1, 1) the lower right. lens: uniform in the unit
-// square, a point of the thin lens; without a lens it does not matter. Kolb, Mitchell and Hanrahan 1995, "A
-// Realistic Camera Model for Computer Graphics", section 2.
+// square, a point of the thin lens; ignored without a lens. Kolb, Mitchell and Hanrahan 1995, "A Realistic
+// Camera Model for Computer Graphics", section 2.
 Ray CameraRay(CameraRecord camera, vec2 film, vec2 lens) {
     vec3 offset = (2.0f * film.x - 1.0f) * camera.right + (1.0f - 2.0f * film.y) * camera.up;
     Ray ray;

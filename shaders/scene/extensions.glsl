@@ -1,4 +1,4 @@
-// What every shader that includes the scene's text needs to enable.
+// The extensions that every shader with the scene's sources must enable.
 #ifndef NO_TLAS
 #extension GL_EXT_ray_tracing : require
 #endif

@@ -1,4 +1,4 @@
-// Closest hit of every ray that wants a surface: says what was hit and looks nothing up.
+// Closest-hit shader of radiance rays: returns the hit without looking up attributes.
 #version 460
 #extension GL_EXT_ray_tracing : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,4 +1,4 @@
-// What light sampling and the energy tables ask of the scene.
+// The scene's side of the bridges of light sampling and the energy tables.
 #ifndef RAYGRAPH_SCENE_LIGHT_BRIDGE_GLSL
 #define RAYGRAPH_SCENE_LIGHT_BRIDGE_GLSL
 
@@ -12,8 +12,8 @@ AliasEntry LightAliasAt(uint index) { return lightAlias.at[index]; }
 AliasEntry EnvironmentAliasAt(uint index) { return environmentAlias.at[index]; }
 uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 
-// Radiance that rays to a point of a light triangle bring on average: of a partly transparent one, some pass.
-// The direction does not matter: surfaces emit alike in all.
+// Mean radiance of rays to a point of a light triangle: partly transparent ones let some rays pass. The same
+// in all directions.
 vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
     InstanceRecord instance = instances.at[light.instance];
     GeometryRecord geometry = geometries.at[GeometryIndex(instance, light.primitive)];

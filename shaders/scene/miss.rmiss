@@ -1,4 +1,4 @@
-// Miss of every ray that wants a surface.
+// Miss shader of radiance rays.
 #version 460
 #extension GL_EXT_ray_tracing : require
 #extension GL_GOOGLE_include_directive : require

@@ -1,4 +1,4 @@
-// What the rays of each type carry.
+// The payloads of each ray type.
 #ifndef RAYGRAPH_SCENE_PAYLOADS_GLSL
 #define RAYGRAPH_SCENE_PAYLOADS_GLSL
 
@@ -9,9 +9,9 @@ struct RadiancePayload {  // 24 bytes
     uint alphaSeed;
 };
 
-// No larger than that of the other rays: what a ray may carry is reserved for all of them.
+// No larger than that of the other rays: the size of the largest payload is reserved for all.
 struct ShadowPayload {   // 24 bytes
-    vec3 passed;         // share of light that the smooth thin walls met so far let through
+    vec3 passed;         // transmittance of the smooth thin walls met so far
     float lastDistance;  // of the wall met last; kShadowRayArrived: nothing opaque was on the ray
     float ior;           // of the medium around the walls
     uint alphaSeed;

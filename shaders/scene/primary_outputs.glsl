@@ -1,4 +1,4 @@
-// What PrimaryHits and RasterHits write of what a camera ray found.
+// The outputs of PrimaryHits and RasterHits for the hit of a camera ray.
 #ifndef RAYGRAPH_SCENE_PRIMARY_OUTPUTS_GLSL
 #define RAYGRAPH_SCENE_PRIMARY_OUTPUTS_GLSL
 

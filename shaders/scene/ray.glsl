@@ -19,7 +19,7 @@ struct Ray {
     vec3 direction;  // unit length
 };
 
-// What closest-hit returns, and nothing more: 20 bytes. Everything else is looked up by SurfaceAt.
+// The result of closest-hit: only 20 bytes. SurfaceAt looks up everything else.
 struct Hit {
     float t;            // distance along the ray; negative: nothing was hit
     uint instance;      // index of the InstanceRecord
@@ -31,7 +31,7 @@ INLINE bool IsHit(Hit hit) { return hit.t >= 0.0f; }
 
 CONST uint kVacuum = 0xFFFFFFFFu;
 
-// What a material comes to at one point, its textures read.
+// A material evaluated at one point, including its textures.
 struct SurfaceMaterial {
     vec3 baseColor;
     float metallic;

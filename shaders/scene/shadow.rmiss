@@ -1,4 +1,4 @@
-// Miss of a shadow ray: nothing is in between.
+// Miss shader of shadow rays: no occluder.
 #version 460
 #extension GL_EXT_ray_tracing : require
 #extension GL_GOOGLE_include_directive : require

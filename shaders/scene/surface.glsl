@@ -8,7 +8,7 @@
 #include "scene/ray.glsl"
 
 // Carries an object-space normal to world space by the cofactors of the transform, which are its inverse
-// transpose times the determinant: a mirroring transform must not turn the side.
+// transpose times the determinant: a mirroring transform must not flip the side.
 vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
     vec3 x = objectToWorld[0];
     vec3 y = objectToWorld[1];
@@ -28,7 +28,7 @@ vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialR
         vec3 bend = 2.0f * SampleTexture(material.normalTexture, geometry, triangle).xyz - 1.0f;
         bend.xy *= material.normalScale;
         // In object space, where the file's tangent frame is orthogonal: a normal goes over to world space by
-        // the inverse transpose, whatever it was made of
+        // the inverse transpose, however it was computed
         vec3 bitangent = cross(n, tangent.xyz) * tangent.w;
         vec3 bent = bend.x * tangent.xyz + bend.y * bitangent + bend.z * n;
         if (dot(bent, n) > 0.0f) n = bent;
@@ -69,9 +69,9 @@ Medium MediumAt(uint material) {
     return medium;
 }
 
-// For kTraceShadowTerminator: takes the surface for the curved one that its vertex normals describe, so that
-// light which grazes it ends where the curve turns away and not at the edge of a triangle. Not for what lets
-// light through: a ray that starts above the triangle would enter twice.
+// For kTraceShadowTerminator: treats the surface as the curved one that its vertex normals describe, so that
+// grazing light ends where the curve turns away and not at the edge of a triangle. Not for transmissive
+// surfaces: a ray that starts above the triangle would enter twice.
 void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, GeometryRecord geometry,
                  Triangle triangle, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 wo) {
     if (!IsPresent(geometry.normals) || surface.material.transmission > 0.0f) return;
@@ -98,7 +98,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     MaterialRecord material = materials.at[geometry.material];
     Triangle triangle = TriangleAt(instance, hit.primitive, hit.barycentrics);
 
-    // Position from the vertices: its error does not grow with the ray's length
+    // Position from the vertices, so that its error does not grow with the ray's length
     Vec3Stream positions = Vec3Stream(instance.positions);
     vec3 p0 = positions.at[triangle.vertices.x];
     vec3 e1 = positions.at[triangle.vertices.y] - p0;

@@ -1,8 +1,8 @@
-// Tracing by ray type: the only place that turns a ray type into numbers of the shader binding table.
-// Group order is that of rhi/shader_binding_table.h. Stride 0: every geometry of an instance takes the
-// instance's hit set. Backs are culled where the instance allows it. Origins are moved off their surface
-// beforehand (core/ray_offset.glsl): no tMin. A pass whose radiance rays carry something of their own
-// declares it at location 0, defines OWN_RADIANCE_PAYLOAD, and traces by TraceRadiance.
+// Tracing by ray type: the only place that turns a ray type into numbers of the shader binding table. Group
+// order is that of rhi/shader_binding_table.h. Stride 0: every geometry of an instance takes the instance's
+// hit set. Back faces are culled where the instance allows it. Origins are offset from their surface
+// beforehand (core/ray_offset.glsl): no tMin. A pass whose radiance rays have a payload of their own declares
+// it at location 0, defines OWN_RADIANCE_PAYLOAD, and traces by TraceRadiance.
 #ifndef RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 #define RAYGRAPH_SCENE_TRACE_RAYS_GLSL
 
@@ -23,7 +23,7 @@ const float kFarthest = 3.0e38f;
 // Runs the closest-hit shader of the nearest surface along a ray, or the miss shader, on the payload at
 // location 0.
 void TraceRadiance(Ray ray) {
-    // Thin walls are opaque to these rays, and to shadow rays alone they are not
+    // Thin walls are opaque to these rays; only shadow rays pass through them
     uint flags = gl_RayFlagsCullBackFacingTrianglesEXT;
     if (!HasTraceFeature(kTraceAnyHit)) flags |= gl_RayFlagsOpaqueEXT;
     traceRayEXT(sceneTlas, flags, 0xFFu, kRayTypeRadiance, 0u, kRayTypeRadiance, ray.origin, 0.0f,
@@ -31,8 +31,8 @@ void TraceRadiance(Ray ray) {
 }
 
 #ifndef OWN_RADIANCE_PAYLOAD
-// The nearest surface along a ray. Partly transparent surfaces are there or not by a number that alphaSeed
-// and the triangle give.
+// The nearest surface along a ray. Alpha tests use a random number that is a function of alphaSeed and the
+// triangle.
 Hit Intersect(Ray ray, uint alphaSeed) {
     radiancePayload.alphaSeed = alphaSeed;
     TraceRadiance(ray);
@@ -41,8 +41,8 @@ Hit Intersect(Ray ray, uint alphaSeed) {
 #endif
 
 #ifdef TRACES_SHADOW_RAYS
-// Share of light that comes along the ray from `distance` (infinity is legal): 0 if something opaque is
-// nearer, less than 1 if smooth thin walls are. `ior` is of the medium that the ray starts in.
+// Transmittance along the ray up to `distance` (infinity is legal): 0 if an opaque surface is nearer, less
+// than 1 through smooth thin walls. `ior` is of the medium that the ray starts in.
 vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed) {
     const uint flags = gl_RayFlagsCullBackFacingTrianglesEXT | gl_RayFlagsTerminateOnFirstHitEXT |
                        gl_RayFlagsSkipClosestHitShaderEXT;
