@@ -1,7 +1,7 @@
 // One path in two forms: traced by a loop in ray generation, as Trace does it, and by recursion from the
 // closest hit. Surfaces are Lambert's, of their base color and flat; the environment has one radiance; no
-// light is sampled, and nothing but the depth ends a path early. This text is what both forms share, so that
-// they differ in where the next ray is traced, and in what that entails.
+// light is sampled, and only the depth ends a path early. Both forms share this source, so that they differ
+// only in where the next ray is traced, and in the consequences.
 #ifndef RAYGRAPH_BENCH_LAMBERT_PATH_GLSL
 #define RAYGRAPH_BENCH_LAMBERT_PATH_GLSL
 
@@ -27,7 +27,7 @@ bool EndsLambertPath(SurfaceInteraction surface, uint depth) {
     return depth >= kLambertBounces || (surface.material.flags & kMaterialUnlit) != 0u;
 }
 
-// The next ray, drawn by the cosine: what it brings counts by the base color.
+// The next ray, sampled by the cosine: its radiance is weighted by the base color.
 Ray ScatterLambert(SurfaceInteraction surface, inout Sampler rng) {
     Ray ray;
     ray.origin = OffsetRayOrigin(surface.position, surface.geometricNormal, surface.clearance);

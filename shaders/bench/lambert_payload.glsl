@@ -1,4 +1,4 @@
-// What the rays of the recursive form carry.
+// The payload of the recursive form.
 #ifndef RAYGRAPH_BENCH_LAMBERT_PAYLOAD_GLSL
 #define RAYGRAPH_BENCH_LAMBERT_PAYLOAD_GLSL
 

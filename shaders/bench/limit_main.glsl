@@ -1,6 +1,6 @@
-// What a path tracer on this device, in this scene, could at most do: the same camera rays in the same TLAS,
-// and no shading. LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with nothing kept but one
-// number. Includers define LIMIT_BOUNCES, and may define COUNT_RAYS.
+// An upper bound for a path tracer on this device, in this scene: the same camera rays in the same TLAS, and
+// no shading. LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept.
+// Includers define LIMIT_BOUNCES, and may define COUNT_RAYS.
 #include "scene/extensions.glsl"
 
 #include "bench/limit_ray_offset.glsl"

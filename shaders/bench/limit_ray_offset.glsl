@@ -1,5 +1,5 @@
-// The ray offset of version 1 of the limits: it stays as it is, so that their numbers can be compared over
-// the years. Wächter and Binder 2019, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing
+// The ray offset of version 1 of the limits: do not change it, so that their numbers can be compared over the
+// years. Wächter and Binder 2019, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing
 // Gems, chapter 6: the origin moves along the normal by a number of float steps of its own coordinates, and
 // by a constant distance near the planes through the world's origin.
 #ifndef RAYGRAPH_BENCH_LIMIT_RAY_OFFSET_GLSL

@@ -7,10 +7,10 @@ layout(set = 0, binding = 0, rgba32f) readonly uniform image2D newSample;
 
 layout(push_constant) uniform Constants {
     uvec2 offset;  // of the new sample in the picture
-    uint isFirst;  // of its pixels: what is stored is undefined
+    uint isFirst;  // of its pixels: the stored contents are undefined
 } constants;
 
-// Adds to a word of each channel what is to be added and the carry from the words below, and carries on. The
+// Adds a word and the carry from the words below to a word of each channel, and returns the new carry. The
 // plane is read and written only where that changes something: the highest words seldom change.
 #define ADD_TO(plane)                                                      \
     {                                                                      \

@@ -1,5 +1,5 @@
-// BlurLevels: the levels of shared/blur_levels.h. A texel is the mean of its square of the picture and of as
-// much around it as half a texel, by 4 x 4 samples; color comes multiplied by alpha.
+// BlurLevels: the levels of shared/blur_levels.h. A texel is the mean of its square of the picture and a
+// margin of half a texel, by 4 x 4 samples; color is multiplied by alpha.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "shared/blur_levels.h"

@@ -1,4 +1,4 @@
-// Difference: how far two pictures are apart, channel by channel.
+// Difference: the absolute difference of two pictures, channel by channel.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "core/color.glsl"

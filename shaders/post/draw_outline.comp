@@ -1,4 +1,4 @@
-// DrawOutline: a line of one color over a picture.
+// DrawOutline: an outline of one color over a picture.
 #version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -58,7 +58,7 @@ float FlipColorError(vec3 reference, vec3 test) {
     return min(1.0f, at + (error - share * most) / (most - share * most) * (1.0f - at));
 }
 
-// Edges and points that one picture has more than the other (3.2). Each is a length.
+// Differences in edges and points (3.2). Each is a length.
 float FlipFeatureError(vec2 reference, vec2 test) {
     vec2 difference = abs(reference - test);
     return sqrt(clamp(max(difference.x, difference.y) * 0.70710678f, 0.0f, 1.0f));

@@ -1,4 +1,4 @@
-// Flip, first step: a picture filtered along its rows. Beyond the border stands what is at the border.
+// Flip, first step: a picture filtered along its rows. Pixels beyond the border repeat the border.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

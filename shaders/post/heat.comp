@@ -1,4 +1,4 @@
-// Heat: one number a pixel as colors, see core/ramp.glsl.
+// Heat: one number a pixel in false color, see core/ramp.glsl.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "core/ramp.glsl"

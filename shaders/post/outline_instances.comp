@@ -1,4 +1,4 @@
-// OutlineInstances: how much of each pixel lies on a line around what is seen of some instances.
+// OutlineInstances: coverage of each pixel by an outline around the visible part of some instances.
 #version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -38,7 +38,7 @@ void main() {
                     continue;
                 if (IsOutlined(other, size)) nearest = apart;
             }
-        // What is outlined ends half a pixel before the center of the next
+        // The outlined part ends half a pixel before the center of the next
         share = clamp(constants.width + 1.0f - sqrt(nearest), 0.0f, 1.0f);
     }
     imageStore(line, pixel, vec4(share));

@@ -1,4 +1,4 @@
-// Overlay: a picture as far as it has come, and a coarser one where it has not.
+// Overlay: the finished part of a picture, and a coarser one elsewhere.
 #version 460
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -15,7 +15,7 @@ layout(push_constant) uniform Constants {
 
 vec4 CoarseAt(ivec2 pixel) { return imageLoad(coarse, clamp(pixel, ivec2(0), imageSize(coarse) - 1)); }
 
-// Bilinear, by hand: not every device filters 32-bit floats.
+// Bilinear filtering in the shader: not every device filters 32-bit floats.
 vec4 UpscaledAt(ivec2 pixel) {
     vec2 place = (vec2(pixel) + 0.5f) * vec2(imageSize(coarse)) / vec2(imageSize(picture)) - 0.5f;
     ivec2 first = ivec2(floor(place));

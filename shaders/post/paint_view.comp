@@ -1,4 +1,4 @@
-// PaintView: the values of a view as something to look at.
+// PaintView: display values of a view.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
@@ -21,7 +21,7 @@ float DepthGrey(float depth) {
     return 1.0f - (1.0f - kDarkestDepth) * share;
 }
 
-// Where a count stands on the ramp: each doubling of 1 + count is one of so many steps.
+// The position of a count on the ramp: each doubling of 1 + count is one of `steps`.
 vec3 CountColor(float count, float steps) { return SrgbEncode(HeatColor(log2(1.0f + count) / steps)); }
 
 // Values in [0, 1], as shown. `value` is a mean over samples of which some may have hit nothing.

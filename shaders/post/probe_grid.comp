@@ -15,7 +15,8 @@ layout(push_constant) uniform Constants {
 void main() {
     uvec2 cell = gl_GlobalInvocationID.xy;
     if (any(greaterThanEqual(cell, constants.grid))) return;
-    // Somewhere in the cell, so that no pattern of the picture meets the grid's: Roberts' sequence
+    // A varying position in the cell, so that the grid does not alias with a pattern of the picture:
+    // Roberts' sequence
     uint index = cell.y * constants.grid.x + cell.x;
     vec2 within = fract(0.5f + float(index) * vec2(0.7548776662f, 0.5698402910f));
     uvec2 size = uvec2(imageSize(mean));

@@ -1,4 +1,4 @@
-// RelativeError: how far the luminance of a picture is from that of a reference.
+// RelativeError: the relative error of a picture's luminance against a reference.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "core/color.glsl"

@@ -1,4 +1,4 @@
-// ResolveSums: mean, and variance if WITH_VARIANCE is defined, of what Accumulate has added up in a region.
+// ResolveSums: mean, and variance if WITH_VARIANCE is defined, of the sums of Accumulate in a region.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 #define PLANE_ACCESS readonly

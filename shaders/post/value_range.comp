@@ -1,5 +1,5 @@
 // ValueRange: the least and the greatest first channel of all pixels that have an alpha. Values are not
-// negative: their bits are in their order.
+// negative, so their bits have the same order.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 

@@ -1,4 +1,4 @@
-// Which triangle a number stands for, see shared/chunk_records.h.
+// From a number to its triangle, see shared/chunk_records.h.
 #ifndef RAYGRAPH_RASTER_CHUNKS_GLSL
 #define RAYGRAPH_RASTER_CHUNKS_GLSL
 

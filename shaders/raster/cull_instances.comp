@@ -1,5 +1,5 @@
 // Puts each placement whose bounds may be in the picture into its draw's list. The order within a draw is
-// that in which the invocations come: it matters where surfaces coincide, and nowhere else.
+// that in which the invocations run: it affects only coinciding surfaces.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

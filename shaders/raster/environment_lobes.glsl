@@ -1,4 +1,4 @@
-// What a surface scatters of the environment: for each lobe its albedo, by the tables of
+// The environment's light scattered by a surface: for each lobe its albedo, by the tables of
 // bxdf/energy.glsl, times the environment's mean over the lobe (shared/filtered_environment.h). Exact where
 // the environment is the same in all directions.
 #ifndef RAYGRAPH_RASTER_ENVIRONMENT_LOBES_GLSL
@@ -34,21 +34,21 @@ vec3 GlossyEnvironment(vec3 direction, float roughness) {
     return environment.radiance * mix(sharper, FilteredLevel(uv, above), place - float(above));
 }
 
-// Where a rough surface reflects most from, between the mirror direction and the normal. S. Lagarde and C. de
-// Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section 4.9.3.
+// The dominant direction of a rough surface's reflection, between the mirror direction and the normal. S.
+// Lagarde and C. de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section 4.9.3.
 vec3 DominantReflection(vec3 wo, float roughness) {
     float smoothness = 1.0f - roughness;
     vec3 mirrored = vec3(-wo.x, -wo.y, wo.z);
     return normalize(mix(vec3(0.0f, 0.0f, 1.0f), mirrored, smoothness * (sqrt(smoothness) + roughness)));
 }
 
-// Share of the directions about the reflected one that is open, of all of which `open` is. Lagarde and de
-// Rousiers, as above, section 4.10.2.
+// Unoccluded share of the directions about the reflected one; `open` is that of all directions. Lagarde and
+// de Rousiers, as above, section 4.10.2.
 float OpenReflection(float open, float cosine, float roughness) {
     return clamp(pow(cosine + open, exp2(-16.0f * roughness - 1.0f)) - 1.0f + open, 0.0f, 1.0f);
 }
 
-// What a surface reflects of the environment, `open` being the share of directions that reach it.
+// The environment's light reflected by a surface; `open` is the unoccluded share of directions.
 vec3 GltfEnvironment(PreparedGltf g, float roughness, float open, Frame frame) {
     if (!(g.wo.z > 0.0f)) return vec3(0.0f);
     GltfBxDF lobe = g.bxdf;
@@ -69,11 +69,11 @@ vec3 GltfEnvironment(PreparedGltf g, float roughness, float open, Frame frame) {
     return sum;
 }
 
-// Share of what is behind glass that comes through it, and where it comes from.
+// Share of the light behind glass that is transmitted, and its direction.
 struct GlassPath {
     vec3 weight;
     vec3 direction;
-    float spread;  // standard deviation of the slope that roughness gives it
+    float spread;  // standard deviation of the slope due to roughness
 };
 
 GlassPath PathThroughGlass(PreparedGltf g, float roughness, Frame frame) {
@@ -93,8 +93,8 @@ GlassPath PathThroughGlass(PreparedGltf g, float roughness, Frame frame) {
     vec3 refracted = vec3(0.0f);
     if (!g.isThin && Refract(g.wo, vec3(0.0f, 0.0f, 1.0f), g.eta, refracted)) through = refracted;
     path.direction = FromLocal(frame, through);
-    // Slopes of facets have a deviation of alpha / sqrt(2); a thin wall turns light twice as far, as a mirror
-    // would, and a boundary by the part that refraction leaves
+    // Slopes of facets have a deviation of alpha / sqrt(2); a thin wall deflects light twice as far, as a
+    // mirror would, and a boundary by the part that remains after refraction
     path.spread = 0.70710678f * Sqr(roughness) * (g.isThin ? 2.0f : abs(1.0f - 1.0f / g.eta));
     return path;
 }

@@ -1,7 +1,7 @@
 // FilterEnvironment: the levels of shared/filtered_environment.h. Each texel is the mean of the map over the
 // lobe of a surface that is seen face on, along its normal: for facets, directions by their distribution,
-// weighed by the cosine (Karis 2013, "Real Shading in Unreal Engine 4"); for diffuse ones, by the cosine. The
-// map is looked up both where the lobe is and where the map is bright, weighed by the balance heuristic.
+// weighted by the cosine (Karis 2013, "Real Shading in Unreal Engine 4"); for diffuse ones, by the cosine.
+// Both the lobe and the bright parts of the map are sampled, weighted by the balance heuristic.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
@@ -43,7 +43,7 @@ vec3 SampleLobe(Lobe lobe, vec2 u) {
     return Reflect(vec3(0.0f, 0.0f, 1.0f), vec3(sine * azimuth.x, sine * azimuth.y, cosine));
 }
 
-// What counts of a sample, beside its density.
+// The weight of a sample, beside its density.
 float LobeWeight(Lobe lobe, vec3 wi) { return lobe.isDiffuse ? 1.0f : max(wi.z, 0.0f); }
 
 void main() {

@@ -1,10 +1,10 @@
-// Fragments of triangles that are there by their alpha.
+// Fragments of alpha-tested triangles.
 #ifndef RAYGRAPH_RASTER_FRAGMENT_ALPHA_GLSL
 #define RAYGRAPH_RASTER_FRAGMENT_ALPHA_GLSL
 
 #include "scene/alpha_test.glsl"
 
-// As the triangle (instance record, primitive) is to the camera ray of the same pixel and sample.
+// The same result as for the camera ray of the same pixel and sample.
 bool IsFragmentThere(uvec2 triangle, vec2 barycentrics, bool isBack) {
     TraceParameters settings = parameters.value;
     Sampler rng = StartPixelSample(uvec2(gl_FragCoord.xy), settings.sampleIndex, settings.seed);

@@ -1,4 +1,4 @@
-// RasterHits: the outputs of PrimaryHits, of what was drawn.
+// RasterHits: the outputs of PrimaryHits, for the raster view.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

@@ -1,7 +1,7 @@
-// Occlusion: which share of the directions above a surface, weighed by the cosine, is free of what is on the
-// screen nearby. Horizons are searched along lines through the pixel, and between them the share is
-// integrated in closed form: Jimenez, Wu, Pesce and Jarabo 2016, "Practical Real-Time Strategies for Accurate
-// Indirect Occlusion" (GTAO), SIGGRAPH course. Lines and steps are turned and shifted from sample to sample.
+// Occlusion: the unoccluded share of the directions above a surface, weighted by the cosine, in screen space.
+// Horizons are searched along lines through the pixel, and between them the share is integrated in closed
+// form: Jimenez, Wu, Pesce and Jarabo 2016, "Practical Real-Time Strategies for Accurate Indirect Occlusion"
+// (GTAO), SIGGRAPH course. Lines and steps are turned and shifted from sample to sample.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
@@ -29,8 +29,8 @@ bool PositionAt(ivec2 pixel, out vec3 position) {
     return true;
 }
 
-// Cosine between wo and the highest thing along a line of the screen (unit vector, so many pixels long), at
-// least `lowest`, which is where the surface's own plane is. What is farther than the reach fades away.
+// Cosine between wo and the horizon along a line of the screen (unit vector, so many pixels long), at least
+// `lowest`, that of the surface's own plane. Occluders fade out up to the reach.
 float HorizonCosine(vec3 position, vec3 wo, vec2 line, float pixels, float shift, float reach, float lowest) {
     float highest = lowest;
     for (uint i = 0u; i < kSteps; i++) {

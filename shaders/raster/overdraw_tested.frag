@@ -1,4 +1,4 @@
-// Fragments of Overdraw that are there by their alpha.
+// Alpha-tested fragments of Overdraw.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

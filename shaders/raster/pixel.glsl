@@ -1,5 +1,5 @@
-// The pixel of an invocation that looks at the visibility texture: one invocation a pixel, of compute, or of
-// ray generation where PIXEL_BY_RAY_GENERATION is defined.
+// The pixel of an invocation that reads the visibility texture: one invocation a pixel, of compute, or of ray
+// generation where PIXEL_BY_RAY_GENERATION is defined.
 #ifndef RAYGRAPH_RASTER_PIXEL_GLSL
 #define RAYGRAPH_RASTER_PIXEL_GLSL
 
@@ -26,7 +26,7 @@ ivec2 Pixel() { return ivec2(gl_GlobalInvocationID.xy); }
 
 bool IsInPicture() { return all(lessThan(Pixel(), imageSize(visibility))); }
 
-// Through the place of the film that was drawn, so many pixels off.
+// Through the film position that was drawn, so many pixels away.
 Ray RayThrough(vec2 offset) {
     vec2 film = (vec2(Pixel()) + constants.filmOffset + offset) / vec2(imageSize(visibility));
     return CameraRay(parameters.value.camera, film, vec2(0.5f));

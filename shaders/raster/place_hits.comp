@@ -1,6 +1,6 @@
-// Where in its triangle the center of each drawn pixel is, as resolve_visibility.comp computes it. What the
-// device interpolates over a triangle that reaches far, or is seen at a grazing angle, is off: it rounds
-// corners to a grid in the picture, and cuts off what is behind the camera.
+// Barycentrics of the center of each drawn pixel, computed as in resolve_visibility.comp. The device's own
+// interpolation is inexact over a large triangle or at a grazing angle: it rounds vertices to a grid in the
+// picture, and clips behind the camera.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
@@ -23,7 +23,7 @@ void main() {
     PictureTriangle triangle = ProjectTriangle(hit.instance, hit.primitive, camera.origin,
                                                OffsetToPicture(camera, constants.shift, uvec2(size)));
     vec3 edges = EdgesAt(triangle, vec2(pixel) + 0.5f);
-    // By the device's rounding the center may be just outside: the nearest place inside then
+    // By the device's rounding the center may be just outside: use the nearest point inside
     float sum = edges.x + edges.y + edges.z;
     vec3 weights = max((sum < 0.0f ? -1.0f : 1.0f) * edges, vec3(0.0f));
     sum = weights.x + weights.y + weights.z;

@@ -1,11 +1,11 @@
-// PlaceShadowViews: which light has which tiles of the shadow atlas, and what each tile sees. One workgroup;
-// one invocation a view.
+// PlaceShadowViews: assigns the tiles of the shadow atlas to lights, and computes the view of each tile. One
+// workgroup; one invocation a view.
 //
-// Cascades: the camera's view is cut at depths between those that grow evenly and those that grow by a factor
-// (Zhang, Sun, Xu and Lun 2006, "Parallel-Split Shadow Maps for Large-Scale Virtual Environments"). Each part
-// lies in a sphere, so that turning the camera does not change its size, and the sphere's center moves in
-// whole texels, so that moving the camera does not make edges crawl (Valient 2008, "Stable Rendering of
-// Cascaded Shadow Maps", ShaderX6). Depths are rounded to powers of sqrt(2) for the same reason.
+// Cascades: the camera's view is split at depths between uniform and logarithmic ones (Zhang, Sun, Xu and Lun
+// 2006, "Parallel-Split Shadow Maps for Large-Scale Virtual Environments"). Each part lies in a sphere, so
+// that turning the camera does not change its size, and the sphere's center moves in whole texels, so that
+// edges do not crawl when the camera moves (Valient 2008, "Stable Rendering of Cascaded Shadow Maps",
+// ShaderX6). Depths are rounded to powers of sqrt(2) for the same reason.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

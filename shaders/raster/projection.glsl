@@ -1,4 +1,4 @@
-// Where raster views put a point of the scene: the inverse of scene/camera.glsl, for a camera without lens.
+// The projection of raster views: the inverse of scene/camera.glsl, for a camera without lens.
 #ifndef RAYGRAPH_RASTER_PROJECTION_GLSL
 #define RAYGRAPH_RASTER_PROJECTION_GLSL
 

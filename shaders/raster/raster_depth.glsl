@@ -1,4 +1,4 @@
-// What the depth buffer of a raster view says: the inverse of raster/projection.glsl.
+// From the depth buffer of a raster view to distances: the inverse of raster/projection.glsl.
 #ifndef RAYGRAPH_RASTER_RASTER_DEPTH_GLSL
 #define RAYGRAPH_RASTER_RASTER_DEPTH_GLSL
 
@@ -9,7 +9,7 @@ float DistanceOf(CameraRecord camera, float depth) {
     return camera.orthographic != 0u ? (1.0f - depth) * camera.zFar : camera.zNear / depth;
 }
 
-// Where the camera ray of a pixel is at the pixel's depth.
+// The point of a pixel's camera ray at the pixel's depth.
 vec3 AtRasterDepth(CameraRecord camera, Ray ray, float depth) {
     return ray.origin + ray.direction * (DistanceOf(camera, depth) / dot(ray.direction, camera.forward));
 }

@@ -1,5 +1,5 @@
-// Draws triangles into the buffer of what is nearest in each pixel: depth above, the triangle's number below,
-// so that the greatest is the nearest.
+// Draws triangles into a buffer of 64-bit keys: depth in the high bits, the triangle's number in the low
+// bits, so that the maximum is the nearest.
 #ifndef RAYGRAPH_RASTER_RASTERIZE_GLSL
 #define RAYGRAPH_RASTER_RASTERIZE_GLSL
 
@@ -17,16 +17,16 @@ layout(push_constant, scalar) uniform Constants {
     uint firstOfKind[4];  // draws, by DrawKind
 } constants;
 
-// A triangle that is to be drawn.
+// A triangle to draw.
 struct Drawing {
     uint number;
     DrawnTriangle source;
     PictureTriangle picture;
-    bool isCulled;  // backs are not there
-    bool isTested;  // there by its alpha
+    bool isCulled;  // back faces are culled
+    bool isTested;  // alpha-tested
 };
 
-// False: nothing of it can be seen anywhere.
+// False: no part of it can be visible.
 bool PrepareDrawing(uint number, mat4 offsetToPicture, out Drawing drawing) {
     drawing.number = number;
     if (!FindTriangle(number, constants.drawCount, drawing.source)) return false;

@@ -1,4 +1,4 @@
-// Draws small triangles, one an invocation, and lists the tiles that larger ones may be seen in.
+// Draws small triangles, one an invocation, and lists the tiles that larger ones may cover.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
@@ -11,7 +11,7 @@
 layout(local_size_x = 64) in;  // kChunkGroupSize
 layout(set = 0, binding = 20, scalar) buffer Tiles { uint count; TriangleTile at[]; } tiles;
 
-const int kSmallPixels = 96;  // more are quicker by tiles
+const int kSmallPixels = 96;  // more are faster by tiles
 
 void DrawPixels(Drawing drawing, ivec2 low, ivec2 high) {
     for (int y = low.y; y < high.y; y++)

@@ -1,4 +1,4 @@
-// One command a draw, with nothing visible yet.
+// Initializes one command a draw, without instances.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require

@@ -1,7 +1,7 @@
-// What is behind glass, as far as the screen knows it: the picture without glass, where the refracted ray
-// leaves it, blurred as the surface is rough. Approximations: the ray goes straight from the front of a
-// volume to what is behind the glass in the pixel, which is taken to be as far away all around; glass behind
-// glass is not there; a volume absorbs nothing; what the screen does not show is the environment.
+// The light behind glass, in screen space: the picture without glass, read where the refracted ray leaves it,
+// blurred by the surface's roughness. Approximations: the ray goes straight from the front of a volume to the
+// surface behind the glass in the pixel, whose depth is taken for its whole surroundings; there is no glass
+// behind glass; a volume absorbs nothing; beyond the screen there is only the environment.
 #ifndef RAYGRAPH_RASTER_SEE_THROUGH_GLSL
 #define RAYGRAPH_RASTER_SEE_THROUGH_GLSL
 
@@ -27,7 +27,7 @@ vec4 BehindLevel(vec2 place, uint level) {
     return textureLod(behindBlurred, texel / vec2(textureSize(behindBlurred, 0)), 0.0f);
 }
 
-// Of what is behind the glass in the pixel; where that is nothing, of the nearest that is there around it.
+// Of the surface behind the glass in the pixel; where there is none, of the nearest one around it.
 float DepthBehind() {
     float depth = texelFetch(behindDepth, Pixel(), 0).x;
     ivec2 size = textureSize(behindDepth, 0);
@@ -40,8 +40,8 @@ float DepthBehind() {
     return depth;
 }
 
-// Radiance that comes through a surface along wo, before the surface's own color. `through` goes on behind
-// it, and spreads by `spread`, the standard deviation of its slope.
+// Radiance transmitted by a surface along wo, before the surface's own color. `through` is the direction
+// behind it, and `spread` the standard deviation of its slope.
 vec3 SeenThrough(vec3 position, vec3 through, float spread, float roughness) {
     CameraRecord camera = parameters.value.camera;
     vec2 size = vec2(textureSize(behind, 0));

@@ -1,6 +1,6 @@
-// RasterShade: light that what was drawn sends to the camera: its own, and what it scatters of the lights, by
-// the path tracer's own material, BSDF and lights. Includers may define SHADOW_MAPS or SHADOW_RAYS; the
-// latter is ray generation.
+// RasterShade: radiance of the drawn surfaces towards the camera: emission and direct light, by the path
+// tracer's own material, BSDF and lights. Includers may define SHADOW_MAPS or SHADOW_RAYS; the latter is ray
+// generation.
 #ifdef SHADOW_RAYS
 #define TRACES_SHADOW_RAYS
 #define PIXEL_BY_RAY_GENERATION
@@ -46,8 +46,8 @@ SurfaceSetting SettingOf(SurfaceInteraction surface, uint seed) {
     return setting;
 }
 
-// Light from one point of one emitting triangle, chosen by the light tree with the numbers that Trace takes
-// for its first bounce. None where a punctual light is drawn: those are added whole.
+// Light from one point of one emitting triangle, chosen by the light tree with the random numbers of the
+// first bounce of Trace. None where a punctual light is chosen: those are summed exactly.
 LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rng) {
     LightContext context;
     context.position = surface.position;
@@ -94,7 +94,7 @@ vec3 FreeShare(SurfaceInteraction surface, LightSample light, uint ordinal, uint
 #endif
 }
 
-// What a surface scatters towards wo of all punctual lights, and of one point of the emitting triangles.
+// Direct light scattered towards wo: of all punctual lights, and of one point of the emitting triangles.
 vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, Sampler rng) {
     vec3 sum = vec3(0.0f);
     if (!IsNonSpecular(bsdf.flags)) return sum;
@@ -112,7 +112,7 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
             light = SampleEmitter(surface, bsdf.flags, rng);
         vec3 wi = ToLocal(frame, light.wi);
         bool isLeaking = dot(light.wi, surface.geometricNormal) * wi.z <= 0.0f;  // of the shading normal
-        // What shines behind glass is in the picture of what is behind it
+        // Lights behind glass are in the picture behind it
         bool isSeenThrough = i == constants.punctualLights && (constants.option & kShadeBehind) != 0u;
         if (isLeaking || (isSeenThrough && wi.z < 0.0f) || !(light.pdf > 0.0f)) continue;
         float pdf = 0.0f;

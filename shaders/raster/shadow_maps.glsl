@@ -1,11 +1,11 @@
-// Shadows of punctual lights by the maps of shared/shadow_records.h. What is between a place and a light is
-// looked up in 4 x 4 texels, weighed so that the share grows evenly over three texels (percentage-closer
+// Shadows of punctual lights by the maps of shared/shadow_records.h. Occlusion between a point and a light is
+// read from 4 x 4 texels, weighted so that the share grows evenly over three texels (percentage-closer
 // filtering: Reeves, Salesin and Cook 1987, "Rendering Antialiased Shadows with Depth Maps").
 //
 // Bias: each texel is compared with the depth that the surface's own plane has there (Isidoro 2006, "Shadow
-// Mapping: GPU-based Tips and Techniques"), the place having moved off the surface by half a texel along the
-// geometric normal. A flat surface does not shadow itself; what is nearer to its shadow than half a texel
-// casts none.
+// Mapping: GPU-based Tips and Techniques"), at the point offset from the surface by half a texel along the
+// geometric normal. A flat surface does not shadow itself; an occluder closer than half a texel casts no
+// shadow.
 #ifndef RAYGRAPH_RASTER_SHADOW_MAPS_GLSL
 #define RAYGRAPH_RASTER_SHADOW_MAPS_GLSL
 
@@ -27,8 +27,8 @@ uint FaceOf(vec3 direction) {
     return 2u * axis + (direction[axis] < 0.0f ? 1u : 0u);
 }
 
-// Share of the filter at a place of a tile that is nearer to the light than what the map has there. The
-// surface's depth grows by `slope` with the place.
+// Lit share of the filter at a position in a tile: where the surface is nearer to the light than the map. Its
+// depth grows by `slope` with the position.
 float FilteredShare(uint view, vec2 place, float depth, vec2 slope) {
     int tilesPerSide = int(constants.shadowTiles);
     int tileSize = textureSize(shadowAtlas, 0).x / tilesPerSide;
@@ -50,13 +50,13 @@ float FilteredShare(uint view, vec2 place, float depth, vec2 slope) {
     return share / 9.0f;
 }
 
-// In a view's tile: place in [0, 1], and depth.
+// In a view's tile: position in [0, 1], and depth.
 vec3 PlaceInTile(CameraRecord camera, vec3 position) {
     vec4 clip = ClipPosition(camera, position, vec2(0.0f));
     return vec3(0.5f * clip.xy / clip.w + 0.5f, clip.z / clip.w);
 }
 
-// How depth grows with the place along a plane; it does so evenly, in perspective too.
+// The gradient of depth along a plane; it is constant, in perspective too.
 vec2 SlopeOf(CameraRecord camera, vec3 position, vec3 normal, float step, vec3 place) {
     Frame plane = FrameFromZ(normal);
     vec3 x = PlaceInTile(camera, position + step * plane.x) - place;
@@ -77,7 +77,7 @@ float MapFreeShare(uint light, uint kind, vec3 position, vec3 normal, vec3 wi) {
         if (shadow.viewCount == kShadowFaces) first += FaceOf(position - shadowViews.at[first].camera.origin);
         last = first + 1u;
     }
-    // Of cascades the first that has the place: it has the smallest texels
+    // The first cascade that contains the point: it has the smallest texels
     for (uint view = first; view < last; view++) {
         CameraRecord camera = shadowViews.at[view].camera;
         float texel = shadowViews.at[view].texel;

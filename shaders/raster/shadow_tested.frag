@@ -1,4 +1,4 @@
-// Fragments of ShadowMaps that are there by their alpha; depth alone is written.
+// Alpha-tested fragments of ShadowMaps; only depth is written.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS
@@ -10,6 +10,6 @@ layout(location = 0) in vec2 barycentrics;
 layout(location = 1) flat in uvec2 triangle;
 
 void main() {
-    // What is a back to the light is a front to the rays that ask for it
+    // A back face towards the light is a front face to shadow rays
     if (!IsFragmentThere(triangle, barycentrics, gl_FrontFacing)) discard;
 }

@@ -1,5 +1,5 @@
-// SurfaceView: one property of what is seen in each pixel (shared/views.h). Alpha is 1 where there is a
-// surface; all is 0 where there is none.
+// SurfaceView: one property of the visible surface of each pixel (shared/views.h). Alpha is 1 where there is
+// a surface; all channels are 0 where there is none.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

@@ -1,15 +1,15 @@
-// A triangle in the picture, and which pixels see it. Nothing is clipped: edges are compared in homogeneous
-// coordinates (Olano and Greer, Triangle Scan Conversion using 2D Homogeneous Coordinates, 1997), relative to
-// each pixel's center (Woop, Benthin and Wald, Watertight Ray/Triangle Intersection, 2013). Triangles that
-// share an edge compute it from the same numbers by the same operations but for the sign, so no pixel falls
-// between them; `precise` keeps the compiler from changing that.
+// A triangle in the picture, and the pixels that it covers. Nothing is clipped: edges are compared in
+// homogeneous coordinates (Olano and Greer, Triangle Scan Conversion using 2D Homogeneous Coordinates, 1997),
+// relative to each pixel's center (Woop, Benthin and Wald, Watertight Ray/Triangle Intersection, 2013).
+// Triangles that share an edge compute it from the same numbers by the same operations except for the sign,
+// so no pixel falls between them; `precise` keeps the compiler from changing that.
 #ifndef RAYGRAPH_RASTER_TRIANGLE_GLSL
 #define RAYGRAPH_RASTER_TRIANGLE_GLSL
 
 #include "raster/projection.glsl"
 #include "scene/bindings.glsl"
 
-// Corners in clip space, but x and y in pixels, times w.
+// Vertices in clip space, with x and y in pixels, times w.
 struct PictureTriangle {
     vec4 corners[3];
     bool isMirrored;  // by its placement: it keeps its sides
@@ -42,8 +42,8 @@ PictureTriangle ProjectTriangle(uint placement, uint primitive, vec3 origin, mat
     return triangle;
 }
 
-// In proportion to the corners' weights where the line of sight through `place` (pixels) meets the triangle's
-// plane: all of one sign inside, negative ones on its front.
+// Proportional to the barycentrics where the line of sight through `place` (pixels) meets the triangle's
+// plane: all of one sign inside, negative on the front face.
 vec3 EdgesAt(PictureTriangle triangle, vec2 place) {
     precise vec2 a = triangle.corners[0].xy - place * triangle.corners[0].w;
     precise vec2 b = triangle.corners[1].xy - place * triangle.corners[1].w;
@@ -52,7 +52,7 @@ vec3 EdgesAt(PictureTriangle triangle, vec2 place) {
     return triangle.isMirrored ? -edges : edges;
 }
 
-// Whether the pixel's center sees the triangle: its corners' weights there, in proportion, and the depth.
+// Whether the triangle covers the pixel's center: its unnormalized barycentrics there, and the depth.
 bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges, out float depth) {
     edges = EdgesAt(triangle, place);
     float least = min(min(edges.x, edges.y), edges.z), greatest = max(max(edges.x, edges.y), edges.z);
@@ -66,13 +66,13 @@ bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges,
 
 vec2 BarycentricsOf(vec3 edges) { return edges.yz / (edges.x + edges.y + edges.z); }
 
-// Its back is to the camera, wherever it is seen; told from a place near to it.
+// Whether it is back-facing, from everywhere in the picture; evaluated near to it.
 bool IsBackOnly(PictureTriangle triangle, vec2 place) {
     return dot(EdgesAt(triangle, place),
                vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w)) > 0.0f;
 }
 
-// The pixels whose centers may see the triangle, from `low` to before `high`.
+// The pixels whose centers the triangle may cover, from `low` to before `high`.
 void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 high) {
     vec2 least = vec2(size) + 1.0f, greatest = vec2(-1.0f);
     for (uint i = 0u; i < 3u; i++) {
@@ -89,12 +89,12 @@ void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 hig
             greatest = max(greatest, cut.xy / cut.w);
         }
     }
-    const float kMargin = 0.01f;  // above the rounding of a place in the picture
+    const float kMargin = 0.01f;  // above the rounding of a position in the picture
     low = ivec2(ceil(clamp(least - 0.5f - kMargin, vec2(0.0f), vec2(size))));
     high = ivec2(floor(clamp(greatest - 0.5f + kMargin, vec2(-1.0f), vec2(size) - 1.0f))) + 1;
 }
 
-// False: no place in the rectangle [low, high] can see the triangle. Edges are linear in the place, so that
+// False: the triangle covers no point of the rectangle [low, high]. Edges are linear in the position, so that
 // their signs at the corners bound those inside.
 bool MayBeSeenWithin(PictureTriangle triangle, vec2 low, vec2 high, bool isCulled) {
     vec3 e0 = EdgesAt(triangle, low), e1 = EdgesAt(triangle, high);

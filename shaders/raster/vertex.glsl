@@ -1,4 +1,4 @@
-// Vertices of drawn triangles, pulled by address as SurfaceAt pulls them.
+// Vertices of drawn triangles, fetched by address as in SurfaceAt.
 #ifndef RAYGRAPH_RASTER_VERTEX_GLSL
 #define RAYGRAPH_RASTER_VERTEX_GLSL
 
@@ -16,7 +16,7 @@ Corner CornerOf(uint placement, uint vertex) {
     Corner result;
     result.primitive = vertex / 3u;
     uint corner = vertex - 3u * result.primitive;
-    // A face keeps its side under a mirroring transform: its corners are taken the other way round
+    // A face keeps its side under a mirroring transform: reverse the order of its vertices
     bool isMirrored = dot(cross(objectToWorld[0], objectToWorld[1]), objectToWorld[2]) < 0.0f;
     if (isMirrored && corner != 0u) corner = 3u - corner;
     uint index = UintStream(instances.at[placement].indices).at[3u * result.primitive + corner];

@@ -1,5 +1,5 @@
-// What the visibility texture holds of each pixel: the hit that a ray through the same place of the film
-// would find, but for its distance. Zero is nothing.
+// The texels of the visibility texture: the hit that a ray through the same film position would find, without
+// its distance. Zero: no surface.
 #ifndef RAYGRAPH_RASTER_VISIBILITY_GLSL
 #define RAYGRAPH_RASTER_VISIBILITY_GLSL
 

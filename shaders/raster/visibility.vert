@@ -1,4 +1,4 @@
-// Vertices of what the camera sees.
+// Vertices of DrawVisibility.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

@@ -1,4 +1,4 @@
-// Vertices of what the camera would see without the surfaces that let light through.
+// Vertices of DrawBehindGlass: without transmissive surfaces.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

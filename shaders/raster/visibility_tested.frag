@@ -1,4 +1,4 @@
-// Fragments of triangles that are there by their alpha.
+// Fragments of alpha-tested triangles.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define NO_TLAS

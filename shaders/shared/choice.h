@@ -1,12 +1,12 @@
 // A choice is one of several things under one name. It is stated once, as a list of lines:
 //   #define RAYGRAPH_FRUITS(X, Of) X(Of, Apple, 0, "apple", "") X(Of, PlumTree, 1, "plum-tree", "sour")
 // An enumerator, its number (counted from 0), what users call it (options, files, reports, the editor), and a
-// note that help puts beside that. From the list follow
+// note for the help. From the list follow
 //   RAYGRAPH_CHOICE(Fruit, RAYGRAPH_FRUITS)
 //       C++: enum class Fruit, Texts(Fruit{}), Notes(Fruit{}), Name(Fruit::Apple); Values<Fruit>()
 //   RAYGRAPH_CHOICE_CONSTANTS(Fruit, RAYGRAPH_FRUITS)
 //       GLSL, and C++ in namespace shading: kFruitApple, an unsigned number
-// so that nothing that goes over a choice can lack one of its values. Threads: constants.
+// so that no code over a choice can lack one of its values. Threads: constants.
 #ifndef RAYGRAPH_SHARED_CHOICE_H
 #define RAYGRAPH_SHARED_CHOICE_H
 

@@ -1,4 +1,4 @@
-// Drawing by compute: one text for C++ and GLSL.
+// Drawing by compute: one source for C++ and GLSL.
 //
 // A chunk is kChunkTriangles triangles one after the other of one visible placement. Chunks are numbered
 // through the draws, and in a draw through its visible placements; a triangle's number is that of its chunk
@@ -29,8 +29,8 @@ struct TriangleTile {
 };
 
 // What is drawn: bits of the specialization constant kDrawn.
-RAYGRAPH_CONSTANT uint kDrawnAlpha = 1u;  // some triangles are there by their alpha
-RAYGRAPH_CONSTANT uint kDrawnGlass = 2u;  // surfaces that let light through, too
+RAYGRAPH_CONSTANT uint kDrawnAlpha = 1u;  // some triangles are alpha-tested
+RAYGRAPH_CONSTANT uint kDrawnGlass = 2u;  // transmissive surfaces, too
 
 #ifdef __cplusplus
 }  // namespace raygraph::gpu

@@ -1,4 +1,4 @@
-// What drawing the scene takes: one text for C++ and GLSL, scalar layout.
+// Records for drawing the scene: one source for C++ and GLSL, scalar layout.
 //
 // A draw is one group of triangles, for all of its visible placements at once: instance i of it is the
 // placement, as the index of its InstanceRecord, that stands in slot firstInstance + i of the list of visible

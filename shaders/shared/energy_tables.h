@@ -1,4 +1,4 @@
-// How much light rough GGX surfaces return by one bounce, as tables: one flat array of entries, made by
+// The single-scattering albedo of rough GGX surfaces, as tables: one flat array of entries, made by
 // shaders/bxdf/bake_energy_tables.cpp, read by bxdf/energy.glsl. Smith masking is height-correlated; Fresnel
 // is Schlick's curve, so that each albedo is linear in F0 and F90.
 //

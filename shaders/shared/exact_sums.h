@@ -1,14 +1,14 @@
-// Exact sums of samples: one text for C++ and GLSL, in 32-bit integers alone, so that every device and the
+// Exact sums of samples: one source for C++ and GLSL, in 32-bit integers only, so that every device and the
 // host give the same bits.
 //
 // A sample is taken as the nearest multiple of 2^-64 (ties to even): exactly, unless it is below 2^-40. One
 // beyond +-2^40 counts as +-2^40; one that is not finite counts as 0. Its sum is an integer in units of
 // 2^-64, kSumWords words, lowest first, two's complement; that of its squares likewise, kSquareWords words,
-// never negative, each square rounded to the nearest unit. Integers have no rounding to depend on an order:
-// sums over any parts of the samples, added up in any order, are the sum over all of them.
+// never negative, each square rounded to the nearest unit. Integers have no rounding that depends on an
+// order: sums over any parts of the samples, added up in any order, are the sum over all of them.
 //
-// Room: sums up to 2^63 and sums of squares up to 2^96: 7e8 samples of 1e10 and their squares. What goes
-// beyond wraps around.
+// Room: sums up to 2^63 and sums of squares up to 2^96: 7e8 samples of 1e10 and their squares. Larger sums
+// wrap around.
 #ifndef RAYGRAPH_SHARED_EXACT_SUMS_H
 #define RAYGRAPH_SHARED_EXACT_SUMS_H
 
@@ -122,7 +122,7 @@ RAYGRAPH_FUNCTION UintPair ShiftRightRounded(UintPair value, int shift) {
     return ShiftRight(sum, shift);
 }
 
-// What a sample counts as, from the bits of its float.
+// The value of a sample in units, from the bits of its float.
 RAYGRAPH_FUNCTION ExactValue ExactSample(uint bits) {
     int exponent = int((bits >> 23u) & 255u);
     ExactValue value;

@@ -1,6 +1,6 @@
-// The environment's map as rough surfaces see it: levels of equirectangular pictures, one below the other.
-// Level i is filtered for a roughness of (i + 1) kFilteredStep, the last one for diffuse surfaces. Unturned
-// and unscaled, as the map is.
+// The environment map, prefiltered for rough surfaces: levels of equirectangular pictures, one below the
+// other. Level i is filtered for a roughness of (i + 1) kFilteredStep, the last one for diffuse surfaces.
+// Without rotation and scale, like the map.
 #ifndef RAYGRAPH_SHARED_FILTERED_ENVIRONMENT_H
 #define RAYGRAPH_SHARED_FILTERED_ENVIRONMENT_H
 

@@ -1,4 +1,4 @@
-// The lights of a scene as the shaders see them: one text for C++ and GLSL, scalar layout.
+// The lights of a scene as the shaders read them: one source for C++ and GLSL, scalar layout.
 //
 // A light is a number: first the bounded ones (triangles, points, spots), then the directional ones, and last
 // the environment, which has no record: number `lightCount`. Every triangle that may emit keeps its number as
@@ -39,10 +39,10 @@ RAYGRAPH_CONSTANT uint kLightMirrored = 2u;     // its front is the side that -c
 // The rest of LightRecord::flags is the light's group.
 RAYGRAPH_CONSTANT uint kLightGroupShift = 8u;
 
-// Groups of lights, told apart by Trace if it is asked to. Every light is in one.
-RAYGRAPH_CONSTANT uint kLightGroupRest = 0u;  // lights that no other has, and surfaces that are no lights
+// Groups of lights, which Trace renders separately on request. Every light is in one.
+RAYGRAPH_CONSTANT uint kLightGroupRest = 0u;         // all other lights, and surfaces that are no lights
 RAYGRAPH_CONSTANT uint kLightGroupEnvironment = 1u;  // the environment, and nothing else
-RAYGRAPH_CONSTANT uint kLightGroupNamed = 2u;        // the first of those that were given names
+RAYGRAPH_CONSTANT uint kLightGroupNamed = 2u;        // the first of the named groups
 RAYGRAPH_CONSTANT uint kMaxNamedLightGroups = 8u;
 RAYGRAPH_CONSTANT uint kMaxLightGroups = 10u;
 
@@ -52,14 +52,14 @@ RAYGRAPH_CONSTANT uint kNoLight = 0xFFFFFFFFu;
 // World space from the scene's origin, throughout. A triangle keeps the order of its vertices, so that
 // barycentrics mean the same here and in a hit.
 struct LightRecord {
-    vec3 p0;          // triangle: vertex 0. Point, spot: where it is
+    vec3 p0;          // triangle: vertex 0. Point, spot: position
     uint kind;        // kLight*
     vec3 e1;          // triangle: vertex 1 - vertex 0. Spot, directional: unit vector the light travels along
     uint flags;       // kLight*, and the group
     vec3 e2;          // triangle: vertex 2 - vertex 0. Point, spot: intensity in cd. Directional: lx
     uint instance;    // triangle: index of its InstanceRecord
     uint primitive;   // triangle: its number in the BLAS
-    uint bitTrail;    // way through the tree: bit d says which child is taken at depth d
+    uint bitTrail;    // path through the tree: bit d says which child is taken at depth d
     float spotScale;  // spot: falls off by clamp(cos * spotScale + spotOffset, 0, 1)^2, with
                       // KHR_lights_punctual's lightAngleScale and lightAngleOffset
     float spotOffsetOrClearance;  // spot: spotOffset. Triangle: the RayClearance of its points
@@ -70,8 +70,8 @@ RAYGRAPH_CONSTANT uint kLightNodeLeaf = 0x80000000u;  // the rest is a light, el
 RAYGRAPH_CONSTANT uint kLightNodeTwoSided = 0x40000000u;  // emits about -axis as it does about axis
 RAYGRAPH_CONSTANT uint kLightNodeIndex = 0x3FFFFFFFu;
 
-// What is under a node of the light tree: node 0 is the root, children are neighbors. Emission leaves within
-// an angle of thetaE about directions within thetaO of the axis.
+// Bounds of the lights below a node of the light tree: node 0 is the root, children are adjacent. Emission
+// leaves within an angle of thetaE about directions within thetaO of the axis.
 struct LightNode {
     vec3 boundsMin;
     float power;  // of all lights below: luminance
@@ -81,7 +81,8 @@ struct LightNode {
     uint cones;  // packSnorm2x16(cos thetaO, cos thetaE), both rounded to the wider angle
 };
 
-// One slot of an alias table: a slot is drawn uniformly, then stays with chance `keep`, else becomes `alias`.
+// One slot of an alias table: a slot is drawn uniformly, then stays with probability `keep`, else
+// becomes `alias`.
 struct AliasEntry {
     float keep;
     uint alias;
@@ -91,9 +92,9 @@ struct AliasEntry {
 struct LightSetRecord {
     uint lightCount;       // records: bounded, then directional
     uint boundedCount;     // triangles, points and spots
-    uint activeCount;      // lights that shine, environment included
-    uint nodeCount;        // of the tree; 0: no bounded light shines
-    float unboundedShare;  // Bvh: chance of the unbounded table, else the tree
+    uint activeCount;      // lights with power above 0, environment included
+    uint nodeCount;        // of the tree; 0: no bounded light has power
+    float unboundedShare;  // Bvh: probability of the unbounded table, else the tree
     float environmentRotation;
     uint hasEnvironment;    // 0: black
     uint environmentWidth;  // cells of the environment's table; a map without texture is one cell

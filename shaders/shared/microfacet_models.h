@@ -10,7 +10,7 @@
     X(Of, Beckmann, 1, "beckmann", "")           \
     X(Of, Phong, 2, "phong", "")
 
-// How microfacets hide each other.
+// Masking and shadowing of microfacets.
 //   Correlated: Smith's, by one height for both directions
 //   Separable:  Smith's, each direction by itself
 //   Shortcut:   Kelemen and Szirmay-Kalos, 1 / (L.H)^2 for all of G / (cos cos)

@@ -1,7 +1,7 @@
-// What becomes of light that meets more than one facet of a rough surface, named once.
+// Treatment of multiple scattering between the facets of a rough surface, named once.
 //
 // Off: it is lost. Lut: single scattering, scaled up by tables to what the walk returns. Walk: a random walk
-// among the facets, the truth that the tables come from.
+// among the facets, the reference from which the tables are computed.
 #ifndef RAYGRAPH_SHARED_MULTISCATTER_KINDS_H
 #define RAYGRAPH_SHARED_MULTISCATTER_KINDS_H
 

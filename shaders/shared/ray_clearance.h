@@ -1,6 +1,6 @@
-// How far off a triangle's plane a ray has to start or end so that it does not meet the triangle: a bound of
-// all rounding between its vertices and a point in the world, and back on the way to the intersection test.
-// One text for C++ and GLSL.
+// The distance from a triangle's plane at which a ray must start or end so that it does not hit the triangle:
+// a bound of all rounding from its vertices to a point in world space, and back to the intersection test. One
+// source for C++ and GLSL.
 #ifndef RAYGRAPH_SHARED_RAY_CLEARANCE_H
 #define RAYGRAPH_SHARED_RAY_CLEARANCE_H
 
@@ -32,7 +32,7 @@ RAYGRAPH_CONSTANT float kRoundoff = 6.0e-8f;
 RAYGRAPH_CONSTANT float kInverseRoundings = 6.0f;
 // Likewise the intersection test, of the triangle's extent.
 RAYGRAPH_CONSTANT float kIntersectionRoundings = 8.0f;
-// The error of the test grows as a triangle becomes a sliver. Not beyond this: slivers would throw rays
+// The error of the test grows as a triangle becomes a sliver. Limited to this: slivers would offset rays
 // farther than they are wide.
 RAYGRAPH_CONSTANT float kMostSliver = 64.0f;
 
@@ -52,9 +52,9 @@ RAYGRAPH_INLINE float SumOfSizes(vec3 v) {
 //
 // Running error bounds: N. Higham 2002, "Accuracy and Stability of Numerical Algorithms", chapter 3; for
 // rays: M. Pharr, W. Jakob and G. Humphreys 2023, "Physically Based Rendering", 4th edition, section 6.8.
-// That transforms to and fro have to be in the bound: C. Wächter and N. Binder 2019, "A Fast and Robust
-// Method for Avoiding Self-Intersection". Everything here is times the length of `across`, until the end: so
-// the object's errors need no division by the determinant.
+// That the transforms in both directions have to be in the bound: C. Wächter and N. Binder 2019, "A Fast and
+// Robust Method for Avoiding Self-Intersection". Everything here is times the length of `across`, until the
+// end: so the object's errors need no division by the determinant.
 RAYGRAPH_INLINE float RayClearance(mat3 linear, vec3 translation, vec3 p0, vec3 e1, vec3 e2, vec3 p) {
     vec3 x = linear[0];
     vec3 y = linear[1];

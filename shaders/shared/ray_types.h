@@ -6,7 +6,7 @@
 #define RAYGRAPH_SHARED_RAY_TYPES_H
 
 // Radiance: finds the nearest surface; its closest-hit returns what was hit, its miss that nothing was.
-// Shadow:   asks whether anything is between two points; ends at the first hit and skips closest-hit.
+// Shadow:   tests whether two points are mutually visible; ends at the first hit and skips closest-hit.
 #define RAYGRAPH_RAY_TYPES(X) \
     X(Radiance, 0)            \
     X(Shadow, 1)

@@ -1,13 +1,13 @@
-// The scene as the shaders see it: one text for C++ and GLSL, scalar layout (no padding beyond what is
+// The scene as the shaders read it: one source for C++ and GLSL, scalar layout (no padding beyond what is
 // written).
 //
 //   TLAS instance    --customIndex-->  InstanceRecord: one group of a mesh's primitives, placed
 //   triangle         --triangleGeometries-->  GeometryRecord: one primitive of the file
 //   GeometryRecord   --material-->  MaterialRecord  --texture slots-->  texture table (set 1)
 //
-// A group is what one BLAS holds, as a single list of triangles. Streams are reached by device address; 0
-// means that there is none. All streams of a group's geometries take the group's vertex indices: their
-// addresses are shifted so.
+// A group is the content of one BLAS, as a single list of triangles. Streams are reached by device address; 0
+// means that there is none. All streams of a group's geometries are indexed by the group's vertex numbers:
+// their addresses are shifted accordingly.
 #ifndef RAYGRAPH_SHARED_SCENE_RECORDS_H
 #define RAYGRAPH_SHARED_SCENE_RECORDS_H
 
@@ -75,7 +75,7 @@ struct GeometryRecord {
 RAYGRAPH_CONSTANT float kInfiniteIor = 1e8f;
 
 // Bits of MaterialRecord::flags.
-RAYGRAPH_CONSTANT uint kMaterialDoubleSided = 1u;  // else back faces are not there at all
+RAYGRAPH_CONSTANT uint kMaterialDoubleSided = 1u;  // else back faces are culled
 RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;        // emits its base color, scatters nothing
 // The surface bounds a medium; else transmission is thin-walled.
 RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
@@ -95,7 +95,7 @@ struct MaterialRecord {
     vec3 specularColor;  // linear
     float transmission;
     vec3 absorption;  // of the medium inside, 1/m: the share that passes d meters is exp(-absorption d)
-    uint priority;    // where media overlap, the one of higher priority is there
+    uint priority;    // where media overlap, the one of higher priority is present
     uint baseColorTexture;
     uint metallicRoughnessTexture;
     uint normalTexture;
@@ -106,8 +106,8 @@ struct MaterialRecord {
 };
 
 struct CameraRecord {
-    // On the device from the scene's origin. As ToRecord makes it and passes take it, in the world, with
-    // originRest: what rounding to float has left of it.
+    // On the device, relative to the scene's origin. As returned by ToRecord and passed to passes, in world
+    // space, with originRest: the remainder of the rounding to float.
     vec3 origin;
     uint orthographic;    // 1: rays are parallel, origin moves over the film
     vec3 right;           // half the film's width at distance 1 (perspective), or in meters (orthographic)
@@ -115,7 +115,7 @@ struct CameraRecord {
     vec3 forward;         // unit length
     float lensRadius;     // meters; 0: a pinhole. An orthographic camera has none
     float focusDistance;  // meters along forward to the plane that is sharp
-    // Raster views alone, which see nothing nearer (perspective) or farther (orthographic); meters
+    // Only for raster views, which see nothing nearer (perspective) or farther (orthographic); meters
     float zNear;
     float zFar;
     vec3 originRest;
@@ -127,7 +127,7 @@ struct EnvironmentRecord {
     uint hasMap;
 };
 
-// Everything a camera-ray pass is told; a uniform block.
+// All parameters of a camera-ray pass; a uniform block.
 struct TraceParameters {
     CameraRecord camera;
     EnvironmentRecord environment;
@@ -137,12 +137,12 @@ struct TraceParameters {
     uint seed;
     uint sampleIndex;
     uint maxDepth;        // bounces; 0xFFFFFFFF: no limit
-    uint rouletteStart;   // first bounce at which Russian roulette may end the path
+    uint rouletteStart;   // first bounce at which Russian roulette may terminate the path
     float survival;       // of a bounce, where roulette is not by throughput
     uint frameDepth;      // bounces of this sample's paths, where they all have the same
     float clampIndirect;  // largest component of a contribution after the first bounce; infinity: off
     float regularize;     // least alpha of a surface after the first bounce; 0: off
-    vec3 sceneOrigin;     // in the world; every other place on the device is relative to it
+    vec3 sceneOrigin;     // in world space; all other positions on the device are relative to it
 };
 
 #undef RAYGRAPH_CONSTANT

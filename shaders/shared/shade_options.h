@@ -1,4 +1,4 @@
-// What RasterShade is to look at beside the surfaces: bits, named once.
+// Additional inputs of RasterShade: bits, named once.
 #ifndef RAYGRAPH_SHARED_SHADE_OPTIONS_H
 #define RAYGRAPH_SHARED_SHADE_OPTIONS_H
 
@@ -12,8 +12,8 @@ using uint = uint32_t;
 #define RAYGRAPH_CONSTANT const
 #endif
 
-RAYGRAPH_CONSTANT uint kShadeOcclusion = 1u;  // how much of the environment is open: passes/occlusion.h
-RAYGRAPH_CONSTANT uint kShadeBehind = 2u;     // what glass shows: passes/see_through.h
+RAYGRAPH_CONSTANT uint kShadeOcclusion = 1u;  // occlusion of the environment: passes/occlusion.h
+RAYGRAPH_CONSTANT uint kShadeBehind = 2u;     // the picture behind glass: passes/see_through.h
 
 #undef RAYGRAPH_CONSTANT
 

@@ -1,9 +1,9 @@
-// Shadow maps of punctual lights: one text for C++ and GLSL, scalar layout.
+// Shadow maps of punctual lights: one source for C++ and GLSL, scalar layout.
 //
 // A shadow view is what a light sees in one direction, drawn into one tile of the atlas: a spot has one view,
 // a point light six (+x, -x, +y, -y, +z, -z), a directional light kShadowCascades, from near the camera to
-// far. Tiles stand in rows from the top left. There is a fixed number of tiles; lights that come too late, or
-// are dark, have no views and cast no shadow.
+// far. Tiles stand in rows from the top left. There is a fixed number of tiles; lights beyond that, or dark
+// ones, have no views and cast no shadow.
 #ifndef RAYGRAPH_SHARED_SHADOW_RECORDS_H
 #define RAYGRAPH_SHARED_SHADOW_RECORDS_H
 
@@ -19,7 +19,7 @@ namespace raygraph::gpu {
 RAYGRAPH_CONSTANT uint kMaxShadowViews = 64u;
 RAYGRAPH_CONSTANT uint kShadowCascades = 4u;
 RAYGRAPH_CONSTANT uint kShadowFaces = 6u;
-RAYGRAPH_CONSTANT uint kShadowMargin = 3u;  // texels around what a view is for, for filters to look at
+RAYGRAPH_CONSTANT uint kShadowMargin = 3u;  // texels around a view, for filters
 
 struct ShadowView {
     CameraRecord camera;  // film and depth as in raster/projection.glsl
@@ -33,7 +33,7 @@ struct ShadowLight {
     uint viewCount;  // 0: it casts no shadow
 };
 
-// What a placement is drawn into: an element of the list of casters.
+// A placement and the view that it is drawn into: an element of the list of casters.
 struct ShadowCaster {
     uint placement;
     uint view;

@@ -13,14 +13,14 @@
     X(Of, Lambert, 1, "lambert", "base colour as albedo, nothing else") \
     X(Of, Lafortune, 2, "lafortune", "modified Phong")
 
-// How light found by sampling lights and light found by sampling the BSDF are weighed against each other.
+// The MIS weights of light sampling and BSDF sampling.
 //   Off: light sampling alone, where it can find the light at all
 #define RAYGRAPH_MIS_HEURISTICS(X, Of) \
     X(Of, Balance, 0, "balance", "")   \
     X(Of, Power, 1, "power", "")       \
     X(Of, Off, 2, "off", "")
 
-// How a path ends before its light is spent.
+// Russian roulette: how paths are terminated.
 //   Throughput: survival falls with what the path carries
 //   Constant:   every bounce survives with one probability
 //   Frame:      one depth for all pixels of a sample, drawn by the host; distributed as Constant's
@@ -31,8 +31,8 @@
     X(Of, Frame, 2, "frame", "one depth a sample, drawn so")      \
     X(Of, Off, 3, "off", "")
 
-// What a scene needs of the integrator: bits of kTraceFeatures. A bit that is off takes its code away, which
-// is time on a device and, on one that is a CPU, seconds of compilation.
+// The features of the integrator that a scene needs: bits of kTraceFeatures. A bit that is off removes its
+// code, which saves time on a device and, on a CPU device, seconds of compilation.
 //   LightSampling:    lights are sampled, of which there are
 //   TriangleLights, PunctualLights, EnvironmentLight
 //   Textures, Glass:  materials have textures, let light through

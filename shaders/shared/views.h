@@ -1,5 +1,5 @@
-// What a picture of the scene can show, named once. To add a view, add a line to the list: the command line,
-// the passes of passes/views.h and their tests take it from here.
+// The views of a scene, named once. To add a view, add a line to the list: the command line, the passes of
+// passes/views.h and their tests take it from here.
 //   C++:  raygraph::passes::View::Normals, passes::Name(View::RayCost) == "ray-cost"
 //   GLSL: kViewNormals
 #ifndef RAYGRAPH_SHARED_VIEWS_H
@@ -7,7 +7,7 @@
 
 #include "choice.h"
 
-// PathTraced, Raster: light, as radiance. The others are values that PaintView makes visible:
+// PathTraced, Raster: light, as radiance. The others are values that PaintView maps to colors:
 //   Albedo:     base color
 //   Normals:    shading normal, world space
 //   Roughness:  perceptual
