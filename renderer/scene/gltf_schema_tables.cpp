@@ -15,6 +15,13 @@ struct Row : Property {
         name = ofName;
         type = ofPropertyType;
     }
+    // With something changed. First, because clang evaluates no call of what it has not read yet.
+    template <typename Change>
+    constexpr Row With(const Change& change) const {
+        Row row = *this;
+        change(row);
+        return row;
+    }
     constexpr Row Required() const {
         return With([](Row& row) { row.isRequired = true; });
     }
@@ -65,13 +72,6 @@ struct Row : Property {
     }
     constexpr Row OfType(std::string_view value) const {
         return With([&](Row& row) { row.ofType = value; });
-    }
-
-    template <typename Change>
-    constexpr Row With(const Change& change) const {
-        Row row = *this;
-        change(row);
-        return row;
     }
 };
 
