@@ -175,7 +175,7 @@ bool BlasBuilder::Poll() {
 
 void BlasBuilder::RecordCompaction(CommandList& commands) {
     Impl& impl = *m_impl;
-    // Those that are replaced are kept for a way back until the list is submitted.
+    // Replaced structures are kept until the list is submitted, so that dropping it restores them.
     const auto slice = std::make_shared<std::vector<Compaction::Ready>>(impl.compaction.TakeSlice());
     if (slice->empty()) return;
     BarrierBetweenBuilds(commands);  // the copies read what builds wrote

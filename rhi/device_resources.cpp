@@ -172,7 +172,7 @@ Buffer Device::CreateBuffer(const BufferDesc& desc) {
     RequireMemory(Describe(desc), desc.size);
     const VkBufferCreateInfo info = CreateInfo(desc);
     const VmaAllocationCreateInfo allocate = AllocationInfo(desc.memory, desc.usage);
-    // Where an address must be aligned, the whole buffer is: for its offset 0 nobody has to think of it.
+    // Where an address must be aligned, the whole buffer is, so that offset 0 always is.
     uint64_t alignment = 16;
     if (Has(desc.usage, BufferUsage::Storage))
         alignment = std::max<uint64_t>(alignment, Info().scratchAlignment);

@@ -85,7 +85,7 @@ void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
         for (const std::function<void()>& run : onSubmitted) run();
     else
         for (auto undo = onDropped.rbegin(); undo != onDropped.rend(); ++undo) (*undo)();
-    // What the list held back may be all that there is no memory for: it does not wait for a submission.
+    // Memory may be exhausted because of what the list held back: free it without waiting for a submission.
     if (value == 0) m_impl->retired.Collect(m_impl->lastCompleted.load());
 }
 

@@ -1,4 +1,4 @@
-// Moves a camera as the user asks: around a point, across the picture, towards the point, or flying. Pure.
+// Camera navigation: orbit around a point, pan, dolly towards the point, or fly. Pure.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -9,7 +9,7 @@ namespace raygraph::editor {
 
 class CameraController {
   public:
-    // Takes a camera over; what it turns around lies ahead of it, at `distance` meters.
+    // Starts from a camera; the pivot is `distance` meters ahead of it.
     void Set(const scene::CameraView& view, float distance);
     const scene::CameraView& View() const { return m_view; }
     glm::dvec3 Pivot() const { return m_view.eye + glm::dvec3(m_distance * m_view.forward); }
@@ -25,7 +25,7 @@ class CameraController {
     void Dolly(float notches);
     // Meters along right, up and forward; the pivot comes along.
     void Fly(glm::vec3 metres);
-    // All of `bounds` is seen, from where the camera looks now. An empty box is taken as a meter about its
+    // Frames all of `bounds`, keeping the direction of the view. An empty box counts as one meter about its
     // middle.
     void Frame(const scene::Bounds& bounds);
 

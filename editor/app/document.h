@@ -1,5 +1,5 @@
-// The open scene as the editor knows it: names, hierarchy and all that can be edited, beside the GpuScene
-// that shows it. Every edit goes through Apply, and can be undone.
+// The open scene in the editor: names, hierarchy and all that can be edited, beside the GpuScene that shows
+// it. Every edit goes through Apply, and can be undone.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace raygraph::editor {
 
-// What a node, material or light becomes. Indices are those of SceneData.
+// The new value of a node, material or light. Indices are those of SceneData.
 struct TransformEdit {
     uint32_t node = 0;
     glm::mat4x3 local{1.0f};
@@ -30,7 +30,7 @@ struct LightEdit {
 };
 using Edit = std::variant<TransformEdit, MaterialEdit, LightEdit>;
 
-// By which a file that was written again is told from the one that was read.
+// Detects that a file has been written since it was read.
 struct FileStamp {
     std::filesystem::file_time_type time;
     uintmax_t bytes = 0;
@@ -41,13 +41,13 @@ std::optional<FileStamp> StampOf(const std::filesystem::path& file);  // nothing
 class Document {
   public:
     Document() = default;  // an empty scene without a file
-    // All of `data` but the vertices, the texels and what else only the device needs. `stamp` is that of the
+    // All of `data` except vertices, texels and other data that only the device needs. `stamp` is that of the
     // file when it was read.
     Document(std::filesystem::path file, const scene::SceneData& data,
              const std::optional<FileStamp>& stamp = {});
 
     const std::filesystem::path& File() const { return m_file; }
-    // Without vertex streams and images; bounds and names are there.
+    // Without vertex streams and images; with bounds and names.
     const scene::SceneData& Scene() const { return m_scene; }
     const scene::SceneStatistics& Statistics() const { return m_statistics; }
     const std::vector<std::vector<uint32_t>>& Children() const { return m_children; }  // by node
@@ -58,21 +58,21 @@ class Document {
     glm::mat4x3 ParentTransform(uint32_t node) const;
     // Of a node and all below it, world space.
     scene::Bounds BoundsOf(uint32_t node) const;
-    // What the node and all below it place.
+    // The instances of the node and of its descendants.
     std::vector<uint32_t> InstancesUnder(uint32_t node) const;
 
     // Makes the edit, here and on the device. Edits of one thing that follow each other before Settle are one
     // step of the history, as while a slider is dragged.
     void Apply(const Edit& edit, GpuScene& gpu);
-    // What comes next is a step of its own.
+    // Ends a step: the next edit starts a new one.
     void Settle() { m_isOpen = false; }
     bool CanUndo() const { return m_done > 0; }
     bool CanRedo() const { return m_done < m_steps.size(); }
     void Undo(GpuScene& gpu);
     void Redo(GpuScene& gpu);
-    // Edits made and not undone.
+    // The number of edits that are applied, not undone.
     size_t EditCount() const { return m_done; }
-    // Whether they are others than those that were saved.
+    // Whether they differ from the saved ones.
     bool IsEdited() const { return m_done != m_saved; }
     // Writes the file with its edits to another, or over it (scene::SaveGltf), which then is the document's.
     // Error{BadInput} if the file has changed since it was loaded, and as SaveGltf.
@@ -90,7 +90,7 @@ class Document {
     std::optional<FileStamp> m_stamp;
     scene::SceneData m_scene;
     scene::SceneStatistics m_statistics;
-    // What a node places; scene::kNone: nothing.
+    // The instance of a node; scene::kNone: none.
     struct Placed {
         uint32_t instance = scene::kNone, light = scene::kNone, camera = scene::kNone;
     };
@@ -106,9 +106,9 @@ class Document {
     std::vector<scene::Bounds> m_meshBounds;                // by mesh
     std::vector<scene::Bounds> m_instanceBounds;            // by instance
     std::vector<Step> m_steps;
-    size_t m_saved = 0;     // m_done when it was saved; kNeverSaved: no number of steps leads there
+    size_t m_saved = 0;     // m_done when it was saved; kNeverSaved: no state equals the saved one
     size_t m_done = 0;      // steps that are in effect; those after it can be redone
-    bool m_isOpen = false;  // the last step may go on
+    bool m_isOpen = false;  // the last step may be extended
 };
 
 }  // namespace raygraph::editor

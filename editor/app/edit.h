@@ -1,4 +1,4 @@
-// raygraph edit: the editor in a window, or played from a script.
+// raygraph edit: the editor in a window, or run by a script.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace raygraph::editor {
 
 struct EditOptions {
     std::filesystem::path scene;    // "": opens empty
-    std::filesystem::path script;   // "": a window; else no window, and what the script says
+    std::filesystem::path script;   // "": a window; else runs this script without one
     std::filesystem::path shaders;  // folder of sources to reload from; "": none
     SaveRender saveRender;          // empty: .exr cannot be written
 };
@@ -22,8 +22,8 @@ struct EditOptions {
 // Opens the device, with these extensions as DeviceDesc::surfaceExtensions.
 using OpenDevice = std::function<std::unique_ptr<rhi::Device>(std::vector<std::string> surfaceExtensions)>;
 
-// Until the user leaves, or the script ends. Error{NoDevice} without a display or a device, Error{BadInput}
-// for a script that is malformed or whose expectation does not hold.
+// Runs until the user quits, or the script ends. Error{NoDevice} without a display or a device,
+// Error{BadInput} for a script that is malformed or whose expectation does not hold.
 void RunEditor(const EditOptions& options, const OpenDevice& openDevice);
 
 }  // namespace raygraph::editor

@@ -96,7 +96,7 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
         m_frameError = error.what();
         m_work.Say(m_frameError);
         renderer.DropFrame();
-        // What a dropped frame reads back never comes: the next one saves
+        // Readbacks of a dropped frame never arrive: the next one saves
         m_saving.erase(m_saving.begin() + static_cast<std::ptrdiff_t>(savingBefore), m_saving.end());
         m_pictureFile = picturePath;
         m_windowFile = windowPath;

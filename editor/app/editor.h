@@ -1,5 +1,5 @@
-// The editor: a workspace, panels around a picture of it, keys and mouse. One frame at a time, from any
-// source of input onto any screen.
+// The editor: a workspace, panels around a picture of it, keys and mouse. One frame at a time, with any
+// source of input and any target.
 #pragma once
 
 #include <filesystem>
@@ -29,11 +29,11 @@ class Editor {
     explicit Editor(rhi::Device& device, EditorOptions options = {});
 
     Workspace& Work() { return m_work; }
-    // Takes the input, draws the next frame. False: the user wants to leave, and nothing unsaved is lost that
-    // they have not been asked about.
+    // Processes the input, draws the next frame. False: the user quits, and has confirmed the loss of unsaved
+    // edits, if any.
     bool Frame(const FrameInput& input, Screen& screen);
     bool IsLeaving() const { return m_isLeaving; }
-    // Whether the user is asked about unsaved edits (Open, and leaving); meanwhile nothing of the kind
+    // Whether the question about unsaved edits is open (Open, and quitting); until it is answered neither
     // happens.
     bool IsAsking() const { return m_unsaved.IsAsking(); }
     // A scene or an environment map, as Workspace::Open; a scene after the user was asked about unsaved
@@ -41,19 +41,19 @@ class Editor {
     void Open(const std::filesystem::path& file);
     // Where the picture's upper left corner is in the window, pixels, as of the last frame.
     glm::ivec2 PictureOrigin() const { return m_viewOrigin; }
-    // Until it is false, a script that waits goes on waiting: for a scene, a pick or a file.
+    // Whether `wait` of a script must go on waiting: for a scene, a pick or a file.
     bool IsBusy() const;
     // Why the last frame was not drawn, one line; empty: it was.
     const std::string& FrameError() const { return m_frameError; }
-    // The picture as shown as .png, or what it was made of as .exr: linear, with AOVs; the message says what
-    // came of it, once it is there.
+    // Saves the shown picture as .png, or its linear data with AOVs as .exr; the message reports the result
+    // when it is written.
     void SavePicture(const std::filesystem::path& file);
-    // Reads the settings of a folder, and keeps them there from then on (KeepSettings). One that cannot be
-    // read leaves all as it is, but for the message. Without this call nothing is kept.
+    // Reads the settings of a folder, and stores them there from then on (KeepSettings). If they cannot be
+    // read, nothing changes except the message. Without this call nothing is stored.
     void UseConfig(const std::filesystem::path& folder);
-    // Writes them if they have changed; the message says so if they cannot be.
+    // Writes them if they have changed; the message reports a failure.
     void KeepSettings();
-    // The open scene with its edits as .gltf or .glb, at once. It is what is open then.
+    // Saves the open scene with its edits as .gltf or .glb, at once. That file is the open one then.
     bool SaveScene(const std::filesystem::path& file) { return m_work.SaveScene(file); }
     // The whole window as .png.
     void SaveWindow(const std::filesystem::path& file) { m_windowFile = file; }
@@ -79,14 +79,14 @@ class Editor {
     void NoteCaptured();
     void FinishSaving();
     void Leave();
-    // `then`, once there are no unsaved edits or the user lets them go.
+    // Calls `then` when there are no unsaved edits or the user discards them.
     void BeforeLoss(std::function<void()> then);
 
     Workspace m_work;
     Ui m_ui;
     bool m_isLeaving = false;
     SaveRender m_saveRender;
-    std::filesystem::path m_config;  // "": nothing is kept
+    std::filesystem::path m_config;  // "": nothing is stored
     Settings m_kept;                 // as they are in the file
     Extent2D m_windowSize{};         // points, as of the last frame
     PathDialog m_dialog;

@@ -1,4 +1,4 @@
-// What the last frames took, and how fast samples come. Pure: times are the caller's.
+// Times of the last frames, and samples per second. Pure: the caller provides times.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ class FrameHistory {
         std::vector<float> ms;  // on the device; 0 where it was not executed
         float mean = 0.0f;
     };
-    // The one that takes longest first.
+    // The slowest pass first.
     std::vector<Pass> Passes() const;
 
   private:
@@ -42,7 +42,7 @@ class SampleRate {
   public:
     static constexpr double kSpan = 3.0;  // seconds
 
-    // `samples`: of every pixel, with the part of the next one; fewer than before: it began anew.
+    // `samples`: of every pixel, with the part of the next one; fewer than before: accumulation restarted.
     void Note(double seconds, double samples);
     // None before a quarter of a second.
     std::optional<double> PerSecond() const;
@@ -54,7 +54,8 @@ class SampleRate {
     std::deque<Point> m_points;
 };
 
-// Seconds until the error is down to `target`, which falls with the root of the number of samples; 0: it is.
+// Seconds until the error, which falls with the square root of the number of samples, reaches `target`; 0:
+// it has.
 double SecondsLeft(double error, double target, double samples, double samplesPerSecond);
 
 // "4.2 s", "3 min 20 s", "2 h 5 min".

@@ -1,5 +1,5 @@
-// The transform gizmo: where its handles are in the picture, and what dragging one does to a node. Pure: it
-// draws nothing. Places in the picture are points from its upper left corner.
+// The transform gizmo: the positions of its handles in the picture, and the effect of dragging one. Pure: it
+// draws nothing. Positions in the picture are points from its upper left corner.
 #pragma once
 
 #include <array>
@@ -18,8 +18,8 @@ namespace raygraph::editor {
 RAYGRAPH_CHOICE(GizmoTool, RAYGRAPH_GIZMO_TOOLS)
 #define RAYGRAPH_GIZMO_SPACES(X, Of) X(Of, World, 0, "world", "") X(Of, Local, 1, "local", "")
 RAYGRAPH_CHOICE(GizmoSpace, RAYGRAPH_GIZMO_SPACES)
-// Where the handles are, and what is turned and scaled about: the middle of what the node places, or its
-// origin.
+// The position of the handles, and the center of rotation and scaling: the middle of the node's instances, or
+// its origin.
 #define RAYGRAPH_GIZMO_PIVOTS(X, Of) X(Of, Middle, 0, "middle", "") X(Of, Origin, 1, "origin", "")
 RAYGRAPH_CHOICE(GizmoPivot, RAYGRAPH_GIZMO_PIVOTS)
 
@@ -34,7 +34,7 @@ class PictureMap {
     // The aspect ratio is that of the size, which is not empty.
     PictureMap(const scene::CameraView& view, glm::vec2 size);
     Ray RayAt(glm::vec2 place) const;
-    // Nothing for what lies behind the eye.
+    // Nullopt behind the eye.
     std::optional<glm::vec2> PlaceOf(const glm::vec3& point) const;
     // Meters that cover this many points at the depth of `point`; 0 behind the eye.
     float MetresAt(const glm::vec3& point, float points) const;
@@ -47,10 +47,10 @@ class PictureMap {
     glm::vec2 m_size;
 };
 
-// Along the axis from `origin` (unit `axis`), the place that is nearest to the ray; nothing if they are
+// Along the axis from `origin` (unit `axis`), the point nearest to the ray; nullopt if they are
 // parallel.
 std::optional<float> NearestAlong(const glm::vec3& origin, const glm::vec3& axis, const Ray& ray);
-// Where the ray meets the plane; nothing if it is parallel to it, or leads away.
+// The intersection of the ray with the plane; nullopt if it is parallel to it, or leads away.
 std::optional<glm::vec3> MeetPlane(const glm::vec3& origin, const glm::vec3& normal, const Ray& ray);
 
 // X, Y, Z: along, about or across an axis. PlaneX: the plane that x is normal to. Whole: in the picture's
@@ -72,7 +72,7 @@ struct GizmoFrame {
 std::optional<GizmoFrame> FrameOf(const glm::mat4x3& nodeToWorld, GizmoTool tool, GizmoSpace space,
                                   const PictureMap& map, const std::optional<glm::vec3>& pivot = {});
 
-// A handle as it is drawn and touched: an open line, or an area with a closed one around it.
+// The shape of a handle for drawing and hit tests: an open line, or an area with a closed outline.
 struct GizmoShape {
     GizmoHandle handle = GizmoHandle::X;
     bool isArea = false;
@@ -81,19 +81,19 @@ struct GizmoShape {
 // Those that can be dragged from where the camera is: an arm that points at the eye cannot. In the order in
 // which they are drawn.
 std::vector<GizmoShape> ShapesOf(const GizmoFrame& frame, GizmoTool tool, const PictureMap& map);
-// The handle at a place, the uppermost within `reach` points.
+// The handle at a position, the uppermost within `reach` points.
 std::optional<GizmoHandle> HandleAt(const std::vector<GizmoShape>& shapes, glm::vec2 place, float reach);
 
-// A handle that is held.
+// A handle that is being dragged.
 class GizmoDrag {
   public:
-    // `ray` is where it was taken.
+    // `ray` is that of the start of the drag.
     GizmoDrag(GizmoTool tool, GizmoHandle handle, const GizmoFrame& frame, const PictureMap& map,
               const Ray& ray);
     GizmoHandle Handle() const { return m_handle; }
-    // How world space moves from then to now: what lies to the left of the node's transform at the start. In
-    // steps if it snaps: 15 degrees, tenths of the scale, or a tenth to a whole of the arm, rounded to a
-    // power of ten. The identity while the ray tells nothing.
+    // The world-space transform from the start of the drag to now: to be multiplied from the left with the
+    // node's transform at the start. In steps if it snaps: 15 degrees, tenths of the scale, or a tenth to a
+    // whole of the arm, rounded to a power of ten. The identity while the ray has no valid intersection.
     glm::mat4 Change(const Ray& ray, bool isSnapping) const;
 
   private:
@@ -107,8 +107,8 @@ class GizmoDrag {
     GizmoHandle m_handle;
     GizmoFrame m_frame;
     glm::vec3 m_toEye, m_right, m_up;
-    std::optional<glm::vec3> m_start;    // what was taken, in world space
-    std::optional<glm::vec3> m_tangent;  // of a ring that is seen from its edge, where it was taken
+    std::optional<glm::vec3> m_start;    // the point where the drag started, in world space
+    std::optional<glm::vec3> m_tangent;  // of a ring that is seen edge-on, where the drag started
 };
 
 // The local transform that puts a node where `change` moves it: `parentToWorld` is of its parent (the

@@ -42,7 +42,7 @@ void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2
     std::vector<ImVec2> places;
     glm::vec2 last(1e9f);
     for (const glm::vec2& place : shape.places) {
-        // A ring seen from its edge turns back on itself: lines of no length would have spikes there
+        // A ring seen edge-on turns back on itself: lines of no length would have spikes there
         if (!shape.isArea && glm::length(place - last) < 1.0f) continue;
         last = place;
         places.emplace_back(corner.x + place.x, corner.y + place.y);

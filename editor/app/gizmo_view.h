@@ -1,4 +1,4 @@
-// The gizmo in the picture: draws the handles of what is selected, and drags them. A drag is one step of the
+// The gizmo in the picture: draws the handles of the selection, and drags them. A drag is one step of the
 // history.
 #pragma once
 
@@ -14,13 +14,13 @@ namespace raygraph::editor {
 
 class GizmoView {
   public:
-    // Takes, drags and lets go of handles. `mouse`: points from the picture's upper left corner; `size` its
-    // size in points; `mayTake`: the mouse is over the picture and free.
+    // Starts, continues and ends drags of handles. `mouse`: points from the picture's upper left corner;
+    // `size` its size in points; `mayTake`: the mouse is over the picture and free.
     void Update(Workspace& work, const FrameInput& input, glm::vec2 mouse, glm::vec2 size, bool mayTake);
-    // Into the ImGui window at hand; `corner` is that of the picture.
+    // Into the current ImGui window; `corner` is that of the picture.
     void Draw(const Workspace& work, ImVec2 corner, glm::vec2 size) const;
     bool IsHeld() const { return m_drag.has_value(); }
-    // Puts what is held back to where it was. False: nothing is held.
+    // Cancels the drag and restores the node. False: nothing is being dragged.
     bool Cancel(Workspace& work);
 
   private:
@@ -37,7 +37,7 @@ class GizmoView {
     std::optional<GizmoHandle> m_over;
 };
 
-// Buttons for the tools, into the ImGui window at hand.
+// Buttons for the tools, into the current ImGui window.
 void GizmoButtons(Workspace& work);
 
 }  // namespace raygraph::editor

@@ -1,5 +1,5 @@
-// Where the parts of a frame's plan are drawn: passes as boxes in their order, each resource a lane below
-// them, from the first pass that uses it to the last. Pure; in points, from the upper left corner of the
+// The layout of a frame's plan: passes as boxes in their order, each resource a lane below them, from
+// the first pass that uses it to the last. Pure; in points, from the upper left corner of the
 // drawing.
 #pragma once
 
@@ -33,7 +33,7 @@ struct GraphLane {
 
 struct GraphLayout {
     static constexpr float kBoxWidth = 118.0f, kBoxGap = 14.0f, kBoxHeight = 40.0f, kRowHeight = 17.0f;
-    static constexpr float kLetter = 7.0f;  // width of a letter, more or less
+    static constexpr float kLetter = 7.0f;  // approximate width of a letter
 
     std::vector<GraphBox> boxes;  // in order of execution; culled ones where they were declared
     std::vector<GraphLane> lanes;
@@ -44,8 +44,8 @@ struct GraphLayout {
     static float RowCenter(size_t row) { return kBoxHeight + kRowHeight * (static_cast<float>(row) + 1.2f); }
 };
 
-// What passes make comes above what they only read. Lanes of resources that are not in use at the same time
-// share a row, as long as their names have room.
+// Resources that passes write come above those that they only read. Lanes of resources that are not in use at
+// the same time share a row, as long as their names have room.
 GraphLayout LayOut(const FrameGraph& graph, const Plan& plan, bool withCulled);
 
 }  // namespace raygraph::editor

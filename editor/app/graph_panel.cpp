@@ -65,7 +65,7 @@ std::map<uint32_t, double> TimesOf(const FrameGraph& graph, const Plan& plan, co
     return times;
 }
 
-// A drawing in the ImGui window at hand.
+// A drawing in the current ImGui window.
 class Drawing {
   public:
     Drawing(const FrameGraph& graph, const Plan& plan, const FrameTiming& timing, bool withCulled)

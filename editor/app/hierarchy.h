@@ -1,4 +1,4 @@
-// The rows of the hierarchy as a list: of a tree of ten thousands of nodes only what is in view is drawn.
+// The rows of the hierarchy as a list: of a tree of tens of thousands of nodes only visible rows are drawn.
 // Pure.
 #pragma once
 
@@ -11,19 +11,19 @@ namespace raygraph::editor {
 class Hierarchy {
   public:
     Hierarchy() = default;
-    // A node alone at the top is open, all others are closed.
+    // A single root node is open, all others are closed.
     Hierarchy(std::vector<std::vector<uint32_t>> children, std::vector<uint32_t> roots);
 
     struct Row {
         uint32_t node = 0;
         uint32_t depth = 0;
     };
-    // What is not below a closed node, from the top.
+    // The nodes that are not below a closed node, from the top.
     const std::vector<Row>& Rows() const;
     const std::vector<uint32_t>& Children(uint32_t node) const { return m_children.at(node); }
     bool IsOpen(uint32_t node) const { return m_isOpen.at(node); }
     void SetOpen(uint32_t node, bool isOpen);
-    // Opens what the node lies below; its row. Rows().size() if it is not in the tree.
+    // Opens the node's ancestors, and returns its row. Rows().size() if it is not in the tree.
     size_t Reveal(uint32_t node);
 
   private:

@@ -1,4 +1,4 @@
-// What the user did since the last frame, wherever it comes from: a window, or a script.
+// The user's input since the last frame, from a window or a script.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ enum class Key : uint8_t { RAYGRAPH_KEYS(RAYGRAPH_DECLARE_KEY) Count };
 #undef RAYGRAPH_DECLARE_KEY
 inline constexpr size_t kKeyCount = static_cast<size_t>(Key::Count);
 const char* Name(Key key);
-// Whether two names are one: case does not matter.
+// Whether two names are equal, ignoring case.
 bool IsSameName(std::string_view a, std::string_view b);
 // Error{Usage} for a name that no key has; case does not matter.
 Key KeyFromName(std::string_view name);
@@ -42,7 +42,7 @@ struct FrameInput {
     rhi::Extent2D extent;          // pixels of the window; empty: minimized
     float scale = 1.0f;            // pixels to a point of the user interface
     float seconds = 1.0f / 60.0f;  // since the last frame
-    glm::vec2 mouse{-1e6f};        // pixels from the upper left corner; far outside: not there
+    glm::vec2 mouse{-1e6f};        // pixels from the upper left corner; far outside: no pointer
     float wheel = 0.0f;            // notches, away from the user positive
     std::array<bool, kMouseButtonCount> buttons{};  // held
     std::array<bool, kKeyCount> keys{};             // held

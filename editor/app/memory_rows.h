@@ -1,4 +1,4 @@
-// What the statistics panel says about memory. Pure text.
+// The memory rows of the statistics panel. Pure text.
 #pragma once
 
 #include <span>
@@ -16,8 +16,8 @@ struct MemoryRow {
 // "512.0 MB"
 std::string BytesText(uint64_t bytes);
 
-// What we take, what of it had to go into the host's memory, and each heap: what the process has of what it
-// can have.
+// Raygraph's memory, the part of it that was placed in host memory, and for each heap what the process uses
+// of its budget.
 std::vector<MemoryRow> MemoryRows(const rhi::MemoryStatistics& memory,
                                   std::span<const rhi::MemoryHeap> heaps);
 

@@ -1,4 +1,4 @@
-// The panels around the picture. Each draws into the ImGui window at hand, and edits the workspace.
+// The panels around the picture. Each draws into the current ImGui window, and edits the workspace.
 #pragma once
 
 #include "editor/app/workspace.h"
@@ -6,7 +6,7 @@
 namespace raygraph::editor {
 
 void HierarchyPanel(Workspace& work);
-// Transform, material and light of what is selected.
+// Transform, material and light of the selection.
 void InspectorPanel(Workspace& work);
 // View, exposure and tone mapping, environment, how paths are traced.
 void SettingsPanel(Workspace& work);

@@ -10,7 +10,7 @@ namespace raygraph::editor {
 class PathDialog {
   public:
     enum class For : unsigned char { Reading, Writing };
-    // From the next Draw on, until the user has answered. `use` is called by Draw with what was entered.
+    // Open from the next Draw until the user has answered. Draw calls `use` with the entered path.
     void Ask(std::string title, std::string hint, For purpose, const std::filesystem::path& suggestion,
              std::function<void(const std::filesystem::path&)> use);
     void Draw();

@@ -14,8 +14,8 @@ struct Placement {
 // Of a transform that shears, the rotation is that of its first axis and of the plane of the first two.
 Placement PlacementOf(const glm::mat4x3& local);
 
-// `local` with what differs between `before`, its placement, and `after`: what stays alike there stays in the
-// matrix to the bit, and shear stays whatever is edited. A column of no length has none.
+// `local` with the differences between `before`, its placement, and `after`: parts that are equal there stay
+// in the matrix to the bit, and shear stays whatever is edited. A column of no length has none.
 glm::mat4x3 Placed(const glm::mat4x3& local, const Placement& before, const Placement& after);
 
 }  // namespace raygraph::editor

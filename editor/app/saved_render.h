@@ -1,4 +1,4 @@
-// What the editor hands over to be written as .exr: the program knows the format.
+// The data of a picture that the program writes as .exr for the editor.
 #pragma once
 
 #include <filesystem>

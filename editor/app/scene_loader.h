@@ -1,4 +1,4 @@
-// Loads scenes beside the main thread, one at a time.
+// Loads scenes on another thread, one at a time.
 #pragma once
 
 #include <atomic>
@@ -29,11 +29,11 @@ using LoadResult = std::variant<LoadedScene, LoadFailure>;
 class SceneLoader {
   public:
     SceneLoader() = default;
-    ~SceneLoader();  // waits for the load at hand
+    ~SceneLoader();  // waits for the current load
     SceneLoader(const SceneLoader&) = delete;
     SceneLoader& operator=(const SceneLoader&) = delete;
 
-    // False: another is being loaded still, and goes on.
+    // False: another load is still running, and continues.
     bool Start(const std::filesystem::path& file);
     bool IsLoading() const { return m_thread.joinable(); }
     struct Progress {
@@ -41,7 +41,7 @@ class SceneLoader {
         float fraction = 0.0f;
     };
     Progress Current() const;
-    // The scene or the failure, once, when the load has come to an end.
+    // The scene or the failure, once, when the load has finished.
     std::optional<LoadResult> Take();
 
   private:

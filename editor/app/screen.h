@@ -1,4 +1,4 @@
-// Where the editor's frames go: a window's swapchain, or a picture without one.
+// The target of the editor's frames: a window's swapchain, or a picture without a window.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ class Screen {
     Screen& operator=(const Screen&) = delete;
     virtual ~Screen() = default;
 
-    // Of the open frame: the color target to draw over, of `extent`. Nothing: this frame cannot be shown.
+    // Of the open frame: the color target to draw over, of `extent`. Nullopt: this frame cannot be shown.
     virtual std::optional<TextureId> Begin(Renderer& renderer, rhi::Extent2D extent) = 0;
     // `drawn` is the target's last version; executes the frame and shows it.
     virtual void End(Renderer& renderer, TextureId drawn) = 0;

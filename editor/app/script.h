@@ -29,9 +29,9 @@ namespace raygraph::editor {
 
 class Script {
   public:
-    // Reads all of it: Error{Io}, Error{BadInput} naming the first line that is no command.
+    // Parses the whole file: Error{Io}, Error{BadInput} naming the first line that is not a command.
     explicit Script(const std::filesystem::path& file);
-    // Plays all of it. Error{BadInput} naming the line whose expectation does not hold.
+    // Runs the whole script. Error{BadInput} naming the line whose expectation does not hold.
     void Play(Editor& editor, Screen& screen);
 
   private:

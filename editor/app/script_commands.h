@@ -1,4 +1,4 @@
-// What a script says, read before anything is played: a mistake in its last line is found by its first frame.
+// A script's commands, parsed before any is run: a mistake in its last line is found before its first frame.
 // The commands are listed in script.h. Threads: plain values and pure functions, for any thread.
 #pragma once
 
@@ -54,7 +54,7 @@ struct WaitForSamples {
 };
 struct SaveShown {
     std::filesystem::path file;
-    bool isWindow;  // else the picture alone
+    bool isWindow;  // else only the picture
 };
 struct SetBudget {
     double frameMs;

@@ -1,4 +1,4 @@
-// What the editor remembers from one start to the next: panels, window, how the scene is shown, recent files.
+// The editor's stored settings: panels, window, view settings, recent files.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace raygraph::editor {
 
-// What is shown beside the picture.
+// The panels that are shown beside the picture.
 struct Panels {
     bool hierarchy = true;
     bool inspector = true;
@@ -22,7 +22,7 @@ struct Panels {
     bool operator==(const Panels&) const = default;
 };
 
-// What these may be, in the file and in the panel.
+// Their ranges, in the file and in the panel.
 struct Range {
     float least, most;
 };
@@ -33,7 +33,7 @@ inline constexpr Range kErrorRange{0.01f, 2.0f};
 struct Settings {
     Panels panels;
     rhi::Extent2D window{1440, 900};  // points
-    viewport::ShowSettings show;      // view, wipe, exposure, operator and greatest error are kept
+    viewport::ShowSettings show;      // view, wipe, exposure, operator and greatest error are stored
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;
@@ -48,8 +48,8 @@ struct Settings {
 // $XDG_CONFIG_HOME/raygraph, else ~/.config/raygraph; "" where there is neither.
 std::filesystem::path ConfigFolder();
 
-// Of the folder's editor.json; the defaults if there is none. One that cannot be read is left aside as a
-// whole, and `message` says why, one line.
+// Of the folder's editor.json; the defaults if there is none. One that cannot be read is ignored as a whole,
+// and `message` says why, one line.
 Settings ReadSettings(const std::filesystem::path& folder, std::string& message);
 // Makes the folder if need be. Error{Io}.
 void WriteSettings(const std::filesystem::path& folder, const Settings& settings);

@@ -91,7 +91,7 @@ void Ui::Begin(const FrameInput& input) {
         m_scale = input.scale;
         m_atlas++;
         io.Fonts->Clear();
-        // Drawn at the size of its pixels, and scaled back to points
+        // Rasterized at pixel size, and scaled back to points
         if (std::filesystem::exists(kFontFile))
             io.Fonts->AddFontFromFileTTF(kFontFile, kFontPoints * m_scale);
         else

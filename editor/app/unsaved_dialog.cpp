@@ -32,7 +32,7 @@ void UnsavedDialog::Draw(const FrameInput& input) {
     if (ImGui::Button("Cancel (Esc)") || isPressed(Key::Escape)) answer = Answer::Cancel;
     if (answer) ImGui::CloseCurrentPopup();
     ImGui::EndPopup();
-    // It may ask anew
+    // It may ask again
     if (answer) std::exchange(m_use, nullptr)(*answer);
 }
 

@@ -1,4 +1,4 @@
-// Asks what becomes of edits that are not saved, before something that would lose them.
+// Asks whether to save or discard unsaved edits, before an action that would lose them.
 #pragma once
 
 #include <functional>
@@ -11,8 +11,8 @@ namespace raygraph::editor {
 class UnsavedDialog {
   public:
     enum class Answer : unsigned char { Save, Discard, Cancel };
-    // From the next Draw on, until the user has answered by a button or S, D or Escape; a question that is
-    // open is replaced. `use` is called by Draw with the answer. `file` is what would be written.
+    // Open from the next Draw until the user has answered by a button or S, D or Escape; an open question is
+    // replaced. Draw calls `use` with the answer. `file` is the file that would be written.
     void Ask(std::string file, std::function<void(Answer)> use);
     bool IsAsking() const { return static_cast<bool>(m_use); }
     void Draw(const FrameInput& input);

@@ -1,4 +1,4 @@
-// A window of the desktop: its events as FrameInput, its surface for a swapchain. Main thread alone.
+// A window of the desktop: its events as FrameInput, its surface for a swapchain. Main thread only.
 #pragma once
 
 #include <memory>
@@ -24,8 +24,8 @@ class Window {
     rhi::MakeSurface SurfaceMaker();
     rhi::Extent2D Extent() const;  // pixels
 
-    // Takes what happened since the last call, a wish to close among it; `seconds` at most to wait for
-    // something to happen.
+    // Returns the events since the last call, a request to close included; waits at most `seconds` for an
+    // event.
     FrameInput Poll(double seconds = 0.0);
     void SetTitle(const std::string& title);
 

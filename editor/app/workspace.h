@@ -1,5 +1,5 @@
-// All that the editor has open: the scene, on the host and on the device, the view of it, and what is
-// selected.
+// Everything that is open in the editor: the scene, on the host and on the device, its view, and the
+// selection.
 #pragma once
 
 #include <array>
@@ -39,34 +39,34 @@ class Workspace {
         camera.Set(scene::ViewOfBounds({}, 1.0f), 2.0f);
     }
 
-    // By the file's extension, .hdr or .exr; else it is taken for a scene.
+    // By the file's extension, .hdr or .exr; any other is a scene.
     static bool IsEnvironment(const std::filesystem::path& file);
-    // Begins to load a scene beside the frames that go on, or an environment map (.hdr, .exr); says so if
-    // another load of the kind is under way.
+    // Starts to load a scene or an environment map (.hdr, .exr) on another thread; the message says if
+    // another load of the kind is running.
     void Open(const std::filesystem::path& file);
     void RemoveEnvironmentMap();
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
     bool IsLoading() const { return loader.IsLoading() || m_environment.valid(); }
-    // Takes over a scene that has been loaded, or says why not: then all stays as it is.
-    // True: there is a new scene.
+    // Opens a scene that has been loaded, or reports why not: then nothing changes. True: there is a new
+    // scene.
     bool FinishLoading();
-    // The open scene with its edits, .gltf or .glb; that file is open then. The message says what came of it;
-    // false: nothing.
+    // The open scene with its edits, .gltf or .glb; that file is open then. The message reports the result;
+    // false: it failed.
     bool SaveScene(const std::filesystem::path& file);
     // A camera of the scene, or one that frames it all.
     void UseCamera(std::optional<uint32_t> camera);
     // With the material that was picked, if one was.
     void Select(std::optional<uint32_t> node, std::optional<uint32_t> material = {});
-    // The view moves to show what is selected, or all.
+    // Frames the selection, or the whole scene.
     void FrameSelection();
     // An edit that the scene refuses changes nothing; the message says why.
     void Apply(const Edit& edit);
     void Undo();
     void Redo();
-    // Takes note of what the last frames took; once a frame.
+    // Records the times of the last frames; once a frame.
     void Observe();
-    // What is kept from one start to the next, but for the window.
+    // The stored settings, without the window's.
     void Take(const Settings& settings);
     Settings Kept() const;
     void Say(std::string text) { message = std::move(text); }
@@ -83,7 +83,7 @@ class Workspace {
     Hierarchy hierarchy;
     std::optional<uint32_t> nodeToReveal;  // in it
     std::optional<uint32_t> selectedNode;
-    std::optional<uint32_t> selectedMaterial;  // of what was picked
+    std::optional<uint32_t> selectedMaterial;  // of the pick
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;

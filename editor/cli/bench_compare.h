@@ -1,5 +1,5 @@
-// Sets a run of `raygraph bench` against a stored one by ratios of costs, which hold on a loaded machine as
-// on an idle one. Needs no device.
+// Compares a run of `raygraph bench` with a stored one by ratios of costs, which are the same on a loaded
+// machine as on an idle one. Needs no device.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,10 +10,10 @@
 
 namespace raygraph::cli {
 
-// The yardstick of these ratios, passes::LimitKind::Path. Runs of different versions cannot be compared.
+// The reference of these ratios, passes::LimitKind::Path. Runs of different versions cannot be compared.
 inline constexpr int kLimitPathVersion = 1;
 
-// What a path-traced frame costs in costs of limit_path in the same round, over all rounds.
+// The cost of a path-traced frame relative to limit_path in the same round, over all rounds.
 struct RelativeCost {
     std::string measure;         // "cpu seconds" of the process on a CPU device, else "gpu timestamps"
     double median = 0.0;         // of the rounds' ratios
@@ -23,12 +23,12 @@ RelativeCost RelativeCostOf(std::string measure, const std::vector<double>& rati
 nlohmann::ordered_json ToJson(const RelativeCost& cost);
 
 struct BenchChange {
-    double change = 0.0;     // of the median: 0.1 is ten percent dearer
+    double change = 0.0;     // of the median: 0.1 is ten percent slower
     double noise = 0.0;      // two standard errors of the change
     double tolerance = 0.0;  // as asked for
-    // Dearer by more than the tolerance and by more than noise.
+    // Slower by more than the tolerance and by more than the noise.
     bool IsWorse() const { return change > tolerance && change > noise; }
-    // Noise would hide what the tolerance does not forgive.
+    // The noise exceeds the tolerance.
     bool IsUncertain() const { return !IsWorse() && noise > tolerance; }
 };
 

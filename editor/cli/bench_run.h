@@ -1,4 +1,4 @@
-// Times the passes of a path-traced frame against what tracing costs on this device by itself.
+// Times the passes of a path-traced frame against the cost of tracing alone on this device.
 #pragma once
 
 #include <optional>
@@ -45,7 +45,7 @@ struct BenchResult {
     double samplesPerCpuSecond = 0.0;
 };
 
-// Rounds of frames of each kind in turn, so that what else the machine does meets all kinds alike; the first
+// Rounds of frames of each kind in turn, so that other load on the machine affects all kinds alike; the first
 // frames of each kind warm up and are not counted. GPU times need a device with timestamps: Error{Vulkan}
 // without them.
 BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progress);

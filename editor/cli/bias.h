@@ -1,8 +1,8 @@
-// The named biases of a render, and how much light each of them took.
+// The named biases of a render, and how much light each of them removed.
 //
-// Every sample whose index is a multiple of kTwinPeriod is traced once more for each bias that is on, with
-// that bias alone switched off and the same random numbers. What the twin has more than the sample is an
-// unbiased estimate of what the bias removed (or, below 0, added).
+// Every sample whose index is a multiple of kTwinPeriod is traced a second time for each bias that is on,
+// with only that bias off and the same random numbers: its twin. The twin minus the sample is an unbiased
+// estimate of what the bias removed (or, below 0, added).
 #pragma once
 
 #include <array>
@@ -26,27 +26,28 @@ inline constexpr size_t kBiasCount = Texts(Bias{}).size();
 inline constexpr std::array kBiases = Values<Bias>();
 std::string Option(Bias bias);  // "--max-depth"
 
-// A sample has twins or not whichever run it is traced in. Any fixed place within blocks of a power of two
-// does: the samplers give every index of a block the same chances, and shuffle the blocks independently.
+// Whether a sample has twins depends only on its index, not on the run. Any fixed position within
+// blocks of a power of two is valid: the samplers treat all indices of a block alike, and shuffle the
+// blocks independently.
 inline constexpr uint32_t kTwinPeriod = 16;
 
 bool IsOn(const passes::BiasSettings& biases, Bias bias);
 bool IsAnyOn(const passes::BiasSettings& biases);
 
-// The same with this bias off. Paths that a depth alone would have ended end by roulette then.
+// The same with this bias off. Paths that only a depth limit would have ended then end by roulette.
 passes::TraceSettings Without(passes::TraceSettings settings, Bias bias);
 
 // Luminances, as means over the pixels.
 struct RemovedLight {
     uint32_t samples = 0;  // that had twins
     double mean = 0.0;
-    // At most this; none below two twins. Pixels count as independent, channels as fully dependent.
+    // An upper bound; none below two twins. Pixels count as independent, channels as fully dependent.
     std::optional<double> standardError;
     // Of the mean without the bias, and its standard error; none where that mean is not positive.
     std::optional<double> share, shareStandardError;
 };
 
-// RGBA texels: mean and variance of what `samples` twins had more, and the biased picture.
+// RGBA texels: mean and variance of twin minus sample over `samples` twins, and the biased picture.
 RemovedLight MeasureRemoved(std::span<const float> removed, std::span<const float> variance, uint32_t samples,
                             std::span<const float> picture);
 

@@ -1,4 +1,4 @@
-// The twins of a render's samples that are traced without one of its biases each: see bias.h.
+// The second traces ("twins") of a render's samples, each without one of its biases: see bias.h.
 #pragma once
 
 #include <functional>
@@ -16,11 +16,11 @@ class BiasTwins {
     // Nothing is ever traced for a bias that is off.
     explicit BiasTwins(const passes::BiasSettings& biases);
 
-    // In a frame of their own: goes on from what the file has. A bias whose removed light the file does not
-    // have starts from nothing.
+    // In a frame of its own: continues from the sums in the file. A bias whose removed light is not in the
+    // file starts from zero.
     void Restore(Renderer& renderer, const RenderFile& render);
-    // In each frame: traces the twins of `sample` if it has any. It was traced with `settings`, as `trace`
-    // does with other ones.
+    // In each frame: traces the twins of `sample` if it has any. It was traced with `settings`; `trace`
+    // traces it with others.
     using TraceSample = std::function<TextureId(const passes::TraceSettings&)>;
     void Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample, bool isLast,
                  const TraceSample& trace);

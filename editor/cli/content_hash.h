@@ -1,4 +1,4 @@
-// Tells whether a scene or a picture is still the one that a render was made of. Not for security.
+// Hashes to detect that a scene or a map is still the one of a render. Not for security.
 #pragma once
 
 #include <string>

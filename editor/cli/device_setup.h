@@ -1,4 +1,4 @@
-// Opens the device that a command uses and keeps what it says.
+// Opens the device of a command and collects its messages.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// What is said about a finished picture: its mean and how noisy it still is.
+// Statistics of a finished picture: its mean and its remaining noise.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@ namespace raygraph::cli {
 
 struct ImageStatistics {
     std::array<double, 3> mean{};  // linear
-    // The standard error of a pixel as a part of the picture's mean: sqrt(mean(variance / n)) / mean, both
+    // The standard error of a pixel relative to the picture's mean: sqrt(mean(variance / n)) / mean, both
     // means over the pixels and R, G and B. None below two samples, without variance, or for black.
     std::optional<double> relativeError;
 };

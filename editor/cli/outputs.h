@@ -1,4 +1,4 @@
-// The files that a command was asked to write: known and found writable before the work starts.
+// The output files of a command: checked to be writable before the work starts.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The report of a render, put together from those who know.
+// The report of a render.
 #pragma once
 
 #include "editor/cli/arguments.h"

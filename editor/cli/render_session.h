@@ -1,4 +1,4 @@
-// Renders samples of one picture, one a frame, and hands out what was accumulated.
+// Renders samples of one picture, one a frame, and returns the accumulated result.
 #pragma once
 
 #include <deque>
@@ -22,10 +22,10 @@ namespace raygraph::cli {
 
 struct RenderPlan {
     View view = View::PathTraced;
-    AovSet aovs;                            // what to keep beside the picture
-    uint32_t lightGroupCount = 0;           // that are told apart; 0: none are
+    AovSet aovs;                            // additional outputs
+    uint32_t lightGroupCount = 0;           // rendered separately; 0: none
     bool withVariance = false;              // of the radiance
-    bool withSums = false;                  // hands out the sums of all that is accumulated
+    bool withSums = false;                  // returns the sums of everything accumulated
     uint32_t firstSample = 0;               // index
     passes::RasterSettings raster;          // of the raster view
     passes::TonemapSettings tonemap;        // of the display picture
@@ -45,7 +45,7 @@ class RenderSession {
     uint32_t SamplesSubmitted() const { return m_submitted; }
     // Of the newest measured sample that has arrived, scaled to the samples done since; none before.
     std::optional<double> RelativeError();
-    // Of the finished ones that this session rendered: those that were infinite or no number, and are black.
+    // Of the finished ones that this session rendered: those that were infinite or NaN, and are black.
     uint64_t NonFiniteSamples();
     // Waits until the device has done what was submitted.
     void WaitForSamples();
@@ -65,7 +65,7 @@ class RenderSession {
     bool TracesPaths() const { return m_plan.view == View::PathTraced; }
 
   private:
-    // An accumulated picture; what is read back is set by the last sample.
+    // An accumulated picture; the last sample sets the readbacks.
     struct Accumulated {
         explicit Accumulated(const char* name) : accumulation(name) {}
         passes::Accumulation accumulation;

@@ -1,4 +1,4 @@
-// Going on with a render that was written to an .exr before.
+// Resuming a render from its .exr.
 #pragma once
 
 #include "editor/cli/arguments.h"

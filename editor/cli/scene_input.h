@@ -1,4 +1,4 @@
-// The files that a picture is made of, read and summed up.
+// The input files of a picture, loaded and hashed.
 #pragma once
 
 #include <filesystem>

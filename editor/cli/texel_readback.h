@@ -1,4 +1,4 @@
-// What was read back from the device, as values.
+// Values that were read back from the device.
 #pragma once
 
 #include <vector>

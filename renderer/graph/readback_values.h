@@ -1,4 +1,4 @@
-// What was read back from the device, as values. Threads: as Readback.
+// Values that were read back from the device. Threads: as Readback.
 #pragma once
 
 #include <cstring>

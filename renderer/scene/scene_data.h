@@ -128,13 +128,13 @@ struct RAYGRAPH_API Material {
     glm::vec3 EmittedRadiance() const {
         return isUnlit ? glm::vec3(0.0f) : emissiveFactor * emissiveStrength;
     }
-    // Light passes, so that backs count as much as fronts do.
+    // Transmits light, so that back faces count as much as front faces.
     bool IsTransmissive() const { return transmissionFactor > 0.0f; }
     bool BoundsMedium() const { return IsTransmissive() && thicknessFactor > 0.0f; }
     // Absorption coefficient of the medium, 1/m: exp(-absorption d) of the light passes d meters. At most
     // kMostAbsorption, which an attenuationColor of 0 means.
     glm::vec3 Absorption() const;
-    // Whether rays pass through the back of the surface as if it were not there (glTF 2.0, 3.9.5).
+    // Whether back faces are culled for all rays (glTF 2.0, 3.9.5).
     bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive(); }
 
     static constexpr float kMostAbsorption = 1e9f;
@@ -258,7 +258,7 @@ struct SceneData {
     std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
     std::vector<Light> lights;    // Those placed in the loaded scene, in order of the file's light index.
     Bounds bounds;                // World space, of all instances.
-    std::vector<std::string> warnings;  // One line each: what was skipped or mended while loading.
+    std::vector<std::string> warnings;  // One line each: what was skipped or repaired while loading.
 };
 
 // A transform whose translation has the digits of a double: matrix[3] + rest.

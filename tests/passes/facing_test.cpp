@@ -1,4 +1,4 @@
-// Back faces: those of single-sided materials are not there for any ray, whatever the transform.
+// Back faces of single-sided materials are culled for every ray, whatever the transform.
 #include "tests/rhi/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"

@@ -1,4 +1,5 @@
-// Command lists: each command does what its native twin does, and misuse is refused before Vulkan sees it.
+// Command lists: each function does what its Vulkan command does, and misuse is refused before Vulkan
+// sees it.
 #include "rhi/command_list.h"
 
 #include <gmock/gmock.h>

@@ -32,9 +32,9 @@ struct RenderedImage {
     glm::dvec3 StandardErrorOfMean() const;
 };
 
-// A Renderer of the tests' shared device that nobody else has meanwhile. The next test of the process gets it
-// with the pipelines that it has made, which take a second or more each on a CPU, and with the persistent
-// resources that an earlier test left behind. Of another device: a Renderer of its own.
+// Exclusive use of a Renderer of the tests' shared device. The next test of the process gets it with the
+// pipelines that it has created, which take a second or more each on a CPU, and with the persistent resources
+// that an earlier test left behind. For another device: a Renderer of its own.
 class LentRenderer {
   public:
     explicit LentRenderer(rhi::Device& device);

@@ -1,5 +1,5 @@
-// Every part of what a picture depends on starts accumulation anew, and what is shown then is the picture of
-// what there is now: bit for bit that of a viewport that has never seen anything else.
+// A change of anything that a picture depends on restarts accumulation, and the picture is then bit for bit
+// that of a viewport that has only ever had the new state.
 #include <functional>
 #include <string>
 #include <utility>

@@ -1,4 +1,4 @@
-// What starts accumulation anew, why, and what does not.
+// What restarts accumulation, with which cause, and what does not.
 #include <gmock/gmock.h>
 
 #include "tests/viewport/viewport_test.h"

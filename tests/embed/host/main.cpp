@@ -128,7 +128,7 @@ viewport::PickResult PickAt(Gpu& gpu, Renderer& renderer, Panel& panel, glm::uve
 }
 
 // In the raster view, whose pixels change where the block was and nowhere else; the path-traced one, not
-// shown meanwhile, starts anew for that reason.
+// shown meanwhile, restarts for that reason.
 void MoveObject(Gpu& gpu, Renderer& renderer, Panel& cornell) {
     const size_t blockTexel = kOnTallBlock.x + size_t{kOnTallBlock.y} * kExtent.width;
     cornell.viewport.SetView(viewport::View::Raster);
