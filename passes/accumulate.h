@@ -1,5 +1,5 @@
-// Accumulate: mean, and variance if asked for, of samples that come frame by frame. Threads: that of the
-// Renderer.
+// Accumulate: mean, and variance if asked for, of samples that come frame by frame. Threads: that of
+// the Renderer.
 #pragma once
 
 #include <array>
@@ -99,8 +99,8 @@ struct AccumulatedIds {
                                                          const Region& region, Accumulation& accumulation,
                                                          bool withVariance = false);
 
-// The stored state without a new sample: mean and variance as of the last frame that used them, and the
-// sums.
+// The stored state without a new sample: mean and variance as of the last frame that used them, and
+// the sums.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation,
                                                Extent2D extent, bool withVariance);
 

@@ -30,8 +30,8 @@ void Store(const Taps& taps, double factor, glm::vec4* into, int channel) {
     for (size_t i = 0; i < taps.size(); i++) into[i][channel] = static_cast<float>(factor * taps[i]);
 }
 
-// Section 3.1.1, table 1: contrast sensitivity as sums of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b), x in
-// degrees.
+// Section 3.1.1, table 1: contrast sensitivity as sums of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b), x
+// in degrees.
 void MakeColorFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
     struct Term {
         double a, b;

@@ -15,10 +15,10 @@ struct FlipSettings {
 
 // Andersson, Nilsson, Akenine-Moeller, Oskarsson, Aastroem and Fairchild 2020, "FLIP: A Difference Evaluator
 // for Alternating Images", for low dynamic range (LDR-FLIP, version 1): what two pictures differ in color
-// after the eye's contrast sensitivity, and in edges and points. Takes display values, sRGB-encoded, as every
-// operator of Tonemap but Linear gives them; returns r32f in [0, 1], 0 where no one sees a difference. The
-// number for a picture is the mean. Symmetric in its arguments. Error{Usage} unless both are rgba8 of one
-// extent.
+// after the eye's contrast sensitivity, and in edges and points. Takes display values, sRGB-encoded, as
+// every operator of Tonemap but Linear gives them; returns r32f in [0, 1], 0 where no one sees a difference.
+// The number for a picture is the mean. Symmetric in its arguments. Error{Usage} unless both are rgba8 of
+// one extent.
 [[nodiscard]] RAYGRAPH_API TextureId Flip(Renderer& renderer, TextureId reference, TextureId test,
                                           const FlipSettings& settings = {});
 

@@ -1,5 +1,5 @@
-// Overlay: the finished part of a picture, over a coarser one of the same view. Threads: that of the
-// Renderer.
+// Overlay: the finished part of a picture, over a coarser one of the same view. Threads: that of
+// the Renderer.
 #pragma once
 
 #include "base/api.h"

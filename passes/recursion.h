@@ -1,6 +1,6 @@
-// LambertPath: one plain path traced in two forms, to measure what a loop in ray generation saves compared
-// with recursion from the closest hit. Both give the same picture, to rounding. Threads: that of the
-// Renderer.
+// LambertPath: one plain path traced in two forms, to measure what a loop in ray generation saves
+// compared with recursion from the closest hit. Both give the same picture, to rounding. Threads: that of
+// the Renderer.
 #pragma once
 
 #include "base/api.h"

@@ -22,8 +22,8 @@ enum class AlphaTest : uint8_t {
 // The miss and hit shaders of radiance rays, the TLAS with the BLASes that it references, and the parameters.
 RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
                               const gpu::TraceParameters& parameters, AlphaTest alphaTest);
-// Those of shadow rays; beside BindTracing. Where the scene has alpha or thin walls, needs BindGeometry and
-// BindMaterials.
+// Those of shadow rays; beside BindTracing. Where the scene has alpha or thin walls, needs BindGeometry
+// and BindMaterials.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
 // Instance and geometry records: from a hit to its triangle.
 RAYGRAPH_API void BindGeometry(PassBuilder& pass, const SceneIds& scene);

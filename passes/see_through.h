@@ -1,5 +1,5 @@
-// The picture behind glass, for raster views: drawn without the glass, and blurred. Threads: that of the
-// Renderer.
+// The picture behind glass, for raster views: drawn without the glass, and blurred. Threads: that of
+// the Renderer.
 #pragma once
 
 #include "base/api.h"

@@ -37,8 +37,8 @@ class RAYGRAPH_API TileCursor {
     Region Next(rhi::Extent2D picture, uint64_t pixels) const;
     // Whether Next returns this tile for some count of pixels.
     bool IsNext(rhi::Extent2D picture, const Region& tile) const;
-    // Moves past `tile`, which Next has returned. True: that was the last one, and the cursor is back at the
-    // start.
+    // Moves past `tile`, which Next has returned. True: that was the last one, and the cursor is back at
+    // the start.
     bool Advance(rhi::Extent2D picture, const Region& tile);
 
     bool IsAtStart() const { return m_x == 0 && m_y == 0; }

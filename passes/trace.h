@@ -101,8 +101,8 @@ inline constexpr size_t kPathPartCount = Texts(PathPart{}).size();
 using PathPartIds = std::array<TextureId, kPathPartCount>;
 
 // The radiance by group of lights (SceneIds::lightGroupCount of them) lies in one texture: a tile of the
-// picture's extent for each, row by row. This many tiles across and down; the last ones may be unused and
-// undefined.
+// picture's extent for each, row by row. This many tiles across and down; the last ones may be unused
+// and undefined.
 RAYGRAPH_API Extent2D LightGroupTiles(uint32_t groupCount);
 
 // The outputs of Trace beside the radiance. Ray counts exclude the others.
@@ -134,8 +134,8 @@ struct TraceIds {
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 
-// The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray per
-// pixel.
+// The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray
+// per pixel.
 struct PrimaryHitIds {
     TextureId albedo;    // rgba32f, base color; the environment's radiance is not in it: 0 on a miss
     TextureId normal;    // rgba32f, shading normal in world space, w = 0; 0 on a miss

@@ -1,5 +1,5 @@
-// CommandList: records commands for one submission. Made by Device::BeginCommands, consumed by
-// Device::Submit.
+// CommandList: records commands for one submission. Made by Device::BeginCommands, consumed
+// by Device::Submit.
 //
 // The render graph binds the pipeline and the resources of a pass before the pass records, so that an execute
 // function usually is one call: TraceRays, Dispatch or Draw*. Functions are named after the Vulkan commands.

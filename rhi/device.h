@@ -66,8 +66,8 @@ struct DeviceDesc {
     PFN_vkGetInstanceProcAddr getInstanceProcAddr = nullptr;  // null: the system's libvulkan.so.1
 };
 
-// A host's own objects; all of them outlive the Device. The host has enabled what rhi/device_requirements.h
-// requires.
+// A host's own objects; all of them outlive the Device. The host has enabled what
+// rhi/device_requirements.h requires.
 struct AdoptedDeviceDesc {
     std::string name = "host";
     VkInstance instance = VK_NULL_HANDLE;
@@ -137,8 +137,8 @@ struct DeviceReport {
         refusals;  // "lacks VK_KHR_ray_tracing_pipeline", "maxPushDescriptors is 8, needs 32"
 };
 
-// A semaphore to wait for or to signal with a submission; value is for timeline semaphores, 0 for binary
-// ones.
+// A semaphore to wait for or to signal with a submission; value is for timeline semaphores, 0 for
+// binary ones.
 struct SemaphoreUse {
     VkSemaphore semaphore = VK_NULL_HANDLE;
     uint64_t value = 0;
@@ -169,8 +169,8 @@ class RAYGRAPH_API Device {
     static std::unique_ptr<Device> Create(const DeviceDesc& desc = {});
     // Checks the host's device against the requirements; throws Error{NoDevice} naming what is missing.
     static std::unique_ptr<Device> Adopt(const AdoptedDeviceDesc& desc);
-    // Every Vulkan device of the machine, in the loader's order; empty without a loader. Null:
-    // libvulkan.so.1.
+    // Every Vulkan device of the machine, in the loader's order; empty without a loader.
+    // Null: libvulkan.so.1.
     static std::vector<DeviceReport> Enumerate(PFN_vkGetInstanceProcAddr loader = nullptr);
 
     // Waits for the device to be idle. For one that hangs beyond DeviceDesc::hangLimit nothing is freed,
@@ -192,17 +192,17 @@ class RAYGRAPH_API Device {
     std::chrono::milliseconds HangLimit() const;  // 0: none
     const VkAllocationCallbacks* AllocationCallbacks() const;
 
-    // Creation. All throw Error{OutOfMemory} or Error{Vulkan} with the object's name, Error{Usage} for a bad
-    // Desc.
+    // Creation. All throw Error{OutOfMemory} or Error{Vulkan} with the object's name, Error{Usage} for a
+    // bad Desc.
     Buffer CreateBuffer(const BufferDesc& desc);
     Buffer CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory);
     Texture CreateTexture(const TextureDesc& desc);
     Texture CreateTexture(const TextureDesc& desc, const MemoryBlock& memory);
     // Wraps an image that the host owns, and creates a view of it.
     Texture WrapTexture(const TextureDesc& desc, VkImage image);
-    // Wraps a buffer in device memory that the host owns; `desc` gives its size and usage. Only if its
-    // address is used (Buffer::Address, passes that reach it by address, builds) does it need
-    // VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT.
+    // Wraps a buffer in device memory that the host owns; `desc` gives its size and usage. Only
+    // if its address is used (Buffer::Address, passes that reach it by address, builds) does it
+    // need VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT.
     Buffer WrapBuffer(const BufferDesc& desc, VkBuffer buffer);
     // Wraps a TLAS that the host owns, builds and destroys; see rhi/tlas.h.
     Tlas WrapTlas(const std::string& name, VkAccelerationStructureKHR structure);
@@ -262,8 +262,8 @@ class RAYGRAPH_API Device {
     // Validation messages seen so far, core and synchronization. An adopted device has none: the messages of
     // a host's instance reach the host's own messenger.
     uint64_t ValidationMessageCount() const;
-    // Writes the pipeline cache to disk now (also done on destruction). False: no cache file in use, or not
-    // writable.
+    // Writes the pipeline cache to disk now (also done on destruction). False: no cache file in use, or
+    // not writable.
     bool SavePipelineCache();
 
     // Shared by all pipelines: the layout of set 1 (bindless textures), see rhi/texture_table.h.

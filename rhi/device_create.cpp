@@ -88,8 +88,8 @@ CreatedInstance CreateInstance(PFN_vkGetInstanceProcAddr loader, const InstanceD
         watch = *messenger;
         chain = &watch;
     }
-    // Core validation is the layer's default. GPU-assisted validation stays off: in 1.3.239 it reports false
-    // errors.
+    // Core validation is the layer's default. GPU-assisted validation stays off: in 1.3.239 it reports
+    // false errors.
     const auto synchronization = VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
     VkValidationFeaturesEXT features{};
     features.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT;

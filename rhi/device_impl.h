@@ -23,8 +23,8 @@ DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstance
 // "VK_ERROR_DEVICE_LOST"
 std::string ResultName(VkResult result);
 
-// The Error of a call that failed while a device was created: exhausted memory and a lost device are not
-// NoDevice.
+// The Error of a call that failed while a device was created: exhausted memory and a lost device are
+// not NoDevice.
 ErrorKind KindOfCreationError(VkResult result);
 
 // A command buffer with the pool it comes from; reused once the timeline has reached `until`.

@@ -16,8 +16,8 @@
 
 namespace raygraph::rhi {
 
-// `configured` if not empty, else $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph; empty if there is
-// neither.
+// `configured` if not empty, else $XDG_CACHE_HOME/raygraph, else ~/.cache/raygraph; empty if there
+// is neither.
 std::filesystem::path PipelineCacheFolder(const std::filesystem::path& configured);
 
 class PipelineCacheFile {

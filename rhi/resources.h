@@ -81,9 +81,9 @@ class RAYGRAPH_API Buffer {
 
     VkBuffer Handle() const { return m_buffer; }
     uint64_t Size() const { return m_desc.size; }
-    // Device address; every buffer has one (buffer device address is a requirement). It is queried here
-    // and not before: older validation layers confuse buffers that share memory once they know their
-    // addresses.
+    // Device address; every buffer has one (buffer device address is a requirement). It is queried
+    // here and not before: older validation layers confuse buffers that share memory once they know
+    // their addresses.
     VkDeviceAddress Address() const;
     // The mapped bytes of an Upload or Readback buffer, coherent; empty for Device memory.
     std::span<std::byte> Mapped() const;

@@ -19,8 +19,8 @@ void RetireQueue::CloseList(uint64_t serial, uint64_t submittedValue) {
     MoveRecorded();
 }
 
-// Entries whose lists are all closed wait for the newest submission, which is not older than any of those
-// lists.
+// Entries whose lists are all closed wait for the newest submission, which is not older than any of
+// those lists.
 void RetireQueue::MoveRecorded() {
     const uint64_t oldestOpen = m_open.empty() ? std::numeric_limits<uint64_t>::max() : *m_open.begin();
     while (!m_recorded.empty() && m_recorded.front().until < oldestOpen) {

@@ -16,8 +16,8 @@
 //           +--------------------------------------------------------+
 // clang-format on
 //
-// All records of a region have the same stride: handle plus the largest data of the region, rounded up to
-// handleAlignment.
+// All records of a region have the same stride: handle plus the largest data of the region, rounded up
+// to handleAlignment.
 //
 // In shaders (shaders/shared/ray_types.h) sbtRecordOffset and missIndex are the ray type. sbtRecordStride is
 // 0, which gives every geometry of an instance the hit set of the instance. With kRayTypeCount instead,

@@ -8,8 +8,8 @@
 namespace raygraph::rhi {
 
 TimestampPool::TimestampPool(Device& device, const std::string& name, uint32_t maxPerFrame)
-    // One range more than frames in flight: the frame that has just completed can still be read while they
-    // run.
+    // One range more than frames in flight: the frame that has just completed can still be read while
+    // they run.
     : m_device(device), m_maxPerFrame(maxPerFrame), m_ranges(device.FramesInFlight() + 1) {
     const std::string subject = "timestamp pool '" + name + "'";
     if (device.Info().timestampValidBits == 0)

@@ -38,8 +38,8 @@ class RAYGRAPH_API TimestampPool {
     // a frame.
     std::optional<uint32_t> Write(CommandList& commands,
                                   VkPipelineStageFlags2 stage = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
-    // The frame was submitted as this timeline value. The next BeginFrame discards a frame that was not
-    // submitted.
+    // The frame was submitted as this timeline value. The next BeginFrame discards a frame that was
+    // not submitted.
     void EndFrame(uint64_t submitted);
 
     // The oldest completed frame not yet returned; never waits.

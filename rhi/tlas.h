@@ -58,9 +58,9 @@ class RAYGRAPH_API Tlas {
     // until the build has completed. Zero instances are legal: every ray misses. Throws Error{Usage} if count
     // exceeds the capacity or the buffer.
     void Build(CommandList& commands, const Buffer& instances, uint32_t count);
-    // Updates in place: transforms may have changed. Throws Error{Usage} without a Build before, with another
-    // count than the last Build, or without allowsUpdate. An instance must not have become active or
-    // inactive.
+    // Updates in place: transforms may have changed. Throws Error{Usage} without a Build before, with
+    // another count than the last Build, or without allowsUpdate. An instance must not have become active
+    // or inactive.
     void Update(CommandList& commands, const Buffer& instances, uint32_t count);
 
     VkAccelerationStructureKHR Handle() const { return m_structure.Handle(); }

@@ -36,8 +36,8 @@ class RAYGRAPH_API Uploader {
     Uploader(const Uploader&) = delete;
     Uploader& operator=(const Uploader&) = delete;
 
-    // Into a buffer with BufferUsage::CopyDestination. Throws Error{Usage} naming the buffer when it does not
-    // fit.
+    // Into a buffer with BufferUsage::CopyDestination. Throws Error{Usage} naming the buffer when it does
+    // not fit.
     void UploadBuffer(const Buffer& target, uint64_t offset, std::span<const std::byte> bytes);
 
     // All texels of a texture with TextureUsage::CopyDestination: `levels` holds one span a mip level,

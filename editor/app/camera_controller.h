@@ -25,8 +25,8 @@ class CameraController {
     void Dolly(float notches);
     // Meters along right, up and forward; the pivot comes along.
     void Fly(glm::vec3 metres);
-    // Frames all of `bounds`, keeping the direction of the view. An empty box counts as one meter about its
-    // middle.
+    // Frames all of `bounds`, keeping the direction of the view. An empty box counts as one meter about
+    // its middle.
     void Frame(const scene::Bounds& bounds);
 
   private:

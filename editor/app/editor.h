@@ -33,11 +33,11 @@ class Editor {
     // edits, if any.
     bool Frame(const FrameInput& input, Screen& screen);
     bool IsLeaving() const { return m_isLeaving; }
-    // Whether the question about unsaved edits is open (Open, and quitting); until it is answered neither
-    // happens.
+    // Whether the question about unsaved edits is open (Open, and quitting); until it is answered
+    // neither happens.
     bool IsAsking() const { return m_unsaved.IsAsking(); }
-    // A scene or an environment map, as Workspace::Open; a scene after the user was asked about unsaved
-    // edits.
+    // A scene or an environment map, as Workspace::Open; a scene after the user was asked about
+    // unsaved edits.
     void Open(const std::filesystem::path& file);
     // Where the picture's upper left corner is in the window, pixels, as of the last frame.
     glm::ivec2 PictureOrigin() const { return m_viewOrigin; }

@@ -1,5 +1,5 @@
-// The gizmo in the picture: draws the handles of the selection, and drags them. A drag is one step of the
-// history.
+// The gizmo in the picture: draws the handles of the selection, and drags them. A drag is one step of
+// the history.
 #pragma once
 
 #include <imgui.h>

@@ -1,5 +1,5 @@
-// The rows of the hierarchy as a list: of a tree of tens of thousands of nodes only visible rows are drawn.
-// Pure.
+// The rows of the hierarchy as a list: of a tree of tens of thousands of nodes only visible rows are
+// drawn. Pure.
 #pragma once
 
 #include <cstddef>

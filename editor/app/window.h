@@ -24,8 +24,8 @@ class Window {
     rhi::MakeSurface SurfaceMaker();
     rhi::Extent2D Extent() const;  // pixels
 
-    // Returns the events since the last call, a request to close included; waits at most `seconds` for an
-    // event.
+    // Returns the events since the last call, a request to close included; waits at most `seconds` for
+    // an event.
     FrameInput Poll(double seconds = 0.0);
     void SetTitle(const std::string& title);
 

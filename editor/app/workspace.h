@@ -1,5 +1,5 @@
-// Everything that is open in the editor: the scene, on the host and on the device, its view, and the
-// selection.
+// Everything that is open in the editor: the scene, on the host and on the device, its view, and
+// the selection.
 #pragma once
 
 #include <array>
@@ -48,8 +48,8 @@ class Workspace {
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
     bool IsLoading() const { return loader.IsLoading() || m_environment.valid(); }
-    // Opens a scene that has been loaded, or reports why not: then nothing changes. True: there is a new
-    // scene.
+    // Opens a scene that has been loaded, or reports why not: then nothing changes. True: there is a
+    // new scene.
     bool FinishLoading();
     // The open scene with its edits, .gltf or .glb; that file is open then. The message reports the result;
     // false: it failed.

@@ -20,8 +20,8 @@ class KeptDisplay {
         passes::Accumulation::Progress before, after;  // of `mean`: submitted, and with this frame
         std::vector<passes::Region> tiles;             // that this frame adds, in order
         uint64_t resetCount = 0;
-        // Shown for pixels without a sample: a whole picture, coarser by that factor. Only before the first
-        // sample.
+        // Shown for pixels without a sample: a whole picture, coarser by that factor. Only before the
+        // first sample.
         TextureId base;
         uint32_t baseScale = 1;
         // The next finer picture, of which this frame has added that tile; invalid: none.

@@ -70,8 +70,8 @@ class PathTracedView {
     Level* Finest(Extent2D extent);
     // The next finer one; null: it is the full picture.
     Level* FinerThan(const Level& level);
-    // The first level to trace: the finest that fits the budget, else the coarsest; null: the full picture
-    // fits.
+    // The first level to trace: the finest that fits the budget, else the coarsest; null: the full
+    // picture fits.
     Level* FirstToTrace(Extent2D extent, const FrameBudget& budget);
 
     passes::Accumulation m_full;

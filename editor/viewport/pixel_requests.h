@@ -45,8 +45,8 @@ struct InspectResult {
 using Pick = Pending<PickResult>;
 using Inspection = Pending<InspectResult>;
 
-// The pending requests of a viewport. A pixel outside a later, smaller size is answered without a hit or a
-// value.
+// The pending requests of a viewport. A pixel outside a later, smaller size is answered without a hit or
+// a value.
 class RAYGRAPH_API PixelRequests {
   public:
     Pick RequestPick(glm::uvec2 pixel) { return m_picks.Ask(pixel); }

@@ -22,9 +22,9 @@ glm::dvec3 ChooseSceneOrigin(const glm::dvec3& current, const glm::dvec3& eye, c
 inline constexpr double kOriginReach = 1024.0;
 inline constexpr uint32_t kFarViewpointsToMove = 8;
 
-// When the origin follows the viewpoint. Alternating viewpoints, of several viewports, would move it back and
-// forth in every frame: while one of the last kFarViewpointsToMove was near, it stays for others within
-// kOriginReach.
+// When the origin follows the viewpoint. Alternating viewpoints, of several viewports, would move it back
+// and forth in every frame: while one of the last kFarViewpointsToMove was near, it stays for others
+// within kOriginReach.
 class OriginTurns {
   public:
     // For one viewpoint: the current origin, and the one that ChooseSceneOrigin returns.

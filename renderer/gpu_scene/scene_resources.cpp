@@ -114,8 +114,8 @@ GroupPart PartOf(const scene::Primitive& primitive) {
     return {.material = primitive.material, .hasColors = !primitive.colors.empty()};
 }
 
-// Kinds of groups, of which a mesh has one each at most. Walls have both sides, and alpha needs any-hit
-// anyway.
+// Kinds of groups, of which a mesh has one each at most. Walls have both sides, and alpha needs
+// any-hit anyway.
 constexpr GroupKind kGroupKinds[] = {
     {.isOpaque = true, .isBackCulled = true},
     {.isOpaque = true, .isBackCulled = false},

@@ -86,8 +86,8 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
 bool IsBackCulled(const gpu::MaterialRecord& material);
 
 // Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
-// is added to the builder again, with the memory for its build. On an Error nothing has changed. Returns what
-// has:
+// is added to the builder again, with the memory for its build. On an Error nothing has changed. Returns
+// what has:
 struct KindChanges {
     bool areStructures = false;  // BLASes wait to be built
     bool areSides = false;       // culling or alpha has changed

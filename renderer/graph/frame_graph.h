@@ -1,5 +1,5 @@
-// FrameGraph: one frame as plain data: resources, passes and what each pass uses. Pure: no device, no vk*
-// call.
+// FrameGraph: one frame as plain data: resources, passes and what each pass uses. Pure: no device, no
+// vk* call.
 //
 // The Renderer fills one from AddPass and compiles it; tests and tools write them by hand, and plan_text.h
 // describes them. A pass may only use the newest version of a resource, so the order of declaration is an

@@ -32,8 +32,8 @@ struct Persistent {
     bool Is(const GraphBufferDesc& desc) const { return kind == ResourceKind::Buffer && bufferDesc == desc; }
 };
 
-// Declaring a frame loses nothing: an entry that the frame recreates replaces the old one when the frame is
-// submitted.
+// Declaring a frame loses nothing: an entry that the frame recreates replaces the old one when the frame
+// is submitted.
 class PersistentStore {
   public:
     // The entry of that name; if its kind or description differ, a new one that replaces it later. Once a

@@ -56,8 +56,8 @@ struct Plan {
     std::vector<rhi::MemoryRequirements> blocks;  // of transient memory
     uint64_t bytesWithoutAliasing = 0;            // of the transients that have a block
     std::vector<ResourceState> states;            // by resource, after the frame
-    // By block, after the frame: of all its occupants together, since an earlier one may reach beyond the
-    // last.
+    // By block, after the frame: of all its occupants together, since an earlier one may reach beyond
+    // the last.
     std::vector<ResourceState> blockStates;
 };
 

@@ -10,9 +10,9 @@
 
 namespace raygraph {
 
-// One block a pass: number, name, kind, what it reads and writes with versions, what it waits for; then the
-// culled passes with the reason, the resources with their lifetimes, and the shared memory with the bytes
-// saved.
+// One block a pass: number, name, kind, what it reads and writes with versions, what it waits for; then
+// the culled passes with the reason, the resources with their lifetimes, and the shared memory with the
+// bytes saved.
 RAYGRAPH_API std::string DescribePlan(const FrameGraph& graph, const Plan& plan);
 
 // Graphviz: passes as boxes (culled ones dashed), versions of resources as ellipses. `dot -Tsvg` draws it.

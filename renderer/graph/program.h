@@ -1,5 +1,5 @@
-// Program: the shaders of a pass with their bindings, and the pipeline created from them when it is first
-// needed.
+// Program: the shaders of a pass with their bindings, and the pipeline created from them when it is
+// first needed.
 //
 // ProgramCache finds a pass's program again in every frame by its shaders, specialization and raster state.
 // Interfaces come from reflection, so that a culled pass never creates a pipeline.

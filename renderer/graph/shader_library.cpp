@@ -120,8 +120,8 @@ ShaderLibrary::ReloadResult ShaderLibrary::Reload() {
             AppendLines(error.what(), result.messages);
         }
         includes.insert(includes.begin(), shader->sources.front());
-        // The hash from before the compilation, so that a source saved in between counts as changed the next
-        // time.
+        // The hash from before the compilation, so that a source saved in between counts as changed the
+        // next time.
         shader->sourceHash = includes == shader->sources ? hash : HashOf(includes);
         shader->sources = std::move(includes);
     }

@@ -34,8 +34,8 @@ struct Shader {
 
 class ShaderLibrary {
   public:
-    // `root`: folder of sources that names are relative to; empty: none. They may include files of
-    // `includes`.
+    // `root`: folder of sources that names are relative to; empty: none. They may include files
+    // of `includes`.
     explicit ShaderLibrary(std::filesystem::path root, std::vector<std::filesystem::path> includes = {});
     ~ShaderLibrary();
 

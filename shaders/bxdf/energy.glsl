@@ -118,8 +118,8 @@ INLINE vec3 MultipleAlbedo(FacetEnergy energy, vec3 f0, vec3 f90, float laterCur
     return two * (1.0f - q) / max(vec3(1.0f) - q * mix(f0, f90, laterCurve), vec3(1e-4f));
 }
 
-// The factors on reflection and transmission of a refracting surface, and the albedo of an additional diffuse
-// reflection.
+// The factors on reflection and transmission of a refracting surface, and the albedo of an additional
+// diffuse reflection.
 struct GlassScale {
     vec3 reflected;
     vec3 transmitted;

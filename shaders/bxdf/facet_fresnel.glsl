@@ -33,9 +33,9 @@ INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
     return mix(fresnel.f0, fresnel.exactF90, clamp((exact - f0) / max(1.0f - f0, 1e-6f), 0.0f, 1.0f));
 }
 
-// The share of light that a layer of that reflectance passes to its base: for every channel that of the
-// channel which is reflected most. Otherwise a colored layer would give the base the inverse color
-// (KHR_materials_specular).
+// The share of light that a layer of that reflectance passes to its base: for every channel that of
+// the channel which is reflected most. Otherwise a colored layer would give the base the inverse
+// color (KHR_materials_specular).
 INLINE vec3 PassedShare(vec3 reflectance) { return vec3(1.0f - MaxComponent(reflectance)); }
 
 SHADING_END

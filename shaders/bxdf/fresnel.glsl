@@ -52,8 +52,8 @@ INLINE float DielectricF90(float eta) {
     return min(14.0f * r / (1.0f + 5.9f * r + 0.457f * sqrt(r)), 1.0f);
 }
 
-// The cosine on the far side of an interface, in [0, 1] for cosTheta >= 0, by Snell's law; -1 for total
-// reflection.
+// The cosine on the far side of an interface, in [0, 1] for cosTheta >= 0, by Snell's law; -1 for
+// total reflection.
 INLINE float RefractedCosine(float cosTheta, float eta) {
     float sin2 = max(1.0f - cosTheta * cosTheta, 0.0f) / (eta * eta);
     return sin2 < 1.0f ? sqrt(1.0f - sin2) : -1.0f;

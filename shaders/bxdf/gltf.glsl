@@ -58,8 +58,8 @@ INLINE float GlassReflectChance(PreparedGltf g, vec3 reflectance) {
     return sum > 0.0f ? reflected / sum : 1.0f;
 }
 
-// Share of light at cosI to the normal that passes straight through a smooth thin wall: f |wi.z| of that
-// delta.
+// Share of light at cosI to the normal that passes straight through a smooth thin wall: f |wi.z| of
+// that delta.
 INLINE vec3 StraightShare(GltfBxDF lobe, float cosI) {
     if (!(cosI > 0.0f)) return vec3(0.0f);
     vec3 reflectance = FacetReflectance(DielectricFresnel(lobe), cosI, max(lobe.eta, 1.0f / lobe.eta));

@@ -186,8 +186,8 @@ INLINE vec3 Sample_wm(MicrofacetDistribution d, vec3 w, vec2 u) {
     return normalize(vec3(x * r, y * r, 1.0f));
 }
 
-// The density of Sample_wm per solid angle of wm. w and wm may each be turned around the surface, to -w and
-// -wm.
+// The density of Sample_wm per solid angle of wm. w and wm may each be turned around the surface, to -w
+// and -wm.
 INLINE float PDF(MicrofacetDistribution d, vec3 w, vec3 wm) {
     if (ActiveDistribution() != kDistributionGgx) return D(d, wm) * abs(wm.z);
     float facing = dot(w, wm);

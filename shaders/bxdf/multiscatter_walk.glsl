@@ -1,10 +1,10 @@
 // Multiple scattering between the facets of a rough GGX surface: the random walk of Heitz, Hanika, d'Eon and
 // Dachsbacher 2016, "Multiple-Scattering Microfacet BSDFs with the Smith Model", SIGGRAPH.
 //
-// Smith's surface acts as a slab of microflakes (Dupuy, Heitz and d'Eon 2016, "Additional Progress Towards
-// the Unification of Microfacet and Microflake Theories"). With depth measured as t = -log2 C1(h), C1 the
-// share of the surface that lies below height h, a ray from direction v goes this deep before it meets a
-// facet:
+// Smith's surface acts as a slab of microflakes (Dupuy, Heitz and d'Eon 2016, "Additional Progress
+// Towards the Unification of Microfacet and Microflake Theories"). With depth measured as t = -log2
+// C1(h), C1 the share of the surface that lies below height h, a ray from direction v goes this deep
+// before it meets a facet:
 //     t' = t + v.z e / Sigma(v),  e = -log2(1 - u)
 // upwards too, where t' <= 0 means that it left; it leaves with probability 2^(-t Lambda). No distribution of
 // heights is needed but for its symmetry: a ray refracted below sees the surface from below, where the depth

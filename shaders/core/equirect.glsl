@@ -23,8 +23,8 @@ INLINE vec3 DirectionFromEquirect(vec2 uv, float rotation) {
     return vec3(polar.y * azimuth.x, polar.x, polar.y * azimuth.y);
 }
 
-// A density over uv (integral 1 over the unit square) as one over solid angle; 0 at the poles, where none
-// exists.
+// A density over uv (integral 1 over the unit square) as one over solid angle; 0 at the poles, where
+// none exists.
 INLINE float EquirectSolidAnglePDF(float uvPDF, float v) {
     float sinTheta = CosSinTurn(0.5f * v).y;
     return sinTheta > 0.0f ? uvPDF * kInv2Pi * kInvPi / sinTheta : 0.0f;

@@ -33,10 +33,10 @@ INLINE vec3 LiftToPlane(vec3 p, vec3 vertex, vec3 normal) {
 }
 
 // The offset that lifts a point of a triangle onto the convex surface that its vertex normals describe:
-// to the mean of its projections onto the tangent planes at the vertices p0, p1, p2, of those planes that
-// lie above it. `weights` are its barycentrics, the normals of any length. Zero at the vertices, on flat
-// surfaces and concave ones. Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing Gems II, chapter
-// 4.
+// to the mean of its projections onto the tangent planes at the vertices p0, p1, p2, of those planes
+// that lie above it. `weights` are its barycentrics, the normals of any length. Zero at the vertices, on
+// flat surfaces and concave ones. Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing Gems II,
+// chapter 4.
 INLINE vec3 LiftToCurve(vec3 weights, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 n0, vec3 n1, vec3 n2) {
     return weights.x * LiftToPlane(p, p0, n0) + weights.y * LiftToPlane(p, p1, n1) +
            weights.z * LiftToPlane(p, p2, n2);

@@ -9,9 +9,9 @@
 //
 // Aces: S. Hill's fit (2016) of the ACES reference rendering and sRGB output transforms.
 //
-// AgX: T. Sobotka's AgX base look (2022). Inset matrix, log2 over 16.5 stops about middle gray, the sigmoid
-// of the configuration's generator in closed form, outset; the 2.2 power of its display encoding is then
-// inverted.
+// AgX: T. Sobotka's AgX base look (2022). Inset matrix, log2 over 16.5 stops about middle gray, the
+// sigmoid of the configuration's generator in closed form, outset; the 2.2 power of its display encoding
+// is then inverted.
 //
 // Neutral: Khronos PBR Neutral (2024). The identity minus the 4 % of Fresnel reflection, compressed from 0.8.
 #ifndef RAYGRAPH_CORE_TONEMAP_GLSL

@@ -37,8 +37,8 @@ INLINE EnvironmentSample SampleEnvironmentLight(LightSetRecord lights, float cho
         entry = EnvironmentAliasAt(firstCell + column);
     }
 
-    // Uniform in cos theta = 1 - 2 s, with s counted from the nearer pole: near it s is tiny and 1 - 2 s is
-    // not
+    // Uniform in cos theta = 1 - 2 s, with s counted from the nearer pole: near it s is tiny and 1 - 2 s
+    // is not
     float height = float(lights.environmentHeight);
     bool isUpper = 2u * row < lights.environmentHeight;
     float near = isUpper ? float(row) : float(lights.environmentHeight - row - 1u);

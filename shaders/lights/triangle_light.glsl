@@ -67,8 +67,8 @@ INLINE bool EmitsTowards(LightRecord light, vec3 toViewer) {
     return side > 0.0f || (side < 0.0f && (light.flags & kLightDoubleSided) != 0u);
 }
 
-// Density per solid angle of the direction wi that meets the triangle at `distance`; 0 where it does not
-// emit.
+// Density per solid angle of the direction wi that meets the triangle at `distance`; 0 where it does
+// not emit.
 INLINE float TriangleLightPDF(LightRecord light, vec3 position, vec3 wi, float distance) {
     if (!EmitsTowards(light, -wi)) return 0.0f;
     SphericalTriangle t = SphericalTriangleFrom(light, position);

@@ -1,6 +1,6 @@
 // RasterShade: radiance of the drawn surfaces towards the camera: emission and direct light, by the path
-// tracer's own material, BSDF and lights. Includers may define SHADOW_MAPS or SHADOW_RAYS; the latter is ray
-// generation.
+// tracer's own material, BSDF and lights. Includers may define SHADOW_MAPS or SHADOW_RAYS; the latter is
+// ray generation.
 #ifdef SHADOW_RAYS
 #define TRACES_SHADOW_RAYS
 #define PIXEL_BY_RAY_GENERATION

@@ -31,8 +31,8 @@ void TraceRadiance(Ray ray) {
 }
 
 #ifndef OWN_RADIANCE_PAYLOAD
-// The nearest surface along a ray. Alpha tests use a random number that is a function of alphaSeed and the
-// triangle.
+// The nearest surface along a ray. Alpha tests use a random number that is a function of alphaSeed and
+// the triangle.
 Hit Intersect(Ray ray, uint alphaSeed) {
     radiancePayload.alphaSeed = alphaSeed;
     TraceRadiance(ray);

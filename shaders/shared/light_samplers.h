@@ -1,7 +1,9 @@
 // The ways of choosing a light (lights/lights.glsl), named once.
 //
-// Uniform: every light with power above 0 alike. Power:   by power. Bvh:     by what each may contribute to
-// the point that is lit, through a tree over position and orientation.
+//   Uniform: every light with power above 0 alike
+//   Power:   by power
+//   Bvh:     by what each may contribute to the point that is lit, through a tree over position and
+//            orientation
 #ifndef RAYGRAPH_SHARED_LIGHT_SAMPLERS_H
 #define RAYGRAPH_SHARED_LIGHT_SAMPLERS_H
 

@@ -1,7 +1,8 @@
 // Treatment of multiple scattering between the facets of a rough surface, named once.
 //
-// Off: it is lost. Lut: single scattering, scaled up by tables to what the walk returns. Walk: a random walk
-// among the facets, the reference from which the tables are computed.
+//   Off:  it is lost
+//   Lut:  single scattering, scaled up by tables to what the walk returns
+//   Walk: a random walk among the facets, the reference from which the tables are computed
 #ifndef RAYGRAPH_SHARED_MULTISCATTER_KINDS_H
 #define RAYGRAPH_SHARED_MULTISCATTER_KINDS_H
 

@@ -24,8 +24,8 @@ using glm::vec3;
 #define RAYGRAPH_INLINE
 #endif
 
-// A bit above 2^-24, half a step of float, for terms of higher order and for the rounding of the bound
-// itself.
+// A bit above 2^-24, half a step of float, for terms of higher order and for the rounding of the
+// bound itself.
 RAYGRAPH_CONSTANT float kRoundoff = 6.0e-8f;
 // In such units. A device takes a ray into object space by an inverse of the transform that it made in float:
 // of a million random transforms the worst is off by 5.5 times the sizes of the sums' terms.
@@ -67,8 +67,8 @@ RAYGRAPH_INLINE float RayClearance(mat3 linear, vec3 translation, vec3 p0, vec3 
     vec3 position = x * p.x + y * p.y + z * p.z + translation;
     vec3 worldError = 3.0f * placed + 2.0f * abs(position);
     vec3 sizes = abs(position) + abs(translation);
-    // sizeN times the matrix of the inverse's terms, whose rows are CrossOfSizes of two columns, times
-    // `sizes`
+    // sizeN times the matrix of the inverse's terms, whose rows are CrossOfSizes of two columns,
+    // times `sizes`
     vec3 ofX = CrossOfSizes(sizeX, sizes), ofY = CrossOfSizes(sizeY, sizes);
     float inverseError = dot(sizeZ, sizeN.x * ofY + sizeN.y * ofX) + sizeN.z * dot(sizeY, ofX);
     vec3 extent1 = abs(e1), extent2 = abs(e2), extent = max(extent1, extent2);

@@ -1,5 +1,5 @@
-// The scene as the shaders read it: one source for C++ and GLSL, scalar layout (no padding beyond what is
-// written).
+// The scene as the shaders read it: one source for C++ and GLSL, scalar layout (no padding beyond what
+// is written).
 //
 //   TLAS instance    --customIndex-->  InstanceRecord: one group of a mesh's primitives, placed
 //   triangle         --triangleGeometries-->  GeometryRecord: one primitive of the file

@@ -1,7 +1,6 @@
-// Numbers that say how far two pictures are apart, and whether noise explains it. For use by any test kind:
-// list
-// ../support/image_compare.cpp among its sources. Functions of two planes throw std::invalid_argument unless
-// the sizes agree; sums are in double.
+// Numbers that say how far two pictures are apart, and whether noise explains it. For any test kind: list
+// ../support/image_compare.cpp among its sources. Functions of two planes throw std::invalid_argument unless the
+// sizes agree; sums are in double.
 #pragma once
 
 #include <cstddef>
