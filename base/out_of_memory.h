@@ -21,7 +21,7 @@ decltype(auto) WithMemoryErrors(std::string_view subject, Run&& run) {
     try {
         return std::forward<Run>(run)();
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorKind::OutOfMemory, std::string(subject) + ": the host's memory is spent");
+        throw Error(ErrorKind::OutOfMemory, std::string(subject) + ": host memory is exhausted");
     } catch (const std::length_error&) {
         throw Error(ErrorKind::OutOfMemory,
                     std::string(subject) + ": asks for more memory than a process can have");

@@ -67,7 +67,7 @@ class AccumulationStep {
         if (!progress.cursor.IsNext(m_after.extent, region))
             throw Error(ErrorKind::Usage, "accumulation \"" + m_accumulation.Name() + "\": a tile at " +
                                               std::to_string(region.x) + ", " + std::to_string(region.y) +
-                                              " is not what follows; the sample at hand is complete up to " +
+                                              " is not the next one; the current sample is complete up to " +
                                               std::to_string(progress.cursor.X()) + ", " +
                                               std::to_string(progress.cursor.Y()));
         if (progress.cursor.Advance(m_after.extent, region)) progress.sampleCount++;

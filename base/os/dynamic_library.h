@@ -1,12 +1,12 @@
-// Libraries that are found when the program runs. Threads: any.
+// Libraries that are loaded at run time. Threads: any.
 #pragma once
 
 #include <string>
 
 namespace raygraph::os {
 
-// Loads a library by its file name, to the end of the process: nothing is unloaded that other code may still
-// be in. Null, and why, if there is none.
+// Loads a library by its file name, to the end of the process: nothing is unloaded, because other code may
+// still run in it. Null, and the reason, if it cannot be loaded.
 void* OpenLibrary(const char* name, std::string& whyNot);
 // Null if the library has no function of that name.
 void* FunctionOf(void* library, const char* name);

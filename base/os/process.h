@@ -1,4 +1,4 @@
-// This process and its terminal, as the operating system has them. Threads: any, but see InterruptWatch.
+// This process and its terminal. Threads: any, but see InterruptWatch.
 #pragma once
 
 #include <cstddef>
@@ -11,18 +11,18 @@ namespace raygraph::os {
 
 // Processor time of all threads, user and system, seconds. A CPU driver renders in this process.
 double ProcessCpuSeconds();
-// The most memory resident so far.
+// Peak resident memory.
 uint64_t PeakResidentBytes();
 
 bool IsTerminal(std::FILE* stream);
-// Columns; 80 where it is not known.
+// Columns; 80 if unknown.
 size_t TerminalWidth(std::FILE* stream);
 
-// Whether a text fits a pattern of a shell: * ? [a-z].
+// Whether a text matches a shell pattern: * ? [a-z].
 bool FitsPattern(const std::string& text, const std::string& pattern);
 
-// Ctrl-C: noticed, not obeyed at once, so that a render can write what it has. While it lives, the first
-// SIGINT or SIGTERM is noted; a second one ends the process as usual. One at a time.
+// Ctrl-C: recorded instead of ending the process at once, so that a render can write its samples. While it
+// lives, the first SIGINT or SIGTERM is noted; a second one ends the process as usual. One at a time.
 class InterruptWatch {
   public:
     InterruptWatch();

@@ -22,7 +22,7 @@ float Number(const std::string& word, float least, float most) {
     float value = 0.0f;
     const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (failure != std::errc{} || end != word.data() + word.size() || !std::isfinite(value))
-        Refuse(Quoted(word) + " is no number");
+        Refuse(Quoted(word) + " is not a number");
     if (value < least || value > most) {
         std::ostringstream range;
         range << Quoted(word) << " is not from " << least << " to " << most;

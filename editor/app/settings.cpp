@@ -176,7 +176,7 @@ Settings ReadSettings(const std::filesystem::path& folder, std::string& message)
         if (!stream) throw Error(ErrorKind::Io, "cannot be read");
         return FromJson(Json::parse(text.str()));
     } catch (const std::exception& failure) {
-        message = file.string() + ": " + Printable(WithoutCode(failure.what())) + "; left aside";
+        message = file.string() + ": " + Printable(WithoutCode(failure.what())) + "; ignored";
         return {};
     }
 }

@@ -339,7 +339,7 @@ void RenderCommand(RenderArguments arguments) {
     if (arguments.isQuiet) return;
     if (const uint64_t count = session.NonFiniteSamples(); count > 0)
         Warn(progress, std::to_string(count) + (count == 1 ? " sample was" : " samples were") +
-                           " infinite or no number, and counted as black");
+                           " infinite or NaN, and counted as black");
     PrintSummary(arguments, render, job, rendered, samplesPerSecond, statistics, removed);
 }
 

@@ -123,7 +123,7 @@ bool Renderer::IsFresh(BufferId buffer) const {
 
 void Renderer::Forget(std::string_view name) {
     if (m_impl->isOpen && m_impl->persistents.Declared(name, m_impl->frameNumber))
-        throw Error(ErrorKind::Usage, "Forget " + Quoted(name) + ": the frame at hand uses it");
+        throw Error(ErrorKind::Usage, "Forget " + Quoted(name) + ": the current frame uses it");
     m_impl->persistents.Forget(name);
 }
 

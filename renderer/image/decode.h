@@ -1,4 +1,4 @@
-// Inside renderer/image: what the decoders share. Not for others.
+// Private to renderer/image: common functions of the decoders.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace raygraph::image {
 // Error{BadInput} "name: what", on one line whatever a library or a file put into the texts.
 [[noreturn]] void Refuse(std::string_view name, std::string_view what);
 
-// Error{OutOfMemory} for a picture that passed the limits but not the machine.
+// Error{OutOfMemory} for a picture within the limits that does not fit the machine.
 [[noreturn]] void RefuseMemory(std::string_view name, uint64_t width, uint64_t height);
 
 // Refuses an empty picture and one beyond the limits.

@@ -1,4 +1,4 @@
-// Inside renderer/image: names that reading and writing OpenEXR share.
+// Private to renderer/image: names for reading and writing OpenEXR.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,8 @@
 
 namespace raygraph::image {
 
-// Attributes that the format itself defines: not ours to write, no metadata when read.
+// Attributes that the format itself defines: never written as attributes of a render, and not metadata
+// when read.
 inline bool IsFormatAttribute(std::string_view name) {
     constexpr std::array<std::string_view, 16> kNames = {
         "channels",           "chunkCount", "compression",       "dataWindow", "displayWindow", "envmap",

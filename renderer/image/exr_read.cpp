@@ -88,7 +88,7 @@ class ExrReader {
     Imf::FrameBuffer m_frame;
 };
 
-// Runs `decode(reader)` with the library's exceptions turned into ours.
+// Runs `decode(reader)` and converts the library's exceptions into Errors.
 template <typename Decode>
 auto WithReader(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits,
                 const Decode& decode) {

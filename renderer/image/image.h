@@ -19,8 +19,8 @@
 
 namespace raygraph::image {
 
-// Eight bits a channel, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height. The numbers
-// are those of the file: whether they are sRGB or linear is known by the user alone. Alpha is not
+// Eight bits a channel, RGBA, rows from the top, no padding: rgba.size() == 4 * width * height. The
+// numbers are those of the file: only the user knows whether they are sRGB or linear. Alpha is not
 // premultiplied.
 struct Image8 {
     uint32_t width = 0, height = 0;
@@ -33,7 +33,7 @@ struct ImageF {
     std::vector<float> rgba;
 };
 
-// What a decoder may be made to allocate. A picture beyond any of them is refused by its header.
+// The limits of a decoder's allocations. A picture beyond any of them is refused by its header.
 struct DecodeLimits {
     uint32_t maxWidth = 16384, maxHeight = 16384;
     uint64_t maxPixels = uint64_t{1} << 28;  // width * height
@@ -43,13 +43,13 @@ inline constexpr DecodeLimits kEnvironmentLimits{.maxPixels = uint64_t{1} << 27}
 
 enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Hdr, Exr };
 
-// The format by its first bytes; names and extensions are not asked.
+// The format by its first bytes; names and extensions are ignored.
 RAYGRAPH_API FileFormat SniffFormat(std::span<const std::byte> bytes);
 
 // PNG, JPEG or WebP, as SniffFormat() says. `name` is for error messages. Color profiles, gamma chunks and
 // EXIF orientation are ignored, as glTF asks. Gray becomes R = G = B, missing alpha 255, 16-bit PNG is
 // rounded to 8, CMYK JPEG is converted by the plain formula (no profile). A truncated or corrupt file is an
-// error even where the decoder could make up the rest; animated WebP is an error.
+// error even where the decoder could invent the rest; animated WebP is an error.
 RAYGRAPH_API Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name,
                                  const DecodeLimits& limits = {});
 
@@ -67,7 +67,7 @@ RAYGRAPH_API Environment ReadEnvironment(const std::filesystem::path& path,
 RAYGRAPH_API Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
                                            const DecodeLimits& limits = kEnvironmentLimits);
 
-// The writers put the whole file in place or leave the old one as it was (base/atomic_file.h). They throw
+// The writers replace the file as a whole or leave the old one unchanged (base/atomic_file.h). They throw
 // Error{Io} naming the path, and Error{Usage} for a picture whose size and texels do not agree or that the
 // format cannot hold.
 

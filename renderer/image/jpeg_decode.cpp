@@ -87,7 +87,8 @@ class JpegReader {
         jpeg->err->format_message(jpeg, reinterpret_cast<Errors*>(jpeg->err)->message);
         Jump(jpeg);
     }
-    // Libjpeg makes up pixels where data is missing; we do not. Its other warnings leave the picture whole.
+    // Libjpeg invents pixels where data is missing: refuse that. Its other warnings leave the
+    // picture complete.
     static void OnMessage(j_common_ptr jpeg, int level) {
         if (level >= 0) return;
         switch (jpeg->err->msg_code) {

@@ -1,4 +1,4 @@
-// Where a picture is taken from: what a pass needs to make camera rays, free of any scene graph. Threads:
+// The view of a picture: what a pass needs to generate camera rays, independent of any scene graph. Threads:
 // plain values and pure functions, for any thread.
 #pragma once
 
@@ -19,8 +19,8 @@ struct RAYGRAPH_API CameraView {
     glm::vec3 up{0.0f, 1.0f, 0.0f};
     glm::vec3 right{1.0f, 0.0f, 0.0f};
     Projection projection = Projection::Perspective;
-    float yFov = 0.8f;    // Full vertical angle, radians; perspective alone.
-    float height = 2.0f;  // Meters seen from bottom to top; orthographic alone.
+    float yFov = 0.8f;    // Full vertical angle, radians; perspective only.
+    float height = 2.0f;  // Meters seen from bottom to top; orthographic only.
     float aspect = 1.0f;  // Width over height of the picture.
     float zNear = 0.01f;  // Meters, for raster views. Always above 0.
     float zFar = 0.0f;    // Meters, for raster views; 0 = infinite.
@@ -45,7 +45,7 @@ RAYGRAPH_API CameraView ViewOfBounds(const Bounds& bounds, float aspect, float y
 // up +y, fov 40 where missing; a fov "2.5m": orthographic, that height. Error{Usage} that quotes the text.
 RAYGRAPH_API CameraView ViewFromText(std::string_view text, float aspect);
 
-// Is this text meant for ViewFromText rather than a camera's name or index? (Several numbers and nothing
+// Whether this text is for ViewFromText rather than a camera's name or index. (Several numbers and nothing
 // else.)
 RAYGRAPH_API bool IsViewText(std::string_view text);
 

@@ -31,7 +31,7 @@ bool AllFinite(const Vector& v) {
     return true;
 }
 
-// The object that is being looked at. Its name is put together only for a message.
+// The object that is being checked. Its name is built only for a message.
 struct Subject {
     const std::string& text;
     ErrorKind kind;

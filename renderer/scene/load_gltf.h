@@ -50,7 +50,7 @@ struct LoadOptions {
 //                or outside its folder: "scene.gltf: accessors[3].count: 12 elements exceed bufferViews[1]
 //                (64 bytes)";
 //   Usage        there is no scene `options.scene`;
-//   OutOfMemory  the host's memory is spent.
+//   OutOfMemory  host memory is exhausted.
 // Everything is checked before it is decoded. May be called from several threads at once. Peak host memory:
 // the file, the external files, the JSON tree and tinygltf's model (each up to ten times its text) and the
 // returned data.

@@ -1,24 +1,24 @@
-// The scene as plain CPU data: what an importer makes and GpuScene uploads. Value types only; nothing here
-// knows the file it came from. Copying a SceneData copies every vertex and texel: move it.
+// The scene as plain CPU data: produced by an importer or a host, uploaded by GpuScene. Value types only,
+// independent of the file format. Copying a SceneData copies every vertex and texel: move it.
 //
 // Space and units are glTF's: right-handed, +y up, meters, radians; a camera and a spot light look along
 // their node's -z; colors are linear Rec. 709 unless a texture says sRGB; texture coordinate (0, 0) is the
 // upper left texel corner.
 //
-// Far from the origin float has no digits left for what is small: at 10 km its steps are 1 mm. So transforms
-// into the world keep the rest of their translation beside them: objectToWorld[3] + translationRest, added in
-// double, is the place. Whoever knows no rest leaves it 0.
+// Far from the origin float has no digits left for small details: at 10 km its steps are 1 mm. So transforms
+// into the world also store the remainder of their translation: objectToWorld[3] + translationRest, added in
+// double, is the translation. A host without one leaves it 0.
 //
-// Holds for a SceneData that LoadGltf returned, and GpuScene::SetScene asks for it (renderer/scene/check.h):
+// Holds for a SceneData that LoadGltf returned, and GpuScene::SetScene requires it (renderer/scene/check.h):
 //   - every index is in range, or kNone / -1 where the field allows it;
-//   - every vertex index of a primitive is smaller than its vertex count, and indices.size() is a multiple of
-//   3;
+//   - every vertex index of a primitive is below its vertex count;
+//   - the number of indices is a multiple of 3;
 //   - every optional vertex stream is empty or exactly as long as `positions`;
 //   - every float is finite and in the range of its field, and an instance's transform has an inverse;
 //   - nodeOrder lists nodes after their parents;
 //   - the bounds of a primitive are around its positions, and an image has all of its texels.
 //
-// Threads: plain values; pure functions, for any thread. Whoever edits one has it alone.
+// Threads: plain values; pure functions, for any thread. Editing one needs exclusive access.
 #pragma once
 
 #include <cstddef>
@@ -114,14 +114,14 @@ struct RAYGRAPH_API Material {
     TextureRef specularTexture;           // alpha;
     glm::vec3 specularColorFactor{1.0f};  // and its color at normal incidence, not bounded by 1,
     TextureRef specularColorTexture;      // sRGB.
-    float transmissionFactor = 0.0f;      // KHR_materials_transmission: share that is not diffuse but passes,
+    float transmissionFactor = 0.0f;      // KHR_materials_transmission: share transmitted, not diffuse,
     TextureRef transmissionTexture;       // r.
     float thicknessFactor = 0.0f;         // KHR_materials_volume: above 0, the surface bounds a medium.
-    glm::vec3 attenuationColor{1.0f};     // What white light turns to on its way through the medium,
+    glm::vec3 attenuationColor{1.0f};     // Color of white light after a path through the medium
     float attenuationDistance = 0.0f;     // of this length, meters; 0 = infinite.
     bool isUnlit = false;                 // KHR_materials_unlit: shows its base color and nothing else.
-    // Where closed surfaces with media overlap, the medium of the higher priority is there. Not glTF's: a
-    // whole number `priority` in the material's `extras`.
+    // Where media of closed surfaces overlap, the one of higher priority is present. Not glTF's: a whole
+    // number `priority` in the material's `extras`.
     uint32_t priority = 0;
 
     // Emitted radiance before the texture. An unlit material emits its base color instead.
@@ -171,7 +171,7 @@ struct Texture {
 };
 
 // A decoded image: 8-bit RGBA, rows from the top, tightly packed: rgba.size() == 4 * width * height. Alpha is
-// not premultiplied. Whether rgb is sRGB or linear is said by the textures that use it.
+// not premultiplied. The textures that use it say whether rgb is sRGB or linear.
 struct ImageData {
     std::string name;
     uint32_t width = 0;

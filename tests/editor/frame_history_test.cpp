@@ -47,7 +47,7 @@ TEST(SampleRate, IsThatOfTheLastSeconds) {
     for (int i = 1; i <= 100; i++) rate.Note(10.0 + 0.1 * i, 50.0 + 2.0 * i);  // then 20
     EXPECT_NEAR(*rate.PerSecond(), 20.0, 1e-6) << "what was before is forgotten";
     rate.Note(20.1, 0.0);
-    EXPECT_FALSE(rate.PerSecond()) << "it began anew";
+    EXPECT_FALSE(rate.PerSecond()) << "accumulation restarted";
 }
 
 TEST(TimeLeft, FallsWithTheSquareOfTheError) {

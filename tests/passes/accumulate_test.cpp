@@ -274,7 +274,7 @@ TEST_F(AccumulateTest, Accumulate_ResizeResetsWithItsCause) {
 TEST_F(AccumulateTest, Accumulate_VarianceNeverMissesSamples) {
     for (uint32_t n = 0; n < 3; n++) Add(Sample(n));
     const Texels variance = Add(Sample(3), true);
-    EXPECT_EQ(accumulation.SampleCount(), 1u) << "three samples have no variance: start anew";
+    EXPECT_EQ(accumulation.SampleCount(), 1u) << "three samples have no variance: restart";
     EXPECT_EQ(accumulation.ResetCount(ResetCause::Settings), 1u);
     for (const float value : variance.values) EXPECT_EQ(value, 0.0f);
 }

@@ -25,7 +25,7 @@ std::string MessageOf(size_t bytes, Action&& action) {
 
 TEST(OutOfMemory, LeavesAsAnErrorThatNamesWhatWasAskedFor) {
     EXPECT_EQ(MessageOf(1000, [] { WithMemoryErrors("scene.gltf", [] { return std::vector<int>(1000); }); }),
-              "scene.gltf: the host's memory is spent");
+              "scene.gltf: host memory is exhausted");
     EXPECT_EQ(MessageOf(1000,
                         [] {
                             WithMemoryErrors("scene.gltf", [] {
@@ -49,7 +49,7 @@ TEST_F(OutOfMemoryTest, SetScene_LeavesTheSceneThatWasThere) {
     const FloatImage before = render.TraceOnce(settings);
     scene::SceneData large = SceneOf({SphereMesh(0.5f, 64)}, {Lambert(glm::vec3(0.5f), glm::vec3(3.0f))});
     EXPECT_EQ(MessageOf(16384, [&] { render.scene.SetScene(std::move(large)); }),
-              "SetScene: the host's memory is spent");
+              "SetScene: host memory is exhausted");
     EXPECT_EQ(render.TraceOnce(settings).values, before.values);
     render.scene.SetScene(SceneOf({BoxMesh(0.5f)}, {Lambert(glm::vec3(0.5f), glm::vec3(2.0f))}));
     EXPECT_EQ(render.TraceOnce(settings).At(4, 4).x, 2.0f * before.At(4, 4).x);
@@ -96,8 +96,8 @@ TEST_F(OutOfMemoryTest, Frame_IsDropped) {
         renderer.Execute();
     };
     EXPECT_EQ(MessageOf(3000, [&] { declare(true, false); }),
-              R"(AddPass "Allocates": the host's memory is spent)");
-    EXPECT_EQ(MessageOf(3000, [&] { declare(false, true); }), "Execute: the host's memory is spent");
+              R"(AddPass "Allocates": host memory is exhausted)");
+    EXPECT_EQ(MessageOf(3000, [&] { declare(false, true); }), "Execute: host memory is exhausted");
     EXPECT_NO_THROW(declare(true, true));
 }
 

@@ -63,7 +63,7 @@ std::FILE* CreateNew(const std::filesystem::path& path, std::optional<std::files
         error = LastError();
         return nullptr;
     }
-    // Permissions that cannot be kept are no reason to lose a render: the umask's stay
+    // Permissions that cannot be set are no reason to lose a render: those of the umask stay
     if (permissions) (void)!fchmod(descriptor, static_cast<mode_t>(*permissions));
     std::FILE* stream = fdopen(descriptor, "w+b");
     error = stream == nullptr ? LastError() : std::error_code();
