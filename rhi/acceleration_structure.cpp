@@ -58,7 +58,7 @@ AccelerationStructure::~AccelerationStructure() {
     Release();
 }
 
-// The structure goes before its storage: what is retired is destroyed in order.
+// The structure is destroyed before its storage: retired objects are destroyed in order.
 void AccelerationStructure::Release() noexcept {
     if (m_structure && m_isOwned) {
         m_device->Retire([device = m_device, structure = m_structure] {

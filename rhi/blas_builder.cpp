@@ -36,7 +36,7 @@ struct BlasBuilder::Impl {
             return *geometries.emplace_back(std::move(geometry));
         }
     };
-    // What is waiting for its build, with memory to build it in.
+    // A BLAS that waits for its build, with the memory for it.
     std::vector<std::shared_ptr<Blas>> Reserve();
     void NoteBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount);
     void RecordBatches(CommandList& commands, Steps& steps, const BatchPlan& plan,
@@ -118,7 +118,8 @@ void BlasBuilder::Reserve() {
 
 void BlasBuilder::RecordBuilds(CommandList& commands) {
     Impl& impl = *m_impl;
-    // What can fail comes first and touches no BLAS: what was added stays added until its build is recorded.
+    // Everything that can fail comes first and changes no BLAS: added ones stay added until their build
+    // is recorded.
     const std::vector<std::shared_ptr<Blas>> due = impl.Reserve();
     if (due.empty()) return;
     Impl::Steps steps;

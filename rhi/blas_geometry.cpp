@@ -6,7 +6,7 @@
 namespace raygraph::rhi {
 namespace {
 
-// What every device takes: maxPrimitiveCount is at least this.
+// The count that every device supports: maxPrimitiveCount is at least this.
 constexpr uint64_t kMostPrimitives = (uint64_t{1} << 29) - 1;
 
 [[noreturn]] void Fail(const BlasDesc& desc, const std::string& what) {

@@ -88,7 +88,8 @@ bool Compaction::IsWorthIt(const Entry& entry) const {
     return blas && (entry.bytes < blas->BytesBuilt() || m_compactsWithoutGain);
 }
 
-// As many as the budget allows, at least one. Without memory it is tried again later: what is there works.
+// As many as the budget allows, at least one. Without memory it is tried again later: the larger
+// structures work.
 void Compaction::ReserveSlice() {
     if (m_ready.empty()) return;
     if (m_pollsToRetry > 0) {
@@ -135,7 +136,7 @@ bool Compaction::ReadSizes(Batch& batch) {
     return true;
 }
 
-// The first batch tells whether the driver gains anything at all.
+// The first batch shows whether compaction saves anything with this driver.
 void Compaction::Judge(const Batch& batch) {
     if (m_isJudged || m_compactsWithoutGain || IsOff()) return;
     uint64_t built = 0;

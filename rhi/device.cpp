@@ -158,8 +158,8 @@ Device::~Device() {
         m_impl->Close();
         return;
     }
-    // What the device may still be using cannot be freed; that goes for the loader, too, and all that is kept
-    // for later.
+    // Objects that the device may still use cannot be freed, nor the loader, nor anything that is
+    // retired.
     Say(MessageSeverity::Error, "device '" + m_impl->name + "' hangs: nothing of it is freed");
     m_impl->Silence();
     std::ignore = m_impl.release();
@@ -213,7 +213,7 @@ void Device::SetName(VkObjectType type, uint64_t handle, const std::string& name
     info.objectType = type;
     info.objectHandle = handle;
     info.pObjectName = name.c_str();
-    m_impl->vk.vkSetDebugUtilsObjectNameEXT(m_impl->device, &info);  // a name that fails is only a name
+    m_impl->vk.vkSetDebugUtilsObjectNameEXT(m_impl->device, &info);  // may fail: it is only a name
 }
 
 void Device::Say(MessageSeverity severity, const std::string& text) const {
@@ -257,7 +257,7 @@ bool Device::SavePipelineCache() {
     std::string problem;
     if (read(size, nullptr) == VK_SUCCESS) {
         std::vector<std::byte> bytes(size);
-        // VK_INCOMPLETE: a pipeline was added in between; what fits is a cache as well.
+        // VK_INCOMPLETE: a pipeline was added in between; the truncated data is a valid cache, too.
         if (read(size, bytes.data()) >= VK_SUCCESS) {
             bytes.resize(size);
             problem = m_impl->pipelineCacheFile.Save(bytes);

@@ -1,4 +1,4 @@
-// What there is to read about a physical device, and the names of results and types.
+// Reads the properties of a physical device; names of results and types.
 #include "base/error.h"
 #include "rhi/device.h"
 #include "rhi/device_impl.h"

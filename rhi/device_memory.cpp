@@ -1,4 +1,4 @@
-// Device's account of its memory: what is used, what there is, what is refused.
+// Device's memory accounting: use, budget, limit.
 #include "rhi/device_impl.h"
 
 namespace raygraph::rhi {
@@ -51,7 +51,8 @@ void Device::RequireMemory(const std::string& subject, uint64_t bytes) {
 
 void Device::CheckMemory(VkResult result, const std::string& subject) {
     if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY) return Check(result, subject);
-    // Drivers answer allocations on a lost device in many ways, and the allocator takes each for full memory.
+    // Drivers return various errors for allocations on a lost device, and the allocator treats each as
+    // full memory.
     uint64_t completed = 0;
     if (m_impl->AskCompleted(completed) == VK_ERROR_DEVICE_LOST) Check(VK_ERROR_DEVICE_LOST, subject);
     std::string text;

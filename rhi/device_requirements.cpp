@@ -11,7 +11,7 @@
 namespace raygraph::rhi {
 namespace {
 
-// Every feature structure the module looks at.
+// Every feature structure that is read.
 struct FeatureStructs {
     VkPhysicalDeviceFeatures2 root{};
     VkPhysicalDeviceVulkan12Features vulkan12{};
@@ -194,7 +194,7 @@ constexpr std::array kFormats{
                       VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT, "radiance and its mean"},
 };
 
-// What is asked of one physical device.
+// The queries of one physical device.
 class Probe {
   public:
     Probe(VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader, VkInstance instance)
@@ -406,7 +406,7 @@ std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstancePr
     const auto text = [](uint32_t v) {
         return std::to_string(VK_API_VERSION_MAJOR(v)) + "." + std::to_string(VK_API_VERSION_MINOR(v));
     };
-    // Without Vulkan 1.3 the structures below cannot even be asked for.
+    // Without Vulkan 1.3 the structures below cannot even be queried.
     if (version < Requirements().apiVersion)
         return {"has Vulkan " + text(version) + ", needs " + text(Requirements().apiVersion)};
 
@@ -419,7 +419,7 @@ std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstancePr
     for (const FeatureEntry& entry : kFeatures)
         if (entry.requirement.isRequired && probe.HasExtensionOf(entry) && !entry.flag(available))
             refusals.push_back(std::string("lacks the feature ") + entry.requirement.name);
-    // A limit of an extension that is not there would read as 0: the missing extension says it all.
+    // A limit of a missing extension would read as 0: report only the missing extension.
     if (refusals.empty()) refusals = probe.LimitRefusals();
     for (std::string& refusal : probe.FormatRefusals()) refusals.push_back(std::move(refusal));
     if (!probe.QueueFamily()) refusals.emplace_back("has no queue family for graphics, compute and transfer");

@@ -66,13 +66,13 @@ VmaAllocationCreateInfo AllocationInfo(MemoryKind kind, BufferUsage usage = Buff
     info.usage = VMA_MEMORY_USAGE_AUTO;
     if (kind == MemoryKind::Device) {
         info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_DEVICE;
-        // Every ray walks through these. The allocator would put them into the host's memory for good.
+        // Every ray traverses these. The allocator would place them in host memory permanently.
         if (Has(usage, BufferUsage::AccelerationStructure))
             info.requiredFlags = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
         return info;
     }
-    // What is only copied belongs into the host's memory: of the device's own, little can be mapped. The
-    // allocator cannot tell by itself, as every buffer has an address that shaders might use.
+    // Buffers that are only copied belong in host memory: little of the device's own can be mapped. The
+    // allocator cannot know, because every buffer has an address that shaders might use.
     if (Has(BufferUsage::CopySource | BufferUsage::CopyDestination, usage))
         info.usage = VMA_MEMORY_USAGE_AUTO_PREFER_HOST;
     info.flags = VMA_ALLOCATION_CREATE_MAPPED_BIT |
@@ -107,7 +107,7 @@ void CheckDesc(const Device& device, const BufferDesc& desc) {
                                                 std::to_string(device.Info().maxBufferBytes) + " bytes");
 }
 
-// What needs no device first, then whether the device has such images at all.
+// Checks without the device first, then whether the device supports such images.
 void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const DeviceInfo& info,
                const TextureDesc& desc) {
     const std::string subject = Describe(desc);

@@ -68,7 +68,7 @@ CommandList Device::BeginCommands(const std::string& name) {
 }
 
 // Takes the Vulkan objects out of the list, for reuse once the timeline has reached `value` (0: now, the list
-// was not submitted), and tells those who wait for its outcome.
+// was not submitted), and runs the callbacks for its outcome.
 void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
     {
         const std::lock_guard lock(m_impl->slotMutex);
@@ -78,7 +78,7 @@ void Device::Recycle(CommandList& commands, uint64_t value) noexcept {
     commands.m_device = nullptr;
     commands.m_commands = VK_NULL_HANDLE;
     commands.m_pool = VK_NULL_HANDLE;
-    // Either may retire what it holds: the list is closed by now, so that nothing waits for it in vain.
+    // Either may retire its captures: the list is closed by now, so that nothing waits for it in vain.
     const std::vector<std::function<void()>> onSubmitted = std::exchange(commands.m_onSubmitted, {});
     const std::vector<std::function<void()>> onDropped = std::exchange(commands.m_onDropped, {});
     if (value != 0)
@@ -129,8 +129,8 @@ uint64_t Device::Submit(CommandList&& commands, std::span<const SemaphoreUse> wa
 
     const uint64_t value = m_impl->SubmitBatch(*this, list.Handle(), waits, signals);
     Recycle(list, value);
-    // The commands are on their way: an Error here would tell the caller that they are not. A device that
-    // does not answer is for the next wait to report.
+    // The commands have been submitted: an Error here would tell the caller that they have not. The next wait
+    // reports a device that does not respond.
     uint64_t completed = 0;
     if (m_impl->AskCompleted(completed) == VK_SUCCESS) m_impl->retired.Collect(completed);
     return value;

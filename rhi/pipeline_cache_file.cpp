@@ -19,7 +19,7 @@ struct FileHeader {
     uint64_t checksum = 0;
 };
 
-// Caches have no business being larger; NVIDIA's own limit for its disk cache is of this order.
+// No cache should be larger; NVIDIA's own limit for its disk cache is of this order.
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 30;
 
 // FNV-1a, 64 bits.

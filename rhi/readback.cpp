@@ -17,7 +17,7 @@ Buffer StagingFor(Device& device, const std::string& name, uint64_t size) {
                                 .memory = MemoryKind::Readback});
 }
 
-// The host is a reader like any other: waiting for the timeline alone makes nothing visible to it.
+// The host is a reader like any other: waiting for the timeline does not make writes visible to it.
 void ReleaseToHost(CommandList& commands) {
     VkMemoryBarrier2 barrier{};
     barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2;

@@ -19,7 +19,7 @@ std::vector<Item> All(Call&& call) {
     return items;
 }
 
-// Eight bits, shown as they are: what is drawn is encoded for the display already.
+// Eight bits, without conversion: the picture is already display-encoded.
 VkSurfaceFormatKHR ChooseFormat(std::span<const VkSurfaceFormatKHR> formats, const std::string& subject) {
     for (const VkFormat wanted : {VK_FORMAT_B8G8R8A8_UNORM, VK_FORMAT_R8G8B8A8_UNORM})
         for (const VkSurfaceFormatKHR& format : formats)
@@ -72,7 +72,7 @@ Swapchain::~Swapchain() {
     try {
         m_device.WaitQueueIdle();
     } catch (const Error&) {
-        // Lost: there is nothing to wait for
+        // The device is lost: there is nothing to wait for
     }
     Clear();
 }

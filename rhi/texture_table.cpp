@@ -46,7 +46,7 @@ struct TextureTable::State {
     VkDescriptorImageInfo defaultImage{};
     std::mutex mutex;  // of everything below and of writes to the set
     std::vector<bool> isTaken;
-    std::vector<uint32_t> free;  // the back is handed out next
+    std::vector<uint32_t> free;  // the last one is used next
     uint32_t count = 0;
     bool isClosed = false;  // the table is gone: pending removals leave the set alone
 };

@@ -1,3 +1,3 @@
-// The one file that compiles the text of the Vulkan Memory Allocator.
+// The only file that compiles the implementation of the Vulkan Memory Allocator.
 #define VMA_IMPLEMENTATION
 #include "rhi/vma.h"
