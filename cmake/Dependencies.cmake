@@ -29,6 +29,7 @@ _raygraph_needs(glm)
 _raygraph_needs(VulkanHeaders CONFIG)
 
 _raygraph_links(Threads)
+_raygraph_links(fmt)
 _raygraph_links(nlohmann_json)
 _raygraph_links(meshoptimizer)
 _raygraph_links(PNG)

@@ -4,7 +4,7 @@
 # Which pkg-config package an imported target is.
 set(packageOfTarget
     PNG::PNG libpng JPEG::JPEG libjpeg OpenEXR::OpenEXR OpenEXR PkgConfig::WEBP libwebp glm::glm glm
-    Vulkan::Headers vulkan)
+    fmt::fmt fmt Vulkan::Headers vulkan)
 
 # The linker's name of an imported library, by its file.
 function(_raygraph_pc_name target result)

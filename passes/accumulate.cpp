@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "shaders/shared/exact_sums.h"
 
 namespace raygraph::passes {
@@ -65,11 +65,11 @@ class AccumulationStep {
         Accumulation::Progress& progress = m_after.progress;
         m_sampleCount = progress.sampleCount;
         if (!progress.cursor.IsNext(m_after.extent, region))
-            throw Error(ErrorKind::Usage, "accumulation \"" + m_accumulation.Name() + "\": a tile at " +
-                                              std::to_string(region.x) + ", " + std::to_string(region.y) +
-                                              " is not the next one; the current sample is complete up to " +
-                                              std::to_string(progress.cursor.X()) + ", " +
-                                              std::to_string(progress.cursor.Y()));
+            throw MakeError(ErrorKind::Usage,
+                            "accumulation \"{}\": a tile at {}, {} is not the next one; the current sample "
+                            "is complete up to {}, {}",
+                            m_accumulation.Name(), region.x, region.y, progress.cursor.X(),
+                            progress.cursor.Y());
         if (progress.cursor.Advance(m_after.extent, region)) progress.sampleCount++;
     }
     void TakeSamples(uint32_t sampleCount) { m_after.progress = {.sampleCount = sampleCount, .cursor = {}}; }
@@ -201,11 +201,9 @@ void Forget(Renderer& renderer, const Accumulation& accumulation) {
 AccumulatedIds AccumulateTile(Renderer& renderer, TextureId tile, Extent2D picture, const Region& region,
                               Accumulation& accumulation, bool withVariance) {
     if (!(renderer.Desc(tile).extent == region.Extent()))
-        throw Error(ErrorKind::Usage, "accumulation \"" + accumulation.Name() + "\": a tile of " +
-                                          std::to_string(renderer.Desc(tile).extent.width) + "x" +
-                                          std::to_string(renderer.Desc(tile).extent.height) +
-                                          " texels for a region of " + std::to_string(region.width) + "x" +
-                                          std::to_string(region.height));
+        throw MakeError(ErrorKind::Usage, "accumulation \"{}\": a tile of {}x{} texels for a region of {}x{}",
+                        accumulation.Name(), renderer.Desc(tile).extent.width,
+                        renderer.Desc(tile).extent.height, region.width, region.height);
     AccumulatedIds ids = Kept(renderer, accumulation, picture, withVariance);
     AccumulationStep step(renderer, accumulation, picture, withVariance);
     step.StartAnewIfNeeded(renderer.IsFresh(ids.sums[0]) ||
@@ -230,10 +228,8 @@ TextureId Upload(Renderer& renderer, const std::string& name, TextureId target,
     const Extent2D extent = renderer.Desc(target).extent;
     const size_t expected = size_t{4} * extent.width * extent.height;
     if (texels.size() != expected)
-        throw Error(ErrorKind::Usage, "accumulation \"" + name + "\": " + std::to_string(texels.size()) +
-                                          " words to restore, a plane of " + std::to_string(extent.width) +
-                                          "x" + std::to_string(extent.height) + " has " +
-                                          std::to_string(expected));
+        throw MakeError(ErrorKind::Usage, "accumulation \"{}\": {} words to restore, a plane of {}x{} has {}",
+                        name, texels.size(), extent.width, extent.height, expected);
     BufferId staging = renderer.CreateBuffer(
         name + ".restored", {.size = std::span(texels).size_bytes(), .memory = rhi::MemoryKind::Upload});
     renderer.AddPass(

@@ -1,5 +1,7 @@
 #include "passes/compare_maps.h"
 
+#include "base/text.h"
+
 #include <algorithm>
 #include <vector>
 
@@ -23,8 +25,8 @@ uint64_t GroupCount(Extent2D extent) {
 void RequireNumbers(const Renderer& renderer, const char* pass, TextureId values) {
     const Format format = renderer.Desc(values).format;
     if (format != Format::R32Float)
-        throw Error(ErrorKind::Usage, std::string(pass) + ": a map of " + rhi::Name(format) + ", must be " +
-                                          rhi::Name(Format::R32Float));
+        throw MakeError(ErrorKind::Usage, "{}: a map of {}, must be {}", pass, rhi::Name(format),
+                        rhi::Name(Format::R32Float));
 }
 
 }  // namespace
@@ -96,9 +98,8 @@ BufferId SumGroups(Renderer& renderer, TextureId values) {
 MapNumbers NumbersOf(const Readback& groups, Extent2D extent) {
     const std::vector<float> values = ValuesOf<float>(groups);
     if (values.size() != GroupCount(extent) * 2)
-        throw Error(ErrorKind::Usage, "NumbersOf: " + std::to_string(values.size()) +
-                                          " numbers are not the groups of a picture of " +
-                                          std::to_string(extent.width) + "x" + std::to_string(extent.height));
+        throw MakeError(ErrorKind::Usage, "NumbersOf: {} numbers are not the groups of a picture of {}x{}",
+                        values.size(), extent.width, extent.height);
     MapNumbers numbers;
     for (size_t i = 0; i < values.size(); i += 2) {
         numbers.mean += double{values[i]};

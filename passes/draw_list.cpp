@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "passes/scene_bindings.h"
 #include "shaders/shared/draw_records.h"
 
@@ -67,8 +67,8 @@ glm::vec2 ShiftOf(const glm::vec2& filmOffset, Extent2D extent) {
 void RequireIndirectDraws(const Renderer& renderer, const char* pass) {
     const rhi::DeviceInfo& device = renderer.Device().Info();
     if (!device.optional.drawIndirectFirstInstance)
-        throw Error(ErrorKind::Usage,
-                    std::string(pass) + ": the device " + device.name + " lacks drawIndirectFirstInstance");
+        throw MakeError(ErrorKind::Usage, "{}: the device {} lacks drawIndirectFirstInstance", pass,
+                        device.name);
 }
 
 void ResetDraws(Renderer& renderer, const SceneIds& scene, DrawList& list, uint32_t slotsPerPlacement) {

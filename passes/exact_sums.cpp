@@ -4,7 +4,7 @@
 #include <string>
 
 #include "base/check.h"
-#include "base/error.h"
+#include "base/text.h"
 #include "shaders/shared/exact_sums.h"
 
 namespace raygraph::passes {
@@ -15,9 +15,8 @@ static_assert(ExactSums::kPlanes == gpu::kSumWords && ExactSums::kPlanes + 1 == 
 
 void RequireAlike(size_t pixels, size_t otherPixels, bool isAlike) {
     if (pixels != otherPixels || !isAlike)
-        throw Error(ErrorKind::Usage, "exact sums: " + std::to_string(otherPixels) + " pixels to add to " +
-                                          std::to_string(pixels) +
-                                          (isAlike ? "" : ", and the squares of one side alone"));
+        throw MakeError(ErrorKind::Usage, "exact sums: {} pixels to add to {}{}", otherPixels, pixels,
+                        (isAlike ? "" : ", and the squares of one side alone"));
 }
 
 // Adds a word with the carry from the word below, and leaves its own.

@@ -1,5 +1,7 @@
 #include "passes/flip.h"
 
+#include "base/text.h"
+
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -75,8 +77,8 @@ void MakeFeatureFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
 
 gpu::FlipKernels KernelsFor(float pixelsPerDegree) {
     if (!(pixelsPerDegree >= 1.0f && pixelsPerDegree <= 400.0f))
-        throw Error(ErrorKind::Usage,
-                    "Flip: " + std::to_string(pixelsPerDegree) + " pixels per degree, must be from 1 to 400");
+        throw MakeError(ErrorKind::Usage, "Flip: {} pixels per degree, must be from 1 to 400",
+                        pixelsPerDegree);
     gpu::FlipKernels kernels{};
     MakeColorFilters(kernels, double{pixelsPerDegree});
     MakeFeatureFilters(kernels, double{pixelsPerDegree});

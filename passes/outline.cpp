@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::passes {
 
@@ -24,8 +24,8 @@ std::vector<uint32_t> BitsOf(std::span<const uint32_t> instances) {
 
 void RequireFormat(const GraphTextureDesc& desc, Format format, const char* what) {
     if (desc.format != format)
-        throw Error(ErrorKind::Usage, std::string("outline: ") + what + " is " + rhi::Name(desc.format) +
-                                          ", must be " + rhi::Name(format));
+        throw MakeError(ErrorKind::Usage, "outline: {} is {}, must be {}", what, rhi::Name(desc.format),
+                        rhi::Name(format));
 }
 
 }  // namespace
@@ -33,8 +33,8 @@ void RequireFormat(const GraphTextureDesc& desc, Format format, const char* what
 TextureId OutlineInstances(Renderer& renderer, TextureId hits, std::span<const uint32_t> instances,
                            TextureId line, float width, std::function<void()> onSubmitted) {
     if (!(width > 0.0f && width <= kWidest))
-        throw Error(ErrorKind::Usage,
-                    "outline: a line of " + std::to_string(width) + " pixels, must be above 0 and at most 8");
+        throw MakeError(ErrorKind::Usage, "outline: a line of {} pixels, must be above 0 and at most 8",
+                        width);
     const GraphTextureDesc desc = renderer.Desc(line);
     RequireFormat(desc, Format::R32Float, "the line");
     RequireFormat(renderer.Desc(hits), Format::Rgba32Uint, "what is seen");

@@ -1,5 +1,7 @@
 #include "passes/probe.h"
 
+#include "base/text.h"
+
 #include "passes/same_extent.h"
 
 namespace raygraph::passes {
@@ -7,9 +9,8 @@ namespace raygraph::passes {
 BufferId Probe(Renderer& renderer, TextureId mean, TextureId variance, glm::uvec2 pixel) {
     const Extent2D extent = RequireAlike(renderer, "Probe", mean, variance, Format::Rgba32Float);
     if (pixel.x >= extent.width || pixel.y >= extent.height)
-        throw Error(ErrorKind::Usage, "Probe: pixel " + std::to_string(pixel.x) + ", " +
-                                          std::to_string(pixel.y) + " of a picture of " +
-                                          std::to_string(extent.width) + "x" + std::to_string(extent.height));
+        throw MakeError(ErrorKind::Usage, "Probe: pixel {}, {} of a picture of {}x{}", pixel.x, pixel.y,
+                        extent.width, extent.height);
     BufferId texels = renderer.CreateBuffer("probe", {.size = sizeof(ProbedTexels)});
     renderer.AddPass(
         "Probe", PassKind::Compute,
@@ -27,9 +28,8 @@ BufferId Probe(Renderer& renderer, TextureId mean, TextureId variance, glm::uvec
 BufferId ProbeGrid(Renderer& renderer, TextureId mean, TextureId variance, Extent2D grid) {
     const Extent2D extent = RequireAlike(renderer, "ProbeGrid", mean, variance, Format::Rgba32Float);
     if (grid.IsEmpty() || grid.width > extent.width || grid.height > extent.height)
-        throw Error(ErrorKind::Usage, "ProbeGrid: " + std::to_string(grid.width) + "x" +
-                                          std::to_string(grid.height) + " of the pixels of a picture of " +
-                                          std::to_string(extent.width) + "x" + std::to_string(extent.height));
+        throw MakeError(ErrorKind::Usage, "ProbeGrid: {}x{} of the pixels of a picture of {}x{}", grid.width,
+                        grid.height, extent.width, extent.height);
     BufferId texels =
         renderer.CreateBuffer("probes", {.size = uint64_t{grid.width} * grid.height * sizeof(ProbedTexels)});
     renderer.AddPass(

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "passes/draw_list.h"
 #include "passes/raster_bindings.h"
 #include "passes/scene_bindings.h"
@@ -96,15 +96,15 @@ ShadowMapIds DrawShadowMaps(Renderer& renderer, const SceneIds& scene, const Tra
                             const ShadowMapSettings& shadows) {
     RequireIndirectDraws(renderer, "DrawShadowMaps");
     if (!renderer.Device().Info().optional.clipDistance)
-        throw Error(ErrorKind::Usage, "DrawShadowMaps: the device " + renderer.Device().Info().name +
-                                          " lacks shaderClipDistance");
+        throw MakeError(ErrorKind::Usage, "DrawShadowMaps: the device {} lacks shaderClipDistance",
+                        renderer.Device().Info().name);
     const uint32_t viewSlots = std::clamp(gpu::kShadowFaces * scene.punctualLights, 1u, gpu::kMaxShadowViews);
     ShadowMapIds ids;
     while (ids.tilesPerSide * ids.tilesPerSide < viewSlots) ids.tilesPerSide++;
     const uint32_t tileSize = shadows.atlasSize / ids.tilesPerSide;
     if (tileSize <= 4 * gpu::kShadowMargin)
-        throw Error(ErrorKind::Usage, "DrawShadowMaps: an atlas of " + std::to_string(shadows.atlasSize) +
-                                          " texels leaves " + std::to_string(tileSize) + " a tile");
+        throw MakeError(ErrorKind::Usage, "DrawShadowMaps: an atlas of {} texels leaves {} a tile",
+                        shadows.atlasSize, tileSize);
     const uint32_t side = tileSize * ids.tilesPerSide;
     PlaceViews(renderer, scene, settings, {scene.punctualLights, viewSlots, tileSize}, ids);
     const DrawList list = ListCasters(renderer, scene, ids.views, viewSlots);

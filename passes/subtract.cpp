@@ -1,16 +1,14 @@
 #include "passes/subtract.h"
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::passes {
 
 TextureId Subtract(Renderer& renderer, TextureId whole, TextureId part) {
     const GraphTextureDesc desc = renderer.Desc(whole), other = renderer.Desc(part);
     if (!(desc.extent == other.extent))
-        throw Error(ErrorKind::Usage, "Subtract: a picture of " + std::to_string(other.extent.width) + "x" +
-                                          std::to_string(other.extent.height) + " from one of " +
-                                          std::to_string(desc.extent.width) + "x" +
-                                          std::to_string(desc.extent.height));
+        throw MakeError(ErrorKind::Usage, "Subtract: a picture of {}x{} from one of {}x{}",
+                        other.extent.width, other.extent.height, desc.extent.width, desc.extent.height);
     TextureId difference = renderer.CreateTexture("difference", {desc.extent, Format::Rgba32Float});
     renderer.AddPass(
         "Subtract", PassKind::Compute,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::passes {
 
@@ -23,11 +23,8 @@ void RequireWithin(rhi::Extent2D picture, const Region& region) {
     if (!region.IsEmpty() && region.x < picture.width && region.width <= picture.width - region.x &&
         region.y < picture.height && region.height <= picture.height - region.y)
         return;
-    throw Error(ErrorKind::Usage, "a region of " + std::to_string(region.width) + "x" +
-                                      std::to_string(region.height) + " pixels from " +
-                                      std::to_string(region.x) + ", " + std::to_string(region.y) +
-                                      " on, in a picture of " + std::to_string(picture.width) + "x" +
-                                      std::to_string(picture.height));
+    throw MakeError(ErrorKind::Usage, "a region of {}x{} pixels from {}, {} on, in a picture of {}x{}",
+                    region.width, region.height, region.x, region.y, picture.width, picture.height);
 }
 
 Region TileCursor::Next(rhi::Extent2D picture, uint64_t pixels) const {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::passes {
 
@@ -51,8 +51,8 @@ TextureId TonemapInto(Renderer& renderer, TextureId radiance, TextureId display,
     const GraphTextureDesc to = renderer.Desc(display);
     RequireWithin(to.extent, region);
     if (to.format != Format::Rgba8Unorm)
-        throw Error(ErrorKind::Usage, std::string("Tonemap: into ") + rhi::Name(to.format) + ", must be " +
-                                          rhi::Name(Format::Rgba8Unorm));
+        throw MakeError(ErrorKind::Usage, "Tonemap: into {}, must be {}", rhi::Name(to.format),
+                        rhi::Name(Format::Rgba8Unorm));
     const bool isKept = !(region == WholeOf(to.extent));
     return TonemapTo(renderer, radiance, display, isKept, region, settings, std::move(onSubmitted));
 }

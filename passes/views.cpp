@@ -1,6 +1,6 @@
 #include "passes/views.h"
 
-#include "base/error.h"
+#include "base/text.h"
 #include "passes/draw_list.h"
 #include "passes/raster_bindings.h"
 #include "passes/scene_bindings.h"
@@ -10,7 +10,7 @@ namespace raygraph::passes {
 namespace {
 
 void Refuse(const char* pass, View view) {
-    throw Error(ErrorKind::Usage, std::string(pass) + ": the view " + Name(view) + " is none of its views");
+    throw MakeError(ErrorKind::Usage, "{}: the view {} is none of its views", pass, Name(view));
 }
 
 // Least and greatest value, see post/value_range.comp.

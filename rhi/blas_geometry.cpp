@@ -1,6 +1,6 @@
 #include "rhi/blas_geometry.h"
 
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/device.h"
 
 namespace raygraph::rhi {
@@ -10,7 +10,7 @@ namespace {
 constexpr uint64_t kMostPrimitives = (uint64_t{1} << 29) - 1;
 
 [[noreturn]] void Fail(const BlasDesc& desc, const std::string& what) {
-    throw Error(ErrorKind::Usage, "BLAS '" + desc.name + "': " + what);
+    throw MakeError(ErrorKind::Usage, "BLAS '{}': {}", desc.name, what);
 }
 
 std::string At(const char* list, size_t index) {
@@ -20,13 +20,13 @@ std::string At(const char* list, size_t index) {
 
 void CheckSame(const BlasDesc& desc, const std::string& what, uint64_t built, uint64_t next) {
     if (built == next) return;
-    Fail(desc, "update changes " + what + " from " + std::to_string(built) + " to " + std::to_string(next));
+    Fail(desc, Text("update changes {} from {} to {}", what, built, next));
 }
 
 void CheckAddress(const BlasDesc& desc, const std::string& what, VkDeviceAddress address,
                   uint64_t alignment) {
     if (address == 0) Fail(desc, what + " is null");
-    if (address % alignment != 0) Fail(desc, what + " is not a multiple of " + std::to_string(alignment));
+    if (address % alignment != 0) Fail(desc, Text("{} is not a multiple of {}", what, alignment));
 }
 
 VkGeometryFlagsKHR FlagsOf(bool isOpaque, bool isAnyHitOnce) {
@@ -49,8 +49,7 @@ void CheckBuildable(const BlasDesc& desc) {
         CheckAddress(desc, name + ".vertices", g.vertices, sizeof(float));
         CheckAddress(desc, name + ".indices", g.indices, sizeof(uint32_t));
         if (g.vertexStride % sizeof(float) != 0 || g.vertexStride < 3 * sizeof(float))
-            Fail(desc, name + ".vertexStride is " + std::to_string(g.vertexStride) +
-                           ", not a multiple of 4 from 12 up");
+            Fail(desc, Text("{}.vertexStride is {}, not a multiple of 4 from 12 up", name, g.vertexStride));
         primitiveCount += g.triangleCount;
     }
     for (size_t i = 0; i < desc.aabbs.size(); ++i) {
@@ -60,8 +59,7 @@ void CheckBuildable(const BlasDesc& desc) {
         primitiveCount += desc.aabbs[i].boxCount;
     }
     if (primitiveCount > kMostPrimitives)
-        Fail(desc, "has " + std::to_string(primitiveCount) + " primitives, at most " +
-                       std::to_string(kMostPrimitives) + " can be built");
+        Fail(desc, Text("has {} primitives, at most {} can be built", primitiveCount, kMostPrimitives));
 }
 
 void CheckUpdatable(const BlasDesc& built, const BlasDesc& next) {

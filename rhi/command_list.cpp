@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "base/check.h"
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/compute_pipeline.h"
 #include "rhi/device.h"
 #include "rhi/image_barrier.h"
@@ -31,7 +31,7 @@ VkImageLayout LayoutFor(VkDescriptorType type) {
 }
 
 std::string TextOf(Extent2D extent) {
-    return std::to_string(extent.width) + "x" + std::to_string(extent.height);
+    return Text("{}x{}", extent.width, extent.height);
 }
 
 // "'albedo' (640x360 rgba8)"
@@ -44,23 +44,20 @@ std::string TextOf(const Texture& texture) {
 void CheckBufferCopy(const char* call, const Buffer& buffer, uint64_t offset, const Texture& texture,
                      uint32_t mipLevel, uint32_t firstRow, uint32_t rowCount) {
     const auto fail = [&](const std::string& why) {
-        throw Error(ErrorKind::Usage, std::string(call) + ": buffer '" + buffer.Desc().name + "' (" +
-                                          std::to_string(buffer.Size()) + " bytes) and texture " +
-                                          TextOf(texture) + ": " + why);
+        throw MakeError(ErrorKind::Usage, "{}: buffer '{}' ({} bytes) and texture {}: {}", call,
+                        buffer.Desc().name, buffer.Size(), TextOf(texture), why);
     };
     if (mipLevel >= texture.Desc().mipLevels)
-        fail("mip level " + std::to_string(mipLevel) + " of " + std::to_string(texture.Desc().mipLevels));
+        fail(Text("mip level {} of {}", mipLevel, texture.Desc().mipLevels));
     const Extent2D extent = MipExtent(texture.Extent(), mipLevel);
     if (firstRow > extent.height || rowCount > extent.height - firstRow)
-        fail(std::to_string(rowCount) + " rows from " + std::to_string(firstRow) + " on, there are " +
-             std::to_string(extent.height));
+        fail(Text("{} rows from {} on, there are {}", rowCount, firstRow, extent.height));
     const uint32_t texelBytes = TexelBytes(texture.Desc().format);
     const uint32_t alignment = std::lcm(texelBytes, 4u);
-    if (offset % alignment != 0)
-        fail("offset " + std::to_string(offset) + " is not a multiple of " + std::to_string(alignment));
+    if (offset % alignment != 0) fail(Text("offset {} is not a multiple of {}", offset, alignment));
     const uint64_t bytes = uint64_t{texelBytes} * extent.width * rowCount;
     if (bytes > buffer.Size() || offset > buffer.Size() - bytes)
-        fail(std::to_string(bytes) + " bytes at " + std::to_string(offset) + " do not fit");
+        fail(Text("{} bytes at {} do not fit", bytes, offset));
 }
 
 }  // namespace
@@ -146,7 +143,7 @@ void CommandList::Bind(const RasterPipeline& pipeline) {
 }
 
 void CommandList::RequirePipeline(const char* call) const {
-    if (!m_pipeline) throw Error(ErrorKind::Usage, std::string(call) + ": no pipeline is bound");
+    if (!m_pipeline) throw MakeError(ErrorKind::Usage, "{}: no pipeline is bound", call);
 }
 
 void CommandList::BindResources(std::span<const BoundResource> resources) {
@@ -154,9 +151,8 @@ void CommandList::BindResources(std::span<const BoundResource> resources) {
     RequirePipeline("BindResources");
     const size_t count = resources.size();
     if (count > kMaxBoundResources)
-        throw Error(ErrorKind::Usage, "BindResources: pipeline '" + m_pipeline->Name() +
-                                          "': " + std::to_string(count) + " resources, at most " +
-                                          std::to_string(kMaxBoundResources));
+        throw MakeError(ErrorKind::Usage, "BindResources: pipeline '{}': {} resources, at most {}",
+                        m_pipeline->Name(), count, kMaxBoundResources);
     std::array<VkWriteDescriptorSet, kMaxBoundResources> writes{};
     std::array<VkDescriptorBufferInfo, kMaxBoundResources> buffers;
     std::array<VkDescriptorImageInfo, kMaxBoundResources> images;
@@ -182,8 +178,9 @@ void CommandList::BindResources(std::span<const BoundResource> resources) {
             structures[i].pAccelerationStructures = &resource.accelerationStructure;
             write.pNext = &structures[i];
         } else {
-            throw Error(ErrorKind::Usage, "BindResources: pipeline '" + m_pipeline->Name() + "', binding " +
-                                              std::to_string(resource.binding) + ": nothing is given for it");
+            throw MakeError(ErrorKind::Usage,
+                            "BindResources: pipeline '{}', binding {}: nothing is given for it",
+                            m_pipeline->Name(), resource.binding);
         }
     }
     Vk().vkCmdPushDescriptorSetKHR(m_commands, m_bindPoint, m_pipeline->Layout(), 0,
@@ -200,10 +197,9 @@ void CommandList::PushConstants(std::span<const std::byte> bytes) {
     if (bytes.empty()) return;
     RequirePipeline("PushConstants");
     if (bytes.size() > m_pipeline->PushConstantBytes() || bytes.size() % 4 != 0)
-        throw Error(ErrorKind::Usage, "PushConstants: " + std::to_string(bytes.size()) +
-                                          " bytes, pipeline '" + m_pipeline->Name() +
-                                          "' takes a multiple of 4 up to " +
-                                          std::to_string(m_pipeline->PushConstantBytes()));
+        throw MakeError(ErrorKind::Usage,
+                        "PushConstants: {} bytes, pipeline '{}' takes a multiple of 4 up to {}", bytes.size(),
+                        m_pipeline->Name(), m_pipeline->PushConstantBytes());
     Vk().vkCmdPushConstants(m_commands, m_pipeline->Layout(), m_pipeline->PushConstantStages(), 0,
                             static_cast<uint32_t>(bytes.size()), bytes.data());
 }
@@ -228,9 +224,8 @@ void CommandList::TraceRays(Extent2D extent) {
     if (extent.IsEmpty()) return;
     const uint64_t rays = uint64_t{extent.width} * extent.height;
     if (rays > m_device->Info().maxRayInvocationCount)
-        throw Error(ErrorKind::Usage, "TraceRays: pipeline '" + m_tracing->Name() + "': " + TextOf(extent) +
-                                          " invocations, the device takes " +
-                                          std::to_string(m_device->Info().maxRayInvocationCount));
+        throw MakeError(ErrorKind::Usage, "TraceRays: pipeline '{}': {} invocations, the device takes {}",
+                        m_tracing->Name(), TextOf(extent), m_device->Info().maxRayInvocationCount);
     Vk().vkCmdTraceRaysKHR(m_commands, &m_tracing->RayGenRegion(), &m_tracing->MissRegion(),
                            &m_tracing->HitRegion(), &m_tracing->CallableRegion(), extent.width, extent.height,
                            1);
@@ -243,11 +238,10 @@ void CommandList::CopyBuffer(const Buffer& source, uint64_t sourceOffset, const 
         return size <= buffer.Size() && offset <= buffer.Size() - size;
     };
     if (!fits(source, sourceOffset) || !fits(target, targetOffset))
-        throw Error(ErrorKind::Usage, "CopyBuffer: " + std::to_string(size) + " bytes from '" +
-                                          source.Desc().name + "' (" + std::to_string(source.Size()) +
-                                          " bytes) at " + std::to_string(sourceOffset) + " to '" +
-                                          target.Desc().name + "' (" + std::to_string(target.Size()) +
-                                          " bytes) at " + std::to_string(targetOffset) + " do not fit");
+        throw MakeError(ErrorKind::Usage,
+                        "CopyBuffer: {} bytes from '{}' ({} bytes) at {} to '{}' ({} bytes) at {} do not fit",
+                        size, source.Desc().name, source.Size(), sourceOffset, target.Desc().name,
+                        target.Size(), targetOffset);
     const VkBufferCopy2 region{VK_STRUCTURE_TYPE_BUFFER_COPY_2, nullptr, sourceOffset, targetOffset, size};
     const VkCopyBufferInfo2 info{
         VK_STRUCTURE_TYPE_COPY_BUFFER_INFO_2, nullptr, source.Handle(), target.Handle(), 1, &region};
@@ -299,7 +293,7 @@ void CommandList::CopyTexture(const Texture& source, const Texture& target) {
     const Format to = target.Desc().format;
     if (source.Extent() != target.Extent() || TexelBytes(from) != TexelBytes(to) ||
         IsDepth(from) != IsDepth(to))
-        throw Error(ErrorKind::Usage, "CopyTexture: " + TextOf(source) + " does not fit " + TextOf(target));
+        throw MakeError(ErrorKind::Usage, "CopyTexture: {} does not fit {}", TextOf(source), TextOf(target));
     VkImageCopy2 region{};
     region.sType = VK_STRUCTURE_TYPE_IMAGE_COPY_2;
     region.srcSubresource = Layers(source, 0);

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <array>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
 #include "shaders/shared/draw_records.h"
@@ -18,8 +18,8 @@ void CommandList::BeginRendering(Extent2D extent, std::span<const ColorTarget> c
                                  const DepthTarget* depth) {
     if (extent.IsEmpty()) throw Error(ErrorKind::Usage, "BeginRendering: the extent is empty");
     if (colors.size() > kMaxColorTargets)
-        throw Error(ErrorKind::Usage, "BeginRendering: " + std::to_string(colors.size()) +
-                                          " color targets, at most " + std::to_string(kMaxColorTargets));
+        throw MakeError(ErrorKind::Usage, "BeginRendering: {} color targets, at most {}", colors.size(),
+                        kMaxColorTargets);
     std::array<VkRenderingAttachmentInfo, kMaxColorTargets> attachments{};
     for (size_t i = 0; i < colors.size(); ++i) {
         VkRenderingAttachmentInfo& attachment = attachments[i];
@@ -81,10 +81,8 @@ void CommandList::DrawIndirect(const Buffer& commands, uint32_t firstDraw, uint3
     constexpr uint32_t kStride = sizeof(gpu::DrawCommand);
     static_assert(kStride == sizeof(VkDrawIndirectCommand));
     if ((uint64_t{firstDraw} + drawCount) * kStride > commands.Size())
-        throw Error(ErrorKind::Usage, "DrawIndirect: draws " + std::to_string(firstDraw) + " to " +
-                                          std::to_string(uint64_t{firstDraw} + drawCount) + " of '" +
-                                          commands.Desc().name + "', which holds " +
-                                          std::to_string(commands.Size() / kStride));
+        throw MakeError(ErrorKind::Usage, "DrawIndirect: draws {} to {} of '{}', which holds {}", firstDraw,
+                        uint64_t{firstDraw} + drawCount, commands.Desc().name, commands.Size() / kStride);
     if (drawCount == 0) return;
     if (m_device->Info().optional.multiDrawIndirect) {
         Vk().vkCmdDrawIndirect(m_commands, commands.Handle(), uint64_t{firstDraw} * kStride, drawCount,

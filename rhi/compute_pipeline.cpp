@@ -1,7 +1,7 @@
 #include "rhi/compute_pipeline.h"
 
-#include "base/error.h"
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "rhi/device.h"
 #include "rhi/stage_set.h"
 
@@ -31,7 +31,7 @@ ComputePipeline::ComputePipeline(Device& device, const ComputePipelineDesc& desc
 }
 
 ComputePipeline CreateComputePipeline(Device& device, const ComputePipelineDesc& desc) {
-    if (desc.shader.IsEmpty()) throw Error(ErrorKind::Usage, desc.name + ": has no compute shader");
+    if (desc.shader.IsEmpty()) throw MakeError(ErrorKind::Usage, "{}: has no compute shader", desc.name);
     return {device, desc};
 }
 

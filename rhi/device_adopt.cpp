@@ -1,6 +1,8 @@
 // Device::Adopt: a host's own device, checked against the requirements.
 #include <algorithm>
 
+#include "base/text.h"
+
 #include "rhi/device_impl.h"
 
 namespace raygraph::rhi {
@@ -20,9 +22,9 @@ std::string Missing(const AdoptedDeviceDesc& desc) {
 std::unique_ptr<Device> Device::Adopt(const AdoptedDeviceDesc& desc) {
     const std::string subject = "adopted device '" + desc.name + "'";
     if (const std::string missing = Missing(desc); !missing.empty())
-        throw Error(ErrorKind::Usage, subject + ": " + missing + " is null");
+        throw MakeError(ErrorKind::Usage, "{}: {} is null", subject, missing);
     if (static_cast<bool>(desc.lockQueue) != static_cast<bool>(desc.unlockQueue))
-        throw Error(ErrorKind::Usage, subject + ": lockQueue and unlockQueue are given both or neither");
+        throw MakeError(ErrorKind::Usage, "{}: lockQueue and unlockQueue are given both or neither", subject);
 
     std::vector<std::string> refusals =
         RefusalsOf(desc.physicalDevice, desc.getInstanceProcAddr, desc.instance);
@@ -39,11 +41,11 @@ std::unique_ptr<Device> Device::Adopt(const AdoptedDeviceDesc& desc) {
     vk.vkGetPhysicalDeviceQueueFamilyProperties2(desc.physicalDevice, &familyCount, families.data());
     const VkQueueFlags needed = Requirements().queueFlags;
     if (desc.queueFamily >= familyCount)
-        refusals.push_back("queue family " + std::to_string(desc.queueFamily) +
-                           " does not exist, there are " + std::to_string(familyCount));
+        refusals.push_back(
+            Text("queue family {} does not exist, there are {}", desc.queueFamily, familyCount));
     else if ((families[desc.queueFamily].queueFamilyProperties.queueFlags & needed) != needed)
-        refusals.push_back("queue family " + std::to_string(desc.queueFamily) +
-                           " is not for graphics, compute and transfer");
+        refusals.push_back(
+            Text("queue family {} is not for graphics, compute and transfer", desc.queueFamily));
     if (!refusals.empty()) {
         std::string text = subject + " cannot be used";
         const char* separator = ": ";
@@ -54,7 +56,7 @@ std::unique_ptr<Device> Device::Adopt(const AdoptedDeviceDesc& desc) {
         throw Error(ErrorKind::NoDevice, text);
     }
 
-    auto impl = std::make_unique<Impl>(desc.onMessage);
+    auto impl = std::make_unique<Impl>(desc.log);
     impl->getInstanceProcAddr = desc.getInstanceProcAddr;
     impl->name = desc.name;
     impl->hasDebugUtils = desc.debugUtilsEnabled;

@@ -1,9 +1,11 @@
 // Device::Create and Device::Enumerate: instance, choice of the physical device, logical device.
 #include <algorithm>
+
 #include <array>
 #include <cctype>
 #include <charconv>
 #include <cstring>
+#include "base/text.h"
 
 #include "rhi/device_impl.h"
 
@@ -54,11 +56,11 @@ CreatedInstance CreateInstance(PFN_vkGetInstanceProcAddr loader, const InstanceD
     uint32_t version = 0;
     vk.vkEnumerateInstanceVersion(&version);
     if (version < VK_API_VERSION_1_3)
-        throw Error(ErrorKind::NoDevice, "the Vulkan loader knows Vulkan 1." +
-                                             std::to_string(VK_API_VERSION_MINOR(version)) + ", needs 1.3");
+        throw MakeError(ErrorKind::NoDevice, "the Vulkan loader knows Vulkan 1.{}, needs 1.3",
+                        VK_API_VERSION_MINOR(version));
     if (desc.validation && !HasLayer(vk, kValidationLayer))
-        throw Error(ErrorKind::NoDevice, std::string("validation was asked for, but the layer ") +
-                                             kValidationLayer + " is not installed");
+        throw MakeError(ErrorKind::NoDevice, "validation was asked for, but the layer {} is not installed",
+                        kValidationLayer);
 
     const std::vector<std::string> available =
         InstanceExtensions(vk, desc.validation ? kValidationLayer : nullptr);
@@ -72,8 +74,9 @@ CreatedInstance CreateInstance(PFN_vkGetInstanceProcAddr loader, const InstanceD
     if (desc.validation) extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
     for (const std::string& extension : desc.surfaceExtensions) {
         if (!has(extension.c_str()))
-            throw Error(ErrorKind::NoDevice, "the window system needs " + extension +
-                                                 ", which no Vulkan driver of this machine has");
+            throw MakeError(ErrorKind::NoDevice,
+                            "the window system needs {}, which no Vulkan driver of this machine has",
+                            extension);
         extensions.push_back(extension.c_str());
     }
 
@@ -109,7 +112,8 @@ CreatedInstance CreateInstance(PFN_vkGetInstanceProcAddr loader, const InstanceD
     if (result != VK_SUCCESS) {
         // A loader without any driver answers so.
         const char* cause = result == VK_ERROR_INCOMPATIBLE_DRIVER ? " (no Vulkan driver is installed)" : "";
-        throw Error(KindOfCreationError(result), "vkCreateInstance: " + ResultName(result) + cause, result);
+        throw Error(KindOfCreationError(result), Text("vkCreateInstance: {}{}", ResultName(result), cause),
+                    result);
     }
     return created;
 }
@@ -155,7 +159,7 @@ int Rank(DeviceType type) {
 }
 
 std::string Describe(const DeviceReport& report, bool isSelected) {
-    std::string text = std::to_string(report.index) + " '" + report.name + "' (" + Name(report.type) + ")";
+    std::string text = Text("{} '{}' ({})", report.index, report.name, Name(report.type));
     if (!isSelected) return text + " was not asked for";
     const char* separator = " ";
     for (const std::string& refusal : report.refusals) {
@@ -196,7 +200,7 @@ std::vector<DeviceReport> ReportOnAll(const std::vector<VkPhysicalDevice>& devic
 }  // namespace
 
 std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
-    auto impl = std::make_unique<Impl>(desc.onMessage);
+    auto impl = std::make_unique<Impl>(desc.log);
     if (!desc.getInstanceProcAddr) impl->loader = VulkanLoader::Open();
     impl->getInstanceProcAddr =
         desc.getInstanceProcAddr ? desc.getInstanceProcAddr : impl->loader->GetInstanceProcAddr();
@@ -218,7 +222,8 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
         const VkResult result = impl->instanceFunctions.vkCreateDebugUtilsMessengerEXT(
             impl->instance, &messenger, nullptr, &impl->messenger);
         if (result != VK_SUCCESS)
-            throw Error(ErrorKind::NoDevice, "vkCreateDebugUtilsMessengerEXT: " + ResultName(result), result);
+            throw Error(ErrorKind::NoDevice, Text("vkCreateDebugUtilsMessengerEXT: {}", ResultName(result)),
+                        result);
     }
 
     const std::vector<VkPhysicalDevice> devices = PhysicalDevices(impl->instanceFunctions, impl->instance);
@@ -249,7 +254,7 @@ std::unique_ptr<Device> Device::Create(const DeviceDesc& desc) {
         impl->instanceFunctions.vkCreateDevice(impl->physicalDevice, &info, nullptr, &impl->device);
     if (result != VK_SUCCESS)
         throw Error(KindOfCreationError(result),
-                    "device '" + desc.name + "': vkCreateDevice: " + ResultName(result), result);
+                    Text("device '{}': vkCreateDevice: {}", desc.name, ResultName(result)), result);
 
     impl->Open(OptionalFeaturesOf(impl->physicalDevice, impl->getInstanceProcAddr, impl->instance),
                PipelineCacheFolder(desc.cacheDirectory), desc.hangLimit);

@@ -1,5 +1,5 @@
 // Reads the properties of a physical device; names of results and types.
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/device.h"
 #include "rhi/device_impl.h"
 #include "rhi/property_chain.h"
@@ -44,6 +44,25 @@ const char* Name(DeviceType type) {
             break;
     }
     return "other";
+}
+
+std::string LackingFeatures(const OptionalFeatures& features) {
+    std::string text;
+    const auto add = [&](bool isThere, const char* name) {
+        if (!isThere) text += (text.empty() ? "" : ", ") + std::string(name);
+    };
+    add(features.rayQuery, "ray query");
+    add(features.positionFetch, "position fetch");
+    add(features.shaderClock, "shader clock");
+    add(features.invocationReorder, "invocation reorder");
+    add(features.opacityMicromap, "opacity micromaps");
+    add(features.wireframe, "wireframes");
+    add(features.clipDistance, "clip distances");
+    add(features.multiDrawIndirect, "multi-draw indirect");
+    add(features.drawIndirectFirstInstance, "first instances of indirect draws");
+    add(features.bufferInt64Atomics, "64-bit atomics");
+    add(features.memoryBudget, "memory budgets");
+    return text;
 }
 
 DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t queueFamily,
@@ -146,7 +165,7 @@ std::string ResultName(VkResult result) {
         case VK_ERROR_INVALID_SHADER_NV:
             return "VK_ERROR_INVALID_SHADER_NV";
         default:
-            return "VkResult " + std::to_string(static_cast<int>(result));
+            return Text("VkResult {}", static_cast<int>(result));
     }
 }
 

@@ -1,5 +1,7 @@
 #include "rhi/device_requirements.h"
 
+#include "base/text.h"
+
 #include <algorithm>
 #include <array>
 #include <string_view>
@@ -264,8 +266,8 @@ class Probe {
                                                chain.Get<VkPhysicalDevicePushDescriptorPropertiesKHR>(),
                                                chain.Get<VkPhysicalDeviceRayTracingPipelinePropertiesKHR>());
             if (value < entry.requirement.minimum)
-                refusals.push_back(std::string(entry.requirement.name) + " is " + std::to_string(value) +
-                                   ", needs " + std::to_string(entry.requirement.minimum));
+                refusals.push_back(
+                    Text("{} is {}, needs {}", entry.requirement.name, value, entry.requirement.minimum));
         }
         return refusals;
     }
@@ -404,7 +406,7 @@ std::vector<std::string> RefusalsOf(VkPhysicalDevice device, PFN_vkGetInstancePr
     const Probe probe(device, loader, instance);
     const uint32_t version = probe.ApiVersion();
     const auto text = [](uint32_t v) {
-        return std::to_string(VK_API_VERSION_MAJOR(v)) + "." + std::to_string(VK_API_VERSION_MINOR(v));
+        return Text("{}.{}", VK_API_VERSION_MAJOR(v), VK_API_VERSION_MINOR(v));
     };
     // Without Vulkan 1.3 the structures below cannot even be queried.
     if (version < Requirements().apiVersion)

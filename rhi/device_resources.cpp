@@ -2,6 +2,8 @@
 // is undefined, of the allocator's calls as of Vulkan's: an owner gets its handle after a success only.
 #include <algorithm>
 
+#include "base/text.h"
+
 #include "rhi/device_impl.h"
 
 namespace raygraph::rhi {
@@ -87,24 +89,24 @@ MemoryRequirements ToRequirements(const VkMemoryRequirements& r) {
 }
 
 std::string Describe(const BufferDesc& desc) {
-    return "buffer '" + desc.name + "' (" + std::to_string(desc.size) + " bytes)";
+    return Text("buffer '{}' ({} bytes)", desc.name, desc.size);
 }
 
 std::string Describe(const TextureDesc& desc) {
-    return "texture '" + desc.name + "' (" + std::to_string(desc.extent.width) + "x" +
-           std::to_string(desc.extent.height) + " " + Name(desc.format) + ")";
+    return Text("texture '{}' ({}x{} {})", desc.name, desc.extent.width, desc.extent.height,
+                Name(desc.format));
 }
 
 [[noreturn]] void Refuse(const std::string& subject, const std::string& reason) {
-    throw Error(ErrorKind::Usage, subject + ": " + reason);
+    throw MakeError(ErrorKind::Usage, "{}: {}", subject, reason);
 }
 
 void CheckDesc(const Device& device, const BufferDesc& desc) {
     if (desc.size == 0) Refuse(Describe(desc), "its size is zero");
     if (desc.usage == BufferUsage::None) Refuse(Describe(desc), "it has no usage");
     if (desc.size > device.Info().maxBufferBytes)
-        throw Error(ErrorKind::OutOfMemory, Describe(desc) + ": the device's largest buffer has " +
-                                                std::to_string(device.Info().maxBufferBytes) + " bytes");
+        throw MakeError(ErrorKind::OutOfMemory, "{}: the device's largest buffer has {} bytes",
+                        Describe(desc), device.Info().maxBufferBytes);
 }
 
 // Checks without the device first, then whether the device supports such images.
@@ -115,8 +117,8 @@ void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const Devic
     if (desc.format == Format::Undefined) Refuse(subject, "it has no format");
     if (desc.usage == TextureUsage::None) Refuse(subject, "it has no usage");
     if (desc.mipLevels == 0 || desc.mipLevels > FullMipCount(desc.extent))
-        Refuse(subject, std::to_string(desc.mipLevels) + " mip levels, possible are 1 to " +
-                            std::to_string(FullMipCount(desc.extent)));
+        Refuse(subject,
+               Text("{} mip levels, possible are 1 to {}", desc.mipLevels, FullMipCount(desc.extent)));
     const VkImageCreateInfo image = CreateInfo(desc);
     VkPhysicalDeviceImageFormatInfo2 ask{};
     ask.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_IMAGE_FORMAT_INFO_2;
@@ -129,20 +131,18 @@ void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const Devic
         Refuse(subject, info.name + " has no such format for this usage");
     const VkExtent3D largest = answer.imageFormatProperties.maxExtent;
     if (desc.extent.width > largest.width || desc.extent.height > largest.height)
-        Refuse(subject, "the device's largest texture is " + std::to_string(largest.width) + "x" +
-                            std::to_string(largest.height));
+        Refuse(subject, Text("the device's largest texture is {}x{}", largest.width, largest.height));
 }
 
 void CheckFits(const std::string& subject, const MemoryRequirements& needed,
                const MemoryRequirements& given) {
     if (needed.size > given.size)
-        Refuse(subject, "needs " + std::to_string(needed.size) + " bytes, its memory block has " +
-                            std::to_string(given.size));
+        Refuse(subject, Text("needs {} bytes, its memory block has {}", needed.size, given.size));
     if ((needed.memoryTypeBits & given.memoryTypeBits) != given.memoryTypeBits)
         Refuse(subject, "its memory block is of a memory type that it cannot use");
     if (needed.alignment > given.alignment)
-        Refuse(subject, "needs alignment " + std::to_string(needed.alignment) + ", its memory block has " +
-                            std::to_string(given.alignment));
+        Refuse(subject,
+               Text("needs alignment {}, its memory block has {}", needed.alignment, given.alignment));
 }
 
 }  // namespace
@@ -340,8 +340,7 @@ Sampler Device::CreateSampler(const SamplerDesc& desc) {
 }
 
 MemoryBlock Device::CreateMemoryBlock(const std::string& name, const MemoryRequirements& requirements) {
-    const std::string subject =
-        "memory block '" + name + "' (" + std::to_string(requirements.size) + " bytes)";
+    const std::string subject = Text("memory block '{}' ({} bytes)", name, requirements.size);
     if (requirements.size == 0) Refuse(subject, "its size is zero");
     RequireMemory(subject, requirements.size);
     const VkMemoryRequirements needed{requirements.size, requirements.alignment, requirements.memoryTypeBits};

@@ -1,7 +1,9 @@
 // The timeline: command lists in, timeline values out, and what is destroyed when a value is reached.
 #include <algorithm>
+
 #include <array>
 #include <utility>
+#include "base/text.h"
 
 #include "rhi/command_list.h"
 #include "rhi/device_impl.h"
@@ -171,15 +173,15 @@ VkSemaphore Device::Timeline() const {
 
 void Device::WaitFor(uint64_t value) {
     if (value > LastSubmittedValue())
-        throw Error(ErrorKind::Usage, "WaitFor(" + std::to_string(value) + "): the last submission is " +
-                                          std::to_string(LastSubmittedValue()));
+        throw MakeError(ErrorKind::Usage, "WaitFor({}): the last submission is {}", value,
+                        LastSubmittedValue());
     const VkResult result = m_impl->Await(value);
     if (result == VK_TIMEOUT)
-        throw Error(ErrorKind::DeviceLost,
-                    "the device hangs: waiting for submission " + std::to_string(value) + ", none after " +
-                        std::to_string(CompletedValue()) + " has completed for " +
-                        std::to_string(m_impl->hangLimit.count()) + " ms; " + m_impl->lastPassReports->Text(),
-                    VK_TIMEOUT);
+        throw Error(
+            ErrorKind::DeviceLost,
+            Text("the device hangs: waiting for submission {}, none after {} has completed for {} ms; {}",
+                 value, CompletedValue(), m_impl->hangLimit.count(), m_impl->lastPassReports->Text()),
+            VK_TIMEOUT);
     Check(result, "vkWaitSemaphores");
     CollectGarbage();
 }

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/device.h"
 
 namespace raygraph::rhi {
@@ -16,7 +16,7 @@ ShaderInterface InterfaceOf(const std::string& pipeline, std::span<const ShaderS
     try {
         return MergeInterface(reflections);
     } catch (const Error& error) {
-        throw Error(error.Kind(), pipeline + ": " + error.what());
+        throw MakeError(error.Kind(), "{}: {}", pipeline, error.what());
     }
 }
 
@@ -34,9 +34,8 @@ VkDescriptorSetLayout CreatePassSetLayout(Device& device, const std::string& pip
         descriptorCount += info.count;
     }
     if (descriptorCount > device.Info().maxPushDescriptors)
-        throw Error(ErrorKind::Usage, pipeline + ": binds " + std::to_string(descriptorCount) +
-                                          " descriptors in set 0, maxPushDescriptors is " +
-                                          std::to_string(device.Info().maxPushDescriptors));
+        throw MakeError(ErrorKind::Usage, "{}: binds {} descriptors in set 0, maxPushDescriptors is {}",
+                        pipeline, descriptorCount, device.Info().maxPushDescriptors);
     VkDescriptorSetLayoutCreateInfo create{};
     create.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
     create.flags = VK_DESCRIPTOR_SET_LAYOUT_CREATE_PUSH_DESCRIPTOR_BIT_KHR;
@@ -55,10 +54,9 @@ Pipeline::Pipeline(Device& device, std::string name, std::span<const ShaderStage
     : m_device(&device), m_name(std::move(name)), m_interface(InterfaceOf(m_name, stages)) {
     const uint32_t pushBytes = m_interface.pushConstants.bytes;
     if (pushBytes > device.Info().maxPushConstantBytes)
-        throw Error(ErrorKind::Usage, m_name + ": " + m_interface.pushConstantShader + " has " +
-                                          std::to_string(pushBytes) +
-                                          " bytes of push constants, maxPushConstantsSize is " +
-                                          std::to_string(device.Info().maxPushConstantBytes));
+        throw MakeError(ErrorKind::Usage, "{}: {} has {} bytes of push constants, maxPushConstantsSize is {}",
+                        m_name, m_interface.pushConstantShader, pushBytes,
+                        device.Info().maxPushConstantBytes);
     m_setLayout = CreatePassSetLayout(device, m_name, m_interface);
 
     std::vector<VkDescriptorSetLayout> sets{m_setLayout};

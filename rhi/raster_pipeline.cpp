@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "base/error.h"
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "rhi/device.h"
 #include "rhi/stage_set.h"
 
@@ -70,7 +70,9 @@ VkPipelineColorBlendAttachmentState ToVk(BlendMode blend) {
 }
 
 void CheckDesc(const Device& device, const RasterPipelineDesc& desc) {
-    auto fail = [&](const std::string& what) { throw Error(ErrorKind::Usage, desc.name + ": " + what); };
+    auto fail = [&](const std::string& what) {
+        throw MakeError(ErrorKind::Usage, "{}: {}", desc.name, what);
+    };
     if (desc.vertex.IsEmpty()) fail("has no vertex shader");
     if (desc.colorFormats.empty() && desc.depthFormat == Format::Undefined)
         fail("has neither color nor depth target");

@@ -3,8 +3,8 @@
 #include <cstring>
 
 #include "base/check.h"
-#include "base/error.h"
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "rhi/device.h"
 #include "rhi/stage_set.h"
 
@@ -103,20 +103,20 @@ TableLayout LayOut(const Device& device, const RayTracingPipelineDesc& desc) {
     try {
         return LayOutTable(properties, {DataBytes(desc.rayGen.recordData), miss, hit, callable});
     } catch (const Error& error) {
-        throw Error(error.Kind(), desc.name + ": " + error.what());
+        throw MakeError(error.Kind(), "{}: {}", desc.name, error.what());
     }
 }
 
 void CheckDesc(const Device& device, const RayTracingPipelineDesc& desc) {
     if (desc.rayGen.stage.IsEmpty())
-        throw Error(ErrorKind::Usage, desc.name + ": has no ray-generation shader");
+        throw MakeError(ErrorKind::Usage, "{}: has no ray-generation shader", desc.name);
     for (const GeneralShader& callable : desc.callables)
         if (callable.stage.IsEmpty())
-            throw Error(ErrorKind::Usage, desc.name + ": has an empty callable shader");
+            throw MakeError(ErrorKind::Usage, "{}: has an empty callable shader", desc.name);
     const uint32_t most = device.Info().maxRayRecursionDepth;
     if (desc.maxRecursion > most)
-        throw Error(ErrorKind::Usage, desc.name + ": maxRecursion " + std::to_string(desc.maxRecursion) +
-                                          " exceeds the device's " + std::to_string(most));
+        throw MakeError(ErrorKind::Usage, "{}: maxRecursion {} exceeds the device's {}", desc.name,
+                        desc.maxRecursion, most);
 }
 
 }  // namespace

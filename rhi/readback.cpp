@@ -1,13 +1,13 @@
 #include "rhi/readback.h"
 
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/device.h"
 
 namespace raygraph::rhi {
 namespace {
 
 [[noreturn]] void Refuse(const std::string& kind, const std::string& name, const std::string& reason) {
-    throw Error(ErrorKind::Usage, "readback of " + kind + " '" + name + "': " + reason);
+    throw MakeError(ErrorKind::Usage, "readback of {} '{}': {}", kind, name, reason);
 }
 
 Buffer StagingFor(Device& device, const std::string& name, uint64_t size) {
@@ -42,9 +42,7 @@ Readback Readback::Record(CommandList& commands, const Buffer& source, uint64_t 
         Refuse("buffer", name, "it has no usage CopySource");
     if (size == VK_WHOLE_SIZE && offset <= source.Size()) size = source.Size() - offset;
     if (size == 0 || size > source.Size() || offset > source.Size() - size)
-        Refuse("buffer", name,
-               std::to_string(size) + " bytes at " + std::to_string(offset) + ", it has " +
-                   std::to_string(source.Size()));
+        Refuse("buffer", name, Text("{} bytes at {}, it has {}", size, offset, source.Size()));
     Readback readback;
     readback.m_device = &commands.Owner();
     readback.m_staging = StagingFor(commands.Owner(), name, size);
@@ -60,8 +58,7 @@ Readback Readback::Record(CommandList& commands, const Texture& source, VkImageL
     if (!Has(desc.usage, TextureUsage::CopySource))
         Refuse("texture", desc.name, "it has no usage CopySource");
     if (mipLevel >= desc.mipLevels)
-        Refuse("texture", desc.name,
-               "mip level " + std::to_string(mipLevel) + ", it has " + std::to_string(desc.mipLevels));
+        Refuse("texture", desc.name, Text("mip level {}, it has {}", mipLevel, desc.mipLevels));
     const Extent2D extent = MipExtent(desc.extent, mipLevel);
     Readback readback;
     readback.m_device = &commands.Owner();
@@ -80,12 +77,12 @@ bool Readback::IsReady() const {
 }
 
 std::span<const std::byte> Readback::Bytes() const {
-    if (!IsReady()) throw Error(ErrorKind::Usage, "'" + m_staging.Desc().name + "' is not ready");
+    if (!IsReady()) throw MakeError(ErrorKind::Usage, "'{}' is not ready", m_staging.Desc().name);
     return m_staging.Mapped();
 }
 
 std::span<const std::byte> Readback::Wait() {
-    if (m_value == 0) throw Error(ErrorKind::Usage, "'" + m_staging.Desc().name + "' was not submitted");
+    if (m_value == 0) throw MakeError(ErrorKind::Usage, "'{}' was not submitted", m_staging.Desc().name);
     m_device->WaitFor(m_value);
     return m_staging.Mapped();
 }

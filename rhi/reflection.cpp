@@ -5,7 +5,7 @@
 #include <spirv_cross.hpp>
 #include <unordered_set>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -104,13 +104,12 @@ class Reflector {
     using Resource = spirv_cross::Resource;
 
     [[noreturn]] void Fail(const std::string& what) const {
-        throw Error(ErrorKind::Usage, m_name + ": " + what);
+        throw MakeError(ErrorKind::Usage, "{}: {}", m_name, what);
     }
 
     void ReadEntryPoint() {
         const auto entries = m_compiler.get_entry_points_and_stages();
-        if (entries.size() != 1)
-            Fail("has " + std::to_string(entries.size()) + " entry points, one is expected");
+        if (entries.size() != 1) Fail(Text("has {} entry points, one is expected", entries.size()));
         const std::optional<StageKind> stage = StageOf(entries[0].execution_model);
         if (!stage) Fail("is of an unknown stage");
         m_result.stage = *stage;
@@ -197,8 +196,7 @@ class Reflector {
                     out.type = ConstantType::Float;
                     break;
                 default:
-                    Fail("specialization constant " + std::to_string(out.id) + " '" + out.name +
-                         "' is not of a 32-bit type");
+                    Fail(Text("specialization constant {} '{}' is not of a 32-bit type", out.id, out.name));
             }
             m_result.specialization.push_back(std::move(out));
         }
@@ -267,11 +265,11 @@ const char* Name(BindingKind kind) {
 ShaderReflection Reflect(std::span<const uint32_t> spirv, std::string_view name) {
     constexpr uint32_t kHeaderWords = 5;
     if (spirv.size() < kHeaderWords || spirv[0] != spv::MagicNumber)
-        throw Error(ErrorKind::Usage, std::string(name) + ": is not a SPIR-V module");
+        throw MakeError(ErrorKind::Usage, "{}: is not a SPIR-V module", name);
     try {
         return Reflector(spirv, name).Run();
     } catch (const spirv_cross::CompilerError& error) {
-        throw Error(ErrorKind::Usage, std::string(name) + ": malformed SPIR-V: " + error.what());
+        throw MakeError(ErrorKind::Usage, "{}: malformed SPIR-V: {}", name, error.what());
     }
 }
 

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <sstream>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -109,8 +109,7 @@ std::string FirstErrors(const std::string& log, const std::string& name) {
         if (line.find(".") == std::string::npos || line.starts_with("Linking")) line = name + ": " + line;
         errors += (errors.empty() ? "" : "\n") + line;
     }
-    if (count > kMostErrors)
-        errors += "\n" + name + ": and " + std::to_string(count - kMostErrors) + " more errors";
+    if (count > kMostErrors) errors += Text("\n{}: and {} more errors", name, count - kMostErrors);
     return errors.empty() ? name + ": does not compile" : errors;
 }
 
@@ -119,7 +118,8 @@ std::string FirstErrors(const std::string& log, const std::string& name) {
 std::vector<uint32_t> CompileGlsl(const GlslSource& source, std::vector<fs::path>* includedFiles) {
     const std::optional<StageKind> stage = source.stage ? source.stage : StageOfFile(source.name);
     if (!stage)
-        throw Error(ErrorKind::Usage, source.name + ": neither a stage nor a suffix that names one is given");
+        throw MakeError(ErrorKind::Usage, "{}: neither a stage nor a suffix that names one is given",
+                        source.name);
     InitializeGlslang();
 
     const EShLanguage language = ToGlslang(*stage);
@@ -155,7 +155,7 @@ std::vector<uint32_t> CompileGlslFile(const fs::path& includeRoot, const std::st
                                       std::vector<fs::path>* includedFiles,
                                       const std::vector<fs::path>& moreIncludes) {
     std::optional<std::string> text = ReadText(includeRoot / name);
-    if (!text) throw Error(ErrorKind::Io, (includeRoot / name).string() + ": cannot be read");
+    if (!text) throw MakeError(ErrorKind::Io, "{}: cannot be read", (includeRoot / name).string());
     return CompileGlsl({.name = name,
                         .text = std::move(*text),
                         .stage = {},

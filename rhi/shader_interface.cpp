@@ -1,7 +1,7 @@
 // Merging of the reflections of a pipeline's stages (rhi/reflection.h).
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/reflection.h"
 
 namespace raygraph::rhi {
@@ -23,8 +23,8 @@ std::string Describe(const Binding& binding) {
 
 void CheckTextureTable(const std::string& shader, const Binding& binding) {
     if (binding.binding != 0 || binding.kind != BindingKind::SampledImage)
-        Fail(shader + ": set 1 binding " + std::to_string(binding.binding) + " is " + Describe(binding) +
-             "; set 1 is for the bindless textures, sampler2D[] at binding 0");
+        Fail(Text("{}: set 1 binding {} is {}; set 1 is for the bindless textures, sampler2D[] at binding 0",
+                  shader, binding.binding, Describe(binding)));
 }
 
 void CheckAgree(const BindingInfo& first, const std::string& shader, const Binding& second) {
@@ -35,10 +35,10 @@ void CheckAgree(const BindingInfo& first, const std::string& shader, const Bindi
          second.imageFormat == Format::Undefined))
         return;
     auto side = [](const std::string& where, const Binding& binding) {
-        return where + " has " + Describe(binding) +
-               (binding.imageFormat == Format::Undefined ? ""
-                                                         : std::string(" of ") + Name(binding.imageFormat)) +
-               " at binding " + std::to_string(binding.binding);
+        return Text(
+            "{} has {}{} at binding {}", where, Describe(binding),
+            (binding.imageFormat == Format::Undefined ? "" : std::string(" of ") + Name(binding.imageFormat)),
+            binding.binding);
     };
     Fail("shaders disagree: " + side(first.firstShader, first) + ", " + side(shader, second));
 }
@@ -51,8 +51,8 @@ void MergeBinding(ShaderInterface& merged, const NamedReflection& stage, const B
         return;
     }
     if (binding.set != kPassSet)
-        Fail(stage.name + ": '" + binding.name + "' is in set " + std::to_string(binding.set) +
-             "; there are set 0 (the pass) and set 1 (bindless textures)");
+        Fail(Text("{}: '{}' is in set {}; there are set 0 (the pass) and set 1 (bindless textures)",
+                  stage.name, binding.name, binding.set));
     if (binding.count == 0)
         Fail(stage.name + ": '" + binding.name + "' is a runtime array in set 0; give it a size");
     for (BindingInfo& known : merged.bindings) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/device.h"
 #include "rhi/reflection.h"
 
@@ -14,7 +14,7 @@ StageSet::StageSet(Device& device, const std::string& pipeline, const ShaderInte
     for (const SpecializationValue& value : specialization) {
         const auto& known = interface.specialization;
         if (std::none_of(known.begin(), known.end(), [&](const auto& c) { return c.id == value.id; })) {
-            std::string text = pipeline + ": specialization constant " + std::to_string(value.id);
+            std::string text = Text("{}: specialization constant {}", pipeline, value.id);
             text += " is in none of its shaders, which have";
             for (const SpecializationConstant& c : known) text += ' ' + std::to_string(c.id);
             throw Error(ErrorKind::Usage, known.empty() ? text + " none" : text);
@@ -38,8 +38,8 @@ uint32_t StageSet::Add(const ShaderStage& shader, StageKind expected) {
     const size_t index = static_cast<size_t>(known - m_words.begin());
     const StageKind stage = isKnown ? m_kinds[index] : Reflect(shader.spirv, shader.name).stage;
     if (stage != expected)
-        throw Error(ErrorKind::Usage, m_pipeline + ": " + shader.name + " is a " + Name(stage) +
-                                          " shader, given as " + Name(expected) + " shader");
+        throw MakeError(ErrorKind::Usage, "{}: {} is a {} shader, given as {} shader", m_pipeline,
+                        shader.name, Name(stage), Name(expected));
     if (isKnown) return static_cast<uint32_t>(index);
 
     VkShaderModuleCreateInfo create{};

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/command_list.h"
 
 namespace raygraph::rhi {
@@ -25,7 +25,7 @@ VkSurfaceFormatKHR ChooseFormat(std::span<const VkSurfaceFormatKHR> formats, con
         for (const VkSurfaceFormatKHR& format : formats)
             if (format.format == wanted && format.colorSpace == VK_COLOR_SPACE_SRGB_NONLINEAR_KHR)
                 return format;
-    throw Error(ErrorKind::NoDevice, subject + ": the surface has no format of 8 bits a channel");
+    throw MakeError(ErrorKind::NoDevice, "{}: the surface has no format of 8 bits a channel", subject);
 }
 
 VkPresentModeKHR ChooseMode(std::span<const VkPresentModeKHR> modes, bool waitsForRefresh) {
@@ -47,20 +47,20 @@ Extent2D ChooseExtent(const VkSurfaceCapabilitiesKHR& surface, Extent2D wanted) 
 
 Swapchain::Swapchain(Device& device, const SwapchainDesc& desc) : m_device(device), m_desc(desc) {
     if (!device.Vk().vkCreateSwapchainKHR || !device.InstanceVk().vkGetPhysicalDeviceSurfaceSupportKHR)
-        throw Error(ErrorKind::Usage,
-                    desc.name + ": the device was made without DeviceDesc::surfaceExtensions");
+        throw MakeError(ErrorKind::Usage, "{}: the device was made without DeviceDesc::surfaceExtensions",
+                        desc.name);
     if (!desc.makeSurface(device.Instance(), &m_surface))
-        throw Error(ErrorKind::NoDevice, desc.name + ": the window has no surface for Vulkan");
+        throw MakeError(ErrorKind::NoDevice, "{}: the window has no surface for Vulkan", desc.name);
     try {
         VkBool32 isSupported = VK_FALSE;
         device.Check(device.InstanceVk().vkGetPhysicalDeviceSurfaceSupportKHR(
                          device.PhysicalDevice(), device.QueueFamily(), m_surface, &isSupported),
                      desc.name + ": vkGetPhysicalDeviceSurfaceSupportKHR");
         if (!isSupported)
-            throw Error(ErrorKind::NoDevice,
-                        desc.name + ": " + device.Info().name + " cannot show pictures in this window");
+            throw MakeError(ErrorKind::NoDevice, "{}: {} cannot show pictures in this window", desc.name,
+                            device.Info().name);
         for (uint32_t i = 0; i <= device.FramesInFlight(); i++)
-            m_slots.push_back({MakeSemaphore(desc.name + " acquired " + std::to_string(i))});
+            m_slots.push_back({MakeSemaphore(Text("{} acquired {}", desc.name, i))});
         Make(desc.extent);
     } catch (...) {
         Clear();
@@ -156,13 +156,13 @@ void Swapchain::Make(Extent2D extent) {
     });
     for (const VkImage image : images)
         m_textures.push_back(
-            m_device.WrapTexture({.name = m_desc.name + " " + std::to_string(m_textures.size()),
+            m_device.WrapTexture({.name = Text("{} {}", m_desc.name, m_textures.size()),
                                   .extent = wanted,
                                   .format = m_format,
                                   .usage = TextureUsage::ColorTarget | TextureUsage::CopySource},
                                  image));
     while (m_drawn.size() < images.size())
-        m_drawn.push_back(MakeSemaphore(m_desc.name + " drawn " + std::to_string(m_drawn.size())));
+        m_drawn.push_back(MakeSemaphore(Text("{} drawn {}", m_desc.name, m_drawn.size())));
     m_extent = wanted;
 }
 

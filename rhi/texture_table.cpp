@@ -3,7 +3,7 @@
 #include <mutex>
 #include <vector>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/device.h"
 
 namespace raygraph::rhi {
@@ -96,8 +96,8 @@ TextureTable::TextureTable(Device& device, uint32_t capacity, const Texture& def
                            const Sampler& defaultSampler)
     : m_state(std::make_shared<State>(device)) {
     if (capacity == 0 || capacity > kMaxTextureTableSlots)
-        throw Error(ErrorKind::Usage, "texture table: capacity is " + std::to_string(capacity) + ", 1 to " +
-                                          std::to_string(kMaxTextureTableSlots) + " are possible");
+        throw MakeError(ErrorKind::Usage, "texture table: capacity is {}, 1 to {} are possible", capacity,
+                        kMaxTextureTableSlots);
     if (!defaultTexture || !defaultSampler)
         throw Error(ErrorKind::Usage, "texture table: has no default texture");
     State& state = *m_state;
@@ -129,8 +129,8 @@ uint32_t TextureTable::Add(const Texture& texture, const Sampler& sampler) {
     State& state = *m_state;
     const std::lock_guard lock(state.mutex);
     if (state.free.empty())
-        throw Error(ErrorKind::Usage, "texture table: all " + std::to_string(state.isTaken.size()) +
-                                          " slots are taken, no room for '" + texture.Desc().name + "'");
+        throw MakeError(ErrorKind::Usage, "texture table: all {} slots are taken, no room for '{}'",
+                        state.isTaken.size(), texture.Desc().name);
     const uint32_t slot = state.free.back();
     state.free.pop_back();
     state.isTaken[slot] = true;
@@ -143,8 +143,7 @@ void TextureTable::Remove(uint32_t slot) {
     {
         const std::lock_guard lock(m_state->mutex);
         if (slot >= m_state->isTaken.size() || !m_state->isTaken[slot])
-            throw Error(ErrorKind::Usage,
-                        "texture table: slot " + std::to_string(slot) + " holds no texture");
+            throw MakeError(ErrorKind::Usage, "texture table: slot {} holds no texture", slot);
         m_state->isTaken[slot] = false;
         --m_state->count;
     }

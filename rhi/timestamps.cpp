@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/device.h"
 
 namespace raygraph::rhi {
@@ -13,8 +13,8 @@ TimestampPool::TimestampPool(Device& device, const std::string& name, uint32_t m
     : m_device(device), m_maxPerFrame(maxPerFrame), m_ranges(device.FramesInFlight() + 1) {
     const std::string subject = "timestamp pool '" + name + "'";
     if (device.Info().timestampValidBits == 0)
-        throw Error(ErrorKind::Usage, subject + ": " + device.Info().name + " has no timestamps");
-    if (maxPerFrame == 0) throw Error(ErrorKind::Usage, subject + ": its size is zero");
+        throw MakeError(ErrorKind::Usage, "{}: {} has no timestamps", subject, device.Info().name);
+    if (maxPerFrame == 0) throw MakeError(ErrorKind::Usage, "{}: its size is zero", subject);
     VkQueryPoolCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
     info.queryType = VK_QUERY_TYPE_TIMESTAMP;

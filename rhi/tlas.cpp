@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "base/check.h"
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/build_scratch.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
@@ -44,15 +44,15 @@ VkAccelerationStructureBuildGeometryInfoKHR BuildInfo(const TlasDesc& desc,
 
 void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte> target) {
     if (target.size() < instances.size() * kTlasInstanceBytes)
-        throw Error(ErrorKind::Usage, std::to_string(instances.size()) + " TLAS instances do not fit " +
-                                          std::to_string(target.size()) + " bytes");
+        throw MakeError(ErrorKind::Usage, "{} TLAS instances do not fit {} bytes", instances.size(),
+                        target.size());
     for (size_t i = 0; i < instances.size(); ++i) {
         const TlasInstance& source = instances[i];
         const uint64_t tableOffset = uint64_t{source.hitSet} * kRayTypeCount;
         if (source.customIndex > kMost24Bits || tableOffset > kMost24Bits)
-            throw Error(ErrorKind::Usage, "TLAS instance " + std::to_string(i) + ": customIndex " +
-                                              std::to_string(source.customIndex) + " or hit set " +
-                                              std::to_string(source.hitSet) + " exceeds 24 bits");
+            throw MakeError(ErrorKind::Usage,
+                            "TLAS instance {}: customIndex {} or hit set {} exceeds 24 bits", i,
+                            source.customIndex, source.hitSet);
         VkAccelerationStructureInstanceKHR native{};
         static_assert(sizeof(native.transform) == sizeof(source.objectToWorld));
         std::memcpy(&native.transform, source.objectToWorld.data(), sizeof(native.transform));
@@ -70,9 +70,8 @@ void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte
 
 Tlas::Tlas(Device& device, const TlasDesc& desc) : m_device(&device), m_desc(desc) {
     if (desc.capacity > device.Info().maxInstanceCount)
-        throw Error(ErrorKind::Usage, "TLAS '" + desc.name + "': capacity " + std::to_string(desc.capacity) +
-                                          " exceeds maxInstanceCount " +
-                                          std::to_string(device.Info().maxInstanceCount));
+        throw MakeError(ErrorKind::Usage, "TLAS '{}': capacity {} exceeds maxInstanceCount {}", desc.name,
+                        desc.capacity, device.Info().maxInstanceCount);
     const VkAccelerationStructureGeometryKHR geometry = InstanceGeometry(0);
     const VkAccelerationStructureBuildGeometryInfoKHR info = BuildInfo(desc, geometry);
     VkAccelerationStructureBuildSizesInfoKHR sizes{};
@@ -86,7 +85,7 @@ Tlas::Tlas(Device& device, const TlasDesc& desc) : m_device(&device), m_desc(des
 }
 
 Tlas Device::WrapTlas(const std::string& name, VkAccelerationStructureKHR structure) {
-    if (!structure) throw Error(ErrorKind::Usage, "TLAS '" + name + "': the host's structure is null");
+    if (!structure) throw MakeError(ErrorKind::Usage, "TLAS '{}': the host's structure is null", name);
     Tlas wrapped;
     wrapped.m_device = this;
     wrapped.m_desc.name = name;
@@ -101,24 +100,24 @@ void Tlas::Build(CommandList& commands, const Buffer& instances, uint32_t count)
 void Tlas::Update(CommandList& commands, const Buffer& instances, uint32_t count) {
     const std::string name = "TLAS '" + m_desc.name + "': ";
     if (!m_desc.allowsUpdate)
-        throw Error(ErrorKind::Usage, name + "update, but it was made without allowsUpdate");
-    if (!m_built || !m_built->isBuilt) throw Error(ErrorKind::Usage, name + "update before its first build");
+        throw MakeError(ErrorKind::Usage, "{}update, but it was made without allowsUpdate", name);
+    if (!m_built || !m_built->isBuilt)
+        throw MakeError(ErrorKind::Usage, "{}update before its first build", name);
     if (count != m_built->count)
-        throw Error(ErrorKind::Usage, name + "update with " + std::to_string(count) +
-                                          " instances, built with " + std::to_string(m_built->count));
+        throw MakeError(ErrorKind::Usage, "{}update with {} instances, built with {}", name, count,
+                        m_built->count);
     Record(commands, instances, count, true);
 }
 
 void Tlas::Record(CommandList& commands, const Buffer& instances, uint32_t count, bool isUpdate) {
     const std::string name = "TLAS '" + m_desc.name + "': ";
-    if (!m_structure.IsOwned()) throw Error(ErrorKind::Usage, name + "it is the host's to build");
+    if (!m_structure.IsOwned()) throw MakeError(ErrorKind::Usage, "{}it is the host's to build", name);
     if (count > m_desc.capacity)
-        throw Error(ErrorKind::Usage, name + std::to_string(count) + " instances exceed its capacity of " +
-                                          std::to_string(m_desc.capacity));
+        throw MakeError(ErrorKind::Usage, "{}{} instances exceed its capacity of {}", name, count,
+                        m_desc.capacity);
     if (count * kTlasInstanceBytes > instances.Size())
-        throw Error(ErrorKind::Usage, name + std::to_string(count) + " instances exceed buffer '" +
-                                          instances.Desc().name + "' of " + std::to_string(instances.Size()) +
-                                          " bytes");
+        throw MakeError(ErrorKind::Usage, "{}{} instances exceed buffer '{}' of {} bytes", name, count,
+                        instances.Desc().name, instances.Size());
     RG_CHECK_EQ(instances.Address() % kInstanceAlignment, 0u);
 
     const VkAccelerationStructureGeometryKHR geometry = InstanceGeometry(instances.Address());

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "base/check.h"
-#include "base/error.h"
+#include "base/text.h"
 #include "rhi/device.h"
 #include "rhi/image_barrier.h"
 
@@ -28,7 +28,7 @@ VkImageMemoryBarrier2 MipBarrier(const Texture& texture, uint32_t level, uint32_
 }
 
 [[noreturn]] void Refuse(const std::string& subject, const std::string& reason) {
-    throw Error(ErrorKind::Usage, "upload to " + subject + ": " + reason);
+    throw MakeError(ErrorKind::Usage, "upload to {}: {}", subject, reason);
 }
 
 uint64_t LevelBytes(const Texture& texture, uint32_t level) {
@@ -45,10 +45,9 @@ Uploader::Uploader(Device& device, const UploaderDesc& desc)
                        ? 0
                        : desc.stagingBytes / desc.chunkCount / kStagingAlignment * kStagingAlignment) {
     if (desc.chunkCount < 2 || m_chunkBytes < kMinChunkBytes)
-        throw Error(ErrorKind::Usage, "uploader '" + desc.name + "': " + std::to_string(desc.stagingBytes) +
-                                          " bytes in " + std::to_string(desc.chunkCount) +
-                                          " chunks; needed are at least 2 of at least " +
-                                          std::to_string(kMinChunkBytes) + " bytes");
+        throw MakeError(ErrorKind::Usage,
+                        "uploader '{}': {} bytes in {} chunks; needed are at least 2 of at least {} bytes",
+                        desc.name, desc.stagingBytes, desc.chunkCount, kMinChunkBytes);
 }
 
 Uploader::~Uploader() = default;
@@ -84,11 +83,10 @@ void Uploader::NextChunk() {
     const bool isDone = !m_chunks.empty() && m_chunks[oldest].until <= m_device.CompletedValue();
     if (!isDone && m_chunks.size() < m_desc.chunkCount) {
         Chunk chunk;
-        chunk.buffer =
-            m_device.CreateBuffer({.name = m_desc.name + " staging " + std::to_string(m_chunks.size()),
-                                   .size = m_chunkBytes,
-                                   .usage = BufferUsage::CopySource,
-                                   .memory = MemoryKind::Upload});
+        chunk.buffer = m_device.CreateBuffer({.name = Text("{} staging {}", m_desc.name, m_chunks.size()),
+                                              .size = m_chunkBytes,
+                                              .usage = BufferUsage::CopySource,
+                                              .memory = MemoryKind::Upload});
         // After the current one, so that the ring stays in the order of use.
         m_current = m_chunks.empty() ? 0 : m_current + 1;
         m_chunks.insert(m_chunks.begin() + static_cast<std::ptrdiff_t>(m_current), std::move(chunk));
@@ -137,8 +135,7 @@ void Uploader::UploadBuffer(const Buffer& target, uint64_t offset, std::span<con
     if (!Has(target.Desc().usage, BufferUsage::CopyDestination))
         Refuse(subject, "it has no usage CopyDestination");
     if (bytes.size() > target.Size() || offset > target.Size() - bytes.size())
-        Refuse(subject, std::to_string(bytes.size()) + " bytes at " + std::to_string(offset) + ", it has " +
-                            std::to_string(target.Size()));
+        Refuse(subject, Text("{} bytes at {}, it has {}", bytes.size(), offset, target.Size()));
     while (!bytes.empty()) {
         const Staged staged = Stage(bytes.size(), 1);
         std::memcpy(staged.bytes.data(), bytes.data(), staged.bytes.size());
@@ -155,15 +152,13 @@ void Uploader::CheckTexture(const Texture& target, std::span<const std::span<con
     const std::string subject = "texture '" + desc.name + "' (" + Name(desc.format) + ")";
     if (!Has(desc.usage, TextureUsage::CopyDestination)) Refuse(subject, "it has no usage CopyDestination");
     if (levels.empty() || levels.size() > desc.mipLevels)
-        Refuse(subject,
-               std::to_string(levels.size()) + " mip levels given, it has " + std::to_string(desc.mipLevels));
+        Refuse(subject, Text("{} mip levels given, it has {}", levels.size(), desc.mipLevels));
     for (uint32_t level = 0; level < levels.size(); ++level)
         if (levels[level].size() != LevelBytes(target, level))
-            Refuse(subject, "mip level " + std::to_string(level) + " has " +
-                                std::to_string(LevelBytes(target, level)) + " bytes, given are " +
-                                std::to_string(levels[level].size()));
+            Refuse(subject, Text("mip level {} has {} bytes, given are {}", level, LevelBytes(target, level),
+                                 levels[level].size()));
     if (uint64_t{target.Extent().width} * TexelBytes(desc.format) > m_chunkBytes)
-        Refuse(subject, "a row is larger than a staging chunk (" + std::to_string(m_chunkBytes) + " bytes)");
+        Refuse(subject, Text("a row is larger than a staging chunk ({} bytes)", m_chunkBytes));
     if (levels.size() == desc.mipLevels) return;
     if (!Has(desc.usage, TextureUsage::CopySource))
         Refuse(subject, "its other mip levels cannot be made, it has no usage CopySource");

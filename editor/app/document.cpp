@@ -3,8 +3,8 @@
 #include <cmath>
 #include <utility>
 
-#include "base/error.h"
 #include "base/overloaded.h"
+#include "base/text.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/save_gltf.h"
 
@@ -138,7 +138,7 @@ Edit Document::Current(const Edit& of) const {
 
 void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
     if (edit.node >= m_scene.nodes.size())
-        throw Error(ErrorKind::Usage, "there is no node " + std::to_string(edit.node));
+        throw MakeError(ErrorKind::Usage, "there is no node {}", edit.node);
     for (int column = 0; column < 4; column++)
         for (int row = 0; row < 3; row++)
             if (!(std::abs(edit.local[column][row]) < kLargest))
@@ -152,7 +152,7 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
     // Only what lies below the node moves
     const auto place = [&](uint32_t node, const scene::PlacedTransform& nodeToWorld) {
         if (m_placed[node].instance != scene::kNone)
-            scene::CheckTransform(nodeToWorld, "node " + std::to_string(node));
+            scene::CheckTransform(nodeToWorld, Text("node {}", node));
         m_worldTransforms[node] = nodeToWorld;
         const uint32_t light = m_placed[node].light;
         if (light == scene::kNone) return;
@@ -226,7 +226,8 @@ void Document::Apply(const Edit& edit, GpuScene& gpu) {
 void Document::Save(const std::filesystem::path& to) {
     if (m_file.empty()) throw Error(ErrorKind::Usage, "no scene is open");
     if (m_stamp && StampOf(m_file) != m_stamp)
-        throw Error(ErrorKind::BadInput, m_file.string() + ": has changed since it was opened; not saved");
+        throw MakeError(ErrorKind::BadInput, "{}: has changed since it was opened; not saved",
+                        m_file.string());
     scene::SaveGltf(m_file, m_scene, to);
     m_isOpen = false;
     m_file = to;

@@ -1,7 +1,7 @@
 // What the editor reads and writes: the dialogs that ask where, and pictures on their way to a file.
 #include <utility>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "editor/app/editor.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/image/image.h"
@@ -144,7 +144,7 @@ void Editor::FinishSaving() {
             saving.render.picture = saving.capture.Result();
             const uint32_t samples = saving.render.picture.sampleCount;
             m_saveRender(saving.file, std::move(saving.render));
-            m_work.Say("saved " + saving.file.string() + ", " + std::to_string(samples) + " samples");
+            m_work.Say(Text("saved {}, {} samples", saving.file.string(), samples));
         } catch (const Error& error) {
             m_work.Say(error.what());
         }

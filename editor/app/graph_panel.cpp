@@ -2,10 +2,10 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <map>
 #include <string>
 
+#include "base/text.h"
 #include "editor/app/graph_layout.h"
 #include "editor/app/panels.h"
 #include "renderer/graph/plan_text.h"
@@ -163,15 +163,11 @@ class Drawing {
         m_list.AddRect(from, to, m_hoveredBox == index ? kWhite : Faint(kWhite), 3.0f);
         m_list.PushClipRect(from, {to.x - 3.0f, to.y}, true);
         m_list.AddText({from.x + 6.0f, from.y + 3.0f}, box.isCulled ? kFaintText : kText, pass.name.c_str());
-        char text[32] = "culled";
-        if (!box.isCulled) {
-            const auto time = m_times.find(box.pass);
-            if (time == m_times.end())
-                std::snprintf(text, sizeof text, "-");
-            else
-                std::snprintf(text, sizeof text, "%.3f ms", time->second);
-        }
-        m_list.AddText({from.x + 6.0f, from.y + 20.0f}, box.isCulled ? kFaintText : kTimeText, text);
+        const auto time = m_times.find(box.pass);
+        const std::string text = box.isCulled            ? "culled"
+                                 : time == m_times.end() ? "-"
+                                                         : Text("{:.3f} ms", time->second);
+        m_list.AddText({from.x + 6.0f, from.y + 20.0f}, box.isCulled ? kFaintText : kTimeText, text.c_str());
         m_list.PopClipRect();
     }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::editor {
 
@@ -26,7 +26,7 @@ const char* Name(Key key) {
 Key KeyFromName(std::string_view name) {
     for (size_t i = 0; i < kKeyCount; i++)
         if (IsSameName(kKeyNames[i], name)) return static_cast<Key>(i);
-    throw Error(ErrorKind::Usage, "there is no key '" + std::string(name) + "'");
+    throw MakeError(ErrorKind::Usage, "there is no key '{}'", name);
 }
 
 }  // namespace raygraph::editor

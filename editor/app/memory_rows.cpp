@@ -1,14 +1,8 @@
 #include "editor/app/memory_rows.h"
 
-#include <cstdio>
+#include "base/text.h"
 
 namespace raygraph::editor {
-
-std::string BytesText(uint64_t bytes) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.1f MB", static_cast<double>(bytes) / (1 << 20));
-    return text;
-}
 
 std::vector<MemoryRow> MemoryRows(const rhi::MemoryStatistics& memory,
                                   std::span<const rhi::MemoryHeap> heaps) {

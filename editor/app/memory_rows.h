@@ -13,9 +13,6 @@ struct MemoryRow {
     std::string name, value;
 };
 
-// "512.0 MB"
-std::string BytesText(uint64_t bytes);
-
 // Raygraph's memory, the part of it that was placed in host memory, and for each heap what the process uses
 // of its budget.
 std::vector<MemoryRow> MemoryRows(const rhi::MemoryStatistics& memory,

@@ -18,6 +18,7 @@ bool SceneLoader::Start(const std::filesystem::path& file) {
     m_thread = std::thread([this, file] {
         try {
             scene::LoadOptions options;
+            options.log = m_log;
             options.progress = [this](std::string_view stage, float fraction) {
                 const std::scoped_lock lock(m_mutex);
                 m_progress = {std::string(stage), fraction};

@@ -1,6 +1,8 @@
 // What is in the scene: hierarchy and inspector.
 #include <imgui.h>
 
+#include "base/text.h"
+
 #include <algorithm>
 
 #include <glm/gtc/type_ptr.hpp>
@@ -21,7 +23,7 @@ std::string NameOf(const scene::SceneData& scene, uint32_t node) {
     const scene::Node& of = scene.nodes[node];
     if (!of.name.empty()) return of.name;
     if (of.mesh != scene::kNone && !scene.meshes[of.mesh].name.empty()) return scene.meshes[of.mesh].name;
-    return "node " + std::to_string(node);
+    return Text("node {}", node);
 }
 
 void NodeRow(Workspace& work, const Hierarchy::Row& row) {

@@ -2,9 +2,9 @@
 
 #include <chrono>
 
-#include "base/error.h"
 #include "base/overloaded.h"
 #include "base/read_file.h"
+#include "base/text.h"
 
 namespace raygraph::editor {
 
@@ -71,8 +71,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
             frame();
             if (isDone()) return;
         }
-        Fail(line, std::string("still not ") + what + " after " + std::to_string(kMostWait.count()) + " s; " +
-                       editor.Work().message);
+        Fail(line, Text("still not {} after {} s; {}", what, kMostWait.count(), editor.Work().message));
     };
     std::visit(Overloaded{[&](const SetSize& command) {
                               m_input.extent = command.extent;

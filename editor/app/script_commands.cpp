@@ -6,8 +6,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::editor {
 
@@ -159,8 +159,7 @@ class LineReader {
 }  // namespace
 
 void FailLine(const std::string& name, uint32_t number, std::string_view text, std::string_view why) {
-    throw Error(ErrorKind::BadInput,
-                name + ":" + std::to_string(number) + ": " + Printable(text) + ": " + std::string(why));
+    throw MakeError(ErrorKind::BadInput, "{}:{}: {}: {}", name, number, Printable(text), why);
 }
 
 std::vector<ScriptLine> ParseScript(std::string_view text, const std::string& name) {

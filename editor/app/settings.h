@@ -17,6 +17,7 @@ struct Panels {
     bool inspector = true;
     bool statistics = false;
     bool graph = false;
+    bool log = false;
     bool help = false;
 
     bool operator==(const Panels&) const = default;

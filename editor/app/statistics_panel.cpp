@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <string>
 
+#include "base/text.h"
 #include "editor/app/memory_rows.h"
 #include "editor/app/panels.h"
 
@@ -19,13 +19,6 @@ constexpr std::array<ImU32, kColored + 1> kColors{IM_COL32(232, 143, 52, 255),  
                                                   IM_COL32(214, 196, 92, 255),  IM_COL32(98, 192, 190, 255),
                                                   IM_COL32(120, 120, 128, 255)};
 
-template <typename... Values>
-std::string Text(const char* format, Values... values) {
-    char text[128];
-    std::snprintf(text, sizeof text, format, values...);
-    return text;
-}
-
 void Row(const char* name, const std::string& value) {
     ImGui::TableNextRow();
     ImGui::TableNextColumn();
@@ -36,12 +29,12 @@ void Row(const char* name, const std::string& value) {
 
 void SampleRows(Workspace& work) {
     const viewport::ViewportProgress progress = work.view.Progress();
-    Row("samples", std::to_string(progress.pathTracedSamples) + " path-traced, " +
-                       std::to_string(progress.rasterSamples) + " raster");
+    Row("samples", Text("{} path-traced, {} raster", progress.pathTracedSamples, progress.rasterSamples));
     const Extent2D size = work.view.Size();
     const std::optional<double> rate = work.sampleRate.PerSecond();
     if (rate)
-        Row("speed", Text("%.2f Msamples/s, %.2f a pixel", *rate * size.width * size.height * 1e-6, *rate));
+        Row("speed",
+            Text("{:.2f} Msamples/s, {:.2f} a pixel", *rate * size.width * size.height * 1e-6, *rate));
     else
         Row("speed", "-");
     const viewport::ErrorEstimate& error = work.estimate;
@@ -49,7 +42,7 @@ void SampleRows(Workspace& work) {
         Row("error", "-");
         return;
     }
-    std::string text = Text("%.2f %%", 100.0 * *error.relativeError);
+    std::string text = Text("{:.2f} %", 100.0 * *error.relativeError);
     if (rate && *rate > 0.0) {
         const double left =
             SecondsLeft(*error.relativeError, 0.01 * double{work.targetPercent}, error.sampleCount, *rate);
@@ -70,13 +63,12 @@ void Table(Workspace& work) {
     if (!ImGui::BeginTable("statistics", 2, ImGuiTableFlags_SizingFixedFit)) return;
     Row("device", work.device.Info().name);
     SampleRows(work);
-    Row("triangles",
-        std::to_string(scene.trianglesPlaced) + " in " + std::to_string(scene.instanceCount) + " instances");
+    Row("triangles", Text("{} in {} instances", scene.trianglesPlaced, scene.instanceCount));
     Row("lights", std::to_string(scene.lightCount));
-    Row("BLAS", std::to_string(scene.blasCount) + ", " + BytesText(scene.blasBytesBuilt) + ", compacted " +
-                    BytesText(scene.blasBytesCompacted));
-    Row("TLAS", std::to_string(scene.tlasRebuilds) + " builds, " + std::to_string(scene.tlasUpdates) +
-                    " updates, " + BytesText(scene.tlasBytes));
+    Row("BLAS", Text("{}, {}, compacted {}", scene.blasCount, BytesText(scene.blasBytesBuilt),
+                     BytesText(scene.blasBytesCompacted)));
+    Row("TLAS",
+        Text("{} builds, {} updates, {}", scene.tlasRebuilds, scene.tlasUpdates, BytesText(scene.tlasBytes)));
     const std::vector<rhi::MemoryHeap> heaps = work.device.MemoryHeaps();
     for (const MemoryRow& row : MemoryRows(work.device.Memory(), heaps)) Row(row.name.c_str(), row.value);
     Row("textures", BytesText(scene.textureBytes));
@@ -112,7 +104,7 @@ void Chart(const std::vector<FrameHistory::Pass>& passes, size_t frameCount, flo
     }
     list.AddRectFilled(from, {from.x + 62.0f, from.y + 20.0f}, IM_COL32(22, 22, 24, 200));
     list.AddText({from.x + 4.0f, from.y + 2.0f}, IM_COL32(190, 190, 196, 255),
-                 Text("%.1f ms", double{top}).c_str());
+                 Text("{:.1f} ms", double{top}).c_str());
 }
 
 void Legend(const std::vector<FrameHistory::Pass>& passes) {

@@ -1,5 +1,7 @@
 #include "editor/app/ui.h"
 
+#include "base/text.h"
+
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
@@ -127,8 +129,7 @@ TextureId Ui::DeclareAtlas(Renderer& renderer) {
     int width = 0, height = 0;
     ImGui::GetIO().Fonts->GetTexDataAsRGBA32(&texels, &width, &height);
     const rhi::Extent2D extent{static_cast<uint32_t>(width), static_cast<uint32_t>(height)};
-    TextureId atlas =
-        renderer.Persist("ui atlas " + std::to_string(m_atlas), {extent, rhi::Format::Rgba8Unorm});
+    TextureId atlas = renderer.Persist(Text("ui atlas {}", m_atlas), {extent, rhi::Format::Rgba8Unorm});
     if (!renderer.IsFresh(atlas)) return atlas;
     const uint64_t bytes = uint64_t{4} * extent.width * extent.height;
     const BufferId staging =

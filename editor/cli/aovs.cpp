@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "editor/cli/parse.h"
 
 namespace raygraph::cli {
@@ -55,7 +55,7 @@ AovSet AovsFor(const AovRequest& request, const PictureSettings& settings) {
     for (const Aov aov : kAovs) {
         const std::string whyNot = WhyNot(aov, settings);
         if (!whyNot.empty() && request.named.Has(aov))
-            throw Error(ErrorKind::Usage, std::string("--aov ") + Name(aov) + ": " + whyNot);
+            throw MakeError(ErrorKind::Usage, "--aov {}: {}", Name(aov), whyNot);
         if (whyNot.empty() && (request.isAll || request.named.Has(aov))) aovs.Set(aov);
     }
     return aovs;

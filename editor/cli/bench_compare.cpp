@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "editor/cli/pass_times.h"
 
 namespace raygraph::cli {
@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 [[noreturn]] void Refuse(const std::filesystem::path& file, const std::string& scene,
                          const std::string& why) {
-    throw Error(ErrorKind::BadInput, file.string() + ": " + (scene.empty() ? "" : scene + ": ") + why);
+    throw MakeError(ErrorKind::BadInput, "{}: {}{}", file.string(), (scene.empty() ? "" : scene + ": "), why);
 }
 
 std::string SceneName(const Json& result) {
@@ -96,11 +96,9 @@ BenchChange CompareBench(const std::filesystem::path& file, const std::string& s
 
 std::string ToText(const BenchChange& change, const Json& now) {
     const char* verdict = change.IsWorse() ? "worse" : change.IsUncertain() ? "uncertain" : "not worse";
-    char text[200];
-    std::snprintf(text, sizeof(text), "%-24s %8.3f of limit_path: %+.1f%%, noise %.1f%%: %s",
-                  SceneName(now).c_str(), now.at("cost").at("median").get<double>(), 100.0 * change.change,
-                  100.0 * change.noise, verdict);
-    return text;
+    return Text("{:<24} {:8.3f} of limit_path: {:+.1f}%, noise {:.1f}%: {}", SceneName(now),
+                now.at("cost").at("median").get<double>(), 100.0 * change.change, 100.0 * change.noise,
+                verdict);
 }
 
 }  // namespace raygraph::cli

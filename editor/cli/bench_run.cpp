@@ -5,6 +5,7 @@
 
 #include "base/os/process.h"
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "editor/cli/texel_readback.h"
 #include "passes/accumulate.h"
 #include "passes/limit.h"
@@ -132,7 +133,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     PassTimes times, yardstickTimes;
     double seconds = 0.0, cpuSeconds = 0.0;
     for (uint32_t round = 0; round < plan.rounds; round++) {
-        progress.Show("  round " + std::to_string(round + 1) + "/" + std::to_string(plan.rounds));
+        progress.Show(Text("  round {}/{}", round + 1, plan.rounds));
         const Stopwatch watch;
         const double cpuBefore = os::ProcessCpuSeconds();
         bench.RunFrames(picture, plan.frames);
@@ -155,8 +156,8 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
         }
     }
     if (times.MedianMs("Trace") <= 0.0)
-        throw Error(ErrorKind::Vulkan, "bench: the device " + renderer.Device().Info().name +
-                                           " gives no GPU times (it has no timestamps)");
+        throw MakeError(ErrorKind::Vulkan, "bench: the device {} gives no GPU times (it has no timestamps)",
+                        renderer.Device().Info().name);
 
     progress.Show("  counting rays");
     const double traceRays = bench.RaysPerSample([&](auto& ids, auto& settings, TextureId& counts) {

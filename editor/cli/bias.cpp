@@ -1,5 +1,7 @@
 #include "editor/cli/bias.h"
 
+#include "base/text.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,9 +15,7 @@ namespace {
 constexpr double kLuminance[] = {0.2126, 0.7152, 0.0722};  // Rec. 709, as in shaders/core/color.glsl
 
 std::string Percent(double share) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g %%", 100.0 * share);
-    return text;
+    return Text("{:.3g} %", 100.0 * share);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "editor/cli/device_list.h"
 
+#include "base/text.h"
+
 namespace raygraph::cli {
 
 namespace {
@@ -18,7 +20,7 @@ std::string DescribeDevices(std::span<const rhi::DeviceReport> devices) {
         return "no Vulkan devices: no driver is installed, or the loader (libvulkan.so.1) is missing\n";
     std::string text;
     for (const rhi::DeviceReport& device : devices) {
-        text += std::to_string(device.index) + "  " + device.name + "\n";
+        text += Text("{}  {}\n", device.index, device.name);
         text +=
             "   kind      " + std::string(Name(device.type)) + ", Vulkan " + VersionText(device.apiVersion);
         text += "\n   driver    " + device.driver + "\n";

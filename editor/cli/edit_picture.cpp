@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "editor/cli/version.h"
-#include "passes/path_settings.h"
 
 namespace raygraph::cli {
 
@@ -35,7 +34,12 @@ RenderFile RenderFileOf(editor::SavedRender&& saved) {
     settings.size = {picture.extent.width, picture.extent.height};
     settings.view = picture.isRaster ? View::Raster : View::PathTraced;
     settings.camera = CameraText(picture.camera);
-    passes::CopyPathSettings(picture.paths, settings);
+    settings.seed = picture.paths.seed;
+    settings.sampler = picture.paths.sampler;
+    settings.scattering = picture.paths.scattering;
+    settings.lights = picture.paths.lights;
+    settings.roulette = picture.paths.roulette;
+    settings.biases = picture.paths.biases;
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
     const glm::vec3& radiance = picture.environment.radiance;
     (saved.environmentFile.empty() ? settings.background : settings.environmentTint) = {

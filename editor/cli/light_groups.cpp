@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "base/error.h"
 #include "base/os/process.h"
 #include "base/printable.h"
+#include "base/text.h"
 #include "editor/cli/parse.h"
 
 namespace raygraph::cli {
@@ -15,7 +15,7 @@ constexpr const char* kRest = "rest";
 constexpr const char* kEnvironment = "environment";
 
 [[noreturn]] void Refuse(std::string_view text, const std::string& why) {
-    throw Error(ErrorKind::Usage, Quoted(text) + ": " + why);
+    throw MakeError(ErrorKind::Usage, "{}: {}", Quoted(text), why);
 }
 
 bool IsOfName(char c) {
@@ -63,8 +63,9 @@ class Matcher {
     void RequireAllFit() const {
         for (size_t i = 0; i < m_groups.size(); i++)
             if (!m_fits[i])
-                throw Error(ErrorKind::Usage, "--light-group " + Printable(ToText({m_groups[i]})) +
-                                                  ": no material, light or node of the scene is called so");
+                throw MakeError(ErrorKind::Usage,
+                                "--light-group {}: no material, light or node of the scene is called so",
+                                Printable(ToText({m_groups[i]})));
     }
 
   private:
@@ -86,8 +87,8 @@ std::vector<LightGroupPatterns> ParseLightGroups(std::string_view text) {
         text.remove_prefix(std::min(end + 1, text.size()));
     }
     if (groups.size() > gpu::kMaxNamedLightGroups)
-        throw Error(ErrorKind::Usage, std::to_string(groups.size()) + " groups; at most " +
-                                          std::to_string(gpu::kMaxNamedLightGroups) + " can be told apart");
+        throw MakeError(ErrorKind::Usage, "{} groups; at most {} can be told apart", groups.size(),
+                        gpu::kMaxNamedLightGroups);
     return groups;
 }
 

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "base/check.h"
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::cli {
 
@@ -15,8 +15,8 @@ void RequireSameChannels(const NamedRender& first, const NamedRender& other) {
     const auto require = [&](const char* channels, bool inFirst, bool inOther) {
         if (inFirst == inOther) return;
         const NamedRender &with = inFirst ? first : other, &without = inFirst ? other : first;
-        throw Error(ErrorKind::BadInput,
-                    with.name + " has the channels of " + channels + ", " + without.name + " has not");
+        throw MakeError(ErrorKind::BadInput, "{} has the channels of {}, {} has not", with.name, channels,
+                        without.name);
     };
     require("variance", !first.render.variance.empty(), !other.render.variance.empty());
     require("groups of lights", !first.render.lightGroups.empty(), !other.render.lightGroups.empty());
@@ -27,15 +27,15 @@ void RequireSameChannels(const NamedRender& first, const NamedRender& other) {
 void RequireCompatible(const NamedRender& first, const NamedRender& other) {
     const std::string mismatch = FirstMismatch(first.render, other.render);
     if (!mismatch.empty())
-        throw Error(ErrorKind::BadInput,
-                    first.name + " and " + other.name + " differ: " + Printable(mismatch, 1024));
+        throw MakeError(ErrorKind::BadInput, "{} and {} differ: {}", first.name, other.name,
+                        Printable(mismatch, 1024));
     RequireSameChannels(first, other);
 }
 
 void RequireDisjoint(const NamedRender& a, const NamedRender& b) {
     if (Overlap(a.render.samples, b.render.samples))
-        throw Error(ErrorKind::BadInput, a.name + " and " + b.name + " hold the same samples: " +
-                                             ToText(a.render.samples) + " and " + ToText(b.render.samples));
+        throw MakeError(ErrorKind::BadInput, "{} and {} hold the same samples: {} and {}", a.name, b.name,
+                        ToText(a.render.samples), ToText(b.render.samples));
 }
 
 // Adds to sums that may be of no part yet.
@@ -81,8 +81,8 @@ RenderFile Merge(std::vector<NamedRender> parts) {
     for (size_t i = 1; i < parts.size(); i++) RequireCompatible(parts[0], parts[i]);
     for (const NamedRender& part : parts)
         if (!HasSums(part.render))
-            throw Error(ErrorKind::BadInput,
-                        part.name + " lacks sums of samples, the channels sum0.R and so on");
+            throw MakeError(ErrorKind::BadInput, "{} lacks sums of samples, the channels sum0.R and so on",
+                            part.name);
     for (size_t i = 0; i < parts.size(); i++)
         for (size_t j = 0; j < i; j++) RequireDisjoint(parts[j], parts[i]);
 
@@ -96,7 +96,7 @@ RenderFile Merge(std::vector<NamedRender> parts) {
         merged.samples = Union(merged.samples, part.samples);
     }
     if (const uint64_t total = SampleCount(merged.samples); total > 0xFFFFFFFFu)
-        throw Error(ErrorKind::BadInput, std::to_string(total) + " samples are more than can be counted");
+        throw MakeError(ErrorKind::BadInput, "{} samples are more than can be counted", total);
     TakeMeans(merged);
     return merged;
 }

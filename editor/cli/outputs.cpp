@@ -5,8 +5,8 @@
 #include <string>
 
 #include "base/atomic_file.h"
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::cli {
 
@@ -23,7 +23,7 @@ void CheckFolder(const std::filesystem::path& path) {
     const std::filesystem::path folder = path.parent_path();
     std::error_code error;
     if (!folder.empty() && !std::filesystem::is_directory(folder, error))
-        throw Error(ErrorKind::Io, path.string() + ": there is no folder " + folder.string());
+        throw MakeError(ErrorKind::Io, "{}: there is no folder {}", path.string(), folder.string());
 }
 
 }  // namespace
@@ -35,7 +35,7 @@ OutputFile ParseOutput(const std::filesystem::path& path) {
     if (extension == ".png") return {path, OutputKind::Png};
     if (extension == ".exr") return {path, OutputKind::Exr};
     if (extension == ".hdr") return {path, OutputKind::Hdr};
-    throw Error(ErrorKind::Usage, Quoted(path.string(), 1024) + " does not end in .png, .exr or .hdr");
+    throw MakeError(ErrorKind::Usage, "{} does not end in .png, .exr or .hdr", Quoted(path.string(), 1024));
 }
 
 void CheckWritable(std::span<const std::filesystem::path> paths,
@@ -44,11 +44,11 @@ void CheckWritable(std::span<const std::filesystem::path> paths,
     for (const std::filesystem::path& path : paths) {
         const std::filesystem::path canonical = Canonical(path);
         if (std::ranges::find(seen, canonical) != seen.end())
-            throw Error(ErrorKind::Usage, path.string() + " is to be written twice");
+            throw MakeError(ErrorKind::Usage, "{} is to be written twice", path.string());
         seen.push_back(canonical);
         for (const std::filesystem::path& input : inputs)
             if (Canonical(input) == canonical)
-                throw Error(ErrorKind::Usage, path.string() + " is to be read and to be written");
+                throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path.string());
         CheckFolder(path);
         AtomicFile probe(path);  // dropped without Commit
     }

@@ -3,15 +3,15 @@
 #include <charconv>
 #include <cmath>
 
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::cli {
 
 namespace {
 
 [[noreturn]] void Refuse(std::string_view text, const std::string& expected) {
-    throw Error(ErrorKind::Usage, Quoted(text) + " is not " + expected);
+    throw MakeError(ErrorKind::Usage, "{} is not {}", Quoted(text), expected);
 }
 
 // A bound as the user would write it: 1000000, not 1000000.000000.
@@ -28,7 +28,7 @@ uint32_t ParseCount(std::string_view text, uint32_t minimum, uint32_t maximum) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (text.empty() || error != std::errc() || end != text.data() + text.size() || value < minimum ||
         value > maximum)
-        Refuse(text, "a whole number from " + std::to_string(minimum) + " to " + std::to_string(maximum));
+        Refuse(text, Text("a whole number from {} to {}", minimum, maximum));
     return value;
 }
 
@@ -61,7 +61,7 @@ ImageSize ParseSize(std::string_view text) {
             // The message for the whole text says more than the one for its half
         }
     }
-    Refuse(text, "a size like 640x360, each side from 1 to " + std::to_string(kMaxImageSide));
+    Refuse(text, Text("a size like 640x360, each side from 1 to {}", kMaxImageSide));
 }
 
 std::array<float, 3> ParseRadiance(std::string_view text) {
@@ -121,7 +121,7 @@ std::string ToText(float value) {
 }
 
 std::string ToText(const ImageSize& size) {
-    return std::to_string(size.width) + "x" + std::to_string(size.height);
+    return Text("{}x{}", size.width, size.height);
 }
 
 std::string ToText(const std::array<float, 3>& radiance) {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/scene/camera_view.h"
 
 namespace raygraph::cli {
@@ -54,9 +54,9 @@ void SetRoulette(passes::RouletteSettings& roulette, std::string_view text) {
     roulette.kind = ParseChoice<Roulette>(name);
     const bool hasProbability = HasProbability(roulette.kind);
     if (hasProbability != (colon != std::string_view::npos))
-        throw Error(ErrorKind::Usage, "\"" + std::string(text) + "\" " +
-                                          (hasProbability ? "needs a probability, as in " : "takes none: ") +
-                                          name + (hasProbability ? ":0.8" : ""));
+        throw MakeError(ErrorKind::Usage, "\"{}\" {}{}{}", text,
+                        (hasProbability ? "needs a probability, as in " : "takes none: "), name,
+                        (hasProbability ? ":0.8" : ""));
     if (hasProbability)
         roulette.survival = static_cast<float>(ParseNumber(text.substr(colon + 1), 0.01, 1.0));
 }
@@ -224,7 +224,7 @@ PictureSettings SettingsFrom(const SettingTexts& texts) {
         try {
             setting.set(settings, text->second);
         } catch (const Error& error) {
-            throw Error(error.Kind(), std::string("--") + setting.name + ": " + error.what());
+            throw MakeError(error.Kind(), "--{}: {}", setting.name, error.what());
         }
     }
     return settings;

@@ -4,8 +4,8 @@
 #include <span>
 
 #include "base/check.h"
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 #include "editor/cli/exit_code.h"
 
 namespace raygraph::cli {
@@ -86,7 +86,7 @@ bool TakeChannels(const image::ExrImage& file, const Names& names, Texels& texel
     for (size_t c = 0; c < std::size(names); c++) {
         const std::vector<float>* channel = file.FloatChannel(names[c]);
         if (channel == nullptr)
-            throw Error(ErrorKind::BadInput, std::string("there is ") + names[0] + " but no " + names[c]);
+            throw MakeError(ErrorKind::BadInput, "there is {} but no {}", names[0], names[c]);
         for (size_t i = 0; i < channel->size(); i++) texels[4 * i + c] = (*channel)[i];
     }
     return true;
@@ -100,7 +100,7 @@ bool TakeSums(const image::ExrImage& file, const Names& names, bool withSquares,
     const auto take = [&](const std::string& name, passes::ExactSums::Plane& plane, size_t component) {
         const std::vector<uint32_t>* words = file.UintChannel(name);
         if (words == nullptr)
-            throw Error(ErrorKind::BadInput, "there are sums of samples but no channel " + name);
+            throw MakeError(ErrorKind::BadInput, "there are sums of samples but no channel {}", name);
         for (size_t i = 0; i < words->size(); i++) plane[4 * i + component] = (*words)[i];
     };
     for (size_t c = 0; c < std::size(names); c++)
@@ -116,8 +116,7 @@ std::string TextAttribute(const image::ExrImage& file, const char* name) {
     const auto attribute = file.attributes.find(name);
     if (attribute == file.attributes.end()) return {};
     const std::string* text = std::get_if<std::string>(&attribute->second);
-    if (text == nullptr)
-        throw Error(ErrorKind::BadInput, std::string("attribute ") + name + " is not a text");
+    if (text == nullptr) throw MakeError(ErrorKind::BadInput, "attribute {} is not a text", name);
     return *text;
 }
 
@@ -125,15 +124,14 @@ void RequireFormat(const image::ExrImage& file) {
     const std::string format = TextAttribute(file, kAttributeFormat);
     if (format == kFormat) return;
     if (!format.empty())
-        throw Error(ErrorKind::BadInput, std::string(kAttributeFormat) + " is " + format +
-                                             "; this program reads " + std::string(kFormat));
+        throw MakeError(ErrorKind::BadInput, "{} is {}; this program reads {}", kAttributeFormat, format,
+                        kFormat);
     if (file.attributes.contains(kAttributeSampleRanges))
         throw Error(
             ErrorKind::BadInput,
             "written by an older version, which stored no sums of samples: it can be neither resumed nor "
             "merged");
-    throw Error(ErrorKind::BadInput,
-                std::string("no attribute ") + kAttributeFormat + ": not a render of this program");
+    throw MakeError(ErrorKind::BadInput, "no attribute {}: not a render of this program", kAttributeFormat);
 }
 
 // Every pixel has as many samples, so far.
@@ -142,19 +140,18 @@ void RequireEven(const image::ExrImage& file, uint64_t sampleCount) {
     if (counts == nullptr) throw Error(ErrorKind::BadInput, "there is no uint channel samples");
     for (const uint32_t count : *counts)
         if (count != sampleCount)
-            throw Error(ErrorKind::BadInput, "a pixel has " + std::to_string(count) +
-                                                 " samples, the render " + std::to_string(sampleCount));
+            throw MakeError(ErrorKind::BadInput, "a pixel has {} samples, the render {}", count, sampleCount);
 }
 
 SampleRanges SamplesOf(const image::ExrImage& file) {
     const std::string text = TextAttribute(file, kAttributeSampleRanges);
     if (text.empty())
-        throw Error(ErrorKind::BadInput,
-                    std::string("no attribute ") + kAttributeSampleRanges + ": not a render of this program");
+        throw MakeError(ErrorKind::BadInput, "no attribute {}: not a render of this program",
+                        kAttributeSampleRanges);
     SampleRanges samples = ParseSampleRanges(text);
     if (SampleCount(samples) > 0xFFFFFFFFu)
-        throw Error(ErrorKind::BadInput, std::string(kAttributeSampleRanges) + ": \"" + text +
-                                             "\" are more samples than can be counted");
+        throw MakeError(ErrorKind::BadInput, "{}: \"{}\" are more samples than can be counted",
+                        kAttributeSampleRanges, text);
     return samples;
 }
 
@@ -163,15 +160,15 @@ void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
         const size_t i = static_cast<size_t>(bias);
         const bool hasVariance = TakeChannels(file, VarianceChannels(bias), render.removedVariance[i]);
         if (hasVariance != !render.removed[i].empty())
-            throw Error(ErrorKind::BadInput, std::string("of ") + Name(AovOf(bias)) +
-                                                 " there is one of mean and variance, not both");
+            throw MakeError(ErrorKind::BadInput, "of {} there is one of mean and variance, not both",
+                            Name(AovOf(bias)));
         if (!hasVariance) continue;
         TakeSums(file, MeanChannels(AovOf(bias)), true, render.sums.removed[i]);
         const std::string count = TextAttribute(file, kAttributeRemovedSamples);
         try {
             render.removedSamples = ParseCount(count);
         } catch (const Error& error) {
-            throw Error(ErrorKind::BadInput, std::string(kAttributeRemovedSamples) + ": " + error.what());
+            throw MakeError(ErrorKind::BadInput, "{}: {}", kAttributeRemovedSamples, error.what());
         }
     }
 }
@@ -211,14 +208,14 @@ RenderFile FromExr(const image::ExrImage& file) {
     try {
         recorded = SettingsFrom(render.settings).size;
     } catch (const Error& error) {
-        throw Error(ErrorKind::BadInput, std::string("recorded setting ") + error.what());
+        throw MakeError(ErrorKind::BadInput, "recorded setting {}", error.what());
     }
     if (recorded != render.size)
-        throw Error(ErrorKind::BadInput, "the recorded size " + ToText(recorded) +
-                                             " is not that of the picture, " + ToText(render.size));
+        throw MakeError(ErrorKind::BadInput, "the recorded size {} is not that of the picture, {}",
+                        ToText(recorded), ToText(render.size));
     for (const ChannelNames& names : GroupChannels(render.settings)) {
         if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
-            throw Error(ErrorKind::BadInput, "there is no float channel " + names[0]);
+            throw MakeError(ErrorKind::BadInput, "there is no float channel {}", names[0]);
         TakeSums(file, names, false, render.sums.lightGroups.emplace_back());
     }
     return render;
@@ -353,7 +350,7 @@ RenderFile ReadRenderFile(const std::filesystem::path& path) {
     try {
         return FromExr(file);
     } catch (const Error& error) {
-        throw Error(error.Kind(), path.string() + ": " + Printable(error.what(), 1024));
+        throw MakeError(error.Kind(), "{}: {}", path.string(), Printable(error.what(), 1024));
     }
 }
 

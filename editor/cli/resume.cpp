@@ -1,7 +1,7 @@
 #include "editor/cli/resume.h"
 
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::cli {
 
@@ -9,7 +9,7 @@ ResumedRender ReadResumedRender(const std::filesystem::path& path) {
     ResumedRender resumed{path, ReadRenderFile(path)};
     const RenderFile& render = resumed.render;
     const auto refuse = [&](const std::string& why) {
-        throw Error(ErrorKind::BadInput, path.string() + " cannot be resumed: " + why);
+        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", path.string(), why);
     };
     if (render.sceneHash.empty())
         refuse("it was saved by the editor, whose scene may have had edits that are in no file");
@@ -25,8 +25,8 @@ ResumedRender ReadResumedRender(const std::filesystem::path& path) {
 PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& arguments) {
     const RenderFile& render = resumed.render;
     const auto refuse = [&](const std::string& option, const std::string& given, const std::string& has) {
-        throw Error(ErrorKind::Usage, "--" + option + " " + given + ": " + resumed.path.string() +
-                                          " was rendered with " + Printable(has));
+        throw MakeError(ErrorKind::Usage, "--{} {}: {} was rendered with {}", option, given,
+                        resumed.path.string(), Printable(has));
     };
     const SettingTexts inFile = Texts(SettingsFrom(render.settings));
     for (const auto& [name, text] : arguments.given)
@@ -41,12 +41,12 @@ PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& 
         if (const AovSet asked = AovsFor(*arguments.aovs, settings), has = AovsOf(render); asked != has)
             refuse("aov", ListOf(asked), ListOf(has));
     if (arguments.samples && *arguments.samples <= range.count)
-        throw Error(ErrorKind::Usage, "--spp " + std::to_string(*arguments.samples) + ": " +
-                                          resumed.path.string() + " already holds " +
-                                          std::to_string(range.count) + " samples; give the total to reach");
+        throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {} samples; give the total to reach",
+                        *arguments.samples, resumed.path.string(), range.count);
     if (!arguments.samples && !arguments.seconds && !arguments.error)
-        throw Error(ErrorKind::Usage, "--resume needs --spp (the total to reach; " + resumed.path.string() +
-                                          " holds " + std::to_string(range.count) + "), --time or --error");
+        throw MakeError(ErrorKind::Usage,
+                        "--resume needs --spp (the total to reach; {} holds {}), --time or --error",
+                        resumed.path.string(), range.count);
     return settings;
 }
 

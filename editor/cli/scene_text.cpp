@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::cli {
 
@@ -13,26 +13,12 @@ namespace {
 constexpr size_t kMostListed = 20;
 constexpr size_t kMostOfName = 1024;  // bytes
 
-template <typename... Values>
-std::string Printed(const char* format, Values... values) {
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(), format, values...);
-    return text.data();
-}
-
-std::string Joined(std::initializer_list<std::string_view> parts) {
-    std::string text;
-    for (const std::string_view part : parts) text += part;
-    return text;
-}
-
 std::string Line(const char* label, const std::string& text) {
-    return Joined({Printed("  %-12s", label), text, "\n"});
+    return Text("  {:<12}{}\n", label, text);
 }
 
-std::string Text(const glm::vec3& v) {
-    return Printed("%.4g %.4g %.4g", static_cast<double>(v.x), static_cast<double>(v.y),
-                   static_cast<double>(v.z));
+std::string VectorText(const glm::vec3& v) {
+    return Text("{:.4g} {:.4g} {:.4g}", v.x, v.y, v.z);
 }
 
 double Degrees(float radians) {
@@ -45,18 +31,16 @@ std::string List(const char* label, const std::vector<Thing>& things, Describe&&
     std::string text = Line(label, things.empty() ? "none" : GroupDigits(things.size()));
     const size_t shown = std::min(things.size(), kMostListed);
     for (size_t i = 0; i < shown; i++)
-        text += Joined({"    ", std::to_string(i), "  ", Quoted(things[i].name, kMostOfName), "  ",
-                        describe(things[i]), "\n"});
-    if (things.size() > shown)
-        text += Joined({"    ... and ", GroupDigits(things.size() - shown), " more\n"});
+        text += Text("    {}  {}  {}\n", i, Quoted(things[i].name, kMostOfName), describe(things[i]));
+    if (things.size() > shown) text += Text("    ... and {} more\n", GroupDigits(things.size() - shown));
     return text;
 }
 
 std::string Describe(const scene::Camera& camera) {
     const glm::vec3 eye = camera.cameraToWorld[3];
     if (camera.projection == scene::Projection::Orthographic)
-        return Printed("orthographic, %.4g m high, at ", 2.0 * static_cast<double>(camera.yMag)) + Text(eye);
-    return Printed("perspective, vertical angle %.4g degrees, at ", Degrees(camera.yFov)) + Text(eye);
+        return Text("orthographic, {:.4g} m high, at {}", 2.0f * camera.yMag, VectorText(eye));
+    return Text("perspective, vertical angle {:.4g} degrees, at {}", Degrees(camera.yFov), VectorText(eye));
 }
 
 std::string Describe(const scene::Light& light) {
@@ -64,24 +48,24 @@ std::string Describe(const scene::Light& light) {
     std::string text;
     switch (light.type) {
         case scene::LightType::Directional:
-            text = Printed("directional, %.4g lx", intensity);
+            text = Text("directional, {:.4g} lx", intensity);
             break;
         case scene::LightType::Point:
-            text = Printed("point, %.4g cd", intensity);
+            text = Text("point, {:.4g} cd", intensity);
             break;
         case scene::LightType::Spot:
             text =
-                Printed("spot, %.4g cd, cone %.4g degrees", intensity, 2.0 * Degrees(light.outerConeAngle));
+                Text("spot, {:.4g} cd, cone {:.4g} degrees", intensity, 2.0 * Degrees(light.outerConeAngle));
             break;
     }
-    return Joined({text, ", colour ", Text(light.color)});
+    return Text("{}, colour {}", text, VectorText(light.color));
 }
 
 std::string Describe(const scene::Material& material) {
-    std::string text = Joined({"base colour ", Text(material.baseColorFactor)});
+    std::string text = Text("base colour {}", VectorText(material.baseColorFactor));
     if (material.baseColorTexture.IsPresent()) text += " x texture";
     if (material.EmittedRadiance() != glm::vec3(0.0f)) {
-        text += Joined({", emits ", Text(material.EmittedRadiance())});
+        text += Text(", emits {}", VectorText(material.EmittedRadiance()));
         if (material.emissiveTexture.IsPresent()) text += " x texture";
     }
     if (material.alphaMode == scene::AlphaMode::Mask) text += ", alpha mask";
@@ -90,8 +74,8 @@ std::string Describe(const scene::Material& material) {
 }
 
 std::string TriangleText(const scene::SceneStatistics& statistics) {
-    return Joined({GroupDigits(statistics.placedTriangles), " placed, ",
-                   GroupDigits(statistics.uniqueTriangles), " unique"});
+    return Text("{} placed, {} unique", GroupDigits(statistics.placedTriangles),
+                GroupDigits(statistics.uniqueTriangles));
 }
 
 }  // namespace
@@ -102,27 +86,19 @@ std::string GroupDigits(uint64_t number) {
     return text;
 }
 
-std::string FormatBytes(uint64_t bytes) {
-    constexpr std::array kUnits = {"bytes", "KiB", "MiB", "GiB", "TiB"};
-    double value = static_cast<double>(bytes);
-    size_t unit = 0;
-    for (; value >= 1024.0 && unit + 1 < kUnits.size(); unit++) value /= 1024.0;
-    return Printed(unit == 0 ? "%.0f %s" : "%.1f %s", value, kUnits[unit]);
-}
-
 std::string DescribeScene(std::string_view file, const scene::SceneData& scene) {
     const scene::SceneStatistics statistics = scene::Statistics(scene);
     std::string text(file);
     text += '\n';
     text += Line("triangles", TriangleText(statistics));
-    text += Line("instances", Joined({GroupDigits(statistics.instanceCount), " of ",
-                                      GroupDigits(statistics.meshCount), " meshes"}));
+    text += Line("instances", Text("{} of {} meshes", GroupDigits(statistics.instanceCount),
+                                   GroupDigits(statistics.meshCount)));
     text += Line("textures", GroupDigits(statistics.textureCount));
-    text += Line("memory", Joined({"geometry ", FormatBytes(statistics.geometryBytes), ", images ",
-                                   FormatBytes(statistics.imageBytes)}));
-    text += Line("bounds", scene.bounds.IsEmpty()
-                               ? "empty"
-                               : Joined({Text(scene.bounds.min), " to ", Text(scene.bounds.max), " m"}));
+    text += Line("memory", Text("geometry {}, images {}", BytesText(statistics.geometryBytes),
+                                BytesText(statistics.imageBytes)));
+    text += Line("bounds", scene.bounds.IsEmpty() ? "empty"
+                                                  : Text("{} to {} m", VectorText(scene.bounds.min),
+                                                         VectorText(scene.bounds.max)));
     const auto describe = [](const auto& thing) { return Describe(thing); };
     text += List("cameras", scene.cameras, describe);
     text += List("lights", scene.lights, describe);

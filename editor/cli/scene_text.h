@@ -14,7 +14,5 @@ std::string DescribeScene(std::string_view file, const scene::SceneData& scene);
 
 // "1,234,567"
 std::string GroupDigits(uint64_t number);
-// "12.3 MiB"
-std::string FormatBytes(uint64_t bytes);
 
 }  // namespace raygraph::cli

@@ -1,5 +1,7 @@
 #include "editor/viewport/path_traced_view.h"
 
+#include "base/text.h"
+
 #include <algorithm>
 
 #include "passes/overlay.h"
@@ -27,7 +29,7 @@ bool Fits(Extent2D extent, const FrameBudget& budget) {
 PathTracedView::PathTracedView(const std::string& name) : m_full(name + ".path-traced") {
     for (uint32_t i = 1; i <= kMostLevels; i++)
         m_levels.push_back(
-            {.scale = 1u << i, .sample = Accumulation(name + ".path-traced/" + std::to_string(1u << i))});
+            {.scale = 1u << i, .sample = Accumulation(Text("{}.path-traced/{}", name, 1u << i))});
 }
 
 Extent2D PathTracedView::ExtentAt(Extent2D extent, uint32_t scale) {

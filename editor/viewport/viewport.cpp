@@ -1,6 +1,6 @@
 #include "editor/viewport/viewport.h"
 
-#include "base/error.h"
+#include "base/text.h"
 #include "editor/viewport/viewport_impl.h"
 
 namespace raygraph::viewport {
@@ -137,9 +137,8 @@ namespace {
 
 void RequirePixel(Extent2D size, glm::uvec2 pixel, const char* call) {
     if (pixel.x >= size.width || pixel.y >= size.height)
-        throw Error(ErrorKind::Usage, std::string("Viewport: ") + call + " of pixel " +
-                                          std::to_string(pixel.x) + ", " + std::to_string(pixel.y) + " in " +
-                                          std::to_string(size.width) + "x" + std::to_string(size.height));
+        throw MakeError(ErrorKind::Usage, "Viewport: {} of pixel {}, {} in {}x{}", call, pixel.x, pixel.y,
+                        size.width, size.height);
 }
 
 }  // namespace

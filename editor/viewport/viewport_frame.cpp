@@ -1,9 +1,8 @@
 // What a Viewport does in a frame.
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "editor/viewport/viewport_impl.h"
-#include "passes/path_settings.h"
 #include "renderer/gpu_scene/camera_record.h"
 
 namespace raygraph::viewport {
@@ -115,7 +114,12 @@ passes::TraceSettings Viewport::Impl::TraceSettingsNow() const {
     settings.camera = ToRecord(WithAspect(camera, float(size.width) / float(size.height)));
     settings.camera.lensRadius = lens.radius;
     settings.camera.focusDistance = lens.focusDistance;
-    passes::CopyPathSettings(paths, settings);
+    settings.sampler = paths.sampler;
+    settings.seed = paths.seed;
+    settings.scattering = paths.scattering;
+    settings.lights = paths.lights;
+    settings.roulette = paths.roulette;
+    settings.biases = paths.biases;
     return settings;
 }
 
@@ -136,7 +140,7 @@ TextureId Viewport::Impl::DeclareSurface(const SceneIds& ids, const passes::Trac
 
 TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     if (!declaredIn.expired())
-        throw Error(ErrorKind::Usage, "Viewport \"" + name + "\": declared twice in one frame");
+        throw MakeError(ErrorKind::Usage, "Viewport \"{}\": declared twice in one frame", name);
     declaredIn = renderer.OpenFrame();
     NoteChanges();
     LearnFromTimings();
@@ -222,7 +226,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
 TextureId Viewport::Impl::DeclareOutline(TextureId picture) {
     if (outline.IsEmpty() || !picture.IsValid() || show.view == View::SideBySide) return picture;
     if (declaredIn.expired())
-        throw Error(ErrorKind::Usage, "Viewport \"" + name + "\": DeclareOutline comes after Declare");
+        throw MakeError(ErrorKind::Usage, "Viewport \"{}\": DeclareOutline comes after Declare", name);
     const bool isMoving = budget.IsLimited() && IsRecent(changedAt);
     // Of the frame: setters may have been called since Declare
     return outline.Declare(renderer, declaredScene, drawnFrom->revisions, drawnFrom->camera, declaredSettings,

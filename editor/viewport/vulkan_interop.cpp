@@ -1,6 +1,6 @@
 #include "editor/viewport/vulkan_interop.h"
 
-#include "base/error.h"
+#include "base/text.h"
 #include "passes/show.h"
 
 namespace raygraph::viewport {
@@ -13,20 +13,20 @@ bool IsCopied(rhi::Format format) {
 }
 
 std::string SizeOf(Extent2D extent) {
-    return std::to_string(extent.width) + "x" + std::to_string(extent.height);
+    return Text("{}x{}", extent.width, extent.height);
 }
 
 }  // namespace
 
 HostImage::HostImage(rhi::Device& device, const HostImageDesc& desc) : m_desc(desc) {
     if (desc.image == VK_NULL_HANDLE || desc.extent.IsEmpty())
-        throw Error(ErrorKind::Usage, "HostImage \"" + desc.name + "\": there is no image, or it is of " +
-                                          SizeOf(desc.extent) + " pixels");
+        throw MakeError(ErrorKind::Usage, "HostImage \"{}\": there is no image, or it is of {} pixels",
+                        desc.name, SizeOf(desc.extent));
     if (desc.format == rhi::Format::Undefined || rhi::IsDepth(desc.format) ||
         desc.format == rhi::Format::R32Uint || desc.format == rhi::Format::Rg32Uint ||
         desc.format == rhi::Format::Rgba32Uint)
-        throw Error(ErrorKind::Usage,
-                    "HostImage \"" + desc.name + "\": no picture is shown in " + rhi::Name(desc.format));
+        throw MakeError(ErrorKind::Usage, "HostImage \"{}\": no picture is shown in {}", desc.name,
+                        rhi::Name(desc.format));
     m_texture = device.WrapTexture({.name = desc.name,
                                     .extent = desc.extent,
                                     .format = desc.format,
@@ -41,8 +41,8 @@ void HostImage::Show(Renderer& renderer, TextureId picture, const HostSemaphores
     for (const rhi::SemaphoreUse& semaphore : semaphores.signal) renderer.SignalSemaphore(semaphore);
     const Extent2D extent = renderer.Desc(picture).extent;
     if (!(extent == m_desc.extent))
-        throw Error(ErrorKind::Usage, "HostImage \"" + m_desc.name + "\" of " + SizeOf(m_desc.extent) +
-                                          ": a picture of " + SizeOf(extent));
+        throw MakeError(ErrorKind::Usage, "HostImage \"{}\" of {}: a picture of {}", m_desc.name,
+                        SizeOf(m_desc.extent), SizeOf(extent));
     TextureId target = renderer.Import(m_desc.name, m_texture, m_state);
     if (IsCopied(m_desc.format))
         renderer.AddPass(

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "shaders/shared/scene_records.h"
 
 namespace raygraph {
@@ -17,35 +17,34 @@ void RequireBindable(const rhi::Device& device, const std::string& what, uint64_
                      uint64_t recordBytes) {
     const uint64_t limit = device.Info().maxStorageBufferBytes;
     if (count <= limit / recordBytes) return;
-    throw Error(ErrorKind::OutOfMemory, "GpuScene: " + std::to_string(count) + " " + what + " of " +
-                                            std::to_string(recordBytes) + " bytes, a shader can read " +
-                                            std::to_string(limit / recordBytes) + " on this device (" +
-                                            std::to_string(limit) + " bytes)");
+    throw MakeError(ErrorKind::OutOfMemory,
+                    "GpuScene: {} {} of {} bytes, a shader can read {} on this device ({} bytes)", count,
+                    what, recordBytes, limit / recordBytes, limit);
 }
 
 void RequirePlacements(const rhi::Device& device, uint64_t count) {
     const uint64_t limit = std::min(device.Info().maxInstanceCount, kMostCustomIndices);
     if (count <= limit) return;
-    throw Error(ErrorKind::Usage, "GpuScene: " + std::to_string(count) +
-                                      " instances of groups of triangles, this device traces at most " +
-                                      std::to_string(limit));
+    throw MakeError(ErrorKind::Usage,
+                    "GpuScene: {} instances of groups of triangles, this device traces at most {}", count,
+                    limit);
 }
 
 void CheckLimits(rhi::Device& device, const rhi::TextureTable& table, const scene::SceneData& scene) {
     // Slots are free only once no frame can read their textures any more
     if (scene.textures.size() > table.FreeCount()) device.WaitIdle();
     if (scene.textures.size() > table.FreeCount())
-        throw Error(ErrorKind::Usage,
-                    "GpuScene: " + std::to_string(scene.textures.size()) +
-                        " textures, the texture table has " + std::to_string(table.FreeCount()) + " of " +
-                        std::to_string(table.Capacity()) + " slots left (GpuSceneDesc::textureCapacity)");
+        throw MakeError(ErrorKind::Usage,
+                        "GpuScene: {} textures, the texture table has {} of {} slots left "
+                        "(GpuSceneDesc::textureCapacity)",
+                        scene.textures.size(), table.FreeCount(), table.Capacity());
     const uint32_t largest = device.Info().maxTextureExtent;
     for (const scene::ImageData& image : scene.images)
         if (std::max(image.width, image.height) > largest)
-            throw Error(ErrorKind::Usage,
-                        "GpuScene: image '" + image.name + "' of " + std::to_string(image.width) + "x" +
-                            std::to_string(image.height) + " texels, the device's textures have at most " +
-                            std::to_string(largest) + " a side");
+            throw MakeError(
+                ErrorKind::Usage,
+                "GpuScene: image '{}' of {}x{} texels, the device's textures have at most {} a side",
+                image.name, image.width, image.height, largest);
     RequireBindable(device, "materials", scene.materials.size(), sizeof(gpu::MaterialRecord));
     uint64_t geometryCount = 0;
     for (const scene::Mesh& mesh : scene.meshes)

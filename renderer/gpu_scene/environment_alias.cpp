@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "base/check.h"
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/gpu_scene/alias_table.h"
 
 namespace raygraph {
@@ -52,15 +52,14 @@ class TexelMeans {
 void RequireRadiance(const image::ImageF& map) {
     const size_t count = size_t{4} * map.width * map.height;
     if (count == 0 || map.rgba.size() != count)
-        throw Error(ErrorKind::Usage, "GpuScene: SetEnvironmentMap: " + std::to_string(map.width) + "x" +
-                                          std::to_string(map.height) + " texels asked for, " +
-                                          std::to_string(map.rgba.size() / 4) + " given");
+        throw MakeError(ErrorKind::Usage, "GpuScene: SetEnvironmentMap: {}x{} texels asked for, {} given",
+                        map.width, map.height, map.rgba.size() / 4);
     for (size_t i = 0; i < count; i++)
         if (!std::isfinite(map.rgba[i]) || map.rgba[i] < 0.0f)
-            throw Error(ErrorKind::Usage,
-                        "GpuScene: SetEnvironmentMap: texel " + std::to_string(i / 4 % map.width) + ", " +
-                            std::to_string(i / 4 / map.width) + " holds " + std::to_string(map.rgba[i]) +
-                            ", must be finite and not negative");
+            throw MakeError(
+                ErrorKind::Usage,
+                "GpuScene: SetEnvironmentMap: texel {}, {} holds {}, must be finite and not negative",
+                i / 4 % map.width, i / 4 / map.width, map.rgba[i]);
 }
 
 EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCells) {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <utility>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/scene/check.h"
 
@@ -95,7 +95,7 @@ void LightSet::SetSides(uint32_t material, bool isDoubleSided) {
 }
 
 void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
-    const std::string subject = "GpuScene: SetLight: light " + std::to_string(light);
+    const std::string subject = Text("GpuScene: SetLight: light {}", light);
     scene::Check(values, subject);
     // A file's transform may be degenerate; one that a host sets must have a direction
     scene::CheckTransform({values.lightToWorld, values.translationRest}, subject);

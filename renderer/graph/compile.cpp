@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/graph/memory_planner.h"
 #include "renderer/graph/text.h"
 
@@ -64,9 +64,10 @@ void Compiler::CheckRoots() const {
         const char* what = root.kind == RootKind::Presented  ? "presented"
                            : root.kind == RootKind::Exported ? "exported"
                                                              : "read back";
-        throw Error(ErrorKind::Usage, Quoted(resource.name) + " was " + what +
-                                          " and written again later in the frame: its contents at the " +
-                                          "end of the frame are not those that were meant");
+        throw MakeError(ErrorKind::Usage,
+                        "{} was {} and written again later in the frame: its contents at the end of the "
+                        "frame are not those that were meant",
+                        Quoted(resource.name), what);
     }
 }
 
@@ -174,10 +175,10 @@ void Compiler::Acquire() {
         if (state.queueFamily != m_graph.queueFamily) {
             const GraphResource& resource = m_graph.resources[r];
             if (resource.kind != ResourceKind::Texture && resource.kind != ResourceKind::Buffer)
-                throw Error(ErrorKind::Usage, Quoted(resource.name) + ", a " + Name(resource.kind) +
-                                                  ", comes from queue family " +
-                                                  std::to_string(state.queueFamily) +
-                                                  ": what crosses is the buffer that holds it");
+                throw MakeError(
+                    ErrorKind::Usage,
+                    "{}, a {}, comes from queue family {}: what crosses is the buffer that holds it",
+                    Quoted(resource.name), Name(resource.kind), state.queueFamily);
             m_plan.barriers.push_back({.resource = r,
                                        .dependency = {.srcStages = kOwnerStages,
                                                       .dstStages = kOwnerStages,

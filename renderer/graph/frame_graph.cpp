@@ -1,6 +1,6 @@
 #include "renderer/graph/frame_graph.h"
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/graph/access_rows.h"
 #include "renderer/graph/text.h"
 
@@ -71,8 +71,8 @@ void FrameGraph::Begin(uint64_t frameNumber) {
 
 uint32_t FrameGraph::AddResource(GraphResource resource) {
     if (resources.size() >= TextureId::kInvalid)
-        throw Error(ErrorKind::Usage, Quoted(resource.name) + ": a frame has at most " +
-                                          std::to_string(TextureId::kInvalid) + " resources");
+        throw MakeError(ErrorKind::Usage, "{}: a frame has at most {} resources", Quoted(resource.name),
+                        TextureId::kInvalid);
     resources.push_back(std::move(resource));
     return static_cast<uint32_t>(resources.size() - 1);
 }
@@ -86,15 +86,15 @@ uint32_t FrameGraph::AddPass(std::string_view name, PassKind kind) {
 uint32_t FrameGraph::ResolveAnyVersion(AnyId id, std::string_view what) const {
     const std::string kind = Name(id.kind);
     if (!id.isValid)
-        throw Error(ErrorKind::Usage,
-                    std::string(what) + " an empty " + kind + " id, which names no resource");
+        throw MakeError(ErrorKind::Usage, "{} an empty {} id, which names no resource", what, kind);
     const uint32_t age = static_cast<uint32_t>(frame - id.frame) & TextureId::kFrameMask;
     if (age != 0)
-        throw Error(ErrorKind::Usage, std::string(what) + " a " + kind + " id of an earlier frame (" +
-                                          std::to_string(age) + " before this one): ids last for one frame");
+        throw MakeError(ErrorKind::Usage,
+                        "{} a {} id of an earlier frame ({} before this one): ids last for one frame", what,
+                        kind, age);
     if (id.resource >= resources.size() || resources[id.resource].kind != id.kind)
-        throw Error(ErrorKind::Usage, std::string(what) + " a " + kind +
-                                          " id that this frame did not give out: it is of another Renderer");
+        throw MakeError(ErrorKind::Usage,
+                        "{} a {} id that this frame did not give out: it is of another Renderer", what, kind);
     return id.resource;
 }
 
@@ -107,9 +107,9 @@ uint32_t FrameGraph::Resolve(AnyId id, std::string_view what) const {
         for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
             if (uses[u].resource == index && uses[u].versionOut == id.version + 1 && Writes(uses[u].access))
                 writer = &pass;
-    throw Error(ErrorKind::Usage, std::string(what) + " " + Quoted(resource.name) + " as it was before " +
-                                      (writer ? PassText(*writer) : std::string("a pass")) +
-                                      " wrote it: use the id that the write returned");
+    throw MakeError(ErrorKind::Usage,
+                    "{} {} as it was before {} wrote it: use the id that the write returned", what,
+                    Quoted(resource.name), (writer ? PassText(*writer) : std::string("a pass")));
 }
 
 uint32_t FrameGraph::UseResource(AnyId id, Access access) {
@@ -122,19 +122,17 @@ uint32_t FrameGraph::UseResource(AnyId id, Access access) {
     const uint32_t index = isGood ? id.resource : Resolve(id, sentence());
     GraphResource& resource = resources[index];
     if (!IsLegal(pass.kind, access))
-        throw Error(ErrorKind::Usage, PassText(pass) + " uses " + Quoted(resource.name) + " as " +
-                                          Name(access) + ", which a pass of kind " + Name(pass.kind) +
-                                          " cannot do");
+        throw MakeError(ErrorKind::Usage, "{} uses {} as {}, which a pass of kind {} cannot do",
+                        PassText(pass), Quoted(resource.name), Name(access), Name(pass.kind));
     if (NeedsContents(access) && resource.version == 0 && !resource.isHostWritten) {
         if (resource.origin == Origin::Transient)
-            throw Error(ErrorKind::Usage, sentence() + " " + Quoted(resource.name) + ", a transient " +
-                                              Name(resource.kind) +
-                                              " that nothing has written in this frame");
+            throw MakeError(ErrorKind::Usage, "{} {}, a transient {} that nothing has written in this frame",
+                            sentence(), Quoted(resource.name), Name(resource.kind));
         if (resource.origin == Origin::Imported && resource.kind == ResourceKind::Texture &&
             resource.state.layout == VK_IMAGE_LAYOUT_UNDEFINED)
-            throw Error(ErrorKind::Usage,
-                        sentence() + " " + Quoted(resource.name) +
-                            ", imported in the layout Undefined: it has no contents until it is written");
+            throw MakeError(ErrorKind::Usage,
+                            "{} {}, imported in the layout Undefined: it has no contents until it is written",
+                            sentence(), Quoted(resource.name));
     }
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
         if (uses[u].resource == index) CheckWithinPass(pass, resource, uses[u], access);
@@ -142,9 +140,8 @@ uint32_t FrameGraph::UseResource(AnyId id, Access access) {
     const uint32_t versionIn = resource.version;
     if (Writes(access)) {
         if (versionIn == kMaxVersion)
-            throw Error(ErrorKind::Usage, PassText(pass) + ": " + Quoted(resource.name) +
-                                              " has been written " + std::to_string(kMaxVersion) +
-                                              " times, the most in one frame");
+            throw MakeError(ErrorKind::Usage, "{}: {} has been written {} times, the most in one frame",
+                            PassText(pass), Quoted(resource.name), kMaxVersion);
         ++resource.version;
     }
     uses.push_back(
@@ -167,16 +164,17 @@ void FrameGraph::CheckWithinPass(const GraphPass& pass, const GraphResource& res
         why = "a pass writes a resource once";
     else
         why = "a pass that reads what it writes updates it";
-    throw Error(ErrorKind::Usage, PassText(pass) + " uses " + Quoted(resource.name) + " both as " +
-                                      Name(earlier.access) + " and as " + Name(access) + ": " + why);
+    throw MakeError(ErrorKind::Usage, "{} uses {} both as {} and as {}: {}", PassText(pass),
+                    Quoted(resource.name), Name(earlier.access), Name(access), why);
 }
 
 void FrameGraph::Present(TextureId texture) {
     const uint32_t index = Resolve(texture, "Present shows");
     const GraphResource& resource = resources[index];
     if (resource.origin == Origin::Transient && resource.version == 0)
-        throw Error(ErrorKind::Usage, "Present shows " + Quoted(resource.name) +
-                                          ", a transient texture that nothing has written in this frame");
+        throw MakeError(ErrorKind::Usage,
+                        "Present shows {}, a transient texture that nothing has written in this frame",
+                        Quoted(resource.name));
     roots.push_back({.kind = RootKind::Presented, .resource = index, .version = resource.version});
 }
 
@@ -184,8 +182,8 @@ void FrameGraph::Export(TextureId texture, VkImageLayout layout, uint32_t toQueu
     const uint32_t index = Resolve(texture, "Export hands back");
     const GraphResource& resource = resources[index];
     if (layout == VK_IMAGE_LAYOUT_UNDEFINED || layout == VK_IMAGE_LAYOUT_PREINITIALIZED)
-        throw Error(ErrorKind::Usage,
-                    "Export hands back " + Quoted(resource.name) + " in a layout that drops its contents");
+        throw MakeError(ErrorKind::Usage, "Export hands back {} in a layout that drops its contents",
+                        Quoted(resource.name));
     ExportResource(index, layout, toQueueFamily);
 }
 
@@ -196,12 +194,11 @@ void FrameGraph::Export(BufferId buffer, uint32_t toQueueFamily) {
 void FrameGraph::ExportResource(uint32_t index, VkImageLayout layout, uint32_t toQueueFamily) {
     const GraphResource& resource = resources[index];
     if (resource.origin != Origin::Imported)
-        throw Error(ErrorKind::Usage, "Export hands back " + Quoted(resource.name) + ", a " +
-                                          Name(resource.origin) + ' ' + Name(resource.kind) +
-                                          ": only imported ones have an owner");
+        throw MakeError(ErrorKind::Usage, "Export hands back {}, a {} {}: only imported ones have an owner",
+                        Quoted(resource.name), Name(resource.origin), Name(resource.kind));
     for (const Root& root : roots)
         if (root.kind == RootKind::Exported && root.resource == index)
-            throw Error(ErrorKind::Usage, "Export hands back " + Quoted(resource.name) + " twice");
+            throw MakeError(ErrorKind::Usage, "Export hands back {} twice", Quoted(resource.name));
     roots.push_back({.kind = RootKind::Exported,
                      .resource = index,
                      .version = resource.version,

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
 
@@ -22,7 +22,7 @@ const Shader* PassBuilder::FindShader(std::string_view name) {
     try {
         return &m_shaders.Find(name);
     } catch (const Error& error) {
-        throw Error(error.Kind(), PassText(m_graph) + ": " + error.what());
+        throw MakeError(error.Kind(), "{}: {}", PassText(m_graph), error.what());
     }
 }
 
@@ -39,9 +39,8 @@ PassBuilder& PassBuilder::Miss(RayType rayType, std::string_view shader) {
 PassBuilder& PassBuilder::HitGroup(RayType rayType, const HitGroupShaders& shaders, uint32_t hitSet) {
     constexpr uint32_t kMaxHitSets = 1024;
     if (hitSet >= kMaxHitSets)
-        throw Error(ErrorKind::Usage, PassText(m_graph) + ": hit set " + std::to_string(hitSet) +
-                                          " is beyond the last one possible, " +
-                                          std::to_string(kMaxHitSets - 1));
+        throw MakeError(ErrorKind::Usage, "{}: hit set {} is beyond the last one possible, {}",
+                        PassText(m_graph), hitSet, kMaxHitSets - 1);
     auto& sets = m_pass.request.hitSets;
     if (sets.size() <= hitSet) sets.resize(hitSet + 1);
     sets[hitSet][static_cast<size_t>(rayType)] = {.closestHit = FindShader(shaders.closestHit),
@@ -58,13 +57,12 @@ PassBuilder& PassBuilder::Callable(std::string_view shader) {
 PassBuilder& PassBuilder::MaxRecursion(uint32_t depth) {
     const rhi::DeviceInfo& device = m_renderer.Device().Info();
     if (depth == 0)
-        throw Error(ErrorKind::Usage, PassText(m_graph) +
-                                          " asks for a ray recursion of 0; ray generation "
-                                          "itself traces at 1");
+        throw MakeError(ErrorKind::Usage,
+                        "{} asks for a ray recursion of 0; ray generation itself traces at 1",
+                        PassText(m_graph));
     if (depth > device.maxRayRecursionDepth)
-        throw Error(ErrorKind::Usage, PassText(m_graph) + " asks for a ray recursion of " +
-                                          std::to_string(depth) + "; the device " + device.name + " allows " +
-                                          std::to_string(device.maxRayRecursionDepth));
+        throw MakeError(ErrorKind::Usage, "{} asks for a ray recursion of {}; the device {} allows {}",
+                        PassText(m_graph), depth, device.name, device.maxRayRecursionDepth);
     m_pass.request.maxRecursion = depth;
     return *this;
 }
@@ -152,7 +150,8 @@ TextureId PassBuilder::ColorTarget(uint32_t index, TextureId texture, const Colo
 }
 
 TextureId PassBuilder::DepthTarget(TextureId texture, const DepthLoad& load) {
-    if (m_pass.depth != kNone) throw Error(ErrorKind::Usage, PassText(m_graph) + " has two depth targets");
+    if (m_pass.depth != kNone)
+        throw MakeError(ErrorKind::Usage, "{} has two depth targets", PassText(m_graph));
     const TextureId after = m_graph.Use(texture, load.clear ? Access::DepthWrite : Access::DepthUpdate);
     m_pass.depth = after.resource;
     m_pass.depthLoad = load;
@@ -195,7 +194,8 @@ void PassBuilder::KeepAlive() {
 }
 
 void PassBuilder::ConstantBytes(std::span<const std::byte> bytes, size_t alignment) {
-    if (m_pass.hasConstants) throw Error(ErrorKind::Usage, PassText(m_graph) + " gives its constants twice");
+    if (m_pass.hasConstants)
+        throw MakeError(ErrorKind::Usage, "{} gives its constants twice", PassText(m_graph));
     m_pass.hasConstants = true;
     m_pass.constantAlignment = std::max<size_t>(alignment, 4);
     m_pass.constants.assign(bytes.begin(), bytes.end());

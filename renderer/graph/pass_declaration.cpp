@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/graph/text.h"
 
 namespace raygraph {
@@ -10,7 +10,7 @@ namespace raygraph {
 namespace {
 
 [[noreturn]] void Fail(const GraphPass& pass, const std::string& text) {
-    throw Error(ErrorKind::Usage, "pass " + Quoted(pass.name) + ' ' + text);
+    throw MakeError(ErrorKind::Usage, "pass {} {}", Quoted(pass.name), text);
 }
 
 const char* Verb(BindVerb verb) {
@@ -98,8 +98,8 @@ void CheckContents(const FrameGraph& graph, const GraphPass& pass, const Declare
                    const rhi::BindingInfo& info, uint64_t mostStorageBytes) {
     if (bound.verb == BindVerb::Uniform) {
         if (!SizesAgree(bound.uniformBytes, info.blockBytes, std::max<size_t>(bound.uniformAlignment, 16)))
-            Fail(pass, "gives " + std::to_string(bound.uniformBytes) + " bytes for " + Quoted(bound.name) +
-                           ", which has " + std::to_string(info.blockBytes) + " in " + info.firstShader);
+            Fail(pass, Text("gives {} bytes for {}, which has {} in {}", bound.uniformBytes,
+                            Quoted(bound.name), info.blockBytes, info.firstShader));
         return;
     }
     const GraphResource& resource = graph.resources[bound.resource];
@@ -126,8 +126,8 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
         Fail(pass, "binds " + Quoted(bound.name) + " as " + AskedKind(bound) + "; in " + info->firstShader +
                        " it is a " + rhi::Name(info->kind));
     if (info->count != 1)
-        Fail(pass, "binds " + Quoted(bound.name) + ", an array of " + std::to_string(info->count) + " in " +
-                       info->firstShader + ": arrays of resources are not bound by name");
+        Fail(pass, Text("binds {}, an array of {} in {}: arrays of resources are not bound by name",
+                        Quoted(bound.name), info->count, info->firstShader));
     if (info->kind == rhi::BindingKind::UniformBuffer) {
         if (bound.verb == BindVerb::Writes || bound.verb == BindVerb::Updates)
             Fail(pass, std::string(Verb(bound.verb)) + ' ' + Quoted(bound.name) + ", a uniform buffer in " +
@@ -147,17 +147,16 @@ void CheckConstants(const GraphPass& pass, const PassDeclaration& declared,
     const uint32_t block = interface.pushConstants.bytes;
     if (!declared.hasConstants) {
         if (block != 0)
-            Fail(pass, "gives no constants; " + interface.pushConstantShader + " has " +
-                           std::to_string(block) + " bytes of push constants");
+            Fail(pass, Text("gives no constants; {} has {} bytes of push constants",
+                            interface.pushConstantShader, block));
         return;
     }
     if (block == 0)
-        Fail(pass, "gives " + std::to_string(declared.constants.size()) +
-                       " bytes of constants; its shaders have no push constants");
+        Fail(pass, Text("gives {} bytes of constants; its shaders have no push constants",
+                        declared.constants.size()));
     if (!SizesAgree(declared.constants.size(), block, declared.constantAlignment))
-        Fail(pass, "gives " + std::to_string(declared.constants.size()) + " bytes of constants; " +
-                       interface.pushConstantShader + " has " + std::to_string(block) +
-                       " bytes of push constants");
+        Fail(pass, Text("gives {} bytes of constants; {} has {} bytes of push constants",
+                        declared.constants.size(), interface.pushConstantShader, block));
 }
 
 // Every binding that a shader uses must be bound: using an unbound one is undefined behavior.
@@ -248,15 +247,13 @@ void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared) {
     const auto checkExtent = [&](const GraphResource& target) {
         if (!first) first = &target;
         if (first->extent != target.extent)
-            Fail(pass, "draws to " + Quoted(first->name) + " of " + std::to_string(first->extent.width) +
-                           'x' + std::to_string(first->extent.height) + " and to " + Quoted(target.name) +
-                           " of " + std::to_string(target.extent.width) + 'x' +
-                           std::to_string(target.extent.height));
+            Fail(pass,
+                 Text("draws to {} of {}x{} and to {} of {}x{}", Quoted(first->name), first->extent.width,
+                      first->extent.height, Quoted(target.name), target.extent.width, target.extent.height));
     };
     for (size_t i = 0; i < declared.colors.size(); ++i) {
         if (declared.colors[i].index != i)
-            Fail(pass, "has no color target " + std::to_string(i) + ", but one at " +
-                           std::to_string(declared.colors[i].index));
+            Fail(pass, Text("has no color target {}, but one at {}", i, declared.colors[i].index));
         const GraphResource& target = graph.resources[declared.colors[i].resource];
         if (rhi::IsDepth(target.format))
             Fail(pass, "has " + Quoted(target.name) + " of format " + rhi::Name(target.format) +

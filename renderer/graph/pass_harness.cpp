@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::testing {
 
@@ -143,9 +143,8 @@ uint32_t Place(const Layout& layout, uint32_t c) {
 
 std::span<const float> Texels::At(uint32_t x, uint32_t y) const {
     if (x >= extent.width || y >= extent.height)
-        throw Error(ErrorKind::Usage, "Texels::At(" + std::to_string(x) + ", " + std::to_string(y) +
-                                          "): there are " + std::to_string(extent.width) + 'x' +
-                                          std::to_string(extent.height));
+        throw MakeError(ErrorKind::Usage, "Texels::At({}, {}): there are {}x{}", x, y, extent.width,
+                        extent.height);
     return std::span(values).subspan((size_t{y} * extent.width + x) * channelCount, channelCount);
 }
 
@@ -158,8 +157,8 @@ Texels DecodeTexels(std::span<const std::byte> bytes, Extent2D extent, rhi::Form
     const size_t texelCount = size_t{extent.width} * extent.height;
     const size_t texelBytes = rhi::TexelBytes(format);
     if (bytes.size() != texelCount * texelBytes)
-        throw Error(ErrorKind::Usage, "DecodeTexels: " + std::to_string(bytes.size()) + " bytes for " +
-                                          SizeText(extent, format));
+        throw MakeError(ErrorKind::Usage, "DecodeTexels: {} bytes for {}", bytes.size(),
+                        SizeText(extent, format));
     Texels texels{.extent = extent, .channelCount = layout.channelCount, .values = {}};
     texels.values.reserve(texelCount * layout.channelCount);
     const size_t componentBytes = layout.channelCount == 0 ? 0 : texelBytes / layout.channelCount;
@@ -176,9 +175,8 @@ std::vector<std::byte> EncodeTexels(std::span<const float> values, Extent2D exte
     const size_t texelBytes = rhi::TexelBytes(format);
     const bool isOneTexel = values.size() == layout.channelCount;
     if (layout.channelCount == 0 || (!isOneTexel && values.size() != texelCount * layout.channelCount))
-        throw Error(ErrorKind::Usage, "EncodeTexels: " + std::to_string(values.size()) + " values for " +
-                                          SizeText(extent, format) + ", which has " +
-                                          std::to_string(texelCount * layout.channelCount));
+        throw MakeError(ErrorKind::Usage, "EncodeTexels: {} values for {}, which has {}", values.size(),
+                        SizeText(extent, format), texelCount * layout.channelCount);
     std::vector<std::byte> bytes(texelCount * texelBytes);
     const size_t componentBytes = texelBytes / layout.channelCount;
     for (size_t texel = 0; texel < texelCount; ++texel)

@@ -1,5 +1,7 @@
 #include "renderer/graph/pass_marks.h"
 
+#include "base/text.h"
+
 #include <cstring>
 
 #include "renderer/graph/text.h"
@@ -45,9 +47,8 @@ std::string PassMarks::Report() const {
         }
     }
     if (!newest) return {};
-    return "the last pass reached was pass " + Quoted(newest->passes[reached]) + " (" +
-           std::to_string(reached + 1) + " of " + std::to_string(newest->passes.size()) + ") of frame " +
-           std::to_string(newest->number);
+    return Text("the last pass reached was pass {} ({} of {}) of frame {}", Quoted(newest->passes[reached]),
+                reached + 1, newest->passes.size(), newest->number);
 }
 
 }  // namespace raygraph

@@ -1,5 +1,7 @@
 #include <algorithm>
+
 #include <vector>
+#include "base/text.h"
 
 #include "renderer/graph/plan_text.h"
 
@@ -46,9 +48,8 @@ std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
         if (std::find(nodes.begin(), nodes.end(), node) != nodes.end()) return;
         nodes.push_back(node);
         const GraphResource& info = graph.resources[resource];
-        dot += "    " + node +
-               " [shape=ellipse, style=" + (info.origin == Origin::Transient ? "solid" : "bold") +
-               ", label=\"" + Escaped(info.name) + " v" + std::to_string(version) + "\"];\n";
+        dot += Text("    {} [shape=ellipse, style={}, label=\"{} v{}\"];\n", node,
+                    (info.origin == Origin::Transient ? "solid" : "bold"), Escaped(info.name), version);
     };
     const auto addEdge = [&](const std::string& from, const std::string& to, const char* style) {
         dot.append("    ").append(from).append(" -> ").append(to).append(style);
@@ -75,8 +76,8 @@ std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
                             : root.kind == RootKind::Exported ? "exported"
                                                               : "read on the host";
         addNode(root.resource, root.version);
-        dot += "    root" + std::to_string(i) + " [shape=plaintext, label=\"" + label + "\"];\n";
-        dot += "    " + VersionNode(root.resource, root.version) + " -> root" + std::to_string(i) + ";\n";
+        dot += Text("    root{} [shape=plaintext, label=\"{}\"];\n", i, label);
+        dot += Text("    {} -> root{};\n", VersionNode(root.resource, root.version), i);
     }
     return dot + "}\n";
 }

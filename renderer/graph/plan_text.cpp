@@ -1,5 +1,7 @@
 #include "renderer/graph/plan_text.h"
 
+#include "base/text.h"
+
 #include <algorithm>
 #include <numeric>
 #include <vector>
@@ -64,7 +66,7 @@ uint64_t PlanWriter::BlockBytes() const {
 
 void PlanWriter::WriteSummary() {
     m_text += Counted(m_plan.passes.size(), "pass", "passes");
-    if (!m_plan.culled.empty()) m_text += ", " + std::to_string(m_plan.culled.size()) + " culled";
+    if (!m_plan.culled.empty()) m_text += Text(", {} culled", m_plan.culled.size());
     m_text += ", " + Counted(m_plan.barriers.size(), "barrier", "barriers");
     if (!m_plan.blocks.empty()) {
         m_text += ", " + BytesText(BlockBytes()) + " of transient memory";
@@ -87,13 +89,13 @@ void PlanWriter::WriteBarrier(const PlannedBarrier& barrier) {
 void PlanWriter::WritePass(uint32_t position) {
     const PlannedPass& planned = m_plan.passes[position];
     const GraphPass& pass = m_graph.passes[planned.pass];
-    m_text += '\n' + std::to_string(position + 1) + ' ' + pass.name + " (" + Name(pass.kind) + ")\n";
+    m_text += Text("\n{} {} ({})\n", position + 1, pass.name, Name(pass.kind));
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = m_graph.uses[u];
         const bool isWrite = Writes(use.access);
         m_text += isWrite ? (NeedsContents(use.access) ? "    updates " : "    writes  ") : "    reads   ";
         m_text += m_graph.resources[use.resource].name + " v";
-        m_text += std::to_string(use.versionOut) + " (" + Name(use.access) + ")\n";
+        m_text += Text("{} ({})\n", use.versionOut, Name(use.access));
     }
     for (uint32_t b = 0; b < planned.barriers.count; ++b)
         WriteBarrier(m_plan.barriers[planned.barriers.first + b]);
@@ -106,7 +108,7 @@ void PlanWriter::WriteFinish() {
         const char* verb = root.kind == RootKind::Presented  ? "    shows   "
                            : root.kind == RootKind::Exported ? "    exports "
                                                              : "    reads   ";
-        m_text += verb + m_graph.resources[root.resource].name + " v" + std::to_string(root.version);
+        m_text += Text("{}{} v{}", verb, m_graph.resources[root.resource].name, root.version);
         if (root.kind == RootKind::HostRead) m_text += " (on the host)";
         m_text += '\n';
     }
@@ -128,7 +130,7 @@ std::string PlanWriter::LifetimeText(const Lifetime& lifetime) const {
     if (!lifetime.IsUsed()) return "unused";
     if (lifetime.last == m_plan.passes.size()) return "passes " + std::to_string(lifetime.first + 1) + "-end";
     if (lifetime.first == lifetime.last) return "pass " + std::to_string(lifetime.first + 1);
-    return "passes " + std::to_string(lifetime.first + 1) + '-' + std::to_string(lifetime.last + 1);
+    return Text("passes {}-{}", lifetime.first + 1, lifetime.last + 1);
 }
 
 void PlanWriter::WriteResources() {
@@ -153,7 +155,7 @@ void PlanWriter::WriteBlocks() {
         std::sort(occupants.begin(), occupants.end(), [&](uint32_t a, uint32_t b) {
             return m_plan.lifetimes[a].first < m_plan.lifetimes[b].first;
         });
-        m_text += "    block " + std::to_string(block) + ", " + BytesText(m_plan.blocks[block].size) + ":";
+        m_text += Text("    block {}, {}:", block, BytesText(m_plan.blocks[block].size));
         for (size_t i = 0; i < occupants.size(); ++i)
             m_text += (i == 0 ? " " : ", then ") + m_graph.resources[occupants[i]].name;
         m_text += '\n';
@@ -183,8 +185,7 @@ std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier) 
         text += LayoutText(dependency.newLayout);
     }
     if (barrier.srcQueueFamily != barrier.dstQueueFamily)
-        text += ", queue family " + std::to_string(barrier.srcQueueFamily) + " -> " +
-                std::to_string(barrier.dstQueueFamily);
+        text += Text(", queue family {} -> {}", barrier.srcQueueFamily, barrier.dstQueueFamily);
     return text;
 }
 

@@ -1,6 +1,6 @@
 // Declaring a frame: resources, passes, roots.
-#include "base/error.h"
 #include "base/out_of_memory.h"
+#include "base/text.h"
 #include "renderer/graph/access_rows.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
@@ -28,29 +28,29 @@ GraphResource ImportInfo(std::string_view name) {
 
 void CheckTexture(std::string_view name, const GraphTextureDesc& desc) {
     if (desc.extent.IsEmpty())
-        throw Error(ErrorKind::Usage, "texture " + Quoted(name) + ": its extent " +
-                                          std::to_string(desc.extent.width) + 'x' +
-                                          std::to_string(desc.extent.height) + " is empty");
+        throw MakeError(ErrorKind::Usage, "texture {}: its extent {}x{} is empty", Quoted(name),
+                        desc.extent.width, desc.extent.height);
     if (desc.format == rhi::Format::Undefined)
-        throw Error(ErrorKind::Usage, "texture " + Quoted(name) + ": it has no format");
+        throw MakeError(ErrorKind::Usage, "texture {}: it has no format", Quoted(name));
 }
 
 void CheckBuffer(std::string_view name, const GraphBufferDesc& desc, bool mayUpload) {
-    if (desc.size == 0) throw Error(ErrorKind::Usage, "buffer " + Quoted(name) + ": its size is zero");
+    if (desc.size == 0) throw MakeError(ErrorKind::Usage, "buffer {}: its size is zero", Quoted(name));
     if (desc.memory == rhi::MemoryKind::Readback)
-        throw Error(ErrorKind::Usage, "buffer " + Quoted(name) + ": Readback memory is what ReadBack uses");
+        throw MakeError(ErrorKind::Usage, "buffer {}: Readback memory is what ReadBack uses", Quoted(name));
     if (desc.memory == rhi::MemoryKind::Upload && !mayUpload)
-        throw Error(ErrorKind::Usage, "buffer " + Quoted(name) +
-                                          ": a persistent buffer in Upload memory would be written while "
-                                          "frames in flight read it");
+        throw MakeError(
+            ErrorKind::Usage,
+            "buffer {}: a persistent buffer in Upload memory would be written while frames in flight read it",
+            Quoted(name));
 }
 
 }  // namespace
 
 void Renderer::Impl::RequireOpen(std::string_view what) const {
-    if (!isOpen) throw Error(ErrorKind::Usage, std::string(what) + ": no frame has been begun (BeginFrame)");
+    if (!isOpen) throw MakeError(ErrorKind::Usage, "{}: no frame has been begun (BeginFrame)", what);
     if (!whyBroken.empty())
-        throw Error(ErrorKind::Usage, std::string(what) + ": the frame is given up, since " + whyBroken);
+        throw MakeError(ErrorKind::Usage, "{}: the frame is given up, since {}", what, whyBroken);
 }
 
 template <ResourceKind Kind>
@@ -81,8 +81,9 @@ ResourceId<Kind> Renderer::Impl::PersistResource(std::string_view name, const Re
     RequireOpen("Persist");
     if (Persistent* known = persistents.Declared(name, frameNumber)) {
         if (!known->Is(desc))
-            throw Error(ErrorKind::Usage, "Persist " + Quoted(name) +
-                                              ": it was declared in this frame with another description");
+            throw MakeError(ErrorKind::Usage,
+                            "Persist {}: it was declared in this frame with another description",
+                            Quoted(name));
         return graph.IdOf<Kind>(known->resource);
     }
     Persistent& persistent = persistents.Find(name, desc);
@@ -123,7 +124,7 @@ bool Renderer::IsFresh(BufferId buffer) const {
 
 void Renderer::Forget(std::string_view name) {
     if (m_impl->isOpen && m_impl->persistents.Declared(name, m_impl->frameNumber))
-        throw Error(ErrorKind::Usage, "Forget " + Quoted(name) + ": the current frame uses it");
+        throw MakeError(ErrorKind::Usage, "Forget {}: the current frame uses it", Quoted(name));
     m_impl->persistents.Forget(name);
 }
 
@@ -135,8 +136,9 @@ ResourceId<Kind> Renderer::Impl::ImportObject(std::string_view name, const Objec
     for (uint32_t r = 0; r < resources.size(); ++r) {
         if (resources[r].*member != &object) continue;
         if (resources[r].state != state)
-            throw Error(ErrorKind::Usage, "Import " + Quoted(name) + ": it is in this frame already, as " +
-                                              Quoted(graph.resources[r].name) + " with another state");
+            throw MakeError(ErrorKind::Usage,
+                            "Import {}: it is in this frame already, as {} with another state", Quoted(name),
+                            Quoted(graph.resources[r].name));
         return graph.IdOf<Kind>(r);
     }
     if (state) resource.state = *state;
@@ -146,14 +148,14 @@ ResourceId<Kind> Renderer::Impl::ImportObject(std::string_view name, const Objec
 }
 
 TextureId Renderer::Import(std::string_view name, const rhi::Texture& texture, ResourceState& state) {
-    if (!texture) throw Error(ErrorKind::Usage, "Import " + Quoted(name) + ": the texture is empty");
+    if (!texture) throw MakeError(ErrorKind::Usage, "Import {}: the texture is empty", Quoted(name));
     return m_impl->ImportObject<ResourceKind::Texture>(
         name, texture, &FrameResource::texture,
         TextureInfo(name, Origin::Imported, {texture.Extent(), texture.Desc().format}), &state);
 }
 
 BufferId Renderer::Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state) {
-    if (!buffer) throw Error(ErrorKind::Usage, "Import " + Quoted(name) + ": the buffer is empty");
+    if (!buffer) throw MakeError(ErrorKind::Usage, "Import {}: the buffer is empty", Quoted(name));
     return m_impl->ImportObject<ResourceKind::Buffer>(
         name, buffer, &FrameResource::buffer, BufferInfo(name, Origin::Imported, buffer.Size()), &state);
 }
@@ -255,9 +257,8 @@ void Renderer::Impl::NoteUsages(const GraphPass& pass) {
             isMadeForIt = !behind.buffer || rhi::Has(behind.buffer->Desc().usage, needed);
         }
         if (!isMadeForIt)
-            throw Error(ErrorKind::Usage, "pass " + Quoted(pass.name) + " uses " + Quoted(resource.name) +
-                                              " as " + Name(use.access) +
-                                              ", but it was made without that usage");
+            throw MakeError(ErrorKind::Usage, "pass {} uses {} as {}, but it was made without that usage",
+                            Quoted(pass.name), Quoted(resource.name), Name(use.access));
     }
 }
 
@@ -267,9 +268,8 @@ void Renderer::Present(TextureId texture) {
     FrameResource& behind = m_impl->resources[texture.resource];
     behind.textureUsage |= rhi::TextureUsage::Sampled;
     if (behind.texture && !rhi::Has(behind.texture->Desc().usage, rhi::TextureUsage::Sampled))
-        throw Error(ErrorKind::Usage, "Present shows " +
-                                          Quoted(m_impl->graph.resources[texture.resource].name) +
-                                          ", which was made without the usage Sampled");
+        throw MakeError(ErrorKind::Usage, "Present shows {}, which was made without the usage Sampled",
+                        Quoted(m_impl->graph.resources[texture.resource].name));
     m_impl->isCompiled = false;
 }
 

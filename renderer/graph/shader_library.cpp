@@ -4,7 +4,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/graph/text.h"
 #include "rhi/shader_compiler.h"
 #include "shaders/embedded.h"
@@ -79,7 +79,7 @@ const Shader& ShaderLibrary::Find(std::string_view name) {
             return Insert({.name = std::string(name),
                            .words = embedded.words,
                            .reflection = rhi::Reflect(embedded.words, name)});
-    throw Error(ErrorKind::Usage, "no shader " + Quoted(name) + SimilarNames(name));
+    throw MakeError(ErrorKind::Usage, "no shader {}{}", Quoted(name), SimilarNames(name));
 }
 
 Shader* ShaderLibrary::LoadFromRoot(const std::string& name) {

@@ -1,22 +1,10 @@
 #include "renderer/graph/text.h"
 
 #include <array>
-#include <cstdio>
 
 #include "renderer/graph/barrier_planner.h"
 
 namespace raygraph {
-
-std::string BytesText(uint64_t bytes) {
-    constexpr std::array<const char*, 4> kUnits{"B", "KiB", "MiB", "GiB"};
-    double value = static_cast<double>(bytes);
-    size_t unit = 0;
-    for (; value >= 1024.0 && unit + 1 < kUnits.size(); ++unit) value /= 1024.0;
-    const bool isWhole = value == static_cast<double>(static_cast<uint64_t>(value));
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), isWhole ? "%.0f %s" : "%.1f %s", value, kUnits[unit]);
-    return text.data();
-}
 
 std::string StagesText(VkPipelineStageFlags2 stages) {
     struct StageName {

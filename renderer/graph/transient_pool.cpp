@@ -1,5 +1,7 @@
 #include "renderer/graph/transient_pool.h"
 
+#include "base/text.h"
+
 #include <algorithm>
 
 namespace raygraph {
@@ -74,7 +76,7 @@ void TransientPool::Reserve(std::span<const rhi::MemoryRequirements> blocks, uin
             block.textures.clear();
             block.buffers.clear();
             block.memory = {};
-            block.memory = m_device.CreateMemoryBlock("transient block " + std::to_string(b), blocks[b]);
+            block.memory = m_device.CreateMemoryBlock(Text("transient block {}", b), blocks[b]);
             block.lastFitting = frame;
         }
         block.lastFrame = frame;

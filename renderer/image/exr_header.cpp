@@ -1,5 +1,7 @@
 #include "renderer/image/exr_header.h"
 
+#include "base/text.h"
+
 #include <OpenEXR/ImfVersion.h>
 
 #include <algorithm>
@@ -87,7 +89,7 @@ class ExrHeaderCheck {
         return static_cast<int32_t>(value);
     }
     // A string that ends with a zero.
-    std::string Text(std::span<const std::byte>& bytes, const std::string& what) const {
+    std::string ReadText(std::span<const std::byte>& bytes, const std::string& what) const {
         constexpr size_t kMaxLength = 255;  // With the long-names flag; OpenEXR itself holds to 31 without.
         const auto window = bytes.first(std::min(bytes.size(), kMaxLength + 1));
         const auto end = std::find(window.begin(), window.end(), std::byte{0});
@@ -102,7 +104,7 @@ class ExrHeaderCheck {
         const auto head = Take(8, "the header");
         const int32_t version = Int(head, 4);
         if ((version & 0xff) != Imf::EXR_VERSION || !Imf::supportsFlags(Imf::getFlags(version))) {
-            Fail("version field " + std::to_string(version) + " is not supported");
+            Fail(Text("version field {} is not supported", version));
         }
         if (Imf::isMultiPart(version)) Fail("multi-part files are not supported");
         if (Imf::isNonImage(version)) Fail("deep pictures are not supported");
@@ -110,15 +112,15 @@ class ExrHeaderCheck {
     }
 
     void ReadAttribute() {
-        const std::string attribute = Text(m_rest, "an attribute's name");
-        const std::string type = Text(m_rest, "the type of attribute '" + attribute + "'");
+        const std::string attribute = ReadText(m_rest, "an attribute's name");
+        const std::string type = ReadText(m_rest, "the type of attribute '" + attribute + "'");
         const int32_t size = Int(Take(4, "attribute '" + attribute + "'"), 0);
         if (size < 0) Fail("attribute '" + attribute + "' has negative size");
         const auto value = Take(static_cast<size_t>(size), "attribute '" + attribute + "'");
         if (!m_seen.insert(attribute).second) Fail("attribute '" + attribute + "' is there twice");
         if (!HasItsSize(type, value))
-            Fail("attribute '" + attribute + "' has " + std::to_string(size) + " bytes, which a " + type +
-                 " of its content has not");
+            Fail(Text("attribute '{}' has {} bytes, which a {} of its content has not", attribute, size,
+                      type));
         const auto expect = [&](const char* expectedType, size_t expectedSize) {
             if (type == expectedType && value.size() == expectedSize) return;
             Fail("attribute '" + attribute + "' is not a " + expectedType);
@@ -131,8 +133,7 @@ class ExrHeaderCheck {
         } else if (attribute == "compression") {
             expect("compression", 1);
             const auto method = std::to_integer<size_t>(value[0]);
-            if (method >= kLinesPerChunk.size())
-                Fail("compression " + std::to_string(method) + " is unknown");
+            if (method >= kLinesPerChunk.size()) Fail(Text("compression {} is unknown", method));
             m_linesPerChunk = kLinesPerChunk[method];
         } else if (attribute == "dataWindow") {
             expect("box2i", 16);
@@ -170,7 +171,7 @@ class ExrHeaderCheck {
     void ReadChannels(std::span<const std::byte> list) {
         constexpr size_t kEntryBytes = 16;  // Type, linearity and padding, two samplings.
         while (!list.empty() && list.front() != std::byte{0}) {
-            const std::string channel = Text(list, "a channel's name");
+            const std::string channel = ReadText(list, "a channel's name");
             if (list.size() < kEntryBytes) Fail("channel '" + channel + "' is truncated");
             if (Int(list, 8) != 1 || Int(list, 12) != 1) {
                 Fail("channel '" + channel + "' is subsampled, which is not supported");
@@ -184,8 +185,7 @@ class ExrHeaderCheck {
 
     void ReadDataWindow(std::span<const std::byte> box) {
         const int64_t minX = Int(box, 0), minY = Int(box, 4), maxX = Int(box, 8), maxY = Int(box, 12);
-        const std::string text = '(' + std::to_string(minX) + ", " + std::to_string(minY) + ") to (" +
-                                 std::to_string(maxX) + ", " + std::to_string(maxY) + ')';
+        const std::string text = Text("({}, {}) to ({}, {})", minX, minY, maxX, maxY);
         if (maxX < minX || maxY < minY) Fail("data window " + text + " is empty");
         if (std::min(minX, minY) < -kGreatestCoordinate || std::max(maxX, maxY) > kGreatestCoordinate) {
             Fail("data window " + text + " is too far out");
@@ -207,12 +207,11 @@ class ExrHeaderCheck {
         const uint64_t paddedPixels = columns * chunkWidth * rows * chunkHeight;
         const bool isTooWide = std::max(columns * chunkWidth, rows * chunkHeight) > UINT32_MAX;
         if (isTooWide || paddedPixels > std::max(m_limits.maxPixels, kMaxPaddedPixelCount)) {
-            Fail("chunks of " + std::to_string(chunkWidth) + " x " + std::to_string(chunkHeight) +
-                 " pixels exceed the limit");
+            Fail(Text("chunks of {} x {} pixels exceed the limit", chunkWidth, chunkHeight));
         }
         if (m_channelCount > kMaxSampleCount / paddedPixels) {
-            Fail(std::to_string(m_channelCount) + " channels of " + std::to_string(m_window->width) + " x " +
-                 std::to_string(m_window->height) + " pixels exceed the limit");
+            Fail(Text("{} channels of {} x {} pixels exceed the limit", m_channelCount, m_window->width,
+                      m_window->height));
         }
         // The table of offsets that follows has eight bytes a chunk (more with mip levels).
         if (columns * rows > m_rest.size() / 8) Fail("the file is truncated");

@@ -14,8 +14,8 @@
 #include <new>
 #include <utility>
 
-#include "base/error.h"
 #include "base/read_file.h"
+#include "base/text.h"
 #include "renderer/image/decode.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/exr_format.h"
@@ -99,7 +99,7 @@ auto WithReader(std::span<const std::byte> bytes, std::string_view name, const D
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorKind::OutOfMemory, std::string(name) + ": no memory for the picture");
+        throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for the picture", name);
     } catch (const std::exception& error) {
         Refuse(name, std::string("EXR: ") + error.what());
     }

@@ -13,7 +13,7 @@
 #include <type_traits>
 
 #include "base/atomic_file.h"
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/exr_format.h"
 
@@ -56,8 +56,7 @@ class ExrWriter {
             [&](const auto& samples) {
                 const uint64_t needed = (pixelCount - 1) * plane.stride + 1;
                 if (plane.stride == 0 || samples.size() < needed) {
-                    Fail(channel + ": " + std::to_string(samples.size()) + " numbers, " +
-                         std::to_string(needed) + " needed");
+                    Fail(Text("{}: {} numbers, {} needed", channel, samples.size(), needed));
                 }
                 constexpr bool kIsUint = std::is_same_v<decltype(samples.front()), const uint32_t&>;
                 const Imf::PixelType type = kIsUint ? Imf::UINT : Imf::FLOAT;
@@ -96,12 +95,12 @@ class ExrWriter {
 
   private:
     [[noreturn]] void Fail(const std::string& what) const {
-        throw Error(ErrorKind::Usage, m_path.string() + ": " + what);
+        throw MakeError(ErrorKind::Usage, "{}: {}", m_path.string(), what);
     }
     Imf::Header CheckedHeader() const {
         constexpr uint32_t kGreatest = 1 << 29;
         if (m_width == 0 || m_height == 0 || m_width > kGreatest || m_height > kGreatest) {
-            Fail("cannot write " + std::to_string(m_width) + " x " + std::to_string(m_height) + " pixels");
+            Fail(Text("cannot write {} x {} pixels", m_width, m_height));
         }
         return Imf::Header(static_cast<int>(m_width), static_cast<int>(m_height));
     }
@@ -124,9 +123,9 @@ void WriteExr(const std::filesystem::path& path, uint32_t width, uint32_t height
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorKind::OutOfMemory, path.string() + ": no memory to compress the picture");
+        throw MakeError(ErrorKind::OutOfMemory, "{}: no memory to compress the picture", path.string());
     } catch (const std::exception& error) {
-        throw Error(ErrorKind::Io, path.string() + ": cannot write: " + error.what());
+        throw MakeError(ErrorKind::Io, "{}: cannot write: {}", path.string(), error.what());
     }
 }
 

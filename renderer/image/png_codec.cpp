@@ -6,7 +6,7 @@
 #include <new>
 
 #include "base/atomic_file.h"
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/image/decode.h"
 
 namespace raygraph::image {
@@ -81,13 +81,12 @@ Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const 
     // Deflate stores at most 258 bytes in 2 bits.
     constexpr uint64_t kGreatestDeflateRatio = 1032;
     PngReader reader(bytes);
-    if (!reader.IsReady()) throw Error(ErrorKind::OutOfMemory, std::string(name) + ": no memory for libpng");
+    if (!reader.IsReady()) throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for libpng", name);
     if (!reader.ReadHeader()) Refuse(name, std::string("PNG: ") + reader.Message());
     const uint32_t width = reader.Width(), height = reader.Height();
     CheckSize(name, width, height, limits);
     if (reader.FileRowBytes() * height > bytes.size() * kGreatestDeflateRatio) {
-        Refuse(name, "PNG: " + std::to_string(bytes.size()) + " bytes cannot hold " + std::to_string(width) +
-                         " x " + std::to_string(height) + " pixels");
+        Refuse(name, Text("PNG: {} bytes cannot hold {} x {} pixels", bytes.size(), width, height));
     }
     try {
         Image8 image{width, height, std::vector<uint8_t>(size_t{4} * width * height)};
@@ -109,7 +108,7 @@ void WritePng(const std::filesystem::path& path, const Image8& image) {
     png.height = image.height;
     png.format = PNG_FORMAT_RGBA;  // Of 8 bits, which means sRGB here and makes libpng say so in the file.
     if (png_image_write_to_stdio(&png, file.Stream(), 0, image.rgba.data(), 0, nullptr) == 0) {
-        throw Error(ErrorKind::Io, path.string() + ": cannot write: " + png.message);
+        throw MakeError(ErrorKind::Io, "{}: cannot write: {}", path.string(), png.message);
     }
     file.Commit();
 }

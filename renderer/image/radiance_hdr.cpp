@@ -8,7 +8,7 @@
 #include <new>
 
 #include "base/atomic_file.h"
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/image/decode.h"
 
 namespace raygraph::image {
@@ -137,8 +137,7 @@ void ReadRow(HdrReader& reader, std::span<Rgbe> row) {
     if (!isRle) return ReadFlatRow(reader, row);
     const size_t length = std::to_integer<size_t>(rest[2]) << 8 | std::to_integer<size_t>(rest[3]);
     if (length != row.size()) {
-        reader.Fail("a row of " + std::to_string(length) + " texels in a picture " +
-                    std::to_string(row.size()) + " wide");
+        reader.Fail(Text("a row of {} texels in a picture {} wide", length, row.size()));
     }
     reader.Take(4);
     ReadRleRow(reader, row);
@@ -231,8 +230,8 @@ void WriteHdr(const std::filesystem::path& path, const ImageF& image) {
     CheckTexelCount(path, image.width, image.height, image.rgba.size());
     const bool isRle = image.width >= kMinRleWidth && image.width <= kMaxRleWidth;
     AtomicFile file(path);
-    const std::string header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y " + std::to_string(image.height) +
-                               " +X " + std::to_string(image.width) + "\n";
+    const std::string header =
+        Text("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", image.height, image.width);
     file.Write(std::as_bytes(std::span(header)));
     std::vector<Rgbe> row(image.width);
     std::vector<std::byte> out;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <new>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/image/decode.h"
 
 namespace raygraph::image {
@@ -30,8 +30,7 @@ Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const
     };
     WebPDecoderConfig config;
     if (WebPInitDecoderConfig(&config) == 0) {
-        throw Error(ErrorKind::Usage,
-                    std::string(name) + ": libwebp at run time is not the one compiled for");
+        throw MakeError(ErrorKind::Usage, "{}: libwebp at run time is not the one compiled for", name);
     }
     check(WebPGetFeatures(data, bytes.size(), &config.input));
     if (config.input.has_animation != 0) Refuse(name, "WebP: animations are not supported");

@@ -13,27 +13,6 @@
 namespace raygraph {
 namespace {
 
-// A variable of the environment for as long as it lives.
-class Variable {
-  public:
-    Variable(const char* name, const std::string& value) : m_name(name) {
-        if (const char* old = std::getenv(name)) m_old = old;
-        setenv(name, value.c_str(), 1);
-    }
-    ~Variable() {
-        if (m_old)
-            setenv(m_name, m_old->c_str(), 1);
-        else
-            unsetenv(m_name);
-    }
-    Variable(const Variable&) = delete;
-    Variable& operator=(const Variable&) = delete;
-
-  private:
-    const char* m_name;
-    std::optional<std::string> m_old;
-};
-
 // The file that this process would load.
 std::string SystemVulkan() {
     void* const library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
@@ -47,9 +26,9 @@ std::string SystemVulkan() {
 test::ProgramResult RunWithFailure(const std::string& failure, const std::vector<std::string>& words) {
     std::string folders = test::EnvironmentOr("RAYGRAPH_FAILING_VULKAN", RAYGRAPH_BUILT_FAILING_VULKAN);
     if (const char* others = std::getenv("LD_LIBRARY_PATH")) (folders += ':') += others;
-    const Variable library("RAYGRAPH_VULKAN_LIBRARY", SystemVulkan());
-    const Variable fail("RAYGRAPH_FAIL", failure);
-    const Variable path("LD_LIBRARY_PATH", folders);
+    const test::EnvironmentVariable library("RAYGRAPH_VULKAN_LIBRARY", SystemVulkan());
+    const test::EnvironmentVariable fail("RAYGRAPH_FAIL", failure);
+    const test::EnvironmentVariable path("LD_LIBRARY_PATH", folders);
     return test::RunProgram(words);
 }
 

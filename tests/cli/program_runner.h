@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,19 @@ ProgramResult RunProgram(const std::vector<std::string>& words);
 ProgramResult RunProgramOnTerminal(
     const std::vector<std::string>& words,
     const std::function<void(pid_t process, const std::string& shown)>& onText);
+
+// A variable of the environment for as long as it lives, for programs that are started meanwhile.
+class EnvironmentVariable {
+  public:
+    EnvironmentVariable(const char* name, const std::string& value);
+    ~EnvironmentVariable();
+    EnvironmentVariable(const EnvironmentVariable&) = delete;
+    EnvironmentVariable& operator=(const EnvironmentVariable&) = delete;
+
+  private:
+    const char* m_name;
+    std::optional<std::string> m_old;
+};
 
 // A scene of the source tree: "cornell.gltf".
 std::string SceneFile(const char* name);

@@ -11,14 +11,6 @@ TEST(Progress, LineShowsWhatIsKnown) {
     EXPECT_EQ(FormatProgress({3, std::nullopt, 0.0, std::nullopt, std::nullopt}), "  3 samples");
 }
 
-TEST(Progress, DurationsAreShort) {
-    EXPECT_EQ(FormatDuration(0.0123), "12 ms");
-    EXPECT_EQ(FormatDuration(1.26), "1.3 s");
-    EXPECT_EQ(FormatDuration(59.4), "59 s");
-    EXPECT_EQ(FormatDuration(59.6), "1 min 0 s");
-    EXPECT_EQ(FormatDuration(3723), "1 h 2 min");
-}
-
 TEST(Progress, WritesNothingToAFile) {
     std::FILE* file = std::tmpfile();
     ASSERT_NE(file, nullptr);

@@ -5,14 +5,11 @@
 namespace raygraph::cli {
 namespace {
 
-TEST(SceneText, NumbersAreGroupedAndBytesHaveUnits) {
+TEST(SceneText, NumbersAreGrouped) {
     EXPECT_EQ(GroupDigits(0), "0");
     EXPECT_EQ(GroupDigits(999), "999");
     EXPECT_EQ(GroupDigits(1000), "1,000");
     EXPECT_EQ(GroupDigits(1234567), "1,234,567");
-    EXPECT_EQ(FormatBytes(512), "512 bytes");
-    EXPECT_EQ(FormatBytes(1536), "1.5 KiB");
-    EXPECT_EQ(FormatBytes(uint64_t{3} << 40), "3.0 TiB");
 }
 
 TEST(SceneText, ALongListIsCut) {

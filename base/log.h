@@ -1,0 +1,71 @@
+// Log: where a library's messages go: one callback of the host's, given with a device (rhi::DeviceDesc::log)
+// or with what is loaded (scene::LoadOptions::log). There is no global one, and nothing is printed.
+//
+// Threads: a Log is a plain value, read by any thread. The callback is called on the thread that does the
+// work, which may be any that calls into the library, and from several at once; possibly inside a Vulkan call
+// or a destructor. It must not throw, and must not call back into the device that it is given to.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string_view>
+#include <utility>
+
+#include "base/api.h"
+
+namespace raygraph {
+
+enum class LogLevel : uint8_t {
+    Debug,    // every pipeline, every build: for whoever looks for the cause of something
+    Info,     // what was done and how long it took; what is done in another way than asked for
+    Warning,  // something is not as its user would expect: it is slow, left out, not saved
+    Error,    // a fault that no Error can be thrown for; messages of the validation layers
+    Off,      // a threshold alone
+};
+// "debug", "info", "warning", "error", "off"
+RAYGRAPH_API const char* Name(LogLevel level);
+
+// What a message is about.
+namespace log_category {
+inline constexpr std::string_view kScene = "scene";            // reading and uploading scenes and images
+inline constexpr std::string_view kDevice = "device";          // which one, what it lacks
+inline constexpr std::string_view kMemory = "memory";          // of the device
+inline constexpr std::string_view kCache = "cache";            // of pipelines, on disk
+inline constexpr std::string_view kShaders = "shaders";        // compiling and reloading; pipelines
+inline constexpr std::string_view kGeometry = "geometry";      // acceleration structures and their compaction
+inline constexpr std::string_view kGraph = "graph";            // frames
+inline constexpr std::string_view kValidation = "validation";  // what the Vulkan validation layers say
+}  // namespace log_category
+inline constexpr std::array kLogCategories{
+    log_category::kScene,   log_category::kDevice,   log_category::kMemory, log_category::kCache,
+    log_category::kShaders, log_category::kGeometry, log_category::kGraph,  log_category::kValidation};
+
+// The texts live as long as the call.
+struct LogMessage {
+    LogLevel level = LogLevel::Info;
+    std::string_view category;  // one of kLogCategories
+    std::string_view text;      // one line; of the validation layers also several
+};
+
+class RAYGRAPH_API Log {
+  public:
+    using Callback = std::function<void(const LogMessage&)>;
+
+    Log() = default;  // nobody listens
+    // Messages below `least` are not made.
+    explicit Log(Callback callback, LogLevel least = LogLevel::Info)
+        : m_callback(std::move(callback)), m_least(m_callback ? least : LogLevel::Off) {}
+
+    // To be asked before a text is put together: what nobody listens to costs one comparison.
+    bool Listens(LogLevel level) const { return level >= m_least; }
+    void Send(LogLevel level, std::string_view category, std::string_view text) const {
+        if (Listens(level)) m_callback({level, category, text});
+    }
+
+  private:
+    Callback m_callback;
+    LogLevel m_least = LogLevel::Off;
+};
+
+}  // namespace raygraph

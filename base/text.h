@@ -1,0 +1,39 @@
+// Texts made of values with {fmt}, whose format strings are checked when they are compiled. For our own
+// sources and programs: not installed, so that hosts need no {fmt} to compile with our headers. Threads: any.
+#pragma once
+
+#include <fmt/core.h>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "base/error.h"
+#include "base/log.h"
+
+namespace raygraph {
+
+template <typename... Values>
+std::string Text(fmt::format_string<Values...> format, Values&&... values) {
+    return fmt::format(format, std::forward<Values>(values)...);
+}
+
+// throw MakeError(ErrorKind::Usage, "buffer '{}': {} bytes", name, size);
+template <typename... Values>
+Error MakeError(ErrorKind kind, fmt::format_string<Values...> format, Values&&... values) {
+    return Error(kind, fmt::format(format, std::forward<Values>(values)...));
+}
+
+// Sends a message; its text is made only if somebody listens at that level.
+template <typename... Values>
+void Say(const Log& log, LogLevel level, std::string_view category, fmt::format_string<Values...> format,
+         Values&&... values) {
+    if (log.Listens(level)) log.Send(level, category, fmt::format(format, std::forward<Values>(values)...));
+}
+
+// "512 B", "1.5 KiB", "24 MiB", "3.2 GiB"
+std::string BytesText(uint64_t bytes);
+// "4.2 ms", "850 ms", "12 s", "4 min 5 s", "2 h 3 min"
+std::string DurationText(double seconds);
+
+}  // namespace raygraph
