@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "base/error.h"
+#include "base/text.h"
 #include "rhi/blas_geometry.h"
 #include "rhi/build_scratch.h"
 #include "rhi/command_list.h"
@@ -168,6 +169,12 @@ void BlasBuilder::Impl::NoteBuilt(const std::vector<std::weak_ptr<Blas>>& blases
     batchCount += newBatchCount;
     std::erase_if(built, [](const auto& blas) { return blas.expired(); });
     built.insert(built.end(), blases.begin(), blases.end());
+    if (!device.Log().Listens(LogLevel::Debug)) return;
+    uint64_t bytes = 0;
+    for (const std::weak_ptr<Blas>& entry : blases)
+        if (const std::shared_ptr<Blas> blas = entry.lock()) bytes += blas->BytesBuilt();
+    Say(device.Log(), LogLevel::Debug, log_category::kGeometry, "BLASes built: {}, batches: {}, memory: {}",
+        blases.size(), newBatchCount, BytesText(bytes));
 }
 
 bool BlasBuilder::Poll() {
@@ -191,6 +198,16 @@ void BlasBuilder::RecordCompaction(CommandList& commands) {
         ready.blas->m_isCompacted = true;
         ++ready.blas->m_version;
     }
+    commands.OnSubmitted([&device = impl.device, slice] {
+        if (!device.Log().Listens(LogLevel::Debug)) return;
+        uint64_t before = 0, after = 0;
+        for (const Compaction::Ready& ready : *slice) {
+            before += ready.structure.Bytes();
+            after += ready.blas->Bytes();
+        }
+        Say(device.Log(), LogLevel::Debug, log_category::kGeometry, "BLASes compacted: {}, from {} to {}",
+            slice->size(), BytesText(before), BytesText(after));
+    });
     commands.OnDropped([owner = std::weak_ptr<Impl>(m_impl), slice] {
         for (Compaction::Ready& ready : *slice) {
             std::swap(ready.blas->m_structure, ready.structure);
@@ -206,11 +223,11 @@ void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitReque
     for (size_t i = 0; i < requests.size(); ++i) {
         const Blas* blas = requests[i].blas;
         if (!blas || !blas->IsBuilt())
-            throw Error(ErrorKind::Usage, "BLAS '" + requests[i].desc.name + "': update before its build");
+            throw MakeError(ErrorKind::Usage, "BLAS '{}': update before its build", requests[i].desc.name);
         CheckUpdatable(blas->Desc(), requests[i].desc);
         for (size_t k = 0; k < i; ++k)
             if (requests[k].blas == blas)
-                throw Error(ErrorKind::Usage, "BLAS '" + blas->Name() + "': updated twice in one call");
+                throw MakeError(ErrorKind::Usage, "BLAS '{}': updated twice in one call", blas->Name());
     }
     if (requests.empty()) return;
 

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "rhi/build_scratch.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
@@ -115,8 +116,8 @@ void Compaction::ReserveSlice() {
         if (error.Kind() != ErrorKind::OutOfMemory) throw;
         m_pollsToRetry = BlasBuilder::kRetryPolls - 1;
         if (!m_hasRunOut)
-            m_device.Say(MessageSeverity::Info,
-                         std::string("BLAS compaction waits for memory: ") + error.what());
+            Say(m_device.Log(), LogLevel::Info, log_category::kGeometry,
+                "BLAS compaction waits for memory: {}", error.what());
         m_hasRunOut = true;
         // Those for which there was some: each of them makes room.
         taken = done;
@@ -150,9 +151,9 @@ void Compaction::Judge(const Batch& batch) {
     if (built == 0) return;  // all of them dropped: the next batch decides
     m_isJudged = true;
     if (compacted < built - built / 2000) return;  // below 1.000 when written with three decimals
-    m_whyOff = m_device.Info().name + " gains nothing by it: " + std::to_string(compacted) +
-               " bytes after, " + std::to_string(built) + " before";
-    m_device.Say(MessageSeverity::Info, "BLAS compaction is off: " + m_whyOff);
+    m_whyOff =
+        Text("{} gains nothing by it: {} bytes after, {} before", m_device.Info().name, compacted, built);
+    Say(m_device.Log(), LogLevel::Info, log_category::kGeometry, "BLAS compaction is off: {}", m_whyOff);
 }
 
 std::vector<Compaction::Ready> Compaction::TakeSlice() {

@@ -3,6 +3,8 @@
 #include <tuple>
 
 #include "base/check.h"
+#include "base/printable.h"
+#include "base/text.h"
 #include "rhi/device_impl.h"
 #include "rhi/texture_table.h"
 
@@ -25,7 +27,7 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     const auto check = [&](VkResult result, const char* what) {
         if (result != VK_SUCCESS)
             throw Error(KindOfCreationError(result),
-                        "device '" + name + "': " + what + ": " + ResultName(result), result);
+                        Text("device '{}': {}: {}", name, what, ResultName(result)), result);
     };
     vk = LoadDeviceFunctions(instanceFunctions.vkGetDeviceProcAddr, device, hasDebugUtils);
     info = ReadDeviceInfo(instanceFunctions, physicalDevice, queueFamily, optional);
@@ -54,13 +56,25 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     check(vk.vkCreateSemaphore(device, &semaphoreInfo, allocation, &semaphore), "vkCreateSemaphore");
     timeline = semaphore;
 
+    const raygraph::Log& log = messages.Messages();
+    Say(log, LogLevel::Info, log_category::kDevice, "device '{}': {}, {}, Vulkan {}.{}", name, info.name,
+        info.driver, VK_API_VERSION_MAJOR(info.apiVersion), VK_API_VERSION_MINOR(info.apiVersion));
+    if (const std::string lacks = LackingFeatures(info.optional); !lacks.empty())
+        Say(log, LogLevel::Debug, log_category::kDevice, "device '{}' lacks {}", name, lacks);
     PipelineCacheFile::Loaded cached;
     if (savesPipelineCache) {
         VkPhysicalDeviceProperties2 properties{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, nullptr, {}};
         instanceFunctions.vkGetPhysicalDeviceProperties2(physicalDevice, &properties);
         pipelineCacheFile = PipelineCacheFile(cacheFolder, properties.properties);
         cached = pipelineCacheFile.Load();
-        if (!cached.problem.empty()) messages.Send({MessageSeverity::Warning, false, "", cached.problem});
+        if (!cached.problem.empty())
+            log.Send(LogLevel::Warning, log_category::kCache, cached.problem);
+        else if (cached.bytes.empty())
+            Say(log, LogLevel::Info, log_category::kCache, "no pipeline cache yet: {}",
+                Printable(pipelineCacheFile.Path().string(), 1024));
+        else
+            Say(log, LogLevel::Info, log_category::kCache, "pipeline cache of {} read from {}",
+                BytesText(cached.bytes.size()), Printable(pipelineCacheFile.Path().string(), 1024));
     }
     VkPipelineCacheCreateInfo cacheInfo{};
     cacheInfo.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
@@ -121,9 +135,8 @@ void Device::Impl::Close() noexcept {
         vk.vkDestroySemaphore(device, timeline, allocation);
         if (allocator) {
             if (const uint64_t left = memory.Statistics().usedBytes; left != 0)
-                messages.Send({MessageSeverity::Error, false, "",
-                               "device '" + name + "' is destroyed before " + std::to_string(left) +
-                                   " bytes of its resources"});
+                Say(messages.Messages(), LogLevel::Error, log_category::kMemory,
+                    "device '{}' is destroyed before {} bytes of its resources", name, left);
             vmaDestroyAllocator(allocator);
         }
     }
@@ -160,7 +173,8 @@ Device::~Device() {
     }
     // Objects that the device may still use cannot be freed, nor the loader, nor anything that is
     // retired.
-    Say(MessageSeverity::Error, "device '" + m_impl->name + "' hangs: nothing of it is freed");
+    Say(Log(), LogLevel::Error, log_category::kDevice, "device '{}' hangs: nothing of it is freed",
+        m_impl->name);
     m_impl->Silence();
     std::ignore = m_impl.release();
 }
@@ -216,8 +230,8 @@ void Device::SetName(VkObjectType type, uint64_t handle, const std::string& name
     m_impl->vk.vkSetDebugUtilsObjectNameEXT(m_impl->device, &info);  // may fail: it is only a name
 }
 
-void Device::Say(MessageSeverity severity, const std::string& text) const {
-    m_impl->messages.Send({severity, false, "", text});
+const raygraph::Log& Device::Log() const {
+    return m_impl->messages.Messages();
 }
 
 void Device::Check(VkResult result, std::string_view what) const {
@@ -228,7 +242,7 @@ void Device::Check(VkResult result, std::string_view what) const {
         case VK_ERROR_OUT_OF_DEVICE_MEMORY:
             throw Error(ErrorKind::OutOfMemory, text, result);
         case VK_ERROR_DEVICE_LOST:
-            throw Error(ErrorKind::DeviceLost, text + "; " + m_impl->lastPassReports->Text(), result);
+            throw Error(ErrorKind::DeviceLost, Text("{}; {}", text, m_impl->lastPassReports->Text()), result);
         default:
             throw Error(ErrorKind::Vulkan, text, result);
     }
@@ -253,13 +267,14 @@ bool Device::SavePipelineCache() {
     const auto read = [&](size_t& size, void* target) {
         return m_impl->vk.vkGetPipelineCacheData(m_impl->device, m_impl->pipelineCache, &size, target);
     };
-    size_t size = 0;
+    size_t size = 0, savedBytes = 0;
     std::string problem;
     if (read(size, nullptr) == VK_SUCCESS) {
         std::vector<std::byte> bytes(size);
         // VK_INCOMPLETE: a pipeline was added in between; the truncated data is a valid cache, too.
         if (read(size, bytes.data()) >= VK_SUCCESS) {
             bytes.resize(size);
+            savedBytes = size;
             problem = m_impl->pipelineCacheFile.Save(bytes);
         } else {
             problem = "the driver does not give it";
@@ -267,7 +282,11 @@ bool Device::SavePipelineCache() {
     } else {
         problem = "the driver does not give it";
     }
-    if (!problem.empty()) Say(MessageSeverity::Warning, "pipeline cache is not saved: " + problem);
+    if (!problem.empty())
+        Say(Log(), LogLevel::Warning, log_category::kCache, "pipeline cache is not saved: {}", problem);
+    else
+        Say(Log(), LogLevel::Debug, log_category::kCache, "pipeline cache of {} is saved",
+            BytesText(savedBytes));
     return problem.empty();
 }
 

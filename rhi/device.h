@@ -2,7 +2,7 @@
 // and its timeline.
 //
 // No globals: any number of devices in one process, each with its own function table. Nothing here exits or
-// prints; messages go to DeviceDesc::onMessage. Threads: Create*, Retire, CompletedValue and WaitFor may be
+// prints; messages go to DeviceDesc::log. Threads: Create*, Retire, CompletedValue and WaitFor may be
 // called from any thread; Submit takes the queue lock (the host's, when adopted). A CommandList belongs to
 // one thread at a time.
 #pragma once
@@ -18,6 +18,7 @@
 
 #include "base/api.h"
 #include "base/error.h"
+#include "base/log.h"
 #include "rhi/device_requirements.h"
 #include "rhi/functions.h"
 #include "rhi/resources.h"
@@ -30,18 +31,6 @@ namespace raygraph::rhi {
 class CommandList;
 class Tlas;
 
-enum class MessageSeverity : uint8_t { Info, Warning, Error };
-
-struct Message {
-    MessageSeverity severity = MessageSeverity::Info;
-    bool isValidation = false;  // from the validation layers: a failure in every test
-    std::string id;             // e.g. "VUID-vkCmdTraceRaysKHR-None-02699", empty for Raygraph's own
-    std::string text;           // one or more lines
-};
-
-// Called from any thread, possibly inside a Vulkan call: must not call back into the Device.
-using MessageCallback = std::function<void(const Message&)>;
-
 // The longest time that a wait may last without any submission completing; see hangLimit.
 inline constexpr std::chrono::milliseconds kDefaultHangLimit = std::chrono::minutes(2);
 
@@ -52,7 +41,7 @@ struct DeviceDesc {
     // Core and synchronization validation; Error{NoDevice} if the layers are not installed.
     bool validation = false;
     bool debugNames = true;  // object names and labels, where VK_EXT_debug_utils exists
-    MessageCallback onMessage = {};
+    raygraph::Log log = {};  // messages of the device and of all that is made with it; see base/log.h
     // Instance extensions that the window system requires: with any, the device can present in windows
     // (rhi/swapchain.h). Error{NoDevice} if one of them or VK_KHR_swapchain is missing.
     std::vector<std::string> surfaceExtensions = {};
@@ -84,7 +73,7 @@ struct AdoptedDeviceDesc {
     const VkAllocationCallbacks* allocationCallbacks = nullptr;
     std::function<void()> lockQueue = {};  // called around every queue access when the host shares the queue
     std::function<void()> unlockQueue = {};  // both or neither
-    MessageCallback onMessage = {};
+    raygraph::Log log = {};                  // as in DeviceDesc
     uint32_t framesInFlight = 2;
     std::optional<std::chrono::milliseconds> hangLimit = {};  // as in DeviceDesc
     bool savePipelineCache = false;
@@ -251,8 +240,8 @@ class RAYGRAPH_API Device {
 
     // Gives a Vulkan object its debug name; nothing without VK_EXT_debug_utils.
     void SetName(VkObjectType type, uint64_t handle, const std::string& name);
-    // Sends one of Raygraph's own messages to the callback.
-    void Say(MessageSeverity severity, const std::string& text) const;
+    // DeviceDesc::log, which renderers and scenes on this device use, too.
+    const raygraph::Log& Log() const;
     // Throws the Error that fits `result` unless it is a success; `what` names object and call.
     void Check(VkResult result, std::string_view what) const;
     // Registers a function that says which pass was reached when the device is lost. All non-empty reports go

@@ -17,6 +17,8 @@ namespace raygraph::rhi {
 // Fills in DeviceInfo; `optional` is moved into it.
 DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t queueFamily,
                           const OptionalFeatures& optional);
+// "ray query, wireframe": those that a device does not have, or was adopted without.
+std::string LackingFeatures(const OptionalFeatures& features);
 // Name, driver, type and refusals of one enumerated device.
 DeviceReport ReportOn(uint32_t index, VkPhysicalDevice device, PFN_vkGetInstanceProcAddr loader,
                       VkInstance instance);
@@ -73,7 +75,7 @@ class LastPassReports {
 };
 
 struct Device::Impl {
-    explicit Impl(MessageCallback callback) : messages(std::move(callback)) {}
+    explicit Impl(raygraph::Log log) : messages(std::move(log)) {}
     ~Impl() { Close(); }
 
     // From the handles to a working device: functions, allocator, timeline, pipeline cache. Throws; Close()

@@ -1,4 +1,5 @@
 // Device's memory accounting: use, budget, limit.
+#include "base/text.h"
 #include "rhi/device_impl.h"
 
 namespace raygraph::rhi {
@@ -6,10 +7,6 @@ namespace {
 
 // Marks allocations that had to go into the host's memory.
 char fallbackMark = 0;
-
-std::string MebibytesText(uint64_t bytes) {
-    return std::to_string((bytes + (uint64_t{1} << 20) - 1) >> 20) + " MiB";
-}
 
 }  // namespace
 
@@ -44,8 +41,7 @@ void Device::RequireMemory(const std::string& subject, uint64_t bytes) {
     const uint64_t used = Memory().usedBytes;
     if (used <= limit && bytes <= limit - used) return;
     throw Error(ErrorKind::OutOfMemory,
-                subject + ": " + std::to_string(used) + " of the limit of " + std::to_string(limit) +
-                    " bytes are in use",
+                Text("{}: {} of the limit of {} bytes are in use", subject, used, limit),
                 VK_ERROR_OUT_OF_DEVICE_MEMORY);
 }
 
@@ -58,8 +54,8 @@ void Device::CheckMemory(VkResult result, const std::string& subject) {
     std::string text;
     for (const MemoryHeap& heap : MemoryHeaps())
         if (heap.isDeviceLocal)
-            text += (text.empty() ? " (device memory: " : ", ") + MebibytesText(heap.usedBytes) + " of " +
-                    MebibytesText(heap.budgetBytes) + " in use";
+            text += (text.empty() ? " (device memory: " : ", ") + BytesText(heap.usedBytes) + " of " +
+                    BytesText(heap.budgetBytes) + " in use";
     Check(result, subject + text + (text.empty() ? "" : ")"));
 }
 
@@ -73,8 +69,8 @@ void Device::NoteMemory(VmaAllocation allocation, const std::string& subject, bo
     if ((flags & VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) != 0) return;
     vmaSetAllocationUserData(Allocator(), allocation, &fallbackMark);
     if (m_impl->memory.AddFallback(allocated.size))
-        Say(MessageSeverity::Warning,
-            "device memory is full: " + subject + " lies in the memory of the host, which is slow");
+        Say(Log(), LogLevel::Warning, log_category::kMemory,
+            "device memory is full: {} lies in the memory of the host, which is slow", subject);
 }
 
 void Device::FreeMemory(VmaAllocation allocation) noexcept {

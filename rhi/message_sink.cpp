@@ -1,28 +1,31 @@
 #include "rhi/message_sink.h"
 
+#include "base/text.h"
+
 namespace raygraph::rhi {
 namespace {
 
 VKAPI_ATTR VkBool32 VKAPI_CALL Receive(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
-                                       VkDebugUtilsMessageTypeFlagsEXT type,
+                                       VkDebugUtilsMessageTypeFlagsEXT,
                                        const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
-    Message message;
-    message.severity = severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT ? MessageSeverity::Error
-                       : severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT
-                           ? MessageSeverity::Warning
-                           : MessageSeverity::Info;
-    message.isValidation = (type & VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT) != 0;
-    if (data->pMessageIdName) message.id = data->pMessageIdName;
-    if (data->pMessage) message.text = data->pMessage;
-    static_cast<MessageSink*>(user)->Send(message);
+    const LogLevel level = severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT     ? LogLevel::Error
+                           : severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT ? LogLevel::Warning
+                                                                                         : LogLevel::Info;
+    static_cast<MessageSink*>(user)->SendValidation(level, data->pMessageIdName ? data->pMessageIdName : "",
+                                                    data->pMessage ? data->pMessage : "");
     return VK_FALSE;
 }
 
 }  // namespace
 
-void MessageSink::Send(const Message& message) {
-    if (message.isValidation) m_validationCount.fetch_add(1, std::memory_order_relaxed);
-    if (m_callback) m_callback(message);
+void MessageSink::SendValidation(LogLevel level, std::string_view id, std::string_view text) {
+    m_validationCount.fetch_add(1, std::memory_order_relaxed);
+    if (!m_log.Listens(level)) return;
+    // Most layers put the identifier into the text.
+    if (id.empty() || text.find(id) != std::string_view::npos)
+        m_log.Send(level, log_category::kValidation, text);
+    else
+        Say(m_log, level, log_category::kValidation, "{}: {}", id, text);
 }
 
 VkDebugUtilsMessengerCreateInfoEXT MessageSink::MessengerInfo() {

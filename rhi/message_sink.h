@@ -1,4 +1,4 @@
-// The sink of all messages of a Device: one callback, with a count of validation messages.
+// The sink of all messages of a Device: its log, with a count of validation messages.
 #pragma once
 
 #include <atomic>
@@ -12,9 +12,11 @@ namespace raygraph::rhi {
 // Thread-safe if the callback is.
 class MessageSink {
   public:
-    explicit MessageSink(MessageCallback callback) : m_callback(std::move(callback)) {}
+    explicit MessageSink(Log log) : m_log(std::move(log)) {}
 
-    void Send(const Message& message);
+    const Log& Messages() const { return m_log; }
+    // Counts it, whoever listens.
+    void SendValidation(LogLevel level, std::string_view id, std::string_view text);
     uint64_t ValidationCount() const { return m_validationCount.load(std::memory_order_relaxed); }
 
     // The messenger that sends warnings and errors of the validation layers to this sink, which has to
@@ -22,7 +24,7 @@ class MessageSink {
     VkDebugUtilsMessengerCreateInfoEXT MessengerInfo();
 
   private:
-    MessageCallback m_callback;
+    Log m_log;
     std::atomic<uint64_t> m_validationCount{0};
 };
 

@@ -22,6 +22,7 @@ constexpr ActionRow kActions[] = {
     {Action::Inspector, Menu::PanelMenu, "Inspector"},
     {Action::Statistics, Menu::PanelMenu, "Statistics", {KeyPress{Key::T}}, "statistics"},
     {Action::Graph, Menu::PanelMenu, "Render graph", {KeyPress{Key::G}}, "the frame's plan"},
+    {Action::Log, Menu::PanelMenu, "Log", {KeyPress{Key::L}}, "the log"},
     {Action::Help, Menu::PanelMenu, "Help", {KeyPress{Key::F1}}, "this help"},
     {Action::Raster, Menu::None, "", {KeyPress{Key::R}}, "raster or path-traced"},
     {Action::Wipe, Menu::None, "", {KeyPress{Key::W}}, "wipe between raster and path-traced"},
@@ -67,7 +68,7 @@ constexpr std::pair<const char*, const char*> kGestures[] = {
 
 }  // namespace
 
-std::string Text(const KeyPress& press) {
+std::string KeyText(const KeyPress& press) {
     return std::string(press.isControl ? "Ctrl+" : "") + (press.isShift ? "Shift+" : "") + Name(press.key);
 }
 
@@ -82,7 +83,7 @@ const ActionRow& Row(Action action) {
 std::string KeysText(const ActionRow& row) {
     std::string text;
     for (const std::optional<KeyPress>& key : row.keys)
-        if (key) text += (text.empty() ? "" : ", ") + Text(*key);
+        if (key) text += (text.empty() ? "" : ", ") + KeyText(*key);
     return text;
 }
 

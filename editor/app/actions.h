@@ -27,6 +27,7 @@ enum class Action : uint8_t {
     Inspector,
     Statistics,
     Graph,
+    Log,
     Help,
     Raster,
     Wipe,
@@ -47,7 +48,7 @@ struct KeyPress {
 
     bool operator==(const KeyPress&) const = default;
 };
-std::string Text(const KeyPress& press);  // "Ctrl+Shift+S"
+std::string KeyText(const KeyPress& press);  // "Ctrl+Shift+S"
 
 enum class Menu : uint8_t { None, FileMenu, EditMenu, CameraMenu, PanelMenu };
 

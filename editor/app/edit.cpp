@@ -14,7 +14,8 @@ void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     Script script(options.script);
     const std::unique_ptr<rhi::Device> device = openDevice({});
     PictureScreen screen;
-    Editor editor(*device, {.shaders = options.shaders, .saveRender = options.saveRender});
+    Editor editor(*device,
+                  {.shaders = options.shaders, .saveRender = options.saveRender, .log = options.log});
     if (!options.scene.empty()) editor.Work().Open(options.scene);
     script.Play(editor, screen);
 }
@@ -27,7 +28,9 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     rhi::Swapchain swapchain(
         *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});
     WindowScreen screen(swapchain);
-    Editor editor(*device, {.shaders = options.shaders, .saveRender = options.saveRender});
+    Editor editor(*device,
+                  {.shaders = options.shaders, .saveRender = options.saveRender, .log = options.log});
+    window.ShareClipboard();
     if (!config.empty()) editor.UseConfig(config);
     if (!options.scene.empty()) editor.Work().Open(options.scene);
     std::string title;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "editor/app/log_history.h"
 #include "editor/app/saved_render.h"
 #include "rhi/device.h"
 
@@ -17,6 +18,8 @@ struct EditOptions {
     std::filesystem::path script;   // "": a window; else runs this script without one
     std::filesystem::path shaders;  // folder of sources to reload from; "": none
     SaveRender saveRender;          // empty: .exr cannot be written
+    std::shared_ptr<LogHistory> log =
+        {};  // what the log panel shows: it is given what devices say; null: nothing
 };
 
 // Opens the device, with these extensions as DeviceDesc::surfaceExtensions.

@@ -1,11 +1,12 @@
 #include "editor/app/editor.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <utility>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "editor/app/panels.h"
 
 namespace raygraph::editor {
@@ -34,7 +35,7 @@ void Panel(const char* title, ImVec2 position, ImVec2 size, Body&& body) {
 }  // namespace
 
 Editor::Editor(rhi::Device& device, EditorOptions options)
-    : m_work(device, options.shaders), m_saveRender(std::move(options.saveRender)) {}
+    : m_work(device, options.shaders, std::move(options.log)), m_saveRender(std::move(options.saveRender)) {}
 
 bool Editor::IsBusy() const {
     return m_work.IsLoading() || m_isPicking || !m_saving.empty() || !m_savingRenders.empty() ||
@@ -107,7 +108,7 @@ void Editor::MenuEntries(Menu menu) {
     for (const ActionRow& row : Actions()) {
         if (row.menu != menu) continue;
         if (row.beginsGroup) ImGui::Separator();
-        const std::string key = row.keys[0] ? Text(*row.keys[0]) : "";
+        const std::string key = row.keys[0] ? KeyText(*row.keys[0]) : "";
         if (ImGui::MenuItem(row.label, key.c_str(), IsOn(row.action), CanDo(row.action))) Do(row.action);
         if (row.action == Action::Open && ImGui::BeginMenu("Recent", !m_work.recent.empty())) {
             for (const std::filesystem::path& file : std::vector(m_work.recent))
@@ -130,9 +131,8 @@ void Editor::MenuBar() {
     if (ImGui::BeginMenu("Camera")) {
         const std::vector<scene::Camera>& cameras = m_work.document.Scene().cameras;
         for (uint32_t i = 0; i < cameras.size(); i++) {
-            const std::string name =
-                cameras[i].name.empty() ? "Camera " + std::to_string(i) : cameras[i].name;
-            if (ImGui::MenuItem((name + "##" + std::to_string(i)).c_str())) m_work.UseCamera(i);
+            const std::string name = cameras[i].name.empty() ? Text("Camera {}", i) : cameras[i].name;
+            if (ImGui::MenuItem(Text("{}##{}", name, i).c_str())) m_work.UseCamera(i);
         }
         MenuEntries(Menu::CameraMenu);
         ImGui::EndMenu();
@@ -162,17 +162,7 @@ void Editor::BuildUi(const FrameInput& input) {
         Panel("View", {x, half}, {side, bottom - half}, [&] { SettingsPanel(m_work); });
         right = x;
     }
-    if (m_work.panels.statistics || m_work.panels.graph) {
-        const float height = std::floor(std::max(kBottom, kBottomShare * window.y));
-        lower = bottom - height;
-        const bool isBoth = m_work.panels.statistics && m_work.panels.graph;
-        const float middle = isBoth ? std::floor(0.5f * (left + right)) : right;
-        if (m_work.panels.statistics)
-            Panel("Statistics", {left, lower}, {middle - left, height}, [&] { StatisticsPanel(m_work); });
-        const float start = isBoth ? middle : left;
-        if (m_work.panels.graph)
-            Panel("Render graph", {start, lower}, {right - start, height}, [&] { GraphPanel(m_work); });
-    }
+    lower = bottom - LowerPanels(left, right, bottom);
     ViewArea(input, left, top, right - left, lower - top);
     StatusBar(bottom, window.x, kStatus);
     if (m_work.panels.help) {
@@ -182,6 +172,29 @@ void Editor::BuildUi(const FrameInput& input) {
             HelpPanel();
         ImGui::End();
     }
+}
+
+// Side by side, of one width; returns their height.
+float Editor::LowerPanels(float left, float right, float bottom) {
+    struct Lower {
+        const char* title;
+        bool isShown;
+        void (*draw)(Workspace&);
+    };
+    const std::array panels{Lower{"Statistics", m_work.panels.statistics, StatisticsPanel},
+                            Lower{"Render graph", m_work.panels.graph, GraphPanel},
+                            Lower{"Log", m_work.panels.log, LogPanel}};
+    const auto count = static_cast<float>(std::ranges::count_if(panels, &Lower::isShown));
+    if (count == 0.0f) return 0.0f;
+    const float height = std::floor(std::max(kBottom, kBottomShare * ImGui::GetIO().DisplaySize.y));
+    float x = left, taken = 0.0f;
+    for (const Lower& panel : panels) {
+        if (!panel.isShown) continue;
+        const float end = std::floor(left + (right - left) * ++taken / count);
+        Panel(panel.title, {x, bottom - height}, {end - x, height}, [&] { panel.draw(m_work); });
+        x = end;
+    }
+    return height;
 }
 
 void Editor::ViewArea(const FrameInput& input, float left, float top, float width, float height) {

@@ -20,8 +20,9 @@
 namespace raygraph::editor {
 
 struct EditorOptions {
-    std::filesystem::path shaders;  // folder of sources to reload from; "": none
-    SaveRender saveRender;          // empty: .exr cannot be written
+    std::filesystem::path shaders;         // folder of sources to reload from; "": none
+    SaveRender saveRender;                 // empty: .exr cannot be written
+    std::shared_ptr<LogHistory> log = {};  // what the log panel shows; null: nothing
 };
 
 class Editor {
@@ -65,6 +66,7 @@ class Editor {
     void AskToOpen();
     void AskToSavePicture();
     void AskToSaveScene();
+    float LowerPanels(float left, float right, float bottom);
     void ViewArea(const FrameInput& input, float left, float top, float width, float height);
     void StatusBar(float top, float width, float height);
     void UseBookmark(size_t slot, bool isKept);

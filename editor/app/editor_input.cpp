@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "editor/app/editor.h"
 
 namespace raygraph::editor {
@@ -19,7 +19,7 @@ void Editor::UseBookmark(size_t slot, bool isKept) {
     std::optional<Bookmark>& bookmark = m_work.bookmarks.at(slot);
     if (isKept) {
         bookmark = {m_work.camera.View(), m_work.camera.Distance()};
-        m_work.Say("camera kept under " + std::to_string(slot + 1));
+        m_work.Say(Text("camera kept under {}", slot + 1));
     } else if (bookmark) {
         m_work.camera.Set(bookmark->view, bookmark->distance);
     }
@@ -59,6 +59,8 @@ void Editor::Do(Action action) {
             return flip(m_work.panels.statistics);
         case Action::Graph:
             return flip(m_work.panels.graph);
+        case Action::Log:
+            return flip(m_work.panels.log);
         case Action::Help:
             return flip(m_work.panels.help);
         case Action::Raster:
@@ -116,6 +118,8 @@ bool Editor::IsOn(Action action) const {
             return m_work.panels.statistics;
         case Action::Graph:
             return m_work.panels.graph;
+        case Action::Log:
+            return m_work.panels.log;
         case Action::Help:
             return m_work.panels.help;
         default:

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 
 namespace raygraph::editor {
@@ -66,21 +65,6 @@ std::optional<double> SampleRate::PerSecond() const {
 double SecondsLeft(double error, double target, double samples, double samplesPerSecond) {
     const double times = error / target;
     return std::max(0.0, samples * (times * times - 1.0) / samplesPerSecond);
-}
-
-std::string DurationText(double seconds) {
-    char text[48];
-    if (seconds < 60.0) {
-        std::snprintf(text, sizeof text, "%.1f s", seconds);
-    } else if (seconds < 3600.0) {
-        const auto whole = static_cast<int>(seconds);
-        std::snprintf(text, sizeof text, "%d min %d s", whole / 60, whole % 60);
-    } else {
-        const double minutes = std::min(std::floor(seconds / 60.0), 1e9);
-        std::snprintf(text, sizeof text, "%.0f h %.0f min", std::floor(minutes / 60.0),
-                      std::fmod(minutes, 60.0));
-    }
-    return text;
 }
 
 }  // namespace raygraph::editor

@@ -58,7 +58,4 @@ class SampleRate {
 // it has.
 double SecondsLeft(double error, double target, double samples, double samplesPerSecond);
 
-// "4.2 s", "3 min 20 s", "2 h 5 min".
-std::string DurationText(double seconds);
-
 }  // namespace raygraph::editor

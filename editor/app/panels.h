@@ -14,6 +14,8 @@ void SettingsPanel(Workspace& work);
 void StatisticsPanel(Workspace& work);
 // The plan of the last frame.
 void GraphPanel(Workspace& work);
+// The newest messages, filtered.
+void LogPanel(Workspace& work);
 void HelpPanel();
 
 }  // namespace raygraph::editor

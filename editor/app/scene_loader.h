@@ -7,8 +7,10 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <variant>
 
+#include "base/log.h"
 #include "editor/app/document.h"
 #include "renderer/scene/scene_data.h"
 
@@ -28,7 +30,8 @@ using LoadResult = std::variant<LoadedScene, LoadFailure>;
 // Threads: the main thread's.
 class SceneLoader {
   public:
-    SceneLoader() = default;
+    // `log`: of what is loaded.
+    explicit SceneLoader(Log log = {}) : m_log(std::move(log)) {}
     ~SceneLoader();  // waits for the current load
     SceneLoader(const SceneLoader&) = delete;
     SceneLoader& operator=(const SceneLoader&) = delete;
@@ -45,6 +48,7 @@ class SceneLoader {
     std::optional<LoadResult> Take();
 
   private:
+    Log m_log;
     std::thread m_thread;
     std::atomic<bool> m_isDone{false};
     mutable std::mutex m_mutex;

@@ -10,8 +10,8 @@
 #include <system_error>
 
 #include "base/atomic_file.h"
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 #include "editor/app/input.h"
 
 namespace raygraph::editor {
@@ -34,6 +34,7 @@ void Visit(const Visitor& visitor, Kept& settings) {
         panels.Flag("inspector", settings.panels.inspector);
         panels.Flag("statistics", settings.panels.statistics);
         panels.Flag("graph", settings.panels.graph);
+        panels.Flag("log", settings.panels.log);
         panels.Flag("help", settings.panels.help);
     });
     visitor.In("window", [&](const Visitor& window) {
@@ -94,7 +95,7 @@ class Reader {
     const Json* Find(const char* key, bool (Json::*isRight)() const noexcept, const char* what) const {
         const auto found = m_json.find(key);
         if (found == m_json.end()) return nullptr;
-        if (!((*found).*isRight)()) throw Error(ErrorKind::BadInput, std::string(key) + ": must be " + what);
+        if (!((*found).*isRight)()) throw MakeError(ErrorKind::BadInput, "{}: must be {}", key, what);
         return &*found;
     }
 
@@ -184,7 +185,7 @@ Settings ReadSettings(const std::filesystem::path& folder, std::string& message)
 void WriteSettings(const std::filesystem::path& folder, const Settings& settings) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    if (error) throw Error(ErrorKind::Io, folder.string() + ": " + error.message());
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}", folder.string(), error.message());
     // A path may hold any bytes
     const std::string text = ToJson(settings).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
     AtomicFile file(folder / kFile);

@@ -2,12 +2,13 @@
 
 #define GLFW_INCLUDE_VULKAN
 #include <GLFW/glfw3.h>
+#include <imgui.h>
 
 #include <algorithm>
 #include <optional>
 #include <utility>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::editor {
 
@@ -79,7 +80,7 @@ struct Window::Impl {
 };
 
 Window::Window(const std::string& title, rhi::Extent2D size) {
-    if (!glfwInit()) throw Error(ErrorKind::NoDevice, "no window can be opened: " + WhyNot());
+    if (!glfwInit()) throw MakeError(ErrorKind::NoDevice, "no window can be opened: {}", WhyNot());
     m_impl = std::make_unique<Impl>();
     if (!glfwVulkanSupported())
         throw Error(ErrorKind::NoDevice,
@@ -88,7 +89,7 @@ Window::Window(const std::string& title, rhi::Extent2D size) {
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
     GLFWwindow* window = glfwCreateWindow(static_cast<int>(size.width), static_cast<int>(size.height),
                                           title.c_str(), nullptr, nullptr);
-    if (!window) throw Error(ErrorKind::NoDevice, "no window can be opened: " + WhyNot());
+    if (!window) throw MakeError(ErrorKind::NoDevice, "no window can be opened: {}", WhyNot());
     m_impl->window = window;
     m_impl->lastTime = glfwGetTime();
     glfwSetWindowUserPointer(window, m_impl.get());
@@ -170,6 +171,17 @@ FrameInput Window::Poll(double seconds) {
 
 void Window::SetTitle(const std::string& title) {
     glfwSetWindowTitle(m_impl->window, title.c_str());
+}
+
+void Window::ShareClipboard() {
+    ImGuiIO& io = ImGui::GetIO();
+    io.ClipboardUserData = m_impl->window;
+    io.SetClipboardTextFn = [](void* window, const char* text) {
+        glfwSetClipboardString(static_cast<GLFWwindow*>(window), text);
+    };
+    io.GetClipboardTextFn = [](void* window) {
+        return glfwGetClipboardString(static_cast<GLFWwindow*>(window));
+    };
 }
 
 }  // namespace raygraph::editor

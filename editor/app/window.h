@@ -28,6 +28,9 @@ class Window {
     // an event.
     FrameInput Poll(double seconds = 0.0);
     void SetTitle(const std::string& title);
+    // What ImGui copies and pastes is the desktop's from then on, while the window lives. Needs ImGui's
+    // context.
+    void ShareClipboard();
 
   private:
     struct Impl;

@@ -5,7 +5,7 @@
 #include <exception>
 #include <utility>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::editor {
 
@@ -30,9 +30,14 @@ bool Workspace::Try(Change&& change) {
         change();
         return true;
     } catch (const std::exception& error) {  // Error, or of a library: no reason to lose what is open
-        Say(error.what());
+        Refuse(error.what());
         return false;
     }
+}
+
+void Workspace::Refuse(const std::string& why) {
+    Say(why);
+    device.Log().Send(LogLevel::Error, log_category::kScene, why);
 }
 
 void Workspace::Apply(const Edit& edit) {
@@ -123,6 +128,8 @@ void Workspace::FinishLoadingEnvironment() {
         gpu.SetEnvironmentMap(loaded.image);
         gpu.SetEnvironment({.radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation});
         m_environmentFile = m_loadingEnvironment;
+        for (const std::string& warning : loaded.warnings)
+            device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
         Say(loaded.warnings.empty() ? "" : loaded.warnings.front());
     });
 }
@@ -137,7 +144,7 @@ bool Workspace::FinishLoading() {
     std::optional<LoadResult> result = loader.Take();
     if (!result) return false;
     if (const LoadFailure* failure = std::get_if<LoadFailure>(&*result)) {
-        Say(failure->message);
+        Refuse(failure->message);
         return false;
     }
     LoadedScene& loaded = std::get<LoadedScene>(*result);
@@ -145,7 +152,7 @@ bool Workspace::FinishLoading() {
     try {
         gpu.SetScene(std::move(loaded.data));
     } catch (const Error& error) {
-        Say(loaded.file.string() + ": " + error.what());
+        Refuse(Text("{}: {}", loaded.file.string(), error.what()));
         return false;
     }
     document = std::move(opened);

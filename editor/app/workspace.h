@@ -4,6 +4,7 @@
 
 #include <array>
 #include <future>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "editor/app/frame_history.h"
 #include "editor/app/gizmo.h"
 #include "editor/app/hierarchy.h"
+#include "editor/app/log_history.h"
 #include "editor/app/scene_loader.h"
 #include "editor/app/settings.h"
 #include "editor/viewport/viewport.h"
@@ -28,13 +30,17 @@ struct Bookmark {
 
 class Workspace {
   public:
-    // `shaders`: the folder of shader sources to reload from, or "".
-    explicit Workspace(rhi::Device& of, const std::filesystem::path& shaders = {})
+    // `shaders`: the folder of shader sources to reload from, or "". `messages`: what the log panel shows,
+    // null: none.
+    explicit Workspace(rhi::Device& of, const std::filesystem::path& shaders = {},
+                       std::shared_ptr<LogHistory> messages = {})
         : device(of),
+          log(messages ? std::move(messages) : std::make_shared<LogHistory>()),
           hasShaderSources(!shaders.empty()),
           renderer(of, {.shaderRoot = shaders}),
           gpu(renderer),
-          view(renderer, gpu) {
+          view(renderer, gpu),
+          loader(of.Log()) {
         view.SetBudget({.frameMs = 30.0, .whileMoving = viewport::MotionView::PathTraced});
         camera.Set(scene::ViewOfBounds({}, 1.0f), 2.0f);
     }
@@ -60,7 +66,7 @@ class Workspace {
     void Select(std::optional<uint32_t> node, std::optional<uint32_t> material = {});
     // Frames the selection, or the whole scene.
     void FrameSelection();
-    // An edit that the scene refuses changes nothing; the message says why.
+    // An edit that the scene refuses changes nothing; the message says why, and so does the log.
     void Apply(const Edit& edit);
     void Undo();
     void Redo();
@@ -72,6 +78,9 @@ class Workspace {
     void Say(std::string text) { message = std::move(text); }
 
     rhi::Device& device;
+    std::shared_ptr<LogHistory> log;  // never null
+    LogFilter logFilter;
+    uint64_t logSeen = 0;  // its revision when it was shown last
     bool hasShaderSources;
     Renderer renderer;
     GpuScene gpu;
@@ -99,6 +108,7 @@ class Workspace {
     std::string message;                        // the newest one line
 
   private:
+    void Refuse(const std::string& why);  // says it, and logs it
     void NoteOpened(const std::filesystem::path& file);
 
     void OpenEnvironment(const std::filesystem::path& file);

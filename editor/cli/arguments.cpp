@@ -3,8 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 #include "editor/cli/version.h"
 
 namespace raygraph::cli {
@@ -36,7 +36,7 @@ CLI::Option* AddOption(CLI::App& app, const std::string& name, const char* opera
                 try {
                     take(text);
                 } catch (const Error& error) {
-                    throw Error(error.Kind(), label + ": " + error.what());
+                    throw MakeError(error.Kind(), "{}: {}", label, error.what());
                 }
             },
             Wrapped(help))
@@ -77,8 +77,17 @@ void AddDevice(CLI::App& app, std::string& device) {
               [&device](const std::string& text) { device = text; });
 }
 
-void AddQuiet(CLI::App& app, bool& isQuiet) {
-    app.add_flag("--quiet", isQuiet, "No progress, no warnings, no summary");
+void AddLog(CLI::App& app, OutputArguments& arguments) {
+    app.add_flag("-v,--verbose", arguments.verbosity,
+                 Wrapped("Say more on stderr: what is done and how long it takes; -vv: all there is to say"));
+    AddPath(app, "--log", "FILE", "Add messages to a file as well, from information on (with -vv all)",
+            arguments.logFile);
+}
+
+void AddOutput(CLI::App& app, OutputArguments& arguments) {
+    CLI::Option* quiet = app.add_flag("--quiet", arguments.isQuiet, "No progress, no warnings, no summary");
+    AddLog(app, arguments);
+    quiet->excludes("--verbose");
 }
 
 void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
@@ -104,7 +113,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                     try {
                         arguments.outputs.push_back(ParseOutput(path));
                     } catch (const Error& error) {
-                        throw Error(error.Kind(), std::string("-o: ") + error.what());
+                        throw MakeError(error.Kind(), "-o: {}", error.what());
                     }
                 }
             },
@@ -144,7 +153,7 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                      Wrapped("Turn on the Vulkan validation layers and fail on any message"));
     AddPath(*render, "--report", "FILE.json", "Write what was rendered, how long it took and what it used",
             arguments.report);
-    AddQuiet(*render, arguments.isQuiet);
+    AddOutput(*render, arguments);
     return render;
 }
 
@@ -168,7 +177,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddOption(*bench, "--tolerance", "SHARE", "With --compare: by how much the cost may rise (0.05)",
               [&](const std::string& text) { arguments.tolerance = ParseNumber(text, 0.0, 100.0); });
     AddDevice(*bench, arguments.device);
-    AddQuiet(*bench, arguments.isQuiet);
+    AddOutput(*bench, arguments);
     return bench;
 }
 
@@ -179,7 +188,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
               [&](const std::string& text) { arguments.sceneChoice = text; });
     info->add_flag("--devices", arguments.isListingDevices,
                    "List every Vulkan device, and why the unsuitable ones are not used");
-    AddQuiet(*info, arguments.isQuiet);
+    AddOutput(*info, arguments);
     return info;
 }
 
@@ -191,7 +200,7 @@ CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     graph->add_flag("--first", arguments.isFirstFrame,
                     "The first frame, which uploads and builds the scene, instead of a later one");
     AddDevice(*graph, arguments.device);
-    AddQuiet(*graph, arguments.isQuiet);
+    AddOutput(*graph, arguments);
     return graph;
 }
 
@@ -207,7 +216,7 @@ CLI::App* AddMerge(CLI::App& app, MergeArguments& arguments) {
         ->type_name("")
         ->required();
     AddPath(*merge, "-o,--output", "OUT.exr", "The merged render (required)", arguments.output);
-    AddQuiet(*merge, arguments.isQuiet);
+    AddOutput(*merge, arguments);
     return merge;
 }
 
@@ -221,6 +230,7 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     AddDevice(*edit, arguments.device);
     edit->add_flag("--validate", arguments.isValidating,
                    "Turn on the Vulkan validation layers and fail on any message");
+    AddLog(*edit, arguments);
     return edit;
 }
 

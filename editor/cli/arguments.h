@@ -11,13 +11,14 @@
 #include "editor/cli/aovs.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/picture_settings.h"
+#include "editor/cli/program_log.h"
 #include "shaders/shared/tonemap_operators.h"
 
 namespace raygraph::cli {
 
 // The text of --tonemap.
 
-struct RenderArguments {
+struct RenderArguments : OutputArguments {
     std::filesystem::path scene;
     std::vector<OutputFile> outputs;    // empty: see RenderCommand
     SettingTexts given;                 // picture settings, as given
@@ -33,10 +34,9 @@ struct RenderArguments {
     bool isValidating = false;
     std::filesystem::path report;  // "": none
     std::filesystem::path resume;  // "": from the start
-    bool isQuiet = false;
 };
 
-struct BenchArguments {
+struct BenchArguments : OutputArguments {
     std::filesystem::path scene;
     SettingTexts given;
     std::filesystem::path environment;
@@ -46,32 +46,28 @@ struct BenchArguments {
     std::filesystem::path json;     // "": stdout alone
     std::filesystem::path compare;  // results to compare with; "": none
     double tolerance = 0.05;        // that a cost may rise relative to the stored one
-    bool isQuiet = false;
 };
 
-struct InfoArguments {
+struct InfoArguments : OutputArguments {
     std::filesystem::path scene;  // "": devices
     std::string sceneChoice;
     bool isListingDevices = false;
-    bool isQuiet = false;
 };
 
-struct GraphArguments {
+struct GraphArguments : OutputArguments {
     std::filesystem::path scene;
     SettingTexts given;
     bool isDot = false;
     bool isFirstFrame = false;
     std::string device;
-    bool isQuiet = false;
 };
 
-struct MergeArguments {
+struct MergeArguments : OutputArguments {
     std::vector<std::filesystem::path> inputs;
     std::filesystem::path output;
-    bool isQuiet = false;
 };
 
-struct EditArguments {
+struct EditArguments : OutputArguments {
     std::filesystem::path scene;    // "": opens empty
     std::filesystem::path script;   // "": a window
     std::filesystem::path shaders;  // "": none to reload from

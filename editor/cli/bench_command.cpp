@@ -82,7 +82,7 @@ void PrintForPeople(const BenchResult& result, const rhi::DeviceInfo& device) {
 
 }  // namespace
 
-ExitCode BenchCommand(const BenchArguments& arguments) {
+ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     std::string stored;
     if (!arguments.compare.empty()) {
         const std::vector<std::byte> bytes = AsInput([&] { return ReadFile(arguments.compare); });
@@ -92,14 +92,12 @@ ExitCode BenchCommand(const BenchArguments& arguments) {
     PictureSettings settings = SettingsFrom(arguments.given);
     if (!arguments.given.contains("max-depth")) settings.biases.maxDepth = kDefaultDepth;
 
-    Progress progress(stderr, arguments.isQuiet);
-    SceneInput input = LoadInput(arguments.scene, settings.scene, arguments.environment);
-    if (!arguments.isQuiet) WarnAll(progress, input.warnings);
-    DeviceMessages messages;
-    const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, messages);
+    const Log log = console.log.ForLibraries();
+    SceneInput input = LoadInput(arguments.scene, settings.scene, arguments.environment, log);
+    const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
-    const BenchResult result = RunBench(scene, {arguments.frames, arguments.rounds}, progress);
-    progress.Clear();
+    const BenchResult result = RunBench(scene, {arguments.frames, arguments.rounds}, console.progress);
+    console.progress.Clear();
 
     const Json json = ResultJson(result, settings, input, device->Info());
     const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace);

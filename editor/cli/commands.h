@@ -2,18 +2,19 @@
 #pragma once
 
 #include "editor/cli/arguments.h"
+#include "editor/cli/console.h"
 #include "editor/cli/exit_code.h"
 
 namespace raygraph::cli {
 
 // Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png.
-void RenderCommand(RenderArguments arguments);
+void RenderCommand(RenderArguments arguments, Console& console);
 // Dearer where a stored run is to be compared with and was less so.
-ExitCode BenchCommand(const BenchArguments& arguments);
-void InfoCommand(const InfoArguments& arguments);
-void GraphCommand(const GraphArguments& arguments);
-void MergeCommand(const MergeArguments& arguments);
+ExitCode BenchCommand(const BenchArguments& arguments, Console& console);
+void InfoCommand(const InfoArguments& arguments, Console& console);
+void GraphCommand(const GraphArguments& arguments, Console& console);
+void MergeCommand(const MergeArguments& arguments, Console& console);
 // Error{Usage} where the program was built without the editor.
-void EditCommand(const EditArguments& arguments);
+void EditCommand(const EditArguments& arguments, Console& console);
 
 }  // namespace raygraph::cli

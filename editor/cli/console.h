@@ -2,15 +2,23 @@
 #pragma once
 
 #include <string_view>
-#include <vector>
 
+#include "editor/cli/program_log.h"
 #include "editor/cli/progress.h"
 
 namespace raygraph::cli {
 
-// "raygraph: warning: ..." on stderr, past a progress line.
-void Warn(Progress& progress, std::string_view text);
-void WarnAll(Progress& progress, const std::vector<std::string>& texts);
+// What a command speaks through.
+struct Console {
+    // `levels`: RAYGRAPH_LOG, or null. Errors as ProgramLog.
+    Console(const OutputArguments& arguments, const char* levels)
+        : progress(stderr, arguments.isQuiet), log(arguments, levels, progress) {}
+
+    Progress progress;
+    ProgramLog log;
+};
+
+// On stdout.
 void PrintLine(std::string_view text);
 
 }  // namespace raygraph::cli

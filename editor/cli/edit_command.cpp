@@ -8,14 +8,16 @@
 #include "editor/cli/device_setup.h"
 #include "editor/cli/edit_picture.h"
 #else
-#include "base/error.h"
+#include "base/text.h"
 #endif
 
 namespace raygraph::cli {
 
-void EditCommand(const EditArguments& arguments) {
+void EditCommand(const EditArguments& arguments, Console& console) {
 #ifdef RAYGRAPH_HAS_EDITOR
-    DeviceMessages messages;
+    const auto history = std::make_shared<editor::LogHistory>();
+    console.log.AddListener([history](const LogMessage& message) { history->Add(message); });
+    const Log log = console.log.ForLibraries();
     const editor::SaveRender saveRender = [](const std::filesystem::path& file,
                                              editor::SavedRender&& render) {
         WriteRenderFile(file, RenderFileOf(std::move(render)));
@@ -23,16 +25,17 @@ void EditCommand(const EditArguments& arguments) {
     editor::RunEditor({.scene = arguments.scene,
                        .script = arguments.script,
                        .shaders = arguments.shaders,
-                       .saveRender = saveRender},
+                       .saveRender = saveRender,
+                       .log = history},
                       [&](std::vector<std::string> surfaceExtensions) {
                           return OpenDevice({.select = arguments.device,
                                              .isValidating = arguments.isValidating,
                                              .surfaceExtensions = std::move(surfaceExtensions)},
-                                            messages);
+                                            log);
                       });
-    messages.RequireValid();
+    console.log.RequireValid();
 #else
-    throw Error(ErrorKind::Usage, "edit " + arguments.scene.string() + ": this program has no editor");
+    throw MakeError(ErrorKind::Usage, "edit {}: this program has no editor", arguments.scene.string());
 #endif
 }
 

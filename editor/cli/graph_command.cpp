@@ -27,14 +27,11 @@ void DeclareFrame(DeviceScene& scene, passes::Accumulation& accumulation, uint32
 
 }  // namespace
 
-void GraphCommand(const GraphArguments& arguments) {
-    Progress progress(stderr, arguments.isQuiet);
+void GraphCommand(const GraphArguments& arguments, Console& console) {
     const PictureSettings settings = SettingsFrom(arguments.given);
-    SceneInput input = LoadInput(arguments.scene, settings.scene, {});
-    if (!arguments.isQuiet) WarnAll(progress, input.warnings);
-
-    DeviceMessages messages;
-    const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, messages);
+    const Log log = console.log.ForLibraries();
+    SceneInput input = LoadInput(arguments.scene, settings.scene, {}, log);
+    const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
     Renderer& renderer = scene.GraphRenderer();
     passes::Accumulation accumulation("radiance");

@@ -8,14 +8,13 @@
 
 namespace raygraph::cli {
 
-void InfoCommand(const InfoArguments& arguments) {
+void InfoCommand(const InfoArguments& arguments, Console& console) {
     if (arguments.isListingDevices) {
         std::fputs(DescribeDevices(rhi::Device::Enumerate()).c_str(), stdout);
         return;
     }
-    Progress progress(stderr, arguments.isQuiet);
-    const SceneInput input = LoadInput(arguments.scene, arguments.sceneChoice, {});
-    if (!arguments.isQuiet) WarnAll(progress, input.warnings);
+    const SceneInput input =
+        LoadInput(arguments.scene, arguments.sceneChoice, {}, console.log.ForLibraries());
     std::fputs(DescribeScene(input.file, input.data).c_str(), stdout);
 }
 

@@ -1,11 +1,13 @@
 // raygraph merge
 #include "editor/cli/commands.h"
+
+#include "base/text.h"
 #include "editor/cli/console.h"
 #include "editor/cli/merge.h"
 
 namespace raygraph::cli {
 
-void MergeCommand(const MergeArguments& arguments) {
+void MergeCommand(const MergeArguments& arguments, Console&) {
     // The output may be one of the inputs: they are read before it is replaced
     CheckWritable(std::vector{arguments.output}, {});
     std::vector<NamedRender> parts;
@@ -16,8 +18,8 @@ void MergeCommand(const MergeArguments& arguments) {
     WriteRenderFile(arguments.output, merged);
     if (arguments.isQuiet) return;
     PrintLine(arguments.output.string());
-    PrintLine(std::to_string(SampleCount(merged.samples)) + " samples a pixel (" + ToText(merged.samples) +
-              ") from " + std::to_string(count) + " renders");
+    PrintLine(Text("{} samples a pixel ({}) from {} renders", SampleCount(merged.samples),
+                   ToText(merged.samples), count));
 }
 
 }  // namespace raygraph::cli

@@ -1,9 +1,7 @@
 #include "editor/cli/progress.h"
 
-#include <array>
-#include <cmath>
-
 #include "base/os/process.h"
+#include "base/text.h"
 
 namespace raygraph::cli {
 
@@ -11,53 +9,24 @@ namespace {
 
 constexpr auto kRedrawInterval = std::chrono::milliseconds(200);
 
-template <typename... Values>
-std::string Printed(const char* format, Values... values) {
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), format, values...);
-    return text.data();
-}
-
 }  // namespace
 
 std::string FormatProgress(const ProgressState& state) {
-    std::string line = "  ";
-    line += std::to_string(state.samplesDone);
-    if (state.samplesWanted) {
-        line += '/';
-        line += std::to_string(*state.samplesWanted);
-    }
+    std::string line = Text("  {}", state.samplesDone);
+    if (state.samplesWanted) line += Text("/{}", *state.samplesWanted);
     line += state.samplesDone == 1 && !state.samplesWanted ? " sample" : " samples";
-    if (state.samplesPerSecond > 0.0) {
-        line += "  ";
-        line += FormatRate(state.samplesPerSecond);
-    }
-    if (state.relativeError) line += Printed("  error %.2g %%", *state.relativeError * 100.0);
-    if (state.secondsLeft) {
-        line += "  ";
-        line += FormatDuration(*state.secondsLeft);
-        line += " left";
-    }
+    if (state.samplesPerSecond > 0.0) line += "  " + FormatRate(state.samplesPerSecond);
+    if (state.relativeError) line += Text("  error {:.2g} %", *state.relativeError * 100.0);
+    if (state.secondsLeft) line += Text("  {} left", DurationText(*state.secondsLeft));
     return line;
 }
 
 std::string FormatLoading(std::string_view stage, float fraction) {
-    std::string line = "  loading ";
-    line += stage;
-    return line + Printed("  %.0f %%", 100.0 * static_cast<double>(fraction));
+    return Text("  loading {}  {:.0f} %", stage, 100.0f * fraction);
 }
 
 std::string FormatRate(double samplesPerSecond) {
-    return Printed("%.3g Msamples/s", samplesPerSecond * 1e-6);
-}
-
-std::string FormatDuration(double seconds) {
-    if (seconds < 0.9995) return Printed("%.0f ms", seconds * 1e3);
-    if (seconds < 9.95) return Printed("%.1f s", seconds);
-    const auto whole = static_cast<long long>(std::llround(seconds));
-    if (whole < 60) return Printed("%lld s", whole);
-    if (whole < 3600) return Printed("%lld min %lld s", whole / 60, whole % 60);
-    return Printed("%lld h %lld min", whole / 3600, whole % 3600 / 60);
+    return Text("{:.3g} Msamples/s", samplesPerSecond * 1e-6);
 }
 
 Progress::Progress(std::FILE* stream, bool isQuiet)
@@ -69,6 +38,7 @@ bool Progress::IsDue() const {
 
 void Progress::Show(std::string_view line) {
     if (!m_isOn) return;
+    const std::scoped_lock lock(m_mutex);
     m_nextDraw = std::chrono::steady_clock::now() + kRedrawInterval;
     // A line as wide as the terminal would wrap
     line = line.substr(0, os::TerminalWidth(m_stream) - 1);
@@ -81,6 +51,18 @@ void Progress::Show(std::string_view line) {
 }
 
 void Progress::Clear() {
+    const std::scoped_lock lock(m_mutex);
+    Lift();
+}
+
+void Progress::PrintAbove(std::string_view text) {
+    const std::scoped_lock lock(m_mutex);
+    Lift();
+    std::fwrite(text.data(), 1, text.size(), m_stream);
+    std::fflush(m_stream);
+}
+
+void Progress::Lift() {
     if (!m_isOn || m_shownWidth == 0) return;
     std::fprintf(m_stream, "\r%*s\r", static_cast<int>(m_shownWidth), "");
     std::fflush(m_stream);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -24,11 +25,9 @@ std::string FormatProgress(const ProgressState& state);
 std::string FormatLoading(std::string_view stage, float fraction);
 // "1.23 Msamples/s"
 std::string FormatRate(double samplesPerSecond);
-// "850 ms", "12.3 s", "4 min 5 s", "2 h 3 min"
-std::string FormatDuration(double seconds);
 
-// Redraws one line of a terminal; silent when it is off. No escape sequences: the line is overwritten by
-// blanks, so any terminal and NO_COLOR are served.
+// Redraws one line of a terminal; silent when it is off. Threads: any. No escape sequences: the line is
+// overwritten by blanks, so any terminal and NO_COLOR are served.
 class Progress {
   public:
     // `stream` outlives the object. On only if `stream` is a terminal and `isQuiet` is false.
@@ -43,8 +42,13 @@ class Progress {
     void Show(std::string_view line);
     // Leaves the line empty for other text.
     void Clear();
+    // Writes `text`, also when it is off; the line goes on below it with the next Show.
+    void PrintAbove(std::string_view text);
 
   private:
+    void Lift();
+
+    std::mutex m_mutex;
     std::FILE* m_stream;
     bool m_isOn;
     size_t m_shownWidth = 0;

@@ -6,6 +6,7 @@
 
 #include "base/os/process.h"
 #include "base/stopwatch.h"
+#include "base/text.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
@@ -44,6 +45,7 @@ void CheckFiles(const RenderArguments& arguments) {
     std::vector<std::filesystem::path> written, read{arguments.scene};
     for (const OutputFile& output : arguments.outputs) written.push_back(output.path);
     if (!arguments.report.empty()) written.push_back(arguments.report);
+    if (!arguments.logFile.empty()) written.push_back(arguments.logFile);
     if (!arguments.environment.empty()) read.push_back(arguments.environment);
     CheckWritable(written, read);
 }
@@ -52,7 +54,7 @@ void CheckFiles(const RenderArguments& arguments) {
 // ignored.
 void CheckView(const RenderArguments& arguments, const PictureSettings& settings) {
     const auto refuse = [&](const std::string& what) {
-        throw Error(ErrorKind::Usage, "--view " + std::string(Name(settings.view)) + ": " + what);
+        throw MakeError(ErrorKind::Usage, "--view {}: {}", Name(settings.view), what);
     };
     if (settings.view != View::Raster && settings.raster.shadows != passes::RasterSettings{}.shadows)
         refuse("--shadows is for --view raster");
@@ -100,8 +102,8 @@ Job PlanJob(const RenderArguments& arguments) {
     if (!isOpenEnded) job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(kDefaultSamples);
     const uint64_t last = uint64_t{job.firstSample} + job.samplesWanted.value_or(1) - 1;
     if (last > std::numeric_limits<uint32_t>::max())
-        throw Error(ErrorKind::Usage, "--sample-offset " + std::to_string(job.firstSample) + ": sample " +
-                                          std::to_string(last) + " is beyond the last, 4294967295");
+        throw MakeError(ErrorKind::Usage, "--sample-offset {}: sample {} is beyond the last, 4294967295",
+                        job.firstSample, last);
     return job;
 }
 
@@ -123,20 +125,19 @@ RenderFile DescribeRender(const Job& job, const SceneInput& input, const rhi::De
 void RequireSameInputs(const ResumedRender& resumed, const RenderFile& render) {
     const std::string mismatch = FirstMismatch(resumed.render, render);
     if (!mismatch.empty())
-        throw Error(ErrorKind::BadInput, resumed.path.string() + " cannot be resumed: " + mismatch);
+        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path.string(), mismatch);
 }
 
-void WarnOfDarkness(Progress& progress, const RenderArguments& arguments, const Job& job,
-                    const SceneInput& input) {
-    if (arguments.isQuiet || !ShowsLight(job.settings.view)) return;
+void WarnOfDarkness(ProgramLog& log, const Job& job, const SceneInput& input) {
+    if (!ShowsLight(job.settings.view)) return;
     const bool hasPunctual = !input.data.lights.empty();
     if (job.settings.view == View::PathTraced && hasPunctual && !job.settings.lights.isOn)
-        Warn(progress, input.file + ": --nee off finds no punctual light; they are not rendered");
+        log.Warn(input.file + ": --nee off finds no punctual light; they are not rendered");
     const bool hasBackground = job.settings.background != std::array<float, 3>{};
     if (!hasBackground && input.environmentFile.empty() && !scene::HasEmission(input.data) && !hasPunctual)
-        Warn(progress, input.file +
-                           ": nothing emits light, the picture will be black; give --env FILE or "
-                           "--background R,G,B");
+        log.Warn(input.file +
+                 ": nothing emits light, the picture will be black; give --env FILE or "
+                 "--background R,G,B");
 }
 
 // How the samples went.
@@ -259,9 +260,9 @@ void PrintSummary(const RenderArguments& arguments, const RenderFile& render, co
     for (const OutputFile& output : arguments.outputs) PrintLine(output.path.string());
     if (!arguments.report.empty()) PrintLine(arguments.report.string());
     const uint64_t samples = SampleCount(render.samples);
-    std::string line = std::to_string(samples) + (samples == 1 ? " sample" : " samples") + " a pixel";
-    if (job.samplesBefore > 0) line += ", " + std::to_string(samples - job.samplesBefore) + " of them new";
-    line += ", " + ToText(render.size) + ", in " + FormatDuration(rendered.seconds);
+    std::string line = Text("{} {} a pixel", samples, samples == 1 ? "sample" : "samples");
+    if (job.samplesBefore > 0) line += Text(", {} of them new", samples - job.samplesBefore);
+    line += ", " + ToText(render.size) + ", in " + DurationText(rendered.seconds);
     if (samplesPerSecond) line += ", " + FormatRate(*samplesPerSecond);
     if (arguments.error && statistics.relativeError)
         line += ", relative error " + ToText(static_cast<float>(*statistics.relativeError));
@@ -271,21 +272,19 @@ void PrintSummary(const RenderArguments& arguments, const RenderFile& render, co
 
 }  // namespace
 
-void RenderCommand(RenderArguments arguments) {
+void RenderCommand(RenderArguments arguments, Console& console) {
     SetDefaultOutput(arguments);
     CheckFiles(arguments);
     Job job = PlanJob(arguments);
 
-    Progress progress(stderr, arguments.isQuiet);
-    SceneInput input = LoadInput(arguments.scene, job.settings.scene, arguments.environment,
+    Progress& progress = console.progress;
+    const Log log = console.log.ForLibraries();
+    SceneInput input = LoadInput(arguments.scene, job.settings.scene, arguments.environment, log,
                                  [&](std::string_view stage, float fraction) {
                                      if (progress.IsDue()) progress.Show(FormatLoading(stage, fraction));
                                  });
-    if (!arguments.isQuiet) WarnAll(progress, input.warnings);
-    WarnOfDarkness(progress, arguments, job, input);
-    DeviceMessages messages;
-    const std::unique_ptr<rhi::Device> device =
-        OpenDevice({arguments.device, arguments.isValidating}, messages);
+    WarnOfDarkness(console.log, job, input);
+    const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
     RenderFile render = DescribeRender(job, input, device->Info());
     if (job.resumed) RequireSameInputs(*job.resumed, render);
 
@@ -326,20 +325,19 @@ void RenderCommand(RenderArguments arguments) {
         report->nonFiniteSamples = session.NonFiniteSamples();
         report->removed = removed;
     }
-    if (!arguments.isQuiet) WarnAll(progress, messages.TakeWarnings());
-    messages.RequireValid();  // before anything is written: an invalid run leaves the old files
+    console.log.RequireValid();  // before anything is written: an invalid run leaves the old files
 
     WriteOutputs(arguments, session, render, job.aovs);
     if (report) WriteTextFile(arguments.report, ToJson(*report));
     if (rendered.wasStopped) {
-        std::string text = "stopped after " + std::to_string(session.SamplesSubmitted());
-        if (job.samplesWanted) text += " of " + std::to_string(*job.samplesWanted);
+        std::string text = Text("stopped after {}", session.SamplesSubmitted());
+        if (job.samplesWanted) text += Text(" of {}", *job.samplesWanted);
         std::fprintf(stderr, "raygraph: %s samples; what there is was written\n", text.c_str());
     }
-    if (arguments.isQuiet) return;
     if (const uint64_t count = session.NonFiniteSamples(); count > 0)
-        Warn(progress, std::to_string(count) + (count == 1 ? " sample was" : " samples were") +
-                           " infinite or NaN, and counted as black");
+        console.log.Warn(Text("{} {} infinite or NaN, and counted as black", count,
+                              count == 1 ? "sample was" : "samples were"));
+    if (arguments.isQuiet) return;
     PrintSummary(arguments, render, job, rendered, samplesPerSecond, statistics, removed);
 }
 

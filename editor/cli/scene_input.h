@@ -5,8 +5,8 @@
 #include <functional>
 #include <string>
 #include <string_view>
-#include <vector>
 
+#include "base/log.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/scene_data.h"
 
@@ -20,15 +20,14 @@ struct SceneInput {
     image::ImageF environment;    // empty: none
     std::string environmentFile;  // "": none
     std::string environmentHash;
-    std::vector<std::string> warnings;  // one line each
-    double loadMs = 0.0;                // reading and decoding, both files
+    double loadMs = 0.0;  // reading and decoding, both files
 };
 
 using LoadProgress = std::function<void(std::string_view stage, float fraction)>;
 
 // `choice`: which of the file's scenes, "" the default. `environment` may be "". Error{BadInput} naming the
-// file, also for one that cannot be read; Error{Usage} for a scene that is not in it.
+// file, also for one that cannot be read; Error{Usage} for a scene that is not in it. Warnings go to `log`.
 SceneInput LoadInput(const std::filesystem::path& path, const std::string& choice,
-                     const std::filesystem::path& environment, LoadProgress progress = {});
+                     const std::filesystem::path& environment, const Log& log, LoadProgress progress = {});
 
 }  // namespace raygraph::cli

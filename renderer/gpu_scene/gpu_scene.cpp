@@ -1,12 +1,12 @@
 #include "renderer/gpu_scene/gpu_scene.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <optional>
 
-#include "base/error.h"
 #include "base/out_of_memory.h"
+#include "base/stopwatch.h"
+#include "base/text.h"
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
@@ -32,8 +32,8 @@ ResourceState SampledState() {
 
 void CheckIndex(const char* what, uint32_t index, size_t count) {
     if (index >= count)
-        throw Error(ErrorKind::Usage, std::string("GpuScene: ") + what + " " + std::to_string(index) +
-                                          " does not exist; the scene has " + std::to_string(count));
+        throw MakeError(ErrorKind::Usage, "GpuScene: {} {} does not exist; the scene has {}", what, index,
+                        count);
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ struct GpuScene::Impl {
 
     // Creates the new scene first, so that an Error leaves the old one in place.
     void Replace(scene::SceneData&& data) {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         scene::Check(data, "GpuScene: SetScene");
         CheckLimits(device, *textureTable, data);
         device.CollectGarbage();  // room that there is already
@@ -103,17 +103,17 @@ struct GpuScene::Impl {
         revisions.geometry++;
         geometriesState = {};
         materialsState = {};
-        statistics.uploadMs =
-            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+        statistics.uploadMs = watch.Milliseconds();
         statistics.instanceCount = instances->Count();
         statistics.geometryCount = resources->geometryCount;
         statistics.geometryBytes = resources->geometryBytes;
         statistics.textureBytes = resources->textureBytes;
-        statistics.trianglesUnique = 0;
-        for (const MeshResources& mesh : resources->meshes) statistics.trianglesUnique += mesh.triangleCount;
-        statistics.trianglesPlaced = 0;
-        for (const scene::Instance& instance : data.instances)
-            statistics.trianglesPlaced += resources->meshes[instance.mesh].triangleCount;
+        statistics.trianglesUnique = TriangleCount(*resources);
+        statistics.trianglesPlaced = TriangleCount(*resources, data.instances);
+        if (statistics.instanceCount > 0)
+            Say(device.Log(), LogLevel::Info, log_category::kScene,
+                "{} triangles in {} instances are uploaded in {}", statistics.trianglesPlaced,
+                statistics.instanceCount, DurationText(watch.Seconds()));
     }
 
     void SetEnvironmentMap(const image::ImageF& equirectangular);
@@ -167,9 +167,9 @@ struct GpuScene::Impl {
     // An edit would change or destroy what the open frame was declared from.
     void RequireNoFrame(const char* call) const {
         if (!declaredIn.expired())
-            throw Error(ErrorKind::Usage,
-                        std::string("GpuScene: ") + call +
-                            " between Declare and Execute; it comes before Declare or after Execute");
+            throw MakeError(
+                ErrorKind::Usage,
+                "GpuScene: {} between Declare and Execute; it comes before Declare or after Execute", call);
     }
 
     void DeclareBlasWork(Renderer& r, SceneIds& ids) {
@@ -279,7 +279,7 @@ void GpuScene::SetTransform(uint32_t instance, const scene::PlacedTransform& obj
     CheckIndex("instance", instance, m_impl->instances->Count());
     if (m_impl->instances->Transform(instance) == objectToWorld) return;
     if (!scene::CanInvert(objectToWorld.matrix) || !scene::IsFinite(objectToWorld.rest))
-        scene::CheckTransform(objectToWorld, "GpuScene: SetTransform: instance " + std::to_string(instance));
+        scene::CheckTransform(objectToWorld, Text("GpuScene: SetTransform: instance {}", instance));
     m_impl->revisions.transforms++;
     m_impl->instances->SetTransform(instance, objectToWorld);
     m_impl->lights->SetTransform(instance, m_impl->instances->DeviceTransform(instance));
@@ -313,7 +313,7 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->RequireNoFrame("SetMaterial");
     std::vector<gpu::MaterialRecord>& records = m_impl->resources->materialRecords;
     CheckIndex("material", material, records.size());
-    scene::Check(values, "GpuScene: SetMaterial: material " + std::to_string(material));
+    scene::Check(values, Text("GpuScene: SetMaterial: material {}", material));
     const gpu::MaterialRecord record = ToRecord(values, records[material]);
     static_assert(sizeof(record) == 30 * 4, "the comparison sees no padding");
     if (std::memcmp(&record, &records[material], sizeof(record)) == 0) return;

@@ -322,6 +322,18 @@ rhi::Buffer UploadTable(rhi::Device& device, rhi::Uploader& uploader, const char
 
 }  // namespace
 
+uint64_t TriangleCount(const SceneResources& resources) {
+    uint64_t count = 0;
+    for (const MeshResources& mesh : resources.meshes) count += mesh.triangleCount;
+    return count;
+}
+
+uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::Instance> instances) {
+    uint64_t count = 0;
+    for (const scene::Instance& instance : instances) count += resources.meshes[instance.mesh].triangleCount;
+    return count;
+}
+
 SceneResources::~SceneResources() {
     for (const TextureResources& texture : textures)
         if (texture.slot != gpu::kNoTexture) textureTable.Remove(texture.slot);

@@ -76,6 +76,10 @@ struct SceneResources {
     uint64_t textureBytes = 0;
 };
 
+// Triangles of all meshes, and of all that instances place.
+uint64_t TriangleCount(const SceneResources& resources);
+uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::Instance> instances);
+
 // Uploads everything but the instances, and adds the BLASes to the builder. Frees each mesh and image of
 // `scene` after its upload.
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,

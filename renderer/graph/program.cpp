@@ -4,7 +4,9 @@
 #include <cstring>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "renderer/graph/text.h"
+#include "rhi/device.h"
 
 namespace raygraph {
 
@@ -136,7 +138,7 @@ void ProgramCache::Reflect(Program& program, std::string_view pass) const {
     try {
         interface = rhi::MergeInterface(reflections);
     } catch (const Error& error) {
-        throw Error(error.Kind(), std::string(pass) + ": " + error.what());
+        throw MakeError(error.Kind(), "{}: {}", pass, error.what());
     }
     std::vector<rhi::SpecializationValue> values;
     for (const SpecializationRequest& request : program.m_request.specialization) {
@@ -147,9 +149,8 @@ void ProgramCache::Reflect(Program& program, std::string_view pass) const {
             isKnown = true;
         }
         if (!isKnown)
-            throw Error(ErrorKind::Usage, std::string(pass) + " specializes " + Quoted(request.name) +
-                                              ": no such constant; " + shaders.front()->name + " has " +
-                                              ConstantNames(interface));
+            throw MakeError(ErrorKind::Usage, "{} specializes {}: no such constant; {} has {}", pass,
+                            Quoted(request.name), shaders.front()->name, ConstantNames(interface));
     }
     program.m_name = shaders.front()->name;
     program.m_shaders = std::move(shaders);
@@ -219,6 +220,10 @@ void ProgramCache::MakePipeline(Program& program) {
             return;
     }
     m_creationMs += made->CreationMs();
+    constexpr double kLongMs = 1000.0;  // somebody is waiting
+    Say(m_device.Log(), made->CreationMs() < kLongMs ? LogLevel::Debug : LogLevel::Info,
+        log_category::kShaders, "pipeline of {} is made in {}", program.m_name,
+        DurationText(1e-3 * made->CreationMs()));
     m_pipelineCount += program.m_hasPipeline ? 0 : 1;
     program.m_hasPipeline = true;
 }

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/out_of_memory.h"
+#include "base/text.h"
 #include "renderer/graph/plan_text.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
@@ -111,8 +112,8 @@ void Renderer::Impl::ForwardSemaphores() noexcept {
     try {
         lastSubmitted = device.Forward(waits.forwarded, signals.forwarded);
     } catch (const std::exception& failure) {
-        device.Say(rhi::MessageSeverity::Warning,
-                   std::string("the semaphores of a dropped frame are not signalled: ") + failure.what());
+        Say(device.Log(), LogLevel::Warning, log_category::kGraph,
+            "the semaphores of a dropped frame are not signalled: {}", failure.what());
     }
 }
 
@@ -175,9 +176,15 @@ std::vector<std::string> Renderer::ReloadShaders() {
         throw Error(ErrorKind::Usage,
                     "ReloadShaders: a frame is open; it comes before BeginFrame or after Execute");
     return WithMemoryErrors("ReloadShaders", [&] {
+        const Stopwatch watch;
         ShaderLibrary::ReloadResult reloaded = m_impl->shaders.Reload();
         std::vector<std::string> messages = m_impl->programs.Rebuild(reloaded.changed);
         messages.insert(messages.begin(), reloaded.messages.begin(), reloaded.messages.end());
+        const Log& log = m_impl->device.Log();
+        for (const std::string& message : messages)
+            log.Send(LogLevel::Warning, log_category::kShaders, message);
+        Say(log, LogLevel::Info, log_category::kShaders, "{} changed shaders are reloaded in {}",
+            reloaded.changed.size(), DurationText(watch.Seconds()));
         return messages;
     });
 }
@@ -192,15 +199,17 @@ void Renderer::AddShader(std::string_view name, std::span<const uint32_t> spirv)
     if (std::ranges::equal(known->words, spirv)) return;
     const std::string subject = "AddShader " + Quoted(name) + ": ";
     if (impl.openFrame)
-        throw Error(ErrorKind::Usage, subject + "a frame is open, and its passes were checked against the " +
-                                          "shader of that name; it comes before BeginFrame or after Execute");
+        throw MakeError(ErrorKind::Usage,
+                        "{}a frame is open, and its passes were checked against the shader of that name; it "
+                        "comes before BeginFrame or after Execute",
+                        subject);
     const std::vector<uint32_t> before(known->words.begin(), known->words.end());
     impl.shaders.Add(name, spirv);
     const std::vector<std::string> problems = impl.programs.Rebuild({&known, 1});
     if (problems.empty()) return;
     impl.shaders.Add(name, before);
     impl.programs.Rebuild({&known, 1});
-    throw Error(ErrorKind::Usage, subject + "the one that was there stays, since " + problems.front());
+    throw MakeError(ErrorKind::Usage, "{}the one that was there stays, since {}", subject, problems.front());
 }
 
 }  // namespace raygraph

@@ -103,6 +103,7 @@ struct PassTiming {
     std::string name;
     double cpuMs = 0.0;  // recording
     double gpuMs = 0.0;  // between the pass's two timestamps
+    PassKind kind = PassKind::Compute;
 };
 
 struct FrameTiming {

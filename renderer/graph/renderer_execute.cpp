@@ -3,8 +3,8 @@
 #include <cstring>
 
 #include "base/check.h"
-#include "base/error.h"
 #include "base/out_of_memory.h"
+#include "base/text.h"
 #include "renderer/graph/renderer_impl.h"
 #include "renderer/graph/text.h"
 #include "rhi/image_barrier.h"
@@ -119,8 +119,10 @@ void Renderer::Impl::Record(rhi::CommandList& commands, FrameTiming& timing) {
         const Stopwatch stopwatch;
         RecordPass(commands, planned);
         timer.Stamp(commands);
-        timing.passes.push_back(
-            {.name = graph.passes[planned.pass].name, .cpuMs = stopwatch.Milliseconds(), .gpuMs = 0.0});
+        timing.passes.push_back({.name = graph.passes[planned.pass].name,
+                                 .cpuMs = stopwatch.Milliseconds(),
+                                 .gpuMs = 0.0,
+                                 .kind = graph.passes[planned.pass].kind});
     }
     RecordBarriers(commands, plan.finish, false);
     RecordBarriers(commands, plan.release, false);
@@ -323,8 +325,8 @@ uint32_t Renderer::Impl::DeclaredBy(uint32_t pass, AnyId id) const {
     const auto begin = graph.uses.begin() + info.firstUse;
     const auto isIt = [&](const ResourceUse& use) { return use.resource == resource; };
     if (std::none_of(begin, begin + info.useCount, isIt))
-        throw Error(ErrorKind::Usage, asks + " " + Quoted(graph.resources[resource].name) +
-                                          ", which it did not declare in its setup");
+        throw MakeError(ErrorKind::Usage, "{} {}, which it did not declare in its setup", asks,
+                        Quoted(graph.resources[resource].name));
     return resource;
 }
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/error.h"
 #include "base/printable.h"
 #include "base/read_file.h"
+#include "base/text.h"
 
 namespace raygraph::image {
 namespace {
@@ -38,7 +38,7 @@ const char* FormatName(FileFormat format) {
 void CheckRadiance(ImageF& image, std::string_view name, std::vector<std::string>& warnings) {
     const auto pixel = [&](size_t index) {
         const size_t texel = index / 4;
-        return '(' + std::to_string(texel % image.width) + ", " + std::to_string(texel / image.width) + ')';
+        return Text("({}, {})", texel % image.width, texel / image.width);
     };
     uint64_t negativeCount = 0;
     size_t firstNegative = 0;
@@ -53,8 +53,8 @@ void CheckRadiance(ImageF& image, std::string_view name, std::vector<std::string
         }
     }
     if (negativeCount > 0) {
-        warnings.push_back(std::string(name) + ": " + std::to_string(negativeCount) +
-                           " negative values set to 0, the first at pixel " + pixel(firstNegative));
+        warnings.push_back(Text("{}: {} negative values set to 0, the first at pixel {}", name, negativeCount,
+                                pixel(firstNegative)));
     }
 }
 
@@ -67,28 +67,25 @@ void Refuse(std::string_view name, std::string_view what) {
 }
 
 void RefuseMemory(std::string_view name, uint64_t width, uint64_t height) {
-    throw Error(ErrorKind::OutOfMemory, std::string(name) + ": no memory for " + std::to_string(width) +
-                                            " x " + std::to_string(height) + " pixels");
+    throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for {} x {} pixels", name, width, height);
 }
 
 void CheckSize(std::string_view name, uint64_t width, uint64_t height, const DecodeLimits& limits) {
-    const std::string size = std::to_string(width) + " x " + std::to_string(height) + " pixels";
+    const std::string size = Text("{} x {} pixels", width, height);
     if (width == 0 || height == 0) Refuse(name, size + ": the picture is empty");
     if (width > limits.maxWidth || height > limits.maxHeight) {
-        Refuse(name, size + " exceed the limit of " + std::to_string(limits.maxWidth) + " x " +
-                         std::to_string(limits.maxHeight));
+        Refuse(name, Text("{} exceed the limit of {} x {}", size, limits.maxWidth, limits.maxHeight));
     }
     if (width * height > limits.maxPixels) {
-        Refuse(name, size + " exceed the limit of " + std::to_string(limits.maxPixels) + " pixels");
+        Refuse(name, Text("{} exceed the limit of {} pixels", size, limits.maxPixels));
     }
 }
 
 void CheckTexelCount(const std::filesystem::path& path, uint64_t width, uint64_t height,
                      size_t texelNumbers) {
     if (width == 0 || height == 0 || texelNumbers != 4 * width * height) {
-        throw Error(ErrorKind::Usage, path.string() + ": cannot write " + std::to_string(width) + " x " +
-                                          std::to_string(height) + " pixels from " +
-                                          std::to_string(texelNumbers) + " numbers");
+        throw MakeError(ErrorKind::Usage, "{}: cannot write {} x {} pixels from {} numbers", path.string(),
+                        width, height, texelNumbers);
     }
 }
 

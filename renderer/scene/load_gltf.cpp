@@ -6,6 +6,8 @@
 #include "base/error.h"
 #include "base/out_of_memory.h"
 #include "base/printable.h"
+#include "base/stopwatch.h"
+#include "base/text.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/gltf_accessors.h"
 #include "renderer/scene/gltf_buffers.h"
@@ -89,6 +91,7 @@ GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
 }
 
 SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options) {
+    const Stopwatch watch;
     const ScenePath located = Locate(path);
     DiskFileReader disk;
     FileReader& files = options.reader ? *options.reader : disk;
@@ -98,7 +101,12 @@ SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options
         context.Progress("file", 0.0f);
         const std::vector<std::byte> file = files.Read(located.file, options.limits.maxFileBytes);
         context.bytesRead = file.size();
-        return Import(context, OpenContainer(file, context.label));
+        SceneData scene = Import(context, OpenContainer(file, context.label));
+        for (const std::string& warning : scene.warnings)
+            options.log.Send(LogLevel::Warning, log_category::kScene, warning);
+        Say(options.log, LogLevel::Info, log_category::kScene, "{}: {} read in {}", context.label,
+            BytesText(context.bytesRead), DurationText(watch.Seconds()));
+        return scene;
     });
 }
 

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "base/api.h"
+#include "base/log.h"
 #include "renderer/scene/file_access.h"
 #include "renderer/scene/scene_data.h"
 
@@ -41,6 +42,7 @@ struct LoadOptions {
     // Called on the loading thread: what is being done and the part of the whole already done, 0 to 1.
     std::function<void(std::string_view stage, float fraction)> progress;
     FileReader* reader = nullptr;  // nullptr: the disk.
+    Log log = {};                  // warnings, as in SceneData::warnings, and how long it took
 };
 
 // Loads a scene. Throws raygraph::Error, one line each:

@@ -69,7 +69,7 @@ TEST(WindowTest, OpensAndShowsFrames) {
     {
         Window window("test", {320, 200});
         const auto device = rhi::Device::Create({.validation = true,
-                                                 .onMessage = messages.Callback(),
+                                                 .log = messages.Listener(),
                                                  .surfaceExtensions = window.SurfaceExtensions()});
         rhi::Swapchain swapchain(
             *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});

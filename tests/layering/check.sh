@@ -88,6 +88,9 @@ CheckTokens() {
         Report 'vk-token: passes and editor reach Vulkan through rhi; hosts through viewport/vulkan_interop.h'
     Find 'base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/cli/' "$(Word 'glfw|GLFW|imgui|ImGui|IMGUI')" |
         Report 'window: GLFW and ImGui are used in editor/app alone'
+    Find 'base/|rhi/|renderer/|passes/|shaders/|editor/' "$(Word 'spdlog')|include.*<spdlog/" |
+        grep -v '^editor/cli/program_log\.cpp:' |
+        Report 'spdlog: the log of the program is editor/cli/program_log.cpp alone; libraries have base/log.h'
     Find "$libraries" "$(Word '_exit|_Exit|exit|quick_exit|abort|terminate') *\\(" | grep -v '^base/check\.h:' |
         Report 'exit: a library never ends the process'
     Find "$libraries" "$(Word 'cout|cerr|clog|printf|fprintf|vprintf|vfprintf|perror|puts|stdout|stderr')([^[:alnum:]_]|$)" |
@@ -147,6 +150,7 @@ PublicHeaders() {
     while ((${#todo[@]})); do
         header=${todo[-1]}
         unset 'todo[-1]'
+        [[ $header != base/text.h ]] || continue  # not installed
         [[ -z ${seen[$header]-} && -f $header && $header != shaders/shared/* ]] || continue
         seen[$header]=1
         while read -r included; do todo+=("$included"); done < <(sed -nE 's/^#include "([^"]+)".*/\1/p' "$header")
@@ -160,6 +164,7 @@ CheckPublicHeaders() {
     PublicHeaders | while read -r header; do
         sed '/^[^/]/Q' "$header" | grep -q 'Threads:' ||
             echo "$header:1:" | Report 'threads: the comment on top says "Threads: ..."'
+        grep -nH '#include "base/text.h"' "$header" | Report 'text: hosts have no {fmt}, so installed headers do not need it'
         # Internal ones say so: "For rhi/ alone."
         ! sed '/^[^/]/Q' "$header" | grep -qE '/ alone\.' || continue
         awk -v name="$header" '

@@ -89,6 +89,10 @@ Expect window editor/viewport/b.cpp '#include <GLFW/glfw3.h>'
 Expect window editor/cli/b.cpp 'ImGui::Begin("x");'
 Expect quiet editor/app/b.cpp '#include <GLFW/glfw3.h>\nvoid f() { ImGui::End(); }'
 
+Expect spdlog rhi/b.cpp '#include <spdlog/spdlog.h>'
+Expect spdlog editor/app/b.cpp 'void f() { spdlog::info("x"); }'
+Expect quiet editor/cli/program_log.cpp '#include <spdlog/logger.h>\nspdlog::logger* l;'
+
 Expect exit renderer/scene/b.cpp 'void f() { std::exit(1); }'
 Expect exit rhi/b.cpp 'void f() { abort(); }'
 Expect output passes/b.cpp 'void f() { std::cout << 1; }'
@@ -117,6 +121,7 @@ Expect readme-size rhi/README.md "$(Lines 61)"
 
 Public threads '// B.\n#pragma once'
 Public threads '// B.\n#pragma once\n// Threads: any.\nstruct B {};'
+Public text '// B. Threads: any.\n#include "base/text.h"'
 Public export '// B. Threads: any.\nint Count(int a);'
 Public export '// B. Threads: any.\n[[nodiscard]] std::vector<std::byte> Read(\n    int a);'
 Public export '// B. Threads: any.\nclass B : public A {\n};'

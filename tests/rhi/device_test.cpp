@@ -1,4 +1,4 @@
-// Devices: choice, refusals, messages, loss.
+// Devices: choice, refusals, loss.
 #include "rhi/device.h"
 
 #include <gmock/gmock.h>
@@ -117,44 +117,12 @@ TEST_F(DeviceTest, TwoDevices_WorkSideBySide) {
     MessageLog log;
     DeviceDesc desc = Quiet();
     desc.validation = true;
-    desc.onMessage = log.Callback();
+    desc.log = log.Listener();
     const std::unique_ptr<rhi::Device> other = rhi::Device::Create(desc);
     EXPECT_NE(other->Handle(), Device().Handle());
     EXPECT_EQ(FillAndRead(*other, 0xABCD1234), std::vector<uint32_t>(16, 0xABCD1234));
     EXPECT_EQ(FillAndRead(Device(), 0x12345678), std::vector<uint32_t>(16, 0x12345678));
     EXPECT_EQ(log.Text(), "");
-}
-
-TEST_F(DeviceTest, Validation_CoreAndSynchronizationMessagesReachTheCallback) {
-    MessageLog log;
-    DeviceDesc desc = Quiet();
-    desc.validation = true;
-    desc.onMessage = log.Callback();
-    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
-    // Core: a buffer without a size, past our own check.
-    VkBufferCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-    info.usage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-    VkBuffer wrong = VK_NULL_HANDLE;
-    if (device->Vk().vkCreateBuffer(device->Handle(), &info, nullptr, &wrong) == VK_SUCCESS)
-        device->Vk().vkDestroyBuffer(device->Handle(), wrong, nullptr);
-    EXPECT_EQ(device->ValidationMessageCount(), 1u);
-    ASSERT_EQ(log.Count(), 1u);
-    EXPECT_TRUE(log.All()[0].isValidation);
-    EXPECT_EQ(log.All()[0].severity, rhi::MessageSeverity::Error);
-    EXPECT_EQ(log.All()[0].id, "VUID-VkBufferCreateInfo-size-00912");
-    // Synchronization: two writes without a barrier between them.
-    const rhi::Buffer buffer =
-        device->CreateBuffer({.name = "raced", .size = 64, .usage = BufferUsage::CopyDestination});
-    rhi::CommandList commands = device->BeginCommands("race");
-    commands.Fill(buffer, 1);
-    commands.Fill(buffer, 2);
-    device->Submit(std::move(commands));
-    device->WaitIdle();
-    ASSERT_GE(log.Count(), 2u);
-    EXPECT_EQ(log.All()[1].id, "SYNC-HAZARD-WRITE-AFTER-WRITE");
-    EXPECT_THAT(log.All()[1].text, HasSubstr("raced")) << "objects carry their names";
-    EXPECT_EQ(device->ValidationMessageCount(), log.Count());
 }
 
 TEST_F(DeviceTest, Check_NamesWhatFailedAndPicksTheKind) {
@@ -166,18 +134,6 @@ TEST_F(DeviceTest, Check_NamesWhatFailedAndPicksTheKind) {
     EXPECT_EQ(memory.Result(), VK_ERROR_OUT_OF_DEVICE_MEMORY);
     const Error other = ErrorOf([] { Device().Check(VK_ERROR_FEATURE_NOT_PRESENT, "x"); });
     EXPECT_EQ(other.Kind(), ErrorKind::Vulkan);
-}
-
-TEST_F(DeviceTest, OwnMessages_ReachTheCallbackAndAreNoValidation) {
-    MessageLog log;
-    DeviceDesc desc = Quiet();
-    desc.onMessage = log.Callback();
-    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
-    device->Say(rhi::MessageSeverity::Info, "hello");
-    ASSERT_EQ(log.Count(), 1u);
-    EXPECT_EQ(log.All()[0].text, "hello");
-    EXPECT_FALSE(log.All()[0].isValidation);
-    EXPECT_EQ(device->ValidationMessageCount(), 0u);
 }
 
 // ---- Refusals: the system's devices, made worse.
@@ -244,7 +200,7 @@ TEST(CommandPoolTest, ResetThatFails_LosesNoPool) {
     DeviceDesc desc = Quiet();
     desc.getInstanceProcAddr = loader.Entry();
     desc.validation = true;
-    desc.onMessage = log.Callback();
+    desc.log = log.Listener();
     std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
     device->WaitFor(device->Submit(device->BeginCommands("first")));
     loader.Tell().resetPoolResult = VK_ERROR_OUT_OF_DEVICE_MEMORY;
@@ -261,7 +217,7 @@ struct DeviceLostTest : ::testing::Test {
     DeviceLostTest() {
         DeviceDesc desc = Quiet();
         desc.getInstanceProcAddr = loader.Entry();
-        desc.onMessage = log.Callback();
+        desc.log = log.Listener();
         device = rhi::Device::Create(desc);
         report = device->AddLastPassReport([] { return std::string("last pass reached: Trace"); });
     }
@@ -319,7 +275,7 @@ TEST_F(DeviceLostTest, DestroyingTheDeviceAfterwards_FreesEverything) {
 struct HangTest : ::testing::Test {
     explicit HangTest(std::chrono::milliseconds limit = std::chrono::milliseconds(50)) {
         rhi::DeviceDesc desc{.name = "hanging", .hangLimit = limit, .savePipelineCache = false};
-        desc.onMessage = log.Callback();
+        desc.log = log.Listener();
         device = rhi::Device::Create(desc);
         report = device->AddLastPassReport([] { return std::string("last pass reached: Trace"); });
     }

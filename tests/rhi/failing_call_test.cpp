@@ -21,7 +21,7 @@ class FailingCallTest : public ::testing::Test {
     }
     std::unique_ptr<rhi::Device> Make() {
         return rhi::Device::Create({.validation = true,
-                                    .onMessage = log.Callback(),
+                                    .log = log.Listener(),
                                     .savePipelineCache = false,
                                     .getInstanceProcAddr = FailingLoader(system->GetInstanceProcAddr())});
     }

@@ -27,7 +27,7 @@ class SeparateMemoryTest : public ::testing::Test {
         loader.Tell().hasSeparateMemory = true;
         rhi::DeviceDesc desc;
         desc.getInstanceProcAddr = loader.Entry();
-        desc.onMessage = log.Callback();
+        desc.log = log.Listener();
         desc.savePipelineCache = false;
         device = rhi::Device::Create(desc);
     }

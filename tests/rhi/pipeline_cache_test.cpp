@@ -140,7 +140,7 @@ struct DeviceCacheTest : ::testing::Test {
     std::unique_ptr<rhi::Device> Make() {
         rhi::DeviceDesc desc;
         desc.cacheDirectory = folder.Path();
-        desc.onMessage = log.Callback();
+        desc.log = log.Listener();
         return rhi::Device::Create(desc);
     }
     std::filesystem::path File() {
@@ -163,7 +163,7 @@ TEST_F(DeviceCacheTest, DamagedFile_IsIgnoredWithAMessageAndReplaced) {
     Make();
     ASSERT_EQ(log.Count(), 1u);
     EXPECT_THAT(log.All()[0].text, AllOf(HasSubstr(file.string()), HasSubstr("is ignored")));
-    EXPECT_EQ(log.All()[0].severity, rhi::MessageSeverity::Warning);
+    EXPECT_EQ(log.All()[0].level, LogLevel::Warning);
     Make();
     EXPECT_EQ(log.Count(), 1u) << "the second one found a good file";
 }
@@ -172,7 +172,7 @@ TEST_F(DeviceCacheTest, UnwritableFolder_IsAMessageNotAnError) {
     Overwrite(folder / "file", Bytes(1));
     rhi::DeviceDesc desc;
     desc.cacheDirectory = folder / "file" / "cache";
-    desc.onMessage = log.Callback();
+    desc.log = log.Listener();
     rhi::Device::Create(desc);
     EXPECT_THAT(log.Text(), HasSubstr("pipeline cache is not saved"));
 }

@@ -110,7 +110,7 @@ rhi::Device& MakeDevice(SweptWorld& world) {
     SeparateAllocations(true);
     world.device = rhi::Device::Create({.name = "swept",
                                         .validation = true,
-                                        .onMessage = world.log.Callback(),
+                                        .log = world.log.Listener(),
                                         .savePipelineCache = false,
                                         .getInstanceProcAddr = FailingLoader(system->GetInstanceProcAddr())});
     return *world.device;
@@ -124,9 +124,8 @@ struct Undisturbed {
 
 std::string MessagesOf(const SweptWorld& world) {
     std::string text;
-    for (const rhi::Message& message : world.log.All())
-        if (message.isValidation || message.severity == rhi::MessageSeverity::Error)
-            text += message.id + ": " + message.text + "\n";
+    for (const MessageLog::Message& message : world.log.All())
+        if (message.IsValidation() || message.level == LogLevel::Error) text += message.text + "\n";
     return text;
 }
 

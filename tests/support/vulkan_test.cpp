@@ -78,11 +78,12 @@ const ::testing::Environment* const kEnvironment = ::testing::AddGlobalTestEnvir
 
 }  // namespace
 
-rhi::MessageCallback MessageLog::Callback() {
-    return [this](const rhi::Message& message) {
+Log MessageLog::Listener(LogLevel least) {
+    const auto note = [this](const LogMessage& message) {
         const std::lock_guard lock(m_mutex);
-        m_messages.push_back(message);
+        m_messages.push_back({message.level, std::string(message.category), std::string(message.text)});
     };
+    return Log(note, least);
 }
 
 size_t MessageLog::Count() const {
@@ -94,12 +95,11 @@ std::string MessageLog::Text(size_t first, bool validationOnly) const {
     const std::lock_guard lock(m_mutex);
     std::string text;
     for (size_t i = first; i < m_messages.size(); ++i)
-        if (m_messages[i].isValidation || !validationOnly)
-            text += (m_messages[i].id.empty() ? "" : m_messages[i].id + ": ") + m_messages[i].text + "\n";
+        if (m_messages[i].IsValidation() || !validationOnly) text += m_messages[i].text + "\n";
     return text;
 }
 
-std::vector<rhi::Message> MessageLog::All() const {
+std::vector<MessageLog::Message> MessageLog::All() const {
     const std::lock_guard lock(m_mutex);
     return m_messages;
 }
@@ -109,7 +109,7 @@ rhi::Device& VulkanTest::Device() {
     if (!shared.device)
         shared.device = rhi::Device::Create({.name = "test",
                                              .validation = true,
-                                             .onMessage = shared.log.Callback(),
+                                             .log = shared.log.Listener(LogLevel::Info),
                                              .savePipelineCache = false});
     return *shared.device;
 }

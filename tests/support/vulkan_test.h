@@ -17,15 +17,22 @@ namespace raygraph::testing {
 // Collects what a device says. Outlives the device. Thread-safe.
 class MessageLog {
   public:
-    rhi::MessageCallback Callback();
+    struct Message {
+        LogLevel level;
+        std::string category, text;
+        bool IsValidation() const { return category == log_category::kValidation; }
+    };
+
+    // What to give a device.
+    raygraph::Log Listener(LogLevel least = LogLevel::Warning);
     size_t Count() const;
     // One line a message, from the `first` one on; `validationOnly` leaves out our own.
     std::string Text(size_t first = 0, bool validationOnly = false) const;
-    std::vector<rhi::Message> All() const;
+    std::vector<Message> All() const;
 
   private:
     mutable std::mutex m_mutex;
-    std::vector<rhi::Message> m_messages;
+    std::vector<Message> m_messages;
 };
 
 // The fixture of every test on a device. The device is made at the first use with core and synchronization
@@ -38,7 +45,7 @@ class VulkanTest : public ::testing::Test {
     ~VulkanTest() override;
 
     static rhi::Device& Device();
-    // What the shared device says, our own messages included.
+    // What the shared device says from LogLevel::Info on, our own messages included.
     static MessageLog& Log();
     // Runs `destroy` before the shared device is destroyed: for what tests share on it.
     static void BeforeTheDeviceGoes(std::function<void()> destroy);

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <deque>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "base/error.h"
@@ -106,6 +107,37 @@ TEST_F(Threads, ScenesAreLoaded_BesideTheThreadThatRenders) {
     EXPECT_EQ(shown, files.size() - 1);
     EXPECT_EQ(refused, 1u);
     EXPECT_GT(viewport.Progress().pathTracedSamples, 0u);
+}
+
+// The callback is the host's: it is called by all of these threads, as its lock says.
+TEST_F(Threads, MessagesComeFromEveryThreadThatDoesTheWork) {
+    std::mutex mutex;
+    std::set<std::thread::id> speakers;
+    std::atomic<uint32_t> count = 0;
+    const auto note = [&](const LogMessage&) {
+        ++count;
+        const std::lock_guard lock(mutex);
+        speakers.insert(std::this_thread::get_id());
+    };
+    const raygraph::Log log(note, LogLevel::Debug);
+    const std::unique_ptr<rhi::Device> device =
+        rhi::Device::Create({.name = "told", .log = log, .savePipelineCache = false});
+    const auto load = [&] {
+        scene::LoadOptions options;
+        options.log = log;
+        for (int i = 0; i < 4; ++i) scene::LoadGltf(SceneFile("small_light.gltf"), options);
+    };
+    const auto render = [&] {
+        PassHarness harness(*device);
+        ToneMapOnce(harness, 1.0f);
+    };
+    std::vector<std::thread> others;
+    for (int i = 0; i < 2; ++i) others.emplace_back(load);
+    others.emplace_back(render);
+    render();
+    for (std::thread& other : others) other.join();
+    EXPECT_EQ(speakers.size(), 4u) << "this thread, two that load and one that renders";
+    EXPECT_GE(count, 8u + 2u + 1u);
 }
 
 TEST_F(Threads, RenderersOfOneDevice_RunAtOnce) {

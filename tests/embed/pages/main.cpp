@@ -80,6 +80,8 @@ void RunPage(HostVulkan& host, const char* cornell, const char* closedBox) {
     Require(IsTheLibraryCompiledAgainst(), "the library is the one compiled against");
     Turns turns(host.device);
     const auto device = Adopt(host);
+    Require(host.messages.size() == 1 && host.messages[0].starts_with("device: device 'host': "),
+            "the library says which device it has, and nothing that is below LogLevel::Info");
     Renderer renderer(*device);
     const rhi::Texture leftImage = MakeImage(*device), rightImage = MakeImage(*device);
     Panel left(renderer, "left", leftImage.Image(), kSize),

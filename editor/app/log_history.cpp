@@ -1,0 +1,81 @@
+#include "editor/app/log_history.h"
+
+#include <fmt/chrono.h>
+
+#include <algorithm>
+#include <ctime>
+
+#include "base/text.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+char Lower(char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+}
+
+bool Has(const std::string& text, const std::string& part) {
+    const auto found = std::ranges::search(text, part, {}, Lower, Lower);
+    return !found.empty() || part.empty();
+}
+
+std::string TimeOfDay() {
+    return raygraph::Text("{:%H:%M:%S}", fmt::localtime(std::time(nullptr)));
+}
+
+}  // namespace
+
+bool LogFilter::Lets(const LogEntry& entry) const {
+    if (entry.level < least || (!category.empty() && entry.category != category)) return false;
+    return Has(entry.text, text) || Has(entry.category, text);
+}
+
+std::string LineOf(const LogEntry& entry) {
+    return raygraph::Text("{} {} {}: {}", entry.time, Name(entry.level), entry.category, entry.text);
+}
+
+void LogHistory::Add(const LogMessage& message) {
+    LogEntry entry{.time = TimeOfDay(),
+                   .level = message.level,
+                   .category = std::string(message.category),
+                   .text = std::string(message.text)};
+    const std::scoped_lock lock(m_mutex);
+    m_entries.push_back(std::move(entry));
+    if (m_entries.size() > kMost) m_entries.pop_front();
+    m_counts[static_cast<size_t>(message.level)]++;
+    m_revision++;
+}
+
+void LogHistory::Clear() {
+    const std::scoped_lock lock(m_mutex);
+    m_entries.clear();
+    m_counts = {};
+    m_revision++;
+}
+
+uint64_t LogHistory::Revision() const {
+    const std::scoped_lock lock(m_mutex);
+    return m_revision;
+}
+
+uint32_t LogHistory::CountOf(LogLevel level) const {
+    const std::scoped_lock lock(m_mutex);
+    return m_counts[static_cast<size_t>(level)];
+}
+
+void LogHistory::Read(const std::function<void(const std::deque<LogEntry>&)>& look) const {
+    const std::scoped_lock lock(m_mutex);
+    look(m_entries);
+}
+
+std::string LogHistory::Text(const LogFilter& filter) const {
+    std::string text;
+    Read([&](const std::deque<LogEntry>& entries) {
+        for (const LogEntry& entry : entries)
+            if (filter.Lets(entry)) text += LineOf(entry) + "\n";
+    });
+    return text;
+}
+
+}  // namespace raygraph::editor

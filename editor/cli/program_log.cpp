@@ -1,0 +1,199 @@
+#include "editor/cli/program_log.h"
+
+#include <spdlog/logger.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/sinks/basic_file_sink.h>
+
+#include <algorithm>
+#include <atomic>
+#include <map>
+
+#include "base/text.h"
+#include "editor/cli/log_levels.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+spdlog::level::level_enum ToSpdlog(LogLevel level) {
+    switch (level) {
+        case LogLevel::Debug:
+            return spdlog::level::debug;
+        case LogLevel::Info:
+            return spdlog::level::info;
+        case LogLevel::Warning:
+            return spdlog::level::warn;
+        case LogLevel::Error:
+            return spdlog::level::err;
+        case LogLevel::Off:
+            break;
+    }
+    return spdlog::level::off;
+}
+
+LogLevel FromSpdlog(spdlog::level::level_enum level) {
+    if (level >= spdlog::level::err) return LogLevel::Error;
+    if (level == spdlog::level::warn) return LogLevel::Warning;
+    return level == spdlog::level::info ? LogLevel::Info : LogLevel::Debug;
+}
+
+LogMessage MessageOf(const spdlog::details::log_msg& message) {
+    return {FromSpdlog(message.level),
+            {message.logger_name.data(), message.logger_name.size()},
+            {message.payload.data(), message.payload.size()}};
+}
+
+// One line a message, above the progress line. Warnings and errors bear no category: they are for everybody.
+class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
+  public:
+    TerminalSink(Progress& progress, LogLevels levels) : m_progress(progress), m_levels(std::move(levels)) {}
+
+  protected:
+    void sink_it_(const spdlog::details::log_msg& raw) override {
+        const LogMessage message = MessageOf(raw);
+        if (message.level < m_levels.Of(message.category)) return;
+        if (message.level >= LogLevel::Warning)
+            m_progress.PrintAbove(Text("raygraph: {}: {}\n", Name(message.level), message.text));
+        else
+            m_progress.PrintAbove(
+                Text("raygraph: {}: [{}] {}\n", Name(message.level), message.category, message.text));
+    }
+    void flush_() override {}
+
+  private:
+    Progress& m_progress;
+    LogLevels m_levels;
+};
+
+class ListenerSink : public spdlog::sinks::base_sink<std::mutex> {
+  public:
+    explicit ListenerSink(Log::Callback receive) : m_receive(std::move(receive)) {}
+
+  protected:
+    void sink_it_(const spdlog::details::log_msg& raw) override { m_receive(MessageOf(raw)); }
+    void flush_() override {}
+
+  private:
+    Log::Callback m_receive;
+};
+
+LogLevels LevelsFor(const OutputArguments& arguments, const char* text) {
+    LogLevels levels;
+    if (text && *text) {
+        try {
+            levels = ParseLogLevels(text);
+        } catch (const Error& error) {
+            throw MakeError(error.Kind(), "RAYGRAPH_LOG: {}", error.what());
+        }
+    }
+    if (arguments.verbosity == 0) return levels;
+    return levels.AtLeast(arguments.verbosity == 1 ? LogLevel::Info : LogLevel::Debug);
+}
+
+// A command that finds validation messages ends with the first of them, so that they are shown beside that
+// only to who asks for more.
+LogLevels LevelsForTerminal(const OutputArguments& arguments, LogLevels levels) {
+    if (arguments.isQuiet) return {.general = LogLevel::Off, .byCategory = {}};
+    if (levels.general >= LogLevel::Warning)
+        levels.byCategory.try_emplace(std::string(log_category::kValidation), LogLevel::Off);
+    return levels;
+}
+
+std::shared_ptr<spdlog::sinks::sink> OpenFile(const std::filesystem::path& path) {
+    try {
+        auto sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(path.string());
+        sink->set_pattern("%Y-%m-%d %H:%M:%S.%e %-7l %-10n %v");
+        return sink;
+    } catch (const spdlog::spdlog_ex& failure) {
+        throw MakeError(ErrorKind::Io, "--log: {}", failure.what());
+    }
+}
+
+}  // namespace
+
+struct ProgramLog::Impl {
+    Impl(Progress& shownOn, LogLevels asked) : progress(shownOn), levels(std::move(asked)) {}
+
+    spdlog::logger& LoggerOf(std::string_view category) {
+        const auto known = loggers.find(category);
+        return known == loggers.end() ? *loggers.find(kProgramCategory)->second : *known->second;
+    }
+    void AddSink(const std::shared_ptr<spdlog::sinks::sink>& sink) {
+        for (const auto& [category, logger] : loggers) logger->sinks().push_back(sink);
+    }
+    // For a sink that is given more than the terminal.
+    void ListenFromInfo() {
+        levels = levels.AtLeast(LogLevel::Info);
+        for (const auto& [category, logger] : loggers) logger->set_level(ToSpdlog(levels.Of(category)));
+    }
+    void MakeLogger(std::string_view category) {
+        auto logger = std::make_shared<spdlog::logger>(std::string(category));
+        logger->set_level(ToSpdlog(levels.Of(category)));
+        logger->flush_on(spdlog::level::debug);
+        logger->set_error_handler([this](const std::string& what) {
+            if (!hasFailed.exchange(true))
+                progress.PrintAbove(Text("raygraph: warning: the log is not complete: {}\n", what));
+        });
+        loggers.emplace(category, std::move(logger));
+    }
+
+    Progress& progress;
+    LogLevels levels;
+    std::map<std::string, std::shared_ptr<spdlog::logger>, std::less<>> loggers;  // by category
+    std::shared_ptr<spdlog::logger> file;  // for what the terminal is told in another way
+    std::atomic<bool> hasFailed{false};
+    mutable std::mutex mutex;
+    std::vector<std::string> validation;
+};
+
+ProgramLog::ProgramLog(const OutputArguments& arguments, const char* levels, Progress& progress)
+    : m_impl(std::make_unique<Impl>(progress, LevelsFor(arguments, levels))) {
+    for (const std::string_view category : kLogCategories) m_impl->MakeLogger(category);
+    m_impl->MakeLogger(kProgramCategory);
+    m_impl->AddSink(std::make_shared<TerminalSink>(progress, LevelsForTerminal(arguments, m_impl->levels)));
+    if (arguments.logFile.empty()) return;
+    const std::shared_ptr<spdlog::sinks::sink> file = OpenFile(arguments.logFile);
+    m_impl->AddSink(file);
+    m_impl->ListenFromInfo();
+    m_impl->file = std::make_shared<spdlog::logger>(std::string(kProgramCategory), file);
+    m_impl->file->flush_on(spdlog::level::err);
+}
+
+ProgramLog::~ProgramLog() = default;
+
+void ProgramLog::AddListener(Log::Callback receive) {
+    m_impl->AddSink(std::make_shared<ListenerSink>(std::move(receive)));
+    m_impl->ListenFromInfo();
+}
+
+Log ProgramLog::ForLibraries() {
+    const auto receive = [impl = m_impl.get()](const LogMessage& message) {
+        std::string text(message.text);
+        std::ranges::replace(text, '\n', ' ');
+        impl->LoggerOf(message.category).log(ToSpdlog(message.level), text);
+        if (message.category != log_category::kValidation) return;
+        const std::scoped_lock lock(impl->mutex);
+        impl->validation.push_back(std::move(text));
+    };
+    // Validation messages are counted whoever listens.
+    return Log(receive, std::min(m_impl->levels.Least(), LogLevel::Warning));
+}
+
+void ProgramLog::Warn(std::string_view text) {
+    m_impl->LoggerOf(kProgramCategory).warn(text);
+}
+
+void ProgramLog::Fail(std::string_view text) {
+    m_impl->progress.PrintAbove(Text("raygraph: {}\n", text));
+    if (m_impl->file) m_impl->file->error(text);
+}
+
+void ProgramLog::RequireValid() const {
+    const std::scoped_lock lock(m_impl->mutex);
+    if (m_impl->validation.empty()) return;
+    const size_t others = m_impl->validation.size() - 1;
+    throw MakeError(ErrorKind::Vulkan, "validation: {}{}", m_impl->validation.front(),
+                    others > 0 ? Text(" (and {} more)", others) : "");
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,139 @@
+// Messages of every command, as its user sees them. A device is needed.
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using test::EnvironmentVariable;
+using test::ProgramResult;
+using test::RunProgram;
+using test::SceneFile;
+
+void ExpectHas(const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text << "\n  lacks " << part;
+}
+
+void ExpectLacks(const std::string& text, const std::string& part) {
+    EXPECT_EQ(text.find(part), std::string::npos) << text << "\n  has " << part;
+}
+
+std::string TextOf(const std::filesystem::path& path) {
+    std::stringstream text;
+    text << std::ifstream(path).rdbuf();
+    return text.str();
+}
+
+// A user who has a file in place of the folder for pipeline caches: the device warns of that.
+class ProgramMessages : public ::testing::Test {
+  protected:
+    ProgramMessages() {
+        std::ofstream(folder.Path() / "raygraph") << "no folder";
+        nlohmann::json scene = nlohmann::json::parse(std::ifstream(SceneFile("cornell.gltf")));
+        scene["extensionsUsed"] = {"EXT_unheard_of"};
+        std::ofstream(folder / "warned.gltf") << scene;
+    }
+
+    test::TemporaryFolder folder;
+    EnvironmentVariable cache{"XDG_CACHE_HOME", folder.Path().string()};
+    const std::string deviceWarning = "raygraph: warning: pipeline cache is not saved: ";
+    const std::string sceneWarning = "raygraph: warning: warned.gltf: extensionsUsed[0]: ";
+};
+
+TEST_F(ProgramMessages, WarningsOfSceneAndDeviceArriveFromRenderGraphAndBench) {
+    const std::vector<std::vector<std::string>> commands{
+        {"render", folder / "warned.gltf", "--size", "16x16", "--spp", "1", "-o", folder / "a.png"},
+        {"graph", folder / "warned.gltf", "--first"},
+        {"bench", folder / "warned.gltf", "--size", "16x16", "--frames", "1", "--rounds", "1"}};
+    for (std::vector<std::string> words : commands) {
+        const ProgramResult result = RunProgram(words);
+        EXPECT_EQ(result.exitCode, 0) << result.messages;
+        ExpectHas(result.messages, deviceWarning);
+        ExpectHas(result.messages, sceneWarning);
+        ExpectLacks(result.messages, "raygraph: info: ");
+        words.emplace_back("--quiet");
+        EXPECT_EQ(RunProgram(words).messages, "") << words[0];
+    }
+}
+
+TEST_F(ProgramMessages, WarningsArriveFromEdit) {
+    std::ofstream(folder.Path() / "script.txt")
+        << "size 120x100\nopen " << (folder / "warned.gltf").string() << "\nwait\nopen "
+        << (folder / "none.gltf").string() << "\nwait\n";
+    const ProgramResult result = RunProgram({"edit", "--headless-script", folder / "script.txt"});
+    if (result.messages.find("no editor") != std::string::npos) GTEST_SKIP() << result.messages;
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
+    ExpectHas(result.messages, deviceWarning);
+    ExpectHas(result.messages, sceneWarning);
+    ExpectHas(result.messages, "none.gltf");
+}
+
+TEST_F(ProgramMessages, MoreIsSaidOnRequest) {
+    const std::vector<std::string> words{"render", SceneFile("cornell.gltf"), "--size", "16x16", "--spp", "1",
+                                         "-o",     folder / "a.png"};
+    const auto messages = [&](const char* option) {
+        std::vector<std::string> more = words;
+        more.emplace_back(option);
+        const ProgramResult result = RunProgram(more);
+        EXPECT_EQ(result.exitCode, 0) << result.messages;
+        return result.messages;
+    };
+    const std::string some = messages("-v"), all = messages("-vv");
+    ExpectHas(some, "raygraph: info: [scene] cornell.gltf: ");
+    ExpectHas(some, "raygraph: info: [device] device 'raygraph': ");
+    ExpectHas(some, "instances are uploaded in ");
+    ExpectLacks(some, "raygraph: debug: ");
+    ExpectHas(all, "raygraph: info: [scene] cornell.gltf: ");
+    ExpectHas(all, "[shaders] pipeline of pathtrace/");
+    ExpectHas(all, "raygraph: debug: [geometry] ");
+
+    const EnvironmentVariable levels("RAYGRAPH_LOG", "error,geometry=debug");
+    const ProgramResult chosen = RunProgram(words);
+    ExpectHas(chosen.messages, "raygraph: debug: [geometry] ");
+    ExpectLacks(chosen.messages, "warning");
+    ExpectLacks(chosen.messages, "[scene]");
+}
+
+TEST_F(ProgramMessages, GoIntoAFileAsWell) {
+    const std::vector<std::string> words{"info", folder / "warned.gltf", "--log", folder / "a.log"};
+    const ProgramResult first = RunProgram(words);
+    EXPECT_EQ(first.exitCode, 0) << first.messages;
+    ExpectHas(first.messages, sceneWarning);
+    const std::string once = TextOf(folder.Path() / "a.log");
+    ExpectHas(once, "warning scene      warned.gltf: extensionsUsed[0]: ");
+    ExpectHas(once, "info    scene      warned.gltf: ");
+    std::vector<std::string> broken = words;
+    broken[1] = folder / "none.gltf";
+    EXPECT_EQ(RunProgram(broken).exitCode, 4);
+    const std::string twice = TextOf(folder.Path() / "a.log");
+    EXPECT_TRUE(twice.starts_with(once)) << "it is added to";
+    ExpectHas(twice, "error   program    ");
+    ExpectHas(twice, "none.gltf");
+}
+
+TEST_F(ProgramMessages, WhatCannotBeIsOneLine) {
+    const std::string scene = folder / "warned.gltf";
+    const auto expect = [](const std::vector<std::string>& words, int exitCode, const std::string& part) {
+        const ProgramResult result = RunProgram(words);
+        EXPECT_EQ(result.exitCode, exitCode) << result.messages;
+        EXPECT_EQ(result.output, "");
+        EXPECT_TRUE(result.messages.starts_with("raygraph: ")) << result.messages;
+        EXPECT_EQ(result.messages.find('\n') + 1, result.messages.size()) << result.messages;
+        ExpectHas(result.messages, part);
+    };
+    expect({"info", scene, "--log", folder / "none/a.log"}, 1, "none");
+    expect({"info", scene, "--log", scene}, 2, "to be read and to be written");
+    expect({"render", scene, "-o", folder / "a.png", "--log", folder / "a.png"}, 2, "written twice");
+    expect({"info", scene, "--log", ""}, 2, "--log");
+    expect({"info", scene, "--quiet", "-v"}, 2, "--quiet");
+    const EnvironmentVariable levels("RAYGRAPH_LOG", "loud");
+    expect({"info", scene}, 4, "RAYGRAPH_LOG: \"loud\" is no level");
+}
+
+}  // namespace
+}  // namespace raygraph

@@ -1,0 +1,91 @@
+// The log panel, played from a script, without a window.
+#include <imgui.h>
+
+#include <fstream>
+#include <string>
+
+#include "base/read_file.h"
+#include "editor/app/editor.h"
+#include "editor/app/screen.h"
+#include "editor/app/script.h"
+#include "tests/support/source_file.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+// At these sizes the panel is as wide as the window, and its buttons stand at the right edge.
+class LogPanelTest : public testing::VulkanTest {
+  protected:
+    LogPanelTest() {
+        Panels& panels = editor.Work().panels;
+        panels.hierarchy = panels.inspector = false;
+        log->Add({LogLevel::Info, log_category::kScene, "cornell.gltf: 3 KiB read in 1.2 ms"});
+        log->Add({LogLevel::Debug, log_category::kShaders, "pipeline of pathtrace/pathtrace.rgen is made"});
+        log->Add({LogLevel::Warning, log_category::kCache, "cache.bin is ignored"});
+        Play("size 640x400\nkey L\nframes 2\n");
+    }
+    void Play(const std::string& text) {
+        const std::filesystem::path file = folder.Path() / "script.txt";
+        std::ofstream(file) << text;
+        Script(file).Play(editor, screen);
+    }
+    // What a click on "Copy" puts on the clipboard.
+    std::string Copied() {
+        ImGui::SetClipboardText("nothing");
+        Play(At(-86) + "click left\nframes 2\n");
+        return ImGui::GetClipboardText();
+    }
+    // The mouse in the row of buttons, so far from the left or (negative) the right edge.
+    static std::string At(int x) {
+        return "size 640x400\nmouse " + std::to_string(x < 0 ? 640 + x : x) + " " +
+               std::to_string(400 - 28 - 230 + 41) + "\nframes 2\n";
+    }
+
+    test::TemporaryFolder folder;
+    std::shared_ptr<LogHistory> log = std::make_shared<LogHistory>();
+    Editor editor{Device(), {.shaders = {}, .saveRender = {}, .log = log}};
+    PictureScreen screen;
+};
+
+}  // namespace
+
+TEST_F(LogPanelTest, CopyTakesWhatTheFilterShowsAndClearForgetsAll) {
+    ASSERT_TRUE(editor.Work().panels.log);
+    EXPECT_EQ(Copied(), log->Text({})) << "all three";
+    editor.Work().logFilter.least = LogLevel::Warning;
+    EXPECT_EQ(Copied(), log->Text({.least = LogLevel::Warning}));
+    editor.Work().logFilter = {};
+    Play(At(320) + "click left\nframes 2\ntext RGEN\nframes 2\n");
+    EXPECT_EQ(editor.Work().logFilter.text, "RGEN");
+    EXPECT_TRUE(Copied().ends_with(" debug shaders: pipeline of pathtrace/pathtrace.rgen is made\n"))
+        << Copied();
+    Play(At(-30) + "click left\nframes 2\n");
+    EXPECT_EQ(log->Text({}), "");
+}
+
+TEST_F(LogPanelTest, ShowsItsRowsAndManyMoreAreNoTrouble) {
+    const auto picture = [&] {
+        Play("size 640x400\nmouse 1 1\nframes 2\nwindow " + (folder.Path() / "a.png").string() + "\nwait\n");
+        return ReadFile(folder.Path() / "a.png");
+    };
+    const auto three = picture();
+    for (size_t i = 0; i < 2 * LogHistory::kMost; i++)
+        log->Add({LogLevel::Error, log_category::kMemory, "line " + std::to_string(i)});
+    const auto many = picture();
+    log->Clear();
+    const auto none = picture();
+    EXPECT_NE(three, none);
+    EXPECT_NE(many, three);
+}
+
+TEST_F(LogPanelTest, AFailedLoadIsAMessage) {
+    std::ofstream(folder / "broken.gltf") << "no scene";
+    const size_t before = Log().Count();
+    Play("open " + (folder / "broken.gltf").string() + "\nwait\n");
+    EXPECT_NE(Log().Text(before).find("broken.gltf"), std::string::npos) << Log().Text(before);
+}
+
+}  // namespace raygraph::editor
