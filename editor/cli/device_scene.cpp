@@ -1,5 +1,6 @@
 #include "editor/cli/device_scene.h"
 
+#include "passes/path_settings.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/scene/camera_view.h"
 
@@ -18,14 +19,8 @@ passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const s
     const float aspect = static_cast<float>(settings.size.width) / static_cast<float>(settings.size.height);
     const scene::CameraView view = scene::ChooseView(data, settings.camera, aspect);
     passes::TraceSettings trace{.extent = {settings.size.width, settings.size.height},
-                                .camera = ToRecord(view),
-                                .sampler = settings.sampler,
-                                .seed = settings.seed,
-                                .sampleIndex = 0,
-                                .scattering = settings.scattering,
-                                .lights = settings.lights,
-                                .roulette = settings.roulette,
-                                .biases = settings.biases};
+                                .camera = ToRecord(view)};
+    passes::CopyPathSettings(settings, trace);
     trace.camera.lensRadius = settings.aperture;
     trace.camera.focusDistance =
         settings.focusDistance > 0.0f ? settings.focusDistance : DefaultFocus(view, data.bounds);

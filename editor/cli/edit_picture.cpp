@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "editor/cli/version.h"
+#include "passes/path_settings.h"
 
 namespace raygraph::cli {
 
@@ -34,12 +35,7 @@ RenderFile RenderFileOf(editor::SavedRender&& saved) {
     settings.size = {picture.extent.width, picture.extent.height};
     settings.view = picture.isRaster ? View::Raster : View::PathTraced;
     settings.camera = CameraText(picture.camera);
-    settings.seed = picture.paths.seed;
-    settings.sampler = picture.paths.sampler;
-    settings.scattering = picture.paths.scattering;
-    settings.lights = picture.paths.lights;
-    settings.roulette = picture.paths.roulette;
-    settings.biases = picture.paths.biases;
+    passes::CopyPathSettings(picture.paths, settings);
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
     const glm::vec3& radiance = picture.environment.radiance;
     (saved.environmentFile.empty() ? settings.background : settings.environmentTint) = {

@@ -3,6 +3,7 @@
 
 #include "base/text.h"
 #include "editor/viewport/viewport_impl.h"
+#include "passes/path_settings.h"
 #include "renderer/gpu_scene/camera_record.h"
 
 namespace raygraph::viewport {
@@ -114,12 +115,7 @@ passes::TraceSettings Viewport::Impl::TraceSettingsNow() const {
     settings.camera = ToRecord(WithAspect(camera, float(size.width) / float(size.height)));
     settings.camera.lensRadius = lens.radius;
     settings.camera.focusDistance = lens.focusDistance;
-    settings.sampler = paths.sampler;
-    settings.seed = paths.seed;
-    settings.scattering = paths.scattering;
-    settings.lights = paths.lights;
-    settings.roulette = paths.roulette;
-    settings.biases = paths.biases;
+    passes::CopyPathSettings(paths, settings);
     return settings;
 }
 

@@ -5,9 +5,10 @@
 
 #include <cmath>
 #include <fstream>
-#include <functional>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "base/error.h"
 #include "renderer/scene/check.h"
@@ -89,18 +90,30 @@ void Change(uint32_t& value) {
 }
 void Change(TextureRef&) {}  // not edited
 
-// Every field of a material goes to its place in the file and comes back from there.
-TEST(MaterialFields, EachComesBackFromAFile) {
-    const test::TemporaryFolder folder;
-    const std::filesystem::path source = folder.Path() / "source.gltf", target = folder.Path() / "saved.gltf";
-    std::ofstream(source) << R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+// A file with a triangle of one material.
+void Write(const std::filesystem::path& path, const nlohmann::json& material) {
+    nlohmann::json document =
+        nlohmann::json::parse(R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
 "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
 "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
 "min": [0, 0, 0], "max": [1, 1, 0]}], "bufferViews": [{"buffer": 0, "byteLength": 36}],
 "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
 "images": [{"uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR4nGNoaPj/HwAGggL/s75RMwAAAABJRU5ErkJggg=="}],
-"textures": [{"source": 0}],
-"materials": [{"normalTexture": {"index": 0}, "occlusionTexture": {"index": 0}}]})";
+"textures": [{"source": 0}]})");
+    document["materials"] = nlohmann::json::array({material});
+    if (material.contains("extensions"))
+        for (const auto& [name, extension] : material["extensions"].items())
+            document["extensionsUsed"].push_back(name);
+    std::ofstream(path) << document;
+}
+
+const nlohmann::json kTextured = {{"normalTexture", {{"index", 0}}}, {"occlusionTexture", {{"index", 0}}}};
+
+// Every field of a material goes to its place in the file and comes back from there.
+TEST(MaterialFields, EachComesBackFromAFile) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path source = folder.Path() / "source.gltf", target = folder.Path() / "saved.gltf";
+    Write(source, kTextured);
     const SceneData loaded = LoadGltf(source);
     ForEachMaterialField([&](const auto& field) {
         SCOPED_TRACE(field.name);
@@ -109,6 +122,45 @@ TEST(MaterialFields, EachComesBackFromAFile) {
         if (std::string(field.name) == "ior") edited.materials[0].ior = 1.25f;
         SaveGltf(source, edited, target);
         test::ExpectSame(edited, LoadGltf(target));
+    });
+}
+
+// The importer's own tables say the same of each place: what is in the range is read, what is out of it is not.
+TEST(MaterialFields, EachIsReadFromItsPlaceAndNotOutOfItsRange) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder.Path() / "scene.gltf";
+    ForEachMaterialField([&](const auto& field) {
+        using Field = std::decay_t<decltype(field)>;
+        if constexpr (kIsNumber<Field>) {
+            SCOPED_TRACE(field.name);
+            const auto read = [&](float number) {
+                nlohmann::json material = kTextured;
+                const std::string object = field.object;
+                nlohmann::json& place = object.empty()               ? material
+                                        : object.starts_with("KHR_") ? material["extensions"][object]
+                                                                     : material[object];
+                if constexpr (std::is_same_v<Field, MaterialField<float>>)
+                    place[field.key] = number;
+                else
+                    place[field.key] = std::vector<float>(
+                        static_cast<size_t>(std::decay_t<decltype(Material{}.*field.member)>::length()),
+                        number);
+                Write(path, material);
+                return LoadGltf(path).materials.at(0).*field.member;
+            };
+            using Value = std::decay_t<decltype(Material{}.*field.member)>;
+            const float within = field.range.least > 0.625f ? field.range.least + 0.25f : 0.625f;
+            EXPECT_EQ(read(within), Value(within));
+            Material material;
+            if (field.range.least > -kUnboundedField) {
+                material.*field.member = read(field.range.least - 0.5f);
+                EXPECT_EQ(Refusal(material), "accepted");
+            }
+            if (field.range.most < kUnboundedField) {
+                material.*field.member = read(field.range.most + 0.5f * field.range.most);
+                EXPECT_EQ(Refusal(material), "accepted");
+            }
+        }
     });
 }
 
