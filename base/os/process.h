@@ -14,6 +14,9 @@ double ProcessCpuSeconds();
 // Peak resident memory.
 uint64_t PeakResidentBytes();
 
+// Of the wall clock, in the time zone of this computer: "14:05:09".
+std::string LocalTimeOfDay();
+
 bool IsTerminal(std::FILE* stream);
 // Columns; 80 if unknown.
 size_t TerminalWidth(std::FILE* stream);

@@ -1,10 +1,8 @@
 #include "editor/app/log_history.h"
 
-#include <fmt/chrono.h>
-
 #include <algorithm>
-#include <ctime>
 
+#include "base/os/process.h"
 #include "base/text.h"
 
 namespace raygraph::editor {
@@ -20,10 +18,6 @@ bool Has(const std::string& text, const std::string& part) {
     return !found.empty() || part.empty();
 }
 
-std::string TimeOfDay() {
-    return raygraph::Text("{:%H:%M:%S}", fmt::localtime(std::time(nullptr)));
-}
-
 }  // namespace
 
 bool LogFilter::Lets(const LogEntry& entry) const {
@@ -36,7 +30,7 @@ std::string LineOf(const LogEntry& entry) {
 }
 
 void LogHistory::Add(const LogMessage& message) {
-    LogEntry entry{.time = TimeOfDay(),
+    LogEntry entry{.time = os::LocalTimeOfDay(),
                    .level = message.level,
                    .category = std::string(message.category),
                    .text = std::string(message.text)};

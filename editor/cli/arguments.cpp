@@ -79,7 +79,7 @@ void AddDevice(CLI::App& app, std::string& device) {
 
 void AddLog(CLI::App& app, OutputArguments& arguments) {
     app.add_flag("-v,--verbose", arguments.verbosity,
-                 Wrapped("Say more on stderr: what is done and how long it takes; -vv: all there is to say"));
+                 Wrapped("Say more on stderr: what is done and how long it takes; -vv: debug messages too"));
     AddPath(app, "--log", "FILE", "Add messages to a file as well, from information on (with -vv all)",
             arguments.logFile);
 }
@@ -172,7 +172,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddPath(
         *bench, "--compare", "FILE",
         "Compare with the result of the same scene stored there, by the cost relative to limit_path; exit "
-        "status 6 if it is dearer",
+        "status 6 if it is slower",
         arguments.compare);
     AddOption(*bench, "--tolerance", "SHARE", "With --compare: by how much the cost may rise (0.05)",
               [&](const std::string& text) { arguments.tolerance = ParseNumber(text, 0.0, 100.0); });
@@ -278,7 +278,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     app.footer(
         "raygraph COMMAND --help shows a command's options.\n"
         "Exit status: 0 done, 1 failure, 2 usage, 3 no suitable device, 4 bad input, 5 device lost or out "
-        "of memory, 6 dearer than the stored run (bench --compare).");
+        "of memory, 6 slower than the stored run (bench --compare).");
 
     RenderArguments renderArguments;
     BenchArguments benchArguments;

@@ -107,7 +107,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     if (arguments.compare.empty()) return ExitCode::Done;
     const BenchChange change = CompareBench(arguments.compare, stored, json, arguments.tolerance);
     std::fprintf(stderr, "%s\n", ToText(change, json).c_str());
-    return change.IsWorse() ? ExitCode::Dearer : ExitCode::Done;
+    return change.IsWorse() ? ExitCode::Slower : ExitCode::Done;
 }
 
 }  // namespace raygraph::cli

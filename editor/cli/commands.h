@@ -9,7 +9,7 @@ namespace raygraph::cli {
 
 // Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png.
 void RenderCommand(RenderArguments arguments, Console& console);
-// Dearer where a stored run is to be compared with and was less so.
+// Returns Slower if there is a stored run to compare with and it was faster.
 ExitCode BenchCommand(const BenchArguments& arguments, Console& console);
 void InfoCommand(const InfoArguments& arguments, Console& console);
 void GraphCommand(const GraphArguments& arguments, Console& console);

@@ -12,7 +12,7 @@ enum class ExitCode : int {
     NoDevice = 3,       // no device meets the requirements
     BadInput = 4,       // a scene, picture or render that cannot be read, is malformed or does not fit
     DeviceFailure = 5,  // device lost, or memory spent
-    Dearer = 6,         // bench --compare: a cost has risen by more than the tolerance
+    Slower = 6,         // bench --compare: a cost has risen by more than the tolerance
 };
 
 ExitCode ExitCodeFor(ErrorKind kind);

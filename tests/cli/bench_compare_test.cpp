@@ -42,9 +42,9 @@ TEST(BenchCompare, OneRoundTellsNothingOfItsNoise) {
 
 TEST(BenchCompare, WorseIsMoreThanToleranceAndNoise) {
     const Json before = Result("scenes/a.gltf", 2.0, 0.0);
-    const BenchChange dearer = Compare(before, Result("elsewhere/a.gltf", 2.2, 0.0));
-    EXPECT_NEAR(dearer.change, 0.1, 1e-12);
-    EXPECT_TRUE(dearer.IsWorse());
+    const BenchChange slower = Compare(before, Result("elsewhere/a.gltf", 2.2, 0.0));
+    EXPECT_NEAR(slower.change, 0.1, 1e-12);
+    EXPECT_TRUE(slower.IsWorse());
     EXPECT_FALSE(Compare(before, Result("a.gltf", 2.08, 0.0)).IsWorse());
     EXPECT_TRUE(Compare(before, Result("a.gltf", 2.08, 0.0), 0.03).IsWorse());
     EXPECT_FALSE(Compare(before, Result("a.gltf", 1.0, 0.0)).IsWorse());

@@ -412,9 +412,9 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
         return RunProgram({"bench", SceneFile("cornell.gltf"), "--size", "64x36", "--frames", "2", "--rounds",
                            "3", "--compare", folder / "stored.json", "--tolerance", "0.5"});
     };
-    const ProgramResult dearer = compare(0.25);
-    EXPECT_EQ(dearer.exitCode, 6) << dearer.messages;
-    EXPECT_NE(dearer.messages.find(": worse"), std::string::npos) << dearer.messages;
+    const ProgramResult slower = compare(0.25);
+    EXPECT_EQ(slower.exitCode, 6) << slower.messages;
+    EXPECT_NE(slower.messages.find(": worse"), std::string::npos) << slower.messages;
     EXPECT_EQ(compare(4.0).exitCode, 0);
 }
 

@@ -7,6 +7,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <ctime>
 
 namespace raygraph::os {
 
@@ -49,6 +50,14 @@ size_t TerminalWidth(std::FILE* stream) {
     winsize size{};
     const bool isKnown = ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
     return isKnown ? size.ws_col : 80;
+}
+
+std::string LocalTimeOfDay() {
+    const time_t now = time(nullptr);
+    tm local{};
+    localtime_r(&now, &local);
+    char text[16];
+    return std::string(text, strftime(text, sizeof(text), "%H:%M:%S", &local));
 }
 
 bool FitsPattern(const std::string& text, const std::string& pattern) {
