@@ -16,7 +16,8 @@
 #endif
 #endif
 #ifdef RAYGRAPH_ADDRESSES_ARE_CHECKED
-#include <sanitizer/allocator_interface.h>
+// Declared here because GCC's packages lack <sanitizer/allocator_interface.h>, whose function this is.
+extern "C" size_t __sanitizer_get_current_allocated_bytes();
 #endif
 
 namespace raygraph::testing {
