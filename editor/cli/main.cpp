@@ -2,11 +2,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <new>
+#include <vector>
 
 #include "base/overloaded.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/exit_code.h"
+#include "editor/cli/outputs.h"
 
 namespace raygraph::cli {
 
@@ -31,21 +34,41 @@ ExitCode Guarded(SayIt&& sayIt, Body&& body) {
     }
 }
 
-// Its messages must not end up in what it reads.
-void CheckLogFile(const OutputArguments& arguments, std::filesystem::path scene) {
-    if (arguments.logFile.empty()) return;
-    std::error_code ignored;  // of what is not there, CheckWritable speaks
-    const bool isOther = std::filesystem::is_character_file(arguments.logFile, ignored) ||
-                         std::filesystem::is_fifo(arguments.logFile, ignored);
-    if (!isOther) CheckWritable(std::vector{arguments.logFile}, std::vector{std::move(scene)});
+// The files of a command, but for its log and those that its scene names. "": none.
+struct CommandFiles {
+    std::vector<std::filesystem::path> inputs, outputs;
+};
+
+CommandFiles FilesOf(const RenderArguments& arguments) {
+    CommandFiles files{{arguments.scene, arguments.environment, arguments.resume}, {arguments.report}};
+    for (const OutputFile& output : arguments.outputs) files.outputs.push_back(output.path);
+    if (arguments.outputs.empty()) files.outputs.push_back(kDefaultPicture);
+    return files;
+}
+CommandFiles FilesOf(const BenchArguments& arguments) {
+    return {{arguments.scene, arguments.environment, arguments.compare}, {arguments.json}};
+}
+CommandFiles FilesOf(const InfoArguments& arguments) {
+    return {{arguments.scene}, {}};
+}
+CommandFiles FilesOf(const GraphArguments& arguments) {
+    return {{arguments.scene}, {}};
+}
+CommandFiles FilesOf(const MergeArguments& arguments) {
+    return {arguments.inputs, {arguments.output}};
+}
+CommandFiles FilesOf(const EditArguments& arguments) {
+    return {{arguments.scene, arguments.script}, {}};
 }
 
 template <typename CommandArguments, typename Command>
 ExitCode RunCommand(const CommandArguments& arguments, Command&& command) {
-    if constexpr (requires { arguments.scene; })
-        CheckLogFile(arguments, arguments.scene);
-    else
-        CheckLogFile(arguments, {});
+    if (!arguments.logFile.empty()) {
+        CommandFiles files = FilesOf(arguments);
+        for (auto* list : {&files.inputs, &files.outputs})
+            std::erase_if(*list, [](const std::filesystem::path& path) { return path.empty(); });
+        CheckLogFile(arguments.logFile, files.outputs, files.inputs);
+    }
     Console console(arguments, std::getenv("RAYGRAPH_LOG"));
     return Guarded([&](const char* text) { console.log.Fail(text); },
                    [&] { return command(arguments, console); });

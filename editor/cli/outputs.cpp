@@ -54,4 +54,14 @@ void CheckWritable(std::span<const std::filesystem::path> paths,
     }
 }
 
+void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesystem::path> outputs,
+                  std::span<const std::filesystem::path> inputs) {
+    std::error_code ignored;  // a file that does not exist is one to be created
+    if (std::filesystem::is_character_file(log, ignored) || std::filesystem::is_fifo(log, ignored)) return;
+    for (const std::filesystem::path& output : outputs)
+        if (Canonical(output) == Canonical(log))
+            throw MakeError(ErrorKind::Usage, "{} is to be written twice", log.string());
+    CheckWritable({&log, 1}, inputs);
+}
+
 }  // namespace raygraph::cli

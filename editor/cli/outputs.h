@@ -19,6 +19,9 @@ struct OutputFile {
     OutputKind kind = OutputKind::Png;
 };
 
+// What `render` writes if nothing else is asked for.
+inline constexpr const char* kDefaultPicture = "render.png";
+
 // By the extension, case aside. Error{Usage} for another one.
 OutputFile ParseOutput(const std::filesystem::path& path);
 
@@ -27,5 +30,10 @@ OutputFile ParseOutput(const std::filesystem::path& path);
 // exist is no conflict). Leaves no trace.
 void CheckWritable(std::span<const std::filesystem::path> paths,
                    std::span<const std::filesystem::path> inputs);
+
+// The same for the log of a command that writes `outputs` and reads `inputs`. It is appended to from the
+// start, so this comes before it is opened. A device or a pipe is always taken.
+void CheckLogFile(const std::filesystem::path& log, std::span<const std::filesystem::path> outputs,
+                  std::span<const std::filesystem::path> inputs);
 
 }  // namespace raygraph::cli

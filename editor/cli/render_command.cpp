@@ -37,7 +37,7 @@ bool WritesKind(const RenderArguments& arguments, OutputKind kind) {
 
 void SetDefaultOutput(RenderArguments& arguments) {
     if (!arguments.outputs.empty()) return;
-    arguments.outputs.push_back(ParseOutput(arguments.resume.empty() ? "render.png" : arguments.resume));
+    arguments.outputs.push_back(ParseOutput(arguments.resume.empty() ? kDefaultPicture : arguments.resume));
 }
 
 // Before anything else: an hour of rendering must not end in a file that cannot be written.
@@ -45,7 +45,6 @@ void CheckFiles(const RenderArguments& arguments) {
     std::vector<std::filesystem::path> written, read{arguments.scene};
     for (const OutputFile& output : arguments.outputs) written.push_back(output.path);
     if (!arguments.report.empty()) written.push_back(arguments.report);
-    if (!arguments.logFile.empty()) written.push_back(arguments.logFile);
     if (!arguments.environment.empty()) read.push_back(arguments.environment);
     CheckWritable(written, read);
 }

@@ -128,11 +128,44 @@ TEST_F(ProgramMessages, WhatCannotBeIsOneLine) {
     };
     expect({"info", scene, "--log", folder / "none/a.log"}, 1, "none");
     expect({"info", scene, "--log", scene}, 2, "to be read and to be written");
-    expect({"render", scene, "-o", folder / "a.png", "--log", folder / "a.png"}, 2, "written twice");
     expect({"info", scene, "--log", ""}, 2, "--log");
     expect({"info", scene, "--quiet", "-v"}, 2, "--quiet");
     const EnvironmentVariable levels("RAYGRAPH_LOG", "loud");
     expect({"info", scene}, 4, "RAYGRAPH_LOG: \"loud\" is no level");
+}
+
+// A log is appended to from the start: it would be at the end of what it is refused for.
+TEST_F(ProgramMessages, LogIsNoFileThatTheCommandReadsOrWrites) {
+    const std::string scene = folder / "warned.gltf", kept = folder / "kept";
+    std::ofstream(kept) << "as it was";
+    const auto expectRefused = [&](std::vector<std::string> words, const std::string& part) {
+        words.insert(words.end(), {"--log", kept});
+        const ProgramResult result = RunProgram(words);
+        EXPECT_EQ(result.exitCode, 2) << result.messages;
+        ExpectHas(result.messages, part);
+        EXPECT_EQ(TextOf(kept), "as it was") << words[0];
+    };
+    expectRefused({"render", scene, "--env", kept}, "to be read and to be written");
+    expectRefused({"render", scene, "--resume", kept, "-o", folder / "b.exr"},
+                  "to be read and to be written");
+    expectRefused({"render", scene, "--report", kept}, "written twice");
+    expectRefused({"bench", scene, "--compare", kept}, "to be read and to be written");
+    expectRefused({"bench", scene, "--json", kept}, "written twice");
+    expectRefused({"merge", folder / "a.exr", kept, "-o", folder / "b.exr"}, "to be read and to be written");
+    expectRefused({"edit", "--headless-script", kept}, "to be read and to be written");
+
+    std::ofstream(folder / "a.png") << "a picture";
+    const ProgramResult picture =
+        RunProgram({"render", scene, "-o", folder / "a.png", "--log", folder / "a.png"});
+    EXPECT_EQ(picture.exitCode, 2) << picture.messages;
+    EXPECT_EQ(TextOf(folder / "a.png"), "a picture");
+}
+
+TEST_F(ProgramMessages, LogMayBeADevice) {
+    const std::string scene = folder / "warned.gltf";
+    const ProgramResult result = RunProgram(
+        {"render", scene, "-o", folder / "a.png", "--size", "8x8", "--spp", "1", "--log", "/dev/null"});
+    EXPECT_EQ(result.exitCode, 0) << result.messages;
 }
 
 }  // namespace
