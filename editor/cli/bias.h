@@ -1,7 +1,7 @@
 // The named biases of a render, and how much light each of them removed.
 //
-// Every sample whose index is a multiple of kTwinPeriod is traced a second time for each bias that is on,
-// with only that bias off and the same random numbers: its twin. The twin minus the sample is an unbiased
+// Every sample whose index is a multiple of kSecondTracePeriod is traced a second time for each bias that is
+// on, with only that bias off and the same random numbers. The second trace minus the sample is an unbiased
 // estimate of what the bias removed (or, below 0, added).
 #pragma once
 
@@ -26,10 +26,10 @@ inline constexpr size_t kBiasCount = Texts(Bias{}).size();
 inline constexpr std::array kBiases = Values<Bias>();
 std::string Option(Bias bias);  // "--max-depth"
 
-// Whether a sample has twins depends only on its index, not on the run. Any fixed position within
+// Whether a sample is traced twice depends only on its index, not on the run. Any fixed position within
 // blocks of a power of two is valid: the samplers treat all indices of a block alike, and shuffle the
 // blocks independently.
-inline constexpr uint32_t kTwinPeriod = 16;
+inline constexpr uint32_t kSecondTracePeriod = 16;
 
 bool IsOn(const passes::BiasSettings& biases, Bias bias);
 bool IsAnyOn(const passes::BiasSettings& biases);
@@ -39,15 +39,15 @@ passes::TraceSettings Without(passes::TraceSettings settings, Bias bias);
 
 // Luminances, as means over the pixels.
 struct RemovedLight {
-    uint32_t samples = 0;  // that had twins
+    uint32_t samples = 0;  // that were traced twice
     double mean = 0.0;
-    // An upper bound; none below two twins. Pixels count as independent, channels as fully dependent.
+    // An upper bound; none below two samples. Pixels count as independent, channels as fully dependent.
     std::optional<double> standardError;
     // Of the mean without the bias, and its standard error; none where that mean is not positive.
     std::optional<double> share, shareStandardError;
 };
 
-// RGBA texels: mean and variance of twin minus sample over `samples` twins, and the biased picture.
+// RGBA texels: mean and variance of second trace minus sample over `samples` of them; the biased picture.
 RemovedLight MeasureRemoved(std::span<const float> removed, std::span<const float> variance, uint32_t samples,
                             std::span<const float> picture);
 

@@ -64,9 +64,7 @@ CommandFiles FilesOf(const EditArguments& arguments) {
 template <typename CommandArguments, typename Command>
 ExitCode RunCommand(const CommandArguments& arguments, Command&& command) {
     if (!arguments.logFile.empty()) {
-        CommandFiles files = FilesOf(arguments);
-        for (auto* list : {&files.inputs, &files.outputs})
-            std::erase_if(*list, [](const std::filesystem::path& path) { return path.empty(); });
+        const CommandFiles files = FilesOf(arguments);
         CheckLogFile(arguments.logFile, files.outputs, files.inputs);
     }
     Console console(arguments, std::getenv("RAYGRAPH_LOG"));

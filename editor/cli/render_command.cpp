@@ -221,7 +221,7 @@ Rendered RenderSamples(RenderSession& session, const Job& job, const RenderArgum
     return rendered;
 }
 
-// Before WriteOutputs drops what was not asked for. None of a bias of which no sample had a twin.
+// Before WriteOutputs drops what was not asked for. None of a bias for which no sample was traced twice.
 std::map<Bias, RemovedLight> RemovedOf(const RenderFile& render) {
     std::map<Bias, RemovedLight> all;
     for (const Bias bias : kBiases) {

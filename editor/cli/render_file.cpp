@@ -27,7 +27,7 @@ constexpr const char* kAttributeEnvironmentHash = "raygraph.environmentHash";
 constexpr const char* kAttributeSamples = "raygraph.samples";                // decimal: how many
 constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";      // decimal: index of the first
 constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";      // "0-63 128-191": which
-constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: that had twins
+constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: traced twice
 constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 
 constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};

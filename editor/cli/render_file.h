@@ -3,7 +3,7 @@
 //
 // Channels: R G B A; samples; variance.R/G/B; and as asked for albedo.R/G/B, N.X/Y/Z (world space, mean over
 // the samples, so shorter than 1 at edges), the parts of the radiance as emission.R/G/B and so on,
-// removed_max_depth.R/G/B and so on with removed_max_depth.variance.R/G/B (of one sample that has twins),
+// removed_max_depth.R/G/B and so on with removed_max_depth.variance.R/G/B (of one sample traced twice),
 // with --light-group the radiance by group as light.NAME.R/G/B, Z
 // (along the camera's forward; infinite where nothing is hit), id.instance and id.material (uint; 0xFFFFFFFF
 // where nothing is hit). Z and the ids are those of the ray through the pixel's center. Attributes: see
@@ -49,9 +49,9 @@ struct RenderFile {
     Texels albedo;    // w: covered part of the pixel; not stored
     Texels normal;    // w without meaning
     std::array<Texels, passes::kPathPartCount> parts;  // of the radiance, by PathPart; w is not stored
-    // By Bias: what its twins had more than their samples, mean and variance; w is not stored.
+    // By Bias: what second traces had more than their samples, mean and variance; w is not stored.
     std::array<Texels, kBiasCount> removed, removedVariance;
-    uint32_t removedSamples = 0;      // with twins
+    uint32_t removedSamples = 0;      // that were traced twice
     std::vector<Texels> lightGroups;  // by LightGroupNames of its settings; w is not stored
     RenderSums sums;                  // w stored of the radiance alone
     std::vector<float> depth;

@@ -24,7 +24,7 @@ RenderSession::RenderSession(DeviceScene& scene, const RenderPlan& plan)
     : m_scene(scene),
       m_renderer(scene.GraphRenderer()),
       m_plan(plan),
-      m_twins(scene.SettingsFor(plan.firstSample).biases),
+      m_secondTraces(scene.SettingsFor(plan.firstSample).biases),
       m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo)),
       m_isKeepingNormal(plan.aovs.Has(Aov::Normal)),
       m_isKeepingCenter(plan.aovs.NeedsCenterRay()) {
@@ -51,7 +51,7 @@ void RenderSession::RestoreFrom(const RenderFile& render) {
                         {tiles.width * extent.width, tiles.height * extent.height}, count,
                         ToTiles(sums.lightGroups, render.size));
     }
-    m_twins.Restore(m_renderer, render);
+    m_secondTraces.Restore(m_renderer, render);
     m_renderer.Execute();
     m_submitted = count;
 }
@@ -83,8 +83,8 @@ void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSett
     if (TracesPaths()) m_counts.push_back(m_renderer.ReadBack(sample.counts));
     for (KeptPart& part : m_parts) Keep(sample.parts[part.index], part.sum, isLast);
     if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, m_groups, isLast);
-    m_twins.Declare(m_renderer, settings, sample.radiance, isLast,
-                    [&](const auto& twin) { return DeclareSample(ids, twin).radiance; });
+    m_secondTraces.Declare(m_renderer, settings, sample.radiance, isLast,
+                           [&](const auto& others) { return DeclareSample(ids, others).radiance; });
     const passes::AccumulatedIds sums =
         passes::Accumulate(m_renderer, sample.radiance, m_radiance.accumulation, m_plan.withVariance);
     m_renderer.Present(sums.sums[0]);
@@ -198,7 +198,7 @@ void RenderSession::TakePicture(RenderFile& render) {
         render.lightGroups = FromTiles(tiles, render.size, m_plan.lightGroupCount);
         if (m_plan.withSums) render.sums.lightGroups = FromTiles(sums, render.size, m_plan.lightGroupCount);
     }
-    if (ShowsLight()) m_twins.Take(render, m_plan.withSums);
+    if (ShowsLight()) m_secondTraces.Take(render, m_plan.withSums);
     if (m_isKeepingCenter) {
         const std::vector<uint32_t> hits = WaitForValues<uint32_t>(m_ids);
         if (m_plan.aovs.Has(Aov::Depth)) render.depth = ChannelOf(WaitForValues<float>(m_position), 3);

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "editor/cli/arguments.h"
-#include "editor/cli/bias_twins.h"
 #include "editor/cli/device_scene.h"
 #include "editor/cli/image_statistics.h"
 #include "editor/cli/pass_times.h"
 #include "editor/cli/render_file.h"
+#include "editor/cli/second_traces.h"
 #include "editor/cli/texel_readback.h"
 #include "passes/accumulate.h"
 #include "passes/filter_environment.h"
@@ -97,7 +97,7 @@ class RenderSession {
     DeviceScene& m_scene;
     Renderer& m_renderer;
     RenderPlan m_plan;
-    BiasTwins m_twins;
+    SecondTraces m_secondTraces;
     bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter;
     uint32_t m_submitted = 0;        // samples in the picture, continued ones included
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done

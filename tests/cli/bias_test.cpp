@@ -56,7 +56,7 @@ TEST(Bias, RemovedLightIsMeasuredAsLuminance) {
     EXPECT_EQ(light.samples, 4u);
 }
 
-TEST(Bias, OneTwinHasNoStandardErrorAndDarknessNoShare) {
+TEST(Bias, OneSecondTraceHasNoStandardErrorAndDarknessNoShare) {
     const std::vector<float> half(4, 0.5f), black(4, 0.0f);
     EXPECT_FALSE(MeasureRemoved(half, black, 1, half).standardError);
     EXPECT_TRUE(MeasureRemoved(half, black, 1, half).share);

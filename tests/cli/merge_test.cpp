@@ -28,13 +28,13 @@ TEST(Merge, HasTheBitsOfOneRenderOfAllSamplesInAnyOrder) {
                    MakeRender(0, 64));
 }
 
-TEST(Merge, RemovedLightIsWeighedByTheSamplesThatHadTwins) {
-    const auto part = [](uint32_t first, const std::vector<float>& twins) {
+TEST(Merge, RemovedLightIsWeighedByTheSamplesTracedTwice) {
+    const auto part = [](uint32_t first, const std::vector<float>& removed) {
         RenderFile render = MakeRender(first, 8);
         passes::ExactSums& sums = render.sums.removed[1];
         sums = passes::MakeExactSums(render.size.PixelCount(), true);
-        for (const float twin : twins) passes::AddSample(sums, Texels(render.radiance.size(), twin));
-        render.removedSamples = static_cast<uint32_t>(twins.size());
+        for (const float value : removed) passes::AddSample(sums, Texels(render.radiance.size(), value));
+        render.removedSamples = static_cast<uint32_t>(removed.size());
         render.removed[1] = render.removedVariance[1] = Texels(render.radiance.size(), 0.0f);
         return render;
     };

@@ -118,7 +118,8 @@ TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
         return Render("cornell.gltf", words);
     };
     const BiasRender whole = render("40");
-    for (const char* first : {"20", "33"}) {  // with and without twins among the samples that are added
+    for (const char* first :
+         {"20", "33"}) {  // with and without second traces among the samples that are added
         render(first);
         const test::ProgramResult result =
             RunProgram({"render", SceneFile("cornell.gltf"), "--resume", m_folder / "a.exr", "--spp", "40"});

@@ -21,7 +21,7 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
         << (folder.Path() / "edit.exr").string() << "\nexpect message samples\n";
     const test::ProgramResult edited =
         RunProgram({"edit", "--validate", "--headless-script", folder / "script.txt"});
-    if (edited.messages.find("no editor") != std::string::npos) GTEST_SKIP() << edited.messages;
+    RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
     const cli::RenderFile saved = cli::ReadRenderFile(folder / "edit.exr");
     EXPECT_EQ(saved.sceneFile, "cornell.gltf");
@@ -67,7 +67,7 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
         << (folder / "sky.hdr").string() << "\nwait\nsamples 1\npicture " << (folder / "edit.exr").string()
         << "\n";
     const test::ProgramResult edited = RunProgram({"edit", "--headless-script", folder / "script.txt"});
-    if (edited.messages.find("no editor") != std::string::npos) GTEST_SKIP() << edited.messages;
+    RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
     const cli::RenderFile saved = cli::ReadRenderFile(folder / "edit.exr");
     EXPECT_EQ(saved.environmentFile, "sky.hdr");

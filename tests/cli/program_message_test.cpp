@@ -66,7 +66,7 @@ TEST_F(ProgramMessages, WarningsArriveFromEdit) {
         << "size 120x100\nopen " << (folder / "warned.gltf").string() << "\nwait\nopen "
         << (folder / "none.gltf").string() << "\nwait\n";
     const ProgramResult result = RunProgram({"edit", "--headless-script", folder / "script.txt"});
-    if (result.messages.find("no editor") != std::string::npos) GTEST_SKIP() << result.messages;
+    RAYGRAPH_SKIP_WITHOUT_EDITOR(result);
     EXPECT_EQ(result.exitCode, 0) << result.messages;
     ExpectHas(result.messages, deviceWarning);
     ExpectHas(result.messages, sceneWarning);

@@ -44,3 +44,7 @@ class EnvironmentVariable {
 std::string SceneFile(const char* name);
 
 }  // namespace raygraph::test
+
+// After a run of `edit`: skips the test where the program was built without the editor.
+#define RAYGRAPH_SKIP_WITHOUT_EDITOR(result) \
+    if ((result).messages.find("no editor") != std::string::npos) GTEST_SKIP() << (result).messages

@@ -1,4 +1,4 @@
-// The second traces ("twins") of a render's samples, each without one of its biases: see bias.h.
+// The second traces of a render's samples, each without one of its biases: see bias.h.
 #pragma once
 
 #include <functional>
@@ -11,20 +11,20 @@
 
 namespace raygraph::cli {
 
-class BiasTwins {
+class SecondTraces {
   public:
     // Nothing is ever traced for a bias that is off.
-    explicit BiasTwins(const passes::BiasSettings& biases);
+    explicit SecondTraces(const passes::BiasSettings& biases);
 
     // In a frame of its own: continues from the sums in the file. A bias whose removed light is not in the
     // file starts from zero.
     void Restore(Renderer& renderer, const RenderFile& render);
-    // In each frame: traces the twins of `sample` if it has any. It was traced with `settings`; `trace`
-    // traces it with others.
+    // In each frame: traces `sample` again for each bias, if it is due. It was traced with `settings`;
+    // `trace` traces it with others.
     using TraceSample = std::function<TextureId(const passes::TraceSettings&)>;
     void Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample, bool isLast,
                  const TraceSample& trace);
-    // After the last sample: fills what was removed, zeros if no sample had twins.
+    // After the last sample: fills what was removed, zeros if no sample was traced again.
     void Take(RenderFile& render, bool withSums) const;
 
   private:

@@ -1,17 +1,17 @@
-#include "editor/cli/bias_twins.h"
+#include "editor/cli/second_traces.h"
 
 #include "passes/subtract.h"
 
 namespace raygraph::cli {
 
-BiasTwins::Kept::Kept(Bias which) : bias(which), accumulation(std::string("removed_") + Name(which)) {}
+SecondTraces::Kept::Kept(Bias which) : bias(which), accumulation(std::string("removed_") + Name(which)) {}
 
-BiasTwins::BiasTwins(const passes::BiasSettings& biases) {
+SecondTraces::SecondTraces(const passes::BiasSettings& biases) {
     for (const Bias bias : kBiases)
         if (IsOn(biases, bias)) m_kept.emplace_back(bias);
 }
 
-void BiasTwins::Restore(Renderer& renderer, const RenderFile& render) {
+void SecondTraces::Restore(Renderer& renderer, const RenderFile& render) {
     const Extent2D extent{render.size.width, render.size.height};
     for (Kept& kept : m_kept)
         if (const passes::ExactSums& sums = render.sums.removed[static_cast<size_t>(kept.bias)];
@@ -19,16 +19,16 @@ void BiasTwins::Restore(Renderer& renderer, const RenderFile& render) {
             passes::Restore(renderer, kept.accumulation, extent, render.removedSamples, sums);
 }
 
-void BiasTwins::Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,
-                        bool isLast, const TraceSample& trace) {
-    const bool isDue = settings.sampleIndex % kTwinPeriod == 0;
+void SecondTraces::Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,
+                           bool isLast, const TraceSample& trace) {
+    const bool isDue = settings.sampleIndex % kSecondTracePeriod == 0;
     for (Kept& kept : m_kept) {
         passes::AccumulatedIds ids;
         if (isDue) {
-            const TextureId twin = trace(Without(settings, kept.bias));
-            ids = passes::Accumulate(renderer, passes::Subtract(renderer, twin, sample), kept.accumulation,
+            const TextureId again = trace(Without(settings, kept.bias));
+            ids = passes::Accumulate(renderer, passes::Subtract(renderer, again, sample), kept.accumulation,
                                      true);
-            renderer.Present(ids.mean);  // the last sample may have no twins
+            renderer.Present(ids.mean);  // the last sample may have no second traces
         } else if (isLast && kept.accumulation.SampleCount() > 0) {
             ids = passes::Kept(renderer, kept.accumulation, settings.extent, true);
         } else {
@@ -41,7 +41,7 @@ void BiasTwins::Declare(Renderer& renderer, const passes::TraceSettings& setting
     }
 }
 
-void BiasTwins::Take(RenderFile& render, bool withSums) const {
+void SecondTraces::Take(RenderFile& render, bool withSums) const {
     for (const Kept& kept : m_kept) {
         const size_t i = static_cast<size_t>(kept.bias);
         render.removedSamples = kept.accumulation.SampleCount();
