@@ -92,10 +92,11 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
         screen.End(renderer, drawn);
         NoteCaptured();
         m_work.hasDrawn = true;
+        m_droppedFrame.clear();
     } catch (const Error& error) {
         if (error.Kind() == ErrorKind::DeviceLost || error.Kind() == ErrorKind::OutOfMemory) throw;
         m_frameError = error.what();
-        m_work.Say(m_frameError);
+        m_work.RefuseAgain(m_frameError, m_droppedFrame, log_category::kGraph);
         renderer.DropFrame();
         // Readbacks of a dropped frame never arrive: the next one saves
         m_saving.erase(m_saving.begin() + static_cast<std::ptrdiff_t>(savingBefore), m_saving.end());

@@ -116,7 +116,8 @@ class Editor {
         bool isTaken = false;  // and, before, for the names of the files
     };
     std::vector<SavingRender> m_savingRenders;
-    std::string m_frameError;
+    std::string m_frameError;    // of the last frame; "": it was drawn
+    std::string m_droppedFrame;  // why the last one with a target was dropped, as logged
 };
 
 }  // namespace raygraph::editor

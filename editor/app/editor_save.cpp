@@ -77,7 +77,7 @@ void Editor::UseConfig(const std::filesystem::path& folder) {
     std::string message;
     m_kept = ReadSettings(folder, message);
     m_work.Take(m_kept);
-    if (!message.empty()) m_work.Say(message);
+    if (!message.empty()) m_work.Refuse(message);
 }
 
 void Editor::KeepSettings() {
@@ -89,25 +89,25 @@ void Editor::KeepSettings() {
         WriteSettings(m_config, settings);
         m_kept = settings;
     } catch (const Error& error) {
-        m_work.Say(error.what());
+        m_work.Refuse(error.what());
     }
 }
 
 void Editor::SavePicture(const std::filesystem::path& file) {
     if (!IsExr(file)) {
         if (file.extension() != ".png" && file.extension() != ".PNG")
-            m_work.Say(file.string() + ": must end in .png or .exr");
+            m_work.Refuse(file.string() + ": must end in .png or .exr");
         else
             m_pictureFile = file;
         return;
     }
     if (!m_saveRender) {
-        m_work.Say(file.string() + ": this program cannot write .exr");
+        m_work.Refuse(file.string() + ": this program cannot write .exr");
     } else if (m_work.view.Show().view == viewport::View::Surface) {
-        m_work.Say(file.string() +
-                   ": this view shows no light; an .exr holds the path-traced or the raster view");
+        m_work.Refuse(file.string() +
+                      ": this view shows no light; an .exr holds the path-traced or the raster view");
     } else if (m_work.view.Size().IsEmpty()) {
-        m_work.Say(file.string() + ": there is no picture");
+        m_work.Refuse(file.string() + ": there is no picture");
     } else {
         m_work.Say("saving " + file.string() + " ...");
         const rhi::DeviceInfo& device = m_work.device.Info();
@@ -134,7 +134,7 @@ void Editor::FinishSaving() {
             image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
             m_work.Say("saved " + saving.file.string());
         } catch (const Error& error) {
-            m_work.Say(error.what());
+            m_work.Refuse(error.what());
         }
         return true;
     });
@@ -146,7 +146,7 @@ void Editor::FinishSaving() {
             m_saveRender(saving.file, std::move(saving.render));
             m_work.Say(Text("saved {}, {} samples", saving.file.string(), samples));
         } catch (const Error& error) {
-            m_work.Say(error.what());
+            m_work.Refuse(error.what());
         }
         return true;
     });

@@ -35,13 +35,25 @@ bool Workspace::Try(Change&& change) {
     }
 }
 
-void Workspace::Refuse(const std::string& why) {
+void Workspace::Refuse(const std::string& why, std::string_view category) {
     Say(why);
-    device.Log().Send(LogLevel::Error, log_category::kScene, why);
+    device.Log().Send(LogLevel::Warning, category, why);
+}
+
+void Workspace::RefuseAgain(const std::string& why, std::string& last, std::string_view category) {
+    if (why == last)
+        Say(why);
+    else
+        Refuse(last = why, category);
 }
 
 void Workspace::Apply(const Edit& edit) {
-    Try([&] { document.Apply(edit, gpu); });
+    try {
+        document.Apply(edit, gpu);
+        m_refusedEdit.clear();
+    } catch (const std::exception& error) {
+        RefuseAgain(error.what(), m_refusedEdit);
+    }
 }
 
 void Workspace::Undo() {

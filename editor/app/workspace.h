@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "editor/app/camera_controller.h"
@@ -76,6 +77,12 @@ class Workspace {
     void Take(const Settings& settings);
     Settings Kept() const;
     void Say(std::string text) { message = std::move(text); }
+    // Says it, and warns of it in the log.
+    void Refuse(const std::string& why, std::string_view category = log_category::kScene);
+    // The same for what may come at every frame: logged when it is not what `last` holds, the text before.
+    // Whoever owns `last` clears it when all is well.
+    void RefuseAgain(const std::string& why, std::string& last,
+                     std::string_view category = log_category::kScene);
 
     rhi::Device& device;
     std::shared_ptr<LogHistory> log;  // never null
@@ -108,7 +115,6 @@ class Workspace {
     std::string message;                        // the newest one line
 
   private:
-    void Refuse(const std::string& why);  // says it, and logs it
     void NoteOpened(const std::filesystem::path& file);
 
     void OpenEnvironment(const std::filesystem::path& file);
@@ -118,6 +124,7 @@ class Workspace {
     std::future<image::Environment> m_environment;  // being loaded
     std::optional<viewport::ErrorRequest> m_errorRequest;
     double m_errorAsked = 0.0;  // seconds
+    std::string m_refusedEdit;  // why the last edit was; "": it was not
     template <typename Change>
     bool Try(Change&& change);  // false: it was refused, and the message says why
 };

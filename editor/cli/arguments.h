@@ -16,8 +16,6 @@
 
 namespace raygraph::cli {
 
-// The text of --tonemap.
-
 struct RenderArguments : OutputArguments {
     std::filesystem::path scene;
     std::vector<OutputFile> outputs;    // empty: see RenderCommand

@@ -4,6 +4,7 @@
 #include "base/read_file.h"
 #include "editor/cli/bench_compare.h"
 #include "editor/cli/bench_run.h"
+#include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
@@ -88,7 +89,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
         const std::vector<std::byte> bytes = AsInput([&] { return ReadFile(arguments.compare); });
         stored.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     }
-    if (!arguments.json.empty()) CheckWritable(std::vector{arguments.json}, std::vector{arguments.scene});
+    CheckWritable(FilesOf(arguments));
     PictureSettings settings = SettingsFrom(arguments.given);
     if (!arguments.given.contains("max-depth")) settings.biases.maxDepth = kDefaultDepth;
 

@@ -1,15 +1,14 @@
 // raygraph merge
-#include "editor/cli/commands.h"
-
 #include "base/text.h"
+#include "editor/cli/command_files.h"
+#include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/merge.h"
 
 namespace raygraph::cli {
 
 void MergeCommand(const MergeArguments& arguments, Console&) {
-    // The output may be one of the inputs: they are read before it is replaced
-    CheckWritable(std::vector{arguments.output}, {});
+    CheckWritable(FilesOf(arguments));
     std::vector<NamedRender> parts;
     for (const std::filesystem::path& path : arguments.inputs)
         parts.push_back({path.string(), ReadRenderFile(path)});

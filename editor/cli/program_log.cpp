@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <map>
+#include <utility>
 
 #include "base/text.h"
 #include "editor/cli/log_levels.h"
@@ -130,11 +131,15 @@ struct ProgramLog::Impl {
         auto logger = std::make_shared<spdlog::logger>(std::string(category));
         logger->set_level(ToSpdlog(levels.Of(category)));
         logger->flush_on(spdlog::level::debug);
-        logger->set_error_handler([this](const std::string& what) {
+        SayOnceIfItFails(*logger);
+        loggers.emplace(category, std::move(logger));
+    }
+    // Without this spdlog writes a line of its own to stderr each time, such as when the disk is full.
+    void SayOnceIfItFails(spdlog::logger& logger) {
+        logger.set_error_handler([this](const std::string& what) {
             if (!hasFailed.exchange(true))
                 progress.PrintAbove(Text("raygraph: warning: the log is not complete: {}\n", what));
         });
-        loggers.emplace(category, std::move(logger));
     }
 
     Progress& progress;
@@ -142,8 +147,8 @@ struct ProgramLog::Impl {
     std::map<std::string, std::shared_ptr<spdlog::logger>, std::less<>> loggers;  // by category
     std::shared_ptr<spdlog::logger> file;  // for what the terminal is told in another way
     std::atomic<bool> hasFailed{false};
-    mutable std::mutex mutex;
-    std::vector<std::string> validation;
+    std::mutex mutex;
+    std::vector<std::string> validation;  // since RequireValid threw
 };
 
 ProgramLog::ProgramLog(const OutputArguments& arguments, const char* levels, Progress& progress)
@@ -157,6 +162,7 @@ ProgramLog::ProgramLog(const OutputArguments& arguments, const char* levels, Pro
     m_impl->ListenFromInfo();
     m_impl->file = std::make_shared<spdlog::logger>(std::string(kProgramCategory), file);
     m_impl->file->flush_on(spdlog::level::err);
+    m_impl->SayOnceIfItFails(*m_impl->file);
 }
 
 ProgramLog::~ProgramLog() = default;
@@ -188,11 +194,12 @@ void ProgramLog::Fail(std::string_view text) {
     if (m_impl->file) m_impl->file->error(text);
 }
 
-void ProgramLog::RequireValid() const {
+void ProgramLog::RequireValid() {
     const std::scoped_lock lock(m_impl->mutex);
-    if (m_impl->validation.empty()) return;
-    const size_t others = m_impl->validation.size() - 1;
-    throw MakeError(ErrorKind::Vulkan, "validation: {}{}", m_impl->validation.front(),
+    const std::vector<std::string> messages = std::exchange(m_impl->validation, {});
+    if (messages.empty()) return;
+    const size_t others = messages.size() - 1;
+    throw MakeError(ErrorKind::Vulkan, "validation: {}{}", messages.front(),
                     others > 0 ? Text(" (and {} more)", others) : "");
 }
 

@@ -42,8 +42,9 @@ class ProgramLog {
     void Warn(std::string_view text);
     // The one line with which the program ends.
     void Fail(std::string_view text);
-    // Throws Error{Vulkan} with the first validation message and their number, if there was any.
-    void RequireValid() const;
+    // Throws Error{Vulkan} with the first validation message and their number, if there was any since it
+    // threw the last time.
+    void RequireValid();
 
   private:
     struct Impl;

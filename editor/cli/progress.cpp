@@ -33,39 +33,48 @@ Progress::Progress(std::FILE* stream, bool isQuiet)
     : m_stream(stream), m_isOn(!isQuiet && os::IsTerminal(stream)) {}
 
 bool Progress::IsDue() const {
-    return m_isOn && std::chrono::steady_clock::now() >= m_nextDraw;
+    if (!m_isOn) return false;
+    const std::scoped_lock lock(m_mutex);
+    return std::chrono::steady_clock::now() >= m_nextDraw;
 }
 
 void Progress::Show(std::string_view line) {
     if (!m_isOn) return;
     const std::scoped_lock lock(m_mutex);
     m_nextDraw = std::chrono::steady_clock::now() + kRedrawInterval;
-    // A line as wide as the terminal would wrap
-    line = line.substr(0, os::TerminalWidth(m_stream) - 1);
-    std::string text = "\r";
-    text += line;
-    if (line.size() < m_shownWidth) text.append(m_shownWidth - line.size(), ' ');
-    std::fputs(text.c_str(), m_stream);
+    m_line = line;
+    Draw();
     std::fflush(m_stream);
-    m_shownWidth = line.size();
 }
 
 void Progress::Clear() {
     const std::scoped_lock lock(m_mutex);
     Lift();
+    std::fflush(m_stream);
+    m_line.clear();
 }
 
 void Progress::PrintAbove(std::string_view text) {
     const std::scoped_lock lock(m_mutex);
     Lift();
     std::fwrite(text.data(), 1, text.size(), m_stream);
+    if (!m_line.empty()) Draw();
     std::fflush(m_stream);
 }
 
+void Progress::Draw() {
+    // A line as wide as the terminal would wrap
+    const std::string_view line = std::string_view(m_line).substr(0, os::TerminalWidth(m_stream) - 1);
+    std::string text = "\r";
+    text += line;
+    if (line.size() < m_shownWidth) text.append(m_shownWidth - line.size(), ' ');
+    std::fputs(text.c_str(), m_stream);
+    m_shownWidth = line.size();
+}
+
 void Progress::Lift() {
-    if (!m_isOn || m_shownWidth == 0) return;
+    if (m_shownWidth == 0) return;
     std::fprintf(m_stream, "\r%*s\r", static_cast<int>(m_shownWidth), "");
-    std::fflush(m_stream);
     m_shownWidth = 0;
 }
 

@@ -42,16 +42,18 @@ class Progress {
     void Show(std::string_view line);
     // Leaves the line empty for other text.
     void Clear();
-    // Writes `text`, also when it is off; the line goes on below it with the next Show.
+    // Writes `text`, which ends in a line break, also when it is off. The line is below it then.
     void PrintAbove(std::string_view text);
 
   private:
-    void Lift();
+    void Draw();  // m_line
+    void Lift();  // the line from the terminal
 
-    std::mutex m_mutex;
     std::FILE* m_stream;
-    bool m_isOn;
-    size_t m_shownWidth = 0;
+    const bool m_isOn;
+    mutable std::mutex m_mutex;  // of all that follows
+    std::string m_line;          // to be shown; "": none
+    size_t m_shownWidth = 0;     // of what is on the terminal
     std::chrono::steady_clock::time_point m_nextDraw;
 };
 

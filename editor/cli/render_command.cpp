@@ -7,6 +7,7 @@
 #include "base/os/process.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_setup.h"
@@ -33,20 +34,6 @@ struct Job {
 
 bool WritesKind(const RenderArguments& arguments, OutputKind kind) {
     return std::ranges::any_of(arguments.outputs, [&](const OutputFile& o) { return o.kind == kind; });
-}
-
-void SetDefaultOutput(RenderArguments& arguments) {
-    if (!arguments.outputs.empty()) return;
-    arguments.outputs.push_back(ParseOutput(arguments.resume.empty() ? kDefaultPicture : arguments.resume));
-}
-
-// Before anything else: an hour of rendering must not end in a file that cannot be written.
-void CheckFiles(const RenderArguments& arguments) {
-    std::vector<std::filesystem::path> written, read{arguments.scene};
-    for (const OutputFile& output : arguments.outputs) written.push_back(output.path);
-    if (!arguments.report.empty()) written.push_back(arguments.report);
-    if (!arguments.environment.empty()) read.push_back(arguments.environment);
-    CheckWritable(written, read);
 }
 
 // Views other than the path-traced one have no use for some options and outputs: they are refused, not
@@ -272,8 +259,9 @@ void PrintSummary(const RenderArguments& arguments, const RenderFile& render, co
 }  // namespace
 
 void RenderCommand(RenderArguments arguments, Console& console) {
-    SetDefaultOutput(arguments);
-    CheckFiles(arguments);
+    arguments.outputs = PicturesOf(arguments);
+    // Before anything else: an hour of rendering must not end in a file that cannot be written
+    CheckWritable(FilesOf(arguments));
     Job job = PlanJob(arguments);
 
     Progress& progress = console.progress;
@@ -331,7 +319,7 @@ void RenderCommand(RenderArguments arguments, Console& console) {
     if (rendered.wasStopped) {
         std::string text = Text("stopped after {}", session.SamplesSubmitted());
         if (job.samplesWanted) text += Text(" of {}", *job.samplesWanted);
-        std::fprintf(stderr, "raygraph: %s samples; what there is was written\n", text.c_str());
+        console.log.Warn(text + " samples; what there is was written");
     }
     if (const uint64_t count = session.NonFiniteSamples(); count > 0)
         console.log.Warn(Text("{} {} infinite or NaN, and counted as black", count,

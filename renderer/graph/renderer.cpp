@@ -183,8 +183,10 @@ std::vector<std::string> Renderer::ReloadShaders() {
         const Log& log = m_impl->device.Log();
         for (const std::string& message : messages)
             log.Send(LogLevel::Warning, log_category::kShaders, message);
-        Say(log, LogLevel::Info, log_category::kShaders, "{} changed shaders are reloaded in {}",
-            reloaded.changed.size(), DurationText(watch.Seconds()));
+        if (const size_t count = reloaded.changed.size(); count > 0)
+            Say(log, LogLevel::Info, log_category::kShaders, "{} in {}",
+                count == 1 ? "1 changed shader is reloaded" : Text("{} changed shaders are reloaded", count),
+                DurationText(watch.Seconds()));
         return messages;
     });
 }

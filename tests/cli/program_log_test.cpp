@@ -1,6 +1,7 @@
 // Levels, and where messages go: stderr, a file, a listener.
 #include "editor/cli/program_log.h"
 
+#include <algorithm>
 #include <fstream>
 #include <thread>
 
@@ -120,6 +121,27 @@ TEST(ProgramLog, FileThatCannotBeOpenedIsAnOutputError) {
         ErrorKind::Io, [&] { Written({.logFile = folder.Path()}, nullptr, SpeakOfAll); }, "--log: ");
 }
 
+TEST(ProgramLog, FullDiskIsOneLine) {
+    const std::string text = Written({.logFile = "/dev/full"}, nullptr, [](ProgramLog& log) {
+        SpeakOfAll(log);
+        log.Warn("again");
+        log.Fail("b.gltf: is broken");
+    });
+    EXPECT_EQ(text.find("the log is not complete"), text.rfind("the log is not complete")) << text;
+    EXPECT_TRUE(text.starts_with("raygraph: warning: the log is not complete: ")) << text;
+    EXPECT_EQ(std::ranges::count(text, '\n'), 6) << text;
+}
+
+TEST(ProgramLog, FullDiskIsOneLineForTheErrorThatEndsTheProgramToo) {
+    testing::internal::CaptureStderr();
+    const std::string text =
+        Written({.logFile = "/dev/full"}, nullptr, [](ProgramLog& log) { log.Fail("a.gltf: is broken"); });
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    EXPECT_TRUE(text.starts_with("raygraph: a.gltf: is broken\nraygraph: warning: the log is not complete: "))
+        << text;
+    EXPECT_EQ(std::ranges::count(text, '\n'), 2) << text;
+}
+
 TEST(ProgramLog, ValidationMessagesFailTheRunAndAreShownToWhoAsks) {
     const auto speak = [](ProgramLog& log) {
         log.RequireValid();
@@ -127,6 +149,7 @@ TEST(ProgramLog, ValidationMessagesFailTheRunAndAreShownToWhoAsks) {
         log.ForLibraries().Send(LogLevel::Warning, log_category::kValidation, "VUID-2");
         ExpectError(
             ErrorKind::Vulkan, [&] { log.RequireValid(); }, "validation: VUID-1: it is wrong (and 1 more)");
+        log.RequireValid();  // of these it has been said
     };
     EXPECT_EQ(Written({}, nullptr, speak), "");
     EXPECT_EQ(Written({.verbosity = 1}, nullptr, speak),

@@ -37,6 +37,10 @@ void LeaveLeaksOut() {
     setenv("ASAN_OPTIONS", (std::string(options ? options : "") + ":detect_leaks=0").c_str(), 1);
 }
 
+// What the user of the tests has asked of programs is no business of theirs. Before the first test, which may
+// set the variable itself.
+[[maybe_unused]] const int isWithoutLevels = unsetenv("RAYGRAPH_LOG");
+
 std::vector<char*> Pointers(std::vector<std::string>& words) {
     static std::once_flag isSet;
     std::call_once(isSet, LeaveLeaksOut);

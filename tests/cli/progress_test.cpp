@@ -1,5 +1,12 @@
 #include "editor/cli/progress.h"
 
+#include <pty.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <thread>
+
 #include "tests/cli/cli_test.h"
 
 namespace raygraph::cli {
@@ -22,6 +29,100 @@ TEST(Progress, WritesNothingToAFile) {
     }
     EXPECT_EQ(std::ftell(file), 0);
     std::fclose(file);
+}
+
+// A terminal of 40 columns that remembers what was written to it.
+class Terminal {
+  public:
+    Terminal() {
+        const winsize size{.ws_row = 10, .ws_col = 40, .ws_xpixel = 0, .ws_ypixel = 0};
+        int inside = -1;
+        if (openpty(&m_outside, &inside, nullptr, nullptr, &size) == 0) m_stream = fdopen(inside, "w");
+    }
+    ~Terminal() {
+        if (m_stream) std::fclose(m_stream);
+        close(m_outside);
+    }
+    Terminal(const Terminal&) = delete;
+    Terminal& operator=(const Terminal&) = delete;
+
+    std::FILE* Stream() const { return m_stream; }
+    // What was written since the last call, as the eye sees it: lines, each with what overwrote it.
+    std::string Shown() {
+        std::array<char, 4096> buffer{};
+        const ssize_t count = read(m_outside, buffer.data(), buffer.size());
+        std::string text(buffer.data(), static_cast<size_t>(std::max<ssize_t>(count, 0)));
+        std::string shown, line;
+        size_t column = 0;
+        for (const char c : text) {
+            if (c == '\r') {
+                column = 0;
+            } else if (c == '\n') {
+                shown += Trimmed(line) + "\n";
+                line.clear();
+            } else {
+                line.resize(std::max(line.size(), column + 1), ' ');
+                line[column++] = c;
+            }
+        }
+        return shown + Trimmed(line);
+    }
+
+  private:
+    static std::string Trimmed(const std::string& line) {
+        return line.substr(0, line.find_last_not_of(' ') + 1);
+    }
+
+    int m_outside = -1;
+    std::FILE* m_stream = nullptr;
+};
+
+TEST(Progress, LineIsBelowWhatIsPrintedAboveIt) {
+    Terminal terminal;
+    ASSERT_NE(terminal.Stream(), nullptr);
+    Progress progress(terminal.Stream(), false);
+    ASSERT_TRUE(progress.IsOn());
+    progress.PrintAbove("first\n");
+    EXPECT_EQ(terminal.Shown(), "first\n") << "there is no line yet";
+    progress.Show("  3 samples");
+    progress.PrintAbove("second\n");
+    progress.PrintAbove("third\n");
+    EXPECT_EQ(terminal.Shown(), "second\nthird\n  3 samples");
+    progress.Show("  4");
+    EXPECT_EQ(terminal.Shown(), "  4") << "nothing is left of the longer one";
+    progress.Clear();
+    progress.PrintAbove("fourth\n");
+    EXPECT_EQ(terminal.Shown(), "fourth\n");
+}
+
+TEST(Progress, LineThatIsWiderThanTheTerminalIsCut) {
+    Terminal terminal;
+    ASSERT_NE(terminal.Stream(), nullptr);
+    Progress progress(terminal.Stream(), false);
+    progress.Show(std::string(100, 'x'));
+    EXPECT_EQ(terminal.Shown(), std::string(39, 'x'));
+    progress.PrintAbove("above\n");
+    EXPECT_EQ(terminal.Shown(), "above\n" + std::string(39, 'x'));
+}
+
+TEST(Progress, IsDueFiveTimesASecondAtMost) {
+    Terminal terminal;
+    ASSERT_NE(terminal.Stream(), nullptr);
+    Progress progress(terminal.Stream(), false);
+    EXPECT_TRUE(progress.IsDue());
+    progress.Show("x");
+    EXPECT_FALSE(progress.IsDue());
+    std::this_thread::sleep_for(std::chrono::milliseconds(210));
+    EXPECT_TRUE(progress.IsDue());
+}
+
+TEST(Progress, QuietMeansOffOnATerminalToo) {
+    Terminal terminal;
+    ASSERT_NE(terminal.Stream(), nullptr);
+    Progress progress(terminal.Stream(), true);
+    progress.Show("x");
+    progress.PrintAbove("above\n");
+    EXPECT_EQ(terminal.Shown(), "above\n");
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
 // The editor played from scripts, without a window.
 #include "editor/app/script.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -165,6 +167,63 @@ TEST_F(ScriptTest, PlanOfNoFrameIsNotShown) {
     EXPECT_TRUE(editor.Frame(input, screen));
     EXPECT_TRUE(editor.Frame(input, screen));
     EXPECT_EQ(editor.FrameError(), "");
+}
+
+// What the editor refuses is in the log, but not as often as it happens.
+TEST_F(ScriptTest, RefusedDragAndDroppedFramesAreOneWarningEach) {
+    Play(OpenCornell());
+    const auto warnings = [before = Log().Count()](const std::string& part) {
+        const std::vector<testing::MessageLog::Message> all = Log().All();
+        return std::count_if(
+            all.begin() + static_cast<std::ptrdiff_t>(before), all.end(), [&](const auto& one) {
+                return one.level == LogLevel::Warning && one.text.find(part) != std::string::npos;
+            });
+    };
+    Workspace& work = editor.Work();
+    const TransformEdit refused{0, glm::mat4x3(std::numeric_limits<float>::infinity())};
+    for (int frame = 0; frame < 3; frame++) work.Apply(refused);
+    EXPECT_EQ(warnings("finite numbers"), 1);
+    EXPECT_NE(work.message.find("finite numbers"), std::string::npos) << work.message;
+    work.Apply(MaterialEdit{0, work.document.Scene().materials[0]});
+    work.Apply(refused);
+    EXPECT_EQ(warnings("finite numbers"), 2) << "another drag";
+
+    class Broken final : public Screen {
+      public:
+        std::optional<TextureId> Begin(Renderer&, rhi::Extent2D) override {
+            throw Error(ErrorKind::Vulkan, "no image of the window");
+        }
+        void End(Renderer&, TextureId) override {}
+    } broken;
+    FrameInput input;
+    input.extent = {320, 200};
+    for (int frame = 0; frame < 3; frame++) editor.Frame(input, broken);
+    EXPECT_EQ(editor.FrameError(), "no image of the window");
+    EXPECT_EQ(warnings("no image of the window"), 1);
+    editor.Frame(input, screen);
+    EXPECT_EQ(editor.FrameError(), "");
+    editor.Frame(input, broken);
+    EXPECT_EQ(warnings("no image of the window"), 2) << "it has been well in between";
+}
+
+TEST_F(ScriptTest, FailedSavesAreInTheLog) {
+    Play(OpenCornell() + "samples 1\n");
+    const auto logged = [before = Log().Count()](const std::string& part) {
+        return Log().Text(before).find(part) != std::string::npos;
+    };
+    const std::string none = (folder.Path() / "none" / "a").string();
+    EXPECT_NE(Failure("picture " + none + ".png\n"), "");
+    EXPECT_TRUE(logged(none + ".png"));
+    EXPECT_NE(Failure("scene " + none + ".gltf\n"), "");
+    EXPECT_TRUE(logged(none + ".gltf"));
+    saveFailure = "a.exr: the disk is full";
+    EXPECT_NE(Failure("picture " + (folder.Path() / "a.exr").string() + "\n"), "");
+    EXPECT_TRUE(logged(saveFailure));
+    EXPECT_NE(Failure("picture " + (folder.Path() / "a.tga").string() + "\n"), "");
+    EXPECT_TRUE(logged("must end in .png or .exr"));
+    std::ofstream(folder.Path() / "config") << "no folder";
+    Play("config " + (folder.Path() / "config").string() + "\nkey T\n");
+    EXPECT_TRUE(logged((folder.Path() / "config").string()));
 }
 
 TEST_F(ScriptTest, SavesTheWindow) {

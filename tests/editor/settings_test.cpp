@@ -30,7 +30,7 @@ class SettingsTest : public ::testing::Test {
 TEST_F(SettingsTest, ComeBackAsTheyWere) {
     Settings settings;
     settings.panels = {
-        .hierarchy = false, .inspector = true, .statistics = true, .graph = true, .help = true};
+        .hierarchy = false, .inspector = true, .statistics = true, .graph = true, .log = true, .help = true};
     settings.window = {1234, 777};
     settings.show.view = viewport::View::Wipe;
     settings.show.wipePosition = 0.3f;
@@ -46,6 +46,40 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
     EXPECT_EQ(message, "");
     EXPECT_EQ(ReadSettings(folder.Path() / "none", message), Settings());
     EXPECT_EQ(message, "") << "there need be none";
+}
+
+TEST_F(SettingsTest, EachPanelHasItsOwn) {
+    for (bool Panels::*panel : {&Panels::hierarchy, &Panels::inspector, &Panels::statistics, &Panels::graph,
+                                &Panels::log, &Panels::help}) {
+        Settings settings;
+        settings.panels.*panel = !(settings.panels.*panel);
+        WriteSettings(folder.Path(), settings);
+        EXPECT_EQ(ReadSettings(folder.Path(), message), settings);
+    }
+}
+
+// Written before there were the log panel and the names that operators have on the command line.
+TEST_F(SettingsTest, FileOfAnOlderVersionIsRead) {
+    const Settings read = Read(R"({
+        "gizmo": {"pivot": "Origin", "space": "Local", "tool": "Rotate"},
+        "panels": {"graph": true, "help": false, "hierarchy": false, "inspector": true, "statistics": true},
+        "recent": ["/scenes/a.gltf"],
+        "view": {"exposure": 1.5, "greatestError": 0.25, "tonemap": "AgX", "view": "Raster", "wipe": 0.75},
+        "window": {"height": 777, "width": 1234}
+    })");
+    EXPECT_EQ(message, "");
+    Settings expected;
+    expected.tool = GizmoTool::Rotate;
+    expected.toolSpace = GizmoSpace::Local;
+    expected.pivot = GizmoPivot::Origin;
+    expected.panels = {.hierarchy = false, .inspector = true, .statistics = true, .graph = true};
+    expected.recent = {"/scenes/a.gltf"};
+    expected.show.view = viewport::View::Raster;
+    expected.show.tonemap = {.exposureEv = 1.5f, .tonemapOperator = TonemapOperator::AgX};
+    expected.show.wipePosition = 0.75f;
+    expected.show.greatestError = 0.25f;
+    expected.window = {1234, 777};
+    EXPECT_EQ(read, expected);
 }
 
 TEST_F(SettingsTest, BrokenOnesAreLeftAsideWithOneLine) {

@@ -54,6 +54,7 @@ class Reload : public testing::VulkanTest {
     }
 
     test::TemporaryFolder m_folder;
+    testing::MessageLog m_heard;  // of a device that a test makes
     std::unique_ptr<Renderer> m_renderer;
 };
 
@@ -102,6 +103,20 @@ TEST_F(Reload, UnchangedText_MakesNothingAnew) {
     EXPECT_EQ(Value(), 1.0f);
     EXPECT_EQ(m_renderer->PipelineCreationMs(), spent);
     EXPECT_EQ(m_renderer->PipelineCount(), 1u);
+}
+
+TEST_F(Reload, LogCountsWhatHasChangedAndSaysNothingOfNothing) {
+    const std::unique_ptr<rhi::Device> device =
+        rhi::Device::Create({.validation = true, .log = m_heard.Listener(LogLevel::Info)});
+    m_renderer = std::make_unique<Renderer>(*device, RendererDesc{.shaderRoot = m_folder.Path()});
+    EXPECT_EQ(Value(), 1.0f);
+    const size_t before = m_heard.Count();
+    m_renderer->ReloadShaders();
+    EXPECT_EQ(m_heard.Text(before), "");
+    Write("fill.comp", Text("2.0"));
+    m_renderer->ReloadShaders();
+    EXPECT_THAT(m_heard.Text(before), HasSubstr("1 changed shader is reloaded in "));
+    m_renderer.reset();
 }
 
 TEST_F(Reload, WhileAFrameIsOpen_IsRefused) {

@@ -1,0 +1,32 @@
+// Which files a command reads and writes, but for its log and those that its scene names.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "editor/cli/arguments.h"
+
+namespace raygraph::cli {
+
+struct CommandFiles {
+    std::vector<std::filesystem::path> inputs;   // not to be written
+    std::vector<std::filesystem::path> updated;  // read before the outputs, of which each may be one
+    std::vector<std::filesystem::path> outputs;
+};
+
+// What is not given is not in the lists.
+CommandFiles FilesOf(const RenderArguments& arguments);
+CommandFiles FilesOf(const BenchArguments& arguments);
+CommandFiles FilesOf(const InfoArguments& arguments);
+CommandFiles FilesOf(const GraphArguments& arguments);
+CommandFiles FilesOf(const MergeArguments& arguments);
+CommandFiles FilesOf(const EditArguments& arguments);
+
+// CheckWritable for all outputs.
+void CheckWritable(const CommandFiles& files);
+
+// The pictures that `render` writes: those that are given; if there is none, the file that is resumed, else
+// kDefaultPicture.
+std::vector<OutputFile> PicturesOf(const RenderArguments& arguments);
+
+}  // namespace raygraph::cli

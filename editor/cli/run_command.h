@@ -1,0 +1,62 @@
+// A command from its arguments to its exit status.
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <new>
+#include <utility>
+
+#include "editor/cli/command_files.h"
+#include "editor/cli/console.h"
+#include "editor/cli/exit_code.h"
+
+namespace raygraph::cli {
+
+// What `body` returns; if it throws, the status of that, and `sayIt` has been given why.
+template <typename SayIt, typename Body>
+ExitCode Guarded(SayIt&& sayIt, Body&& body) {
+    try {
+        return body();
+    } catch (const Error& error) {
+        sayIt(error.what());
+        return ExitCodeFor(error.Kind());
+    } catch (const std::bad_alloc&) {
+        sayIt("out of memory");
+        return ExitCode::DeviceFailure;
+    } catch (const std::exception& exception) {
+        sayIt(exception.what());
+        return ExitCode::Failure;
+    }
+}
+
+// Runs `command` and says on the console why it failed. Validation messages are a failure beside any other,
+// and so are those that come when the command's device is destroyed.
+template <typename CommandArguments, typename Command>
+ExitCode RunOn(Console& console, const CommandArguments& arguments, Command&& command) {
+    const auto sayIt = [&](const char* text) { console.log.Fail(text); };
+    const ExitCode code = Guarded(sayIt, [&] {
+        const ExitCode done = command(arguments, console);
+        if (std::fflush(stdout) != 0) throw Error(ErrorKind::Io, "stdout cannot be written");
+        return done;
+    });
+    const ExitCode valid = Guarded(sayIt, [&] {
+        console.log.RequireValid();
+        return code;
+    });
+    return code == ExitCode::Done || code == ExitCode::Slower ? valid : code;
+}
+
+// The same on a console of its own. Throws Error for a log that cannot be.
+template <typename CommandArguments, typename Command>
+ExitCode RunCommand(const CommandArguments& arguments, Command&& command) {
+    if (!arguments.logFile.empty()) {
+        CommandFiles files = FilesOf(arguments);
+        files.inputs.insert(files.inputs.end(), files.updated.begin(), files.updated.end());
+        CheckLogFile(arguments.logFile, files.outputs, files.inputs);
+    }
+    Console console(arguments, std::getenv("RAYGRAPH_LOG"));
+    return RunOn(console, arguments, std::forward<Command>(command));
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,119 @@
+// How commands end: exit status and last lines, and which files they name.
+#include "editor/cli/run_command.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "tests/cli/cli_test.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::cli {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// Something like a device: the layers have something to say about it when it is destroyed.
+class InvalidAtItsEnd {
+  public:
+    explicit InvalidAtItsEnd(Log log) : m_log(std::move(log)) {}
+    ~InvalidAtItsEnd() { m_log.Send(LogLevel::Error, log_category::kValidation, "VUID-9: a leak"); }
+    InvalidAtItsEnd(const InvalidAtItsEnd&) = delete;
+    InvalidAtItsEnd& operator=(const InvalidAtItsEnd&) = delete;
+
+  private:
+    Log m_log;
+};
+
+struct Ended {
+    ExitCode code;
+    std::string messages;
+};
+
+template <typename Command>
+Ended EndOf(Command&& command) {
+    testing::internal::CaptureStderr();
+    const ExitCode code = RunCommand(InfoArguments{}, command);
+    return {code, testing::internal::GetCapturedStderr()};
+}
+
+TEST(RunCommand, StatusIsTheCommandsOrThatOfItsError) {
+    EXPECT_EQ(EndOf([](const auto&, Console&) { return ExitCode::Done; }).code, ExitCode::Done);
+    EXPECT_EQ(EndOf([](const auto&, Console&) { return ExitCode::Slower; }).code, ExitCode::Slower);
+    const Ended broken = EndOf(
+        [](const auto&, Console&) -> ExitCode { throw Error(ErrorKind::BadInput, "a.gltf: is broken"); });
+    EXPECT_EQ(broken.code, ExitCode::BadInput);
+    EXPECT_EQ(broken.messages, "raygraph: a.gltf: is broken\n");
+    const Ended full = EndOf([](const auto&, Console&) -> ExitCode { throw std::bad_alloc(); });
+    EXPECT_EQ(full.code, ExitCode::DeviceFailure);
+    EXPECT_EQ(full.messages, "raygraph: out of memory\n");
+}
+
+TEST(RunCommand, ValidationMessagesOfTheDevicesEndFailIt) {
+    for (const ExitCode result : {ExitCode::Done, ExitCode::Slower}) {
+        const Ended ended = EndOf([&](const auto&, Console& console) {
+            const InvalidAtItsEnd device(console.log.ForLibraries());
+            console.log.RequireValid();
+            return result;
+        });
+        EXPECT_EQ(ended.code, ExitCode::Failure);
+        EXPECT_EQ(ended.messages, "raygraph: validation: VUID-9: a leak\n");
+    }
+}
+
+TEST(RunCommand, ErrorDoesNotHideValidationMessages) {
+    const Ended ended = EndOf([](const auto&, Console& console) -> ExitCode {
+        const InvalidAtItsEnd device(console.log.ForLibraries());
+        throw Error(ErrorKind::DeviceLost, "the device is lost");
+    });
+    EXPECT_EQ(ended.code, ExitCode::DeviceFailure);
+    EXPECT_EQ(ended.messages, "raygraph: the device is lost\nraygraph: validation: VUID-9: a leak\n");
+}
+
+TEST(RunCommand, ValidationMessagesAreSaidOnce) {
+    const Ended ended = EndOf([](const auto&, Console& console) {
+        { const InvalidAtItsEnd device(console.log.ForLibraries()); }
+        console.log.RequireValid();
+        return ExitCode::Done;
+    });
+    EXPECT_EQ(ended.code, ExitCode::Failure);
+    EXPECT_EQ(ended.messages, "raygraph: validation: VUID-9: a leak\n");
+}
+
+TEST(CommandFiles, HoldWhatIsGiven) {
+    RenderArguments render;
+    render.scene = "a.gltf";
+    EXPECT_THAT(FilesOf(render).inputs, ElementsAre("a.gltf"));
+    EXPECT_THAT(FilesOf(render).updated, IsEmpty());
+    EXPECT_THAT(FilesOf(render).outputs, ElementsAre("render.png"));
+    render.resume = "a.exr";
+    EXPECT_THAT(FilesOf(render).outputs, ElementsAre("a.exr")) << "it is replaced";
+    render.environment = "sky.hdr";
+    render.report = "r.json";
+    render.outputs = {{"a.png", OutputKind::Png}, {"b.exr", OutputKind::Exr}};
+    EXPECT_THAT(FilesOf(render).inputs, ElementsAre("a.gltf", "sky.hdr"));
+    EXPECT_THAT(FilesOf(render).updated, ElementsAre("a.exr"));
+    EXPECT_THAT(FilesOf(render).outputs, ElementsAre("r.json", "a.png", "b.exr"));
+}
+
+TEST(CommandFiles, InputsAreNotWrittenButUpdatedOnesMayBe) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path scene = folder.Path() / "a.gltf", old = folder.Path() / "a.exr";
+    std::ofstream(scene) << "scene";
+    std::ofstream(old) << "render";
+    BenchArguments bench;
+    bench.scene = bench.environment = scene;
+    bench.compare = bench.json = old;
+    CheckWritable(FilesOf(bench));
+    bench.environment = old;
+    test::ExpectError(
+        ErrorKind::Usage, [&] { CheckWritable(FilesOf(bench)); }, "to be read and to be written");
+    MergeArguments merge;
+    merge.inputs = {old};
+    merge.output = old;
+    CheckWritable(FilesOf(merge));
+}
+
+}  // namespace
+}  // namespace raygraph::cli
