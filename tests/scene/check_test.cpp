@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "renderer/scene/load_gltf.h"
+#include "tests/support/source_file.h"
 
 namespace raygraph::scene {
 namespace {
@@ -60,7 +61,7 @@ std::string Refusal(const std::function<void(SceneData&)>& change) {
 TEST(Check, AcceptsWhatIsWholeAndWhatIsEmpty) {
     EXPECT_NO_THROW(Check(Whole()));
     EXPECT_NO_THROW(Check(SceneData{}));
-    EXPECT_NO_THROW(Check(LoadGltf(std::string(RAYGRAPH_SOURCE_DIR) + "/scenes/cornell.gltf")));
+    EXPECT_NO_THROW(Check(LoadGltf(test::SourceFile("scenes/cornell.gltf"))));
 }
 
 TEST(Check, NamesTheObjectAndWhatItHolds) {

@@ -15,8 +15,6 @@ inline const char* EnvironmentOr(const char* variable, const char* otherwise) {
 
 // SourceFile("scenes/cornell.gltf"): in the folder that RAYGRAPH_SOURCES names, so that tests run on machines
 // that did not build them, or else in the tree that they were built from.
-inline std::filesystem::path SourceFile(std::string_view name) {
-    return std::filesystem::path(EnvironmentOr("RAYGRAPH_SOURCES", RAYGRAPH_SOURCE_DIR)) / name;
-}
+std::filesystem::path SourceFile(std::string_view name);
 
 }  // namespace raygraph::test

@@ -1,0 +1,2 @@
+// Owns the precompiled header of the tests; see tests/CMakeLists.txt.
+int main() {}

@@ -1,0 +1,9 @@
+#include "tests/support/source_file.h"
+
+namespace raygraph::test {
+
+std::filesystem::path SourceFile(std::string_view name) {
+    return std::filesystem::path(EnvironmentOr("RAYGRAPH_SOURCES", RAYGRAPH_SOURCE_DIR)) / name;
+}
+
+}  // namespace raygraph::test
