@@ -10,6 +10,7 @@ set(public
     renderer/gpu_scene/gpu_scene.h
     renderer/graph/pass_harness.h
     renderer/graph/plan_text.h
+    renderer/graph/readback_values.h
     renderer/graph/renderer.h
     renderer/image/exr.h
     renderer/image/image.h

@@ -1,0 +1,48 @@
+// A program that has frames of its own passes, and neither scenes nor pictures: doubles numbers on the device.
+#include <cstdio>
+#include <exception>
+
+#include "renderer/graph/readback_values.h"
+#include "renderer/graph/renderer.h"
+#include "rhi/device.h"
+#include "rhi/shader_compiler.h"
+
+using namespace raygraph;  // NOLINT: an example
+
+namespace {
+
+constexpr const char* kDouble = R"(#version 460
+layout(local_size_x = 8) in;
+layout(binding = 0) buffer Numbers { uint values[]; } numbers;
+void main() { numbers.values[gl_GlobalInvocationID.x] = 2u * gl_GlobalInvocationID.x; }
+)";
+
+std::vector<uint32_t> Doubled(Renderer& renderer) {
+    renderer.AddShader("own/double.comp", rhi::CompileGlsl({.name = "own/double.comp", .text = kDouble}));
+    renderer.BeginFrame();
+    BufferId numbers = renderer.CreateBuffer("numbers", {.size = 8 * sizeof(uint32_t)});
+    renderer.AddPass(
+        "Double", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("own/double.comp");
+            numbers = pass.Writes("numbers", numbers);
+        },
+        [](CommandList& commands) { commands.Dispatch(1, 1, 1); });
+    const Readback readback = renderer.ReadBack(numbers);
+    renderer.Execute();
+    readback.Wait();
+    return ValuesOf<uint32_t>(readback);
+}
+
+}  // namespace
+
+int main() {
+    try {
+        const auto device = rhi::Device::Create();
+        Renderer renderer(*device);
+        return Doubled(renderer) == std::vector<uint32_t>{0, 2, 4, 6, 8, 10, 12, 14} ? 0 : 1;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "%s\n", error.what());
+        return 1;
+    }
+}

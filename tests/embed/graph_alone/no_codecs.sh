@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# no_codecs.sh PROGRAM: fails and names them, if the program is linked with libraries of picture files, or if code that
+# reads pictures or scenes is in it.
+set -euo pipefail
+
+libraries=$(readelf --dynamic --wide "$1" | grep NEEDED)
+if grep -E 'lib(png|jpeg|webp|sharpyuv|OpenEXR|Imath|Iex|IlmThread|z|meshoptimizer)[-.]' <<<"$libraries"; then
+    echo "$1 is linked with these" >&2
+    exit 1
+fi
+symbols=$(nm --demangle "$1")
+grep -qF 'raygraph::Renderer::' <<<"$symbols" || { echo "$1 has no renderer in it" >&2; exit 1; }
+if grep -m 5 -E 'raygraph::(scene|image)::|tinygltf|png_read' <<<"$symbols"; then
+    echo "$1 has these in it" >&2
+    exit 1
+fi
