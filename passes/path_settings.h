@@ -1,19 +1,24 @@
-// How paths are traced, as TraceSettings, the viewport and the program's settings each have it among others.
-// Threads: any.
+// What a viewport and an offline render make the settings of their frames from. Threads: plain values and pure
+// functions, for any thread.
 #pragma once
+
+#include "base/api.h"
+#include "passes/trace.h"
+#include "renderer/scene/camera_view.h"
 
 namespace raygraph::passes {
 
-// Copies what decides the samples of a picture beside its camera and extent. The one list of it: a setting of
-// paths that is added to TraceSettings is added here.
-template <typename From, typename To>
-void CopyPathSettings(const From& from, To& to) {
-    to.sampler = from.sampler;
-    to.seed = from.seed;
-    to.scattering = from.scattering;
-    to.lights = from.lights;
-    to.roulette = from.roulette;
-    to.biases = from.biases;
-}
+// A thin lens; radius 0 is a pinhole. Meters. The raster view has none.
+struct LensSettings {
+    float radius = 0.0f;
+    float focusDistance = 1.0f;  // along the view direction to the plane in focus
+
+    bool operator==(const LensSettings&) const = default;
+};
+
+// Of sample 0 of a whole picture. The aspect ratio is that of the extent, which is not empty, whatever the
+// camera says.
+RAYGRAPH_API TraceSettings FrameSettings(Extent2D extent, const scene::CameraView& camera,
+                                         const LensSettings& lens, const PathSettings& paths);
 
 }  // namespace raygraph::passes

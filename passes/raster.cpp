@@ -58,6 +58,13 @@ RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene, cons
     return seen;
 }
 
+RasterVisibility AnyVisibility(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                               FilmPosition film) {
+    if (CanDrawVisibility(renderer, scene, settings.extent))
+        return DrawVisibility(renderer, scene, settings, film);
+    return TraceVisibility(renderer, scene, settings, film);
+}
+
 PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                          const RasterVisibility& seen) {
     PrimaryHitIds hits{

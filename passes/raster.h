@@ -51,6 +51,10 @@ struct RasterVisibility {
 [[nodiscard]] RAYGRAPH_API RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene,
                                                             const TraceSettings& settings, FilmPosition film);
 
+// Drawn, or found by rays on a device that cannot draw it.
+[[nodiscard]] RAYGRAPH_API RasterVisibility AnyVisibility(Renderer& renderer, const SceneIds& scene,
+                                                          const TraceSettings& settings, FilmPosition film);
+
 // The outputs of PrimaryHits, of what was drawn. `settings` are those of DrawVisibility.
 [[nodiscard]] RAYGRAPH_API PrimaryHitIds RasterHits(Renderer& renderer, const SceneIds& scene,
                                                     const TraceSettings& settings,

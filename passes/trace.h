@@ -65,19 +65,27 @@ struct RAYGRAPH_API BiasSettings {
     bool operator==(const BiasSettings&) const = default;
 };
 
-struct TraceSettings {
+// How paths are traced: what decides the samples of a picture beside its camera and extent.
+struct PathSettings {
+    SamplerKind sampler = SamplerKind::Sobol;
+    uint32_t seed = 0;
+    ScatteringSettings scattering{};
+    LightSamplingSettings lights{};
+    RouletteSettings roulette{};
+    BiasSettings biases{};
+
+    bool operator==(const PathSettings&) const = default;
+};
+
+struct TraceSettings : PathSettings {
     Extent2D extent;  // pixels
     // The part of the picture that Trace and PrimaryHits render: their textures have its extent. Empty: all
     // of it. The pixels of a part have the bits that they have in the whole.
     Region region{};
     gpu::CameraRecord camera{};  // in the world, as ToRecord makes it
-    SamplerKind sampler = SamplerKind::Sobol;
-    uint32_t seed = 0;
     uint32_t sampleIndex = 0;
-    ScatteringSettings scattering{};
-    LightSamplingSettings lights{};
-    RouletteSettings roulette{};
-    BiasSettings biases{};
+
+    bool operator==(const TraceSettings&) const = delete;  // would be that of the paths alone
 };
 
 // Parts of the radiance, by the path that the light took: how often it was scattered, and which lobe

@@ -95,6 +95,16 @@ TextureId SpreadCounts(Renderer& renderer, TextureId counts) {
     return values;
 }
 
+TextureId ViewValues(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings, View view,
+                     FilmPosition film, SurfacesBy surfaces) {
+    if (view == View::RayCost)
+        return SpreadCounts(renderer, Trace(renderer, scene, settings, {.rayCounts = true}).rayCounts);
+    if (view == View::Overdraw) return Overdraw(renderer, scene, settings, film);
+    if (!ShowsSurface(view)) Refuse("ViewValues", view);
+    const auto visibility = surfaces == SurfacesBy::Rays ? TraceVisibility : AnyVisibility;
+    return SurfaceView(renderer, scene, settings, visibility(renderer, scene, settings, film), view);
+}
+
 TextureId PaintView(Renderer& renderer, TextureId values, View view) {
     if (ShowsLight(view)) Refuse("PaintView", view);
     const Extent2D extent = renderer.Desc(values).extent;

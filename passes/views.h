@@ -36,6 +36,18 @@ RAYGRAPH_API bool IsMeanMeaningful(View view);  // over samples: false for ids a
 // rgba32f, the count three times and 1.
 [[nodiscard]] RAYGRAPH_API TextureId SpreadCounts(Renderer& renderer, TextureId counts);
 
+// How the surfaces of a view are found. Where several coincide, one or the other may be visible.
+enum class SurfacesBy : uint8_t {
+    Rays,     // as those of the path-traced picture
+    Drawing,  // AnyVisibility: fast
+};
+
+// The values of a view that shows no light, by the pass that makes them: RayCost, Overdraw or SurfaceView.
+// Error{Usage} for a view of light.
+[[nodiscard]] RAYGRAPH_API TextureId ViewValues(Renderer& renderer, const SceneIds& scene,
+                                                const TraceSettings& settings, View view, FilmPosition film,
+                                                SurfacesBy surfaces);
+
 // Maps values to display colors: rgba8, opaque, sRGB.
 //   Albedo, Emissive       sRGB-encoded, cut at 1
 //   Normals                [-1, 1] as [0, 1]

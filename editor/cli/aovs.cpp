@@ -14,7 +14,7 @@ std::string WhyNot(Aov aov, const PictureSettings& settings) {
     if (aov >= Aov::Emission && settings.view != View::PathTraced)
         return "only path-traced pictures have light to tell apart";
     for (const Bias bias : kBiases)
-        if (aov == AovOf(bias) && !IsOn(settings.biases, bias))
+        if (aov == AovOf(bias) && !IsOn(settings.paths.biases, bias))
             return Option(bias) + " is off and removes nothing";
     return {};
 }

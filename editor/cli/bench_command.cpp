@@ -91,7 +91,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     }
     CheckWritable(FilesOf(arguments));
     PictureSettings settings = SettingsFrom(arguments.given);
-    if (!arguments.given.contains("max-depth")) settings.biases.maxDepth = kDefaultDepth;
+    if (!arguments.given.contains("max-depth")) settings.paths.biases.maxDepth = kDefaultDepth;
 
     const Log log = console.log.ForLibraries();
     SceneInput input = LoadInput(arguments.scene, settings.scene, arguments.environment, log);

@@ -18,13 +18,10 @@ float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
 passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const scene::SceneData& data) {
     const float aspect = static_cast<float>(settings.size.width) / static_cast<float>(settings.size.height);
     const scene::CameraView view = scene::ChooseView(data, settings.camera, aspect);
-    passes::TraceSettings trace{.extent = {settings.size.width, settings.size.height},
-                                .camera = ToRecord(view)};
-    passes::CopyPathSettings(settings, trace);
-    trace.camera.lensRadius = settings.aperture;
-    trace.camera.focusDistance =
+    const float focus =
         settings.focusDistance > 0.0f ? settings.focusDistance : DefaultFocus(view, data.bounds);
-    return trace;
+    return passes::FrameSettings({settings.size.width, settings.size.height}, view,
+                                 {settings.aperture, focus}, settings.paths);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "editor/cli/version.h"
-#include "passes/path_settings.h"
 
 namespace raygraph::cli {
 
@@ -35,7 +34,7 @@ RenderFile RenderFileOf(editor::SavedRender&& saved) {
     settings.size = {picture.extent.width, picture.extent.height};
     settings.view = picture.isRaster ? View::Raster : View::PathTraced;
     settings.camera = CameraText(picture.camera);
-    passes::CopyPathSettings(picture.paths, settings);
+    settings.paths = picture.paths;
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
     const glm::vec3& radiance = picture.environment.radiance;
     (saved.environmentFile.empty() ? settings.background : settings.environmentTint) = {

@@ -97,74 +97,74 @@ const std::vector<PictureSetting>& Table() {
          [](PictureSettings& settings, std::string_view text) { settings.scene = text; },
          [](const PictureSettings& settings) { return settings.scene; }},
         {"seed", "N", "Seed of the random numbers (0)",
-         [](PictureSettings& settings, std::string_view text) { settings.seed = ParseCount(text); },
-         [](const PictureSettings& settings) { return std::to_string(settings.seed); }},
+         [](PictureSettings& settings, std::string_view text) { settings.paths.seed = ParseCount(text); },
+         [](const PictureSettings& settings) { return std::to_string(settings.paths.seed); }},
         Choice(
-            "sampler", "SAMPLER", "Random numbers", [](auto& settings) -> auto& { return settings.sampler; }),
+            "sampler", "SAMPLER", "Random numbers", [](auto& settings) -> auto& { return settings.paths.sampler; }),
         Choice(
             "brdf", "BRDF", "How surfaces scatter",
-            [](auto& settings) -> auto& { return settings.scattering.brdf; }),
+            [](auto& settings) -> auto& { return settings.paths.scattering.brdf; }),
         Choice(
             "distribution", "D", "Microfacets",
-            [](auto& settings) -> auto& { return settings.scattering.distribution; }),
+            [](auto& settings) -> auto& { return settings.paths.scattering.distribution; }),
         Choice(
             "masking", "G", "Shadowing of microfacets",
-            [](auto& settings) -> auto& { return settings.scattering.masking; }),
+            [](auto& settings) -> auto& { return settings.paths.scattering.masking; }),
         Choice(
             "fresnel", "F", "Reflectance over angle",
-            [](auto& settings) -> auto& { return settings.scattering.fresnel; }),
+            [](auto& settings) -> auto& { return settings.paths.scattering.fresnel; }),
         Choice(
             "multiscatter", "M", "Light between microfacets",
-            [](auto& settings) -> auto& { return settings.scattering.multiscatter; }),
+            [](auto& settings) -> auto& { return settings.paths.scattering.multiscatter; }),
         Switch(
             "nee", "Sample the lights (on); off finds light by chance alone, and no punctual light",
-            [](auto& settings) -> auto& { return settings.lights.isOn; }),
+            [](auto& settings) -> auto& { return settings.paths.lights.isOn; }),
         Choice(
             "light-sampler", "L", "How a light is chosen",
-            [](auto& settings) -> auto& { return settings.lights.sampler; }),
+            [](auto& settings) -> auto& { return settings.paths.lights.sampler; }),
         Choice(
             "mis", "HEURISTIC", "Weighing of sampled lights and sampled surfaces",
-            [](auto& settings) -> auto& { return settings.lights.mis; }),
+            [](auto& settings) -> auto& { return settings.paths.lights.mis; }),
         {"rr", "ROULETTE", "How paths end: " + RouletteHelp(),
-         [](PictureSettings& settings, std::string_view text) { SetRoulette(settings.roulette, text); },
-         [](const PictureSettings& settings) { return RouletteText(settings.roulette); }},
+         [](PictureSettings& settings, std::string_view text) { SetRoulette(settings.paths.roulette, text); },
+         [](const PictureSettings& settings) { return RouletteText(settings.paths.roulette); }},
         {"rr-start", "N", "First bounce at which Russian roulette may end a path (2)",
-         [](PictureSettings& settings, std::string_view text) { settings.roulette.start = ParseCount(text); },
-         [](const PictureSettings& settings) { return std::to_string(settings.roulette.start); }},
+         [](PictureSettings& settings, std::string_view text) { settings.paths.roulette.start = ParseCount(text); },
+         [](const PictureSettings& settings) { return std::to_string(settings.paths.roulette.start); }},
         {"max-depth", "N",
          "Bias: end paths after N bounces; this darkens the picture. Default: none, no limit",
          [](PictureSettings& settings, std::string_view text) {
-             settings.biases.maxDepth =
+             settings.paths.biases.maxDepth =
                  text == "none" ? passes::kNoDepthLimit : ParseCount(text, 0, passes::kNoDepthLimit - 1);
          },
          [](const PictureSettings& settings) {
-             return settings.biases.maxDepth == passes::kNoDepthLimit
+             return settings.paths.biases.maxDepth == passes::kNoDepthLimit
                         ? std::string("none")
-                        : std::to_string(settings.biases.maxDepth);
+                        : std::to_string(settings.paths.biases.maxDepth);
          }},
         {"clamp-indirect", "RADIANCE",
          "Bias: cut at this radiance what light that was scattered twice or more brings. Default: none",
          [](PictureSettings& settings, std::string_view text) {
-             settings.biases.clampIndirect = text == "none"
+             settings.paths.biases.clampIndirect = text == "none"
                                                  ? std::numeric_limits<float>::infinity()
                                                  : static_cast<float>(ParseNumber(text, 1e-6, 1e30));
          },
          [](const PictureSettings& settings) {
-             return std::isinf(settings.biases.clampIndirect) ? std::string("none")
-                                                              : ToText(settings.biases.clampIndirect);
+             return std::isinf(settings.paths.biases.clampIndirect) ? std::string("none")
+                                                              : ToText(settings.paths.biases.clampIndirect);
          }},
         {"regularize", "ALPHA",
          "Bias: roughen surfaces behind the first bounce to at least this GGX alpha (0)",
          [](PictureSettings& settings, std::string_view text) {
-             settings.biases.regularize = static_cast<float>(ParseNumber(text, 0.0, 1.0));
+             settings.paths.biases.regularize = static_cast<float>(ParseNumber(text, 0.0, 1.0));
          },
-         [](const PictureSettings& settings) { return ToText(settings.biases.regularize); }},
+         [](const PictureSettings& settings) { return ToText(settings.paths.biases.regularize); }},
         Switch(
             "shadow-terminator",
             "Bias: shade opaque surfaces where their vertex normals bend them to, so that the shadow which a "
             "smooth "
             "body throws on itself shows no triangles (off)",
-            [](auto& settings) -> auto& { return settings.biases.shadowTerminator; }),
+            [](auto& settings) -> auto& { return settings.paths.biases.shadowTerminator; }),
         Choice(
             "shadows", "SHADOWS", "Shadows of the raster view",
             [](auto& settings) -> auto& { return settings.raster.shadows; }),

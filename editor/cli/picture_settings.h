@@ -28,12 +28,7 @@ struct PictureSettings {
     std::string scene;   // glTF scene by name or index; "": the file's default
     float aperture = 0.0f;       // lens radius, metres; 0: a pinhole
     float focusDistance = 0.0f;  // metres; 0: to what is seen in the middle of the scene's bounds
-    uint32_t seed = 0;
-    SamplerKind sampler = SamplerKind::Sobol;
-    passes::ScatteringSettings scattering{};
-    passes::LightSamplingSettings lights{};
-    passes::RouletteSettings roulette{};
-    passes::BiasSettings biases{};
+    passes::PathSettings paths{};
     passes::RasterSettings raster{};
     float environmentRotation = 0.0f;  // degrees about +y
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};

@@ -48,7 +48,7 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
     for (const Bias bias : kBiases)
-        if (IsOn(settings.biases, bias) && settings.view != View::RayCost)
+        if (IsOn(settings.paths.biases, bias) && settings.view != View::RayCost)
             refuse("only path-traced renders know " + Option(bias));
     if (settings.view == View::Raster) {
         if (arguments.error) refuse("give --spp; --error is for path-traced renders");
@@ -117,7 +117,7 @@ void RequireSameInputs(const ResumedRender& resumed, const RenderFile& render) {
 void WarnOfDarkness(ProgramLog& log, const Job& job, const SceneInput& input) {
     if (!ShowsLight(job.settings.view)) return;
     const bool hasPunctual = !input.data.lights.empty();
-    if (job.settings.view == View::PathTraced && hasPunctual && !job.settings.lights.isOn)
+    if (job.settings.view == View::PathTraced && hasPunctual && !job.settings.paths.lights.isOn)
         log.Warn(input.file + ": --nee off finds no punctual light; they are not rendered");
     const bool hasBackground = job.settings.background != std::array<float, 3>{};
     if (!hasBackground && input.environmentFile.empty() && !scene::HasEmission(input.data) && !hasPunctual)

@@ -101,15 +101,8 @@ void RenderSession::DeclareRadiance(const SceneIds& ids, const passes::TraceSett
 void RenderSession::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
     const passes::FilmPosition film =
         passes::IsMeanMeaningful(m_plan.view) ? passes::FilmPosition::Jittered : passes::FilmPosition::Center;
-    TextureId values;
-    if (m_plan.view == View::RayCost)
-        values = passes::SpreadCounts(
-            m_renderer, passes::Trace(m_renderer, ids, settings, {.rayCounts = true}).rayCounts);
-    else if (m_plan.view == View::Overdraw)
-        values = passes::Overdraw(m_renderer, ids, settings, film);
-    else
-        values = passes::SurfaceView(m_renderer, ids, settings,
-                                     passes::TraceVisibility(m_renderer, ids, settings, film), m_plan.view);
+    const TextureId values =
+        passes::ViewValues(m_renderer, ids, settings, m_plan.view, film, passes::SurfacesBy::Rays);
     const passes::AccumulatedIds sums = passes::Accumulate(m_renderer, values, m_radiance.accumulation);
     m_renderer.Present(sums.sums[0]);
     if (!isLast) return;

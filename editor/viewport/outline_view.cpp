@@ -33,7 +33,7 @@ TextureId OutlineView::Declare(Renderer& renderer, const SceneIds& scene, const 
                                (extent.height + kCoarse - 1) / kCoarse};
         settings.sampleIndex = 0;
         const TextureId hits =
-            DeclareVisibility(renderer, scene, settings, passes::FilmPosition::Center).hits;
+            passes::AnyVisibility(renderer, scene, settings, passes::FilmPosition::Center).hits;
         line = passes::OutlineInstances(renderer, hits, m_instances, line, look.width, [this, now, isMoving] {
             m_made = {now, isMoving};
         });

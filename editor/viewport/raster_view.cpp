@@ -10,13 +10,6 @@ RasterView::RasterView(const std::string& name)
       m_coarse(name + ".raster/coarse"),
       m_environment(name + ".environment") {}
 
-passes::RasterVisibility DeclareVisibility(Renderer& renderer, const SceneIds& scene,
-                                           const passes::TraceSettings& settings, passes::FilmPosition film) {
-    if (passes::CanDrawVisibility(renderer, scene, settings.extent))
-        return passes::DrawVisibility(renderer, scene, settings, film);
-    return passes::TraceVisibility(renderer, scene, settings, film);
-}
-
 RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, passes::TraceSettings settings,
                                     const passes::RasterSettings& raster, uint32_t maxSamples,
                                     uint32_t scale) {
@@ -24,7 +17,7 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
     const auto declareSample = [&](uint32_t sampleIndex) {
         settings.sampleIndex = sampleIndex;
         const passes::RasterVisibility seen =
-            DeclareVisibility(renderer, scene, settings, passes::FilmPosition::Jittered);
+            passes::AnyVisibility(renderer, scene, settings, passes::FilmPosition::Jittered);
         passes::RasterSettings possible = raster;
         if (!passes::CanDrawVisibility(renderer, scene, settings.extent))
             possible.hasOcclusion = possible.hasTransmission = false;

@@ -11,10 +11,6 @@
 
 namespace raygraph::viewport {
 
-// The nearest surface of each pixel: drawn, or found by rays on a device that cannot draw it.
-passes::RasterVisibility DeclareVisibility(Renderer& renderer, const SceneIds& scene,
-                                           const passes::TraceSettings& settings, passes::FilmPosition film);
-
 class RasterView {
   public:
     explicit RasterView(const std::string& name);

@@ -5,8 +5,8 @@
 #include <glm/glm.hpp>
 
 #include "base/api.h"
+#include "passes/path_settings.h"
 #include "passes/tonemap.h"
-#include "passes/trace.h"
 #include "passes/views.h"
 #include "shaders/shared/choice.h"
 
@@ -55,18 +55,8 @@ struct OutlineSettings {
     bool operator==(const OutlineSettings&) const = default;
 };
 
-// How paths are traced. A change restarts accumulation, with ResetCause::Settings. Extent, camera, region and
-// sample index are the viewport's own.
-struct PathSettings {
-    SamplerKind sampler = SamplerKind::Sobol;
-    uint32_t seed = 0;
-    passes::ScatteringSettings scattering{};
-    passes::LightSamplingSettings lights{};
-    passes::RouletteSettings roulette{};
-    passes::BiasSettings biases{};
-
-    bool operator==(const PathSettings&) const = default;
-};
+using passes::LensSettings;
+using passes::PathSettings;  // a change restarts accumulation, with ResetCause::Settings
 
 // What is shown instead of the path-traced picture while the camera moves.
 enum class MotionView : uint8_t {

@@ -49,14 +49,6 @@ struct ViewportDesc {
     Extent2D size{};
 };
 
-// A thin lens; radius 0 is a pinhole. Meters. The raster view has none.
-struct LensSettings {
-    float radius = 0.0f;
-    float focusDistance = 1.0f;  // along the view direction to the plane in focus
-
-    bool operator==(const LensSettings&) const = default;
-};
-
 // Progress of the shown picture, as of the submitted frames.
 struct ViewportProgress {
     uint32_t pathTracedSamples = 0;  // of every pixel

@@ -4,7 +4,6 @@
 #include "base/text.h"
 #include "editor/viewport/viewport_impl.h"
 #include "passes/path_settings.h"
-#include "renderer/gpu_scene/camera_record.h"
 
 namespace raygraph::viewport {
 
@@ -14,11 +13,6 @@ using passes::ResetCause;
 
 // Limit of remembered frames without times: more than are ever in flight.
 constexpr size_t kMostTimedFrames = 16;
-
-scene::CameraView WithAspect(scene::CameraView camera, float aspect) {
-    camera.aspect = aspect;
-    return camera;
-}
 
 }  // namespace
 
@@ -31,11 +25,12 @@ void Viewport::Impl::StartAnew(ResetCause cause) {
 void Viewport::Impl::NoteChanges() {
     DrawnFrom now{.scene = scene,
                   .revisions = scene->Revisions(),
-                  .camera = WithAspect(camera, 1.0f),
+                  .camera = camera,
                   .lens = lens,
                   .paths = paths,
                   .rasterSettings = rasterSettings,
                   .size = size};
+    now.camera.aspect = 1.0f;  // that of the size counts
     if (drawnFrom) {
         const DrawnFrom& before = *drawnFrom;
         const bool isOther = before.scene != now.scene;
@@ -109,29 +104,10 @@ View Viewport::Impl::ShownView() const {
     return isReplaced ? View::Raster : show.view;
 }
 
-passes::TraceSettings Viewport::Impl::TraceSettingsNow() const {
-    passes::TraceSettings settings;
-    settings.extent = size;
-    settings.camera = ToRecord(WithAspect(camera, float(size.width) / float(size.height)));
-    settings.camera.lensRadius = lens.radius;
-    settings.camera.focusDistance = lens.focusDistance;
-    passes::CopyPathSettings(paths, settings);
-    return settings;
-}
-
 TextureId Viewport::Impl::DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings) {
-    const passes::View view = show.surface;
-    TextureId values;
-    if (view == passes::View::RayCost)
-        values = passes::SpreadCounts(renderer,
-                                      passes::Trace(renderer, ids, settings, {.rayCounts = true}).rayCounts);
-    else if (view == passes::View::Overdraw)
-        values = passes::Overdraw(renderer, ids, settings, passes::FilmPosition::Center);
-    else
-        values = passes::SurfaceView(renderer, ids, settings,
-                                     DeclareVisibility(renderer, ids, settings, passes::FilmPosition::Center),
-                                     view);
-    return passes::PaintView(renderer, values, view);
+    const TextureId values = passes::ViewValues(renderer, ids, settings, show.surface,
+                                                passes::FilmPosition::Center, passes::SurfacesBy::Drawing);
+    return passes::PaintView(renderer, values, show.surface);
 }
 
 TextureId Viewport::Impl::Declare(const SceneIds& ids) {
@@ -140,7 +116,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     declaredIn = renderer.OpenFrame();
     NoteChanges();
     LearnFromTimings();
-    const passes::TraceSettings settings = TraceSettingsNow();
+    const passes::TraceSettings settings = passes::FrameSettings(size, camera, lens, paths);
     declaredScene = ids;
     declaredSettings = settings;
     const PathTracedView::Ids traced = pathTraced.Declare(renderer, ids, settings, budget, budgetSettings);

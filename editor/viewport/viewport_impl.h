@@ -29,7 +29,6 @@ struct Viewport::Impl {
     // The view of this frame: while the camera moves, not the requested one.
     View ShownView() const;
     bool IsRecent(const std::optional<Clock::time_point>& time) const;
-    passes::TraceSettings TraceSettingsNow() const;
     TextureId DeclareSurface(const SceneIds& ids, const passes::TraceSettings& settings);
 
     // Everything that the picture depends on, as of the last declared frame.

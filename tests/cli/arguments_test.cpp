@@ -96,13 +96,13 @@ TEST(Arguments, RenderTakesEveryOption) {
 
     const PictureSettings settings = SettingsFrom(a.given);
     EXPECT_EQ(settings.size, (ImageSize{64, 32}));
-    EXPECT_EQ(settings.seed, 7u);
-    EXPECT_EQ(settings.biases.maxDepth, 5u);
-    EXPECT_EQ(settings.roulette.start, 2u);
+    EXPECT_EQ(settings.paths.seed, 7u);
+    EXPECT_EQ(settings.paths.biases.maxDepth, 5u);
+    EXPECT_EQ(settings.paths.roulette.start, 2u);
     EXPECT_EQ(settings.camera, "0 1 5 0 0 0 0 1 0 40");
     EXPECT_EQ(settings.environmentRotation, -90.0f);
     EXPECT_EQ(settings.view, View::Albedo);
-    EXPECT_EQ(settings.sampler, SamplerKind::Pcg);
+    EXPECT_EQ(settings.paths.sampler, SamplerKind::Pcg);
     EXPECT_EQ(settings.scene, "1");
 }
 
@@ -262,16 +262,16 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.view = View::Depth;
     settings.camera = "Camera.001";
     settings.scene = "Second";
-    settings.seed = 4294967295u;
-    settings.sampler = SamplerKind::Tea;
+    settings.paths.seed = 4294967295u;
+    settings.paths.sampler = SamplerKind::Tea;
     settings.raster.shadows = passes::RasterShadows::Maps;
-    settings.biases = {.maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f, .shadowTerminator = true};
-    settings.scattering = {BrdfModel::Lafortune, MicrofacetModel::Phong, MaskingModel::Separable,
+    settings.paths.biases = {.maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f, .shadowTerminator = true};
+    settings.paths.scattering = {BrdfModel::Lafortune, MicrofacetModel::Phong, MaskingModel::Separable,
                            FresnelModel::Lazanyi, MultiscatterKind::Walk};
-    settings.lights = {false, LightSampler::Power, MisHeuristic::Balance};
+    settings.paths.lights = {false, LightSampler::Power, MisHeuristic::Balance};
     settings.aperture = 0.125f;
     settings.focusDistance = 3.5f;
-    settings.roulette = {Roulette::Frame, 11, 0.75f};
+    settings.paths.roulette = {Roulette::Frame, 11, 0.75f};
     settings.environmentRotation = 0.1f;
     settings.environmentTint = {0.5f, 1.0f, 2.0f};
     settings.background = {0.1f, 0.2f, 0.3f};
@@ -289,11 +289,11 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
 TEST(PictureSettings, DefaultsAreThoseOfThePasses) {
     const PictureSettings settings;
     const passes::TraceSettings trace;
-    EXPECT_EQ(settings.roulette.start, trace.roulette.start);
-    EXPECT_EQ(settings.roulette.kind, trace.roulette.kind);
-    EXPECT_EQ(settings.seed, trace.seed);
-    EXPECT_EQ(settings.sampler, trace.sampler);
-    EXPECT_EQ(settings.biases, trace.biases);
+    EXPECT_EQ(settings.paths.roulette.start, trace.roulette.start);
+    EXPECT_EQ(settings.paths.roulette.kind, trace.roulette.kind);
+    EXPECT_EQ(settings.paths.seed, trace.seed);
+    EXPECT_EQ(settings.paths.sampler, trace.sampler);
+    EXPECT_EQ(settings.paths.biases, trace.biases);
     EXPECT_EQ(trace.biases.maxDepth, passes::kNoDepthLimit);
     EXPECT_EQ(settings.raster.shadows, passes::RasterSettings{}.shadows);
     // And the help says so

@@ -71,7 +71,7 @@ TEST(Bias, IsDescribedWithItsShareAndError) {
 
 TEST(Bias, AovsAreThoseOfTheBiasesThatAreOn) {
     PictureSettings settings;
-    settings.biases.maxDepth = 3;
+    settings.paths.biases.maxDepth = 3;
     const AovSet all = AovsFor(ParseAovs("all"), settings);
     EXPECT_TRUE(all.Has(Aov::RemovedMaxDepth) && all.Has(Aov::Emission));
     EXPECT_FALSE(all.Has(Aov::RemovedClampIndirect) || all.Has(Aov::RemovedRegularize));

@@ -38,7 +38,7 @@ cli::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float sal
     render.samples = {{firstSample, sampleCount}};
     cli::PictureSettings settings;
     settings.size = render.size;
-    settings.seed = 9;
+    settings.paths.seed = 9;
     render.settings = cli::Texts(settings);
     render.sceneFile = "box.gltf";
     render.sceneHash = "0123456789abcdef";

@@ -23,7 +23,7 @@ RenderArguments Asking(uint32_t samples, const SettingTexts& given = {}) {
 TEST(Resume, TakesTheSettingsOfTheFile) {
     const PictureSettings settings = SettingsOf(Resumed(0, 8), Asking(16));
     EXPECT_EQ(settings.size, (ImageSize{5, 3}));
-    EXPECT_EQ(settings.seed, 9u);
+    EXPECT_EQ(settings.paths.seed, 9u);
     EXPECT_EQ(SettingsOf(Resumed(0, 8), Asking(16, {{"seed", "9"}, {"size", "5x3"}})).seed, 9u);
 }
 
