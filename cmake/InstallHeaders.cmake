@@ -4,6 +4,8 @@
 cmake_policy(VERSION 3.25)
 
 set(public
+    editor/session/merge.h
+    editor/session/session.h
     editor/viewport/viewport.h
     editor/viewport/vulkan_interop.h
     renderer/gpu_scene/camera_record.h

@@ -1,5 +1,5 @@
-// What a viewport and an offline render make the settings of their frames from. Threads: plain values and pure
-// functions, for any thread.
+// What a viewport and an offline render make the settings of their frames from. Threads: plain values and
+// pure functions, for any thread.
 #pragma once
 
 #include "base/api.h"

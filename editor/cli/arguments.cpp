@@ -6,6 +6,8 @@
 #include "base/printable.h"
 #include "base/text.h"
 #include "editor/cli/version.h"
+#include "editor/session/parse.h"
+#include "editor/session/setting_table.h"
 
 namespace raygraph::cli {
 

@@ -8,13 +8,15 @@
 #include <variant>
 #include <vector>
 
-#include "editor/cli/aovs.h"
+#include "editor/cli/aov_request.h"
 #include "editor/cli/outputs.h"
-#include "editor/cli/picture_settings.h"
 #include "editor/cli/program_log.h"
+#include "editor/session/picture_settings.h"
 #include "shaders/shared/tonemap_operators.h"
 
 namespace raygraph::cli {
+
+using namespace session;  // NOLINT: the program is a command line for it
 
 struct RenderArguments : OutputArguments {
     std::filesystem::path scene;

@@ -10,6 +10,7 @@
 #include "editor/cli/device_setup.h"
 #include "editor/cli/report.h"
 #include "editor/cli/version.h"
+#include "editor/session/as_input.h"
 #include "passes/recursion.h"
 
 namespace raygraph::cli {
@@ -94,7 +95,8 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     if (!arguments.given.contains("max-depth")) settings.paths.biases.maxDepth = kDefaultDepth;
 
     const Log log = console.log.ForLibraries();
-    SceneInput input = LoadInput(arguments.scene, settings.scene, arguments.environment, log);
+    SceneInput input = LoadInput(arguments.scene,
+                                 {.scene = settings.scene, .environment = arguments.environment, .log = log});
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
     const BenchResult result = RunBench(scene, {arguments.frames, arguments.rounds}, console.progress);

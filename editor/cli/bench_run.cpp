@@ -6,13 +6,15 @@
 #include "base/os/process.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "editor/cli/texel_readback.h"
+#include "editor/session/texel_readback.h"
 #include "passes/accumulate.h"
 #include "passes/limit.h"
 #include "passes/recursion.h"
 #include "passes/tonemap.h"
 
 namespace raygraph::cli {
+
+using namespace session;  // NOLINT
 
 namespace {
 

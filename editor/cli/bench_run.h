@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "editor/cli/bench_compare.h"
-#include "editor/cli/device_scene.h"
-#include "editor/cli/pass_times.h"
 #include "editor/cli/progress.h"
+#include "editor/session/device_scene.h"
+#include "editor/session/pass_times.h"
 
 namespace raygraph::cli {
 
@@ -32,7 +32,7 @@ struct RecursionSpeed {
 
 struct BenchResult {
     uint32_t frames = 0;  // behind each median
-    std::vector<PassTime> passes;
+    std::vector<session::PassTime> passes;
     TracingSpeed trace;
     TracingSpeed limit;            // camera rays alone
     TracingSpeed limitPath;        // four cosine bounces more, no shading
@@ -48,6 +48,6 @@ struct BenchResult {
 // Rounds of frames of each kind in turn, so that other load on the machine affects all kinds alike; the first
 // frames of each kind warm up and are not counted. GPU times need a device with timestamps: Error{Vulkan}
 // without them.
-BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progress);
+BenchResult RunBench(session::DeviceScene& scene, const BenchPlan& plan, Progress& progress);
 
 }  // namespace raygraph::cli

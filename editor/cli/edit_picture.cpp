@@ -1,32 +1,12 @@
 #include "editor/cli/edit_picture.h"
 
-#include <charconv>
 #include <utility>
 
 #include "editor/cli/version.h"
 
 namespace raygraph::cli {
 
-namespace {
-
-// With the digits of a float where that is the number.
-std::string NumberText(double value) {
-    if (static_cast<double>(static_cast<float>(value)) == value) return ToText(static_cast<float>(value));
-    char digits[32];
-    return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
-}
-
-// "eye target up fov" or "eye target up HEIGHTm", which reads back as the same view but for rounding.
-std::string CameraText(const scene::CameraView& view) {
-    std::string text;
-    for (const glm::dvec3& place : {view.eye, view.eye + glm::dvec3(view.forward), glm::dvec3(view.up)})
-        for (int i = 0; i < 3; i++) text.append(NumberText(place[i])).append(1, ' ');
-    if (view.projection == scene::Projection::Orthographic)
-        return text.append(ToText(view.height)).append("m");
-    return text.append(ToText(glm::degrees(view.yFov)));
-}
-
-}  // namespace
+using namespace session;  // NOLINT
 
 RenderFile RenderFileOf(editor::SavedRender&& saved) {
     viewport::CaptureResult& picture = saved.picture;

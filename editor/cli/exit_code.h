@@ -17,16 +17,4 @@ enum class ExitCode : int {
 
 ExitCode ExitCodeFor(ErrorKind kind);
 
-// Runs `read`, which reads a file that the user named: one that cannot be read is bad input, not a failed
-// output, so Error{Io} becomes Error{BadInput}.
-template <typename Read>
-auto AsInput(Read&& read) {
-    try {
-        return read();
-    } catch (const Error& error) {
-        if (error.Kind() != ErrorKind::Io) throw;
-        throw Error(ErrorKind::BadInput, error.what());
-    }
-}
-
 }  // namespace raygraph::cli

@@ -3,8 +3,8 @@
 
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
-#include "editor/cli/device_scene.h"
 #include "editor/cli/device_setup.h"
+#include "editor/session/device_scene.h"
 #include "passes/accumulate.h"
 #include "passes/tonemap.h"
 
@@ -30,7 +30,7 @@ void DeclareFrame(DeviceScene& scene, passes::Accumulation& accumulation, uint32
 void GraphCommand(const GraphArguments& arguments, Console& console) {
     const PictureSettings settings = SettingsFrom(arguments.given);
     const Log log = console.log.ForLibraries();
-    SceneInput input = LoadInput(arguments.scene, settings.scene, {}, log);
+    SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene, .log = log});
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
     Renderer& renderer = scene.GraphRenderer();

@@ -2,8 +2,8 @@
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
 #include "editor/cli/device_list.h"
-#include "editor/cli/scene_input.h"
 #include "editor/cli/scene_text.h"
+#include "editor/session/scene_input.h"
 #include "rhi/device.h"
 
 namespace raygraph::cli {
@@ -14,7 +14,7 @@ void InfoCommand(const InfoArguments& arguments, Console& console) {
         return;
     }
     const SceneInput input =
-        LoadInput(arguments.scene, arguments.sceneChoice, {}, console.log.ForLibraries());
+        LoadInput(arguments.scene, {.scene = arguments.sceneChoice, .log = console.log.ForLibraries()});
     std::fputs(DescribeScene(input.file, input.data).c_str(), stdout);
 }
 

@@ -3,7 +3,7 @@
 #include "editor/cli/command_files.h"
 #include "editor/cli/commands.h"
 #include "editor/cli/console.h"
-#include "editor/cli/merge.h"
+#include "editor/session/merge.h"
 
 namespace raygraph::cli {
 

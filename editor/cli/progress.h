@@ -5,19 +5,14 @@
 #include <cstdint>
 #include <cstdio>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <string_view>
 
+#include "editor/session/run.h"
+
 namespace raygraph::cli {
 
-struct ProgressState {
-    uint32_t samplesDone = 0;               // in the picture
-    std::optional<uint32_t> samplesWanted;  // none: until the time is up
-    double samplesPerSecond = 0.0;          // of all pixels; 0: not known yet
-    std::optional<double> relativeError;    // as in image_statistics.h
-    std::optional<double> secondsLeft;
-};
+using session::ProgressState;
 
 // "  128/256 samples  1.23 Msamples/s  error 1.8 %  12 s left"
 std::string FormatProgress(const ProgressState& state);

@@ -1,6 +1,9 @@
 #include "editor/cli/render_report.h"
 
+#include <algorithm>
+
 #include "base/os/process.h"
+#include "editor/session/parse.h"
 
 namespace raygraph::cli {
 
@@ -28,30 +31,40 @@ void DescribeAcceleration(Report& report, const GpuSceneStatistics& statistics) 
 
 }  // namespace
 
-Report DescribeRun(const RunSources& sources) {
+Report DescribeRun(const rhi::Device& device, Session& session, const SessionResult& result,
+                   const RunSummary& run) {
     Report report;
-    DescribeScene(report, sources.input);
-    const rhi::DeviceInfo& info = sources.device.Info();
+    DescribeScene(report, session.Input());
+    const rhi::DeviceInfo& info = device.Info();
     report.device = {info.name, info.driver, Name(info.type)};
 
-    const PassTimes& times = sources.session.Times();
-    report.passes = times.Summary();
-    const GpuSceneStatistics& statistics = sources.scene.Scene().Statistics();
-    report.timingsMs.load = sources.input.loadMs;
-    report.timingsMs.upload = statistics.uploadMs;
-    report.timingsMs.blasBuild = times.TotalMs("BuildBlas");
-    report.timingsMs.compaction = times.TotalMs("CompactBlas");
-    report.timingsMs.pipelines = sources.scene.GraphRenderer().PipelineCreationMs();
-    DescribeAcceleration(report, statistics);
+    const SessionStatistics statistics = session.Statistics();
+    const auto totalMs = [&](std::string_view pass) {
+        const auto time = std::ranges::find(statistics.passes, pass, &PassTime::name);
+        return time == statistics.passes.end() ? 0.0 : time->gpuMsTotal;
+    };
+    report.passes = statistics.passes;
+    report.samples = SampleCount(result.render.samples);
+    report.wasStopped = run.wasStopped;
+    report.timingsMs = {.load = session.Input().loadMs,
+                        .upload = statistics.scene.uploadMs,
+                        .blasBuild = totalMs("BuildBlas"),
+                        .compaction = totalMs("CompactBlas"),
+                        .pipelines = statistics.pipelinesMs,
+                        .firstSample = 1e3 * run.firstSampleSeconds,
+                        .render = 1e3 * run.seconds};
+    DescribeAcceleration(report, statistics.scene);
 
-    if (sources.session.TracesPaths())
-        report.throughput.raysPerSample = sources.session.MeasureRaysPerSample();
-    const rhi::MemoryStatistics memory = sources.device.Memory();
+    report.throughput = {run.samplesPerSecond, session.MeasureRaysPerSample()};
+    report.image = result.statistics;
+    report.nonFiniteSamples = session.NonFiniteSamples();
+    report.removed = result.removed;
+    const rhi::MemoryStatistics memory = device.Memory();
     report.memory = {.devicePeakBytes = memory.peakBytes,
                      .hostPeakBytes = os::PeakResidentBytes(),
                      .deviceFallbackBytes = memory.fallbackBytes,
                      .isBudgetOfDriver = info.optional.memoryBudget,
-                     .heaps = sources.device.MemoryHeaps()};
+                     .heaps = device.MemoryHeaps()};
     return report;
 }
 

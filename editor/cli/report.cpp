@@ -16,9 +16,9 @@ Json OrNull(const std::optional<T>& value) {
     return value ? Json(*value) : Json();
 }
 
-Json PassesJson(const std::vector<PassTime>& passes) {
+Json PassesJson(const std::vector<session::PassTime>& passes) {
     Json list = Json::array();
-    for (const PassTime& pass : passes)
+    for (const session::PassTime& pass : passes)
         list.push_back({{"name", pass.name},
                         {"gpu_ms_median", pass.gpuMsMedian},
                         {"gpu_ms_total", pass.gpuMsTotal},

@@ -10,10 +10,10 @@
 #include <string_view>
 #include <vector>
 
-#include "editor/cli/bias.h"
-#include "editor/cli/image_statistics.h"
-#include "editor/cli/pass_times.h"
-#include "editor/cli/picture_settings.h"
+#include "editor/session/bias.h"
+#include "editor/session/image_statistics.h"
+#include "editor/session/pass_times.h"
+#include "editor/session/picture_settings.h"
 #include "rhi/device.h"
 
 namespace raygraph::cli {
@@ -27,15 +27,15 @@ struct Report {
     struct {
         std::string name, driver, type;
     } device;
-    SettingTexts settings;  // picture settings and what else was asked for
-    uint64_t samples = 0;   // in the picture
+    session::SettingTexts settings;  // picture settings and what else was asked for
+    uint64_t samples = 0;            // in the picture
     bool wasStopped = false;
     struct {
         double load = 0.0, upload = 0.0, blasBuild = 0.0, compaction = 0.0, pipelines = 0.0;
         double firstSample = 0.0;  // until it was done, pipelines and uploads included
         double render = 0.0;       // all samples of this run
     } timingsMs;
-    std::vector<PassTime> passes;
+    std::vector<session::PassTime> passes;
     struct {
         uint64_t blasCount = 0, bytesBuilt = 0, bytesCompacted = 0, tlasBytes = 0;
         std::string whyCompactionOff;  // "": it was on
@@ -50,9 +50,9 @@ struct Report {
         std::optional<double> samplesPerSecond;  // over the samples after the first
         std::optional<double> raysPerSample;
     } throughput;
-    ImageStatistics image;
-    uint64_t nonFiniteSamples = 0;         // that this run rendered, and counted as black
-    std::map<Bias, RemovedLight> removed;  // of the biases that are on
+    session::ImageStatistics image;
+    uint64_t nonFiniteSamples = 0;                           // that this run rendered, and counted as black
+    std::map<session::Bias, session::RemovedLight> removed;  // of the biases that are on
 };
 
 // Pretty-printed, with a newline at the end. Numbers that are not known are null.

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <exception>
 #include <new>
+#include <string>
 #include <utility>
 
 #include "editor/cli/command_files.h"
@@ -18,6 +19,9 @@ template <typename SayIt, typename Body>
 ExitCode Guarded(SayIt&& sayIt, Body&& body) {
     try {
         return body();
+    } catch (const session::SettingError& error) {
+        sayIt((std::string("--") + error.what()).c_str());
+        return ExitCodeFor(error.Kind());
     } catch (const Error& error) {
         sayIt(error.what());
         return ExitCodeFor(error.Kind());

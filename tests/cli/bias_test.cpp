@@ -1,12 +1,13 @@
-#include "editor/cli/bias.h"
+#include "editor/session/bias.h"
 
 #include <cmath>
 #include <vector>
 
-#include "editor/cli/aovs.h"
+#include "editor/cli/aov_request.h"
+#include "editor/cli/bias_text.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::session {
 namespace {
 
 passes::TraceSettings AllOn() {
@@ -64,21 +65,22 @@ TEST(Bias, OneSecondTraceHasNoStandardErrorAndDarknessNoShare) {
 }
 
 TEST(Bias, IsDescribedWithItsShareAndError) {
-    EXPECT_EQ(Describe(Bias::MaxDepth, {.share = 0.25, .shareStandardError = 0.003}),
+    EXPECT_EQ(cli::Describe(Bias::MaxDepth, {.share = 0.25, .shareStandardError = 0.003}),
               "--max-depth removed 25 % +- 0.3 % of the light");
-    EXPECT_EQ(Describe(Bias::Regularize, {.share = -0.0125}), "--regularize removed -1.25 % of the light");
+    EXPECT_EQ(cli::Describe(Bias::Regularize, {.share = -0.0125}),
+              "--regularize removed -1.25 % of the light");
 }
 
 TEST(Bias, AovsAreThoseOfTheBiasesThatAreOn) {
     PictureSettings settings;
     settings.paths.biases.maxDepth = 3;
-    const AovSet all = AovsFor(ParseAovs("all"), settings);
+    const AovSet all = cli::AovsFor(cli::ParseAovs("all"), settings);
     EXPECT_TRUE(all.Has(Aov::RemovedMaxDepth) && all.Has(Aov::Emission));
     EXPECT_FALSE(all.Has(Aov::RemovedClampIndirect) || all.Has(Aov::RemovedRegularize));
     test::ExpectError(
-        ErrorKind::Usage, [&] { AovsFor(ParseAovs("removed_regularize"), settings); },
+        ErrorKind::Usage, [&] { cli::AovsFor(cli::ParseAovs("removed_regularize"), settings); },
         "--aov removed_regularize", "--regularize is off");
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::session

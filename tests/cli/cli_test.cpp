@@ -16,11 +16,11 @@ std::vector<float> MadeUpSample(size_t pixels, float scale, uint32_t n, float sa
 
 }  // namespace
 
-cli::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt) {
-    cli::RenderFile render;
+session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt) {
+    session::RenderFile render;
     render.size = {5, 3};
-    const size_t pixels = render.size.PixelCount();
-    const auto fill = [&](cli::Texels& mean, passes::ExactSums& sums, float scale, bool withSquares) {
+    const size_t pixels = session::PixelCount(render.size);
+    const auto fill = [&](session::Texels& mean, passes::ExactSums& sums, float scale, bool withSquares) {
         sums = passes::MakeExactSums(pixels, withSquares);
         for (uint32_t n = firstSample; n < firstSample + sampleCount; n++)
             passes::AddSample(sums, MadeUpSample(pixels, scale, n, salt));
@@ -36,10 +36,10 @@ cli::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float sal
         render.material.push_back(i == 7 ? 0xFFFFFFFFu : static_cast<uint32_t>(i % 3));
     }
     render.samples = {{firstSample, sampleCount}};
-    cli::PictureSettings settings;
+    session::PictureSettings settings;
     settings.size = render.size;
     settings.paths.seed = 9;
-    render.settings = cli::Texts(settings);
+    render.settings = session::Texts(settings);
     render.sceneFile = "box.gltf";
     render.sceneHash = "0123456789abcdef";
     render.environmentFile = "sky.hdr";

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "base/error.h"
-#include "editor/cli/render_file.h"
+#include "editor/session/render_file.h"
 
 namespace raygraph::test {
 
@@ -35,10 +35,10 @@ void ExpectError(ErrorKind kind, Run&& run, const Texts&... texts) {
 }
 
 // A render with every channel, of made-up samples that differ from pixel to pixel and with `salt`.
-cli::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt = 0.0f);
+session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt = 0.0f);
 
 // Of R, G and B of all pixels.
-inline double SumOf(const cli::Texels& texels) {
+inline double SumOf(const session::Texels& texels) {
     double sum = 0.0;
     for (size_t i = 0; i < texels.size(); i++)
         if (i % 4 != 3) sum += texels[i];

@@ -1,5 +1,5 @@
 // Every field of every struct of a scene, changed one by one.
-#include "editor/cli/content_hash.h"
+#include "editor/session/content_hash.h"
 
 #include <cmath>
 #include <optional>
@@ -8,7 +8,7 @@
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::session {
 namespace {
 
 using namespace scene;
@@ -198,4 +198,4 @@ TEST(ContentHash, ChangesWithATexelOfTheEnvironment) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::session

@@ -1,14 +1,15 @@
 // From the options of the command line to what the passes are told: each changes its own part and no other.
-#include "editor/cli/device_scene.h"
+#include "editor/session/device_scene.h"
 
 #include <algorithm>
 #include <numbers>
 #include <set>
 #include <string>
 
+#include "editor/session/setting_table.h"
 #include "tests/support/vulkan_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::session {
 
 namespace {
 
@@ -129,4 +130,4 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
     EXPECT_EQ(PartsWith({}).at("sample"), "3.000000");
 }
 
-}  // namespace raygraph::cli
+}  // namespace raygraph::session

@@ -1,8 +1,8 @@
-#include "editor/cli/light_groups.h"
+#include "editor/session/light_groups.h"
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::session {
 namespace {
 
 using test::ExpectError;
@@ -59,8 +59,8 @@ TEST(LightGroups, TheFirstThatFitsHasTheLight) {
 TEST(LightGroups, AGroupThatFitsNothingIsNamed) {
     ExpectError(
         ErrorKind::Usage, [] { MatchLightGroups(ParseLightGroups("a=glow;b=candle"), Scene()); },
-        "--light-group b=candle");
+        "light-group b=candle");
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::session

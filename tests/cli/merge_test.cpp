@@ -1,8 +1,8 @@
-#include "editor/cli/merge.h"
+#include "editor/session/merge.h"
 
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::session {
 namespace {
 
 using test::ExpectError;
@@ -32,7 +32,7 @@ TEST(Merge, RemovedLightIsWeighedByTheSamplesTracedTwice) {
     const auto part = [](uint32_t first, const std::vector<float>& removed) {
         RenderFile render = MakeRender(first, 8);
         passes::ExactSums& sums = render.sums.removed[1];
-        sums = passes::MakeExactSums(render.size.PixelCount(), true);
+        sums = passes::MakeExactSums(PixelCount(render.size), true);
         for (const float value : removed) passes::AddSample(sums, Texels(render.radiance.size(), value));
         render.removedSamples = static_cast<uint32_t>(removed.size());
         render.removed[1] = render.removedVariance[1] = Texels(render.radiance.size(), 0.0f);
@@ -107,4 +107,4 @@ TEST(Merge, DifferentPicturesAreRefusedNamingTheDifference) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::session

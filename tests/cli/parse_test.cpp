@@ -1,14 +1,14 @@
-#include "editor/cli/parse.h"
+#include "editor/session/parse.h"
 
 #include <cmath>
 #include <functional>
 
 #include "base/error.h"
-#include "editor/cli/light_groups.h"
-#include "editor/cli/sample_ranges.h"
+#include "editor/session/light_groups.h"
+#include "editor/session/sample_ranges.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::session {
 
 using test::ExpectError;
 
@@ -51,8 +51,8 @@ TEST(Parse, NumberIsFiniteWholeTextAndInRange) {
 }
 
 TEST(Parse, SizeIsTwoSidesOfAtLeastOnePixel) {
-    EXPECT_EQ(ParseSize("640x360"), (ImageSize{640, 360}));
-    EXPECT_EQ(ParseSize("1x16384"), (ImageSize{1, 16384}));
+    EXPECT_EQ(ParseSize("640x360"), (Extent2D{640, 360}));
+    EXPECT_EQ(ParseSize("1x16384"), (Extent2D{1, 16384}));
     for (const char* text : {"", "x", "640", "640x", "x360", "640X360", "640x360x1", "0x10", "10x0",
                              "640*360", "16385x1", "-1x2", "99999999999x1"})
         ExpectError(
@@ -87,9 +87,9 @@ TEST(Parse, ChoiceNamesWhatThereIs) {
 TEST(Parse, TextOfANumberReadsBackAsTheSameNumber) {
     for (const float value : {0.0f, -1.5f, 0.1f, 1.0f / 3.0f, 3.4e38f, 1.17549435e-38f})
         EXPECT_EQ(static_cast<float>(ParseNumber(ToText(value))), value);
-    EXPECT_EQ(ParseSize(ToText(ImageSize{12, 7})), (ImageSize{12, 7}));
+    EXPECT_EQ(ParseSize(ToText(Extent2D{12, 7})), (Extent2D{12, 7}));
     const std::array<float, 3> radiance{0.1f, 7.0f, 1e-20f};
     EXPECT_EQ(ParseRadiance(ToText(radiance)), radiance);
 }
 
-}  // namespace raygraph::cli
+}  // namespace raygraph::session

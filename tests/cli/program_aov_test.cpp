@@ -8,9 +8,9 @@
 namespace raygraph {
 namespace {
 
-using cli::Aov;
-using cli::RenderFile;
-using cli::Texels;
+using session::Aov;
+using session::RenderFile;
+using session::Texels;
 using test::RunProgram;
 using test::SceneFile;
 using test::SumOf;
@@ -19,7 +19,7 @@ RenderFile Render(std::vector<std::string> options, const std::string& output) {
     options.insert(options.begin(), {"render", SceneFile("cornell.gltf"), "--size", "24x24", "-o", output});
     const test::ProgramResult result = RunProgram(options);
     EXPECT_EQ(result.exitCode, 0) << result.messages;
-    return cli::ReadRenderFile(output);
+    return session::ReadRenderFile(output);
 }
 
 // In R, G and B of every pixel, relative to the brighter.
@@ -59,7 +59,7 @@ TEST(ProgramAov, MergedPartsAreThoseOfOneRun) {
     render("3", "5", folder / "b.exr");
     const RenderFile whole = render("8", "0", folder / "whole.exr");
     ASSERT_EQ(RunProgram({"merge", folder / "a.exr", folder / "b.exr", "-o", folder / "m.exr"}).exitCode, 0);
-    const RenderFile merged = cli::ReadRenderFile(folder / "m.exr");
+    const RenderFile merged = session::ReadRenderFile(folder / "m.exr");
     ExpectSum(merged, {Aov::Emission, Aov::Direct, Aov::Indirect});
     for (const Aov part : {Aov::Emission, Aov::Direct, Aov::Indirect})
         EXPECT_EQ(*MeanOf(merged, part), *MeanOf(whole, part)) << Name(part);

@@ -11,9 +11,9 @@
 namespace raygraph {
 namespace {
 
-using cli::Bias;
-using cli::RenderFile;
-using cli::Texels;
+using session::Bias;
+using session::RenderFile;
+using session::Texels;
 using test::RunProgram;
 using test::SceneFile;
 
@@ -33,7 +33,7 @@ class ProgramBias : public ::testing::Test {
         const test::ProgramResult result = RunProgram(words);
         EXPECT_EQ(result.exitCode, 0) << result.messages;
         std::ifstream file(json);
-        return {cli::ReadRenderFile(exr), nlohmann::json::parse(file), result.output};
+        return {session::ReadRenderFile(exr), nlohmann::json::parse(file), result.output};
     }
 
     const test::TemporaryFolder m_folder;
@@ -124,7 +124,7 @@ TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
         const test::ProgramResult result =
             RunProgram({"render", SceneFile("cornell.gltf"), "--resume", m_folder / "a.exr", "--spp", "40"});
         ASSERT_EQ(result.exitCode, 0) << result.messages;
-        const RenderFile resumed = cli::ReadRenderFile(m_folder / "a.exr");
+        const RenderFile resumed = session::ReadRenderFile(m_folder / "a.exr");
         EXPECT_EQ(resumed.removedSamples, 3u);
         EXPECT_EQ(resumed.removed, whole.file.removed) << first;
         EXPECT_EQ(resumed.removedVariance, whole.file.removedVariance) << first;

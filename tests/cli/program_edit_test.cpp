@@ -23,10 +23,10 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
         RunProgram({"edit", "--validate", "--headless-script", folder / "script.txt"});
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
-    const cli::RenderFile saved = cli::ReadRenderFile(folder / "edit.exr");
+    const session::RenderFile saved = session::ReadRenderFile(folder / "edit.exr");
     EXPECT_EQ(saved.sceneFile, "cornell.gltf");
-    for (const cli::Aov aov :
-         {cli::Aov::Albedo, cli::Aov::Normal, cli::Aov::Depth, cli::Aov::Instance, cli::Aov::Material})
+    for (const session::Aov aov : {session::Aov::Albedo, session::Aov::Normal, session::Aov::Depth,
+                                   session::Aov::Instance, session::Aov::Material})
         EXPECT_TRUE(AovsOf(saved).Has(aov)) << Name(aov);
 
     std::vector<std::string> words{"render", SceneFile("cornell.gltf"),
@@ -39,7 +39,7 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
     }
     const test::ProgramResult rendered = RunProgram(words);
     ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;
-    const cli::RenderFile plain = cli::ReadRenderFile(folder / "render.exr");
+    const session::RenderFile plain = session::ReadRenderFile(folder / "render.exr");
     EXPECT_EQ(saved.settings, plain.settings);
     // The camera went through decimal digits: here and there a path goes another way
     size_t unlike = 0;
@@ -69,7 +69,7 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
     const test::ProgramResult edited = RunProgram({"edit", "--headless-script", folder / "script.txt"});
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
-    const cli::RenderFile saved = cli::ReadRenderFile(folder / "edit.exr");
+    const session::RenderFile saved = session::ReadRenderFile(folder / "edit.exr");
     EXPECT_EQ(saved.environmentFile, "sky.hdr");
     EXPECT_EQ(saved.settings.at("env-tint"), "1,1,1");
     EXPECT_TRUE(saved.settings.at("camera").ends_with("1.5m")) << saved.settings.at("camera");
@@ -79,7 +79,7 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
                     "depth,instance", "--env", folder / "sky.hdr", "--env-tint", "0.5,1,2", "--camera",
                     saved.settings.at("camera"), "--size", saved.settings.at("size")});
     ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;
-    const cli::RenderFile plain = cli::ReadRenderFile(folder / "render.exr");
+    const session::RenderFile plain = session::ReadRenderFile(folder / "render.exr");
     EXPECT_EQ(plain.settings.at("camera"), saved.settings.at("camera"));
     ASSERT_EQ(plain.instance[0], 0xFFFFFFFFu) << "the corner sees the sky";
     for (const size_t c : {0u, 1u, 2u}) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
@@ -9,8 +10,8 @@
 namespace raygraph {
 namespace {
 
-using cli::RenderFile;
-using cli::Texels;
+using session::RenderFile;
+using session::Texels;
 using test::RunProgram;
 using test::SceneFile;
 using test::SumOf;
@@ -19,7 +20,7 @@ RenderFile Render(const char* scene, std::vector<std::string> options, const std
     options.insert(options.begin(), {"render", SceneFile(scene), "--size", "20x12", "-o", output});
     const test::ProgramResult result = RunProgram(options);
     EXPECT_EQ(result.exitCode, 0) << result.messages;
-    return cli::ReadRenderFile(output);
+    return session::ReadRenderFile(output);
 }
 
 void ExpectGroupsSumToTheBeauty(const RenderFile& render) {
@@ -62,6 +63,15 @@ TEST(ProgramLightGroup, TheOnlyLampHasAllTheLight) {
     EXPECT_NE(image::ReadExr(folder / "a.exr").FloatChannel("light.lamp.R"), nullptr);
 }
 
+TEST(ProgramLightGroup, AGroupThatFitsNothingIsRefusedByTheNameOfItsOption) {
+    const test::TemporaryFolder folder;
+    const test::ProgramResult result = RunProgram({"render", SceneFile("cornell.gltf"), "--size", "8x8", "-o",
+                                                   folder / "a.exr", "--light-group", "lamp=candle"});
+    EXPECT_EQ(result.exitCode, 2);
+    EXPECT_EQ(result.messages,
+              "raygraph: --light-group lamp=candle: no material, light or node of the scene is called so\n");
+}
+
 TEST(ProgramLightGroup, ResumedAndMergedAreThoseOfOneRun) {
     const test::TemporaryFolder folder;
     const auto render = [&](const char* first, const char* count, const char* name) {
@@ -76,14 +86,14 @@ TEST(ProgramLightGroup, ResumedAndMergedAreThoseOfOneRun) {
     render("0", "4", "a.exr");
     render("4", "3", "b.exr");
     ASSERT_EQ(RunProgram({"merge", folder / "a.exr", folder / "b.exr", "-o", folder / "m.exr"}).exitCode, 0);
-    const RenderFile merged = cli::ReadRenderFile(folder / "m.exr");
+    const RenderFile merged = session::ReadRenderFile(folder / "m.exr");
     ASSERT_EQ(merged.lightGroups.size(), 3u);
     EXPECT_EQ(merged.lightGroups, whole.lightGroups);
 
     const test::ProgramResult resumed =
         RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "a.exr", "--spp", "7"});
     ASSERT_EQ(resumed.exitCode, 0) << resumed.messages;
-    EXPECT_EQ(cli::ReadRenderFile(folder / "a.exr").lightGroups, whole.lightGroups);
+    EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").lightGroups, whole.lightGroups);
 }
 
 }  // namespace

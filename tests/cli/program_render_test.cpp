@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
@@ -66,12 +67,12 @@ TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
     for (const char* text : {"a.png", "a.exr", "a.hdr", "r.json", "4 samples a pixel", "32x32"})
         EXPECT_NE(result.output.find(text), std::string::npos) << result.output << "lacks " << text;
 
-    const cli::RenderFile render = cli::ReadRenderFile(folder / "a.exr");
-    EXPECT_EQ(render.samples, (cli::SampleRanges{{0, 4}}));
+    const session::RenderFile render = session::ReadRenderFile(folder / "a.exr");
+    EXPECT_EQ(render.samples, (session::SampleRanges{{0, 4}}));
     EXPECT_EQ(render.sceneFile, "cornell.gltf");
     EXPECT_FALSE(render.device.empty() || render.driver.empty() || render.variance.empty());
     EXPECT_FALSE(render.albedo.empty() || render.normal.empty() || render.depth.empty());
-    for (const cli::Texels& part : render.parts) EXPECT_EQ(part.size(), render.radiance.size());
+    for (const session::Texels& part : render.parts) EXPECT_EQ(part.size(), render.radiance.size());
     const double sum = std::accumulate(render.radiance.begin(), render.radiance.end(), 0.0);
     EXPECT_GT(sum, 0.0);
     // The box fills the picture's middle: something is hit there, in front of the camera
@@ -114,7 +115,7 @@ TEST(ProgramRender, ResumedEqualsUninterruptedBitForBit) {
     EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
     EXPECT_NE(resumed.output.find("6 of them new"), std::string::npos) << resumed.output;
     ExpectSameChannels(image::ReadExr(folder / "resumed.exr"), image::ReadExr(folder / "whole.exr"));
-    EXPECT_EQ(cli::ReadRenderFile(folder / "resumed.exr").samples, (cli::SampleRanges{{3, 9}}));
+    EXPECT_EQ(session::ReadRenderFile(folder / "resumed.exr").samples, (session::SampleRanges{{3, 9}}));
 }
 
 TEST(ProgramRender, ResumeWithoutOutputReplacesTheFile) {
@@ -123,7 +124,7 @@ TEST(ProgramRender, ResumeWithoutOutputReplacesTheFile) {
     const ProgramResult resumed =
         RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "a.exr", "--spp", "4"});
     EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
-    EXPECT_EQ(cli::ReadRenderFile(folder / "a.exr").samples, (cli::SampleRanges{{0, 4}}));
+    EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").samples, (session::SampleRanges{{0, 4}}));
 }
 
 TEST(ProgramRender, ResumeRefusesAnotherScene) {
@@ -134,7 +135,7 @@ TEST(ProgramRender, ResumeRefusesAnotherScene) {
     EXPECT_EQ(resumed.exitCode, 4);
     EXPECT_NE(resumed.messages.find("scene: cornell.gltf against furnace_sphere.gltf"), std::string::npos)
         << resumed.messages;
-    EXPECT_EQ(cli::ReadRenderFile(folder / "a.exr").samples, (cli::SampleRanges{{0, 2}}));
+    EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").samples, (session::SampleRanges{{0, 2}}));
 }
 
 // With lens, biases, parts and groups of lights: every channel that there is.
@@ -171,9 +172,9 @@ TEST(ProgramRender, AnotherSeedIsAnotherPictureAndTheSameSeedTheSame) {
     RenderCornell({"--spp", "2", "-o", folder / "a.exr"});
     RenderCornell({"--spp", "2", "-o", folder / "b.exr"});
     RenderCornell({"--spp", "2", "--seed", "1", "-o", folder / "c.exr"});
-    const cli::RenderFile a = cli::ReadRenderFile(folder / "a.exr");
+    const session::RenderFile a = session::ReadRenderFile(folder / "a.exr");
     ExpectSameChannels(image::ReadExr(folder / "a.exr"), image::ReadExr(folder / "b.exr"));
-    EXPECT_NE(a.radiance, cli::ReadRenderFile(folder / "c.exr").radiance);
+    EXPECT_NE(a.radiance, session::ReadRenderFile(folder / "c.exr").radiance);
 }
 
 TEST(ProgramRender, ViewsWithoutLightAreRendered) {
@@ -200,8 +201,8 @@ TEST(ProgramRender, RasterViewIsDirectLightWithTheShadowsAskedFor) {
     RenderCornell({"--view", "raster", "--shadows", "off", "--validate", "--spp", "8", "-o",
                    folder / "drawn.exr", "-o", folder / "drawn.png", "--report", folder / "r.json"});
     RenderCornell({"--max-depth", "1", "--spp", "32", "-o", folder / "traced.exr"});
-    const cli::Texels drawn = cli::ReadRenderFile(folder / "drawn.exr").radiance;
-    const cli::Texels traced = cli::ReadRenderFile(folder / "traced.exr").radiance;
+    const session::Texels drawn = session::ReadRenderFile(folder / "drawn.exr").radiance;
+    const session::Texels traced = session::ReadRenderFile(folder / "traced.exr").radiance;
     double drawnSum = 0.0, tracedSum = 0.0;
     for (size_t i = 0; i < drawn.size(); i += 4) {
         drawnSum += drawn[i];
@@ -210,7 +211,7 @@ TEST(ProgramRender, RasterViewIsDirectLightWithTheShadowsAskedFor) {
     EXPECT_GT(drawnSum, tracedSum) << "which has shadows";
     EXPECT_LT(drawnSum, 1.3 * tracedSum);
     RenderCornell({"--view", "raster", "--spp", "32", "-o", folder / "rays.exr"});
-    const cli::Texels rays = cli::ReadRenderFile(folder / "rays.exr").radiance;
+    const session::Texels rays = session::ReadRenderFile(folder / "rays.exr").radiance;
     double raysSum = 0.0;
     for (size_t i = 0; i < rays.size(); i += 4) raysSum += rays[i];
     EXPECT_NEAR(raysSum, tracedSum, 0.03 * tracedSum);
@@ -244,7 +245,7 @@ TEST(ProgramRender, InterruptWritesWhatThereIsAndSaysSo) {
     const ProgramResult result = RenderUntil(SIGINT, {"-o", folder / "a.exr", "-o", folder / "a.png"});
     EXPECT_EQ(result.exitCode, 0) << result.output;
     EXPECT_NE(result.output.find("stopped after "), std::string::npos) << result.output;
-    const uint64_t samples = cli::SampleCount(cli::ReadRenderFile(folder / "a.exr").samples);
+    const uint64_t samples = session::SampleCount(session::ReadRenderFile(folder / "a.exr").samples);
     EXPECT_GT(samples, 1u);
     EXPECT_NE(result.output.find("stopped after " + std::to_string(samples) + " of 100000000"),
               std::string::npos)
@@ -322,8 +323,8 @@ TEST(ProgramRender, DarknessIsWarnedOfUnlessThereIsLight) {
     EXPECT_EQ(lit.exitCode, 0) << lit.messages;
     EXPECT_EQ(lit.messages, "");
     // The corners see past the triangle
-    const cli::Texels radiance = cli::ReadRenderFile(folder / "a.exr").radiance;
-    EXPECT_EQ((cli::Texels(radiance.begin(), radiance.begin() + 4)), (cli::Texels{1, 2, 3, 0}));
+    const session::Texels radiance = session::ReadRenderFile(folder / "a.exr").radiance;
+    EXPECT_EQ((session::Texels(radiance.begin(), radiance.begin() + 4)), (session::Texels{1, 2, 3, 0}));
 }
 
 TEST(ProgramRender, ResumeRefusesAMaterialThatHasChanged) {
@@ -356,7 +357,7 @@ TEST(ProgramRender, TheEnvironmentMapIsRecordedAndAskedForAgain) {
     const ProgramResult first =
         RunProgram(Words(words, {"--size", "8x8", "--spp", "1", "-o", folder / "a.exr"}));
     EXPECT_EQ(first.exitCode, 0) << first.messages;
-    const cli::RenderFile render = cli::ReadRenderFile(folder / "a.exr");
+    const session::RenderFile render = session::ReadRenderFile(folder / "a.exr");
     EXPECT_EQ(render.environmentFile, "sky.hdr");
     EXPECT_NEAR(render.radiance[0], 0.5f, 0.01f);
 

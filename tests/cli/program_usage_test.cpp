@@ -100,14 +100,14 @@ TEST(Program, AnOutputThatCannotBeWrittenIsOneBeforeAnythingIsRead) {
 
 TEST(Program, MergeNeedsNoDevice) {
     const test::TemporaryFolder folder;
-    cli::WriteRenderFile(folder / "a.exr", test::MakeRender(0, 16));
-    cli::WriteRenderFile(folder / "b.exr", test::MakeRender(16, 48, 1.0f));
-    cli::WriteRenderFile(folder / "c.exr", test::MakeRender(63, 4));
+    session::WriteRenderFile(folder / "a.exr", test::MakeRender(0, 16));
+    session::WriteRenderFile(folder / "b.exr", test::MakeRender(16, 48, 1.0f));
+    session::WriteRenderFile(folder / "c.exr", test::MakeRender(63, 4));
     const ProgramResult merged =
         RunProgram({"merge", folder / "a.exr", folder / "b.exr", "-o", folder / "m.exr"});
     EXPECT_EQ(merged.exitCode, 0) << merged.messages;
     EXPECT_NE(merged.output.find("64 samples"), std::string::npos) << merged.output;
-    EXPECT_EQ(cli::ReadRenderFile(folder / "m.exr").samples, (cli::SampleRanges{{0, 64}}));
+    EXPECT_EQ(session::ReadRenderFile(folder / "m.exr").samples, (session::SampleRanges{{0, 64}}));
 
     ExpectFailure({"merge", folder / "m.exr", folder / "c.exr", "-o", folder / "n.exr"}, 4, "m.exr", "c.exr",
                   "0-63", "63-66");

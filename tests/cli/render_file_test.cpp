@@ -1,12 +1,13 @@
-#include "editor/cli/render_file.h"
+#include "editor/session/render_file.h"
 
 #include <cmath>
 #include <fstream>
 
+#include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 
-namespace raygraph::cli {
+namespace raygraph::session {
 namespace {
 
 using test::ExpectError;
@@ -193,4 +194,4 @@ TEST(RenderFile, WhatIsNoRenderIsBadInputNamingTheFile) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::session

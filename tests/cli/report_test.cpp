@@ -36,7 +36,7 @@ TEST(Report, SchemaOneHasTheseMembers) {
     EXPECT_EQ(Keys(json.at("image")), (Names{"mean", "nonfinite_samples", "relative_error"}));
     EXPECT_TRUE(json.contains("settings"));
     EXPECT_TRUE(json.at("removed").empty());
-    report.removed[Bias::MaxDepth] = {.samples = 4, .mean = 0.5, .share = 0.25};
+    report.removed[session::Bias::MaxDepth] = {.samples = 4, .mean = 0.5, .share = 0.25};
     const nlohmann::json removed = nlohmann::json::parse(ToJson(report)).at("removed").at("max_depth");
     EXPECT_EQ(Keys(removed),
               (Names{"luminance", "samples", "share", "share_standard_error", "standard_error"}));

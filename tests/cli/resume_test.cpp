@@ -1,4 +1,4 @@
-#include "editor/cli/resume.h"
+#include "editor/cli/resume_settings.h"
 
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
@@ -22,9 +22,9 @@ RenderArguments Asking(uint32_t samples, const SettingTexts& given = {}) {
 
 TEST(Resume, TakesTheSettingsOfTheFile) {
     const PictureSettings settings = SettingsOf(Resumed(0, 8), Asking(16));
-    EXPECT_EQ(settings.size, (ImageSize{5, 3}));
+    EXPECT_EQ(settings.size, (Extent2D{5, 3}));
     EXPECT_EQ(settings.paths.seed, 9u);
-    EXPECT_EQ(SettingsOf(Resumed(0, 8), Asking(16, {{"seed", "9"}, {"size", "5x3"}})).seed, 9u);
+    EXPECT_EQ(SettingsOf(Resumed(0, 8), Asking(16, {{"seed", "9"}, {"size", "5x3"}})).paths.seed, 9u);
 }
 
 TEST(Resume, AnOptionThatSaysOtherwiseIsNamed) {
@@ -58,7 +58,7 @@ TEST(Resume, TheTotalMustBeMoreThanThereIs) {
         ErrorKind::Usage, [] { SettingsOf(Resumed(0, 8), {}); }, "--spp", "--time");
     RenderArguments timed;
     timed.seconds = 1.0;
-    EXPECT_EQ(SettingsOf(Resumed(0, 8), timed).seed, 9u);
+    EXPECT_EQ(SettingsOf(Resumed(0, 8), timed).paths.seed, 9u);
 }
 
 TEST(Resume, WhatCannotBeContinuedIsBadInput) {

@@ -1,10 +1,10 @@
 #include <cmath>
 
-#include "editor/cli/image_statistics.h"
-#include "editor/cli/pass_times.h"
+#include "editor/session/image_statistics.h"
+#include "editor/session/pass_times.h"
 #include "tests/cli/cli_test.h"
 
-namespace raygraph::cli {
+namespace raygraph::session {
 namespace {
 
 TEST(ImageStatistics, RelativeErrorIsTheStandardErrorOverTheMean) {
@@ -49,4 +49,4 @@ TEST(PassTimes, PassesOfOneNameInAFrameAddUp) {
 }
 
 }  // namespace
-}  // namespace raygraph::cli
+}  // namespace raygraph::session

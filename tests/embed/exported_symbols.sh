@@ -20,7 +20,8 @@ if [[ -n $strangers ]]; then
 fi
 demangled=$(c++filt <<<"$symbols")
 for needed in 'typeinfo for raygraph::Error' 'raygraph::rhi::Requirements()' 'raygraph::LibraryVersion()' \
-    'raygraph::viewport::Viewport::Declare()' 'raygraph::testing::PassHarness::Run('; do
+    'raygraph::viewport::Viewport::Declare()' 'raygraph::session::Session::Result() const' \
+    'raygraph::testing::PassHarness::Run('; do
     grep -qF "$needed" <<<"$demangled" || {
         echo "$1 does not export $needed" >&2
         exit 1

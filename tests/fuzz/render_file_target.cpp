@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstring>
 
-#include "editor/cli/merge.h"
-#include "editor/cli/render_file.h"
-#include "editor/cli/resume.h"
+#include "editor/cli/resume_settings.h"
+#include "editor/session/merge.h"
+#include "editor/session/render_file.h"
 #include "renderer/image/exr.h"
 #include "tests/fuzz/choices.h"
 #include "tests/support/temporary_folder.h"
@@ -18,16 +18,16 @@ constexpr uint32_t kWidth = 3, kHeight = 2;
 constexpr size_t kPixels = kWidth * kHeight;
 
 // A render of four samples from `first` on; with all that may be stored, or with nothing that need not be.
-cli::RenderFile MakeRender(bool isFull, uint32_t first) {
-    cli::RenderFile render;
+session::RenderFile MakeRender(bool isFull, uint32_t first) {
+    session::RenderFile render;
     render.size = {kWidth, kHeight};
     render.samples = {{first, 4}};
-    cli::PictureSettings settings;
+    session::PictureSettings settings;
     settings.size = render.size;
-    const auto means = [] { return cli::Texels(4 * kPixels, 0.5f); };
+    const auto means = [] { return session::Texels(4 * kPixels, 0.5f); };
     const auto sums = [](bool withSquares) {
         passes::ExactSums made = passes::MakeExactSums(kPixels, withSquares);
-        for (int i = 0; i < 4; ++i) passes::AddSample(made, cli::Texels(4 * kPixels, 0.5f));
+        for (int i = 0; i < 4; ++i) passes::AddSample(made, session::Texels(4 * kPixels, 0.5f));
         return made;
     };
     render.radiance = render.variance = means();
@@ -35,16 +35,16 @@ cli::RenderFile MakeRender(bool isFull, uint32_t first) {
     render.sceneFile = "a.gltf";
     render.sceneHash = "1234";
     if (isFull) {
-        settings.lightGroups = cli::ParseLightGroups("lamps=lamp*,bulb;sky=*");
-        for (const cli::Aov aov : cli::kAovs) {
-            cli::Texels* mean = MeanOf(render, aov);
+        settings.lightGroups = session::ParseLightGroups("lamps=lamp*,bulb;sky=*");
+        for (const session::Aov aov : session::kAovs) {
+            session::Texels* mean = MeanOf(render, aov);
             if (mean == nullptr) continue;
             *mean = means();
-            *SumsOf(render.sums, aov) = sums(aov >= cli::Aov::RemovedMaxDepth);
+            *SumsOf(render.sums, aov) = sums(aov >= session::Aov::RemovedMaxDepth);
         }
-        for (cli::Texels& variance : render.removedVariance) variance = means();
+        for (session::Texels& variance : render.removedVariance) variance = means();
         render.removedSamples = 4;
-        for (size_t i = 0; i < cli::LightGroupNames(settings.lightGroups).size(); ++i) {
+        for (size_t i = 0; i < session::LightGroupNames(settings.lightGroups).size(); ++i) {
             render.lightGroups.push_back(means());
             render.sums.lightGroups.push_back(sums(false));
         }
@@ -52,7 +52,7 @@ cli::RenderFile MakeRender(bool isFull, uint32_t first) {
         render.instance.assign(kPixels, 1);
         render.material.assign(kPixels, 1);
     }
-    render.settings = cli::Texts(settings);
+    render.settings = session::Texts(settings);
     return render;
 }
 
@@ -61,14 +61,14 @@ struct Renders {
     Renders() {
         for (const bool isFull : {false, true}) {
             const std::filesystem::path path = folder / "valid.exr";
-            cli::WriteRenderFile(path, MakeRender(isFull, 0));
+            session::WriteRenderFile(path, MakeRender(isFull, 0));
             (isFull ? full : small) = image::ReadExr(path);
             (isFull ? laterFull : laterSmall) = MakeRender(isFull, 1000);
         }
     }
     test::TemporaryFolder folder;
     image::ExrImage small, full;
-    cli::RenderFile laterSmall, laterFull;  // of other samples
+    session::RenderFile laterSmall, laterFull;  // of other samples
 };
 
 std::string Line(std::string_view& text) {
@@ -133,26 +133,27 @@ void Change(image::ExrImage& file, Choices& choices) {
     }
 }
 
-void ReadAndMerge(const std::filesystem::path& path, const cli::RenderFile& later,
+void ReadAndMerge(const std::filesystem::path& path, const session::RenderFile& later,
                   const std::filesystem::path& other) {
     const std::string subject = path.string();
-    cli::RenderFile render, merged;
-    if (!Succeeds(subject, {ErrorKind::BadInput}, [&] { render = cli::ReadRenderFile(path); })) return;
-    cli::ResumedRender resumed;
-    if (Succeeds(subject, {ErrorKind::BadInput}, [&] { resumed = cli::ReadResumedRender(path); }))
+    session::RenderFile render, merged;
+    if (!Succeeds(subject, {ErrorKind::BadInput}, [&] { render = session::ReadRenderFile(path); })) return;
+    session::ResumedRender resumed;
+    if (Succeeds(subject, {ErrorKind::BadInput}, [&] { resumed = session::ReadResumedRender(path); }))
         Succeeds("", {ErrorKind::Usage}, [&] { cli::SettingsOf(resumed, {.samples = 1u << 20}); });
     // What was read can be written, and read again
     Require(Succeeds("", {},
                      [&] {
-                         cli::WriteRenderFile(other, render);
-                         Require(cli::ReadRenderFile(other).settings == render.settings, "settings are lost");
+                         session::WriteRenderFile(other, render);
+                         Require(session::ReadRenderFile(other).settings == render.settings,
+                                 "settings are lost");
                      }),
             "");
     if (!Succeeds("", {ErrorKind::BadInput}, [&] {
-            merged = cli::Merge({{"a", std::move(render)}, {"b", later}});
+            merged = session::Merge({{"a", std::move(render)}, {"b", later}});
         }))
         return;
-    Require(Succeeds("", {}, [&] { cli::WriteRenderFile(other, merged); }), "");
+    Require(Succeeds("", {}, [&] { session::WriteRenderFile(other, merged); }), "");
 }
 
 }  // namespace

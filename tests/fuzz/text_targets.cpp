@@ -8,7 +8,8 @@
 #include "editor/app/settings.h"
 #include "editor/cli/arguments.h"
 #include "editor/cli/bench_compare.h"
-#include "editor/cli/sample_ranges.h"
+#include "editor/session/sample_ranges.h"
+#include "editor/session/setting_table.h"
 #include "renderer/scene/camera_view.h"
 #include "tests/fuzz/target.h"
 #include "tests/support/temporary_folder.h"
@@ -40,9 +41,9 @@ void ParseSettings(std::string_view text) {
     for (const std::string& line : Lines(text)) {
         const size_t equals = std::min(line.find('='), line.size());
         const std::string name = line.substr(0, equals);
-        for (const cli::PictureSetting& setting : cli::PictureSettingTable()) {
+        for (const session::PictureSetting& setting : session::PictureSettingTable()) {
             if (name != setting.name) continue;
-            cli::PictureSettings settings, again;
+            session::PictureSettings settings, again;
             setting.set(settings, std::string_view(line).substr(std::min(equals + 1, line.size())));
             const std::string said = setting.text(settings);
             Require(Succeeds("", {}, [&] { setting.set(again, said); }),
@@ -67,11 +68,11 @@ scene::SceneData NamedScene() {
 }
 
 void ParseGroups(std::string_view text) {
-    const std::vector<cli::LightGroupPatterns> groups = cli::ParseLightGroups(text);
-    Require(cli::ToText(cli::ParseLightGroups(cli::ToText(groups))) == cli::ToText(groups),
+    const std::vector<session::LightGroupPatterns> groups = session::ParseLightGroups(text);
+    Require(session::ToText(session::ParseLightGroups(session::ToText(groups))) == session::ToText(groups),
             "groups of lights are read as others");
     static const scene::SceneData scene = NamedScene();
-    cli::MatchLightGroups(groups, scene);
+    session::MatchLightGroups(groups, scene);
 }
 
 void ParseView(std::string_view text) {
@@ -84,12 +85,12 @@ void ParseView(std::string_view text) {
 }
 
 void ParseRanges(std::string_view text) {
-    const cli::SampleRanges ranges = cli::ParseSampleRanges(text);
-    Require(!ranges.empty() && cli::ParseSampleRanges(cli::ToText(ranges)) == ranges,
+    const session::SampleRanges ranges = session::ParseSampleRanges(text);
+    Require(!ranges.empty() && session::ParseSampleRanges(session::ToText(ranges)) == ranges,
             "sample ranges are read as others");
-    Require(
-        cli::Overlap(ranges, ranges) && cli::SampleCount(cli::Union(ranges, {})) == cli::SampleCount(ranges),
-        "sample ranges are no sets");
+    Require(session::Overlap(ranges, ranges) &&
+                session::SampleCount(session::Union(ranges, {})) == session::SampleCount(ranges),
+            "sample ranges are no sets");
 }
 
 void CompareLines(std::string_view text) {

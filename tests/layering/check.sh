@@ -69,15 +69,16 @@ CheckLayers() {
     MayInclude renderer/ "$lower|shaders/embedded.h|rhi/|renderer/"
     MayInclude passes/ "$lower|rhi/|renderer/|passes/"
     MayInclude editor/viewport/ "$lower|rhi/|renderer/|passes/|editor/viewport/"
-    MayInclude editor/app/ "$lower|rhi/|renderer/|passes/|editor/viewport/|editor/app/"
-    MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/viewport/|editor/app/edit.h|editor/cli/"
+    MayInclude editor/session/ "$lower|rhi/|renderer/|passes/|editor/session/"
+    MayInclude editor/app/ "$lower|rhi/|renderer/|passes/|editor/viewport/|editor/session/|editor/app/"
+    MayInclude editor/cli/ "$lower|rhi/|renderer/|passes/|editor/session/|editor/app/edit.h|editor/cli/"
     Find 'base/|rhi/|renderer/|passes/|editor/' '# *include *"' |
         grep -vE '"(base|rhi|renderer|passes|shaders|editor)/' |
         Report 'include-root: our headers are named from the root of the tree'
 }
 
 CheckTokens() {
-    local libraries='base/|rhi/|renderer/|passes/|shaders/|editor/viewport/'
+    local libraries='base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/session/'
     local verbs='Cmd|Create|Destroy|Get|Allocate|Free|Queue|Device|Enumerate|Bind|Begin|End|Reset|Wait|Acquire|Build'
     Find 'base/|renderer/|passes/|shaders/|editor/' "$(Word "vk($verbs)[A-Z]|vk[A-Z][[:alnum:]]* *\\(")" |
         Report 'vk-call: Vulkan is called in rhi alone'
@@ -86,7 +87,7 @@ CheckTokens() {
     Find 'passes/|editor/' "$(Word 'Vk[A-Z]|VK_')|include.*vulkan/" |
         grep -v '^editor/viewport/vulkan_interop\.' |
         Report 'vk-token: passes and editor reach Vulkan through rhi; hosts through viewport/vulkan_interop.h'
-    Find 'base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/cli/' "$(Word 'glfw|GLFW|imgui|ImGui|IMGUI')" |
+    Find 'base/|rhi/|renderer/|passes/|shaders/|editor/viewport/|editor/session/|editor/cli/' "$(Word 'glfw|GLFW|imgui|ImGui|IMGUI')" |
         Report 'window: GLFW and ImGui are used in editor/app alone'
     Find 'base/|rhi/|renderer/|passes/|shaders/|editor/' "$(Word 'spdlog')|include.*<spdlog/" |
         grep -v '^editor/cli/program_log\.cpp:' |

@@ -13,7 +13,7 @@ MakeCleanTree() {
     rm -rf -- "${tree:?}"/*
     local folder
     for folder in base rhi renderer renderer/image renderer/scene renderer/graph renderer/gpu_scene passes shaders \
-        editor/viewport editor/app editor/cli tests; do
+        editor/viewport editor/session editor/app editor/cli tests; do
         mkdir -p "$tree/$folder"
         echo "# $folder" >"$tree/$folder/README.md"
         printf '// Threads: any.\n#pragma once\n#include "base/ok.h"\n' >"$tree/$folder/ok.h"
@@ -65,8 +65,12 @@ Expect layer renderer/graph/b.cpp '#include "renderer/gpu_scene/gpu_scene.h"'
 Expect layer renderer/gpu_scene/b.cpp '#include "passes/trace.h"'
 Expect layer passes/b.cpp '#include "editor/viewport/viewport.h"'
 Expect layer editor/viewport/b.cpp '#include "editor/app/app.h"'
+Expect layer editor/viewport/b.cpp '#include "editor/session/session.h"'
+Expect layer editor/session/b.cpp '#include "editor/viewport/viewport.h"'
+Expect layer editor/session/b.cpp '#include "editor/cli/progress.h"'
 Expect layer editor/app/b.cpp '#include "editor/cli/main.h"'
 Expect layer editor/cli/b.cpp '#include "editor/app/app.h"'
+Expect quiet editor/app/b.cpp '#include "editor/session/session.h"'
 Expect quiet passes/b.cpp '#include "rhi/command_list.h"\n#include "renderer/graph/ids.h"'
 Expect quiet rhi/b.cpp '// #include "passes/trace.h"\n#include "shaders/shared/ray_types.h"'
 Expect include-root rhi/b.cpp '#include "device.h"'
@@ -87,15 +91,19 @@ Expect quiet editor/viewport/vulkan_interop.h '#include <vulkan/vulkan_core.h>\n
 Expect quiet renderer/graph/b.h 'VkAccessFlags2 access;'
 Expect window editor/viewport/b.cpp '#include <GLFW/glfw3.h>'
 Expect window editor/cli/b.cpp 'ImGui::Begin("x");'
+Expect window editor/session/b.cpp '#include <GLFW/glfw3.h>'
 Expect quiet editor/app/b.cpp '#include <GLFW/glfw3.h>\nvoid f() { ImGui::End(); }'
 
 Expect spdlog rhi/b.cpp '#include <spdlog/spdlog.h>'
+Expect spdlog editor/session/b.cpp '#include <spdlog/spdlog.h>'
 Expect spdlog editor/app/b.cpp 'void f() { spdlog::info("x"); }'
 Expect quiet editor/cli/program_log.cpp '#include <spdlog/logger.h>\nspdlog::logger* l;'
 
 Expect exit renderer/scene/b.cpp 'void f() { std::exit(1); }'
+Expect exit editor/session/b.cpp 'void f() { std::exit(1); }'
 Expect exit rhi/b.cpp 'void f() { abort(); }'
 Expect output passes/b.cpp 'void f() { std::cout << 1; }'
+Expect output editor/session/b.cpp 'void f() { std::puts(text); }'
 Expect output renderer/image/b.cpp 'void f() { fprintf(stderr, "x"); }'
 Expect output base/b.h 'inline void f() { printf("x"); }'
 Expect quiet base/check.h 'void f() { fputs("x", stderr); abort(); }'

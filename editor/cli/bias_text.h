@@ -1,0 +1,15 @@
+// Biases as the command line and its summary name them.
+#pragma once
+
+#include <string>
+
+#include "editor/session/bias.h"
+
+namespace raygraph::cli {
+
+std::string Option(session::Bias bias);  // "--max-depth"
+
+// "--max-depth removed 25 % +- 0.3 % of the light"
+std::string Describe(session::Bias bias, const session::RemovedLight& removed);
+
+}  // namespace raygraph::cli

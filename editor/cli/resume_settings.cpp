@@ -1,0 +1,36 @@
+#include "editor/cli/resume_settings.h"
+
+#include "base/printable.h"
+#include "base/text.h"
+
+namespace raygraph::cli {
+
+PictureSettings SettingsOf(const ResumedRender& resumed, const RenderArguments& arguments) {
+    const RenderFile& render = resumed.render;
+    const auto refuse = [&](const std::string& option, const std::string& given, const std::string& has) {
+        throw MakeError(ErrorKind::Usage, "--{} {}: {} was rendered with {}", option, given,
+                        resumed.path.string(), Printable(has));
+    };
+    const SettingTexts inFile = Texts(SettingsFrom(render.settings));
+    for (const auto& [name, text] : arguments.given)
+        if (const std::string& has = inFile.at(name); has != text)
+            refuse(name, text, has.empty() ? "the default" : has);
+
+    const SampleRange range = render.samples.front();
+    if (arguments.sampleOffset && *arguments.sampleOffset != range.first)
+        refuse("sample-offset", std::to_string(*arguments.sampleOffset), std::to_string(range.first));
+    const PictureSettings settings = SettingsFrom(inFile);
+    if (arguments.aovs)
+        if (const AovSet asked = AovsFor(*arguments.aovs, settings), has = AovsOf(render); asked != has)
+            refuse("aov", ListOf(asked), ListOf(has));
+    if (arguments.samples && *arguments.samples <= range.count)
+        throw MakeError(ErrorKind::Usage, "--spp {}: {} already holds {} samples; give the total to reach",
+                        *arguments.samples, resumed.path.string(), range.count);
+    if (!arguments.samples && !arguments.seconds && !arguments.error)
+        throw MakeError(ErrorKind::Usage,
+                        "--resume needs --spp (the total to reach; {} holds {}), --time or --error",
+                        resumed.path.string(), range.count);
+    return settings;
+}
+
+}  // namespace raygraph::cli

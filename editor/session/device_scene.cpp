@@ -1,0 +1,50 @@
+#include "editor/session/device_scene.h"
+
+#include "passes/path_settings.h"
+#include "renderer/gpu_scene/camera_record.h"
+#include "renderer/scene/camera_view.h"
+
+namespace raygraph::session {
+
+namespace {
+
+// Distance along the view to the middle of the scene, for a lens that was given no focus.
+float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
+    if (bounds.IsEmpty()) return 1.0f;
+    const float distance = glm::dot(bounds.Center() - glm::vec3(view.eye), view.forward);
+    return distance > 0.0f ? distance : 1.0f;
+}
+
+passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const scene::SceneData& data) {
+    const float aspect = static_cast<float>(settings.size.width) / static_cast<float>(settings.size.height);
+    const scene::CameraView view = scene::ChooseView(data, settings.camera, aspect);
+    const float focus =
+        settings.focusDistance > 0.0f ? settings.focusDistance : DefaultFocus(view, data.bounds);
+    return passes::FrameSettings({settings.size.width, settings.size.height}, view,
+                                 {settings.aperture, focus}, settings.paths);
+}
+
+}  // namespace
+
+DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
+    : m_renderer(device), m_scene(m_renderer), m_settings(TraceSettingsFrom(settings, input.data)) {
+    LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
+    m_scene.SetScene(std::move(input.data));
+    m_scene.SetViewpoint(EyeOf(m_settings.camera));
+    m_scene.SetLightGroups(std::move(groups));
+    const bool hasMap = !input.environment.rgba.empty();
+    const auto& radiance = hasMap ? settings.environmentTint : settings.background;
+    m_scene.SetEnvironment({.radiance = glm::vec3(radiance[0], radiance[1], radiance[2]),
+                            .rotation = glm::radians(settings.environmentRotation)});
+    if (!hasMap) return;
+    m_scene.SetEnvironmentMap(input.environment);
+    input.environment = {};
+}
+
+passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {
+    passes::TraceSettings settings = m_settings;
+    settings.sampleIndex = sampleIndex;
+    return settings;
+}
+
+}  // namespace raygraph::session

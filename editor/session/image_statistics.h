@@ -1,0 +1,24 @@
+// Statistics of a finished picture: its mean and its remaining noise. Threads: pure functions.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "base/api.h"
+
+namespace raygraph::session {
+
+struct ImageStatistics {
+    std::array<double, 3> mean{};  // linear
+    // The standard error of a pixel relative to the picture's mean: sqrt(mean(variance / n)) / mean, both
+    // means over the pixels and R, G and B. None below two samples, without variance, or for black.
+    std::optional<double> relativeError;
+};
+
+// RGBA texels of the mean of `sampleCount` samples and of the variance of one sample (may be empty).
+RAYGRAPH_API ImageStatistics Measure(std::span<const float> mean, std::span<const float> variance,
+                                     uint32_t sampleCount);
+
+}  // namespace raygraph::session

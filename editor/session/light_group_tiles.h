@@ -1,0 +1,19 @@
+// The radiance by group of lights: one texture of tiles on the device, pictures in a file. See
+// passes/trace.h.
+#pragma once
+
+#include <vector>
+
+#include "editor/session/render_file.h"
+#include "passes/trace.h"
+
+namespace raygraph::session {
+
+// One picture for each group, out of the tiles' texels; and the sums of one.
+std::vector<Texels> FromTiles(const Texels& tiles, Extent2D size, uint32_t groupCount);
+std::vector<passes::ExactSums> FromTiles(const passes::ExactSums& tiles, Extent2D size, uint32_t groupCount);
+
+// The other way; tiles that are left over are black. Squares have no tiles.
+passes::ExactSums ToTiles(const std::vector<passes::ExactSums>& pictures, Extent2D size);
+
+}  // namespace raygraph::session

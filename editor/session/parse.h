@@ -1,0 +1,56 @@
+// Texts of settings to values, strictly: the whole text must be the value, in range. Every failure is
+// Error{Usage} that quotes the text and says what it should be; the caller puts the setting's name before it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rhi/format.h"
+
+namespace raygraph::session {
+
+// Pictures up to this many pixels a side.
+inline constexpr uint32_t kMaxImageSide = 16384;
+
+// Decimal digits alone: no sign, no space, no "0x".
+uint32_t ParseCount(std::string_view text, uint32_t minimum = 0,
+                    uint32_t maximum = std::numeric_limits<uint32_t>::max());
+// A finite decimal number, "-1.5" or "2e3".
+double ParseNumber(std::string_view text, double minimum = std::numeric_limits<double>::lowest(),
+                   double maximum = std::numeric_limits<double>::max());
+// "640x360".
+rhi::Extent2D ParseSize(std::string_view text);
+// "R,G,B" of finite numbers that are not negative.
+std::array<float, 3> ParseRadiance(std::string_view text);
+// The parts between commas; an empty part is an error.
+std::vector<std::string_view> ParseList(std::string_view text);
+
+// Index of `text` among `names`; the error lists them.
+size_t ParseChoice(std::string_view text, const std::vector<std::string_view>& names);
+std::string ListForHelp(std::vector<std::string_view> texts, const std::vector<std::string_view>& notes,
+                        size_t ofDefault);
+// The value of that name.
+template <typename Choice>
+Choice ParseChoice(std::string_view text) {
+    constexpr auto kTexts = Texts(Choice{});
+    return static_cast<Choice>(ParseChoice(text, {kTexts.begin(), kTexts.end()}));
+}
+
+// "beckmann, ggx (best; default) or phong": all values as options name them, each with its note, for help.
+template <typename Choice>
+std::string ListForHelp(Choice ofDefault) {
+    constexpr auto kTexts = Texts(Choice{}), kNotes = Notes(Choice{});
+    return ListForHelp({kTexts.begin(), kTexts.end()}, {kNotes.begin(), kNotes.end()},
+                       static_cast<size_t>(ofDefault));
+}
+
+// The shortest text that reads back as the same number.
+std::string ToText(float value);
+std::string ToText(rhi::Extent2D size);
+std::string ToText(const std::array<float, 3>& radiance);
+
+}  // namespace raygraph::session

@@ -1,0 +1,265 @@
+#include "editor/session/setting_table.h"
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "base/text.h"
+#include "editor/session/parse.h"
+
+namespace raygraph::session {
+
+namespace {
+
+// One of a choice. `field` gives it of settings: [](auto& settings) -> auto& { ... }.
+template <typename Field>
+PictureSetting Choice(const char* name, const char* operand, const std::string& what, Field field) {
+    using Value = std::remove_reference_t<decltype(field(std::declval<PictureSettings&>()))>;
+    static constexpr auto kTexts = Texts(Value{});
+    const PictureSettings defaults;
+    return {.name = name,
+            .operand = operand,
+            .help = what + ": " + ListForHelp(field(defaults)),
+            .set = [field](PictureSettings& settings,
+                           std::string_view text) { field(settings) = ParseChoice<Value>(text); },
+            .text = [field](const PictureSettings& settings) { return std::string(Name(field(settings))); },
+            .choices = {kTexts.begin(), kTexts.end()}};
+}
+
+// On or off.
+template <typename Field>
+PictureSetting Switch(const char* name, const std::string& help, Field field) {
+    return {.name = name,
+            .operand = "on|off",
+            .help = help,
+            .set =
+                [field](PictureSettings& settings, std::string_view text) {
+                    field(settings) = ParseChoice(text, {"off", "on"}) == 1;
+                },
+            .text = [field](const PictureSettings& settings) { return field(settings) ? "on" : "off"; },
+            .choices = {"on", "off"}};
+}
+
+bool HasProbability(Roulette kind) {
+    return kind == Roulette::Constant || kind == Roulette::Frame;
+}
+
+// "throughput", "off", "constant:P" or "frame:P".
+void SetRoulette(passes::RouletteSettings& roulette, std::string_view text) {
+    const size_t colon = text.find(':');
+    const std::string name(text.substr(0, colon));
+    roulette.kind = ParseChoice<Roulette>(name);
+    const bool hasProbability = HasProbability(roulette.kind);
+    if (hasProbability != (colon != std::string_view::npos))
+        throw MakeError(ErrorKind::Usage, "\"{}\" {}{}{}", text,
+                        (hasProbability ? "needs a probability, as in " : "takes none: "), name,
+                        (hasProbability ? ":0.8" : ""));
+    if (hasProbability)
+        roulette.survival = static_cast<float>(ParseNumber(text.substr(colon + 1), 0.01, 1.0));
+}
+
+std::string RouletteText(const passes::RouletteSettings& roulette) {
+    const std::string name = Name(roulette.kind);
+    return HasProbability(roulette.kind) ? name + ":" + ToText(roulette.survival) : name;
+}
+
+std::string RouletteHelp() {
+    std::vector<std::string> texts;
+    for (const Roulette kind : Values<Roulette>())
+        texts.push_back(std::string(Name(kind)) + (HasProbability(kind) ? ":P" : ""));
+    constexpr auto kNotes = Notes(Roulette{});
+    return ListForHelp({texts.begin(), texts.end()}, {kNotes.begin(), kNotes.end()},
+                       static_cast<size_t>(passes::RouletteSettings{}.kind));
+}
+
+// Not a plain constant: its help is put together.
+const std::vector<PictureSetting>& Table() {
+    static const std::vector<PictureSetting> kTable{
+        {"size", "WxH", "Pixels of the picture (640x360)",
+         [](PictureSettings& settings, std::string_view text) { settings.size = ParseSize(text); },
+         [](const PictureSettings& settings) { return ToText(settings.size); }},
+        Choice(
+            "view", "VIEW", "What the picture shows", [](auto& settings) -> auto& { return settings.view; }),
+        {"camera", "CAMERA",
+         "A camera of the scene by name or index, or \"eye target up fov\" as ten numbers, fov the vertical "
+         "angle in degrees, or with m the height that is seen, in metres, without perspective. Default: the "
+         "scene's first camera, else one that frames the scene",
+         [](PictureSettings& settings, std::string_view text) {
+             if (scene::IsViewText(text))
+                 std::ignore = scene::ViewFromText(text, 1.0f);  // malformed ones early
+             settings.camera = text;
+         },
+         [](const PictureSettings& settings) { return settings.camera; }},
+        {"scene", "SCENE", "Which scene of the glTF file, by name or index (the file's default)",
+         [](PictureSettings& settings, std::string_view text) { settings.scene = text; },
+         [](const PictureSettings& settings) { return settings.scene; }},
+        {"seed", "N", "Seed of the random numbers (0)",
+         [](PictureSettings& settings, std::string_view text) { settings.paths.seed = ParseCount(text); },
+         [](const PictureSettings& settings) { return std::to_string(settings.paths.seed); }},
+        Choice(
+            "sampler", "SAMPLER", "Random numbers",
+            [](auto& settings) -> auto& { return settings.paths.sampler; }),
+        Choice(
+            "brdf", "BRDF", "How surfaces scatter",
+            [](auto& settings) -> auto& { return settings.paths.scattering.brdf; }),
+        Choice(
+            "distribution", "D", "Microfacets",
+            [](auto& settings) -> auto& { return settings.paths.scattering.distribution; }),
+        Choice(
+            "masking", "G", "Shadowing of microfacets",
+            [](auto& settings) -> auto& { return settings.paths.scattering.masking; }),
+        Choice(
+            "fresnel", "F", "Reflectance over angle",
+            [](auto& settings) -> auto& { return settings.paths.scattering.fresnel; }),
+        Choice(
+            "multiscatter", "M", "Light between microfacets",
+            [](auto& settings) -> auto& { return settings.paths.scattering.multiscatter; }),
+        Switch(
+            "nee", "Sample the lights (on); off finds light by chance alone, and no punctual light",
+            [](auto& settings) -> auto& { return settings.paths.lights.isOn; }),
+        Choice(
+            "light-sampler", "L", "How a light is chosen",
+            [](auto& settings) -> auto& { return settings.paths.lights.sampler; }),
+        Choice(
+            "mis", "HEURISTIC", "Weighing of sampled lights and sampled surfaces",
+            [](auto& settings) -> auto& { return settings.paths.lights.mis; }),
+        {"rr", "ROULETTE", "How paths end: " + RouletteHelp(),
+         [](PictureSettings& settings, std::string_view text) { SetRoulette(settings.paths.roulette, text); },
+         [](const PictureSettings& settings) { return RouletteText(settings.paths.roulette); }},
+        {"rr-start", "N", "First bounce at which Russian roulette may end a path (2)",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.paths.roulette.start = ParseCount(text);
+         },
+         [](const PictureSettings& settings) { return std::to_string(settings.paths.roulette.start); }},
+        {"max-depth", "N",
+         "Bias: end paths after N bounces; this darkens the picture. Default: none, no limit",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.paths.biases.maxDepth =
+                 text == "none" ? passes::kNoDepthLimit : ParseCount(text, 0, passes::kNoDepthLimit - 1);
+         },
+         [](const PictureSettings& settings) {
+             return settings.paths.biases.maxDepth == passes::kNoDepthLimit
+                        ? std::string("none")
+                        : std::to_string(settings.paths.biases.maxDepth);
+         }},
+        {"clamp-indirect", "RADIANCE",
+         "Bias: cut at this radiance what light that was scattered twice or more brings. Default: none",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.paths.biases.clampIndirect = text == "none"
+                                                       ? std::numeric_limits<float>::infinity()
+                                                       : static_cast<float>(ParseNumber(text, 1e-6, 1e30));
+         },
+         [](const PictureSettings& settings) {
+             return std::isinf(settings.paths.biases.clampIndirect)
+                        ? std::string("none")
+                        : ToText(settings.paths.biases.clampIndirect);
+         }},
+        {"regularize", "ALPHA",
+         "Bias: roughen surfaces behind the first bounce to at least this GGX alpha (0)",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.paths.biases.regularize = static_cast<float>(ParseNumber(text, 0.0, 1.0));
+         },
+         [](const PictureSettings& settings) { return ToText(settings.paths.biases.regularize); }},
+        Switch(
+            "shadow-terminator",
+            "Bias: shade opaque surfaces where their vertex normals bend them to, so that the shadow which a "
+            "smooth "
+            "body throws on itself shows no triangles (off)",
+            [](auto& settings) -> auto& { return settings.paths.biases.shadowTerminator; }),
+        Choice(
+            "shadows", "SHADOWS", "Shadows of the raster view",
+            [](auto& settings) -> auto& { return settings.raster.shadows; }),
+        {"aperture", "RADIUS", "Radius of the camera's lens in metres (0: a pinhole, all is sharp)",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.aperture = static_cast<float>(ParseNumber(text, 0.0, 1e6));
+         },
+         [](const PictureSettings& settings) { return ToText(settings.aperture); }},
+        {"focus", "DISTANCE", "Distance that is sharp, in metres (0: to the middle of the scene's bounds)",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.focusDistance = static_cast<float>(ParseNumber(text, 0.0, 1e9));
+         },
+         [](const PictureSettings& settings) { return ToText(settings.focusDistance); }},
+        {"env-rotation", "DEG", "Turns the environment map about +y (0)",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.environmentRotation = static_cast<float>(ParseNumber(text, -36000.0, 36000.0));
+         },
+         [](const PictureSettings& settings) { return ToText(settings.environmentRotation); }},
+        {"env-tint", "R,G,B", "Factor on the radiance of the environment map (1,1,1)",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.environmentTint = ParseRadiance(text);
+         },
+         [](const PictureSettings& settings) { return ToText(settings.environmentTint); }},
+        {"background", "R,G,B", "Constant radiance of the environment, instead of a map (0,0,0)",
+         [](PictureSettings& settings, std::string_view text) { settings.background = ParseRadiance(text); },
+         [](const PictureSettings& settings) { return ToText(settings.background); }},
+        {"light-group", "NAME=PATTERN,...",
+         "Keep the light of a group of lights apart, as light.NAME.R and so on in an .exr: those whose "
+         "material, "
+         "light or node has a name like a PATTERN (* and ? as in a shell). May be given eight times; "
+         "light.environment and light.rest hold the others",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.lightGroups = ParseLightGroups(text);
+         },
+         [](const PictureSettings& settings) { return ToText(settings.lightGroups); }, true},
+    };
+    return kTable;
+}
+
+// With the digits of a float where that is the number.
+std::string NumberText(double value) {
+    if (static_cast<double>(static_cast<float>(value)) == value) return ToText(static_cast<float>(value));
+    char digits[32];
+    return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
+}
+
+}  // namespace
+
+std::span<const PictureSetting> PictureSettingTable() {
+    return Table();
+}
+
+SettingTexts Texts(const PictureSettings& settings) {
+    SettingTexts texts;
+    for (const PictureSetting& setting : Table()) texts[setting.name] = setting.text(settings);
+    return texts;
+}
+
+PictureSettings SettingsFrom(const SettingTexts& texts) {
+    PictureSettings settings;
+    for (const PictureSetting& setting : Table()) {
+        const auto text = texts.find(setting.name);
+        if (text == texts.end()) continue;
+        try {
+            setting.set(settings, text->second);
+        } catch (const Error& error) {
+            throw SettingError(error.Kind(), Text("{}: {}", setting.name, error.what()));
+        }
+    }
+    return settings;
+}
+
+std::string FirstDifference(const SettingTexts& a, const SettingTexts& b) {
+    const SettingTexts textsA = Texts(SettingsFrom(a)), textsB = Texts(SettingsFrom(b));
+    for (const PictureSetting& setting : Table()) {
+        const std::string &inA = textsA.at(setting.name), &inB = textsB.at(setting.name);
+        if (inA == inB) continue;
+        const auto quoted = [](const std::string& text) { return text.empty() ? "the default" : text; };
+        return std::string(setting.name) + ": " + quoted(inA) + " against " + quoted(inB);
+    }
+    return {};
+}
+
+std::string CameraText(const scene::CameraView& view) {
+    std::string text;
+    for (const glm::dvec3& place : {view.eye, view.eye + glm::dvec3(view.forward), glm::dvec3(view.up)})
+        for (int i = 0; i < 3; i++) text.append(NumberText(place[i])).append(1, ' ');
+    if (view.projection == scene::Projection::Orthographic)
+        return text.append(ToText(view.height)).append("m");
+    return text.append(ToText(glm::degrees(view.yFov)));
+}
+
+}  // namespace raygraph::session

@@ -1,0 +1,66 @@
+// What a render shows, and how: the settings that change its linear picture. All of them are recorded in its
+// file, and compared when it is resumed or merged. Threads: plain values and pure functions, for any thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/api.h"
+#include "base/error.h"
+#include "editor/session/light_groups.h"
+#include "passes/path_settings.h"
+#include "passes/raster.h"
+#include "passes/views.h"
+#include "renderer/scene/camera_view.h"
+
+namespace raygraph::session {
+
+using passes::View;  // what the picture's RGB shows
+
+struct PictureSettings {
+    Extent2D size{640, 360};  // pixels, 1 to 16384 a side
+    View view = View::PathTraced;
+    std::string camera;          // as of scene::ChooseView; CameraText makes it of a view
+    std::string scene;           // glTF scene by name or index; "": the file's default
+    float aperture = 0.0f;       // lens radius, metres; 0: a pinhole
+    float focusDistance = 0.0f;  // metres; 0: to what is seen in the middle of the scene's bounds
+    passes::PathSettings paths{};
+    passes::RasterSettings raster{};
+    float environmentRotation = 0.0f;                        // degrees about +y
+    std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // on the radiance of a map
+    std::array<float, 3> background{0.0f, 0.0f, 0.0f};       // constant radiance, where there is no map
+    std::vector<LightGroupPatterns> lightGroups;
+};
+
+inline uint64_t PixelCount(Extent2D size) {
+    return uint64_t{size.width} * size.height;
+}
+
+// A setting that cannot be. what() begins with its name, as in "seed: ...".
+class RAYGRAPH_API SettingError : public Error {
+  public:
+    using Error::Error;
+};
+
+// Settings as texts by their names: "seed" is "1". Names are those of the options of `raygraph render`.
+using SettingTexts = std::map<std::string, std::string, std::less<>>;
+
+// Every setting.
+RAYGRAPH_API SettingTexts Texts(const PictureSettings& settings);
+
+// Defaults, overridden by the texts. SettingError of kind Usage for a text that is no value of its setting; a
+// name that is of no setting is left alone.
+RAYGRAPH_API PictureSettings SettingsFrom(const SettingTexts& texts);
+
+// The first setting whose texts differ: "seed: 1 against 2"; empty when all agree. A setting that one side
+// lacks has its default there.
+RAYGRAPH_API std::string FirstDifference(const SettingTexts& a, const SettingTexts& b);
+
+// "eye target up fov" or "eye target up HEIGHTm", which reads back as the same view but for rounding.
+RAYGRAPH_API std::string CameraText(const scene::CameraView& view);
+
+}  // namespace raygraph::session

@@ -1,0 +1,378 @@
+#include "editor/session/render_file.h"
+
+#include <algorithm>
+#include <span>
+
+#include "base/check.h"
+#include "base/printable.h"
+#include "base/text.h"
+#include "editor/session/as_input.h"
+#include "editor/session/parse.h"
+#include "editor/session/setting_table.h"
+#include "renderer/image/exr.h"
+
+namespace raygraph::session {
+
+namespace {
+
+// Of the channels and attributes together. 1, which had no such attribute: means alone, without sums.
+constexpr std::string_view kFormat = "2";
+
+// Attributes. Settings are stored as the texts of their options: "raygraph.setting.seed" = "1".
+constexpr const char* kAttributeFormat = "raygraph.format";
+constexpr const char* kAttributeVersion = "raygraph.version";
+constexpr const char* kAttributeDevice = "raygraph.device";
+constexpr const char* kAttributeDriver = "raygraph.driver";
+constexpr const char* kAttributeScene = "raygraph.scene";
+constexpr const char* kAttributeSceneHash = "raygraph.sceneHash";
+constexpr const char* kAttributeEnvironment = "raygraph.environment";
+constexpr const char* kAttributeEnvironmentHash = "raygraph.environmentHash";
+constexpr const char* kAttributeSamples = "raygraph.samples";                // decimal: how many
+constexpr const char* kAttributeSampleOffset = "raygraph.sampleOffset";      // decimal: index of the first
+constexpr const char* kAttributeSampleRanges = "raygraph.sampleRanges";      // "0-63 128-191": which
+constexpr const char* kAttributeRemovedSamples = "raygraph.removedSamples";  // decimal: traced twice
+constexpr std::string_view kSettingPrefix = "raygraph.setting.";
+
+constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
+constexpr const char* kVarianceNames[] = {"variance.R", "variance.G", "variance.B"};
+
+// Of an AOV that is a mean.
+using ChannelNames = std::array<std::string, 3>;
+ChannelNames ColorChannels(const std::string& name) {
+    return {name + ".R", name + ".G", name + ".B"};
+}
+
+ChannelNames MeanChannels(Aov aov) {
+    if (aov == Aov::Normal) return {"N.X", "N.Y", "N.Z"};
+    return ColorChannels(Name(aov));
+}
+
+// Of the groups of lights that a render of these settings has.
+std::vector<ChannelNames> GroupChannels(const SettingTexts& settings) {
+    std::vector<ChannelNames> channels;
+    for (const std::string& name : LightGroupNames(SettingsFrom(settings).lightGroups))
+        channels.push_back(ColorChannels("light." + name));
+    return channels;
+}
+
+// Of what a bias removed.
+ChannelNames VarianceChannels(Bias bias) {
+    return ColorChannels(std::string(Name(AovOf(bias))) + ".variance");
+}
+
+// "albedo.R" becomes "albedo.sum0.R", "R" becomes "sum0.R".
+std::string WordChannel(const std::string& channel, const char* what, size_t word) {
+    std::string name = channel;
+    return name.insert(name.rfind('.') + 1, what + std::to_string(word) + '.');
+}
+
+// Word k of the squares of channel c lies in this plane, in component c or, of the highest word, 3.
+size_t SquarePlane(size_t k, size_t c) {
+    return k < passes::ExactSums::kPlanes ? k : c;
+}
+size_t SquareComponent(size_t k, size_t c) {
+    return k < passes::ExactSums::kPlanes ? c : 3;
+}
+
+struct IdChannel {
+    const char* name;
+    std::vector<uint32_t> RenderFile::*ids;
+};
+constexpr IdChannel kIdChannels[] = {{"id.instance", &RenderFile::instance},
+                                     {"id.material", &RenderFile::material}};
+
+// Puts the channels of these names into RGBA texels; false if the first of them is not there.
+template <typename Names>
+bool TakeChannels(const image::ExrImage& file, const Names& names, Texels& texels) {
+    if (file.FloatChannel(names[0]) == nullptr) return false;
+    texels.assign(size_t{4} * file.width * file.height, 0.0f);
+    for (size_t c = 0; c < std::size(names); c++) {
+        const std::vector<float>* channel = file.FloatChannel(names[c]);
+        if (channel == nullptr)
+            throw MakeError(ErrorKind::BadInput, "there is {} but no {}", names[0], names[c]);
+        for (size_t i = 0; i < channel->size(); i++) texels[4 * i + c] = (*channel)[i];
+    }
+    return true;
+}
+
+// The same with the words of their sums, and with those of their squares.
+template <typename Names>
+bool TakeSums(const image::ExrImage& file, const Names& names, bool withSquares, passes::ExactSums& sums) {
+    if (file.UintChannel(WordChannel(names[0], "sum", 0)) == nullptr) return false;
+    sums = passes::MakeExactSums(size_t{file.width} * file.height, withSquares);
+    const auto take = [&](const std::string& name, passes::ExactSums::Plane& plane, size_t component) {
+        const std::vector<uint32_t>* words = file.UintChannel(name);
+        if (words == nullptr)
+            throw MakeError(ErrorKind::BadInput, "there are sums of samples but no channel {}", name);
+        for (size_t i = 0; i < words->size(); i++) plane[4 * i + component] = (*words)[i];
+    };
+    for (size_t c = 0; c < std::size(names); c++)
+        for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
+            take(WordChannel(names[c], "sum", k), sums.sums[k], c);
+    for (size_t c = 0; c < 3 && withSquares; c++)
+        for (size_t k = 0; k <= passes::ExactSums::kPlanes; k++)
+            take(WordChannel(names[c], "squares", k), sums.squares[SquarePlane(k, c)], SquareComponent(k, c));
+    return true;
+}
+
+std::string TextAttribute(const image::ExrImage& file, const char* name) {
+    const auto attribute = file.attributes.find(name);
+    if (attribute == file.attributes.end()) return {};
+    const std::string* text = std::get_if<std::string>(&attribute->second);
+    if (text == nullptr) throw MakeError(ErrorKind::BadInput, "attribute {} is not a text", name);
+    return *text;
+}
+
+void RequireFormat(const image::ExrImage& file) {
+    const std::string format = TextAttribute(file, kAttributeFormat);
+    if (format == kFormat) return;
+    if (!format.empty())
+        throw MakeError(ErrorKind::BadInput, "{} is {}; this program reads {}", kAttributeFormat, format,
+                        kFormat);
+    if (file.attributes.contains(kAttributeSampleRanges))
+        throw Error(
+            ErrorKind::BadInput,
+            "written by an older version, which stored no sums of samples: it can be neither resumed nor "
+            "merged");
+    throw MakeError(ErrorKind::BadInput, "no attribute {}: not a render of this program", kAttributeFormat);
+}
+
+// Every pixel has as many samples, so far.
+void RequireEven(const image::ExrImage& file, uint64_t sampleCount) {
+    const std::vector<uint32_t>* counts = file.UintChannel("samples");
+    if (counts == nullptr) throw Error(ErrorKind::BadInput, "there is no uint channel samples");
+    for (const uint32_t count : *counts)
+        if (count != sampleCount)
+            throw MakeError(ErrorKind::BadInput, "a pixel has {} samples, the render {}", count, sampleCount);
+}
+
+SampleRanges SamplesOf(const image::ExrImage& file) {
+    const std::string text = TextAttribute(file, kAttributeSampleRanges);
+    if (text.empty())
+        throw MakeError(ErrorKind::BadInput, "no attribute {}: not a render of this program",
+                        kAttributeSampleRanges);
+    SampleRanges samples = ParseSampleRanges(text);
+    if (SampleCount(samples) > 0xFFFFFFFFu)
+        throw MakeError(ErrorKind::BadInput, "{}: \"{}\" are more samples than can be counted",
+                        kAttributeSampleRanges, text);
+    return samples;
+}
+
+void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
+    for (const Bias bias : kBiases) {
+        const size_t i = static_cast<size_t>(bias);
+        const bool hasVariance = TakeChannels(file, VarianceChannels(bias), render.removedVariance[i]);
+        if (hasVariance != !render.removed[i].empty())
+            throw MakeError(ErrorKind::BadInput, "of {} there is one of mean and variance, not both",
+                            Name(AovOf(bias)));
+        if (!hasVariance) continue;
+        TakeSums(file, MeanChannels(AovOf(bias)), true, render.sums.removed[i]);
+        const std::string count = TextAttribute(file, kAttributeRemovedSamples);
+        try {
+            render.removedSamples = ParseCount(count);
+        } catch (const Error& error) {
+            throw MakeError(ErrorKind::BadInput, "{}: {}", kAttributeRemovedSamples, error.what());
+        }
+    }
+}
+
+RenderFile FromExr(const image::ExrImage& file) {
+    RenderFile render;
+    RequireFormat(file);
+    render.samples = SamplesOf(file);
+    render.size = {file.width, file.height};
+    if (!TakeChannels(file, kRadianceNames, render.radiance))
+        throw Error(ErrorKind::BadInput, "there is no float channel R");
+    RequireEven(file, SampleCount(render.samples));
+    const bool hasVariance = TakeChannels(file, kVarianceNames, render.variance);
+    TakeSums(file, kRadianceNames, hasVariance, render.sums.radiance);
+    for (const Aov aov : kAovs) {
+        Texels* mean = MeanOf(render, aov);
+        if (mean == nullptr || !TakeChannels(file, MeanChannels(aov), *mean)) continue;
+        if (aov < Aov::RemovedMaxDepth) TakeSums(file, MeanChannels(aov), false, *SumsOf(render.sums, aov));
+    }
+    TakeRemoved(file, render);
+    if (const std::vector<float>* depth = file.FloatChannel("Z")) render.depth = *depth;
+    for (const IdChannel& channel : kIdChannels)
+        if (const std::vector<uint32_t>* ids = file.UintChannel(channel.name)) render.*channel.ids = *ids;
+
+    render.version = TextAttribute(file, kAttributeVersion);
+    render.device = TextAttribute(file, kAttributeDevice);
+    render.driver = TextAttribute(file, kAttributeDriver);
+    render.sceneFile = TextAttribute(file, kAttributeScene);
+    render.sceneHash = TextAttribute(file, kAttributeSceneHash);
+    render.environmentFile = TextAttribute(file, kAttributeEnvironment);
+    render.environmentHash = TextAttribute(file, kAttributeEnvironmentHash);
+    for (const PictureSetting& setting : PictureSettingTable()) {
+        const std::string name = std::string(kSettingPrefix) + setting.name;
+        if (file.attributes.contains(name)) render.settings[setting.name] = TextAttribute(file, name.c_str());
+    }
+    Extent2D recorded;
+    try {
+        recorded = SettingsFrom(render.settings).size;
+    } catch (const Error& error) {
+        throw MakeError(ErrorKind::BadInput, "recorded setting {}", error.what());
+    }
+    if (recorded != render.size)
+        throw MakeError(ErrorKind::BadInput, "the recorded size {} is not that of the picture, {}",
+                        ToText(recorded), ToText(render.size));
+    for (const ChannelNames& names : GroupChannels(render.settings)) {
+        if (!TakeChannels(file, names, render.lightGroups.emplace_back()))
+            throw MakeError(ErrorKind::BadInput, "there is no float channel {}", names[0]);
+        TakeSums(file, names, false, render.sums.lightGroups.emplace_back());
+    }
+    return render;
+}
+
+}  // namespace
+
+Texels* MeanOf(RenderFile& render, Aov aov) {
+    if (aov == Aov::Albedo) return &render.albedo;
+    if (aov == Aov::Normal) return &render.normal;
+    if (aov < Aov::Emission) return nullptr;
+    if (aov >= Aov::RemovedMaxDepth)
+        return &render.removed[static_cast<size_t>(aov) - static_cast<size_t>(Aov::RemovedMaxDepth)];
+    return &render.parts[static_cast<size_t>(aov) - static_cast<size_t>(Aov::Emission)];
+}
+
+const Texels* MeanOf(const RenderFile& render, Aov aov) {
+    return MeanOf(const_cast<RenderFile&>(render), aov);
+}
+
+passes::ExactSums* SumsOf(RenderSums& sums, Aov aov) {
+    if (aov == Aov::Albedo) return &sums.albedo;
+    if (aov == Aov::Normal) return &sums.normal;
+    if (aov < Aov::Emission) return nullptr;
+    if (aov >= Aov::RemovedMaxDepth)
+        return &sums.removed[static_cast<size_t>(aov) - static_cast<size_t>(Aov::RemovedMaxDepth)];
+    return &sums.parts[static_cast<size_t>(aov) - static_cast<size_t>(Aov::Emission)];
+}
+
+bool HasSums(const RenderFile& render) {
+    if (render.sums.radiance.IsEmpty() || render.sums.radiance.HasSquares() == render.variance.empty())
+        return false;
+    for (const Aov aov : kAovs)
+        if (const Texels* mean = MeanOf(render, aov);
+            mean && !mean->empty() && SumsOf(const_cast<RenderSums&>(render.sums), aov)->IsEmpty())
+            return false;
+    return render.lightGroups.size() == render.sums.lightGroups.size() &&
+           std::ranges::none_of(render.sums.lightGroups, &passes::ExactSums::IsEmpty);
+}
+
+AovSet AovsOf(const RenderFile& render) {
+    AovSet aovs;
+    for (const Aov aov : kAovs)
+        if (const Texels* mean = MeanOf(render, aov)) aovs.Set(aov, !mean->empty());
+    aovs.Set(Aov::Depth, !render.depth.empty());
+    aovs.Set(Aov::Instance, !render.instance.empty());
+    aovs.Set(Aov::Material, !render.material.empty());
+    return aovs;
+}
+
+void KeepOnly(RenderFile& render, const AovSet& aovs) {
+    for (const Aov aov : kAovs)
+        if (Texels* mean = MeanOf(render, aov); mean && !aovs.Has(aov)) {
+            mean->clear();
+            *SumsOf(render.sums, aov) = {};
+        }
+    for (const Bias bias : kBiases)
+        if (!aovs.Has(AovOf(bias))) render.removedVariance[static_cast<size_t>(bias)].clear();
+    if (!aovs.Has(Aov::Depth)) render.depth.clear();
+    if (!aovs.Has(Aov::Instance)) render.instance.clear();
+    if (!aovs.Has(Aov::Material)) render.material.clear();
+}
+
+void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render) {
+    std::vector<image::ExrPlane> planes;
+    const auto add = [&](const std::string& name, const Texels& texels, size_t c) {
+        planes.push_back({name, std::span<const float>(texels).subspan(c), 4});
+    };
+    const auto addWords = [&](const std::string& name, const passes::ExactSums::Plane& plane, size_t c) {
+        planes.push_back({name, std::span<const uint32_t>(plane).subspan(c), 4});
+    };
+    const auto addSums = [&](const auto& names, const passes::ExactSums& sums) {
+        for (size_t c = 0; c < std::size(names) && !sums.IsEmpty(); c++)
+            for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
+                addWords(WordChannel(names[c], "sum", k), sums.sums[k], c);
+        for (size_t c = 0; c < 3 && sums.HasSquares(); c++)
+            for (size_t k = 0; k <= passes::ExactSums::kPlanes; k++)
+                addWords(WordChannel(names[c], "squares", k), sums.squares[SquarePlane(k, c)],
+                         SquareComponent(k, c));
+    };
+    for (size_t c = 0; c < 4; c++) add(kRadianceNames[c], render.radiance, c);
+    for (size_t c = 0; c < 3 && !render.variance.empty(); c++) add(kVarianceNames[c], render.variance, c);
+    addSums(kRadianceNames, render.sums.radiance);
+    for (const Aov aov : kAovs) {
+        const Texels* mean = MeanOf(render, aov);
+        if (mean == nullptr || mean->empty()) continue;
+        for (size_t c = 0; c < 3; c++) add(MeanChannels(aov)[c], *mean, c);
+        addSums(MeanChannels(aov), *SumsOf(const_cast<RenderSums&>(render.sums), aov));
+    }
+    if (!render.lightGroups.empty()) {
+        const std::vector<ChannelNames> names = GroupChannels(render.settings);
+        RG_CHECK_EQ(names.size(), render.lightGroups.size());
+        for (size_t i = 0; i < names.size(); i++) {
+            for (size_t c = 0; c < 3; c++) add(names[i][c], render.lightGroups[i], c);
+            if (!render.sums.lightGroups.empty()) addSums(names[i], render.sums.lightGroups[i]);
+        }
+    }
+    bool hasRemoved = false;
+    for (const Bias bias : kBiases) {
+        const Texels& variance = render.removedVariance[static_cast<size_t>(bias)];
+        hasRemoved |= !variance.empty();
+        for (size_t c = 0; c < 3 && !variance.empty(); c++) add(VarianceChannels(bias)[c], variance, c);
+    }
+    if (!render.depth.empty()) planes.push_back({"Z", std::span<const float>(render.depth)});
+    for (const IdChannel& channel : kIdChannels)
+        if (!(render.*channel.ids).empty())
+            planes.push_back({channel.name, std::span<const uint32_t>(render.*channel.ids)});
+    const std::string sampleCount = std::to_string(SampleCount(render.samples));
+    const std::vector<uint32_t> samples(PixelCount(render.size),
+                                        static_cast<uint32_t>(SampleCount(render.samples)));
+    planes.push_back({"samples", std::span<const uint32_t>(samples)});
+
+    image::ExrAttributes attributes;
+    attributes[kAttributeFormat] = std::string(kFormat);
+    attributes[kAttributeVersion] = render.version;
+    attributes[kAttributeDevice] = render.device;
+    attributes[kAttributeDriver] = render.driver;
+    attributes[kAttributeScene] = render.sceneFile;
+    attributes[kAttributeSceneHash] = render.sceneHash;
+    attributes[kAttributeEnvironment] = render.environmentFile;
+    attributes[kAttributeEnvironmentHash] = render.environmentHash;
+    attributes[kAttributeSamples] = sampleCount;
+    attributes[kAttributeSampleOffset] = std::to_string(render.samples.front().first);
+    attributes[kAttributeSampleRanges] = ToText(render.samples);
+    if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
+    for (const auto& [name, text] : render.settings) attributes[std::string(kSettingPrefix) + name] = text;
+    image::WriteExr(path, render.size.width, render.size.height, planes, attributes);
+}
+
+RenderFile ReadRenderFile(const std::filesystem::path& path) {
+    const image::ExrImage file = AsInput([&] { return image::ReadExr(path); });
+    try {
+        return FromExr(file);
+    } catch (const Error& error) {
+        throw MakeError(error.Kind(), "{}: {}", path.string(), Printable(error.what(), 1024));
+    }
+}
+
+std::string FirstMismatch(const RenderFile& a, const RenderFile& b) {
+    const auto differ = [](const char* what, const std::string& inA, const std::string& inB) {
+        return std::string(what) + ": " + (inA.empty() ? "none" : inA) + " against " +
+               (inB.empty() ? "none" : inB);
+    };
+    if (std::string difference = FirstDifference(a.settings, b.settings); !difference.empty())
+        return difference;
+    if (a.sceneFile != b.sceneFile) return differ("scene", a.sceneFile, b.sceneFile);
+    if (a.environmentFile != b.environmentFile)
+        return differ("environment", a.environmentFile, b.environmentFile);
+    if (a.sceneHash.empty() || b.sceneHash.empty())
+        return "scene: " + a.sceneFile + " was saved by the editor, perhaps with edits that are in no file";
+    if (a.sceneHash != b.sceneHash) return "scene: the content of " + a.sceneFile + " has changed";
+    if (a.environmentHash != b.environmentHash)
+        return "environment: the content of " + a.environmentFile + " has changed";
+    return {};
+}
+
+}  // namespace raygraph::session

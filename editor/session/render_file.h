@@ -1,0 +1,100 @@
+// What the .exr of a render holds, in memory and as a file: the linear picture, the variance and AOVs that
+// were accumulated beside it, and everything needed to go on with it or to merge it with another.
+//
+// Channels: R G B A; samples; variance.R/G/B; and as asked for albedo.R/G/B, N.X/Y/Z (world space, mean over
+// the samples, so shorter than 1 at edges), the parts of the radiance as emission.R/G/B and so on,
+// removed_max_depth.R/G/B and so on with removed_max_depth.variance.R/G/B (of one sample traced twice),
+// with --light-group the radiance by group as light.NAME.R/G/B, Z
+// (along the camera's forward; infinite where nothing is hit), id.instance and id.material (uint; 0xFFFFFFFF
+// where nothing is hit). Z and the ids are those of the ray through the pixel's center. Attributes: see
+// kAttribute* in the source.
+//
+// The means are for other programs. What is gone on with are exact sums of the samples, one channel (uint) a
+// word, lowest first (shaders/shared/exact_sums.h): sum0.R to sum3.A, squares0.R to squares4.B, and with the
+// others albedo.sum0.R, N.sum0.X, light.NAME.sum0.R, removed_max_depth.squares0.R and so on. `samples` tells
+// how many samples a pixel's sums are of: today as many for all pixels.
+//
+// Threads: plain values and functions of files, for any thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "base/api.h"
+#include "editor/session/aovs.h"
+#include "editor/session/picture_settings.h"
+#include "editor/session/sample_ranges.h"
+#include "passes/exact_sums.h"
+
+namespace raygraph::session {
+
+// RGBA, rows from the top, 4 * width * height floats; empty when it was not rendered.
+using Texels = std::vector<float>;
+
+// Of what the pictures of a RenderFile are the means. In what the editor saved there are none.
+struct RenderSums {
+    passes::ExactSums radiance;  // with squares where there is a variance
+    passes::ExactSums albedo, normal;
+    std::array<passes::ExactSums, passes::kPathPartCount> parts;
+    std::array<passes::ExactSums, kBiasCount> removed;  // with squares
+    std::vector<passes::ExactSums> lightGroups;
+};
+
+struct RenderFile {
+    Extent2D size;    // pixels
+    Texels radiance;  // mean of the samples; alpha: part of the pixel that is covered
+    Texels variance;  // unbiased variance of one sample, w without meaning
+    Texels albedo;    // w: covered part of the pixel; not stored
+    Texels normal;    // w without meaning
+    std::array<Texels, passes::kPathPartCount> parts;  // of the radiance, by PathPart; w is not stored
+    // By Bias: what second traces had more than their samples, mean and variance; w is not stored.
+    std::array<Texels, kBiasCount> removed, removedVariance;
+    uint32_t removedSamples = 0;      // that were traced twice
+    std::vector<Texels> lightGroups;  // by LightGroupNames of its settings; w is not stored
+    RenderSums sums;                  // w stored of the radiance alone
+    std::vector<float> depth;
+    std::vector<uint32_t> instance;
+    std::vector<uint32_t> material;
+
+    SampleRanges samples;
+    SettingTexts settings;
+    std::string sceneFile;        // file name without folders
+    std::string sceneHash;        // of the scene's content; "": saved by the editor
+    std::string environmentFile;  // "": no map
+    std::string environmentHash;
+    std::string version;  // of the library
+    std::string device;
+    std::string driver;
+};
+
+// The picture of an AOV that is a mean over samples; nullptr for the others: depth and ids.
+RAYGRAPH_API Texels* MeanOf(RenderFile& render, Aov aov);
+RAYGRAPH_API const Texels* MeanOf(const RenderFile& render, Aov aov);
+
+// Its sums; nullptr likewise.
+RAYGRAPH_API passes::ExactSums* SumsOf(RenderSums& sums, Aov aov);
+
+// Whether all that is a mean has its sums.
+RAYGRAPH_API bool HasSums(const RenderFile& render);
+
+// The AOVs that it has.
+RAYGRAPH_API AovSet AovsOf(const RenderFile& render);
+
+// Empties the other AOVs.
+RAYGRAPH_API void KeepOnly(RenderFile& render, const AovSet& aovs);
+
+// An .exr, replaced as a whole or not at all. Error{Io}.
+RAYGRAPH_API void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render);
+
+// Error{BadInput} naming the path: for a file that cannot be read, is no EXR, or is no render of this program
+// in this format (a channel or an attribute is missing or malformed, or it is of an older or newer version).
+RAYGRAPH_API RenderFile ReadRenderFile(const std::filesystem::path& path);
+
+// "scene: cornell.gltf against box.gltf": the first thing for which samples of `a` and `b` do not belong in
+// one picture, apart from which samples they are; empty when they do belong together.
+RAYGRAPH_API std::string FirstMismatch(const RenderFile& a, const RenderFile& b);
+
+}  // namespace raygraph::session

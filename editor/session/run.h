@@ -1,0 +1,34 @@
+// When a run of samples ends, and how it gets on. Threads: plain values.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+namespace raygraph::session {
+
+// A run ends with the first of these; one of the first three is set.
+struct StopRule {
+    std::optional<uint32_t> samples;        // in the picture, with those of earlier runs
+    std::optional<double> seconds;          // of this run; at least one sample is rendered
+    std::optional<double> relativeError;    // as of ImageStatistics; not before 64 samples
+    std::function<bool()> isStopRequested;  // asked before each sample; empty: never
+};
+
+// While a run is going on.
+struct ProgressState {
+    uint32_t samplesDone = 0;               // in the picture
+    std::optional<uint32_t> samplesWanted;  // none: until the time is up
+    double samplesPerSecond = 0.0;          // of all pixels; 0: not known yet
+    std::optional<double> relativeError;    // with variance: from time to time
+    std::optional<double> secondsLeft;
+};
+
+struct RunSummary {
+    double seconds = 0.0;
+    double firstSampleSeconds = 0.0;  // of these, until the first was done, pipelines and uploads included
+    std::optional<double> samplesPerSecond;  // of all pixels, without the first; none for one sample
+    bool wasStopped = false;                 // before the rule's samples, because it was requested
+};
+
+}  // namespace raygraph::session

@@ -1,0 +1,229 @@
+#include "editor/session/sample_frames.h"
+
+#include <cmath>
+#include <numeric>
+
+#include "editor/session/light_group_tiles.h"
+#include "passes/raster.h"
+
+namespace raygraph::session {
+
+namespace {
+
+// One channel of four.
+template <typename T>
+std::vector<T> ChannelOf(const std::vector<T>& texels, size_t channel) {
+    std::vector<T> values(texels.size() / 4);
+    for (size_t i = 0; i < values.size(); i++) values[i] = texels[4 * i + channel];
+    return values;
+}
+
+}  // namespace
+
+SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
+    : m_scene(scene),
+      m_renderer(scene.GraphRenderer()),
+      m_plan(plan),
+      m_secondTraces(scene.SettingsFor(plan.firstSample).biases),
+      m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo)),
+      m_isKeepingNormal(plan.aovs.Has(Aov::Normal)),
+      m_isKeepingCenter(plan.aovs.NeedsCenterRay()) {
+    for (size_t i = 0; i < passes::kPathPartCount; i++)
+        if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
+            m_parts.push_back({i, Accumulated(Name(aov))});
+    if (plan.continues != nullptr) RestoreFrom(*plan.continues);
+    m_plan.continues = nullptr;
+}
+
+void SampleFrames::RestoreFrom(const RenderFile& render) {
+    const Extent2D extent{render.size.width, render.size.height};
+    const uint32_t count = render.samples.front().count;
+    const RenderSums& sums = render.sums;
+    m_renderer.BeginFrame();
+    passes::Restore(m_renderer, m_radiance.accumulation, extent, count, sums.radiance);
+    if (m_isKeepingAlbedo) passes::Restore(m_renderer, m_albedo.accumulation, extent, count, sums.albedo);
+    if (m_isKeepingNormal) passes::Restore(m_renderer, m_normal.accumulation, extent, count, sums.normal);
+    for (KeptPart& part : m_parts)
+        passes::Restore(m_renderer, part.sum.accumulation, extent, count, sums.parts[part.index]);
+    if (m_plan.lightGroupCount > 0) {
+        const Extent2D tiles = passes::LightGroupTiles(m_plan.lightGroupCount);
+        passes::Restore(m_renderer, m_groups.accumulation,
+                        {tiles.width * extent.width, tiles.height * extent.height}, count,
+                        ToTiles(sums.lightGroups, render.size));
+    }
+    m_secondTraces.Restore(m_renderer, render);
+    m_renderer.Execute();
+    m_submitted = count;
+}
+
+void SampleFrames::ReadBack(const passes::AccumulatedIds& ids, Accumulated& into) {
+    into.mean = m_renderer.ReadBack(ids.mean);
+    if (m_plan.withSums) into.sums = SumsReadback(m_renderer, ids);
+}
+
+void SampleFrames::Keep(TextureId sample, Accumulated& into, bool isLast) {
+    const passes::AccumulatedIds ids = passes::Accumulate(m_renderer, sample, into.accumulation);
+    m_renderer.Present(ids.sums[0]);
+    if (isLast) ReadBack(ids, into);
+}
+
+passes::TraceIds SampleFrames::DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings) {
+    if (TracesPaths())
+        return passes::Trace(m_renderer, ids, settings,
+                             {.parts = !m_parts.empty(), .lightGroups = m_plan.lightGroupCount > 0});
+    const passes::RasterVisibility seen =
+        passes::DrawVisibility(m_renderer, ids, settings, passes::FilmPosition::Jittered);
+    return {.radiance =
+                passes::RasterShade(m_renderer, ids, settings, seen, m_filteredEnvironment, m_plan.raster)};
+}
+
+void SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
+                                   bool isMeasuring) {
+    const passes::TraceIds sample = DeclareSample(ids, settings);
+    if (TracesPaths()) m_counts.push_back(m_renderer.ReadBack(sample.counts));
+    for (KeptPart& part : m_parts) Keep(sample.parts[part.index], part.sum, isLast);
+    if (m_plan.lightGroupCount > 0) Keep(sample.lightGroups, m_groups, isLast);
+    m_secondTraces.Declare(m_renderer, settings, sample.radiance, isLast,
+                           [&](const auto& others) { return DeclareSample(ids, others).radiance; });
+    const passes::AccumulatedIds sums =
+        passes::Accumulate(m_renderer, sample.radiance, m_radiance.accumulation, m_plan.withVariance);
+    m_renderer.Present(sums.sums[0]);
+    if (isLast) {
+        ReadBack(sums, m_radiance);
+        if (m_plan.withVariance) m_variance = m_renderer.ReadBack(sums.variance);
+        m_display = m_renderer.ReadBack(passes::Tonemap(m_renderer, sums.mean, m_plan.tonemap));
+    } else if (isMeasuring && m_plan.withVariance && !m_measurement) {
+        m_measurement =
+            Measurement{m_submitted + 1, m_renderer.ReadBack(sums.mean), m_renderer.ReadBack(sums.variance)};
+    }
+}
+
+void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
+    const passes::FilmPosition film =
+        passes::IsMeanMeaningful(m_plan.view) ? passes::FilmPosition::Jittered : passes::FilmPosition::Center;
+    const TextureId values =
+        passes::ViewValues(m_renderer, ids, settings, m_plan.view, film, passes::SurfacesBy::Rays);
+    const passes::AccumulatedIds sums = passes::Accumulate(m_renderer, values, m_radiance.accumulation);
+    m_renderer.Present(sums.sums[0]);
+    if (!isLast) return;
+    ReadBack(sums, m_radiance);
+    m_display = m_renderer.ReadBack(passes::PaintView(m_renderer, sums.mean, m_plan.view));
+}
+
+void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
+    const passes::PrimaryHitIds hits =
+        passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
+    if (m_isKeepingAlbedo) Keep(hits.albedo, m_albedo, isLast);
+    if (m_isKeepingNormal) Keep(hits.normal, m_normal, isLast);
+}
+
+void SampleFrames::DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings) {
+    const passes::PrimaryHitIds hits =
+        passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Center);
+    m_position = m_renderer.ReadBack(hits.position);
+    m_ids = m_renderer.ReadBack(hits.ids);
+}
+
+void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample + m_submitted);
+    if (ShowsLight())
+        DeclareRadiance(ids, settings, isLast, isMeasuring);
+    else
+        DeclareValues(ids, settings, isLast);
+    if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings, isLast);
+    if (m_isKeepingCenter && isLast) DeclareCenterRay(ids, settings);
+    m_pending.push_back(m_renderer.Execute());
+    m_submitted++;
+    m_hasPicture = isLast;
+    NonFiniteSamples();
+    m_times.Add(m_renderer.TakeTimings());
+}
+
+uint32_t SampleFrames::SamplesDone() {
+    const uint64_t completed = m_renderer.Device().CompletedValue();
+    while (!m_pending.empty() && m_pending.front() <= completed) m_pending.pop_front();
+    return m_submitted - static_cast<uint32_t>(m_pending.size());
+}
+
+uint64_t SampleFrames::NonFiniteSamples() {
+    while (!m_counts.empty() && m_counts.front().IsReady()) {
+        m_nonFiniteSamples += WaitForValues<passes::TraceCounts>(m_counts.front()).front().nonFiniteSamples;
+        m_counts.pop_front();
+    }
+    return m_nonFiniteSamples;
+}
+
+void SampleFrames::WaitForSamples() {
+    if (!m_pending.empty()) m_renderer.Device().WaitFor(m_pending.back());
+}
+
+std::optional<double> SampleFrames::RelativeError() {
+    if (m_measurement && m_measurement->mean.IsReady() && m_measurement->variance.IsReady()) {
+        const uint32_t count = m_measurement->sampleCount;
+        const std::optional<double> error = Measure(WaitForValues<float>(m_measurement->mean),
+                                                    WaitForValues<float>(m_measurement->variance), count)
+                                                .relativeError;
+        if (error) m_errorOfOneSample = *error * std::sqrt(static_cast<double>(count));
+        m_measurement.reset();
+    }
+    const uint32_t done = SamplesDone();
+    if (!m_errorOfOneSample || done == 0) return std::nullopt;
+    return *m_errorOfOneSample / std::sqrt(static_cast<double>(done));
+}
+
+void SampleFrames::Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const {
+    mean = WaitForValues<float>(from.mean);
+    if (m_plan.withSums) sums = from.sums.Values();
+}
+
+void SampleFrames::TakePicture(RenderFile& render) const {
+    Take(m_radiance, render.radiance, render.sums.radiance);
+    if (ShowsLight() && m_plan.withVariance) render.variance = WaitForValues<float>(m_variance);
+    if (m_isKeepingAlbedo) Take(m_albedo, render.albedo, render.sums.albedo);
+    if (m_isKeepingNormal) Take(m_normal, render.normal, render.sums.normal);
+    for (const KeptPart& part : m_parts)
+        Take(part.sum, render.parts[part.index], render.sums.parts[part.index]);
+    if (m_plan.lightGroupCount > 0) {
+        Texels tiles;
+        passes::ExactSums sums;
+        Take(m_groups, tiles, sums);
+        render.lightGroups = FromTiles(tiles, render.size, m_plan.lightGroupCount);
+        if (m_plan.withSums) render.sums.lightGroups = FromTiles(sums, render.size, m_plan.lightGroupCount);
+    }
+    if (ShowsLight()) m_secondTraces.Take(render, m_plan.withSums);
+    if (m_isKeepingCenter) {
+        const std::vector<uint32_t> hits = WaitForValues<uint32_t>(m_ids);
+        if (m_plan.aovs.Has(Aov::Depth)) render.depth = ChannelOf(WaitForValues<float>(m_position), 3);
+        if (m_plan.aovs.Has(Aov::Instance)) render.instance = ChannelOf(hits, 0);
+        if (m_plan.aovs.Has(Aov::Material)) render.material = ChannelOf(hits, 1);
+    }
+    render.samples = {{m_plan.firstSample, m_submitted}};
+}
+
+image::Image8 SampleFrames::TakeDisplay() const {
+    const Extent2D size = m_display.Extent();
+    image::Image8 picture{size.width, size.height, WaitForValues<uint8_t>(m_display)};
+    for (size_t i = 3; i < picture.rgba.size(); i += 4) picture.rgba[i] = 255;
+    return picture;
+}
+
+double SampleFrames::MeasureRaysPerSample() {
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+    const passes::TraceIds traced = passes::Trace(
+        m_renderer, ids, m_scene.SettingsFor(m_plan.firstSample + m_submitted - 1), {.rayCounts = true});
+    const Readback readback = m_renderer.ReadBack(traced.rayCounts);
+    m_renderer.Execute();
+    const std::vector<float> rays = WaitForValues<float>(readback);
+    return std::accumulate(rays.begin(), rays.end(), 0.0) / static_cast<double>(rays.size());
+}
+
+const PassTimes& SampleFrames::Times() {
+    WaitForSamples();
+    m_times.Add(m_renderer.TakeTimings());
+    return m_times;
+}
+
+}  // namespace raygraph::session

@@ -1,0 +1,119 @@
+// Renders samples of one picture, one a frame, and returns the accumulated result. For editor/session/ alone.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "editor/session/device_scene.h"
+#include "editor/session/image_statistics.h"
+#include "editor/session/pass_times.h"
+#include "editor/session/render_file.h"
+#include "editor/session/second_traces.h"
+#include "editor/session/texel_readback.h"
+#include "passes/accumulate.h"
+#include "passes/filter_environment.h"
+#include "passes/tonemap.h"
+#include "passes/views.h"
+
+namespace raygraph::session {
+
+struct FramePlan {
+    View view = View::PathTraced;
+    AovSet aovs;                            // additional outputs
+    uint32_t lightGroupCount = 0;           // rendered separately; 0: none
+    bool withVariance = false;              // of the radiance
+    bool withSums = false;                  // returns the sums of everything accumulated
+    uint32_t firstSample = 0;               // index
+    passes::RasterSettings raster;          // of the raster view
+    passes::TonemapSettings tonemap;        // of the display picture
+    const RenderFile* continues = nullptr;  // its samples come first; not kept
+};
+
+class SampleFrames {
+  public:
+    // `scene` outlives the object.
+    SampleFrames(DeviceScene& scene, const FramePlan& plan);
+
+    // Submits one sample; waits while as many frames are in flight as the device allows. The last sample's
+    // frame reads everything back. `isMeasuring`: its error is estimated when it has arrived.
+    void RenderSample(bool isLast, bool isMeasuring);
+    // Samples in the picture that the device has finished, those that were continued included.
+    uint32_t SamplesDone();
+    uint32_t SamplesSubmitted() const { return m_submitted; }
+    // Of the newest measured sample that has arrived, scaled to the samples done since; none before.
+    std::optional<double> RelativeError();
+    // Of the finished ones that this object rendered: those that were infinite or NaN, and are black.
+    uint64_t NonFiniteSamples();
+    // Waits until the device has done what was submitted.
+    void WaitForSamples();
+
+    bool HasPicture() const { return m_hasPicture; }
+    // After a last sample: fills the picture and its channels and samples, and waits for them. The rest of
+    // the render is left as it is.
+    void TakePicture(RenderFile& render) const;
+    // The tone-mapped picture, or the view as PaintView shows it; opaque.
+    image::Image8 TakeDisplay() const;
+
+    // Rays that a path of the last sample takes, on average over the pixels. Renders that sample once more.
+    // Only if TracesPaths().
+    double MeasureRaysPerSample();
+    // GPU times of all frames of samples.
+    const PassTimes& Times();
+    bool ShowsLight() const { return passes::ShowsLight(m_plan.view); }
+    bool TracesPaths() const { return m_plan.view == View::PathTraced; }
+
+  private:
+    // An accumulated picture; the last sample sets the readbacks.
+    struct Accumulated {
+        explicit Accumulated(const char* name) : accumulation(name) {}
+        passes::Accumulation accumulation;
+        Readback mean;
+        SumsReadback sums;
+    };
+    struct KeptPart {
+        size_t index;  // of the PathPart
+        Accumulated sum;
+    };
+    struct Measurement {
+        uint32_t sampleCount = 0;
+        Readback mean, variance;
+    };
+
+    void RestoreFrom(const RenderFile& render);
+    // One sample of the radiance, by the pipeline of all samples.
+    passes::TraceIds DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
+    void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
+                         bool isMeasuring);
+    // Of a view that shows no light.
+    void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
+    void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
+    void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
+    void Keep(TextureId sample, Accumulated& into, bool isLast);
+    void ReadBack(const passes::AccumulatedIds& ids, Accumulated& into);
+    void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
+
+    DeviceScene& m_scene;
+    Renderer& m_renderer;
+    FramePlan m_plan;
+    SecondTraces m_secondTraces;
+    bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter;
+    bool m_hasPicture = false;
+    uint32_t m_submitted = 0;        // samples in the picture, continued ones included
+    std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
+
+    Accumulated m_radiance{"radiance"};  // or the view's values
+    Accumulated m_albedo{"albedo"}, m_normal{"normal"};
+    passes::FilteredEnvironment m_filteredEnvironment{"filtered environment"};
+    Accumulated m_groups{"lightGroups"};
+    std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
+    Readback m_variance, m_display, m_position, m_ids;
+    std::deque<Readback> m_counts;  // TraceCounts of samples, until they have arrived
+    uint64_t m_nonFiniteSamples = 0;
+    std::optional<Measurement> m_measurement;
+    std::optional<double> m_errorOfOneSample;
+    PassTimes m_times;
+};
+
+}  // namespace raygraph::session

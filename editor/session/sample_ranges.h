@@ -1,0 +1,37 @@
+// Which samples a render holds: disjoint, sorted ranges of sample indices. Samples are functions of their
+// index, so a sample must not be counted twice. Threads: plain values and pure functions, for any thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/api.h"
+
+namespace raygraph::session {
+
+struct SampleRange {
+    uint32_t first = 0;
+    uint32_t count = 0;
+
+    bool operator==(const SampleRange&) const = default;
+    uint64_t End() const { return uint64_t{first} + count; }  // one past the last
+};
+
+using SampleRanges = std::vector<SampleRange>;
+
+// Samples of all ranges.
+RAYGRAPH_API uint64_t SampleCount(const SampleRanges& ranges);
+
+// "0-63", "0-63 128-191": first and last sample of each range.
+RAYGRAPH_API std::string ToText(const SampleRanges& ranges);
+// Reads ToText. Error{BadInput} when it is malformed, or the ranges are empty, unsorted or overlap.
+RAYGRAPH_API SampleRanges ParseSampleRanges(std::string_view text);
+
+// True if both hold one sample.
+RAYGRAPH_API bool Overlap(const SampleRanges& a, const SampleRanges& b);
+// Both, neighbors joined. They must not overlap.
+RAYGRAPH_API SampleRanges Union(const SampleRanges& a, const SampleRanges& b);
+
+}  // namespace raygraph::session

@@ -1,0 +1,43 @@
+// What a picture is rendered of: a scene and an environment, with hashes of them. Threads: plain values and
+// functions of files, for any thread.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "base/api.h"
+#include "base/log.h"
+#include "renderer/image/image.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::session {
+
+struct SceneInput {
+    scene::SceneData data;
+    scene::SceneStatistics statistics;
+    std::string file;             // name without folders
+    std::string hash;             // of `data`
+    image::ImageF environment;    // empty: none
+    std::string environmentFile;  // "": none
+    std::string environmentHash;
+    double loadMs = 0.0;  // reading and decoding, both files
+};
+
+struct InputOptions {
+    std::string scene;                  // which of the file's scenes, by name or index; "": the default
+    std::filesystem::path environment;  // equirectangular .hdr or .exr; "": none
+    Log log;                            // takes warnings
+    // Called on the loading thread, `fraction` from 0 to 1.
+    std::function<void(std::string_view stage, float fraction)> progress;
+};
+
+// Error{BadInput} naming the file, also for one that cannot be read; Error{Usage} for a scene that is not
+// in it.
+RAYGRAPH_API SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options = {});
+
+// A scene that a host has made. `name` stands in files for that of a scene's file.
+RAYGRAPH_API SceneInput MakeInput(scene::SceneData data, std::string name);
+
+}  // namespace raygraph::session

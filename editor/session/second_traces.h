@@ -1,0 +1,41 @@
+// The second traces of a render's samples, each without one of its biases: see bias.h.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "editor/session/bias.h"
+#include "editor/session/render_file.h"
+#include "editor/session/texel_readback.h"
+#include "passes/accumulate.h"
+
+namespace raygraph::session {
+
+class SecondTraces {
+  public:
+    // Nothing is ever traced for a bias that is off.
+    explicit SecondTraces(const passes::BiasSettings& biases);
+
+    // In a frame of its own: continues from the sums in the file. A bias whose removed light is not in the
+    // file starts from zero.
+    void Restore(Renderer& renderer, const RenderFile& render);
+    // In each frame: traces `sample` again for each bias, if it is due. It was traced with `settings`;
+    // `trace` traces it with others.
+    using TraceSample = std::function<TextureId(const passes::TraceSettings&)>;
+    void Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample, bool isLast,
+                 const TraceSample& trace);
+    // After the last sample: fills what was removed, zeros if no sample was traced again.
+    void Take(RenderFile& render, bool withSums) const;
+
+  private:
+    struct Kept {
+        explicit Kept(Bias which);
+        Bias bias;
+        passes::Accumulation accumulation;
+        Readback mean, variance;  // set by the last sample
+        SumsReadback sums;
+    };
+    std::vector<Kept> m_kept;  // never resized: frames refer to its accumulations
+};
+
+}  // namespace raygraph::session

@@ -1,0 +1,100 @@
+// Session: renders one picture of a scene offline, a sample of every pixel a frame, with the channels that
+// are asked for. It knows no command line and prints nothing.
+//
+//   const auto device = rhi::Device::Create();
+//   session::Session session(*device, session::LoadInput("scene.gltf"), {.aovs = {session::Aov::Albedo}});
+//   session.Run({.samples = 256});
+//   session::WriteRenderFile("picture.exr", session.Result().render);
+//
+// The bits of a picture depend on the device, the settings and the range of samples, and not on how many runs
+// took them: a resumed render has the bits of one that was never interrupted.
+//
+// Threads: one at a time, as a Renderer; the device may be in use by others.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "base/api.h"
+#include "editor/session/aovs.h"
+#include "editor/session/image_statistics.h"
+#include "editor/session/pass_times.h"
+#include "editor/session/picture_settings.h"
+#include "editor/session/render_file.h"
+#include "editor/session/resume.h"
+#include "editor/session/run.h"
+#include "editor/session/scene_input.h"
+#include "passes/tonemap.h"
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/image/image.h"
+#include "rhi/device.h"
+
+namespace raygraph::session {
+
+struct SessionDesc {
+    PictureSettings settings;
+    AovSet aovs;
+    uint32_t firstSample = 0;                // index: renders of disjoint ranges of samples can be merged
+    bool withVariance = true;                // of the radiance
+    bool withSums = true;                    // without them the render can be neither resumed nor merged
+    passes::TonemapSettings tonemap{};       // of Session::Display
+    const ResumedRender* resumed = nullptr;  // its samples come first; not kept
+};
+
+// With its settings, AOVs and samples; it outlives the constructor of the session.
+RAYGRAPH_API SessionDesc Resuming(const ResumedRender& render);
+
+struct SessionResult {
+    RenderFile render;
+    ImageStatistics statistics;
+    std::map<Bias, RemovedLight> removed;  // of the biases that are on, where samples were traced twice
+};
+
+struct SessionStatistics {
+    std::vector<PassTime> passes;  // over all frames of samples
+    GpuSceneStatistics scene;
+    double pipelinesMs = 0.0;  // making them
+};
+
+class RAYGRAPH_API Session {
+  public:
+    // Uploads the scene. `device` outlives the session. Error{Usage} for a camera or group of lights that is
+    // not in the scene, for AOVs that a picture of these settings cannot have, and for sample indices beyond
+    // the last; Error{BadInput} if scene or settings are not those of the resumed render.
+    Session(rhi::Device& device, SceneInput input, const SessionDesc& desc);
+    ~Session();
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    // Renders until the rule says so, and waits for the last sample. May be called again, to go on.
+    // `progress` is called after each sample was submitted, on this thread. A view without a mean over
+    // samples (passes::IsMeanMeaningful) takes one sample, whatever the rule says. Error{Usage} for a rule
+    // that cannot end, or that asks for no more samples than there are. After any other Error, the session
+    // can only be destroyed.
+    RunSummary Run(const StopRule& rule, const std::function<void(const ProgressState&)>& progress = {});
+
+    // After a run: all that was asked for. Copies it from the device, and waits for that.
+    SessionResult Result() const;
+    // Tone-mapped, or the view as passes::PaintView shows it: opaque sRGB.
+    image::Image8 Display() const;
+
+    uint32_t SampleCount() const;  // in the picture, with resumed ones
+    // Of the samples that this session rendered: infinite or NaN ones, which count as black.
+    uint64_t NonFiniteSamples();
+    SessionStatistics Statistics();
+    // Rays that a path of the last sample takes, on average over the pixels; none where no paths are traced.
+    // Renders that sample once more.
+    std::optional<double> MeasureRaysPerSample();
+    // Without scene and environment, which are on the device.
+    const SceneInput& Input() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> m_impl;
+};
+
+}  // namespace raygraph::session
