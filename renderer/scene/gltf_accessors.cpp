@@ -75,7 +75,7 @@ std::string ViewName(uint32_t view, const BufferView& info) {
 class TableReader {
   public:
     TableReader(const GltfContext& context, const GltfDocument& document, AccessorTables& tables)
-        : m_context(context), m_model(document.model), m_tables(tables) {
+        : m_context(context), m_document(document), m_model(document.model), m_tables(tables) {
         for (const BufferSource& buffer : document.buffers)
             m_tables.bufferLengths.push_back(buffer.byteLength);
     }
@@ -93,7 +93,7 @@ class TableReader {
         BufferView view{.buffer = static_cast<uint32_t>(file.buffer),
                         .byteOffset = file.byteOffset,
                         .byteLength = file.byteLength,
-                        .byteStride = static_cast<uint32_t>(file.byteStride)};
+                        .byteStride = m_document.strides[index]};
         const uint64_t length = m_tables.bufferLengths[view.buffer];
         if (view.byteOffset > length || view.byteLength > length - view.byteOffset)
             m_context.Fail(Place("bufferViews")[index]["byteLength"],
@@ -121,7 +121,8 @@ class TableReader {
         if (accessor.count >= kNone)
             m_context.Fail(where["count"],
                            "is " + std::to_string(accessor.count) + ", must be below 2^32 - 1");
-        if (file.sparse.isSparse) accessor.sparse = ReadSparse(where["sparse"], file, element);
+        if (file.sparse.isSparse)
+            accessor.sparse = ReadSparse(where["sparse"], file, m_document.sparse[index], element);
         return accessor;
     }
 
@@ -147,9 +148,10 @@ class TableReader {
         return run;
     }
 
-    SparseRun ReadSparse(const Place& where, const gltf::Accessor& file, const ElementSize& element) const {
+    SparseRun ReadSparse(const Place& where, const gltf::Accessor& file, const SparseNumbers& numbers,
+                         const ElementSize& element) const {
         SparseRun sparse;
-        sparse.count = static_cast<uint64_t>(file.sparse.count);
+        sparse.count = numbers.count;
         if (sparse.count > file.count)
             m_context.Fail(where["count"], "is " + std::to_string(sparse.count) +
                                                ", more than the accessor's " + std::to_string(file.count) +
@@ -158,15 +160,15 @@ class TableReader {
         const auto& values = file.sparse.values;
         sparse.indexType = ReadComponentType(indices.componentType);
         const uint64_t indexBytes = ByteSize(sparse.indexType);
-        sparse.indices =
-            ReadRun(where["indices"], where["count"], indices.bufferView,
-                    static_cast<uint64_t>(indices.byteOffset), {indexBytes, indexBytes}, sparse.count, false);
-        sparse.values = ReadRun(where["values"], where["count"], values.bufferView,
-                                static_cast<uint64_t>(values.byteOffset), element, sparse.count, false);
+        sparse.indices = ReadRun(where["indices"], where["count"], indices.bufferView, numbers.indicesOffset,
+                                 {indexBytes, indexBytes}, sparse.count, false);
+        sparse.values = ReadRun(where["values"], where["count"], values.bufferView, numbers.valuesOffset,
+                                element, sparse.count, false);
         return sparse;
     }
 
     const GltfContext& m_context;
+    const GltfDocument& m_document;
     const gltf::Model& m_model;
     AccessorTables& m_tables;
     size_t m_noView = 0;

@@ -1,6 +1,7 @@
 #include "renderer/scene/gltf_context.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "base/error.h"
 #include "renderer/scene/uri.h"
@@ -38,19 +39,25 @@ void GltfContext::Warn(const std::string& path, std::string_view topic, const st
     warnings.Add(topic, label + ": " + (path.empty() ? "" : path + ": ") + what);
 }
 
-void GltfContext::FailMemory(const std::string& path, const char* what) const {
-    Fail(path, std::string(what) + " the limit of " + std::to_string(MemoryLimit()) +
-                   " bytes for a file of " + std::to_string(bytesRead) + " bytes");
+uint64_t GltfContext::MemoryLimit(uint64_t sourceBytes) const {
+    constexpr uint64_t kMost = std::numeric_limits<uint64_t>::max(), kPerByte = 64;
+    const uint64_t always = options.limits.maxGeometryBytes;
+    return sourceBytes > (kMost - always) / kPerByte ? kMost : always + kPerByte * sourceBytes;
 }
 
 void GltfContext::ChargeGeometry(const Place& where, uint64_t bytes) {
-    const uint64_t limit = MemoryLimit();
-    if (bytes > limit || geometryBytes > limit - bytes) FailMemory(where, "decoded geometry exceeds");
+    const uint64_t limit = MemoryLimit(bytesRead);
+    if (bytes > limit || geometryBytes > limit - bytes)
+        Fail(where, "decoded geometry exceeds the limit of " + std::to_string(limit) +
+                        " bytes for files of " + std::to_string(bytesRead) + " bytes");
     geometryBytes += bytes;
 }
 
-void GltfContext::CheckModelBytes(uint64_t bytes) const {
-    if (bytes > MemoryLimit()) FailMemory("", "a model of its objects exceeds");
+void GltfContext::CheckModelBytes(uint64_t bytes, uint64_t jsonBytes) const {
+    const uint64_t limit = MemoryLimit(jsonBytes);
+    if (bytes > limit)
+        Fail("", "a model of its objects exceeds the limit of " + std::to_string(limit) +
+                     " bytes for a JSON text of " + std::to_string(jsonBytes) + " bytes");
 }
 
 void GltfContext::Progress(std::string_view stage, float fraction) const {

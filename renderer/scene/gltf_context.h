@@ -42,16 +42,16 @@ struct GltfContext {
     void Warn(const std::string& path, std::string_view topic, const std::string& what);
     // Counts memory about to be taken for vertices or indices; fails at `where` beyond the limit.
     void ChargeGeometry(const Place& where, uint64_t bytes);
-    // Fails if a model of the document would take more memory than decoded geometry may.
-    void CheckModelBytes(uint64_t bytes) const;
+    // Fails if a model of a document of so many bytes of JSON would take too much memory.
+    void CheckModelBytes(uint64_t bytes, uint64_t jsonBytes) const;
     void Progress(std::string_view stage, float fraction) const;
 
     // The bytes of a URI: a data URI, or a file in the scene's folder. Fails at `where`.
     std::vector<std::byte> ReadUri(const std::string& uri, const Place& where);
 
   private:
-    uint64_t MemoryLimit() const { return options.limits.maxGeometryBytes + 64 * bytesRead; }
-    [[noreturn]] void FailMemory(const std::string& path, const char* what) const;
+    // Of what so many bytes are decoded to.
+    uint64_t MemoryLimit(uint64_t sourceBytes) const;
 };
 
 }  // namespace raygraph::scene

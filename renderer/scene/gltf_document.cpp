@@ -1,5 +1,6 @@
 #include "renderer/scene/gltf_document.h"
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -33,6 +34,37 @@ std::vector<BufferSource> TakeBuffers(Json& root) {
         buffer["uri"] = "data:application/octet-stream;base64,AA==";
     }
     return sources;
+}
+
+uint64_t TakeNumber(Json& object, const char* name) {
+    const auto found = object.find(name);
+    if (found == object.end()) return 0;
+    const auto number = found->get<uint64_t>();
+    object.erase(found);
+    return number;
+}
+
+std::vector<uint32_t> TakeStrides(Json& root) {
+    std::vector<uint32_t> strides;
+    if (Json::array_t* const views = ArrayOf(root, "bufferViews"))
+        for (Json& view : *views) strides.push_back(static_cast<uint32_t>(TakeNumber(view, "byteStride")));
+    return strides;
+}
+
+std::vector<SparseNumbers> TakeSparseNumbers(Json& root) {
+    std::vector<SparseNumbers> all;
+    Json::array_t* const accessors = ArrayOf(root, "accessors");
+    if (!accessors) return all;
+    for (Json& accessor : *accessors) {
+        SparseNumbers& numbers = all.emplace_back();
+        const auto sparse = accessor.find("sparse");
+        if (sparse == accessor.end()) continue;
+        numbers = {.count = TakeNumber(*sparse, "count"),
+                   .indicesOffset = TakeNumber((*sparse)["indices"], "byteOffset"),
+                   .valuesOffset = TakeNumber((*sparse)["values"], "byteOffset")};
+        (*sparse)["count"] = 1;
+    }
+    return all;
 }
 
 std::vector<ImageSource> TakeImages(GltfContext& context, Json& root) {
@@ -73,36 +105,81 @@ void GiveCamerasANearPlane(Json& root) {
             (*found)["znear"] = 0.0;
 }
 
-// An empty object of two characters becomes a material of two thousand bytes.
-void CheckModelSize(GltfContext& context, Json& root) {
-    uint64_t bytes = 0;
-    const auto add = [&](Json& object, const char* name, size_t elementBytes) {
-        if (const Json::array_t* const array = ArrayOf(object, name)) bytes += array->size() * elementBytes;
-    };
-    add(root, "accessors", sizeof(gltf::Accessor));
-    add(root, "bufferViews", sizeof(gltf::BufferView));
-    add(root, "buffers", sizeof(gltf::Buffer));
-    add(root, "cameras", sizeof(gltf::Camera));
-    add(root, "images", sizeof(gltf::Image));
-    add(root, "materials", sizeof(gltf::Material));
-    add(root, "nodes", sizeof(gltf::Node));
-    add(root, "samplers", sizeof(gltf::Sampler));
-    add(root, "scenes", sizeof(gltf::Scene));
-    add(root, "textures", sizeof(gltf::Texture));
-    if (Json::array_t* const meshes = ArrayOf(root, "meshes")) {
-        bytes += meshes->size() * sizeof(gltf::Mesh);
-        for (Json& mesh : *meshes) add(mesh, "primitives", sizeof(gltf::Primitive));
+// Counts the memory that tinygltf's model of a checked tree will take: an empty object of two characters
+// becomes a material of two thousand bytes. What takes less than some tens of bytes a character of its text, as
+// names and numbers do, is left out: the limit goes up with the text.
+class ModelSize {
+  public:
+    explicit ModelSize(Json& root) {
+        AddList(root, "accessors", sizeof(gltf::Accessor));
+        AddList(root, "bufferViews", sizeof(gltf::BufferView));
+        AddList(root, "buffers", sizeof(gltf::Buffer));
+        AddList(root, "cameras", sizeof(gltf::Camera));
+        AddList(root, "images", sizeof(gltf::Image));
+        AddList(root, "materials", sizeof(gltf::Material));
+        AddList(root, "nodes", sizeof(gltf::Node));
+        AddList(root, "samplers", sizeof(gltf::Sampler));
+        AddList(root, "scenes", sizeof(gltf::Scene));
+        AddList(root, "textures", sizeof(gltf::Texture));
+        AddList(root, "meshes", sizeof(gltf::Mesh), [this](Json& mesh) {
+            AddList(mesh, "primitives", sizeof(gltf::Primitive), [this](Json& primitive) {
+                AddMembers(primitive["attributes"], sizeof(std::pair<const std::string, int>));
+                AddList(primitive, "targets", sizeof(std::map<std::string, int>), [this](Json& target) {
+                    AddMembers(target, sizeof(std::pair<const std::string, int>));
+                });
+            });
+        });
+        // As values too, which is what tinygltf has all extensions as
+        AddExtensions(root);
+        if (const auto extensions = root.find("extensions"); extensions != root.end())
+            if (const auto lights = extensions->find("KHR_lights_punctual"); lights != extensions->end())
+                AddList(*lights, "lights", sizeof(gltf::Light));
     }
-    // A vector that grows has up to twice what it needs
-    context.CheckModelBytes(2 * bytes);
-}
+
+    uint64_t Bytes() const { return m_bytes; }
+
+  private:
+    // Of a map: links and color of its tree, beside the pair.
+    static constexpr size_t kNodeBytes = 4 * sizeof(void*);
+    // A vector that grows has up to twice what it needs.
+    static constexpr size_t kGrowth = 2;
+
+    template <typename AddMore>
+    void AddList(Json& object, const char* name, size_t elementBytes, const AddMore& more) {
+        Json::array_t* const array = ArrayOf(object, name);
+        if (!array) return;
+        m_bytes += kGrowth * array->size() * elementBytes;
+        for (Json& element : *array) {
+            AddExtensions(element);
+            more(element);
+        }
+    }
+    void AddList(Json& object, const char* name, size_t elementBytes) {
+        AddList(object, name, elementBytes, [](Json&) {});
+    }
+    void AddMembers(const Json& object, size_t pairBytes) {
+        m_bytes += object.size() * (pairBytes + kNodeBytes);
+    }
+    void AddExtensions(const Json& object) {
+        for (const char* name : {"extensions", "extras"})
+            if (const auto found = object.find(name); found != object.end()) AddValue(*found);
+    }
+    void AddValue(const Json& value) {
+        m_bytes += kGrowth * sizeof(gltf::Value);
+        if (value.is_object()) AddMembers(value, sizeof(std::pair<const std::string, gltf::Value>));
+        if (value.is_structured())
+            for (const Json& inner : value) AddValue(inner);
+    }
+
+    uint64_t m_bytes = 0;
+};
 
 }  // namespace
 
 GltfDocument ReadDocument(GltfContext& context, std::string_view json) {
     Json root = ParseJson(json, context.label, context.options.limits);
     CheckSchema(context, root);
-    CheckModelSize(context, root);
+    context.CheckModelBytes(ModelSize(root).Bytes(), json.size());
     if (const Json::array_t* const animations = ArrayOf(root, "animations");
         animations && !animations->empty())
         context.Warn(Place("animations"), "animations", "are not read, the scene stands still");
@@ -111,6 +188,8 @@ GltfDocument ReadDocument(GltfContext& context, std::string_view json) {
     GltfDocument document;
     document.buffers = TakeBuffers(root);
     document.images = TakeImages(context, root);
+    document.strides = TakeStrides(root);
+    document.sparse = TakeSparseNumbers(root);
     GiveEachAccessorAView(root);
     GiveCamerasANearPlane(root);
     document.model = MakeModel(std::move(root), context.label);

@@ -24,6 +24,13 @@ struct ImageSource {
     uint32_t view = kNone;
 };
 
+// Of an accessor's "sparse"; zeros if it has none.
+struct SparseNumbers {
+    uint64_t count = 0;
+    uint64_t indicesOffset = 0;
+    uint64_t valuesOffset = 0;
+};
+
 struct GltfDocument {
     // All indices are in range, but for an accessor's bufferView: views.size() - 1, one more than the file
     // has, is none. Buffers and images are placeholders.
@@ -31,6 +38,9 @@ struct GltfDocument {
     // What tinygltf would open; and it keeps no length of a buffer.
     std::vector<BufferSource> buffers;
     std::vector<ImageSource> images;
+    // What tinygltf refuses, or cuts to 31 bits. The model has none of it.
+    std::vector<uint32_t> strides;      // By buffer view; 0: none.
+    std::vector<SparseNumbers> sparse;  // By accessor.
 };
 
 // Parses the text, checks all of it against the schema (gltf_schema.h) and makes the model. Opens nothing.

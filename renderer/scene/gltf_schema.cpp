@@ -280,8 +280,6 @@ class Checker {
                                             return std::to_string(one);
                                         }));
         if (*whole < row.wholeMin || *whole > row.wholeMax) return LeaveOut(value, row, WholeNeeded(row));
-        if (*whole % row.multipleOf != 0)
-            return LeaveOut(value, row, "must be a multiple of " + std::to_string(row.multipleOf));
         // What tinygltf does not know it keeps as an int or a double
         value = m_isInExtension ? Json(static_cast<double>(*whole)) : Json(*whole);
         return true;

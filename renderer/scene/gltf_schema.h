@@ -80,7 +80,6 @@ struct Property {
     // Whole.
     uint64_t wholeMin = 0;
     uint64_t wholeMax = std::numeric_limits<uint64_t>::max();
-    uint64_t multipleOf = 1;
     // Whole, String: if there are any, one of these; String: what it starts with.
     std::span<const uint64_t> numbers;
     std::span<const std::string_view> texts;

@@ -43,9 +43,6 @@ struct Row : Property {
     constexpr Row WholeBetween(uint64_t low, uint64_t high) const {
         return With([&](Row& row) { row.wholeMin = low, row.wholeMax = high; });
     }
-    constexpr Row MultipleOf(uint64_t factor) const {
-        return With([&](Row& row) { row.multipleOf = factor; });
-    }
     constexpr Row OneOf(std::span<const uint64_t> values) const {
         return With([&](Row& row) { row.numbers = values; });
     }
@@ -128,25 +125,24 @@ constexpr std::array<Property, sizeof...(Rows)> Table(const Rows&... rows) {
 // --- Buffers and accessors ---
 
 constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
-constexpr uint64_t kMostInt = 0x7FFFFFFF;  // tinygltf's model holds these in an int
 
 constexpr auto kBuffer = Table(Whole("byteLength").WholeBetween(1, kNoLimit).Required(), Text("uri"));
 
-constexpr auto kBufferView = Table(Index("buffer", Target::Buffers).Required(), Whole("byteOffset"),
-                                   Whole("byteLength").WholeBetween(1, kNoLimit).Required(),
-                                   Whole("byteStride").WholeBetween(4, 252).MultipleOf(4));
+constexpr auto kBufferView =
+    Table(Index("buffer", Target::Buffers).Required(), Whole("byteOffset"),
+          Whole("byteLength").WholeBetween(1, kNoLimit).Required(), Whole("byteStride").WholeBetween(4, 252));
 
 constexpr std::array<uint64_t, 6> kComponentTypes{5120, 5121, 5122, 5123, 5125, 5126};
 constexpr std::array<uint64_t, 3> kIndexTypes{5121, 5123, 5125};
 constexpr std::array<std::string_view, 7> kShapes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
 
 constexpr auto kSparseIndices =
-    Table(Index("bufferView", Target::BufferViews).Required(), Whole("byteOffset").WholeBetween(0, kMostInt),
+    Table(Index("bufferView", Target::BufferViews).Required(), Whole("byteOffset"),
           Whole("componentType").OneOf(kIndexTypes).Required());
 constexpr auto kSparseValues =
-    Table(Index("bufferView", Target::BufferViews).Required(), Whole("byteOffset").WholeBetween(0, kMostInt));
+    Table(Index("bufferView", Target::BufferViews).Required(), Whole("byteOffset"));
 constexpr auto kSparse =
-    Table(Whole("count").WholeBetween(1, kMostInt).Required(), Object("indices", kSparseIndices).Required(),
+    Table(Whole("count").WholeBetween(1, kNoLimit).Required(), Object("indices", kSparseIndices).Required(),
           Object("values", kSparseValues).Required());
 constexpr auto kAccessor = Table(Index("bufferView", Target::BufferViews), Whole("byteOffset"),
                                  Whole("componentType").OneOf(kComponentTypes).Required(), Flag("normalized"),

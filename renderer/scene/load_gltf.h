@@ -25,9 +25,9 @@ struct LoadLimits {
     uint64_t maxFileBytes = uint64_t{16} << 30;  // The scene file, its buffers and images together.
     uint64_t maxJsonBytes = uint64_t{256} << 20;
     uint32_t maxJsonDepth = 64;  // Nested arrays and objects; glTF itself needs about ten.
-    // Decoded vertices and indices, and before them the model of the document: each this many bytes, plus 64
-    // for each byte of file read. Stops a small file that claims a billion vertices, draws one accessor a
-    // million times or lists a million empty materials.
+    // Decoded vertices and indices: this many bytes, plus 64 for each byte of file read; and before them the
+    // model of the document: this many, plus 64 for each byte of its JSON. Stops a small file that claims a
+    // billion vertices, draws one accessor a million times or lists a million empty materials.
     uint64_t maxGeometryBytes = uint64_t{1} << 30;
     uint32_t maxImageExtent = 16384;                 // Texels a side.
     uint64_t maxImageTexels = uint64_t{1} << 28;     // An image.
@@ -54,8 +54,8 @@ struct LoadOptions {
 //   Usage        there is no scene `options.scene`;
 //   OutOfMemory  host memory is exhausted.
 // Everything is checked before it is decoded. May be called from several threads at once. Peak host memory:
-// the file, the external files, the JSON tree and tinygltf's model (each up to ten times its text) and the
-// returned data.
+// the file, the external files, the JSON tree (up to forty times its text, of nothing but empty objects),
+// tinygltf's model (LoadLimits::maxGeometryBytes) and the returned data.
 RAYGRAPH_API SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options = {});
 
 }  // namespace raygraph::scene

@@ -139,6 +139,20 @@ TEST(Accessor, SparsePartsBeyondTheirViewsAreRefused) {
     EXPECT_EQ(
         LoadError(shortValues.document),
         "scene.gltf: accessors[0].sparse.count: 2 elements from byte 4 exceed bufferViews[3] (24 bytes)");
+    constexpr uint64_t kMuch = uint64_t{1} << 40;  // more than an int holds
+    shortValues.document.json["accessors"][0]["sparse"]["values"]["byteOffset"] = kMuch;
+    EXPECT_EQ(
+        LoadError(shortValues.document),
+        "scene.gltf: accessors[0].sparse.count: 2 elements from byte 1099511627776 exceed bufferViews[3] "
+        "(24 bytes)");
+    shortIndices.document.json["accessors"][0]["sparse"]["indices"]["byteOffset"] = kMuch;
+    EXPECT_EQ(
+        LoadError(shortIndices.document),
+        "scene.gltf: accessors[0].sparse.count: 2 elements from byte 1099511627776 exceed bufferViews[2] "
+        "(4 bytes)");
+    shortIndices.document.json["accessors"][0]["sparse"]["count"] = kMuch;
+    EXPECT_EQ(LoadError(shortIndices.document),
+              "scene.gltf: accessors[0].sparse.count: is 1099511627776, more than the accessor's 3 elements");
 }
 
 TEST(Accessor, SparseIndicesMustBeUnsigned) {
@@ -259,13 +273,26 @@ TEST(BufferView, StrideOutOfRangeIsRefused) {
     EXPECT_EQ(LoadError(document), "scene.gltf: bufferViews[0].byteStride: is 256, must be 4 to 252");
     view["byteStride"] = 0;
     EXPECT_EQ(LoadError(document), "scene.gltf: bufferViews[0].byteStride: is 0, must be 4 to 252");
-    view["byteStride"] = 6;
-    EXPECT_EQ(LoadError(document), "scene.gltf: bufferViews[0].byteStride: is 6, must be a multiple of 4");
     view["byteStride"] = 8;
     EXPECT_EQ(
         LoadError(document),
         "scene.gltf: accessors[0].bufferView: bufferViews[0].byteStride of 8 is less than the element's 12 "
         "bytes");
+}
+
+// glTF asks for multiples of 4, but all that is wrong with others is that they are slow to read.
+TEST(BufferView, StrideNeedNotBeAMultipleOfFour) {
+    const std::vector<glm::vec3> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    constexpr size_t kStride = 14;
+    Bytes bytes(2 * kStride + sizeof(glm::vec3));
+    for (size_t i = 0; i < positions.size(); i++)
+        std::memcpy(&bytes[kStride * i], &positions[i], sizeof(glm::vec3));
+    GltfDocument document;
+    Json& primitive = document.AddTriangle();
+    const size_t view = document.AddBufferView(bytes);
+    primitive["attributes"] = {{"POSITION", document.AddAccessorOver(view, kFloat, 3, 3, false)}};
+    document.json["bufferViews"][view]["byteStride"] = kStride;
+    EXPECT_EQ(OnlyPrimitive(Load(document)).positions, positions);
 }
 
 TEST(Buffer, ShorterThanItsByteLengthIsRefused) {

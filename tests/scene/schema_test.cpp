@@ -1,7 +1,10 @@
 // What the table of properties says of a document, beyond what the tests of the properties show.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "tests/scene/gltf_document.h"
+#include "tests/support/peak_memory.h"
 
 namespace raygraph::test {
 namespace {
@@ -102,8 +105,66 @@ TEST(Model, ManyEmptyObjectsAreRefusedBeforeTheyTakeMemory) {
     scene::LoadOptions options;
     EXPECT_EQ(Load(document, options).materials.size(), 10000u);
     options.limits.maxGeometryBytes = 1 << 20;
-    const std::string message = LoadError(document, options);
-    EXPECT_EQ(message.find("scene.gltf: a model of its objects exceeds the limit of "), 0u) << message;
+    const std::string refusal = "scene.gltf: a model of its objects exceeds the limit of ";
+    EXPECT_EQ(LoadError(document, options).substr(0, refusal.size()), refusal);
+    // What is not text does not raise the limit
+    const Bytes binary(1 << 20);
+    SceneFolder folder;
+    EXPECT_EQ(folder.LoadError(MakeGlb(document.Text(), &binary), options).substr(0, refusal.size()),
+              refusal);
+    options.limits.maxGeometryBytes = std::numeric_limits<uint64_t>::max();
+    EXPECT_EQ(Load(document, options).materials.size(), 10000u) << "the limit does not begin again at 0";
+}
+
+// Whatever there is much of, the memory that it takes has a bound that goes by the length of its text, or it is
+// refused before.
+TEST(Model, EachListIsCounted) {
+    const Json empty = Json::object();
+    const Json triangle = {{"primitives", {{{"attributes", empty}}}}};
+    struct Many {
+        const char* where;
+        const char* list;  // a JSON pointer
+        Json element;
+        Json around = Json::object();
+    };
+    const std::vector<Many> all{
+        {"accessors", "/accessors", {{"componentType", 5121}, {"count", 1}, {"type", "SCALAR"}}},
+        {"bufferViews",
+         "/bufferViews",
+         {{"buffer", 0}, {"byteLength", 1}},
+         {{"buffers", {{{"byteLength", 1}}}}}},
+        {"buffers", "/buffers", {{"byteLength", 1}}},
+        {"cameras", "/cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}}},
+        {"images", "/images", {{"uri", ""}}},
+        {"lights", "/extensions/KHR_lights_punctual/lights", {{"type", "point"}}},
+        {"materials", "/materials", empty},
+        {"extensions of materials", "/materials", {{"extensions", {{"KHR_materials_ior", empty}}}}},
+        {"extras of materials", "/materials", {{"extras", {{"priority", 1}}}}},
+        {"meshes", "/meshes", {{"primitives", Json::array()}}},
+        {"primitives", "/meshes/0/primitives", {{"attributes", empty}}, {{"meshes", {triangle}}}},
+        {"targets", "/meshes/0/primitives/0/targets", empty, {{"meshes", {triangle}}}},
+        {"nodes", "/nodes", empty},
+        {"samplers", "/samplers", empty},
+        {"scenes", "/scenes", empty},
+        {"textures", "/textures", empty},
+    };
+    scene::LoadOptions options;
+    options.limits.maxGeometryBytes = 0;
+    for (const Many& many : all) {
+        SCOPED_TRACE(many.where);
+        GltfDocument document;
+        document.json.merge_patch(many.around);
+        Json list = Json::array();
+        for (int i = 0; i < 20000; i++) list.push_back(many.element);
+        document.json[Json::json_pointer(many.list)] = std::move(list);
+        const std::string text = document.Text();
+        SceneFolder folder;
+        const testing::PeakMemory peak;
+        const std::string outcome = folder.LoadError(ToBytes(text), options);
+        const double bytesPerCharacter = double(peak.Bytes()) / double(text.size());
+        RecordProperty(many.where, std::to_string(bytesPerCharacter) + " " + outcome);
+        EXPECT_LT(bytesPerCharacter, 64.0 + 48.0) << outcome;
+    }
 }
 
 TEST(Model, NamesInUrisAreTakenAsTheyAre) {
