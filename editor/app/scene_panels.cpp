@@ -11,6 +11,7 @@
 
 #include "editor/app/panels.h"
 #include "editor/app/placement.h"
+#include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 
 namespace raygraph::editor {
@@ -67,36 +68,102 @@ void TransformFields(Workspace& work, uint32_t node) {
     if (isSettled) work.document.Settle();
 }
 
+// "baseColorFactor" as "base color".
+std::string LabelOf(std::string_view name) {
+    for (const std::string_view ending : {"Factor", "Mode"})
+        if (name.ends_with(ending)) name.remove_suffix(ending.size());
+    for (const std::string_view beginning : {"is"})
+        if (name.starts_with(beginning)) name.remove_prefix(beginning.size());
+    std::string label;
+    for (const char c : name) {
+        const bool isUpper = c >= 'A' && c <= 'Z';
+        if (isUpper && !label.empty()) label += ' ';
+        label += isUpper ? static_cast<char>(c + 32) : c;
+    }
+    return label;
+}
+
+constexpr float kMostDragged = 1e7f;  // of what has no bound of its own
+
+// A widget for the value of a field, by its type, range and unit. True: the value was edited.
+bool Widget(const char* label, float& value, const scene::FieldRange& range, std::string_view unit) {
+    if (unit == "rad") {
+        float shown = value;  // rounded even if it is not edited
+        const bool isEdited = ImGui::SliderAngle(label, &shown, glm::degrees(range.least),
+                                                 glm::degrees(range.most), "%.1f deg", kBounded);
+        if (isEdited) value = std::clamp(shown, range.least, range.most);
+        return isEdited;
+    }
+    const std::string format = unit.empty() ? "%.3f" : Text("%.3f {}", unit);
+    if (range.HasLeast() && range.HasMost() && range.most <= 1.0f)
+        return ImGui::SliderFloat(label, &value, range.least, range.most, format.c_str(), kBounded);
+    const float least = range.HasLeast() ? range.least : -kMostDragged;
+    const float most = range.HasMost() ? range.most : kMostDragged;
+    const float speed = std::max(0.01f * std::abs(value), 0.005f);
+    return ImGui::DragFloat(label, &value, speed, least, most, format.c_str(), kBounded);
+}
+// Fields that are typed into know no bounds. glTF wants colors of at most 1, and has a strength for more; a
+// file that has more keeps it.
+template <int Length>
+bool Widget(const char* label, glm::vec<Length, float>& value, const scene::FieldRange& range,
+            std::string_view) {
+    constexpr ImGuiColorEditFlags kLinear = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR;
+    const glm::vec<Length, float> before = value;
+    float* const numbers = glm::value_ptr(value);
+    const bool isEdited =
+        Length == 4 ? ImGui::ColorEdit4(label, numbers, kLinear) : ImGui::ColorEdit3(label, numbers, kLinear);
+    const glm::vec<Length, float> most = glm::max(before, glm::vec<Length, float>(1.0f));
+    if (isEdited) value = glm::clamp(value, glm::vec<Length, float>(range.least), most);
+    return isEdited;
+}
+bool Widget(const char* label, bool& value, const scene::FieldRange&, std::string_view) {
+    return ImGui::Checkbox(label, &value);
+}
+bool Widget(const char* label, uint32_t& value, const scene::FieldRange&, std::string_view) {
+    return ImGui::DragScalar(label, ImGuiDataType_U32, &value, 0.05f);
+}
+bool Widget(const char* label, scene::AlphaMode& value, const scene::FieldRange&, std::string_view) {
+    int chosen = static_cast<int>(value);
+    const bool isEdited = ImGui::Combo(label, &chosen, "opaque\0mask\0blend\0");
+    value = static_cast<scene::AlphaMode>(chosen);
+    return isEdited;
+}
+
+// The next widget leaves room for its label; short ones stand in a column.
+void LeaveRoomFor(const std::string& label) {
+    constexpr float kColumn = 90.0f, kGap = 8.0f;
+    ImGui::SetNextItemWidth(-std::max(kColumn, ImGui::CalcTextSize(label.c_str()).x + kGap));
+}
+
+// Whether a material as it is shows what a field says.
+bool Counts(const scene::Material& material, std::string_view object, std::string_view name) {
+    if (object == "normalTexture") return material.normalTexture.IsPresent();
+    if (object == "occlusionTexture") return material.occlusionTexture.IsPresent();
+    if (object == scene::material_fields::kVolume || name == "priority") return material.IsTransmissive();
+    if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;
+    return true;
+}
+
 void MaterialFields(Workspace& work, uint32_t index) {
     scene::Material material = work.document.Scene().materials[index];
     ImGui::PushID(static_cast<int>(index));
     bool isEdited = false;
-    const auto edited = [&](bool isChanged) {
-        isEdited |= isChanged;
-        SettleAfterItem(work);
-    };
-    constexpr ImGuiColorEditFlags kLinear = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR;
-    edited(ImGui::ColorEdit4("base colour", glm::value_ptr(material.baseColorFactor), kLinear));
-    const auto slider = [&](const char* label, float scene::Material::*member) {
-        const scene::FieldRange range = scene::FieldOf(member).range;
-        edited(ImGui::SliderFloat(label, &(material.*member), range.least, range.most, "%.3f", kBounded));
-    };
-    slider("metallic", &scene::Material::metallicFactor);
-    slider("roughness", &scene::Material::roughnessFactor);
-    edited(ImGui::ColorEdit3("emissive", glm::value_ptr(material.emissiveFactor), kLinear));
-    edited(ImGui::DragFloat("strength", &material.emissiveStrength, 0.05f, 0.0f, 1e6f, "%.3f", kBounded));
-    edited(ImGui::SliderFloat("ior", &material.ior, 1.0f, 2.5f, "%.3f", kBounded));
-    slider("specular", &scene::Material::specularFactor);
-    if (material.IsTransmissive())
-        edited(
-            ImGui::SliderFloat("transmission", &material.transmissionFactor, 0.01f, 1.0f, "%.3f", kBounded));
-    // Fields that are typed into know no bounds
-    const scene::FieldRange color = scene::FieldOf(&scene::Material::baseColorFactor).range;
-    material.baseColorFactor = glm::clamp(material.baseColorFactor, color.least, color.most);
-    // glTF wants colors of at most 1, and has `strength` for more; a file that has more keeps it
-    const glm::vec3 before = work.document.Scene().materials[index].emissiveFactor;
-    material.emissiveFactor =
-        glm::clamp(material.emissiveFactor, glm::vec3(0.0f), glm::max(before, glm::vec3(1.0f)));
+    scene::ForEachMaterialField([&](const auto& field) {
+        if (!Counts(material, field.object, field.name)) return;
+        const std::string label = LabelOf(field.name);
+        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>) {
+            const scene::TextureRef& texture = material.*field.member;
+            if (!texture.IsPresent()) return;
+            const scene::SceneData& scene = work.document.Scene();
+            const std::string& name = scene.textures[static_cast<size_t>(texture.texture)].name;
+            ImGui::TextDisabled("%s %s", label.c_str(),
+                                name.empty() ? std::to_string(texture.texture).c_str() : name.c_str());
+        } else {
+            LeaveRoomFor(label);
+            isEdited |= Widget(label.c_str(), material.*field.member, field.range, field.unit);
+            SettleAfterItem(work);
+        }
+    });
     if (isEdited) work.Apply(MaterialEdit{index, material});
     ImGui::PopID();
 }
@@ -104,14 +171,13 @@ void MaterialFields(Workspace& work, uint32_t index) {
 void LightFields(Workspace& work, uint32_t index) {
     scene::Light light = work.document.Scene().lights[index];
     ImGui::PushID(static_cast<int>(index));
-    bool isEdited = ImGui::ColorEdit3("colour", glm::value_ptr(light.color),
-                                      ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR);
-    SettleAfterItem(work);
-    const char* unit = light.type == scene::LightType::Directional ? "%.3f lx" : "%.3f cd";
-    isEdited |= ImGui::DragFloat("intensity", &light.intensity, 0.1f, 0.0f, 1e7f, unit, kBounded);
-    SettleAfterItem(work);
-    const glm::vec3 before = work.document.Scene().lights[index].color;  // as for materials
-    light.color = glm::clamp(light.color, glm::vec3(0.0f), glm::max(before, glm::vec3(1.0f)));
+    bool isEdited = false;
+    scene::ForEachLightField(light.type, [&](const auto& field) {
+        const std::string label = LabelOf(field.name);
+        LeaveRoomFor(label);
+        isEdited |= Widget(label.c_str(), light.*field.member, field.range, scene::UnitOf(field, light.type));
+        SettleAfterItem(work);
+    });
     if (isEdited) work.Apply(LightEdit{index, light});
     ImGui::PopID();
 }

@@ -6,6 +6,7 @@
 #include <glm/gtc/constants.hpp>
 #include <type_traits>
 
+#include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 
 namespace raygraph::scene {
@@ -65,10 +66,6 @@ struct Subject {
                                                    : "must be finite and at least " + Text(min);
         Fail(std::string(what) + " is " + Text(value) + ", " + range);
     }
-    template <typename Vector>
-    void RequireRanges(const char* what, const Vector& values, float max) const {
-        for (int i = 0; i < int(Vector::length()); ++i) RequireRange(what, values[i], 0.0f, max);
-    }
     template <typename T>
     void RequireFinite(const char* what, const std::vector<T>& values) const {
         for (size_t i = 0; i < values.size(); ++i)
@@ -83,12 +80,13 @@ struct Subject {
     }
 };
 
-void CheckField(float value, const MaterialField<float>& field, const Subject& subject) {
+template <typename Owner>
+void CheckField(float value, const Field<Owner, float>& field, const Subject& subject) {
     if (!(value == 0.0f && field.range.mayBeZero))
         subject.RequireRange(field.name, value, field.range.least, field.range.most);
 }
-template <int Length>
-void CheckField(const glm::vec<Length, float>& value, const MaterialField<glm::vec<Length, float>>& field,
+template <typename Owner, int Length>
+void CheckField(const glm::vec<Length, float>& value, const Field<Owner, glm::vec<Length, float>>& field,
                 const Subject& subject) {
     for (int i = 0; i < Length; ++i)
         subject.RequireRange(field.name, value[i], field.range.least, field.range.most);
@@ -96,7 +94,7 @@ void CheckField(const glm::vec<Length, float>& value, const MaterialField<glm::v
 void CheckField(bool, const MaterialField<bool>&, const Subject&) {}
 void CheckField(AlphaMode, const MaterialField<AlphaMode>&, const Subject&) {}
 void CheckField(uint32_t, const MaterialField<uint32_t>&, const Subject&) {}
-void CheckField(const TextureRef&, const MaterialField<TextureRef>&, const Subject&) {}  // CheckTextures
+void CheckField(const TextureRef&, const TextureField&, const Subject&) {}  // CheckTextures
 
 void CheckNumbers(const Material& material, const Subject& subject) {
     ForEachMaterialField([&](const auto& field) { CheckField(material.*field.member, field, subject); });
@@ -116,18 +114,12 @@ void CheckTextures(const Material& material, size_t textureCount, const Subject&
 }
 
 void CheckValues(const Light& light, const Subject& subject) {
-    subject.RequireRanges("color", light.color, kUnbounded);
-    subject.RequireRange("intensity", light.intensity, 0.0f, kUnbounded);
+    ForEachLightField(light.type,
+                      [&](const auto& field) { CheckField(light.*field.member, field, subject); });
     subject.Require(AllFinite(light.color * light.intensity), "color times intensity is infinite");
-    subject.RequireRange("range", light.range, 0.0f, kUnbounded);
     subject.Require(IsFinite(light.lightToWorld) && IsFinite(light.translationRest),
                     "its transform is not finite");
-    if (light.type != LightType::Spot) return;
-    // A rounded pi/2 may be a little above it.
-    constexpr float kMostAngle = glm::half_pi<float>() + 1e-5f;
-    subject.Require(light.innerConeAngle >= 0.0f && light.innerConeAngle < light.outerConeAngle &&
-                        light.outerConeAngle <= kMostAngle,
-                    "innerConeAngle must be below outerConeAngle, and that at most pi/2");
+    subject.Require(HasCone(light), kConeRule);
 }
 
 void CheckValues(const Camera& camera, const Subject& subject) {

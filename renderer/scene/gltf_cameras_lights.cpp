@@ -1,7 +1,7 @@
 #include <cmath>
-#include <glm/gtc/constants.hpp>
 
 #include "renderer/scene/gltf_nodes.h"
+#include "renderer/scene/light_fields.h"
 
 namespace raygraph::scene {
 namespace {
@@ -56,10 +56,7 @@ Light ReadLight(const GltfContext& context, const gltf::Light& file, const Place
         light.type = LightType::Spot;
         light.innerConeAngle = ToFloat(file.spot.innerConeAngle);
         light.outerConeAngle = ToFloat(file.spot.outerConeAngle);
-        // A rounded pi/2 may be a little above it.
-        if (light.outerConeAngle > glm::half_pi<float>() + 1e-5f ||
-            light.innerConeAngle >= light.outerConeAngle)
-            context.Fail(where["spot"], "innerConeAngle must be below outerConeAngle, and that at most pi/2");
+        if (!HasCone(light)) context.Fail(where[light_fields::kSpot], kConeRule);
     }
     return light;
 }

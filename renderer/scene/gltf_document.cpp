@@ -106,8 +106,8 @@ void GiveCamerasANearPlane(Json& root) {
 }
 
 // Counts the memory that tinygltf's model of a checked tree will take: an empty object of two characters
-// becomes a material of two thousand bytes. What takes less than some tens of bytes a character of its text, as
-// names and numbers do, is left out: the limit goes up with the text.
+// becomes a material of two thousand bytes. What takes less than some tens of bytes a character of its text,
+// as names and numbers do, is left out: the limit goes up with the text.
 class ModelSize {
   public:
     explicit ModelSize(Json& root) {

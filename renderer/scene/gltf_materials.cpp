@@ -2,7 +2,10 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
+
+#include "renderer/scene/material_fields.h"
 
 namespace raygraph::scene {
 namespace {
@@ -57,13 +60,13 @@ float ToFloat(double number) {
     return static_cast<float>(number);
 }
 
-// A colour; left as it is when absent.
+// A color; left as it is when absent.
 template <typename Color>
 void ReadColor(const std::vector<double>& numbers, Color& color) {
     for (size_t i = 0; i < numbers.size(); ++i) color[static_cast<int>(i)] = ToFloat(numbers[i]);
 }
 
-// A texture as the file has it: no colour space, perhaps no image.
+// A texture as the file has it: no color space, perhaps no image.
 struct FileTexture {
     std::string name;
     uint32_t image = kNone;
@@ -73,21 +76,28 @@ struct FileTexture {
 // The properties of an extension, which tinygltf keeps as values of the types that the schema has checked.
 class ExtensionReader {
   public:
-    ExtensionReader(const gltf::ExtensionMap& extensions, const char* name) : m_name(name) {
+    ExtensionReader(const gltf::ExtensionMap& extensions, const char* name) {
         if (const auto found = extensions.find(name); found != extensions.end()) m_extension = &found->second;
     }
 
-    bool IsPresent() const { return m_extension != nullptr; }
-    const char* Name() const { return m_name; }
-    float Number(const char* key, float absent) const {
-        return Has(key) ? ToFloat(m_extension->Get(key).GetNumberAsDouble()) : absent;
-    }
     // -1 is none.
     int Index(const char* key) const { return Has(key) ? m_extension->Get(key).GetNumberAsInt() : -1; }
-    void Color(const char* key, glm::vec3& color) const {
-        for (int i = 0; Has(key) && i < 3; ++i)
-            color[i] = ToFloat(m_extension->Get(key).Get(i).GetNumberAsDouble());
+    // What is absent leaves the value as it is.
+    void Read(const char* key, float& value) const {
+        if (Has(key)) value = ToFloat(m_extension->Get(key).GetNumberAsDouble());
     }
+    void Read(const char* key, glm::vec3& value) const {
+        for (int i = 0; Has(key) && i < 3; ++i)
+            value[i] = ToFloat(m_extension->Get(key).Get(i).GetNumberAsDouble());
+    }
+    // Without a key: whether the extension is there.
+    void Read(const char* key, bool& value) const {
+        if (*key == 0) value = m_extension != nullptr;
+    }
+    // Of no extension.
+    void Read(const char*, glm::vec4&) const {}
+    void Read(const char*, uint32_t&) const {}
+    void Read(const char*, AlphaMode&) const {}
     gltf::TextureInfo Texture(const char* key) const {
         gltf::TextureInfo info;
         if (!Has(key)) return info;
@@ -100,7 +110,6 @@ class ExtensionReader {
   private:
     bool Has(const char* key) const { return m_extension && m_extension->Has(key); }
 
-    const char* m_name;
     const gltf::Value* m_extension = nullptr;
 };
 
@@ -156,63 +165,53 @@ class MaterialImporter {
         return m_imageSlots[image];
     }
 
+    // The texture of a field; `info` is what its place in the file says.
+    template <typename Info>
+    void Read(const TextureField& field, const Info& info, const Place& where, Material& material) {
+        const Place object = *field.object == 0 ? where : where[field.object];
+        material.*field.member = ReadTexture(info, field.colorSpace, object[field.key]);
+    }
+
+    // In the order of the fields, which decides that of the textures.
     Material ReadMaterial(const gltf::Material& file, const Place& where) {
         const gltf::PbrMetallicRoughness& pbr = file.pbrMetallicRoughness;
-        const Place pbrPlace = where["pbrMetallicRoughness"];
         Material material;
         material.name = file.name;
         ReadColor(pbr.baseColorFactor, material.baseColorFactor);
-        material.baseColorTexture =
-            ReadTexture(pbr.baseColorTexture, ColorSpace::Srgb, pbrPlace["baseColorTexture"]);
+        Read(FieldOf(&Material::baseColorTexture), pbr.baseColorTexture, where, material);
         material.metallicFactor = ToFloat(pbr.metallicFactor);
         material.roughnessFactor = ToFloat(pbr.roughnessFactor);
-        material.metallicRoughnessTexture = ReadTexture(pbr.metallicRoughnessTexture, ColorSpace::Linear,
-                                                        pbrPlace["metallicRoughnessTexture"]);
-        material.normalTexture = ReadTexture(file.normalTexture, ColorSpace::Linear, where["normalTexture"]);
+        Read(FieldOf(&Material::metallicRoughnessTexture), pbr.metallicRoughnessTexture, where, material);
+        Read(FieldOf(&Material::normalTexture), file.normalTexture, where, material);
         material.normalScale = ToFloat(file.normalTexture.scale);
-        material.occlusionTexture =
-            ReadTexture(file.occlusionTexture, ColorSpace::Linear, where["occlusionTexture"]);
+        Read(FieldOf(&Material::occlusionTexture), file.occlusionTexture, where, material);
         material.occlusionStrength = ToFloat(file.occlusionTexture.strength);
         ReadColor(file.emissiveFactor, material.emissiveFactor);
-        material.emissiveTexture =
-            ReadTexture(file.emissiveTexture, ColorSpace::Srgb, where["emissiveTexture"]);
+        Read(FieldOf(&Material::emissiveTexture), file.emissiveTexture, where, material);
         if (file.alphaMode == "MASK") material.alphaMode = AlphaMode::Mask;
         if (file.alphaMode == "BLEND") material.alphaMode = AlphaMode::Blend;
         material.alphaCutoff = ToFloat(file.alphaCutoff);
         material.isDoubleSided = file.doubleSided;
-        ReadExtensions(file.extensions, where["extensions"], material);
+        const Place extensions = where["extensions"];
+        ForEachMaterialField([&](const auto& field) {
+            if (std::string_view(field.object).starts_with("KHR_"))
+                ReadOfExtension(field, ExtensionReader(file.extensions, field.object), extensions, material);
+        });
         // A double: an int does not hold all priorities
-        if (file.extras.IsObject() && file.extras.Has("priority"))
-            material.priority = static_cast<uint32_t>(file.extras.Get("priority").GetNumberAsDouble());
+        const char* const priority = FieldOf(&Material::priority).key;
+        if (file.extras.IsObject() && file.extras.Has(priority))
+            material.priority = static_cast<uint32_t>(file.extras.Get(priority).GetNumberAsDouble());
         return material;
     }
 
-    void ReadExtensions(const gltf::ExtensionMap& extensions, const Place& where, Material& material) {
-        const auto texture = [&](const ExtensionReader& extension, const char* key, ColorSpace colorSpace) {
-            return ReadTexture(extension.Texture(key), colorSpace, where[extension.Name()][key]);
-        };
-        const ExtensionReader strength(extensions, "KHR_materials_emissive_strength");
-        material.emissiveStrength = strength.Number("emissiveStrength", 1.0f);
-
-        const ExtensionReader ior(extensions, "KHR_materials_ior");
-        material.ior = ior.Number("ior", 1.5f);
-
-        const ExtensionReader specular(extensions, "KHR_materials_specular");
-        material.specularFactor = specular.Number("specularFactor", 1.0f);
-        material.specularTexture = texture(specular, "specularTexture", ColorSpace::Linear);
-        specular.Color("specularColorFactor", material.specularColorFactor);
-        material.specularColorTexture = texture(specular, "specularColorTexture", ColorSpace::Srgb);
-
-        const ExtensionReader transmission(extensions, "KHR_materials_transmission");
-        material.transmissionFactor = transmission.Number("transmissionFactor", 0.0f);
-        material.transmissionTexture = texture(transmission, "transmissionTexture", ColorSpace::Linear);
-
-        const ExtensionReader volume(extensions, "KHR_materials_volume");
-        material.thicknessFactor = volume.Number("thicknessFactor", 0.0f);
-        volume.Color("attenuationColor", material.attenuationColor);
-        material.attenuationDistance = volume.Number("attenuationDistance", 0.0f);
-
-        material.isUnlit = ExtensionReader(extensions, "KHR_materials_unlit").IsPresent();
+    void ReadOfExtension(const TextureField& field, const ExtensionReader& extension, const Place& where,
+                         Material& material) {
+        Read(field, extension.Texture(field.key), where, material);
+    }
+    template <typename T>
+    void ReadOfExtension(const MaterialField<T>& field, const ExtensionReader& extension, const Place&,
+                         Material& material) {
+        extension.Read(field.key, material.*field.member);
     }
 
     GltfContext& m_context;

@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "base/error.h"
+#include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 
 namespace raygraph::scene {
@@ -112,7 +113,7 @@ void PatchNode(Json& node, const Node& loaded, const glm::mat4x3& local) {
     if (q != loaded.rotation) node["rotation"] = JsonVector(glm::vec4(q.x, q.y, q.z, q.w));
 }
 
-// --- Materials ---
+// --- Fields ---
 
 Json JsonOf(float value) {
     return JsonNumber(value);
@@ -130,6 +131,16 @@ template <int Length>
 Json JsonOf(const glm::vec<Length, float>& vector) {
     return JsonVector(vector);
 }
+
+template <typename Owner, typename T>
+void PutField(Json& object, const Field<Owner, T>& field, const T& value) {
+    if (field.zeroIsLeftOut && value == T{})
+        object.erase(field.key);
+    else
+        object[field.key] = JsonOf(value);
+}
+
+// --- Materials ---
 
 // One material's JSON, and what its edits put there.
 class MaterialPatch {
@@ -150,8 +161,7 @@ class MaterialPatch {
         // Without the texture that it belongs to it has no place, and no effect
         if (object.ends_with("Texture") && !m_material.contains(object)) return;
         if (*field.key != 0) {
-            Object(field.object)[field.key] = JsonOf(value);
-            if (field.zeroIsLeftOut && value == T{}) Object(field.object).erase(field.key);
+            PutField(Object(field.object), field, value);
         } else if (value != T{}) {
             Object(field.object);
         } else {
@@ -205,24 +215,16 @@ Json& AddDefault(Json& root) {
 constexpr const char* kLights = "KHR_lights_punctual";
 
 bool HasSameValues(const Light& a, const Light& b) {
-    return a.type == b.type && a.color == b.color && a.intensity == b.intensity && a.range == b.range &&
-           a.innerConeAngle == b.innerConeAngle && a.outerConeAngle == b.outerConeAngle;
+    bool isSame = a.type == b.type;
+    ForEachLightField(a.type, [&](const auto& field) { isSame &= a.*field.member == b.*field.member; });
+    return isSame;
 }
 
 void PutLight(Json& light, const Light& loaded, const Light& edited) {
-    if (edited.color != loaded.color) light["color"] = JsonVector(edited.color);
-    if (edited.intensity != loaded.intensity) light["intensity"] = JsonNumber(edited.intensity);
-    if (edited.range != loaded.range) {
-        if (edited.range == 0.0f)
-            light.erase("range");
-        else
-            light["range"] = JsonNumber(edited.range);
-    }
-    if (edited.type != LightType::Spot) return;
-    if (edited.innerConeAngle != loaded.innerConeAngle)
-        light["spot"]["innerConeAngle"] = JsonNumber(edited.innerConeAngle);
-    if (edited.outerConeAngle != loaded.outerConeAngle)
-        light["spot"]["outerConeAngle"] = JsonNumber(edited.outerConeAngle);
+    ForEachLightField(edited.type, [&](const auto& field) {
+        if (edited.*field.member == loaded.*field.member) return;
+        PutField(*field.object == 0 ? light : light[field.object], field, edited.*field.member);
+    });
 }
 
 Json* LightOf(Json& node) {
@@ -310,7 +312,7 @@ void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
     std::vector<size_t> userCount(lights.size(), 0);  // nodes
     for (Json& node : nodes)
         if (const Json* light = LightOf(node)) userCount[light->get<size_t>()]++;
-    // The scene's lights by the file's: those of one are neighbours (SceneData::lights)
+    // The scene's lights by the file's: those of one are neighbors (SceneData::lights)
     for (size_t first = 0, end = 0; first < loaded.lights.size(); first = end) {
         const auto lightOf = [&](size_t i) { return LightOf(nodes[loaded.lights[i].node])->get<size_t>(); };
         const size_t index = lightOf(first);

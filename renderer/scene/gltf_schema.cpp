@@ -220,10 +220,10 @@ class Checker {
     }
 
     void CheckMember(Json& object, const Property& row) {
-        const bool wasInExtension = m_isInExtension;
-        if (row.name == "extras") m_isInExtension = true;
+        const bool wasKeptAsValue = m_isKeptAsValue;
+        m_isKeptAsValue |= row.isKeptAsValue;
         CheckObject(object, row.Rows());
-        m_isInExtension = wasInExtension;
+        m_isKeptAsValue = wasKeptAsValue;
     }
 
     template <typename CheckElement>
@@ -256,7 +256,7 @@ class Checker {
             if (row.misfit != Misfit::PutIntoRange) return LeaveOut(value, row, NumberNeeded(row, rounded));
             m_context.Warn(Path(), row.topic, Is(value) + "out of range, put into it");
             value = static_cast<double>(std::clamp(rounded, row.min, row.max));
-        } else if (!value.is_number_float() && m_isInExtension) {
+        } else if (!value.is_number_float() && m_isKeptAsValue) {
             value = number;  // tinygltf makes an int of a whole one where it does not know the property
         }
         return true;
@@ -281,7 +281,7 @@ class Checker {
                                         }));
         if (*whole < row.wholeMin || *whole > row.wholeMax) return LeaveOut(value, row, WholeNeeded(row));
         // What tinygltf does not know it keeps as an int or a double
-        value = m_isInExtension ? Json(static_cast<double>(*whole)) : Json(*whole);
+        value = m_isKeptAsValue ? Json(static_cast<double>(*whole)) : Json(*whole);
         return true;
     }
 
@@ -297,8 +297,8 @@ class Checker {
 
     bool CheckExtensions(Json& value, const Property& row) {
         if (!value.is_object()) return Refuse(value, row);
-        const bool wasInExtension = m_isInExtension;
-        m_isInExtension = true;
+        const bool wasKeptAsValue = m_isKeptAsValue;
+        m_isKeptAsValue = true;
         for (auto member = value.begin(); member != value.end();) {
             const auto extension =
                 std::ranges::find_if(SupportedExtensions(), [&](const Extension& candidate) {
@@ -313,7 +313,7 @@ class Checker {
             CheckObject(*member, extension->rows);
             ++member;
         }
-        m_isInExtension = wasInExtension;
+        m_isKeptAsValue = wasKeptAsValue;
         return true;
     }
 
@@ -362,7 +362,7 @@ class Checker {
     GltfContext& m_context;
     std::vector<PathStep> m_path;
     std::array<size_t, static_cast<size_t>(Target::Count)> m_counts{};
-    bool m_isInExtension = false;
+    bool m_isKeptAsValue = false;
 };
 
 }  // namespace

@@ -1,9 +1,9 @@
 // What a glTF document may hold, as tables, and the check of a document against them. Internal to
 // renderer/scene.
 //
-// A row a property: its type, its range or what it points at, and what becomes of a value out of range. What
-// has no row is not read, and taken out of the tree. A KHR extension is a table of its properties and a line
-// of kExtensions.
+// A row a property, made by gltf_schema_rows.h: its type, its range or what it points at, and what becomes of
+// a value out of range. What has no row is not read, and taken out of the tree. A KHR extension is a table of
+// its properties and a line of kExtensions.
 #pragma once
 
 #include <cstddef>
@@ -91,6 +91,8 @@ struct Property {
     size_t rowCount = 0;
     // Object: required if the property "type" beside it is this, and else not read.
     std::string_view ofType;
+    // tinygltf keeps what is in it as values, as it does with what is in extensions.
+    bool isKeptAsValue = false;
     ExtensionPlace place = ExtensionPlace::Nowhere;
 
     std::span<const Property> Rows() const { return {rows, rowCount}; }

@@ -3,134 +3,22 @@
 #include <glm/gtc/constants.hpp>
 
 #include "renderer/scene/gltf_schema.h"
-#include "renderer/scene/scene_data.h"
+#include "renderer/scene/gltf_schema_rows.h"
+#include "renderer/scene/light_fields.h"
+#include "renderer/scene/material_fields.h"
 
 namespace raygraph::scene {
 namespace {
 
-// --- Making rows ---
-
-struct Row : Property {
-    constexpr Row(std::string_view ofName, PropertyType ofPropertyType) {
-        name = ofName;
-        type = ofPropertyType;
-    }
-    // With something changed. First, because clang evaluates no call of what it has not read yet.
-    template <typename Change>
-    constexpr Row With(const Change& change) const {
-        Row row = *this;
-        change(row);
-        return row;
-    }
-    constexpr Row Required() const {
-        return With([](Row& row) { row.isRequired = true; });
-    }
-    constexpr Row AtLeast(float value) const {
-        return With([&](Row& row) { row.min = value; });
-    }
-    constexpr Row Above(float value) const {
-        return With([&](Row& row) { row.min = value, row.excludesMin = true; });
-    }
-    constexpr Row Below(float value) const {
-        return With([&](Row& row) { row.max = value, row.excludesMax = true; });
-    }
-    constexpr Row Between(float low, float high) const {
-        return With([&](Row& row) { row.min = low, row.max = high; });
-    }
-    constexpr Row OrZero() const {
-        return With([](Row& row) { row.allowsZero = true; });
-    }
-    constexpr Row WholeBetween(uint64_t low, uint64_t high) const {
-        return With([&](Row& row) { row.wholeMin = low, row.wholeMax = high; });
-    }
-    constexpr Row OneOf(std::span<const uint64_t> values) const {
-        return With([&](Row& row) { row.numbers = values; });
-    }
-    constexpr Row OneOf(std::span<const std::string_view> values) const {
-        return With([&](Row& row) { row.texts = values; });
-    }
-    constexpr Row StartsWith(std::string_view text) const {
-        return With([&](Row& row) { row.start = text; });
-    }
-    constexpr Row PutIntoRange() const {
-        return With([](Row& row) { row.misfit = Misfit::PutIntoRange, row.topic = "factor"; });
-    }
-    constexpr Row OrLeftOut(const char* warnAs, const char* instead) const {
-        return With(
-            [&](Row& row) { row.misfit = Misfit::LeaveOut, row.topic = warnAs, row.remedy = instead; });
-    }
-    // No warning without a topic.
-    constexpr Row OrLeftOutWhateverItIs(const char* warnAs = nullptr, const char* instead = nullptr) const {
-        return With(
-            [&](Row& row) { row.misfit = Misfit::LeaveOutAny, row.topic = warnAs, row.remedy = instead; });
-    }
-    constexpr Row PointedAtAs(Target what) const {
-        return With([&](Row& row) { row.target = what; });
-    }
-    constexpr Row OfType(std::string_view value) const {
-        return With([&](Row& row) { row.ofType = value; });
-    }
-};
-
-constexpr Row Flag(std::string_view name) {
-    return {name, PropertyType::Bool};
-}
-constexpr Row Text(std::string_view name) {
-    return {name, PropertyType::String};
-}
-constexpr Row Number(std::string_view name) {
-    return {name, PropertyType::Number};
-}
-constexpr Row Numbers(std::string_view name, size_t count) {
-    return Row(name, PropertyType::Numbers).With([&](Row& row) { row.count = count; });
-}
-constexpr Row Whole(std::string_view name) {
-    return {name, PropertyType::Whole};
-}
-constexpr Row Index(std::string_view name, Target target) {
-    return Row(name, PropertyType::Index).With([&](Row& row) { row.target = target; });
-}
-constexpr Row Indices(std::string_view name, Target target) {
-    return Row(name, PropertyType::Indices).With([&](Row& row) { row.target = target; });
-}
-constexpr Row Object(std::string_view name, std::span<const Property> rows) {
-    return Row(name, PropertyType::Object).With([&](Row& row) {
-        row.rows = rows.data();
-        row.rowCount = rows.size();
-    });
-}
-constexpr Row Objects(std::string_view name, std::span<const Property> rows) {
-    return Object(name, rows).With([](Row& row) { row.type = PropertyType::Objects; });
-}
-constexpr Row Extensions(ExtensionPlace place) {
-    return Row("extensions", PropertyType::Extensions).With([&](Row& row) { row.place = place; });
-}
-
-// A factor of a material.
-constexpr Row Factor(std::string_view name) {
-    return Number(name).Between(0.0f, 1.0f).PutIntoRange();
-}
-constexpr Row Color(std::string_view name) {
-    return Numbers(name, 3).Between(0.0f, 1.0f).PutIntoRange();
-}
-constexpr Row UnboundedColor(std::string_view name) {
-    return Numbers(name, 3).AtLeast(0.0f).PutIntoRange();
-}
-
-template <typename... Rows>
-constexpr std::array<Property, sizeof...(Rows)> Table(const Rows&... rows) {
-    return {rows...};
-}
+using namespace schema;
 
 // --- Buffers and accessors ---
 
-constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
-
-constexpr auto kBuffer = Table(Whole("byteLength").WholeBetween(1, kNoLimit).Required(), Text("uri"));
+constexpr auto kBuffer = Table(Whole("byteLength").AtLeast(1).Required(), Text("uri"));
 
 constexpr auto kBufferView =
     Table(Index("buffer", Target::Buffers).Required(), Whole("byteOffset"),
-          Whole("byteLength").WholeBetween(1, kNoLimit).Required(), Whole("byteStride").WholeBetween(4, 252));
+          Whole("byteLength").AtLeast(1).Required(), Whole("byteStride").Between(4, 252));
 
 constexpr std::array<uint64_t, 6> kComponentTypes{5120, 5121, 5122, 5123, 5125, 5126};
 constexpr std::array<uint64_t, 3> kIndexTypes{5121, 5123, 5125};
@@ -142,12 +30,12 @@ constexpr auto kSparseIndices =
 constexpr auto kSparseValues =
     Table(Index("bufferView", Target::BufferViews).Required(), Whole("byteOffset"));
 constexpr auto kSparse =
-    Table(Whole("count").WholeBetween(1, kNoLimit).Required(), Object("indices", kSparseIndices).Required(),
+    Table(Whole("count").AtLeast(1).Required(), Object("indices", kSparseIndices).Required(),
           Object("values", kSparseValues).Required());
 constexpr auto kAccessor = Table(Index("bufferView", Target::BufferViews), Whole("byteOffset"),
                                  Whole("componentType").OneOf(kComponentTypes).Required(), Flag("normalized"),
-                                 Whole("count").WholeBetween(1, kNoLimit).Required(),
-                                 Text("type").OneOf(kShapes).Required(), Object("sparse", kSparse));
+                                 Whole("count").AtLeast(1).Required(), Text("type").OneOf(kShapes).Required(),
+                                 Object("sparse", kSparse));
 
 // --- Textures ---
 
@@ -169,46 +57,55 @@ constexpr auto kTextureSource = Table(Index("source", Target::Images));
 // --- Materials ---
 
 constexpr Row kTextureIndex = Index("index", Target::Textures).Required();
-constexpr Row kTexCoord = Whole("texCoord")
-                              .WholeBetween(0, 1)
-                              .OrLeftOut("texCoord", "taken as 0: TEXCOORD_0 and TEXCOORD_1 are read");
+constexpr WholeRow kTexCoord =
+    Whole("texCoord").Between(0, 1).OrLeftOut("texCoord", "taken as 0: TEXCOORD_0 and TEXCOORD_1 are read");
 
 constexpr auto kTextureInfo = Table(kTextureIndex, kTexCoord);
-constexpr auto kNormalTextureInfo = Table(kTextureIndex, kTexCoord, Number("scale"));
-constexpr auto kOcclusionTextureInfo = Table(kTextureIndex, kTexCoord, Factor("strength"));
 // Of a texture that nothing reads.
 constexpr auto kUnreadTextureInfo = Table(kTextureIndex, Whole("texCoord"));
 
-constexpr auto kPbr = Table(Numbers("baseColorFactor", 4).Between(0.0f, 1.0f).PutIntoRange(),
-                            Object("baseColorTexture", kTextureInfo), Factor("metallicFactor"),
-                            Factor("roughnessFactor"), Object("metallicRoughnessTexture", kTextureInfo));
+// Of a field of Material. What is out of its range is put into it.
+template <typename T>
+consteval auto Factor(T Material::*member) {
+    return RowFor(FieldOf(member)).PutIntoRange();
+}
+consteval ObjectRow TextureOf(TextureRef Material::*member, std::span<const Property> rows = kTextureInfo) {
+    return Object(FieldOf(member).key, rows);
+}
+
+constexpr auto kNormalTextureInfo = Table(kTextureIndex, kTexCoord, Factor(&Material::normalScale));
+constexpr auto kOcclusionTextureInfo = Table(kTextureIndex, kTexCoord, Factor(&Material::occlusionStrength));
+
+constexpr auto kPbr = Table(Factor(&Material::baseColorFactor), TextureOf(&Material::baseColorTexture),
+                            Factor(&Material::metallicFactor), Factor(&Material::roughnessFactor),
+                            TextureOf(&Material::metallicRoughnessTexture));
 
 // Not glTF's: `extras` belongs to applications, and what is no priority as we mean it may be another's.
-constexpr auto kMaterialExtras = Table(Whole("priority")
-                                           .WholeBetween(0, std::numeric_limits<uint32_t>::max())
+constexpr auto kMaterialExtras = Table(Whole(FieldOf(&Material::priority).key)
+                                           .Between(0, std::numeric_limits<uint32_t>::max())
                                            .OrLeftOutWhateverItIs("priority", "taken as 0"));
 
 constexpr std::array<std::string_view, 3> kAlphaModes{"OPAQUE", "MASK", "BLEND"};
 constexpr auto kMaterial = Table(
-    Text("name"), Object("pbrMetallicRoughness", kPbr), Object("normalTexture", kNormalTextureInfo),
-    Object("occlusionTexture", kOcclusionTextureInfo),
+    Text("name"), Object(material_fields::kPbr, kPbr),
+    TextureOf(&Material::normalTexture, kNormalTextureInfo),
+    TextureOf(&Material::occlusionTexture, kOcclusionTextureInfo),
     // Above 1 is out of the standard's range, but files from before KHR_materials_emissive_strength mean it.
-    UnboundedColor("emissiveFactor"), Object("emissiveTexture", kTextureInfo),
-    Text("alphaMode").OneOf(kAlphaModes), Number("alphaCutoff").AtLeast(0.0f).PutIntoRange(),
-    Flag("doubleSided"), Extensions(ExtensionPlace::Material),
-    Object("extras", kMaterialExtras).OrLeftOutWhateverItIs());
+    Factor(&Material::emissiveFactor), TextureOf(&Material::emissiveTexture),
+    Text(FieldOf(&Material::alphaMode).key).OneOf(kAlphaModes), Factor(&Material::alphaCutoff),
+    RowFor(FieldOf(&Material::isDoubleSided)), Extensions(ExtensionPlace::Material), Extras(kMaterialExtras));
 
-constexpr auto kEmissiveStrength = Table(Number("emissiveStrength").AtLeast(0.0f).PutIntoRange());
-constexpr auto kIor = Table(Number("ior").Between(1.0f, Material::kMostIor).OrZero().PutIntoRange());
+constexpr auto kEmissiveStrength = Table(Factor(&Material::emissiveStrength));
+constexpr auto kIor = Table(Factor(&Material::ior));
 constexpr auto kSpecular =
-    Table(Factor("specularFactor"), Object("specularTexture", kTextureInfo),
-          UnboundedColor("specularColorFactor"), Object("specularColorTexture", kTextureInfo));
+    Table(Factor(&Material::specularFactor), TextureOf(&Material::specularTexture),
+          Factor(&Material::specularColorFactor), TextureOf(&Material::specularColorTexture));
 constexpr auto kTransmission =
-    Table(Factor("transmissionFactor"), Object("transmissionTexture", kTextureInfo));
+    Table(Factor(&Material::transmissionFactor), TextureOf(&Material::transmissionTexture));
 constexpr auto kVolume =
-    Table(Number("thicknessFactor").AtLeast(0.0f).PutIntoRange(),
-          Object("thicknessTexture", kUnreadTextureInfo), Color("attenuationColor"),
-          Number("attenuationDistance").Above(0.0f).OrLeftOut("distance", "taken as infinite"));
+    Table(Factor(&Material::thicknessFactor), Object("thicknessTexture", kUnreadTextureInfo),
+          Factor(&Material::attenuationColor),
+          RowFor(FieldOf(&Material::attenuationDistance)).OrLeftOut("distance", "taken as infinite"));
 
 // --- Meshes ---
 
@@ -220,7 +117,7 @@ constexpr auto kMorphTarget = Table(Index("POSITION", Target::Accessors), Index(
                                     Index("TANGENT", Target::Accessors));
 constexpr auto kPrimitive = Table(Object("attributes", kAttributes).Required(),
                                   Index("indices", Target::Accessors), Index("material", Target::Materials),
-                                  Whole("mode").WholeBetween(0, 6), Objects("targets", kMorphTarget));
+                                  Whole("mode").Between(0, 6), Objects("targets", kMorphTarget));
 constexpr auto kMesh = Table(Text("name"), Objects("primitives", kPrimitive).Required());
 
 // --- Cameras and lights ---
@@ -235,11 +132,15 @@ constexpr auto kCamera = Table(Text("name"), Text("type").OneOf(kCameraTypes).Re
                                Object("perspective", kPerspective).OfType("perspective"),
                                Object("orthographic", kOrthographic).OfType("orthographic"));
 
-constexpr auto kSpot = Table(Number("innerConeAngle").AtLeast(0.0f), Number("outerConeAngle").AtLeast(0.0f));
+template <typename T>
+consteval auto LightRow(T Light::*member) {
+    return RowFor(FieldOf(member));
+}
+constexpr auto kSpot = Table(LightRow(&Light::innerConeAngle), LightRow(&Light::outerConeAngle));
 constexpr std::array<std::string_view, 3> kLightTypes{"directional", "point", "spot"};
 constexpr auto kLight = Table(Text("name"), Text("type").OneOf(kLightTypes).Required(),
-                              Numbers("color", 3).AtLeast(0.0f), Number("intensity").AtLeast(0.0f),
-                              Number("range").Above(0.0f), Object("spot", kSpot).OfType("spot"));
+                              LightRow(&Light::color), LightRow(&Light::intensity), LightRow(&Light::range),
+                              Object(light_fields::kSpot, kSpot).OfType("spot"));
 constexpr auto kLights = Table(Objects("lights", kLight).PointedAtAs(Target::Lights));
 constexpr auto kNodeLight = Table(Index("light", Target::Lights).Required());
 
@@ -296,9 +197,9 @@ constexpr std::array kExtensions{
     Extension{"EXT_texture_webp", ExtensionPlace::Texture, kTextureSource},
     Extension{"KHR_materials_emissive_strength", ExtensionPlace::Material, kEmissiveStrength},
     Extension{"KHR_materials_ior", ExtensionPlace::Material, kIor},
-    Extension{"KHR_materials_specular", ExtensionPlace::Material, kSpecular},
-    Extension{"KHR_materials_transmission", ExtensionPlace::Material, kTransmission},
-    Extension{"KHR_materials_volume", ExtensionPlace::Material, kVolume},
+    Extension{material_fields::kSpecular, ExtensionPlace::Material, kSpecular},
+    Extension{material_fields::kTransmission, ExtensionPlace::Material, kTransmission},
+    Extension{material_fields::kVolume, ExtensionPlace::Material, kVolume},
     Extension{"KHR_materials_unlit", ExtensionPlace::Material, {}},
 };
 

@@ -1,37 +1,24 @@
-// The fields of a Material, each stated once: its name, where glTF has it, and which numbers it may hold. The
-// saver, the scene's hash, Check and the editor go over this list, so that none of them can leave one out.
-// For this project's own files; not installed. Threads: constants.
+// The fields of a Material. The saver, the scene's hash, Check and the editor's inspector go over this list,
+// so that none of them can leave one out; the importer and its tables take from it what they need of a field
+// (fields.h), and a test that goes over the list sees to it that each is read. Threads: constants.
 #pragma once
 
-#include <limits>
-#include <tuple>
-#include <type_traits>
-
-#include "renderer/scene/scene_data.h"
+#include "renderer/scene/fields.h"
 
 namespace raygraph::scene {
 
-// Numbers of a field, of a vector each. Its default is Material's own.
-struct FieldRange {
-    float least = 0.0f, most = 0.0f;
-    bool mayBeZero = false;  // though it is below the least
-};
-inline constexpr float kUnboundedField = std::numeric_limits<float>::max();
-inline constexpr FieldRange kShare{0.0f, 1.0f};
-inline constexpr FieldRange kNotNegative{0.0f, kUnboundedField};
-inline constexpr FieldRange kAnyNumber{-kUnboundedField, kUnboundedField};
-
 template <typename T>
-struct MaterialField {
-    T Material::*member;
+using MaterialField = Field<Material, T>;
+
+// As Field, for a texture.
+struct TextureField {
+    using Value = TextureRef;
+
+    TextureRef Material::*member;
     const char* name;
-    // Where it is in a material of glTF: `key` of `object`, which is "" (the material), one of its objects,
-    // an extension, or "extras". Of a flag without a key: whether the object is there.
     const char* object;
     const char* key;
-    FieldRange range = {};       // of float, vec3 and vec4
-    const char* unit = "";       // "": a pure number
-    bool zeroIsLeftOut = false;  // glTF has no number for what 0 means here
+    ColorSpace colorSpace;  // of rgb
 };
 
 namespace material_fields {
@@ -41,35 +28,38 @@ inline constexpr const char* kPbr = "pbrMetallicRoughness";
 inline constexpr const char* kSpecular = "KHR_materials_specular";
 inline constexpr const char* kTransmission = "KHR_materials_transmission";
 inline constexpr const char* kVolume = "KHR_materials_volume";
-using Ref = MaterialField<TextureRef>;
+using Texture = TextureField;
 using Number = MaterialField<float>;
 using Color = MaterialField<glm::vec3>;
 
 // All but the name, in the order of Material.
 inline constexpr auto kAll = std::tuple{
     MaterialField<glm::vec4>{&M::baseColorFactor, "baseColorFactor", kPbr, "baseColorFactor", kShare},
-    Ref{&M::baseColorTexture, "baseColorTexture", kPbr, "baseColorTexture"},
+    Texture{&M::baseColorTexture, "baseColorTexture", kPbr, "baseColorTexture", ColorSpace::Srgb},
     Number{&M::metallicFactor, "metallicFactor", kPbr, "metallicFactor", kShare},
     Number{&M::roughnessFactor, "roughnessFactor", kPbr, "roughnessFactor", kShare},
-    Ref{&M::metallicRoughnessTexture, "metallicRoughnessTexture", kPbr, "metallicRoughnessTexture"},
-    Ref{&M::normalTexture, "normalTexture", "", "normalTexture"},
+    Texture{&M::metallicRoughnessTexture, "metallicRoughnessTexture", kPbr, "metallicRoughnessTexture",
+            ColorSpace::Linear},
+    Texture{&M::normalTexture, "normalTexture", "", "normalTexture", ColorSpace::Linear},
     Number{&M::normalScale, "normalScale", "normalTexture", "scale", kAnyNumber},
-    Ref{&M::occlusionTexture, "occlusionTexture", "", "occlusionTexture"},
+    Texture{&M::occlusionTexture, "occlusionTexture", "", "occlusionTexture", ColorSpace::Linear},
     Number{&M::occlusionStrength, "occlusionStrength", "occlusionTexture", "strength", kShare},
-    Color{&M::emissiveFactor, "emissiveFactor", "", "emissiveFactor", kNotNegative, "W/(sr m^2)"},
+    Color{&M::emissiveFactor, "emissiveFactor", "", "emissiveFactor", kNotNegative},
     Number{&M::emissiveStrength, "emissiveStrength", "KHR_materials_emissive_strength", "emissiveStrength",
-           kNotNegative},
-    Ref{&M::emissiveTexture, "emissiveTexture", "", "emissiveTexture"},
+           kNotNegative, "W/(sr m^2)"},
+    Texture{&M::emissiveTexture, "emissiveTexture", "", "emissiveTexture", ColorSpace::Srgb},
     MaterialField<AlphaMode>{&M::alphaMode, "alphaMode", "", "alphaMode"},
     Number{&M::alphaCutoff, "alphaCutoff", "", "alphaCutoff", kNotNegative},
     MaterialField<bool>{&M::isDoubleSided, "isDoubleSided", "", "doubleSided"},
     Number{&M::ior, "ior", "KHR_materials_ior", "ior", {1.0f, M::kMostIor, true}},
     Number{&M::specularFactor, "specularFactor", kSpecular, "specularFactor", kShare},
-    Ref{&M::specularTexture, "specularTexture", kSpecular, "specularTexture"},
+    Texture{&M::specularTexture, "specularTexture", kSpecular, "specularTexture", ColorSpace::Linear},
     Color{&M::specularColorFactor, "specularColorFactor", kSpecular, "specularColorFactor", kNotNegative},
-    Ref{&M::specularColorTexture, "specularColorTexture", kSpecular, "specularColorTexture"},
+    Texture{&M::specularColorTexture, "specularColorTexture", kSpecular, "specularColorTexture",
+            ColorSpace::Srgb},
     Number{&M::transmissionFactor, "transmissionFactor", kTransmission, "transmissionFactor", kShare},
-    Ref{&M::transmissionTexture, "transmissionTexture", kTransmission, "transmissionTexture"},
+    Texture{&M::transmissionTexture, "transmissionTexture", kTransmission, "transmissionTexture",
+            ColorSpace::Linear},
     Number{&M::thicknessFactor, "thicknessFactor", kVolume, "thicknessFactor", kNotNegative, "m"},
     Color{&M::attenuationColor, "attenuationColor", kVolume, "attenuationColor", kShare},
     Number{&M::attenuationDistance, "attenuationDistance", kVolume, "attenuationDistance", kNotNegative, "m",
@@ -97,13 +87,8 @@ constexpr void ForEachMaterialField(Visit&& visit) {
 
 // The one of a member.
 template <typename T>
-constexpr MaterialField<T> FieldOf(T Material::*member) {
-    MaterialField<T> found{};
-    ForEachMaterialField([&](const auto& field) {
-        if constexpr (std::is_same_v<decltype(field.member), T Material::*>)
-            if (field.member == member) found = field;
-    });
-    return found;
+consteval auto FieldOf(T Material::*member) {
+    return FindField(member, material_fields::kAll);
 }
 
 }  // namespace raygraph::scene

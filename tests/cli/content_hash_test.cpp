@@ -170,6 +170,42 @@ TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
     ExpectEachChangeSeen("light", [](SceneData& s) -> Light& { return s.lights[0]; });
 }
 
+// An .exr has the hash of its scene, and is resumed and merged only with another of the same: the order in which
+// fields are hashed stays as it is, or kFormat of render_file.cpp goes up.
+TEST(ContentHash, IsTheOneOfEarlierVersions) {
+    SceneData scene = OneOfEach();
+    Material& material = scene.materials[0];
+    material.baseColorFactor = {0.01f, 0.02f, 0.03f, 0.04f};
+    material.metallicFactor = 0.05f;
+    material.roughnessFactor = 0.06f;
+    material.normalScale = 0.07f;
+    material.occlusionStrength = 0.08f;
+    material.emissiveFactor = {0.09f, 0.10f, 0.11f};
+    material.emissiveStrength = 0.12f;
+    material.alphaCutoff = 0.13f;
+    material.ior = 1.14f;
+    material.specularFactor = 0.15f;
+    material.specularColorFactor = {0.16f, 0.17f, 0.18f};
+    material.transmissionFactor = 0.19f;
+    material.thicknessFactor = 0.20f;
+    material.attenuationColor = {0.21f, 0.22f, 0.23f};
+    material.attenuationDistance = 0.24f;
+    material.priority = 25;
+    int32_t index = 0;
+    for (TextureRef Material::*texture :
+         {&Material::baseColorTexture, &Material::metallicRoughnessTexture, &Material::normalTexture,
+          &Material::occlusionTexture, &Material::emissiveTexture, &Material::specularTexture,
+          &Material::specularColorTexture, &Material::transmissionTexture})
+        material.*texture = {++index, 0};
+    Light& light = scene.lights[0];
+    light.color = {0.1f, 0.2f, 0.3f};
+    light.intensity = 0.4f;
+    light.range = 0.5f;
+    light.innerConeAngle = 0.6f;
+    light.outerConeAngle = 0.7f;
+    EXPECT_EQ(HashOf(scene), "bb6eead97a131c6b");
+}
+
 TEST(ContentHash, SeesWhatIsWithinAList) {
     const auto changed = [](auto change) {
         SceneData scene = OneOfEach();

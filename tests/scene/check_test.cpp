@@ -111,8 +111,10 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
               "scene: cameras[0]: yFov must be between 0 and pi");
     EXPECT_EQ(Refusal([](SceneData& s) { s.lights[0].intensity = -1.0f; }),
               "scene: lights[0]: intensity is -1, must be finite and at least 0");
-    EXPECT_EQ(Refusal([](SceneData& s) { s.lights[0].innerConeAngle = 2.0f; }),
-              "scene: lights[0]: innerConeAngle must be below outerConeAngle, and that at most pi/2");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.lights[0].innerConeAngle = 1.0f; }),
+              "scene: lights[0]: innerConeAngle must be below outerConeAngle");
+    EXPECT_EQ(Refusal([](SceneData& s) { s.lights[0].outerConeAngle = 2.0f; }),
+              "scene: lights[0]: outerConeAngle is 2, must be 0 to 1.57080638");
     EXPECT_EQ(Refusal([](SceneData& s) { s.bounds.max.z = kInfinity; }), "scene: its bounds are not finite");
 }
 

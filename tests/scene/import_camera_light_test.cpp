@@ -141,7 +141,11 @@ TEST(Lights, MalformedOnesAreRefused) {
     EXPECT_EQ(LoadError(WithLight({{"type", "spot"}})), start + ".spot: is absent, must be an object");
     EXPECT_EQ(
         LoadError(WithLight({{"type", "spot"}, {"spot", {{"innerConeAngle", 1}, {"outerConeAngle", 0.5}}}})),
-        start + ".spot: innerConeAngle must be below outerConeAngle, and that at most pi/2");
+        start + ".spot: innerConeAngle must be below outerConeAngle");
+    EXPECT_EQ(LoadError(WithLight({{"type", "spot"}, {"spot", {{"outerConeAngle", 1.6}}}})),
+              start + ".spot.outerConeAngle: is 1.6, must be at most 1.570806");
+    EXPECT_EQ(LoadError(WithLight({{"type", "spot"}, {"spot", {{"outerConeAngle", 1.570797}}}})), "loaded")
+        << "pi/2, rounded up";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The list of a material's fields, and that Check and the saver go by it.
+// The lists of a material's and a light's fields, and that importer, saver and Check go by them.
 #include "renderer/scene/material_fields.h"
 
 #include <gtest/gtest.h>
@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/light_fields.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/save_gltf.h"
 #include "tests/scene/same_scene.h"
@@ -34,16 +35,43 @@ std::string Refusal(const Material& material) {
     return "accepted";
 }
 
-TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwn) {
-    std::set<std::string> names, places;
-    size_t count = 0;
+// The hash of a scene goes over the fields in this order: another one would have old renders not be resumed.
+TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwnAndTheirOrderStays) {
+    std::vector<std::string> names;
+    std::set<std::string> places;
     ForEachMaterialField([&](const auto& field) {
-        names.insert(field.name);
+        names.emplace_back(field.name);
         places.insert(std::string(field.object) + "/" + field.key);
-        count++;
     });
-    EXPECT_EQ(names.size(), count);
-    EXPECT_EQ(places.size(), count);
+    EXPECT_EQ(places.size(), names.size());
+    const std::vector<std::string> expected{"baseColorFactor",
+                                            "baseColorTexture",
+                                            "metallicFactor",
+                                            "roughnessFactor",
+                                            "metallicRoughnessTexture",
+                                            "normalTexture",
+                                            "normalScale",
+                                            "occlusionTexture",
+                                            "occlusionStrength",
+                                            "emissiveFactor",
+                                            "emissiveStrength",
+                                            "emissiveTexture",
+                                            "alphaMode",
+                                            "alphaCutoff",
+                                            "isDoubleSided",
+                                            "ior",
+                                            "specularFactor",
+                                            "specularTexture",
+                                            "specularColorFactor",
+                                            "specularColorTexture",
+                                            "transmissionFactor",
+                                            "transmissionTexture",
+                                            "thicknessFactor",
+                                            "attenuationColor",
+                                            "attenuationDistance",
+                                            "isUnlit",
+                                            "priority"};
+    EXPECT_EQ(names, expected);
     EXPECT_STREQ(FieldOf(&Material::thicknessFactor).unit, "m");
     EXPECT_STREQ(FieldOf(&Material::specularColorFactor).name, "specularColorFactor");
 }
@@ -125,43 +153,166 @@ TEST(MaterialFields, EachComesBackFromAFile) {
     });
 }
 
-// The importer's own tables say the same of each place: what is in the range is read, what is out of it is not.
-TEST(MaterialFields, EachIsReadFromItsPlaceAndNotOutOfItsRange) {
+// The JSON of a material with one thing in the place of a field.
+template <typename Field, typename Value>
+nlohmann::json With(const Field& field, const Value& value) {
+    nlohmann::json material = kTextured;
+    const std::string object = field.object;
+    nlohmann::json& place = object.empty()               ? material
+                            : object.starts_with("KHR_") ? material["extensions"][object]
+                                                         : material[object];
+    if (place.is_null()) place = nlohmann::json::object();
+    if (*field.key != 0) place[field.key] = value;
+    return material;
+}
+
+// A file with nothing in a place has the default of Material, whatever the importer does with it.
+TEST(MaterialFields, DefaultsAreThoseOfTheStruct) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder.Path() / "scene.gltf";
+    nlohmann::json bare = nlohmann::json::object();
+    for (const bool hasObjects : {false, true}) {
+        if (hasObjects)
+            ForEachMaterialField([&](const auto& field) {
+                const std::string object = field.object;
+                if (object.starts_with("KHR_") && *field.key != 0)
+                    bare["extensions"][object] = nlohmann::json::object();
+                else if (object == "pbrMetallicRoughness" || object == "extras")
+                    bare[object] = nlohmann::json::object();
+            });
+        Write(path, bare);
+        const Material material = LoadGltf(path).materials.at(0);
+        ForEachMaterialField([&](const auto& field) {
+            if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
+                EXPECT_EQ((material.*field.member).texture, -1) << field.name;
+            else
+                EXPECT_EQ(material.*field.member, Material().*field.member) << field.name;
+        });
+    }
+}
+
+// What is in the range is read, and what is out of it is put to the end of the range that is nearest.
+TEST(MaterialFields, EachIsReadFromItsPlaceAndPutIntoItsRange) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder.Path() / "scene.gltf";
     ForEachMaterialField([&](const auto& field) {
-        using Field = std::decay_t<decltype(field)>;
-        if constexpr (kIsNumber<Field>) {
+        using FieldType = std::decay_t<decltype(field)>;
+        if constexpr (kIsNumber<FieldType>) {
             SCOPED_TRACE(field.name);
+            using Value = typename FieldType::Value;
             const auto read = [&](float number) {
-                nlohmann::json material = kTextured;
-                const std::string object = field.object;
-                nlohmann::json& place = object.empty()               ? material
-                                        : object.starts_with("KHR_") ? material["extensions"][object]
-                                                                     : material[object];
-                if constexpr (std::is_same_v<Field, MaterialField<float>>)
-                    place[field.key] = number;
+                if constexpr (std::is_same_v<Value, float>)
+                    Write(path, With(field, number));
                 else
-                    place[field.key] = std::vector<float>(
-                        static_cast<size_t>(std::decay_t<decltype(Material{}.*field.member)>::length()),
-                        number);
-                Write(path, material);
+                    Write(path, With(field, std::vector<float>(size_t{Value::length()}, number)));
                 return LoadGltf(path).materials.at(0).*field.member;
             };
-            using Value = std::decay_t<decltype(Material{}.*field.member)>;
-            const float within = field.range.least > 0.625f ? field.range.least + 0.25f : 0.625f;
+            const FieldRange& range = field.range;
+            const float within = range.least > 0.625f ? range.least + 0.25f : 0.625f;
             EXPECT_EQ(read(within), Value(within));
-            Material material;
-            if (field.range.least > -kUnboundedField) {
-                material.*field.member = read(field.range.least - 0.5f);
-                EXPECT_EQ(Refusal(material), "accepted");
+            if (range.HasLeast()) {
+                EXPECT_EQ(read(range.least), Value(range.least));
+                EXPECT_EQ(read(range.least - 0.5f), Value(range.least));
             }
-            if (field.range.most < kUnboundedField) {
-                material.*field.member = read(field.range.most + 0.5f * field.range.most);
-                EXPECT_EQ(Refusal(material), "accepted");
+            if (range.HasMost()) {
+                EXPECT_EQ(read(range.most), Value(range.most));
+                EXPECT_EQ(read(1.5f * range.most), Value(range.most));
+            }
+            if (range.mayBeZero) {
+                EXPECT_EQ(read(0.0f), Value(0.0f));
             }
         }
     });
+}
+
+TEST(MaterialFields, EachTextureIsReadFromItsPlaceInItsColorSpace) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder.Path() / "scene.gltf";
+    ForEachMaterialField([&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>) {
+            SCOPED_TRACE(field.name);
+            nlohmann::json file = With(field, nlohmann::json{{"index", 0}, {"texCoord", 1}});
+            for (const char* other : {"normalTexture", "occlusionTexture"})
+                if (std::string(field.key) != other) file.erase(other);
+            Write(path, file);
+            const SceneData scene = LoadGltf(path);
+            const TextureRef read = scene.materials.at(0).*field.member;
+            ASSERT_EQ(read.texture, 0);
+            EXPECT_EQ(read.texCoord, 1);
+            ASSERT_EQ(scene.textures.size(), 1u) << "and no other of its textures";
+            EXPECT_EQ(scene.textures[0].colorSpace, field.colorSpace);
+        }
+    });
+    EXPECT_EQ(FieldOf(&Material::baseColorTexture).colorSpace, ColorSpace::Srgb);
+    EXPECT_EQ(FieldOf(&Material::specularTexture).colorSpace, ColorSpace::Linear);
+}
+
+// --- Lights ---
+
+std::string Refusal(const Light& light) {
+    try {
+        Check(light, "lamp");
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "accepted";
+}
+
+Light Spot() {
+    Light spot;
+    spot.type = LightType::Spot;
+    return spot;
+}
+
+void WriteLight(const std::filesystem::path& path, const nlohmann::json& light) {
+    std::ofstream(path) << nlohmann::json{
+        {"asset", {{"version", "2.0"}}},
+        {"extensionsUsed", {"KHR_lights_punctual"}},
+        {"extensions", {{"KHR_lights_punctual", {{"lights", {light}}}}}},
+        {"nodes", {{{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}}}};
+}
+
+TEST(LightFields, CheckRefusesWhatIsOutOfTheRangeOfEachAndNamesIt) {
+    EXPECT_EQ(Refusal(Spot()), "accepted") << "the defaults";
+    ForEachLightField(LightType::Spot, [&](const auto& field) {
+        using Value = typename std::decay_t<decltype(field)>::Value;
+        const auto refused = [&](float value) {
+            Light light = Spot();
+            light.*field.member = Value(value);
+            const std::string message = Refusal(light);
+            EXPECT_TRUE(message.starts_with("lamp: " + std::string(field.name) + " is "))
+                << value << ": " << message;
+        };
+        refused(std::nanf(""));
+        refused(std::nextafter(field.range.least, -1.0f));
+        if (field.range.HasMost()) refused(std::nextafter(field.range.most, kUnboundedField));
+    });
+    Light point = Spot();
+    point.type = LightType::Point;
+    point.innerConeAngle = 3.0f;
+    EXPECT_EQ(Refusal(point), "accepted") << "it has no cone";
+}
+
+TEST(LightFields, EachIsReadFromItsPlaceAndComesBackFromAFile) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path source = folder.Path() / "source.gltf", target = folder.Path() / "saved.gltf";
+    WriteLight(source, {{"type", "spot"}, {"range", 3}, {"spot", nlohmann::json::object()}});
+    const SceneData loaded = LoadGltf(source);
+    ForEachLightField(LightType::Spot, [&](const auto& field) {
+        SCOPED_TRACE(field.name);
+        SceneData edited = loaded;
+        Change(edited.lights.at(0).*field.member);
+        SaveGltf(source, edited, target);
+        test::ExpectSame(edited, LoadGltf(target));
+        const nlohmann::json saved =
+            nlohmann::json::parse(std::ifstream(target))["extensions"]["KHR_lights_punctual"]["lights"][0];
+        const nlohmann::json& object = *field.object == 0 ? saved : saved[field.object];
+        EXPECT_TRUE(object.contains(field.key)) << saved;
+    });
+    SceneData endless = loaded;
+    endless.lights.at(0).range = 0.0f;
+    SaveGltf(source, endless, target);
+    EXPECT_EQ(LoadGltf(target).lights.at(0).range, 0.0f) << "left out, for want of a number";
 }
 
 }  // namespace

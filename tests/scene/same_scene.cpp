@@ -2,11 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <tuple>
 #include <type_traits>
 
+#include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
-
-#include <algorithm>
 
 namespace raygraph::test {
 
@@ -33,6 +34,21 @@ void ExpectSameMaterial(const scene::Material& a, const scene::Material& b) {
             EXPECT_EQ(a.*field.member, b.*field.member) << a.name << ' ' << field.name;
         }
     });
+}
+
+// All but the transform, which is the node's.
+void ExpectSameCamera(const scene::Camera& a, const scene::Camera& b) {
+    const auto& [name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, matrix, rest] = a;
+    std::ignore = std::tie(matrix, rest);
+    EXPECT_EQ(name, b.name);
+    EXPECT_EQ(node, b.node);
+    EXPECT_EQ(projection, b.projection);
+    EXPECT_EQ(yFov, b.yFov);
+    EXPECT_EQ(aspectRatio, b.aspectRatio);
+    EXPECT_EQ(xMag, b.xMag);
+    EXPECT_EQ(yMag, b.yMag);
+    EXPECT_EQ(zNear, b.zNear);
+    EXPECT_EQ(zFar, b.zFar);
 }
 
 }  // namespace
@@ -76,14 +92,15 @@ void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tole
         EXPECT_LE(Apart(a.instances[i].objectToWorld, b.instances[i].objectToWorld), tolerance + steps);
     }
     ASSERT_EQ(a.cameras.size(), b.cameras.size());
-    for (size_t i = 0; i < a.cameras.size(); i++) EXPECT_EQ(a.cameras[i].yFov, b.cameras[i].yFov);
+    for (size_t i = 0; i < a.cameras.size(); i++) ExpectSameCamera(a.cameras[i], b.cameras[i]);
     ASSERT_EQ(a.lights.size(), b.lights.size());
     for (size_t i = 0; i < a.lights.size(); i++) {
-        EXPECT_EQ(a.lights[i].color, b.lights[i].color);
-        EXPECT_EQ(a.lights[i].intensity, b.lights[i].intensity);
-        EXPECT_EQ(a.lights[i].range, b.lights[i].range);
-        EXPECT_EQ(a.lights[i].outerConeAngle, b.lights[i].outerConeAngle);
+        EXPECT_EQ(a.lights[i].name, b.lights[i].name);
         EXPECT_EQ(a.lights[i].node, b.lights[i].node);
+        ASSERT_EQ(a.lights[i].type, b.lights[i].type);
+        scene::ForEachLightField(a.lights[i].type, [&](const auto& field) {
+            EXPECT_EQ(a.lights[i].*field.member, b.lights[i].*field.member) << i << ' ' << field.name;
+        });
     }
 }
 

@@ -3,11 +3,36 @@
 
 #include <limits>
 
+#include "renderer/scene/gltf_schema_rows.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/peak_memory.h"
 
 namespace raygraph::test {
 namespace {
+
+// What the checker does not do for a type cannot be said of it.
+template <typename Row>
+concept CanBePutIntoRange = requires(const Row& row) {
+    row.PutIntoRange();
+};
+template <typename Row>
+concept CanBeLeftOut = requires(const Row& row) {
+    row.OrLeftOut("", "");
+};
+using scene::schema::NumberRow, scene::schema::NumbersRow, scene::schema::WholeRow, scene::schema::TextRow;
+static_assert(CanBePutIntoRange<NumberRow> && CanBePutIntoRange<NumbersRow>);
+static_assert(!CanBePutIntoRange<WholeRow> && !CanBePutIntoRange<TextRow>);
+static_assert(CanBeLeftOut<NumberRow> && CanBeLeftOut<WholeRow>);
+static_assert(!CanBeLeftOut<NumbersRow> && !CanBeLeftOut<TextRow> && !CanBeLeftOut<scene::schema::ObjectRow>);
+
+TEST(Schema, RowsThatContradictThemselvesAreNoConstants) {
+    using namespace scene::schema;
+    EXPECT_ANY_THROW(Number("a").Required().OrLeftOut("", ""));
+    EXPECT_ANY_THROW(Whole("a").OrLeftOutWhateverItIs("", "").Required());
+    EXPECT_ANY_THROW(Number("a").Above(0.0f).PutIntoRange());
+    EXPECT_ANY_THROW(Number("a").PutIntoRange().Below(1.0f));
+    EXPECT_NO_THROW(Number("a").Between(0.0f, 1.0f).PutIntoRange().Required());
+}
 
 TEST(Schema, WhatHasNoRowMayBeAnything) {
     GltfDocument document;

@@ -1,0 +1,64 @@
+// The fields of a struct, each stated once: its name, where glTF has it, and which numbers it may hold. Lists
+// of them: material_fields.h, light_fields.h. For this project's own files; not installed. Threads:
+// constants.
+#pragma once
+
+#include <limits>
+#include <tuple>
+#include <type_traits>
+
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+inline constexpr float kUnboundedField = std::numeric_limits<float>::max();
+
+// Numbers of a field, of a vector each.
+struct FieldRange {
+    float least = 0.0f, most = 0.0f;
+    bool mayBeZero = false;  // though it is below the least
+
+    constexpr bool HasLeast() const { return least > -kUnboundedField; }
+    constexpr bool HasMost() const { return most < kUnboundedField; }
+};
+inline constexpr FieldRange kShare{0.0f, 1.0f};
+inline constexpr FieldRange kNotNegative{0.0f, kUnboundedField};
+inline constexpr FieldRange kAnyNumber{-kUnboundedField, kUnboundedField};
+
+// Its default is that of the struct.
+template <typename Owner, typename T>
+struct Field {
+    using Value = T;
+
+    T Owner::*member;
+    const char* name;
+    // Where it is in the object that glTF has for an Owner: `key` of `object`, which is "" (that object), one
+    // in it, an extension, or "extras". Of a flag without a key: whether the object is there.
+    const char* object;
+    const char* key;
+    FieldRange range = {};       // of float and vectors
+    const char* unit = "";       // "": a pure number
+    bool zeroIsLeftOut = false;  // glTF has no number for what 0 means here
+};
+
+// The one of a member in a list, which is a tuple. Not a constant if there is none.
+template <typename Owner, typename T, typename List>
+consteval auto FindField(T Owner::*member, const List& list) {
+    return std::apply(
+        [&](const auto&... fields) {
+            using Found = typename std::tuple_element_t<
+                0, decltype(std::tuple_cat(
+                       std::conditional_t<std::is_same_v<decltype(fields.member), T Owner::*>,
+                                          std::tuple<std::decay_t<decltype(fields)>>, std::tuple<>>{}...))>;
+            const Found* found = nullptr;
+            const auto look = [&](const auto& field) {
+                if constexpr (std::is_same_v<decltype(field.member), T Owner::*>)
+                    if (field.member == member) found = &field;
+            };
+            (look(fields), ...);
+            return *found;
+        },
+        list);
+}
+
+}  // namespace raygraph::scene

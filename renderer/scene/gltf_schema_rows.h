@@ -1,0 +1,200 @@
+// How the rows of gltf_schema_tables.cpp are made. Internal to renderer/scene.
+//
+// A class for each type of property, with what can be said of that type and nothing else; what contradicts
+// what has been said before is no constant expression. So a table that the checker would misunderstand does
+// not compile.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string_view>
+
+#include "renderer/scene/fields.h"
+#include "renderer/scene/gltf_schema.h"
+
+namespace raygraph::scene::schema {
+
+template <typename Self>
+struct RowOf : Property {
+    constexpr RowOf(std::string_view ofName, PropertyType ofPropertyType) {
+        name = ofName;
+        type = ofPropertyType;
+    }
+    // With something changed. First, because clang evaluates no call of what it has not read yet.
+    template <typename Change>
+    constexpr Self With(const Change& change) const {
+        Self row = static_cast<const Self&>(*this);
+        change(row);
+        if (row.isRequired && (row.misfit == Misfit::LeaveOut || row.misfit == Misfit::LeaveOutAny))
+            throw "what is required cannot be left out";
+        if (row.misfit == Misfit::PutIntoRange && (row.excludesMin || row.excludesMax))
+            throw "a range without its end has no nearest value";
+        return row;
+    }
+    constexpr Self Required() const {
+        return With([](Self& row) { row.isRequired = true; });
+    }
+};
+
+struct Row : RowOf<Row> {
+    using RowOf::RowOf;
+};
+
+template <typename Self>
+struct RangeRow : RowOf<Self> {
+    using RowOf<Self>::RowOf;
+    constexpr Self AtLeast(float value) const {
+        return this->With([&](Self& row) { row.min = value; });
+    }
+    constexpr Self Above(float value) const {
+        return this->With([&](Self& row) { row.min = value, row.excludesMin = true; });
+    }
+    constexpr Self Below(float value) const {
+        return this->With([&](Self& row) { row.max = value, row.excludesMax = true; });
+    }
+    constexpr Self Between(float low, float high) const {
+        return this->With([&](Self& row) { row.min = low, row.max = high; });
+    }
+    constexpr Self OrZero() const {
+        return this->With([](Self& row) { row.allowsZero = true; });
+    }
+    constexpr Self PutIntoRange() const {
+        return this->With([](Self& row) { row.misfit = Misfit::PutIntoRange, row.topic = "factor"; });
+    }
+};
+
+struct NumbersRow : RangeRow<NumbersRow> {
+    constexpr NumbersRow(std::string_view ofName, size_t ofCount) : RangeRow(ofName, PropertyType::Numbers) {
+        count = ofCount;
+    }
+};
+
+struct NumberRow : RangeRow<NumberRow> {
+    constexpr explicit NumberRow(std::string_view ofName) : RangeRow(ofName, PropertyType::Number) {}
+    constexpr NumberRow OrLeftOut(const char* warnAs, const char* instead) const {
+        return With(
+            [&](NumberRow& row) { row.misfit = Misfit::LeaveOut, row.topic = warnAs, row.remedy = instead; });
+    }
+};
+
+struct WholeRow : RowOf<WholeRow> {
+    constexpr explicit WholeRow(std::string_view ofName) : RowOf(ofName, PropertyType::Whole) {}
+    constexpr WholeRow Between(uint64_t low, uint64_t high) const {
+        return With([&](WholeRow& row) { row.wholeMin = low, row.wholeMax = high; });
+    }
+    constexpr WholeRow AtLeast(uint64_t low) const {
+        return With([&](WholeRow& row) { row.wholeMin = low; });
+    }
+    constexpr WholeRow OneOf(std::span<const uint64_t> values) const {
+        return With([&](WholeRow& row) { row.numbers = values; });
+    }
+    constexpr WholeRow OrLeftOut(const char* warnAs, const char* instead) const {
+        return With(
+            [&](WholeRow& row) { row.misfit = Misfit::LeaveOut, row.topic = warnAs, row.remedy = instead; });
+    }
+    // Also if it is no whole number.
+    constexpr WholeRow OrLeftOutWhateverItIs(const char* warnAs, const char* instead) const {
+        return With([&](WholeRow& row) {
+            row.misfit = Misfit::LeaveOutAny, row.topic = warnAs, row.remedy = instead;
+        });
+    }
+};
+
+struct TextRow : RowOf<TextRow> {
+    constexpr explicit TextRow(std::string_view ofName) : RowOf(ofName, PropertyType::String) {}
+    constexpr TextRow OneOf(std::span<const std::string_view> values) const {
+        return With([&](TextRow& row) { row.texts = values; });
+    }
+    constexpr TextRow StartsWith(std::string_view text) const {
+        return With([&](TextRow& row) { row.start = text; });
+    }
+};
+
+struct ObjectRow : RowOf<ObjectRow> {
+    constexpr ObjectRow(std::string_view ofName, std::span<const Property> itsRows)
+        : RowOf(ofName, PropertyType::Object) {
+        rows = itsRows.data();
+        rowCount = itsRows.size();
+    }
+    constexpr ObjectRow OfType(std::string_view value) const {
+        return With([&](ObjectRow& row) { row.ofType = value; });
+    }
+};
+
+struct ObjectsRow : RowOf<ObjectsRow> {
+    constexpr ObjectsRow(std::string_view ofName, std::span<const Property> itsRows)
+        : RowOf(ofName, PropertyType::Objects) {
+        rows = itsRows.data();
+        rowCount = itsRows.size();
+    }
+    constexpr ObjectsRow PointedAtAs(Target what) const {
+        return With([&](ObjectsRow& row) { row.target = what; });
+    }
+};
+
+constexpr Row Flag(std::string_view name) {
+    return {name, PropertyType::Bool};
+}
+constexpr TextRow Text(std::string_view name) {
+    return TextRow(name);
+}
+constexpr NumberRow Number(std::string_view name) {
+    return NumberRow(name);
+}
+constexpr NumbersRow Numbers(std::string_view name, size_t count) {
+    return {name, count};
+}
+constexpr WholeRow Whole(std::string_view name) {
+    return WholeRow(name);
+}
+constexpr Row Index(std::string_view name, Target target) {
+    return Row(name, PropertyType::Index).With([&](Row& row) { row.target = target; });
+}
+constexpr Row Indices(std::string_view name, Target target) {
+    return Row(name, PropertyType::Indices).With([&](Row& row) { row.target = target; });
+}
+constexpr ObjectRow Object(std::string_view name, std::span<const Property> rows) {
+    return {name, rows};
+}
+constexpr ObjectsRow Objects(std::string_view name, std::span<const Property> rows) {
+    return {name, rows};
+}
+constexpr Row Extensions(ExtensionPlace place) {
+    return Row("extensions", PropertyType::Extensions).With([&](Row& row) { row.place = place; });
+}
+// What applications put there, whatever it is; of ours only what is of the right type is kept.
+constexpr ObjectRow Extras(std::span<const Property> rows) {
+    return Object("extras", rows).With([](ObjectRow& row) {
+        row.misfit = Misfit::LeaveOutAny;
+        row.isKeptAsValue = true;
+    });
+}
+
+// --- Rows of fields (fields.h) ---
+
+template <typename RangedRow>
+constexpr RangedRow InRange(const RangedRow& row, const FieldRange& range) {
+    return range.mayBeZero ? row.Between(range.least, range.most).OrZero()
+                           : row.Between(range.least, range.most);
+}
+template <typename Owner>
+constexpr NumberRow RowFor(const Field<Owner, float>& field) {
+    // Where it is left out it is 0
+    return field.zeroIsLeftOut ? InRange(Number(field.key), field.range).Above(0.0f)
+                               : InRange(Number(field.key), field.range);
+}
+template <typename Owner, int Length>
+constexpr NumbersRow RowFor(const Field<Owner, glm::vec<Length, float>>& field) {
+    return InRange(Numbers(field.key, Length), field.range);
+}
+template <typename Owner>
+constexpr Row RowFor(const Field<Owner, bool>& field) {
+    return Flag(field.key);
+}
+
+template <typename... Rows>
+constexpr std::array<Property, sizeof...(Rows)> Table(const Rows&... rows) {
+    return {rows...};
+}
+
+}  // namespace raygraph::scene::schema

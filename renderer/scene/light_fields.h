@@ -1,0 +1,67 @@
+// The fields of a Light that a file has of it and an editor may change, as material_fields.h those of a
+// Material: for the importer, the saver, Check, comparisons and the editor's inspector. Threads: constants.
+#pragma once
+
+#include <glm/gtc/constants.hpp>
+#include <string_view>
+
+#include "renderer/scene/fields.h"
+
+namespace raygraph::scene {
+
+namespace light_fields {
+
+using L = Light;
+using Number = Field<L, float>;
+inline constexpr const char* kSpot = "spot";
+// A rounded pi/2 may be a little above it.
+inline constexpr FieldRange kConeAngle{0.0f, glm::half_pi<float>() + 1e-5f};
+
+// In the order of Light. What is in an object of its own, `kSpot`, is of spot lights alone.
+inline constexpr auto kAll = std::tuple{
+    Field<L, glm::vec3>{&L::color, "color", "", "color", kNotNegative},
+    Number{&L::intensity, "intensity", "", "intensity", kNotNegative, "cd"},
+    Number{&L::range, "range", "", "range", kNotNegative, "m", true},
+    Number{&L::innerConeAngle, "innerConeAngle", kSpot, "innerConeAngle", kConeAngle, "rad"},
+    Number{&L::outerConeAngle, "outerConeAngle", kSpot, "outerConeAngle", kConeAngle, "rad"},
+};
+
+// A field more or less than these does not compile: list it above, then here.
+inline size_t CountMembers(const Light& light) {
+    const auto& [name, node, type, f1, f2, f3, f4, f5, lightToWorld, translationRest] = light;
+    std::ignore = std::tie(name, node, type, lightToWorld, translationRest);
+    static_assert(std::tuple_size_v<decltype(kAll)> == 5, "each field of Light is in the list, once");
+    return 10;
+}
+
+}  // namespace light_fields
+
+// Calls visit(field) for each that a light of `type` has, in the order of Light.
+template <typename Visit>
+constexpr void ForEachLightField(LightType type, Visit&& visit) {
+    const auto look = [&](const auto& field) {
+        if (type == LightType::Spot || *field.object == 0) visit(field);
+    };
+    std::apply([&](const auto&... field) { (look(field), ...); }, light_fields::kAll);
+}
+
+// The unit of a field of a light of `type`: the intensity of a directional one is what arrives.
+template <typename T>
+constexpr std::string_view UnitOf(const Field<Light, T>& field, LightType type) {
+    const std::string_view unit = field.unit;
+    return unit == "cd" && type == LightType::Directional ? "lx" : unit;
+}
+
+// The one of a member.
+template <typename T>
+consteval auto FieldOf(T Light::*member) {
+    return FindField(member, light_fields::kAll);
+}
+
+// What the ranges cannot say: a spot light shines in a cone around that of its full intensity.
+inline bool HasCone(const Light& light) {
+    return light.type != LightType::Spot || light.innerConeAngle < light.outerConeAngle;
+}
+inline constexpr const char* kConeRule = "innerConeAngle must be below outerConeAngle";
+
+}  // namespace raygraph::scene

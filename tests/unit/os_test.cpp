@@ -1,0 +1,263 @@
+// base/os: what the operating system is asked for.
+#include <gtest/gtest.h>
+#include <pty.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/os/dynamic_library.h"
+#include "base/os/file.h"
+#include "base/os/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph::os {
+namespace {
+
+using Path = std::filesystem::path;
+
+class OsFile : public ::testing::Test {
+  protected:
+    Path Write(const char* name, const std::string& text) const {
+        std::ofstream(folder.Path() / name, std::ios::binary) << text;
+        return folder.Path() / name;
+    }
+    static std::string TextOf(const Path& path) {
+        std::ifstream file(path, std::ios::binary);
+        return {std::istreambuf_iterator<char>(file), {}};
+    }
+    std::error_code error;
+    test::TemporaryFolder folder;
+};
+
+TEST_F(OsFile, IsReadFromWhereTheLastReadEnded) {
+    InputFile file(Write("a", "0123456789"), Links::Follow, error);
+    ASSERT_FALSE(error);
+    EXPECT_EQ(file.RegularSize(error), 10u);
+    std::array<char, 6> part{};
+    EXPECT_EQ(file.Read(std::as_writable_bytes(std::span(part)), error), 6u);
+    EXPECT_EQ(std::string(part.data(), 6), "012345");
+    EXPECT_EQ(file.Read(std::as_writable_bytes(std::span(part)), error), 4u) << "there it ends";
+    EXPECT_EQ(std::string(part.data(), 4), "6789");
+    EXPECT_EQ(file.Read(std::as_writable_bytes(std::span(part)), error), 0u);
+    EXPECT_FALSE(error);
+}
+
+TEST_F(OsFile, ThatIsNotThereIsAnErrorCode) {
+    const InputFile file(folder.Path() / "none", Links::Follow, error);
+    EXPECT_EQ(error, std::errc::no_such_file_or_directory);
+}
+
+TEST_F(OsFile, LinkAtTheEndOfThePathIsFollowedOrRefused) {
+    const Path target = Write("a", "text"), link = folder.Path() / "link";
+    std::filesystem::create_symlink(target, link);
+    InputFile followed(link, Links::Follow, error);
+    EXPECT_FALSE(error);
+    EXPECT_EQ(followed.RegularSize(error), 4u);
+    const InputFile refused(link, Links::Refuse, error);
+    EXPECT_TRUE(error);
+    const InputFile itself(target, Links::Refuse, error);
+    EXPECT_FALSE(error) << error.message();
+}
+
+TEST_F(OsFile, WhatIsNoRegularFileHasNoSizeAndDoesNotBlock) {
+    const Path pipe = folder.Path() / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    for (const Path& path : {pipe, folder.Path(), Path("/dev/null")}) {
+        const InputFile file(path, Links::Follow, error);  // a pipe without a writer would block
+        ASSERT_FALSE(error) << path << ": " << error.message();
+        EXPECT_EQ(file.RegularSize(error), std::nullopt) << path;
+        EXPECT_FALSE(error);
+    }
+    InputFile isFolder(folder.Path(), Links::Follow, error);
+    std::array<std::byte, 4> bytes{};
+    EXPECT_EQ(isFolder.Read(bytes, error), 0u);
+    EXPECT_TRUE(error) << "a folder cannot be read";
+}
+
+TEST_F(OsFile, TemporaryNamesAreInTheFolderAndDiffer) {
+    const Path first = TemporaryName(folder.Path()), second = TemporaryName(folder.Path());
+    EXPECT_EQ(first.parent_path(), folder.Path());
+    EXPECT_NE(first, second);
+    EXPECT_FALSE(std::filesystem::exists(first));
+    Path ofAnother;
+    std::thread([&] { ofAnother = TemporaryName(folder.Path()); }).join();
+    EXPECT_NE(ofAnother, first);
+    EXPECT_NE(ofAnother, second);
+}
+
+TEST_F(OsFile, NewOneIsWrittenReadAndPositioned) {
+    const Path path = folder.Path() / "new";
+    std::FILE* file = CreateNew(path, std::nullopt, error);
+    ASSERT_NE(file, nullptr) << error.message();
+    EXPECT_FALSE(error);
+    std::fputs("0123456789", file);
+    EXPECT_EQ(Position(file, error), 10u);
+    Seek(file, 4, error);
+    EXPECT_FALSE(error);
+    EXPECT_EQ(TextOf(path), "0123456789") << "seeking flushes";
+    EXPECT_EQ(std::fgetc(file), '4');
+    Seek(file, 2, error);
+    std::fputc('x', file);
+    std::fflush(file);
+    Sync(file, error);
+    EXPECT_FALSE(error) << error.message();
+    std::fclose(file);
+    EXPECT_EQ(TextOf(path), "01x3456789");
+}
+
+TEST_F(OsFile, NewOneTakesThePermissionsThatAreGiven) {
+    constexpr auto kOwn = std::filesystem::perms::owner_read | std::filesystem::perms::owner_write;
+    const Path path = folder.Path() / "own";
+    std::FILE* file = CreateNew(path, kOwn, error);
+    ASSERT_NE(file, nullptr);
+    std::fclose(file);
+    EXPECT_EQ(std::filesystem::status(path).permissions(), kOwn);
+}
+
+TEST_F(OsFile, NewOneTakesNoNameThatIsThere) {
+    const Path path = Write("a", "old"), link = folder.Path() / "link";
+    std::filesystem::create_symlink(folder.Path() / "none", link);
+    for (const Path& taken : {path, link}) {
+        error.clear();
+        EXPECT_EQ(CreateNew(taken, std::nullopt, error), nullptr);
+        EXPECT_EQ(error, std::errc::file_exists) << taken;
+    }
+    EXPECT_EQ(TextOf(path), "old");
+    EXPECT_FALSE(std::filesystem::exists(folder.Path() / "none")) << "nothing is made behind the link";
+}
+
+TEST_F(OsFile, StreamsWithoutPositionsReportThat) {
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    std::FILE* stream = fdopen(ends[1], "w");
+    Position(stream, error);
+    EXPECT_TRUE(error);
+    error.clear();
+    Seek(stream, 1, error);
+    EXPECT_TRUE(error);
+    error.clear();
+    Sync(stream, error);
+    EXPECT_FALSE(error) << "there is no disk to wait for";
+    std::fclose(stream);
+    close(ends[0]);
+}
+
+TEST(OsLibrary, FunctionsAreFoundByName) {
+    std::string why;
+    void* const library = OpenLibrary("libm.so.6", why);
+    ASSERT_NE(library, nullptr) << why;
+    const auto root = reinterpret_cast<double (*)(double)>(FunctionOf(library, "sqrt"));
+    ASSERT_NE(root, nullptr);
+    EXPECT_EQ(root(9.0), 3.0);
+    EXPECT_EQ(FunctionOf(library, "no_such_function"), nullptr);
+}
+
+TEST(OsLibrary, ThatIsNotThereSaysWhy) {
+    std::string why;
+    EXPECT_EQ(OpenLibrary("libno_such_library.so.1", why), nullptr);
+    EXPECT_NE(why.find("libno_such_library.so.1"), std::string::npos) << why;
+}
+
+TEST(OsProcess, TimeOfTheProcessorCountsWorkAndNotRest) {
+    const double before = ProcessCpuSeconds();
+    volatile double sum = 0.0;
+    while (ProcessCpuSeconds() - before < 0.02) sum = sum + 1.0;
+    const double worked = ProcessCpuSeconds();
+    EXPECT_GE(worked - before, 0.02);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    EXPECT_LT(ProcessCpuSeconds() - worked, 0.15);
+}
+
+TEST(OsProcess, PeakMemoryCountsWhatIsTouchedAndDoesNotFall) {
+    constexpr size_t kBytes = size_t{64} << 20;
+    const uint64_t before = PeakResidentBytes();
+    uint64_t during = 0;
+    {
+        const std::vector<char> memory(kBytes, 1);
+        during = PeakResidentBytes();
+        EXPECT_EQ(memory[kBytes / 2], 1);
+    }
+    EXPECT_GE(during, kBytes);
+    EXPECT_GE(during, before);
+    EXPECT_GE(PeakResidentBytes(), during);
+}
+
+TEST(OsProcess, TimeOfDayIsThatOfTheTimeZone) {
+    const auto expected = [] {
+        const time_t now = std::time(nullptr);
+        char text[16];
+        std::strftime(text, sizeof text, "%H:%M:%S", std::localtime(&now));
+        return std::string(text);
+    };
+    const std::string before = expected(), told = LocalTimeOfDay(), after = expected();
+    EXPECT_TRUE(told == before || told == after) << before << ' ' << told << ' ' << after;
+}
+
+TEST(OsProcess, TerminalIsKnownWithItsWidth) {
+    const winsize size{.ws_row = 10, .ws_col = 37, .ws_xpixel = 0, .ws_ypixel = 0};
+    int outside = -1, inside = -1;
+    ASSERT_EQ(openpty(&outside, &inside, nullptr, nullptr, &size), 0);
+    std::FILE* terminal = fdopen(inside, "w");
+    EXPECT_TRUE(IsTerminal(terminal));
+    EXPECT_EQ(TerminalWidth(terminal), 37u);
+    std::fclose(terminal);
+    close(outside);
+    std::FILE* file = std::tmpfile();
+    EXPECT_FALSE(IsTerminal(file));
+    EXPECT_EQ(TerminalWidth(file), 80u);
+    std::fclose(file);
+}
+
+TEST(OsProcess, PatternsAreTheShells) {
+    EXPECT_TRUE(FitsPattern("lamp", "lamp"));
+    EXPECT_TRUE(FitsPattern("lamp 3", "lamp*"));
+    EXPECT_TRUE(FitsPattern("lamp", "l?m[a-p]"));
+    EXPECT_FALSE(FitsPattern("lamp 3", "lamp"));
+    EXPECT_FALSE(FitsPattern("Lamp", "lamp"));
+    EXPECT_FALSE(FitsPattern("", "?"));
+    EXPECT_TRUE(FitsPattern("", "*"));
+}
+
+volatile std::sig_atomic_t othersCalls = 0;
+
+TEST(OsProcess, InterruptIsNotedOnceAndLeftToOthersAfterwards) {
+    const auto before = std::signal(SIGTERM, [](int) { othersCalls = othersCalls + 1; });
+    {
+        const InterruptWatch watch;
+        EXPECT_FALSE(watch.IsRequested());
+        std::raise(SIGTERM);
+        EXPECT_TRUE(watch.IsRequested());
+        EXPECT_EQ(othersCalls, 0);
+    }
+    std::raise(SIGTERM);
+    EXPECT_EQ(othersCalls, 1);
+    {
+        const InterruptWatch watch;
+        EXPECT_FALSE(watch.IsRequested()) << "what an earlier one noted is past";
+        std::raise(SIGINT);
+        EXPECT_TRUE(watch.IsRequested());
+    }
+    std::signal(SIGTERM, before);
+}
+
+TEST(OsProcessDeathTest, SecondInterruptEndsTheProcess) {
+    const auto interruptTwice = [] {
+        const InterruptWatch watch;
+        std::raise(SIGINT);
+        std::raise(SIGINT);
+        std::_Exit(0);
+    };
+    EXPECT_EXIT(interruptTwice(), ::testing::KilledBySignal(SIGINT), "");
+}
+
+}  // namespace
+}  // namespace raygraph::os
