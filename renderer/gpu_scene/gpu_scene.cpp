@@ -411,7 +411,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     ids.chunkCount = draws.chunkCount;
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
     for (const gpu::MaterialRecord& material : resources->materialRecords) {
-        ids.hasGlass |= material.transmission > 0.0f;
+        ids.lobeFeatures |= LobeFeatures(material);
         ids.hasVolumes |= (material.flags & gpu::kMaterialVolume) != 0u;
     }
     for (const GroupResources& group : resources->groups) {

@@ -60,7 +60,7 @@ struct SceneIds {
     BufferId energyTables;        // "energyTables": float[], see shaders/shared/energy_tables.h
     bool hasAlpha = false;        // an any-hit shader decides whether rays hit some surfaces
     bool hasTextures = false;     // a material has one
-    bool hasGlass = false;        // a material transmits light
+    uint32_t lobeFeatures = 0;    // bits of kTraceFeatures: LobeFeatures of all materials
     bool hasVolumes = false;      // a material bounds a medium
     bool hasThinWalls = false;    // light passes straight through some surfaces: smooth thin walls
     uint32_t triangleLights = 0;  // of the lights, dark ones included

@@ -1,6 +1,7 @@
 // The BSDF of a surface as seen from one direction, by the active model (shared/trace_options.h).
 //     SurfaceBSDF BSDFOf(material, wo, ...)
-//     vec3 Evaluate(bsdf, wi, pdf, diffuse)  f, the density of wi in Sample_f, and the diffuse part of f
+//     vec3 Evaluate(bsdf, wi, isDelta, pdf, diffuse)
+//         f, the density of wi in Sample_f, and the diffuse part of f; isDelta as in bxdf/gltf.glsl
 //     BSDFSample SampleDirection(bsdf, uc, u, isEvaluated)
 //     vec3 DiffuseOf(bsdf, sample)           the diffuse part of the f of a sample that is evaluated
 // Conventions are those of bxdf/bxdf.glsl.
@@ -18,17 +19,9 @@ SHADING_BEGIN
 struct SurfaceBSDF {
     uint flags;
     vec3 wo;
-    PreparedGltf gltf;  // of these three, the active one is set
+    GltfBSDF gltf;  // of these three, the active one is set
     DiffuseBxDF lambert;
     LafortuneBxDF lafortune;
-};
-
-// The surroundings of a surface, beside its material.
-struct SurfaceSetting {
-    float eta;         // index of refraction of the other side over that of wo's side
-    bool isThin;       // there is no medium behind it
-    float leastAlpha;  // minimum alpha; 0: unchanged
-    uint seed;         // for the random walk of lobes
 };
 
 // The glTF material on the modified Phong model: the base color of the non-metallic share is diffuse, the
@@ -42,20 +35,6 @@ INLINE LafortuneBxDF LafortuneOf(SurfaceMaterial material) {
     return lobe;
 }
 
-INLINE GltfBxDF GltfOf(SurfaceMaterial material, SurfaceSetting setting) {
-    GltfBxDF lobe;
-    lobe.baseColor = clamp(material.baseColor, vec3(0.0f), vec3(1.0f));
-    lobe.metallic = material.metallic;
-    lobe.transmission = material.transmission;
-    lobe.alpha = vec2(max(Sqr(material.roughness), setting.leastAlpha));
-    lobe.specular = material.specular;
-    lobe.specularColor = material.specularColor;
-    lobe.eta = setting.eta;
-    lobe.isThin = setting.isThin ? 1u : 0u;
-    lobe.seed = setting.seed;
-    return lobe;
-}
-
 INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting setting) {
     SurfaceBSDF bsdf;
     bsdf.wo = wo;
@@ -66,9 +45,8 @@ INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting sett
         bsdf.lafortune = LafortuneOf(material);
         bsdf.flags = Flags(bsdf.lafortune);
     } else {
-        GltfBxDF lobe = GltfOf(material, setting);
-        bsdf.gltf = Prepare(lobe, wo);
-        bsdf.flags = Flags(lobe);
+        bsdf.gltf = Prepare(material, setting, wo);
+        bsdf.flags = bsdf.gltf.flags;
     }
     return bsdf;
 }
@@ -83,15 +61,21 @@ INLINE bool IsSmoothThinWall(SurfaceMaterial material) {
 // The transmitted share of light at cosI to the shading normal. `eta` is the wall's index of refraction over
 // that of the surrounding medium.
 INLINE vec3 StraightShare(SurfaceMaterial material, float eta, float cosI) {
-    SurfaceSetting setting;
-    setting.eta = eta;
-    setting.isThin = true;
-    setting.leastAlpha = 0.0f;
-    setting.seed = 0u;
-    return StraightShare(GltfOf(material, setting), cosI);
+    material.baseColor = clamp(material.baseColor, vec3(0.0f), vec3(1.0f));
+    return StraightShare(GlassOf(material, eta, true, GlassShare(material)), cosI);
 }
 
-INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf, OUT(vec3) diffuse) {
+// Of such a wall: the share that goes straight on from wo, the probability that a sample does, and the wall's
+// other lobes, which sample the rest. The probability is below 1.
+INLINE vec3 StraightShare(SurfaceBSDF wall) { return StraightShare(wall.gltf); }
+INLINE float StraightChance(SurfaceBSDF wall) { return StraightChance(wall.gltf); }
+INLINE SurfaceBSDF WithoutStraight(SurfaceBSDF wall, float chance) {
+    wall.gltf = WithoutStraight(wall.gltf, chance);
+    wall.flags = wall.gltf.flags;
+    return wall;
+}
+
+INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, bool isDelta, OUT(float) pdf, OUT(vec3) diffuse) {
     if (ActiveBrdf() == kBrdfLambert) {
         pdf = PDF(bsdf.lambert, bsdf.wo, wi);
         diffuse = f(bsdf.lambert, bsdf.wo, wi);
@@ -103,7 +87,7 @@ INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf, OUT(vec3) diffus
         diffuse = min(bsdf.lafortune.diffuse * kInvPi, value);
         return value;
     }
-    return Evaluate(bsdf.gltf, wi, pdf, diffuse);
+    return Evaluate(bsdf.gltf, wi, isDelta, pdf, diffuse);
 }
 
 // Sample_f without its evaluation: f and pdf of the sample come from Evaluate, unless isEvaluated

@@ -8,7 +8,8 @@
 //     BSDFSample Sample_f(lobe, wo, uc, u)  a direction: uc chooses among parts, u within one
 //     float PDF(lobe, wo, wi)               density of wi in Sample_f, per solid angle
 //     uint Flags(lobe)                      what kind of scattering it has, kBxDF* below
-// Random numbers are arguments; no lobe draws any.
+// Random numbers are arguments; no lobe draws any. The lobes of a material take what they share in place of
+// wo, and say more of themselves: bxdf/lobe.glsl.
 //
 // Sample_f fails by pdf = 0 (nothing scatters, or the direction has no density): test it before dividing.
 // Else f and pdf of the sample are f(lobe, wo, wi) and PDF(lobe, wo, wi) of its wi, to rounding, and the

@@ -1,54 +1,54 @@
-// A metal: microfacets that reflect by Fresnel's share, once (Walter et al. 2007, eq. 20), or a mirror where
-// the surface is effectively smooth. Single scattering: light that a facet sends to another facet is lost.
+// The lobe of a metal: facets that reflect by Fresnel's share (Walter et al. 2007, eq. 20), or a mirror where
+// they are smooth.
 #ifndef RAYGRAPH_BXDF_CONDUCTOR_GLSL
 #define RAYGRAPH_BXDF_CONDUCTOR_GLSL
 
-#include "bxdf/microfacet.glsl"
+#include "bxdf/lobe.glsl"
 
 SHADING_BEGIN
 
 struct ConductorBxDF {
-    MicrofacetDistribution distribution;
     ConductorFresnel fresnel;
+    vec3 scale;  // the metal's share of the surface, with the light of later bounces
 };
 
-INLINE uint Flags(ConductorBxDF lobe) {
-    return kBxDFReflection | (IsEffectivelySmooth(lobe.distribution) ? kBxDFSpecular : kBxDFGlossy);
+INLINE void PlaceLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, SurfaceSetting, FacetView view,
+                      INOUT(float) share) {
+    vec3 f0 = material.baseColor;
+    vec3 f90 = vec3(1.0f);
+    lobe.fresnel = ConductorFromColor(f0, f90);
+    lobe.scale = share * material.metallic *
+                 LaterBounces(SingleAlbedo(view.energy, f0, f90), LaterAlbedo(view, view.energy, f0, f90));
 }
 
-INLINE vec3 f(ConductorBxDF lobe, vec3 wo, vec3 wi) {
-    if (!SameHemisphere(wo, wi) || IsEffectivelySmooth(lobe.distribution)) return vec3(0.0f);
-    vec3 wm = ReflectionNormal(wo, wi);
-    vec3 reflected = ConductorReflectance(lobe.fresnel, abs(dot(wo, wm)));
-    return reflected * ReflectionLobe(lobe.distribution, wo, wi, wm);
+INLINE bool IsDiffuse(ConductorBxDF) { return false; }
+
+INLINE uint Flags(ConductorBxDF, FacetView view) {
+    return kBxDFReflection | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy);
 }
 
-INLINE float PDF(ConductorBxDF lobe, vec3 wo, vec3 wi) {
-    if (!SameHemisphere(wo, wi) || IsEffectivelySmooth(lobe.distribution)) return 0.0f;
-    return ReflectionPDF(lobe.distribution, wo, ReflectionNormal(wo, wi));
+INLINE vec3 Evaluate(ConductorBxDF lobe, FacetView, FacetPair pair, OUT(float) pdf) {
+    pdf = 0.0f;
+    if (pair.wi.z < 0.0f) return vec3(0.0f);
+    pdf = pair.reflectionPDF;
+    return lobe.scale * ConductorReflectance(lobe.fresnel, pair.cosI) * pair.reflection;
 }
 
-INLINE BSDFSample Sample_f(ConductorBxDF lobe, vec3 wo, float /* uc: one part */, vec2 u) {
-    BSDFSample result = NoSample();
-    if (wo.z == 0.0f) return result;
-    result.flags = Flags(lobe);
-    if (IsEffectivelySmooth(lobe.distribution)) {
-        result.wi = vec3(-wo.x, -wo.y, wo.z);
-        result.f = ConductorReflectance(lobe.fresnel, abs(wo.z)) / abs(wo.z);
-        result.pdf = 1.0f;
-        return result;
-    }
-    float side = wo.z < 0.0f ? -1.0f : 1.0f;
-    vec3 wm = side * Sample_wm(lobe.distribution, side * wo, u);
-    // A direction into the surface meets another facet; that light is lost.
-    vec3 wi = Reflect(wo, wm);
-    if (dot(wo, wm) <= 0.0f || !SameHemisphere(wo, wi)) return result;
-    result.wi = wi;
-    vec3 reflected = ConductorReflectance(lobe.fresnel, dot(wo, wm));
-    result.f = reflected * ReflectionLobe(lobe.distribution, wo, wi, wm);
-    result.pdf = ReflectionPDF(lobe.distribution, wo, wm);
-    return result;
+INLINE BSDFSample SampleDirection(ConductorBxDF, FacetView view, vec3 wm, float, vec2) {
+    return ReflectedDirection(view, wm);
 }
+
+INLINE LobeMean Reflected(ConductorBxDF lobe, FacetView view) {
+    return FacetMean(view, lobe.scale * SingleAlbedo(view.energy, lobe.fresnel.f0, lobe.fresnel.f90));
+}
+
+INLINE LobeMean Transmitted(ConductorBxDF, FacetView) { return NoMean(); }
+
+INLINE float Weight(ConductorBxDF lobe, FacetView view) { return Average(Reflected(lobe, view).albedo); }
+
+INLINE float PassedTo(ConductorBxDF, FacetView, FacetPair) { return 1.0f; }
+
+LOBE_WORDS(ConductorBxDF)
 
 SHADING_END
 

@@ -1,8 +1,9 @@
-// Lambert's lobe: equal radiance in every direction of the side that wo is on.
+// Lambert's lobe: equal radiance in every direction of the side that wo is on. Alone, and as the base of a
+// material: what the lobes above it let pass is colored by the material.
 #ifndef RAYGRAPH_BXDF_DIFFUSE_GLSL
 #define RAYGRAPH_BXDF_DIFFUSE_GLSL
 
-#include "bxdf/bxdf.glsl"
+#include "bxdf/lobe.glsl"
 #include "core/warp.glsl"
 
 SHADING_BEGIN
@@ -34,6 +35,44 @@ INLINE BSDFSample Sample_f(DiffuseBxDF lobe, vec3 wo, float /* uc: one part */, 
     result.flags = kBxDFReflection | kBxDFDiffuse;
     return result;
 }
+
+// -------------------------------------------------------------------------------------- as a material's base
+
+INLINE void PlaceLobe(OUT(DiffuseBxDF) lobe, SurfaceMaterial material, SurfaceSetting, FacetView,
+                      INOUT(float) share) {
+    lobe.albedo = share * material.baseColor;
+}
+
+INLINE bool IsDiffuse(DiffuseBxDF) { return true; }
+
+INLINE uint Flags(DiffuseBxDF, FacetView) { return kBxDFReflection | kBxDFDiffuse; }
+
+INLINE vec3 Evaluate(DiffuseBxDF lobe, FacetView, FacetPair pair, OUT(float) pdf) {
+    pdf = 0.0f;
+    if (pair.isDelta || !(pair.wi.z > 0.0f)) return vec3(0.0f);
+    pdf = CosineHemispherePDF(pair.wi.z);
+    return lobe.albedo * kInvPi;
+}
+
+INLINE BSDFSample SampleDirection(DiffuseBxDF, FacetView, vec3, float, vec2 u) {
+    vec3 wi = SampleCosineHemisphere(u);
+    return wi.z > 0.0f ? SampledDirection(wi, 1.0f, kBxDFReflection | kBxDFDiffuse) : NoSample();
+}
+
+INLINE LobeMean Reflected(DiffuseBxDF lobe, FacetView) {
+    LobeMean mean = NoMean();
+    mean.albedo = lobe.albedo;
+    mean.isDiffuse = true;
+    return mean;
+}
+
+INLINE LobeMean Transmitted(DiffuseBxDF, FacetView) { return NoMean(); }
+
+INLINE float Weight(DiffuseBxDF lobe, FacetView) { return Average(lobe.albedo); }
+
+INLINE float PassedTo(DiffuseBxDF, FacetView, FacetPair) { return 1.0f; }
+
+LOBE_WORDS(DiffuseBxDF)
 
 SHADING_END
 

@@ -268,9 +268,11 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     bool isEvaluated = false;
     BSDFSample scattered = SampleDirection(vertex.bsdf, choice, Get2D(path.rng), isEvaluated);
     vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // of scattered.f
+    bool isDelta = IsSpecular(scattered.flags);
 
     if (!HasTraceFeature(kTraceLightSampling)) {
-        if (!isEvaluated) scattered.f = Evaluate(vertex.bsdf, scattered.wi, scattered.pdf, diffuse);
+        if (!isEvaluated)
+            scattered.f = Evaluate(vertex.bsdf, scattered.wi, isDelta, scattered.pdf, diffuse);
         return Scatter(path, vertex, scattered, diffuse, settings);
     }
     // Evaluate the BSDF for both at one call site: a device compiles it for each
@@ -280,7 +282,8 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         if (isLight ? !(light.pdf > 0.0f) : isEvaluated) continue;
         float pdf = 0.0f;
         vec3 part = vec3(0.0f);
-        vec3 value = Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, pdf, part);
+        vec3 value =
+            Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, !isLight && isDelta, pdf, part);
         if (isLight) {
             direct = ScatterLight(path, vertex, light, value * abs(toLight.z), pdf);
             if (kKeepsParts && path.depth == 0u)
@@ -303,16 +306,14 @@ INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
 // Whether the path passes straight through the smooth thin wall it has found. If not, the wall's transmission
 // is removed.
 INLINE bool GoesStraight(INOUT(PathState) path, INOUT(Vertex) vertex) {
-    PreparedGltf wall = vertex.bsdf.gltf;
-    float chance = StraightChance(wall);
+    float chance = StraightChance(vertex.bsdf);
     path.rng.dimension = kStraightDimensions + path.rayCount;
     if (Get1D(path.rng) < chance) {
-        path.throughput *= StraightShare(wall.bxdf, wall.wo.z) / chance;
+        path.throughput *= StraightShare(vertex.bsdf) / chance;
         return true;
     }
     path.throughput /= 1.0f - chance;
-    vertex.bsdf.gltf = WithoutStraight(wall, chance);
-    vertex.bsdf.flags &= ~kBxDFTransmission;
+    vertex.bsdf = WithoutStraight(vertex.bsdf, chance);
     return false;
 }
 
@@ -366,7 +367,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     SurfaceSetting setting;
     setting.eta = boundary.eta;
     setting.isThin = !isVolume;
-    setting.leastAlpha = path.depth > 0u && !isWall ? settings.regularize : 0.0f;
+    setting.alpha = AlphaOf(surface.material, path.depth > 0u && !isWall ? settings.regularize : 0.0f);
     setting.seed = AlphaSeed(path.rng, path.rayCount);
     vertex.bsdf = BSDFOf(surface.material, ToLocal(vertex.frame, -path.ray.direction), setting);
     if (isWall) {

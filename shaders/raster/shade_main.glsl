@@ -41,7 +41,7 @@ SurfaceSetting SettingOf(SurfaceInteraction surface, uint seed) {
     SurfaceSetting setting;
     setting.eta = isVolume && !surface.isFront ? 1.0f / surface.material.ior : surface.material.ior;
     setting.isThin = !isVolume;
-    setting.leastAlpha = 0.0f;
+    setting.alpha = AlphaOf(surface.material, 0.0f);
     setting.seed = seed;
     return setting;
 }
@@ -117,10 +117,27 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
         if (isLeaking || (isSeenThrough && wi.z < 0.0f) || !(light.pdf > 0.0f)) continue;
         float pdf = 0.0f;
         vec3 diffuse = vec3(0.0f);
-        vec3 scattered = Evaluate(bsdf, wi, pdf, diffuse) * light.radiance * (abs(wi.z) / light.pdf);
+        vec3 scattered = Evaluate(bsdf, wi, false, pdf, diffuse) * light.radiance * (abs(wi.z) / light.pdf);
         if (!(MaxComponent(scattered) > 0.0f)) continue;
         sum += scattered * FreeShare(surface, light, i, AlphaSeed(rng, 2u));
     }
+    return sum;
+}
+
+// Light from the other side of the surface: of the picture behind it, or of the environment.
+vec3 LightFromBehind(GltfBSDF g, vec3 position, Frame frame) {
+    vec3 sum = vec3(0.0f);
+#define ADD_LOBE(Lobe, name, feature)                                                              \
+    if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                                       \
+        LobeMean lobe = Transmitted(g.name, g.view);                                               \
+        vec3 wi = FromLocal(frame, lobe.wi);                                                       \
+        if (MaxComponent(lobe.albedo) > 0.0f)                                                      \
+            sum += lobe.albedo * ((constants.option & kShadeBehind) != 0u                          \
+                                      ? SeenThrough(position, wi, lobe.slope, lobe.roughness)      \
+                                      : GlossyEnvironment(wi, lobe.roughness));                    \
+    }
+    GLTF_LOBES(ADD_LOBE)
+#undef ADD_LOBE
     return sum;
 }
 
@@ -137,13 +154,7 @@ vec4 Shade(Hit hit, Ray ray) {
     float roughness = surface.material.roughness;
     if (HasTraceFeature(kTraceEnvironmentLight))
         scattered += ReflectedEnvironment(bsdf, roughness, open, frame);
-    if (ActiveBrdf() == kBrdfGltf && HasTraceFeature(kTraceGlass)) {
-        GlassPath path = PathThroughGlass(bsdf.gltf, roughness, frame);
-        if ((constants.option & kShadeBehind) != 0u)
-            scattered += path.weight * SeenThrough(surface.position, path.direction, path.spread, roughness);
-        else
-            scattered += path.weight * GlossyEnvironment(path.direction, roughness);
-    }
+    if (ActiveBrdf() == kBrdfGltf) scattered += LightFromBehind(bsdf.gltf, surface.position, frame);
     return vec4(surface.emission + scattered, 1.0f);
 }
 

@@ -35,7 +35,9 @@
 // code, which saves time on a device and, on a CPU device, seconds of compilation.
 //   LightSampling:    lights are sampled, of which there are
 //   TriangleLights, PunctualLights, EnvironmentLight
-//   Textures, Glass:  materials have textures, let light through
+//   Textures:         materials have textures
+//   Glass, Metals, Opaque: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit light, are metal,
+//                     are a layer over a diffuse base
 //   Volumes:          surfaces enclose media
 //   ProbeMedia:       the camera may be inside of some
 //   ThinWalls:        light goes straight on through some surfaces
@@ -53,7 +55,9 @@
     X(ProbeMedia, 128)             \
     X(ThinWalls, 256)              \
     X(AnyHit, 512)                 \
-    X(ShadowTerminator, 1024)
+    X(ShadowTerminator, 1024)      \
+    X(Metals, 2048)                \
+    X(Opaque, 4096)
 
 #ifdef __cplusplus
 namespace raygraph {

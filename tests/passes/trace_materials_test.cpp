@@ -114,6 +114,24 @@ TEST_F(TraceMaterials, Trace_WhiteDielectricReturnsAllLight) {
     }
 }
 
+// Pipelines have only the lobes of the scene's materials: an edit brings new ones, and takes old ones away.
+TEST_F(TraceMaterials, Trace_LobesComeAndGoWithTheMaterial) {
+    render.scene.SetScene(SceneOf({QuadMesh(10.0f)}, {Glass(0.0f, 1.5f, 0.0f)}));
+    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+    const TraceSettings settings = Gltf(EyeAt(0.8f), {0, 0, 0}, 1e-4f, 8);
+    scene::Material plastic = Metal(0.4f);
+    plastic.metallicFactor = 0.0f;
+    scene::Material blend = plastic;
+    blend.metallicFactor = 0.5f;
+    blend.transmissionFactor = 0.5f;
+    for (const scene::Material& material :
+         {Metal(0.4f), plastic, Glass(0.0f, 1.5f, 0.0f), blend, Metal(0.0f), plastic}) {
+        render.scene.SetMaterial(0, material);
+        EXPECT_NEAR(render.Render(settings, 64).mean.Mean().y, 1.0, 0.02)
+            << "metallic " << material.metallicFactor << " transmission " << material.transmissionFactor;
+    }
+}
+
 TEST_F(TraceMaterials, Trace_SmoothGlassSphereVanishesInUnitEnvironment) {
     const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.7f, 48);
     for (const float ior : {1.1f, 1.5f, 2.4f}) {

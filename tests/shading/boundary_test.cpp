@@ -99,7 +99,7 @@ TEST(Boundary, BaseUnderAColouredLayerKeepsItsColour) {
         float pdf = 0.0f;
         vec3 diffuse(0.0f);
         const vec3 wo = DirectionAt(0.8f, 0.0f);
-        Evaluate(Prepare(RedLayer(alpha), wo), DirectionAt(0.6f, 1.0f), pdf, diffuse);
+        Evaluate(Prepare(RedLayer(alpha), wo), DirectionAt(0.6f, 1.0f), false, pdf, diffuse);
         EXPECT_GT(diffuse.x, 0.05f) << alpha;
         EXPECT_EQ(diffuse.x, diffuse.y) << alpha;
         EXPECT_EQ(diffuse.y, diffuse.z) << alpha;
@@ -113,7 +113,7 @@ TEST(Boundary, LightThroughAColouredLayerKeepsItsColour) {
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);
-        for (const uint isThin : {0u, 1u}) {
+        for (const bool isThin : {false, true}) {
             GltfBxDF lobe = RedLayer(0.0f);
             lobe.transmission = 1.0f;
             lobe.isThin = isThin;
@@ -147,7 +147,7 @@ TEST(Boundary, InfiniteIndexReflectsAllInEveryModel) {
                         GltfBxDF lobe = Glass(alpha, eta);
                         lobe.baseColor = vec3(0.2f);
                         lobe.transmission = shape == 2u ? 0.0f : 1.0f;
-                        lobe.isThin = shape == 1u ? 1u : 0u;
+                        lobe.isThin = shape == 1u;
                         const Albedo albedo = MeasureAlbedo(lobe, DirectionAt(0.6f, 0.2f), 1u << 10);
                         // One bounce alone loses much of a rough surface's light
                         const double lost = kind == MultiscatterKind::Off ? alpha : 0.05 * alpha;

@@ -4,9 +4,6 @@
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_scalar_block_layout : require
 
-#include "bxdf/conductor.glsl"
-#include "bxdf/dielectric.glsl"
-#include "bxdf/diffuse.glsl"
 #include "bxdf/lafortune.glsl"
 #include "core/color.glsl"
 #include "core/equirect.glsl"
@@ -50,45 +47,69 @@ layout(set = 0, binding = 6, std430) readonly buffer EnergyTables { uvec4 at[]; 
 uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 #include "bxdf/gltf.glsl"
 
-vec3 GltfMaterial(vec3 wo, float uc, vec2 u) {
-    GltfBxDF lobe;
-    lobe.baseColor = vec3(u, uc);
-    lobe.metallic = uc;
-    lobe.transmission = u.x;
-    lobe.alpha = u;
-    lobe.specular = u.y;
-    lobe.specularColor = wo;
-    lobe.eta = 1.0f + uc;
-    lobe.isThin = u.x < 0.5f ? 1u : 0u;
-    lobe.seed = seed;
-    BSDFSample s = Sample_f(lobe, wo, uc, u);
-    PreparedGltf prepared = Prepare(lobe, wo);
-    float pdf = 0.0f;
-    vec3 value = Evaluate(prepared, s.wi, pdf) + f(prepared, s.wi) + f(lobe, wo, s.wi);
-    value += Sample_f(prepared, uc, u).f;
-    return value * (PDF(prepared, s.wi) + PDF(lobe, wo, s.wi) + pdf + float(Flags(lobe)));
+SurfaceMaterial MaterialOf(vec3 wo, float uc, vec2 u) {
+    SurfaceMaterial material;
+    material.baseColor = vec3(u, uc);
+    material.metallic = uc;
+    material.roughness = u.y;
+    material.transmission = u.x;
+    material.specular = u.y;
+    material.specularColor = wo;
+    material.ior = 1.5f;
+    material.flags = 0u;
+    material.id = 0u;
+    return material;
 }
 
-vec3 MicrofacetLobes(vec3 wo, float uc, vec2 u) {
-    ConductorBxDF metal;
-    metal.distribution = MakeMicrofacetDistribution(u);
-    metal.fresnel = uc < 0.5f ? ConductorFromColor(wo, vec3(1.0f)) : ConductorFromIndices(wo, wo);
-    DielectricBxDF glass;
-    glass.distribution = metal.distribution;
-    glass.eta = 1.0f + uc;
-    glass.isThin = u.x < 0.5f;
+SurfaceSetting SettingOf(SurfaceMaterial material, float uc, vec2 u) {
+    SurfaceSetting setting;
+    setting.eta = 1.0f + uc;
+    setting.isThin = u.x < 0.5f;
+    setting.alpha = AlphaOf(material, 0.01f);
+    setting.seed = seed;
+    return setting;
+}
+
+vec3 GltfMaterial(vec3 wo, float uc, vec2 u) {
+    SurfaceMaterial material = MaterialOf(wo, uc, u);
+    GltfBSDF g = Prepare(material, SettingOf(material, uc, u), wo);
+    BSDFSample s = Sample_f(g, uc, u);
+    float pdf = 0.0f;
+    vec3 value = Evaluate(g, s.wi, pdf) + f(g, s.wi);
+    float chance = StraightChance(g);
+    value += StraightShare(g) + f(WithoutStraight(g, chance), s.wi);
+    return value * (PDF(g, s.wi) + pdf + float(g.flags));
+}
+
+// Every word of every lobe.
+vec3 LobesAlone(vec3 wo, float uc, vec2 u) {
+    SurfaceMaterial material = MaterialOf(wo, uc, u);
+    SurfaceSetting setting = SettingOf(material, uc, u);
+    FacetView view = ViewOf(material, setting, wo);
+    float share = 1.0f;
+    vec3 sum = vec3(0.0f);
+#define ADD(Lobe, name, feature)                                                       \
+    Lobe name;                                                                         \
+    PlaceLobe(name, material, setting, view, share);                                   \
+    BSDFSample name##Sample = Sample_f(name, view, uc, u);                             \
+    sum += f(name, view, name##Sample.wi) * PDF(name, view, name##Sample.wi);          \
+    sum += Reflected(name, view).albedo + Transmitted(name, view).albedo;              \
+    sum += vec3(Weight(name, view), float(Flags(name, view)),                          \
+                PassedTo(name, view, PairOf(view, name##Sample.wi, false)));
+    GLTF_LOBES(ADD)
+#undef ADD
+    return sum;
+}
+
+vec3 PhongLobe(vec3 wo, float uc, vec2 u) {
     LafortuneBxDF phong;
     phong.diffuse = vec3(u, uc);
     phong.specular = vec3(uc, u);
     phong.exponent = LafortuneExponent(u.x);
-    BSDFSample a = Sample_f(metal, wo, uc, u);
-    BSDFSample b = Sample_f(glass, wo, uc, u);
-    BSDFSample c = Sample_f(phong, wo, uc, u);
-    float pdf = PDF(metal, wo, a.wi) + PDF(glass, wo, b.wi) + PDF(phong, wo, c.wi);
-    uint flags = Flags(metal) | Flags(glass) | Flags(phong);
-    float masking = G(glass.distribution, wo, b.wi, a.wi) * Lambda(glass.distribution, wo) *
-                    G1(glass.distribution, wo);
-    return f(metal, wo, a.wi) + f(glass, wo, b.wi) + f(phong, wo, c.wi) + vec3(pdf, float(flags), masking);
+    BSDFSample s = Sample_f(phong, wo, uc, u);
+    MicrofacetDistribution facets = MakeMicrofacetDistribution(u);
+    float masking = G(facets, wo, s.wi, wo) * Lambda(facets, wo) * G1(facets, wo);
+    return f(phong, wo, s.wi) + vec3(PDF(phong, wo, s.wi), float(Flags(phong)), masking);
 }
 
 void main() {
@@ -102,7 +123,7 @@ void main() {
     BSDFSample s = Sample_f(lobe, wo, Get1D(rng), Get2D(rng));
     float ratio = s.pdf > 0.0f ? PDF(lobe, wo, s.wi) / s.pdf : 0.0f;
     vec3 difference = f(lobe, wo, s.wi) - s.f;
-    difference += MicrofacetLobes(wo, Get1D(rng), Get2D(rng));
+    difference += LobesAlone(wo, Get1D(rng), Get2D(rng)) + PhongLobe(wo, Get1D(rng), Get2D(rng));
     difference += GltfMaterial(wo, Get1D(rng), Get2D(rng));
 
     vec3 direction = FromLocal(frame, s.wi);

@@ -1,4 +1,4 @@
-#include "bxdf/conductor.glsl"
+#include "tests/shading/lone_lobe.h"
 
 #include <gtest/gtest.h>
 
@@ -12,17 +12,18 @@
 namespace raygraph::shading {
 namespace {
 
-ConductorBxDF White(vec2 alpha) {
-    ConductorBxDF lobe;
-    lobe.distribution = MakeMicrofacetDistribution(alpha);
-    lobe.fresnel = ConductorFromColor(vec3(1.0f), vec3(1.0f));
-    return lobe;
+LoneLobe<ConductorBxDF> White(vec2 alpha) {
+    LoneLobe<ConductorBxDF> white{};
+    white.lobe.fresnel = ConductorFromColor(vec3(1.0f), vec3(1.0f));
+    white.lobe.scale = vec3(1.0f);
+    white.setting.alpha = alpha;
+    return white;
 }
 
-ConductorBxDF Gold(vec2 alpha) {
-    ConductorBxDF lobe = White(alpha);
-    lobe.fresnel = ConductorFromIndices(vec3(0.143f, 0.375f, 1.442f), vec3(3.983f, 2.386f, 1.603f));
-    return lobe;
+LoneLobe<ConductorBxDF> Gold(vec2 alpha) {
+    LoneLobe<ConductorBxDF> gold = White(alpha);
+    gold.lobe.fresnel = ConductorFromIndices(vec3(0.143f, 0.375f, 1.442f), vec3(3.983f, 2.386f, 1.603f));
+    return gold;
 }
 
 // A grid on which the lobe of wo is smooth.
@@ -37,7 +38,7 @@ TEST(Conductor, SampledDirectionsFollowPDF) {
     uint32_t seed = 1000;
     for (const MicrofacetCase& c : cases) {
         const ScopedModels models(c.distribution);
-        const ConductorBxDF lobe = White(c.alpha);
+        const LoneLobe<ConductorBxDF> lobe = White(c.alpha);
         const test::ChiSquareResult result = ChiSquareOfLobe(lobe, c.wo, {{GridOf(c.alpha, c.wo)}}, seed++);
         EXPECT_GT(result.degreesOfFreedom, 20) << c;
         EXPECT_GT(result.pValue, level)
@@ -50,13 +51,13 @@ TEST(Conductor, PDFIntegratesToTheShareOfNormalsThatReflectAboveTheHorizon) {
     for (const MicrofacetCase& c : MicrofacetCases(AreTestsLong())) {
         if (c.wo.z < 0.0f) continue;
         const ScopedModels models(c.distribution);
-        const ConductorBxDF lobe = White(c.alpha);
+        const LoneLobe<ConductorBxDF> lobe = White(c.alpha);
         const PolarGrid normals = std::max(c.alpha.x, c.alpha.y) < 0.1f
                                       ? PolarGrid::About(vec3(0.0f, 0.0f, 1.0f), c.alpha.x)
                                       : PolarGrid{};
         const double above = normals.IntegrateSum([&](vec3 wm) {
             if (wm.z <= 0.0f || dot(c.wo, wm) <= 0.0f || Reflect(c.wo, wm).z <= 0.0f) return 0.0;
-            return static_cast<double>(PDF(lobe.distribution, c.wo, wm));
+            return static_cast<double>(PDF(MakeMicrofacetDistribution(c.alpha), c.wo, wm));
         });
         const double pdf = GridOf(c.alpha, c.wo).IntegrateSum([&](vec3 wi) {
             return static_cast<double>(PDF(lobe, c.wo, wi));
@@ -82,7 +83,7 @@ TEST(Conductor, IsReciprocal) {
     for (const MicrofacetCase& c : MicrofacetCases(true)) {
         for (MaskingModel masking : kMaskingModels) {
             const ScopedModels models(c.distribution, masking);
-            const ConductorBxDF lobe = Gold(c.alpha);
+            const LoneLobe<ConductorBxDF> lobe = Gold(c.alpha);
             const float tolerance = 2e-5f + 1e-6f / std::min(c.alpha.x, c.alpha.y);
             for (int i = 0; i < 100; ++i) {
                 // Half of the pairs are within the lobe.
@@ -101,7 +102,7 @@ TEST(Conductor, WhiteFurnaceNeverGainsEnergy) {
     for (const MicrofacetCase& c : MicrofacetCases(AreTestsLong())) {
         for (MaskingModel masking : kMaskingModels) {
             const ScopedModels models(c.distribution, masking);
-            const ConductorBxDF lobe = White(c.alpha);
+            const LoneLobe<ConductorBxDF> lobe = White(c.alpha);
             const double albedo = GridOf(c.alpha, c.wo).IntegrateSum([&](vec3 wi) {
                 return static_cast<double>(f(lobe, c.wo, wi).x * std::abs(wi.z));
             });
@@ -116,7 +117,7 @@ TEST(Conductor, WhiteFurnaceNeverGainsEnergy) {
 }
 
 TEST(Conductor, SmoothSurfaceIsAMirror) {
-    const ConductorBxDF lobe = Gold(vec2(9e-4f, 5e-4f));
+    const LoneLobe<ConductorBxDF> lobe = Gold(vec2(9e-4f, 5e-4f));
     EXPECT_EQ(Flags(lobe), kBxDFReflection | kBxDFSpecular);
     for (float cosTheta : {1.0f, 0.5f, 1e-3f, -0.7f}) {
         const vec3 wo = DirectionAt(cosTheta, 0.4f);
@@ -124,19 +125,42 @@ TEST(Conductor, SmoothSurfaceIsAMirror) {
         EXPECT_EQ(s.wi, vec3(-wo.x, -wo.y, wo.z));
         EXPECT_TRUE(IsSpecular(s.flags));
         const vec3 reflected = s.f * std::abs(s.wi.z) / s.pdf;
-        EXPECT_NEAR(reflected.x, ConductorReflectance(lobe.fresnel, std::abs(cosTheta)).x, 1e-6f);
+        EXPECT_NEAR(reflected.x, ConductorReflectance(lobe.lobe.fresnel, std::abs(cosTheta)).x, 1e-6f);
         EXPECT_EQ(f(lobe, wo, s.wi), vec3(0.0f));
         EXPECT_EQ(PDF(lobe, wo, s.wi), 0.0f);
     }
 }
 
-TEST(Conductor, NothingPassesThroughAndEdgeOnSurfacesGiveNoSample) {
-    const ConductorBxDF lobe = White(vec2(0.3f, 0.3f));
+TEST(Conductor, NothingPassesThrough) {
+    const LoneLobe<ConductorBxDF> lobe = White(vec2(0.3f, 0.3f));
     EXPECT_EQ(Flags(lobe), kBxDFReflection | kBxDFGlossy);
     EXPECT_EQ(f(lobe, DirectionAt(0.5f, 0.0f), DirectionAt(-0.5f, 3.0f)), vec3(0.0f));
     EXPECT_EQ(PDF(lobe, DirectionAt(0.5f, 0.0f), DirectionAt(-0.5f, 3.0f)), 0.0f);
-    EXPECT_EQ(Sample_f(lobe, vec3(1.0f, 0.0f, 0.0f), 0.5f, vec2(0.3f, 0.6f)).pdf, 0.0f);
     EXPECT_LT(Sample_f(lobe, DirectionAt(-0.5f, 0.0f), 0.5f, vec2(0.3f, 0.6f)).wi.z, 0.0f);
+    EXPECT_EQ(Transmitted(lobe.lobe, FacetsOf(lobe.setting, DirectionAt(0.5f, 0.0f))).albedo, vec3(0.0f));
+}
+
+// With later bounces and without, the albedo that a metal states is what its samples return, and its weight
+// that of gray.
+TEST(Conductor, StatedAlbedoIsReflected) {
+    for (const MultiscatterKind kind : {MultiscatterKind::Off, MultiscatterKind::Lut}) {
+        const MultiscatterScope scope(kind);
+        for (const float alpha : {0.05f, 0.3f, 0.8f}) {
+            for (const float cosine : {0.9f, 0.3f}) {
+                const vec3 wo = DirectionAt(cosine, 0.7f);
+                GltfBxDF gray = Metal(alpha, vec3(0.6f));
+                gray.metallic = 0.7f;
+                const LoneLobe<ConductorBxDF> lone{PlacedLobe<ConductorBxDF>(gray, wo), gray};
+                const FacetView view = ViewOf(gray, wo);
+                const LobeMean mean = Reflected(lone.lobe, view);
+                const Estimate sampled = EstimateAlbedo(lone, wo, 31);
+                EXPECT_NEAR(mean.albedo.x, sampled.mean, 5.0 * sampled.error + 2e-3)
+                    << "kind " << static_cast<int>(kind) << " alpha " << alpha << " cos " << cosine;
+                EXPECT_FLOAT_EQ(Weight(lone.lobe, view), mean.albedo.x);
+                EXPECT_GT(mean.albedo.x, 0.1f);
+            }
+        }
+    }
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-#include "bxdf/dielectric.glsl"
+// Glass, and the layer of a dielectric over an opaque base.
+#include "tests/shading/lone_lobe.h"
 
 #include <gtest/gtest.h>
 
@@ -6,26 +7,25 @@
 #include <cmath>
 #include <vector>
 
-#include "bxdf/conductor.glsl"
 #include "tests/shading/lobe_checks.h"
 #include "tests/shading/microfacet_cases.h"
 
 namespace raygraph::shading {
 namespace {
 
-DielectricBxDF Glass(vec2 alpha, float eta, bool isThin = false) {
-    DielectricBxDF lobe;
-    lobe.distribution = MakeMicrofacetDistribution(alpha);
-    lobe.eta = eta;
-    lobe.isThin = isThin;
-    return lobe;
+LoneLobe<GlassBxDF> LoneGlass(vec2 alpha, float eta, bool isThin = false) {
+    SurfaceSetting setting{};
+    setting.eta = eta;
+    setting.isThin = isThin;
+    setting.alpha = alpha;
+    return {GlassOf(Glass(0.0f, eta), eta, isThin, 1.0f), setting};
 }
 
 struct GlassCase {
     MicrofacetCase surface;
     float eta;
     bool isThin;
-    [[nodiscard]] DielectricBxDF Lobe() const { return Glass(surface.alpha, eta, isThin); }
+    [[nodiscard]] LoneLobe<GlassBxDF> Lobe() const { return LoneGlass(surface.alpha, eta, isThin); }
 };
 
 std::ostream& operator<<(std::ostream& out, const GlassCase& c) {
@@ -78,7 +78,8 @@ std::function<bool(vec3)> IsOnSide(vec3 wo, bool isReflection) {
     return [wo, isReflection](vec3 wi) { return SameHemisphere(wo, wi) == isReflection; };
 }
 
-TEST(Dielectric, SampledDirectionsFollowPDF) {
+TEST(Glass, SampledDirectionsFollowPDF) {
+    const MultiscatterScope single(MultiscatterKind::Off);
     const std::vector<GlassCase> cases = GlassCases(AreTestsLong());
     const double level = test::SidakLevel(0.01, static_cast<int>(cases.size()));
     uint32_t seed = 4000;
@@ -96,7 +97,7 @@ TEST(Dielectric, SampledDirectionsFollowPDF) {
 
 // With visible normals nothing is lost but what facets send to other facets: next to nothing when nearly
 // smooth.
-TEST(Dielectric, PDFIntegratesToOneWhereNoLightMeetsASecondFacet) {
+TEST(Glass, PDFIntegratesToOneWhereNoLightMeetsASecondFacet) {
     for (FresnelModel curve : kCurves) {
         const ScopedModels models(MicrofacetModel::Ggx, MaskingModel::Correlated, curve);
         for (float eta : {1.1f, 1.5f, 2.4f, 1.0f / 1.5f}) {
@@ -120,7 +121,8 @@ TEST(Dielectric, PDFIntegratesToOneWhereNoLightMeetsASecondFacet) {
     }
 }
 
-TEST(Dielectric, SampleAgreesWithFAndPDF) {
+TEST(Glass, SampleAgreesWithFAndPDF) {
+    const MultiscatterScope single(MultiscatterKind::Off);
     for (const GlassCase& c : GlassCases(true)) {
         for (MaskingModel masking : kMaskingModels) {
             SCOPED_TRACE(testing::Message() << c << ", masking " << static_cast<int>(masking));
@@ -134,13 +136,14 @@ TEST(Dielectric, SampleAgreesWithFAndPDF) {
     }
 }
 
-TEST(Dielectric, IsReciprocalButForTheSquareOfTheIndex) {
+TEST(Glass, IsReciprocalButForTheSquareOfTheIndex) {
+    const MultiscatterScope single(MultiscatterKind::Off);
     Uniform uniform(13);
     int transmittedCount = 0;
     for (const GlassCase& c : GlassCases(true)) {
         for (MaskingModel masking : kMaskingModels) {
             const ScopedModels models(c.surface.distribution, masking, kCurves[uniform() < 0.5f ? 0 : 1]);
-            const DielectricBxDF lobe = c.Lobe();
+            const LoneLobe<GlassBxDF> lobe = c.Lobe();
             const float contrast = c.isThin ? 1.0f : std::abs(c.eta - 1.0f);
             const float tolerance =
                 (1e-4f + 4e-6f / std::min(c.surface.alpha.x, c.surface.alpha.y)) / std::min(contrast, 1.0f);
@@ -152,7 +155,7 @@ TEST(Dielectric, IsReciprocalButForTheSquareOfTheIndex) {
                 const float forth = f(lobe, wo, wi).x * index2(wi);
                 const float back = f(lobe, wi, wo).x * index2(wo);
                 // Near the critical angle the cosine on the far side is a root of next to nothing.
-                const vec3 wm = RefractionNormal(wo, wi, EtaAhead(lobe, wo));
+                const vec3 wm = RefractionNormal(wo, wi, wo.z < 0.0f ? 1.0f / c.eta : c.eta);
                 const float graze = std::min(std::abs(dot(wo, wm)), std::abs(dot(wi, wm)));
                 const float rounding = tolerance + 5e-7f / std::max(graze * graze, 1e-6f);
                 ASSERT_NEAR(forth, back, rounding * (1e-3f + forth)) << c << " to cos " << wi.z;
@@ -163,7 +166,8 @@ TEST(Dielectric, IsReciprocalButForTheSquareOfTheIndex) {
     EXPECT_GT(transmittedCount, 1000);
 }
 
-TEST(Dielectric, WhiteFurnaceNeverGainsEnergy) {
+TEST(Glass, WhiteFurnaceNeverGainsEnergy) {
+    const MultiscatterScope single(MultiscatterKind::Off);
     uint32_t seed = 5000;
     for (const GlassCase& c : GlassCases(AreTestsLong())) {
         for (MaskingModel masking : kMaskingModels) {
@@ -187,9 +191,9 @@ TEST(Dielectric, WhiteFurnaceNeverGainsEnergy) {
     }
 }
 
-TEST(Dielectric, SmoothGlassReflectsAndRefractsAllOfTheLight) {
+TEST(Glass, SmoothGlassReflectsAndRefractsAllOfTheLight) {
     for (float eta : {1.1f, 1.5f, 2.4f, 1.0f / 1.5f}) {
-        const DielectricBxDF lobe = Glass(vec2(0.0f, 0.0f), eta);
+        const LoneLobe<GlassBxDF> lobe = LoneGlass(vec2(0.0f, 0.0f), eta);
         EXPECT_EQ(Flags(lobe), kBxDFReflection | kBxDFTransmission | kBxDFSpecular);
         for (float cosTheta : {1.0f, 0.6f, 0.01f, -0.05f, -0.9f}) {
             const ScopedModels models(MicrofacetModel::Ggx, MaskingModel::Correlated,
@@ -219,8 +223,8 @@ TEST(Dielectric, SmoothGlassReflectsAndRefractsAllOfTheLight) {
     }
 }
 
-TEST(Dielectric, ThinSheetLetsLightStraightThrough) {
-    const DielectricBxDF smooth = Glass(vec2(0.0f, 0.0f), 1.5f, true);
+TEST(Glass, ThinSheetLetsLightStraightThrough) {
+    const LoneLobe<GlassBxDF> smooth = LoneGlass(vec2(0.0f, 0.0f), 1.5f, true);
     for (float cosTheta : {0.7f, -0.2f}) {
         const vec3 wo = DirectionAt(cosTheta, 0.6f);
         const BSDFSample t = Sample_f(smooth, wo, 0.999f, vec2(0.3f, 0.6f));
@@ -231,10 +235,10 @@ TEST(Dielectric, ThinSheetLetsLightStraightThrough) {
         EXPECT_NEAR(t.pdf, 1.0f - FresnelSchlickDielectric(std::abs(cosTheta), 1.5f), 1e-6f);
     }
     // What a rough sheet reflects and lets through is what white facets reflect.
-    const DielectricBxDF rough = Glass(vec2(0.3f, 0.5f), 1.5f, true);
-    ConductorBxDF white;
-    white.distribution = rough.distribution;
-    white.fresnel = ConductorFromColor(vec3(1.0f), vec3(1.0f));
+    const LoneLobe<GlassBxDF> rough = LoneGlass(vec2(0.3f, 0.5f), 1.5f, true);
+    LoneLobe<ConductorBxDF> white{{}, rough.setting};
+    white.lobe.fresnel = ConductorFromColor(vec3(1.0f), vec3(1.0f));
+    white.lobe.scale = vec3(1.0f);
     Uniform uniform(17);
     for (int i = 0; i < 1000; ++i) {
         const vec3 wo = uniform.Direction();
@@ -245,17 +249,117 @@ TEST(Dielectric, ThinSheetLetsLightStraightThrough) {
     }
 }
 
-TEST(Dielectric, EqualIndicesLetEverythingThrough) {
-    const DielectricBxDF lobe = Glass(vec2(0.5f, 0.5f), 1.0f);
-    EXPECT_EQ(Flags(lobe), kBxDFTransmission | kBxDFSpecular);
+TEST(Glass, EqualIndicesLetEverythingThrough) {
+    const MultiscatterScope single(MultiscatterKind::Off);
     const vec3 wo = DirectionAt(0.3f, 1.0f);
-    for (float uc : {0.0f, 0.5f}) {
-        const BSDFSample s = Sample_f(lobe, wo, uc, vec2(0.3f, 0.6f));
-        EXPECT_LT(length(s.wi + wo), 1e-6f);
-        EXPECT_NEAR(s.f.x * std::abs(s.wi.z) / s.pdf, 1.0f, 1e-5f);
+    for (const float alpha : {0.0f, 0.5f}) {
+        const GltfBxDF material = Glass(alpha, 1.0f);
+        const LoneLobe<GlassBxDF> lone{PlacedLobe<GlassBxDF>(material, wo), material};
+        Uniform uniform(23);
+        for (int i = 0; i < 100; ++i) {
+            const float uc = uniform();
+            const BSDFSample s = Sample_f(lone, wo, uc, uniform.Pair());
+            ASSERT_TRUE(IsTransmissive(s.flags)) << alpha;
+            ASSERT_EQ(s.eta, 1.0f);
+            ASSERT_LT(length(s.wi + wo), alpha == 0.0f ? 1e-6f : 0.03f);
+            if (alpha > 0.0f) continue;
+            ASSERT_NEAR(s.f.x * std::abs(s.wi.z) / s.pdf, 1.0f, 1e-5f);
+        }
     }
-    EXPECT_EQ(f(lobe, wo, -wo), vec3(0.0f));
-    EXPECT_EQ(Sample_f(lobe, vec3(1.0f, 0.0f, 0.0f), 0.5f, vec2(0.3f, 0.6f)).pdf, 0.0f);
+}
+
+// Whatever it reflects is not in its albedo of transmission, and a viewer finds both.
+TEST(Glass, StatedAlbedoIsReflectedAndTransmitted) {
+    for (const MultiscatterKind kind : {MultiscatterKind::Off, MultiscatterKind::Lut}) {
+        const MultiscatterScope scope(kind);
+        for (const bool isThin : {false, true}) {
+            for (const float cosine : {0.9f, 0.4f}) {
+                const vec3 wo = DirectionAt(cosine, 0.7f);
+                GltfBxDF pane = Glass(0.1f, 1.5f);
+                pane.isThin = isThin;
+                pane.metallic = 0.2f;
+                pane.baseColor = vec3(0.5f);
+                const FacetView view = ViewOf(pane, wo);
+                const GlassBxDF lobe = PlacedLobe<GlassBxDF>(pane, wo);
+                double reflected = 0.0;
+                double transmitted = 0.0;
+                constexpr int kCount = 40'000;
+                Uniform uniform(29);
+                for (int i = 0; i < kCount; ++i) {
+                    const float uc = uniform();
+                    const BSDFSample s = Sample_f(lobe, view, uc, uniform.Pair());
+                    if (s.pdf == 0.0f) continue;
+                    const double weight =
+                        static_cast<double>(s.f.x * std::abs(s.wi.z) / s.pdf * s.eta * s.eta) / kCount;
+                    (s.wi.z > 0.0f ? reflected : transmitted) += weight;
+                }
+                EXPECT_NEAR(Reflected(lobe, view).albedo.x, reflected, 0.012) << isThin << " " << cosine;
+                EXPECT_NEAR(Transmitted(lobe, view).albedo.x, transmitted, 0.02) << isThin << " " << cosine;
+                EXPECT_GT(transmitted, 0.3);
+                const vec3 ahead = Transmitted(lobe, view).wi;
+                EXPECT_NEAR(std::hypot(ahead.x, ahead.y) * (isThin ? 1.0f : 1.5f), std::hypot(wo.x, wo.y),
+                            1e-5f);
+            }
+        }
+    }
+}
+
+// What a layer passes to its base towards wo.
+float PlacedShareAt(const GltfBxDF& material, vec3 wo) {
+    DielectricLayerBxDF layer{};
+    float share = 1.0f;
+    PlaceLobe(layer, material, material, ViewOf(material, wo), share);
+    return share;
+}
+
+LoneLobe<DielectricLayerBxDF> Layer(const GltfBxDF& material, vec3 wo) {
+    return {PlacedLobe<DielectricLayerBxDF>(material, wo), material};
+}
+
+TEST(DielectricLayer, SampledDirectionsFollowPDF) {
+    for (const float alpha : {0.1f, 0.6f}) {
+        const vec3 wo = DirectionAt(0.5f, 0.6f);
+        const LobePart part{PolarGrid::About(vec3(-wo.x, -wo.y, wo.z), alpha)};
+        const test::ChiSquareResult result = ChiSquareOfLobe(Layer(GltfLobe(alpha), wo), wo, {part}, 6000);
+        EXPECT_GT(result.degreesOfFreedom, 50) << alpha;
+        EXPECT_GT(result.pValue, test::SidakLevel(0.01, 2)) << alpha;
+        ExpectSamplesAgree(Layer(GltfLobe(alpha), wo), wo, 2e-4f);
+    }
+}
+
+// What the layer reflects, its base does not; and light to the base is reduced by the same on either way.
+TEST(DielectricLayer, LightThatItPassesIsWhatItDoesNotReflect) {
+    for (const MultiscatterKind kind : {MultiscatterKind::Off, MultiscatterKind::Lut}) {
+        const MultiscatterScope scope(kind);
+        for (const float alpha : {0.0f, 0.3f, 0.9f}) {
+            for (const float cosine : {0.9f, 0.2f}) {
+                GltfBxDF material = GltfLobe(alpha);
+                material.metallic = 0.25f;
+                const vec3 wo = DirectionAt(cosine, 0.6f);
+                const FacetView view = ViewOf(material, wo);
+                DielectricLayerBxDF layer{};
+                float share = 1.0f;
+                PlaceLobe(layer, material, material, view, share);
+                const double reflected = Reflected(layer, view).albedo.x;
+                EXPECT_NEAR(share, 0.75 - reflected, 1e-4) << "alpha " << alpha << " cos " << cosine;
+                if (alpha > 0.0f) {
+                    const Estimate sampled = EstimateAlbedo(Layer(material, wo), wo, 37);
+                    EXPECT_NEAR(reflected, sampled.mean, 5.0 * sampled.error + 1e-3) << alpha;
+                }
+                const auto passed = [&](float cosI) {
+                    return PassedTo(layer, view, PairOf(view, DirectionAt(cosI, 0.0f), false));
+                };
+                EXPECT_NEAR(passed(cosine) / passed(1.0f),
+                            share / PlacedShareAt(material, DirectionAt(1.0f, 0.6f)), 1e-4);
+                double mean = 0.0;
+                constexpr int kPoints = 1000;
+                for (int i = 0; i < kPoints; ++i)
+                    mean += static_cast<double>(passed(std::sqrt((static_cast<float>(i) + 0.5f) / kPoints))) /
+                            kPoints;
+                EXPECT_NEAR(mean, 1.0, 5e-3) << "alpha " << alpha;
+            }
+        }
+    }
 }
 
 }  // namespace

@@ -1,3 +1,5 @@
+#include "tests/support/energy_bridge.h"
+
 #include "bxdf/diffuse.glsl"
 
 #include <gtest/gtest.h>

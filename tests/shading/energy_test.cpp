@@ -158,7 +158,7 @@ TEST(Energy, FurnaceIsNeverAboveOne) {
         lobe.specular = extreme();
         lobe.specularColor = 3.0f * vec3(Get1D(rng), Get1D(rng), extreme());
         lobe.eta = exp2(3.0f * Get1D(rng) - 1.5f);
-        lobe.isThin = i % 3 == 0 ? 1u : 0u;
+        lobe.isThin = i % 3 == 0;
         const vec3 wo = DirectionAt(0.02f + 0.98f * Get1D(rng), 6.28f * Get1D(rng));
         // Anisotropic surfaces are compensated by the mean of their roughnesses
         double bound = i % 4 == 0 ? 1.1 : 1.015;

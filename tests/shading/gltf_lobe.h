@@ -13,8 +13,39 @@
 
 namespace raygraph::shading {
 
+// A material where it is shaded.
+struct GltfBxDF : SurfaceMaterial, SurfaceSetting {};
+
+inline GltfBSDF Prepare(const GltfBxDF& lobe, vec3 wo) {
+    return Prepare(lobe, lobe, wo);
+}
+
+inline FacetView ViewOf(const GltfBxDF& lobe, vec3 wo) {
+    return ViewOf(lobe, lobe, wo);
+}
+
+inline uint Flags(const GltfBxDF& lobe) {
+    return Prepare(lobe, DirectionAt(0.8f, 0.0f)).flags;
+}
+
+inline vec3 f(const GltfBxDF& lobe, vec3 wo, vec3 wi) {
+    return f(Prepare(lobe, wo), wi);
+}
+
+inline float PDF(const GltfBxDF& lobe, vec3 wo, vec3 wi) {
+    return PDF(Prepare(lobe, wo), wi);
+}
+
+inline BSDFSample Sample_f(const GltfBxDF& lobe, vec3 wo, float uc, vec2 u) {
+    return Sample_f(Prepare(lobe, wo), uc, u);
+}
+
+inline FacetFresnel DielectricFresnel(const GltfBxDF& lobe) {
+    return DielectricFresnel(lobe, lobe.eta);
+}
+
 inline GltfBxDF GltfLobe(float alpha) {
-    GltfBxDF lobe;
+    GltfBxDF lobe{};
     lobe.baseColor = vec3(1.0f);
     lobe.metallic = 0.0f;
     lobe.transmission = 0.0f;
@@ -22,7 +53,7 @@ inline GltfBxDF GltfLobe(float alpha) {
     lobe.specular = 1.0f;
     lobe.specularColor = vec3(1.0f);
     lobe.eta = 1.5f;
-    lobe.isThin = 0u;
+    lobe.isThin = false;
     lobe.seed = 1u;
     return lobe;
 }
@@ -43,7 +74,7 @@ inline GltfBxDF Glass(float alpha, float eta) {
 
 inline GltfBxDF ThinGlass(float alpha) {
     GltfBxDF lobe = Glass(alpha, 1.5f);
-    lobe.isThin = 1u;
+    lobe.isThin = true;
     return lobe;
 }
 

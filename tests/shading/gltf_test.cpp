@@ -41,7 +41,7 @@ std::vector<View> Views() {
     if (!AreTestsLong()) return views;
     for (const float alpha : {0.1f, 0.2f, 0.5f, 0.8f}) {
         GltfBxDF thinBlend = Blend(alpha);
-        thinBlend.isThin = 1u;
+        thinBlend.isThin = true;
         add("metal", Metal(alpha), {1.0f, 0.4f, 0.02f});
         add("dielectric", GltfLobe(alpha), {1.0f, 0.4f, 0.02f});
         add("glass", Glass(alpha, 1.1f), {1.0f, 0.4f});
@@ -60,14 +60,14 @@ void ForEachSample(const View& view, uint count, Visit&& visit) {
         Sampler rng = StartPixelSample(uvec2(5u, 2u), i, 9u);
         lobe.seed = MixBits(i);
         const float uc = Get1D(rng);
-        const PreparedGltf prepared = Prepare(lobe, view.wo);
+        const GltfBSDF prepared = Prepare(lobe, view.wo);
         visit(prepared, Sample_f(prepared, uc, Get2D(rng)));
     }
 }
 
 // The density over the cells of a grid (squared once) on one side of the surface, by the midpoint rule.
 // Adaptive quadrature would chase the edges of refraction for minutes.
-std::vector<double> IntegrateOverCells(const PreparedGltf& prepared, const PolarGrid& grid, bool isAbove) {
+std::vector<double> IntegrateOverCells(const GltfBSDF& prepared, const PolarGrid& grid, bool isAbove) {
     constexpr int kPoints = 64;
     const Frame frame = FrameFromZ(grid.axis);
     std::vector<double> cells;
@@ -95,8 +95,7 @@ PolarGrid GridAbout(const View& view, bool isAbove) {
     PolarGrid grid;
     grid.squarings = 1;
     grid.axis = isAbove ? Reflect(view.wo, up) : -view.wo;
-    if (!isAbove && view.lobe.isThin == 0u && !Refract(view.wo, up, view.lobe.eta, grid.axis))
-        grid.axis = -up;
+    if (!isAbove && !view.lobe.isThin && !Refract(view.wo, up, view.lobe.eta, grid.axis)) grid.axis = -up;
     return grid;
 }
 
@@ -108,7 +107,7 @@ TEST(Gltf, SampledDirectionsFollowPDF) {
     const double level = test::SidakLevel(0.01, static_cast<int>(views.size()));
     Uniform uniform(500);
     for (const View& view : views) {
-        const PreparedGltf prepared = Prepare(view.lobe, view.wo);
+        const GltfBSDF prepared = Prepare(view.lobe, view.wo);
         const PolarGrid above = GridAbout(view, true);
         const PolarGrid below = GridAbout(view, false);
         std::vector<double> expected = IntegrateOverCells(prepared, above, true);
@@ -136,7 +135,7 @@ TEST(Gltf, SampledDirectionsFollowPDF) {
 
 TEST(Gltf, SampleAgreesWithFAndPDF) {
     for (const View& view : Views()) {
-        ForEachSample(view, 4000u, [&](const PreparedGltf& prepared, const BSDFSample& s) {
+        ForEachSample(view, 4000u, [&](const GltfBSDF& prepared, const BSDFSample& s) {
             if (s.pdf == 0.0f) return;
             ASSERT_EQ(s.f, f(view.lobe, view.wo, s.wi)) << view.name;
             ASSERT_EQ(s.pdf, PDF(view.lobe, view.wo, s.wi)) << view.name;
@@ -144,7 +143,7 @@ TEST(Gltf, SampleAgreesWithFAndPDF) {
             ASSERT_GE(min(s.f.x, min(s.f.y, s.f.z)), 0.0f) << view.name;
             ASSERT_NEAR(length(s.wi), 1.0f, 1e-5f) << view.name;
             ASSERT_EQ(IsTransmissive(s.flags), s.wi.z < 0.0f) << view.name;
-            const bool isRefracted = s.wi.z < 0.0f && view.lobe.isThin == 0u;
+            const bool isRefracted = s.wi.z < 0.0f && !view.lobe.isThin;
             ASSERT_EQ(s.eta, isRefracted ? view.lobe.eta : 1.0f) << view.name;
         });
     }
@@ -174,7 +173,7 @@ double WorstRatio(GltfBxDF lobe) {
         note(f(lobe, a, b), f(lobe, b, a));
         if (lobe.transmission == 0.0f) continue;
         b = RandomDirection(generator, false);
-        if (lobe.isThin != 0u) {
+        if (lobe.isThin) {
             note(f(lobe, a, b), f(lobe, -b, -a));
             continue;
         }
@@ -217,7 +216,7 @@ TEST(Gltf, SmoothSurfacesAreDeltas) {
         const View view{"smooth glass", Glass(0.0f, eta), DirectionAt(0.9f, 1.0f)};
         double transmitted = 0.0;
         constexpr uint kCount = 1u << 14;
-        ForEachSample(view, kCount, [&](const PreparedGltf& prepared, const BSDFSample& s) {
+        ForEachSample(view, kCount, [&](const GltfBSDF& prepared, const BSDFSample& s) {
             ASSERT_GT(s.pdf, 0.0f);
             ASSERT_TRUE(IsSpecular(s.flags));
             ASSERT_EQ(f(prepared, s.wi), vec3(0.0f));
@@ -249,23 +248,24 @@ TEST(Gltf, StraightShareIsWhatASmoothThinWallPasses) {
     std::uniform_real_distribution<float> unit(0.0f, 1.0f);
     for (int i = 0; i < 200; i++) {
         GltfBxDF lobe = Blend(0.0f);
-        lobe.isThin = 1u;
+        lobe.isThin = true;
         lobe.metallic = 0.8f * unit(random);
         lobe.transmission = 0.1f + 0.9f * unit(random);
         lobe.specular = unit(random);
         lobe.eta = 0.6f + 1.5f * unit(random);
         const vec3 wo = DirectionAt(0.02f + 0.98f * unit(random), 0.8f);
-        const PreparedGltf wall = Prepare(lobe, wo);
+        const GltfBSDF wall = Prepare(lobe, wo);
         const float chance = StraightChance(wall);
         const BSDFSample through = Sample_f(wall, 0.9999999f, vec2(0.5f));
         ASSERT_TRUE(IsTransmissive(through.flags));
         EXPECT_NEAR(through.pdf, chance, 1e-6f);
         EXPECT_LT(length(through.wi + wo), 1e-6f);
-        const vec3 share = StraightShare(lobe, wo.z);
+        const vec3 share = StraightShare(GlassOf(lobe, lobe.eta, true, GlassShare(lobe)), wo.z);
+        EXPECT_EQ(StraightShare(wall), share);
         for (int channel = 0; channel < 3; channel++)
             EXPECT_NEAR(through.f[channel] * wo.z, share[channel], 2e-6f);
         // The rest of the wall: the same lobes, chosen as before among the samples that do not go straight
-        const PreparedGltf rest = WithoutStraight(wall, chance);
+        const GltfBSDF rest = WithoutStraight(wall, chance);
         for (const float uc : {0.01f, 0.3f, 0.7f, 0.99f}) {
             const BSDFSample before = Sample_f(wall, uc * (1.0f - chance), vec2(0.3f, 0.6f));
             const BSDFSample after = Sample_f(rest, uc, vec2(0.3f, 0.6f));
@@ -311,7 +311,7 @@ TEST(Gltf, WalksAreUnbiasedUnderMultipleImportanceSampling) {
         GltfBxDF lobe = view.lobe;
         for (uint i = 0; i < kCount; ++i) {
             lobe.seed = MixBits(i + 1u);
-            const PreparedGltf prepared = Prepare(lobe, view.wo);
+            const GltfBSDF prepared = Prepare(lobe, view.wo);
             const float uc = uniform();
             const BSDFSample s = Sample_f(prepared, uc, uniform.Pair());
             double both = 0.0;
@@ -369,11 +369,11 @@ TEST(Gltf, NothingIsInfiniteAtTheEnds) {
             lobe.specular = pick({0.0f, 1.0f});
             lobe.specularColor = vec3(pick({0.0f, 1.0f, 1e4f}));
             lobe.eta = pick({0.1f, 0.999f, 1.0f, 1.0001f, 1.5f, 10.0f, 1e6f});
-            lobe.isThin = generator() % 2;
+            lobe.isThin = generator() % 2 != 0;
             lobe.seed = static_cast<uint>(generator());
             const vec3 wo = DirectionAt(pick({1.0f, 0.9999999f, 0.5f, 1e-3f, 1e-6f, 1e-20f}), 1.0f);
             const vec2 u(pick({0.0f, 0.5f, 0.99999994f}), pick({0.0f, 0.3f, 0.99999994f}));
-            const PreparedGltf prepared = Prepare(lobe, wo);
+            const GltfBSDF prepared = Prepare(lobe, wo);
             const BSDFSample s = Sample_f(prepared, pick({0.0f, 0.4f, 0.99999994f}), u);
             const auto isGood = [](float x) { return std::isfinite(x) && x >= 0.0f; };
             ASSERT_TRUE(isGood(s.pdf)) << i;

@@ -138,7 +138,7 @@ namespace {
 constexpr uint kNoLimit = 0xFFFFFFFFu;
 
 void UseOptions(uint features, BrdfModel brdf = BrdfModel::Gltf) {
-    threadTraceFeatures = features;
+    threadTraceFeatures = features | kTraceMetals | kTraceOpaque;
     threadBrdfModel = brdf;
     threadMisHeuristic = MisHeuristic::Power;
 }

@@ -1,0 +1,79 @@
+// The lobe of a dielectric's surface over an opaque base: facets that reflect by Fresnel's share, and pass
+// the rest to the base.
+//
+// The layer reduces the base by what it reflects: with E its albedo, the base is multiplied by (1 - E(wo))
+// (1 - E(wi)) / (1 - mean E), which is reciprocal and returns everything where the base is white (Kulla and
+// Conty 2017, "Revisiting Physically Based Shading at Imageworks").
+#ifndef RAYGRAPH_BXDF_DIELECTRIC_LAYER_GLSL
+#define RAYGRAPH_BXDF_DIELECTRIC_LAYER_GLSL
+
+#include "bxdf/lobe.glsl"
+
+SHADING_BEGIN
+
+struct DielectricLayerBxDF {
+    FacetFresnel fresnel;
+    float eta;          // from inside a denser medium the layer acts as from outside
+    vec3 scale;         // its share of the surface, with the light of later bounces
+    float passedScale;  // 1 / mean of what it passes
+};
+
+// What the layer passes where it reflects with that energy.
+INLINE float PassedShare(DielectricLayerBxDF lobe, FacetView view, FacetEnergy energy) {
+    vec3 layer = FacetAlbedo(view, energy, lobe.fresnel.f0, lobe.fresnel.f90);
+    return max(1.0f - MaxComponent(layer), 0.0f);
+}
+
+INLINE void PlaceLobe(OUT(DielectricLayerBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
+                      FacetView view, INOUT(float) share) {
+    share *= DielectricShare(material) - GlassShare(material);
+    lobe.fresnel = DielectricFresnel(material, setting.eta);
+    lobe.eta = OutsideEta(setting.eta);
+    lobe.scale = vec3(0.0f);
+    lobe.passedScale = 1.0f;
+    if (!(share > 0.0f)) return;
+    vec3 f0 = lobe.fresnel.f0;
+    vec3 f90 = lobe.fresnel.f90;
+    lobe.scale = share * LaterBounces(SingleAlbedo(view.energy, f0, f90),
+                                      LaterAlbedo(view, view.energy, f0, f90));
+    lobe.passedScale = 1.0f / max(PassedShare(lobe, view, MeanFacetEnergy(view.row)), 1e-3f);
+    share *= PassedShare(lobe, view, view.energy);
+}
+
+INLINE bool IsDiffuse(DielectricLayerBxDF) { return false; }
+
+INLINE uint Flags(DielectricLayerBxDF, FacetView view) {
+    return kBxDFReflection | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy);
+}
+
+INLINE vec3 Evaluate(DielectricLayerBxDF lobe, FacetView, FacetPair pair, OUT(float) pdf) {
+    pdf = 0.0f;
+    if (pair.wi.z < 0.0f) return vec3(0.0f);
+    pdf = pair.reflectionPDF;
+    return lobe.scale * FacetReflectance(lobe.fresnel, pair.cosI, lobe.eta) * pair.reflection;
+}
+
+INLINE BSDFSample SampleDirection(DielectricLayerBxDF, FacetView view, vec3 wm, float, vec2) {
+    return ReflectedDirection(view, wm);
+}
+
+INLINE LobeMean Reflected(DielectricLayerBxDF lobe, FacetView view) {
+    return FacetMean(view, lobe.scale * SingleAlbedo(view.energy, lobe.fresnel.f0, lobe.fresnel.f90));
+}
+
+INLINE LobeMean Transmitted(DielectricLayerBxDF, FacetView) { return NoMean(); }
+
+INLINE float Weight(DielectricLayerBxDF lobe, FacetView view) {
+    return Average(Reflected(lobe, view).albedo);
+}
+
+INLINE float PassedTo(DielectricLayerBxDF lobe, FacetView view, FacetPair pair) {
+    if (pair.isDelta || !(pair.wi.z > 0.0f)) return 1.0f;  // nothing is below that side
+    return PassedShare(lobe, view, FacetEnergyAt(view.row, pair.wi.z)) * lobe.passedScale;
+}
+
+LOBE_WORDS(DielectricLayerBxDF)
+
+SHADING_END
+
+#endif

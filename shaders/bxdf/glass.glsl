@@ -1,0 +1,193 @@
+// The lobe of a dielectric that lets light through: facets that reflect or transmit by Fresnel's share.
+//
+// At the boundary of a medium they refract: Walter et al. 2007, "Microfacet Models for Refraction through
+// Rough Surfaces". Transmission scales radiance by 1 / eta^2, and the sample returns eta. So f(wo, wi)
+// n(wi)^2 = f(wi, wo) n(wo)^2, and an estimate that must not contain the scale (Russian roulette) multiplies
+// by eta^2.
+//
+// A thin wall has air on both sides: light that a facet transmits passes straight on. Its direction is that
+// of the reflection mirrored through the wall, roughened as much, with the same masking and a returned eta of
+// 1 (KHR_materials_transmission). Light between the two faces of the wall is not followed.
+#ifndef RAYGRAPH_BXDF_GLASS_GLSL
+#define RAYGRAPH_BXDF_GLASS_GLSL
+
+#include "bxdf/lobe.glsl"
+
+SHADING_BEGIN
+
+// Rough surfaces that refract are kept this far from matched media, where the facet cannot be computed from
+// the direction.
+CONST float kGlassMinRefraction = 1e-3f;
+
+struct GlassBxDF {
+    FacetFresnel fresnel;
+    float eta;        // of the facets; of a thin wall, from outside
+    float mediumEta;  // of the media, by which radiance is scaled
+    vec3 reflect;     // factors on what facets reflect, and on what they transmit
+    vec3 pass;
+    vec3 rest;         // albedo of a diffuse reflection: light that facets sent on more than once
+    float restChance;  // of sampling that
+    float weight;
+    vec3 albedo;  // of reflection and transmission, for LobeMean
+    vec3 passedAlbedo;
+};
+
+// A lobe of single scattering, for `share` of the light.
+INLINE GlassBxDF GlassOf(SurfaceMaterial material, float eta, bool isThin, float share) {
+    GlassBxDF lobe;
+    lobe.fresnel = DielectricFresnel(material, eta);
+    lobe.eta = isThin ? OutsideEta(eta) : eta;
+    lobe.mediumEta = eta;
+    lobe.reflect = vec3(share);
+    lobe.pass = share * material.baseColor;
+    lobe.rest = vec3(0.0f);
+    lobe.restChance = 0.0f;
+    lobe.weight = share;
+    lobe.albedo = vec3(0.0f);
+    lobe.passedAlbedo = vec3(0.0f);
+    return lobe;
+}
+
+INLINE void PlaceLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting, FacetView view,
+                      INOUT(float) share) {
+    float own = share * GlassShare(material);
+    lobe = GlassOf(material, setting.eta, view.isThin, own);
+    if (!(own > 0.0f)) return;
+    if (!view.isThin && !view.isSmooth) {
+        lobe.eta = lobe.eta >= 1.0f ? max(lobe.eta, 1.0f + kGlassMinRefraction)
+                                    : min(lobe.eta, 1.0f - kGlassMinRefraction);
+        lobe.pass *= Sqr(lobe.eta / lobe.mediumEta);
+    }
+    vec3 f0 = lobe.fresnel.f0;
+    vec3 f90 = lobe.fresnel.f90;
+    vec3 single = SingleAlbedo(view.energy, f0, f90);
+    if (HasCompensation() && !view.isSmooth) {
+        if (view.isThin) {
+            float scale = 1.0f / max(view.energy.single.x + view.energy.single.y, 0.05f);
+            lobe.reflect *= scale;
+            lobe.pass *= scale;
+        } else {
+            GlassScale scale =
+                GlassScaleAt(f0, f90, view.energy.single, view.facets.alpha, lobe.eta, view.wo.z);
+            lobe.reflect *= scale.reflected;
+            lobe.pass *= scale.transmitted;
+            lobe.rest = own * scale.diffuse;
+        }
+    }
+    // From the denser side there is much total reflection
+    vec3 layer = lobe.eta < 1.0f && !view.isThin ? max(single, vec3(0.5f)) : single;
+    float rest = Average(lobe.rest);
+    float facets = max(own * Average(mix(material.baseColor, vec3(1.0f), layer)) - rest, 0.01f * own);
+    lobe.weight = facets + rest;
+    lobe.restChance = rest / lobe.weight;
+    vec3 reflected = FacetAlbedo(view, view.energy, f0, f90);
+    lobe.albedo = own * reflected;
+    lobe.passedAlbedo = own * material.baseColor * max(PassedShare(reflected), vec3(0.0f));
+}
+
+INLINE bool IsDiffuse(GlassBxDF) { return false; }
+
+INLINE uint Flags(GlassBxDF, FacetView view) {
+    return kBxDFReflection | kBxDFTransmission | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy);
+}
+
+INLINE vec3 Reflectance(GlassBxDF lobe, float cosI) {
+    return FacetReflectance(lobe.fresnel, cosI, lobe.eta);
+}
+
+// The probability that a facet of that reflectance is sampled by reflection.
+INLINE float ReflectChance(GlassBxDF lobe, vec3 reflectance) {
+    float reflected = Average(lobe.reflect * reflectance);
+    float passed = Average(lobe.pass * PassedShare(reflectance));
+    float sum = reflected + passed;
+    return sum > 0.0f ? reflected / sum : 1.0f;
+}
+
+// The refraction that the tables scale: masked like reflection, which is closer in shape to all bounces
+// together than one bounce is.
+INLINE float CompensatedRefractionLobe(FacetView view, vec3 wi, vec3 wm, float eta) {
+    float ci = abs(wi.z);
+    float lo = LambdaCos(view.facets, view.wo);
+    float visible = 1.0f / (view.wo.z * ci + lo * ci + LambdaCos(view.facets, wi) * view.wo.z);
+    return D(view.facets, wm) * visible * dot(view.wo, wm) * RefractionJacobian(view.wo, wi, wm, eta) /
+           Sqr(eta);
+}
+
+INLINE vec3 Evaluate(GlassBxDF lobe, FacetView view, FacetPair pair, OUT(float) pdf) {
+    pdf = 0.0f;
+    if (pair.isDelta != view.isSmooth) return vec3(0.0f);
+    bool isThrough = pair.wi.z < 0.0f;
+    float cosI = pair.cosI;
+    float white = pair.reflection;  // f of facets that reflect or transmit everything
+    float density = pair.reflectionPDF;
+    if (isThrough && !view.isThin) {
+        cosI = view.wo.z;
+        white = 1.0f / (abs(pair.wi.z) * Sqr(lobe.eta));
+        density = 1.0f;
+        if (!pair.isDelta) {
+            vec3 wm = RefractionNormal(view.wo, pair.wi, lobe.eta);
+            if (!IsRefractedBy(view.wo, pair.wi, wm)) return vec3(0.0f);
+            cosI = dot(view.wo, wm);
+            white = HasCompensation() ? CompensatedRefractionLobe(view, pair.wi, wm, lobe.eta)
+                                      : RefractionLobe(view.facets, view.wo, pair.wi, wm, lobe.eta);
+            density = RefractionPDF(view.facets, view.wo, pair.wi, wm, lobe.eta);
+        }
+    }
+    vec3 reflectance = Reflectance(lobe, cosI);
+    float chance = ReflectChance(lobe, reflectance);
+    pdf = (1.0f - lobe.restChance) * (isThrough ? 1.0f - chance : chance) * density;
+    if (isThrough) return lobe.pass * PassedShare(reflectance) * white;
+    pdf += lobe.restChance * CosineHemispherePDF(pair.wi.z);
+    return lobe.reflect * reflectance * white + lobe.rest * kInvPi;
+}
+
+INLINE BSDFSample SampleDirection(GlassBxDF lobe, FacetView view, vec3 wm, float uc, vec2 u) {
+    if (uc < lobe.restChance) {
+        vec3 wi = SampleCosineHemisphere(u);
+        return wi.z > 0.0f ? SampledDirection(wi, 1.0f, kBxDFReflection | kBxDFGlossy) : NoSample();
+    }
+    float chance = ReflectChance(lobe, Reflectance(lobe, dot(view.wo, wm)));
+    if (uc - lobe.restChance < (1.0f - lobe.restChance) * chance) return ReflectedDirection(view, wm);
+    vec3 wi = Reflect(view.wo, wm);
+    wi.z = -wi.z;
+    if (!view.isThin && !Refract(view.wo, wm, lobe.eta, wi)) return NoSample();
+    if (!(wi.z < 0.0f)) return NoSample();
+    return SampledDirection(wi, view.isThin ? 1.0f : lobe.mediumEta,
+                            kBxDFTransmission | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy));
+}
+
+INLINE LobeMean Reflected(GlassBxDF lobe, FacetView view) { return FacetMean(view, lobe.albedo); }
+
+INLINE LobeMean Transmitted(GlassBxDF lobe, FacetView view) {
+    LobeMean mean = NoMean();
+    mean.albedo = lobe.passedAlbedo;
+    vec3 refracted = vec3(0.0f);
+    mean.wi = -view.wo;
+    if (!view.isThin && Refract(view.wo, vec3(0.0f, 0.0f, 1.0f), lobe.eta, refracted)) mean.wi = refracted;
+    mean.roughness = view.roughness;
+    // Slopes of facets have a deviation of alpha / sqrt(2); a thin wall deflects light twice as far, as a
+    // mirror would, and a boundary by the part that remains after refraction
+    mean.slope = 0.70710678f * Sqr(view.roughness) * (view.isThin ? 2.0f : abs(1.0f - 1.0f / lobe.eta));
+    return mean;
+}
+
+INLINE float Weight(GlassBxDF lobe, FacetView) { return lobe.weight; }
+
+INLINE float PassedTo(GlassBxDF, FacetView, FacetPair) { return 1.0f; }
+
+// Share of light at cosI to the normal that passes straight through a smooth thin wall: f |wi.z| of
+// that delta.
+INLINE vec3 StraightShare(GlassBxDF lobe, float cosI) {
+    return cosI > 0.0f ? lobe.pass * PassedShare(Reflectance(lobe, cosI)) : vec3(0.0f);
+}
+
+// The probability that such a wall, of the lobe alone, is sampled so.
+INLINE float StraightChance(GlassBxDF lobe, FacetView view) {
+    return 1.0f - ReflectChance(lobe, Reflectance(lobe, view.wo.z));
+}
+
+LOBE_WORDS(GlassBxDF)
+
+SHADING_END
+
+#endif

@@ -1,0 +1,68 @@
+// The material of glTF 2.0 (appendix B) with KHR_materials_ior, specular and transmission, as lobes:
+//     mix(dielectric, metal, metallic)
+//     dielectric = mix(a Fresnel layer over diffuse, glass, transmission)
+// Metal, layer and glass are GGX facets of one roughness. baseColor colors metal, base and transmitted light.
+#ifndef RAYGRAPH_BXDF_GLTF_LOBES_GLSL
+#define RAYGRAPH_BXDF_GLTF_LOBES_GLSL
+
+#include "bxdf/conductor.glsl"
+#include "bxdf/dielectric_layer.glsl"
+#include "bxdf/diffuse.glsl"
+#include "bxdf/glass.glsl"
+
+SHADING_BEGIN
+
+// From top to bottom: a lobe is covered by those before it (PassedTo). The struct, its name in GltfBSDF, and
+// the trace feature without which no material of the scene has it and all of its code folds away.
+#define GLTF_LOBES(X)                           \
+    X(GlassBxDF, glass, kTraceGlass)            \
+    X(ConductorBxDF, metal, kTraceMetals)       \
+    X(DielectricLayerBxDF, layer, kTraceOpaque) \
+    X(DiffuseBxDF, base, kTraceOpaque)
+
+#define RAYGRAPH_DECLARE_LOBE_(Lobe, name, feature) \
+    Lobe name;                                      \
+    float name##Chance;
+
+// The lobes as seen from one direction, and the probabilities that Sample_f chooses them: they sum to 1, or
+// all are 0. A lobe of probability 0 scatters nothing.
+struct GltfBSDF {
+    FacetView view;
+    uint seed;   // of the walk
+    uint flags;  // of all lobes
+    GLTF_LOBES(RAYGRAPH_DECLARE_LOBE_)
+};
+#undef RAYGRAPH_DECLARE_LOBE_
+
+INLINE GltfBSDF Prepare(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
+    GltfBSDF g;
+    g.view = ViewOf(material, setting, wo);
+    g.seed = setting.seed;
+    g.flags = kBxDFNone;
+    material.baseColor = clamp(material.baseColor, vec3(0.0f), vec3(1.0f));
+    float share = 1.0f;
+    float sum = 0.0f;
+#define RAYGRAPH_PLACE_LOBE_(Lobe, name, feature)                \
+    g.name##Chance = 0.0f;                                       \
+    if (HasTraceFeature(feature)) {                              \
+        PlaceLobe(g.name, material, setting, g.view, share);     \
+        g.name##Chance = wo.z > 0.0f ? Weight(g.name, g.view) : 0.0f; \
+        sum += g.name##Chance;                                   \
+    }
+    GLTF_LOBES(RAYGRAPH_PLACE_LOBE_)
+#undef RAYGRAPH_PLACE_LOBE_
+
+    float scale = sum > 0.0f ? 1.0f / sum : 0.0f;
+#define RAYGRAPH_WEIGH_LOBE_(Lobe, name, feature)                          \
+    if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {               \
+        g.name##Chance *= scale;                                           \
+        g.flags |= Flags(g.name, g.view);                                  \
+    }
+    GLTF_LOBES(RAYGRAPH_WEIGH_LOBE_)
+#undef RAYGRAPH_WEIGH_LOBE_
+    return g;
+}
+
+SHADING_END
+
+#endif

@@ -1,0 +1,228 @@
+// A material is a sum of lobes (bxdf/gltf_lobes.glsl lists them), and this is what they share: the surface as
+// seen from one direction, computed once for all of them, and their interface.
+//
+// Each lobe has a file of its own, with a struct of its parameters as seen from wo and these overloads.
+// Conventions are those of bxdf/bxdf.glsl, but wo.z > 0 always: the integrator turns the frame.
+//     PlaceLobe(lobe, material, setting, view, share)
+//         makes the lobe. `share` comes in as the share of light that arrives at the lobe from above; a lobe
+//         that covers those below multiplies it by what it lets pass towards wo
+//     uint Flags(lobe, view)
+//     bool IsDiffuse(lobe)  whether that has kBxDFDiffuse: else it is a lobe of facets
+//     vec3 Evaluate(lobe, view, pair, pdf)               f, and the density of pair.wi in SampleDirection
+//     BSDFSample SampleDirection(lobe, view, wm, uc, u)  Sample_f without f and pdf; no sample: kBxDFNone.
+//         wm is a facet's normal drawn with u, the same for all lobes that choose one
+//     float Weight(lobe, view)         about its albedo: samples are distributed to lobes in proportion
+//     LobeMean Reflected(lobe, view)   directional albedo and shape, for light that has been filtered
+//     LobeMean Transmitted(lobe, view)
+//     float PassedTo(lobe, view, pair) the factor on the lobes below for light from pair.wi; its mean, by the
+//         cosine, is 1, so that a base under a layer has the albedo that PlaceLobe gave it
+// LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe alone, which the tests hold to their contracts.
+#ifndef RAYGRAPH_BXDF_LOBE_GLSL
+#define RAYGRAPH_BXDF_LOBE_GLSL
+
+#include "bxdf/bxdf.glsl"
+#include "bxdf/energy.glsl"
+#include "bxdf/facet_fresnel.glsl"
+#include "bxdf/microfacet.glsl"
+#include "core/trace_options.glsl"
+#include "core/warp.glsl"
+#include "scene/ray.glsl"
+
+SHADING_BEGIN
+
+// What shading needs beside a surface's material.
+struct SurfaceSetting {
+    float eta;    // n(other side) / n(side of wo)
+    bool isThin;  // there is no medium behind it: a thin wall of that index
+    vec2 alpha;   // roughness of its facets along x and y
+    uint seed;    // of the random walk; another one for each sample
+};
+
+INLINE vec2 AlphaOf(SurfaceMaterial material, float leastAlpha) {
+    return vec2(max(Sqr(material.roughness), leastAlpha));
+}
+
+// The facets of a surface as seen from one direction.
+struct FacetView {
+    vec3 wo;
+    MicrofacetDistribution facets;
+    bool isSmooth;  // the lobes of these facets are deltas
+    bool isThin;
+    float roughness;     // as the material has it: setting.alpha may be raised
+    TableSpan row;       // of the energy tables
+    float laterCurve;    // LaterCurve
+    FacetEnergy energy;  // towards wo
+};
+
+INLINE FacetView ViewOf(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
+    FacetView view;
+    view.wo = wo;
+    view.facets = MakeMicrofacetDistribution(setting.alpha);
+    view.isSmooth = IsEffectivelySmooth(view.facets);
+    view.isThin = setting.isThin;
+    view.roughness = material.roughness;
+    view.row = EnergyRow(view.facets.alpha);
+    view.laterCurve = LaterCurve(view.row);
+    view.energy = FacetEnergyAt(view.row, wo.z);
+    return view;
+}
+
+INLINE float Average(vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
+
+// A facet's normal by the density of what wo sees; the surface's where it is smooth.
+INLINE vec3 SampleNormal(FacetView view, vec2 u) {
+    return view.isSmooth ? vec3(0.0f, 0.0f, 1.0f) : Sample_wm(view.facets, view.wo, u);
+}
+
+// wo and one wi, with what all lobes of the facets need to know of them.
+struct FacetPair {
+    vec3 wi;
+    bool isDelta;         // wi was sampled from a delta, and only deltas scatter there
+    float cosI;           // of wo to the normal that reflects it to wi, or to wi mirrored by a thin wall
+    float reflection;     // f of facets that reflect everything; of a delta, its factor
+    float reflectionPDF;  // 0, like the two above: no facet does
+};
+
+INLINE FacetPair PairOf(FacetView view, vec3 wi, bool isDelta) {
+    FacetPair pair;
+    pair.wi = wi;
+    pair.isDelta = isDelta;
+    pair.cosI = 0.0f;
+    pair.reflection = 0.0f;
+    pair.reflectionPDF = 0.0f;
+    if (isDelta != view.isSmooth || (wi.z < 0.0f && !view.isThin)) return pair;
+    if (isDelta) {
+        pair.cosI = view.wo.z;
+        pair.reflection = 1.0f / abs(wi.z);
+        pair.reflectionPDF = 1.0f;
+        return pair;
+    }
+    vec3 mirrored = vec3(wi.x, wi.y, abs(wi.z));
+    vec3 wm = ReflectionNormal(view.wo, mirrored);
+    float cosI = dot(view.wo, wm);
+    if (!(cosI > 0.0f)) return pair;
+    pair.cosI = cosI;
+    pair.reflection = ReflectionLobe(view.facets, view.wo, mirrored, wm);
+    pair.reflectionPDF = ReflectionPDF(view.facets, view.wo, wm);
+    return pair;
+}
+
+// A direction without its f and pdf, which Evaluate gives.
+INLINE BSDFSample SampledDirection(vec3 wi, float eta, uint flags) {
+    BSDFSample result = NoSample();
+    result.wi = wi;
+    result.eta = eta;
+    result.flags = flags;
+    return result;
+}
+
+// wo reflected at a facet; into the surface it meets another facet, and that light is lost.
+INLINE BSDFSample ReflectedDirection(FacetView view, vec3 wm) {
+    vec3 wi = Reflect(view.wo, wm);
+    if (!(wi.z > 0.0f)) return NoSample();
+    return SampledDirection(wi, 1.0f, kBxDFReflection | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy));
+}
+
+// A lobe as a whole, for those who look up light that has been filtered.
+struct LobeMean {
+    vec3 albedo;
+    vec3 wi;          // about the middle of its directions
+    float roughness;  // of facets with which they spread so
+    float slope;      // of transmitted light: standard deviation of the slope of its directions
+    bool isDiffuse;   // they are all of that side, by the cosine; wi is the normal
+};
+
+INLINE LobeMean NoMean() {
+    LobeMean mean;
+    mean.albedo = vec3(0.0f);
+    mean.wi = vec3(0.0f, 0.0f, 1.0f);
+    mean.roughness = 0.0f;
+    mean.slope = 0.0f;
+    mean.isDiffuse = false;
+    return mean;
+}
+
+// The dominant direction of a rough surface's reflection, between the mirror direction and the normal. S.
+// Lagarde and C. de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section 4.9.3.
+INLINE vec3 DominantReflection(vec3 wo, float roughness) {
+    float smoothness = 1.0f - roughness;
+    vec3 mirrored = vec3(-wo.x, -wo.y, wo.z);
+    return normalize(mix(vec3(0.0f, 0.0f, 1.0f), mirrored, smoothness * (sqrt(smoothness) + roughness)));
+}
+
+// Of facets that reflect `albedo`.
+INLINE LobeMean FacetMean(FacetView view, vec3 albedo) {
+    LobeMean mean = NoMean();
+    mean.albedo = albedo;
+    mean.wi = DominantReflection(view.wo, view.roughness);
+    mean.roughness = view.roughness;
+    return mean;
+}
+
+// -------------------------------------------------------------------------------------- energy of the facets
+
+// The tables are those of GGX with correlated masking; other models are not scaled.
+INLINE bool HasCompensation() {
+    return ActiveMultiscatterKind() == kMultiscatterKindLut && ActiveDistribution() == kDistributionGgx &&
+           ActiveMasking() == kMaskingCorrelated;
+}
+
+INLINE bool IsWalked() {
+    return ActiveMultiscatterKind() == kMultiscatterKindWalk && ActiveDistribution() == kDistributionGgx;
+}
+
+// The factor by which single scattering of albedo `single` includes `multiple`.
+INLINE vec3 LaterBounces(vec3 single, vec3 multiple) {
+    return HasCompensation() ? vec3(1.0f) + multiple / max(single, vec3(1e-4f)) : vec3(1.0f);
+}
+
+// MultipleAlbedo, if there is any.
+INLINE vec3 LaterAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
+    if (!HasCompensation() && !IsWalked()) return vec3(0.0f);
+    return MultipleAlbedo(energy, f0, f90, view.laterCurve);
+}
+
+// All that facets of this reflectance return.
+INLINE vec3 FacetAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
+    return SingleAlbedo(energy, f0, f90) + LaterAlbedo(view, energy, f0, f90);
+}
+
+// The Fresnel of a material's dielectric, whose index is eta times that of the medium before it.
+INLINE FacetFresnel DielectricFresnel(SurfaceMaterial material, float eta) {
+    FacetFresnel fresnel;
+    fresnel.f0 = min(DielectricF0(eta) * material.specularColor, vec3(1.0f)) * material.specular;
+    fresnel.f90 = vec3(material.specular * DielectricF90(eta));
+    fresnel.exactF90 = vec3(material.specular);
+    fresnel.isMetal = false;
+    return fresnel;
+}
+
+// The index as seen from the thinner side, where nothing is reflected totally.
+INLINE float OutsideEta(float eta) { return max(eta, 1.0f / eta); }
+
+// The share of light that meets the dielectric, and of that the one which it transmits.
+INLINE float DielectricShare(SurfaceMaterial material) { return 1.0f - material.metallic; }
+INLINE float GlassShare(SurfaceMaterial material) {
+    return HasTraceFeature(kTraceGlass) ? DielectricShare(material) * material.transmission : 0.0f;
+}
+
+SHADING_END
+
+#define LOBE_WORDS(Lobe)                                                             \
+    INLINE vec3 f(Lobe lobe, FacetView view, vec3 wi) {                              \
+        float pdf = 0.0f;                                                            \
+        return Evaluate(lobe, view, PairOf(view, wi, false), pdf);                   \
+    }                                                                                \
+    INLINE float PDF(Lobe lobe, FacetView view, vec3 wi) {                           \
+        float pdf = 0.0f;                                                            \
+        Evaluate(lobe, view, PairOf(view, wi, false), pdf);                          \
+        return pdf;                                                                  \
+    }                                                                                \
+    INLINE BSDFSample Sample_f(Lobe lobe, FacetView view, float uc, vec2 u) {        \
+        BSDFSample s = SampleDirection(lobe, view, SampleNormal(view, u), uc, u);    \
+        if (s.flags == kBxDFNone) return NoSample();                                 \
+        s.f = Evaluate(lobe, view, PairOf(view, s.wi, IsSpecular(s.flags)), s.pdf);  \
+        return s;                                                                    \
+    }
+
+#endif
