@@ -3,7 +3,12 @@
 //
 // Threads: a Log is a plain value, read by any thread. The callback is called on the thread that does the
 // work, which may be any that calls into the library, and from several at once; possibly inside a Vulkan call
-// or a destructor. It must not throw, and must not call back into the device that it is given to.
+// or a destructor. Locks may be held meanwhile: the device's own, that of submissions among them, and the
+// host's (rhi::AdoptedDeviceDesc::lockQueue). So it must not call back into the device that it is given to,
+// nor into what belongs to that device, nor wait for a thread that does, nor take the lock behind lockQueue.
+//
+// It should not throw: what it throws is dropped, because nobody could catch it in a destructor or under a
+// Vulkan call, and the work goes on.
 #pragma once
 
 #include <array>
@@ -58,9 +63,14 @@ class RAYGRAPH_API Log {
         : m_callback(std::move(callback)), m_least(m_callback ? least : LogLevel::Off) {}
 
     // To be asked before a text is put together: what nobody listens to costs one comparison.
-    bool Listens(LogLevel level) const { return level >= m_least; }
-    void Send(LogLevel level, std::string_view category, std::string_view text) const {
-        if (Listens(level)) m_callback({level, category, text});
+    bool Listens(LogLevel level) const noexcept { return level >= m_least && level < LogLevel::Off; }
+    void Send(LogLevel level, std::string_view category, std::string_view text) const noexcept {
+        if (!Listens(level)) return;
+        try {
+            m_callback({level, category, text});
+        } catch (...) {
+            // See above
+        }
     }
 
   private:

@@ -24,11 +24,17 @@ Error MakeError(ErrorKind kind, fmt::format_string<Values...> format, Values&&..
     return Error(kind, fmt::format(format, std::forward<Values>(values)...));
 }
 
-// Sends a message; its text is made only if somebody listens at that level.
+// Sends a message; its text is made only if somebody listens at that level. A text for which there is no
+// memory is not sent.
 template <typename... Values>
 void Say(const Log& log, LogLevel level, std::string_view category, fmt::format_string<Values...> format,
-         Values&&... values) {
-    if (log.Listens(level)) log.Send(level, category, fmt::format(format, std::forward<Values>(values)...));
+         Values&&... values) noexcept {
+    if (!log.Listens(level)) return;
+    try {
+        log.Send(level, category, fmt::format(format, std::forward<Values>(values)...));
+    } catch (...) {
+        // Nothing that is said is worth failing for, least of all in a destructor
+    }
 }
 
 // "512 B", "1.5 KiB", "24 MiB", "3.2 GiB"

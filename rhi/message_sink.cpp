@@ -5,9 +5,11 @@
 namespace raygraph::rhi {
 namespace {
 
+// Called by the layers, through whose frames nothing may be thrown.
 VKAPI_ATTR VkBool32 VKAPI_CALL Receive(VkDebugUtilsMessageSeverityFlagBitsEXT severity,
                                        VkDebugUtilsMessageTypeFlagsEXT,
-                                       const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
+                                       const VkDebugUtilsMessengerCallbackDataEXT* data,
+                                       void* user) noexcept {
     const LogLevel level = severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT     ? LogLevel::Error
                            : severity >= VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT ? LogLevel::Warning
                                                                                          : LogLevel::Info;
@@ -18,7 +20,7 @@ VKAPI_ATTR VkBool32 VKAPI_CALL Receive(VkDebugUtilsMessageSeverityFlagBitsEXT se
 
 }  // namespace
 
-void MessageSink::SendValidation(LogLevel level, std::string_view id, std::string_view text) {
+void MessageSink::SendValidation(LogLevel level, std::string_view id, std::string_view text) noexcept {
     m_validationCount.fetch_add(1, std::memory_order_relaxed);
     if (!m_log.Listens(level)) return;
     // Most layers put the identifier into the text.

@@ -16,7 +16,7 @@ class MessageSink {
 
     const Log& Messages() const { return m_log; }
     // Counts it, whoever listens.
-    void SendValidation(LogLevel level, std::string_view id, std::string_view text);
+    void SendValidation(LogLevel level, std::string_view id, std::string_view text) noexcept;
     uint64_t ValidationCount() const { return m_validationCount.load(std::memory_order_relaxed); }
 
     // The messenger that sends warnings and errors of the validation layers to this sink, which has to

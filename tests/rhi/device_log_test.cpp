@@ -1,8 +1,14 @@
 // What a device says to DeviceDesc::log.
 #include <gmock/gmock.h>
 
+#include <atomic>
+#include <fstream>
+#include <stdexcept>
+
+#include "base/text.h"
 #include "rhi/command_list.h"
 #include "rhi/device.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
@@ -56,6 +62,52 @@ TEST_F(DeviceLogTest, ValidationMessagesAreCountedAlsoIfNobodyListens) {
     const std::unique_ptr<rhi::Device> device = rhi::Device::Create(Desc({}, true));
     MakeWrongBuffer(*device);
     EXPECT_EQ(device->ValidationMessageCount(), 1u);
+}
+
+// Its callback is called under Vulkan calls, in destructors and where nothing may be thrown.
+TEST_F(DeviceLogTest, CallbackThatThrowsEndsNothing) {
+    std::atomic<uint32_t> calls = 0;
+    const raygraph::Log throwing(
+        [&](const LogMessage&) {
+            ++calls;
+            throw std::runtime_error("the host is at its end");
+        },
+        LogLevel::Debug);
+    std::unique_ptr<rhi::Device> device = rhi::Device::Create(Desc(throwing, true));
+    EXPECT_GE(calls, 1u) << "what the device is";
+    calls = 0;
+    MakeWrongBuffer(*device);
+    EXPECT_EQ(calls, 1u);
+    EXPECT_EQ(device->ValidationMessageCount(), 1u);
+    const rhi::Buffer buffer =
+        device->CreateBuffer({.name = "raced", .size = 64, .usage = BufferUsage::CopyDestination});
+    rhi::CommandList commands = device->BeginCommands("race");
+    commands.Fill(buffer, 1);
+    commands.Fill(buffer, 2);
+    // Both outcomes of a list are told where nothing may be thrown
+    commands.OnSubmitted([&] { Say(throwing, LogLevel::Info, log_category::kGraph, "submitted"); });
+    device->Submit(std::move(commands));
+    device->WaitIdle();
+    EXPECT_GE(calls, 3u) << "the hazard and the outcome";
+}
+
+TEST_F(DeviceLogTest, CallbackThatThrowsIsNoTroubleForADestructor) {
+    const test::TemporaryFolder folder;
+    std::ofstream(folder.Path() / "file") << "no folder for a cache";
+    std::string heard;
+    const raygraph::Log throwing(
+        [&](const LogMessage& message) {
+            heard = message.text;
+            throw std::runtime_error("the host is at its end");
+        },
+        LogLevel::Warning);
+    DeviceDesc desc = Desc(throwing, true);
+    desc.savePipelineCache = true;
+    desc.cacheDirectory = folder.Path() / "file";
+    std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    heard.clear();
+    device.reset();
+    EXPECT_THAT(heard, HasSubstr("pipeline cache is not saved"));
 }
 
 TEST_F(DeviceLogTest, WhatTheDeviceIsAndLacksReachesWhoListensForIt) {

@@ -20,6 +20,8 @@ TEST(Log, MessagesBelowItsLevelAreNotMade) {
             EXPECT_EQ(log.Listens(level), level >= least);
             log.Send(level, log_category::kScene, "text");
         }
+        EXPECT_FALSE(log.Listens(LogLevel::Off)) << "it is a threshold, and no message's level";
+        log.Send(LogLevel::Off, log_category::kScene, "text");
         EXPECT_EQ(sent.size(), size_t(LogLevel::Off) - size_t(least)) << Name(least);
         for (const LogLevel level : sent) EXPECT_GE(level, least);
     }
@@ -29,7 +31,22 @@ TEST(Log, WithoutACallbackNobodyListens) {
     for (const Log& log : {Log(), Log(Log::Callback(), LogLevel::Debug)}) {
         EXPECT_FALSE(log.Listens(LogLevel::Error));
         log.Send(LogLevel::Error, log_category::kScene, "nobody hears it");
+        EXPECT_FALSE(log.Listens(LogLevel::Off));
+        log.Send(LogLevel::Off, log_category::kScene, "nor this");
     }
+}
+
+TEST(Log, WhatTheCallbackThrowsIsDropped) {
+    int calls = 0;
+    const Log log(
+        [&](const LogMessage&) {
+            calls++;
+            throw 17;  // not even an exception
+        },
+        LogLevel::Info);
+    EXPECT_NO_THROW(log.Send(LogLevel::Info, log_category::kScene, "text"));
+    EXPECT_NO_THROW(Say(log, LogLevel::Info, log_category::kScene, "number {}", 3));
+    EXPECT_EQ(calls, 2);
 }
 
 struct Counted {
