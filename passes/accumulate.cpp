@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "renderer/graph/readback_values.h"
 #include "shaders/shared/exact_sums.h"
 
 namespace raygraph::passes {
@@ -190,6 +191,29 @@ AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation, Extent
         if (withVariance) ids.squares[k] = renderer.Persist(NameOf(accumulation, kSquareNames[k]), words);
     }
     return ids;
+}
+
+SumsReadback::SumsReadback(Renderer& renderer, const AccumulatedIds& accumulated)
+    : m_hasSquares(accumulated.variance.IsValid()) {
+    for (size_t k = 0; k < m_sums.size(); k++) {
+        m_sums[k] = renderer.ReadBack(accumulated.sums[k]);
+        if (m_hasSquares) m_squares[k] = renderer.ReadBack(accumulated.squares[k]);
+    }
+}
+
+std::vector<Readback> SumsReadback::Readbacks() const {
+    std::vector<Readback> all(m_sums.begin(), m_sums.end());
+    if (m_hasSquares) all.insert(all.end(), m_squares.begin(), m_squares.end());
+    return all;
+}
+
+ExactSums SumsReadback::Values() const {
+    ExactSums values;
+    for (size_t k = 0; k < m_sums.size(); k++) {
+        values.sums[k] = WaitForValues<uint32_t>(m_sums[k]);
+        if (m_hasSquares) values.squares[k] = WaitForValues<uint32_t>(m_squares[k]);
+    }
+    return values;
 }
 
 void Forget(Renderer& renderer, const Accumulation& accumulation) {

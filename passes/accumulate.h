@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/api.h"
 #include "passes/exact_sums.h"
@@ -103,6 +104,21 @@ struct AccumulatedIds {
 // the sums.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation,
                                                Extent2D extent, bool withVariance);
+
+// The sums of `accumulated`, with squares where it has a variance, on their way to the host.
+class RAYGRAPH_API SumsReadback {
+  public:
+    SumsReadback() = default;
+    SumsReadback(Renderer& renderer, const AccumulatedIds& accumulated);
+    // All that Values reads.
+    std::vector<Readback> Readbacks() const;
+    // Waits for it.
+    ExactSums Values() const;
+
+  private:
+    std::array<Readback, ExactSums::kPlanes> m_sums, m_squares;
+    bool m_hasSquares = false;
+};
 
 // Releases the memory. Between frames; the accumulation must be reset.
 RAYGRAPH_API void Forget(Renderer& renderer, const Accumulation& accumulation);

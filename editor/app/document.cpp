@@ -5,7 +5,9 @@
 
 #include "base/overloaded.h"
 #include "base/text.h"
+#include "editor/session/content_hash.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/load_gltf.h"
 #include "renderer/scene/save_gltf.h"
 
 namespace raygraph::editor {
@@ -60,9 +62,10 @@ std::optional<FileStamp> StampOf(const std::filesystem::path& file) {
 }
 
 Document::Document(std::filesystem::path file, const scene::SceneData& data,
-                   const std::optional<FileStamp>& stamp)
+                   const std::optional<FileStamp>& stamp, std::string hash)
     : m_file(std::move(file)),
       m_stamp(stamp),
+      m_hash(std::move(hash)),
       m_scene(OutlineOf(data)),
       m_statistics(scene::Statistics(data)) {
     m_children.resize(m_scene.nodes.size());
@@ -229,10 +232,21 @@ void Document::Save(const std::filesystem::path& to) {
         throw MakeError(ErrorKind::BadInput, "{}: has changed since it was opened; not saved",
                         m_file.string());
     scene::SaveGltf(m_file, m_scene, to);
+    if (IsEdited()) m_hash.clear();
     m_isOpen = false;
     m_file = to;
     m_stamp = StampOf(to);
     m_saved = m_done;
+}
+
+std::string Document::ContentHash() {
+    if (m_file.empty() || IsEdited() || StampOf(m_file) != m_stamp) return {};
+    try {
+        if (m_hash.empty()) m_hash = session::HashOf(scene::LoadGltf(m_file));
+    } catch (const Error&) {
+        return {};
+    }
+    return m_hash;
 }
 
 void Document::Undo(GpuScene& gpu) {

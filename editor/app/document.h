@@ -42,9 +42,9 @@ class Document {
   public:
     Document() = default;  // an empty scene without a file
     // All of `data` except vertices, texels and other data that only the device needs. `stamp` is that of the
-    // file when it was read.
+    // file when it was read, `hash` that of `data` (session::HashOf).
     Document(std::filesystem::path file, const scene::SceneData& data,
-             const std::optional<FileStamp>& stamp = {});
+             const std::optional<FileStamp>& stamp = {}, std::string hash = {});
 
     const std::filesystem::path& File() const { return m_file; }
     // Without vertex streams and images; with bounds and names.
@@ -77,6 +77,9 @@ class Document {
     // Writes the file with its edits to another, or over it (scene::SaveGltf), which then is the document's.
     // Error{BadInput} if the file has changed since it was loaded, and as SaveGltf.
     void Save(const std::filesystem::path& to);
+    // The hash of what is in the file; "": the scene differs from it, or it cannot be read. Reads the file
+    // again if edits were saved since, once.
+    std::string ContentHash();
 
   private:
     struct Step {
@@ -88,6 +91,7 @@ class Document {
 
     std::filesystem::path m_file;
     std::optional<FileStamp> m_stamp;
+    std::string m_hash;  // of what is in the file; "": not known
     scene::SceneData m_scene;
     scene::SceneStatistics m_statistics;
     // The instance of a node; scene::kNone: none.

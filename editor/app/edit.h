@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "editor/app/log_history.h"
-#include "editor/app/saved_render.h"
 #include "rhi/device.h"
 
 namespace raygraph::editor {
@@ -17,7 +16,6 @@ struct EditOptions {
     std::filesystem::path scene;    // "": opens empty
     std::filesystem::path script;   // "": a window; else runs this script without one
     std::filesystem::path shaders;  // folder of sources to reload from; "": none
-    SaveRender saveRender;          // empty: .exr cannot be written
     std::shared_ptr<LogHistory> log =
         {};  // what the log panel shows: it is given what devices say; null: nothing
 };

@@ -11,7 +11,6 @@
 #include "editor/app/gizmo_view.h"
 #include "editor/app/input.h"
 #include "editor/app/path_dialog.h"
-#include "editor/app/saved_render.h"
 #include "editor/app/screen.h"
 #include "editor/app/ui.h"
 #include "editor/app/unsaved_dialog.h"
@@ -21,7 +20,6 @@ namespace raygraph::editor {
 
 struct EditorOptions {
     std::filesystem::path shaders;         // folder of sources to reload from; "": none
-    SaveRender saveRender;                 // empty: .exr cannot be written
     std::shared_ptr<LogHistory> log = {};  // what the log panel shows; null: nothing
 };
 
@@ -87,7 +85,6 @@ class Editor {
     Workspace m_work;
     Ui m_ui;
     bool m_isLeaving = false;
-    SaveRender m_saveRender;
     std::filesystem::path m_config;  // "": nothing is stored
     Settings m_kept;                 // as they are in the file
     Extent2D m_windowSize{};         // points, as of the last frame
@@ -112,8 +109,8 @@ class Editor {
     struct SavingRender {
         std::filesystem::path file;
         viewport::Capture capture;
-        SavedRender render;    // but for the picture
-        bool isTaken = false;  // and, before, for the names of the files
+        session::SceneInput source;  // of the captured frame, without data
+        bool isTaken = false;
     };
     std::vector<SavingRender> m_savingRenders;
     std::string m_frameError;    // of the last frame; "": it was drawn

@@ -3,6 +3,7 @@
 
 #include "base/text.h"
 #include "editor/app/editor.h"
+#include "editor/app/saved_render.h"
 #include "renderer/graph/readback_values.h"
 #include "renderer/image/image.h"
 
@@ -101,20 +102,14 @@ void Editor::SavePicture(const std::filesystem::path& file) {
             m_pictureFile = file;
         return;
     }
-    if (!m_saveRender) {
-        m_work.Refuse(file.string() + ": this program cannot write .exr");
-    } else if (m_work.view.Show().view == viewport::View::Surface) {
+    if (m_work.view.Show().view == viewport::View::Surface) {
         m_work.Refuse(file.string() +
                       ": this view shows no light; an .exr holds the path-traced or the raster view");
     } else if (m_work.view.Size().IsEmpty()) {
         m_work.Refuse(file.string() + ": there is no picture");
     } else {
         m_work.Say("saving " + file.string() + " ...");
-        const rhi::DeviceInfo& device = m_work.device.Info();
-        SavingRender saving{.file = file, .capture = m_work.view.RequestCapture(), .render = {}};
-        saving.render.device = device.name;
-        saving.render.driver = device.driver;
-        m_savingRenders.push_back(std::move(saving));
+        m_savingRenders.push_back({.file = file, .capture = m_work.view.RequestCapture(), .source = {}});
     }
 }
 
@@ -122,8 +117,7 @@ void Editor::NoteCaptured() {
     for (SavingRender& saving : m_savingRenders) {
         if (saving.isTaken || !saving.capture.IsTaken()) continue;
         saving.isTaken = true;
-        saving.render.sceneFile = m_work.document.File().filename().string();
-        saving.render.environmentFile = m_work.EnvironmentFile().filename().string();
+        saving.source = m_work.Source();
     }
 }
 
@@ -141,10 +135,10 @@ void Editor::FinishSaving() {
     std::erase_if(m_savingRenders, [&](SavingRender& saving) {
         if (!saving.capture.IsReady()) return false;
         try {
-            saving.render.picture = saving.capture.Result();
-            const uint32_t samples = saving.render.picture.sampleCount;
-            m_saveRender(saving.file, std::move(saving.render));
-            m_work.Say(Text("saved {}, {} samples", saving.file.string(), samples));
+            const session::RenderFile render =
+                RenderOf(saving.capture.Result(), saving.source, m_work.device.Info());
+            session::WriteRenderFile(saving.file, render);
+            m_work.Say(Text("saved {}, {} samples", saving.file.string(), SampleCount(render.samples)));
         } catch (const Error& error) {
             m_work.Refuse(error.what());
         }

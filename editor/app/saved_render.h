@@ -1,23 +1,14 @@
-// The data of a picture that the program writes as .exr for the editor.
+// A picture of the viewport as a render: its .exr is what `render` writes, and goes on with.
 #pragma once
 
-#include <filesystem>
-#include <functional>
-#include <string>
-
+#include "editor/session/session.h"
 #include "editor/viewport/capture.h"
 
 namespace raygraph::editor {
 
-struct SavedRender {
-    viewport::CaptureResult picture;
-    // Of the frame that was captured
-    std::string sceneFile;        // without folders; "": none
-    std::string environmentFile;  // "": no map
-    std::string device, driver;
-};
-
-// Error{Io} naming the file.
-using SaveRender = std::function<void(const std::filesystem::path& file, SavedRender&& render)>;
+// With the settings that the command line would need for it: the camera was moved by hand. `source` names
+// what was shown, without the data. Albedo and normals are those of the pixels' centers, and without sums.
+session::RenderFile RenderOf(viewport::CaptureResult&& picture, const session::SceneInput& source,
+                             const rhi::DeviceInfo& device);
 
 }  // namespace raygraph::editor

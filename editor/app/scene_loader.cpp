@@ -3,6 +3,7 @@
 #include <exception>
 #include <utility>
 
+#include "editor/session/content_hash.h"
 #include "renderer/scene/load_gltf.h"
 
 namespace raygraph::editor {
@@ -24,7 +25,9 @@ bool SceneLoader::Start(const std::filesystem::path& file) {
                 m_progress = {std::string(stage), fraction};
             };
             const std::optional<FileStamp> stamp = StampOf(file);
-            m_result = LoadedScene{file, stamp, scene::LoadGltf(file, options)};
+            scene::SceneData data = scene::LoadGltf(file, options);
+            std::string hash = session::HashOf(data);
+            m_result = LoadedScene{file, stamp, std::move(data), std::move(hash)};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};
         }

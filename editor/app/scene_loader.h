@@ -20,6 +20,7 @@ struct LoadedScene {
     std::filesystem::path file;
     std::optional<FileStamp> stamp;  // taken before it was read
     scene::SceneData data;
+    std::string hash;  // of data
 };
 struct LoadFailure {
     std::filesystem::path file;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "editor/session/content_hash.h"
 
 namespace raygraph::editor {
 
@@ -128,7 +129,11 @@ void Workspace::OpenEnvironment(const std::filesystem::path& file) {
     }
     m_loadingEnvironment = file;
     Say("loading " + file.string() + " ...");
-    m_environment = std::async(std::launch::async, [file] { return image::ReadEnvironment(file); });
+    m_environment = std::async(std::launch::async, [file] {
+        LoadedEnvironment loaded{.map = image::ReadEnvironment(file), .hash = {}};
+        loaded.hash = session::HashOf(loaded.map.image);
+        return loaded;
+    });
 }
 
 void Workspace::FinishLoadingEnvironment() {
@@ -136,10 +141,12 @@ void Workspace::FinishLoadingEnvironment() {
         m_environment.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
         return;
     Try([&] {
-        const image::Environment loaded = m_environment.get();
+        const LoadedEnvironment environment = m_environment.get();
+        const image::Environment& loaded = environment.map;
         gpu.SetEnvironmentMap(loaded.image);
         gpu.SetEnvironment({.radiance = glm::vec3(1.0f), .rotation = gpu.Environment().rotation});
         m_environmentFile = m_loadingEnvironment;
+        m_environmentHash = environment.hash;
         for (const std::string& warning : loaded.warnings)
             device.Log().Send(LogLevel::Warning, log_category::kScene, warning);
         Say(loaded.warnings.empty() ? "" : loaded.warnings.front());
@@ -149,6 +156,14 @@ void Workspace::FinishLoadingEnvironment() {
 void Workspace::RemoveEnvironmentMap() {
     gpu.RemoveEnvironmentMap();
     m_environmentFile.clear();
+    m_environmentHash.clear();
+}
+
+session::SceneInput Workspace::Source() {
+    return {.file = document.File().filename().string(),
+            .hash = document.ContentHash(),
+            .environmentFile = m_environmentFile.filename().string(),
+            .environmentHash = m_environmentHash};
 }
 
 bool Workspace::FinishLoading() {
@@ -160,7 +175,7 @@ bool Workspace::FinishLoading() {
         return false;
     }
     LoadedScene& loaded = std::get<LoadedScene>(*result);
-    Document opened(loaded.file, loaded.data, loaded.stamp);
+    Document opened(loaded.file, loaded.data, loaded.stamp, std::move(loaded.hash));
     try {
         gpu.SetScene(std::move(loaded.data));
     } catch (const Error& error) {

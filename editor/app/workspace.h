@@ -18,6 +18,7 @@
 #include "editor/app/log_history.h"
 #include "editor/app/scene_loader.h"
 #include "editor/app/settings.h"
+#include "editor/session/scene_input.h"
 #include "editor/viewport/viewport.h"
 #include "renderer/graph/renderer.h"
 #include "renderer/image/image.h"
@@ -54,6 +55,8 @@ class Workspace {
     void RemoveEnvironmentMap();
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
+    // What is shown, as a render names it; without the data.
+    session::SceneInput Source();
     bool IsLoading() const { return loader.IsLoading() || m_environment.valid(); }
     // Opens a scene that has been loaded, or reports why not: then nothing changes. True: there is a
     // new scene.
@@ -120,8 +123,13 @@ class Workspace {
     void OpenEnvironment(const std::filesystem::path& file);
     void FinishLoadingEnvironment();
 
+    struct LoadedEnvironment {
+        image::Environment map;
+        std::string hash;
+    };
     std::filesystem::path m_environmentFile, m_loadingEnvironment;
-    std::future<image::Environment> m_environment;  // being loaded
+    std::string m_environmentHash;
+    std::future<LoadedEnvironment> m_environment;  // being loaded
     std::optional<viewport::ErrorRequest> m_errorRequest;
     double m_errorAsked = 0.0;  // seconds
     std::string m_refusedEdit;  // why the last edit was; "": it was not

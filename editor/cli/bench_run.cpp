@@ -6,11 +6,11 @@
 #include "base/os/process.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
-#include "editor/session/texel_readback.h"
 #include "passes/accumulate.h"
 #include "passes/limit.h"
 #include "passes/recursion.h"
 #include "passes/tonemap.h"
+#include "renderer/graph/readback_values.h"
 
 namespace raygraph::cli {
 

@@ -6,7 +6,6 @@
 
 #include "editor/app/edit.h"
 #include "editor/cli/device_setup.h"
-#include "editor/cli/edit_picture.h"
 #else
 #include "base/text.h"
 #endif
@@ -18,21 +17,14 @@ void EditCommand(const EditArguments& arguments, Console& console) {
     const auto history = std::make_shared<editor::LogHistory>();
     console.log.AddListener([history](const LogMessage& message) { history->Add(message); });
     const Log log = console.log.ForLibraries();
-    const editor::SaveRender saveRender = [](const std::filesystem::path& file,
-                                             editor::SavedRender&& render) {
-        WriteRenderFile(file, RenderFileOf(std::move(render)));
-    };
-    editor::RunEditor({.scene = arguments.scene,
-                       .script = arguments.script,
-                       .shaders = arguments.shaders,
-                       .saveRender = saveRender,
-                       .log = history},
-                      [&](std::vector<std::string> surfaceExtensions) {
-                          return OpenDevice({.select = arguments.device,
-                                             .isValidating = arguments.isValidating,
-                                             .surfaceExtensions = std::move(surfaceExtensions)},
-                                            log);
-                      });
+    editor::RunEditor(
+        {.scene = arguments.scene, .script = arguments.script, .shaders = arguments.shaders, .log = history},
+        [&](std::vector<std::string> surfaceExtensions) {
+            return OpenDevice({.select = arguments.device,
+                               .isValidating = arguments.isValidating,
+                               .surfaceExtensions = std::move(surfaceExtensions)},
+                              log);
+        });
     console.log.RequireValid();
 #else
     throw MakeError(ErrorKind::Usage, "edit {}: this program has no editor", arguments.scene.string());

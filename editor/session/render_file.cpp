@@ -248,12 +248,13 @@ passes::ExactSums* SumsOf(RenderSums& sums, Aov aov) {
     return &sums.parts[static_cast<size_t>(aov) - static_cast<size_t>(Aov::Emission)];
 }
 
-bool HasSums(const RenderFile& render) {
+bool HasSums(const RenderFile& render, const AovSet& others) {
     if (render.sums.radiance.IsEmpty() || render.sums.radiance.HasSquares() == render.variance.empty())
         return false;
     for (const Aov aov : kAovs)
         if (const Texels* mean = MeanOf(render, aov);
-            mean && !mean->empty() && SumsOf(const_cast<RenderSums&>(render.sums), aov)->IsEmpty())
+            mean && !mean->empty() && !others.Has(aov) &&
+            SumsOf(const_cast<RenderSums&>(render.sums), aov)->IsEmpty())
             return false;
     return render.lightGroups.size() == render.sums.lightGroups.size() &&
            std::ranges::none_of(render.sums.lightGroups, &passes::ExactSums::IsEmpty);

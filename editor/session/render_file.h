@@ -34,7 +34,7 @@ namespace raygraph::session {
 // RGBA, rows from the top, 4 * width * height floats; empty when it was not rendered.
 using Texels = std::vector<float>;
 
-// Of what the pictures of a RenderFile are the means. In what the editor saved there are none.
+// Of what the pictures of a RenderFile are the means.
 struct RenderSums {
     passes::ExactSums radiance;  // with squares where there is a variance
     passes::ExactSums albedo, normal;
@@ -62,7 +62,7 @@ struct RenderFile {
     SampleRanges samples;
     SettingTexts settings;
     std::string sceneFile;        // file name without folders
-    std::string sceneHash;        // of the scene's content; "": saved by the editor
+    std::string sceneHash;        // of the scene's content; "": it had edits that were not saved
     std::string environmentFile;  // "": no map
     std::string environmentHash;
     std::string version;  // of the library
@@ -77,8 +77,8 @@ RAYGRAPH_API const Texels* MeanOf(const RenderFile& render, Aov aov);
 // Its sums; nullptr likewise.
 RAYGRAPH_API passes::ExactSums* SumsOf(RenderSums& sums, Aov aov);
 
-// Whether all that is a mean has its sums.
-RAYGRAPH_API bool HasSums(const RenderFile& render);
+// Whether all that is a mean has its sums, but for `others`.
+RAYGRAPH_API bool HasSums(const RenderFile& render, const AovSet& others = {});
 
 // The AOVs that it has.
 RAYGRAPH_API AovSet AovsOf(const RenderFile& render);

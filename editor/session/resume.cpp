@@ -17,7 +17,9 @@ ResumedRender ReadResumedRender(const std::filesystem::path& path) {
     if (render.samples.size() != 1)
         refuse("it was merged from separate sample ranges, " + ToText(render.samples));
     if (render.variance.empty()) refuse("it has no channel variance.R");
-    if (!HasSums(render)) refuse("it lacks sums of samples, the channels sum0.R and so on");
+    // Where albedo and normals are of the pixels' centers, a session traces those of the samples again
+    if (!HasSums(render, {Aov::Albedo, Aov::Normal}))
+        refuse("it lacks sums of samples, the channels sum0.R and so on");
     return resumed;
 }
 

@@ -5,6 +5,7 @@
 
 #include "editor/session/light_group_tiles.h"
 #include "passes/raster.h"
+#include "renderer/graph/readback_values.h"
 
 namespace raygraph::session {
 
@@ -41,8 +42,12 @@ void SampleFrames::RestoreFrom(const RenderFile& render) {
     const RenderSums& sums = render.sums;
     m_renderer.BeginFrame();
     passes::Restore(m_renderer, m_radiance.accumulation, extent, count, sums.radiance);
-    if (m_isKeepingAlbedo) passes::Restore(m_renderer, m_albedo.accumulation, extent, count, sums.albedo);
-    if (m_isKeepingNormal) passes::Restore(m_renderer, m_normal.accumulation, extent, count, sums.normal);
+    const bool hasAverages =
+        !(m_isKeepingAlbedo && sums.albedo.IsEmpty()) && !(m_isKeepingNormal && sums.normal.IsEmpty());
+    if (m_isKeepingAlbedo && hasAverages)
+        passes::Restore(m_renderer, m_albedo.accumulation, extent, count, sums.albedo);
+    if (m_isKeepingNormal && hasAverages)
+        passes::Restore(m_renderer, m_normal.accumulation, extent, count, sums.normal);
     for (KeptPart& part : m_parts)
         passes::Restore(m_renderer, part.sum.accumulation, extent, count, sums.parts[part.index]);
     if (m_plan.lightGroupCount > 0) {
@@ -53,12 +58,22 @@ void SampleFrames::RestoreFrom(const RenderFile& render) {
     }
     m_secondTraces.Restore(m_renderer, render);
     m_renderer.Execute();
+    if (!hasAverages) RestoreAverages(count);
     m_submitted = count;
+}
+
+void SampleFrames::RestoreAverages(uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        m_renderer.BeginFrame();
+        const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+        DeclareAverages(ids, m_scene.SettingsFor(m_plan.firstSample + i), false);
+        m_renderer.Execute();
+    }
 }
 
 void SampleFrames::ReadBack(const passes::AccumulatedIds& ids, Accumulated& into) {
     into.mean = m_renderer.ReadBack(ids.mean);
-    if (m_plan.withSums) into.sums = SumsReadback(m_renderer, ids);
+    if (m_plan.withSums) into.sums = passes::SumsReadback(m_renderer, ids);
 }
 
 void SampleFrames::Keep(TextureId sample, Accumulated& into, bool isLast) {

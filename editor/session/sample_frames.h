@@ -11,7 +11,6 @@
 #include "editor/session/pass_times.h"
 #include "editor/session/render_file.h"
 #include "editor/session/second_traces.h"
-#include "editor/session/texel_readback.h"
 #include "passes/accumulate.h"
 #include "passes/filter_environment.h"
 #include "passes/tonemap.h"
@@ -70,7 +69,7 @@ class SampleFrames {
         explicit Accumulated(const char* name) : accumulation(name) {}
         passes::Accumulation accumulation;
         Readback mean;
-        SumsReadback sums;
+        passes::SumsReadback sums;
     };
     struct KeptPart {
         size_t index;  // of the PathPart
@@ -82,6 +81,8 @@ class SampleFrames {
     };
 
     void RestoreFrom(const RenderFile& render);
+    // Albedo and normals of the samples that were continued, which came without them.
+    void RestoreAverages(uint32_t count);
     // One sample of the radiance, by the pipeline of all samples.
     passes::TraceIds DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
     void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,

@@ -1,6 +1,7 @@
 #include "editor/session/second_traces.h"
 
 #include "passes/subtract.h"
+#include "renderer/graph/readback_values.h"
 
 namespace raygraph::session {
 
@@ -37,7 +38,7 @@ void SecondTraces::Declare(Renderer& renderer, const passes::TraceSettings& sett
         if (!isLast) continue;
         kept.mean = renderer.ReadBack(ids.mean);
         kept.variance = renderer.ReadBack(ids.variance);
-        kept.sums = SumsReadback(renderer, ids);
+        kept.sums = passes::SumsReadback(renderer, ids);
     }
 }
 

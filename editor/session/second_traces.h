@@ -6,7 +6,6 @@
 
 #include "editor/session/bias.h"
 #include "editor/session/render_file.h"
-#include "editor/session/texel_readback.h"
 #include "passes/accumulate.h"
 
 namespace raygraph::session {
@@ -33,7 +32,7 @@ class SecondTraces {
         Bias bias;
         passes::Accumulation accumulation;
         Readback mean, variance;  // set by the last sample
-        SumsReadback sums;
+        passes::SumsReadback sums;
     };
     std::vector<Kept> m_kept;  // never resized: frames refer to its accumulations
 };

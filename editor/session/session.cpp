@@ -42,23 +42,6 @@ class ErrorGoal {
     throw Error(ErrorKind::Usage, "Session: " + why);
 }
 
-// The render as it will be, but for the pictures.
-RenderFile Described(const SceneInput& input, const PictureSettings& settings,
-                     const rhi::DeviceInfo& device) {
-    const Version version = LibraryVersion();
-    RenderFile render;
-    render.size = settings.size;
-    render.settings = Texts(settings);
-    render.sceneFile = input.file;
-    render.sceneHash = input.hash;
-    render.environmentFile = input.environmentFile;
-    render.environmentHash = input.environmentHash;
-    render.version = Text("{}.{}.{}", version.major, version.minor, version.patch);
-    render.device = device.name;
-    render.driver = device.driver;
-    return render;
-}
-
 void RequirePossible(const SessionDesc& desc) {
     const PictureSettings& settings = desc.settings;
     for (const Aov aov : kAovs)
@@ -99,6 +82,22 @@ std::map<Bias, RemovedLight> RemovedOf(const RenderFile& render) {
 
 }  // namespace
 
+RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,
+                          const rhi::DeviceInfo& device) {
+    const Version version = LibraryVersion();
+    RenderFile render;
+    render.size = settings.size;
+    render.settings = Texts(settings);
+    render.sceneFile = input.file;
+    render.sceneHash = input.hash;
+    render.environmentFile = input.environmentFile;
+    render.environmentHash = input.environmentHash;
+    render.version = Text("{}.{}.{}", version.major, version.minor, version.patch);
+    render.device = device.name;
+    render.driver = device.driver;
+    return render;
+}
+
 SessionDesc Resuming(const ResumedRender& render) {
     return {.settings = SettingsFrom(render.render.settings),
             .aovs = AovsOf(render.render),
@@ -113,7 +112,7 @@ struct Session::Impl {
           firstSample(desc.firstSample),
           isSingle(!passes::IsMeanMeaningful(desc.settings.view)),
           withVariance(desc.withVariance),
-          described(Described(input, desc.settings, device.Info())),
+          described(DescribeRender(input, desc.settings, device.Info())),
           scene(device, RequireSame(desc), desc.settings),
           frames(scene, PlanOf(desc)) {}
 

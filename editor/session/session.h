@@ -45,6 +45,10 @@ struct SessionDesc {
     const ResumedRender* resumed = nullptr;  // its samples come first; not kept
 };
 
+// A render without samples: what is recorded beside its pictures.
+RAYGRAPH_API RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,
+                                       const rhi::DeviceInfo& device);
+
 // With its settings, AOVs and samples; it outlives the constructor of the session.
 RAYGRAPH_API SessionDesc Resuming(const ResumedRender& render);
 

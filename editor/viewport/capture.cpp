@@ -24,19 +24,24 @@ void CaptureRequests::Declare(Renderer& renderer, const SceneIds& scene,
     const passes::PrimaryHitIds hits =
         passes::PrimaryHits(renderer, scene, settings, passes::FilmPosition::Center);
     m_captures.AnswerAll(renderer, [&](std::monostate) -> decltype(m_captures)::Reply {
-        const Readback mean = renderer.ReadBack(shown.mean), variance = renderer.ReadBack(shown.variance),
-                       albedo = renderer.ReadBack(hits.albedo), normal = renderer.ReadBack(hits.normal),
+        const passes::SumsReadback sums(renderer, shown.samples);
+        const Readback albedo = renderer.ReadBack(hits.albedo), normal = renderer.ReadBack(hits.normal),
                        position = renderer.ReadBack(hits.position), ids = renderer.ReadBack(hits.ids);
-        return {{mean, variance, albedo, normal, position, ids}, [=] {
+        std::vector<Readback> readbacks = sums.Readbacks();
+        readbacks.insert(readbacks.end(), {albedo, normal, position, ids});
+        return {std::move(readbacks), [=] {
                     const std::vector<uint32_t> all = ValuesOf<uint32_t>(ids);
-                    return CaptureResult{.extent = mean.Extent(),
+                    const passes::ExactSums taken = sums.Values();
+                    const uint32_t count = shown.progress.sampleCount;
+                    return CaptureResult{.extent = ids.Extent(),
                                          .isRaster = shown.isRaster,
-                                         .sampleCount = shown.progress.sampleCount,
+                                         .sampleCount = count,
                                          .camera = shown.camera,
                                          .paths = shown.paths,
                                          .environment = shown.environment,
-                                         .mean = ValuesOf<float>(mean),
-                                         .variance = ValuesOf<float>(variance),
+                                         .sums = taken,
+                                         .mean = passes::MeanOf(taken, count),
+                                         .variance = passes::VarianceOf(taken, count),
                                          .albedo = ValuesOf<float>(albedo),
                                          .normal = ValuesOf<float>(normal),
                                          .depth = ChannelOf(ValuesOf<float>(position), 3),

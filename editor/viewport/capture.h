@@ -25,6 +25,7 @@ struct CaptureResult {
     scene::CameraView camera;  // of the captured frame
     PathSettings paths;        // likewise
     EnvironmentSettings environment;
+    passes::ExactSums sums;       // of the samples, with squares: another renderer may go on with them
     std::vector<float> mean;      // w: coverage
     std::vector<float> variance;  // of one sample; w is undefined
     // The surface at the center of each pixel (passes::PrimaryHits).
@@ -43,7 +44,7 @@ class RAYGRAPH_API CaptureRequests {
     Capture Request() { return m_captures.Ask({}); }
     // What the open frame shows, with what it adds.
     struct Shown {
-        TextureId mean, variance;
+        passes::AccumulatedIds samples;
         passes::Accumulation::Progress progress;
         bool isRaster = false;
         scene::CameraView camera;

@@ -125,7 +125,7 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
         ids = DeclareTile(renderer, scene, settings, region, m_full, true);
         if (!m_full.Declared().cursor.IsAtStart()) break;
     }
-    return {.radiance = ids.mean, .mean = ids.mean, .variance = ids.variance, .base = ids.mean};
+    return {.radiance = ids.mean, .samples = ids, .base = ids.mean};
 }
 
 PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const SceneIds& scene,
@@ -146,8 +146,7 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
     const passes::AccumulatedIds traced = DeclareTile(renderer, scene, coarse, region, into, next == nullptr);
 
     Ids ids{.radiance = traced.mean,
-            .mean = traced.mean,
-            .variance = traced.variance,
+            .samples = traced,
             .base = traced.mean,
             .baseScale = next != nullptr ? next->scale : 1};
     if (into.Declared().sampleCount == 0) {
@@ -161,9 +160,7 @@ PathTracedView::Ids PathTracedView::DeclareFirstSample(Renderer& renderer, const
     }
     if (next != nullptr) {
         ids.radiance = passes::Upscale(renderer, ids.radiance, extent);
-        const passes::AccumulatedIds kept = passes::Kept(renderer, m_full, extent, true);
-        ids.mean = kept.mean;
-        ids.variance = kept.variance;
+        ids.samples = passes::Kept(renderer, m_full, extent, true);
     }
     return ids;
 }

@@ -17,9 +17,8 @@ class PathTracedView {
     explicit PathTracedView(const std::string& name);
 
     struct Ids {
-        TextureId radiance;  // rgba32f, the picture to show, in its full extent
-        // Of the accumulation; undefined in pixels without a sample.
-        TextureId mean, variance;
+        TextureId radiance;              // rgba32f, the picture to show, in its full extent
+        passes::AccumulatedIds samples;  // undefined in pixels without a sample
         // The finest complete picture, and the factor by which it is coarser.
         TextureId base;
         uint32_t baseScale = 1;

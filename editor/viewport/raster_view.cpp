@@ -31,20 +31,18 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
     Ids ids;
     if (count > 0 && ((maxSamples > 0 && count >= maxSamples) || scale > 1)) {
         const passes::AccumulatedIds kept = passes::Kept(renderer, m_samples, extent, true);
-        ids = {.radiance = kept.mean, .mean = kept.mean, .variance = kept.variance, .base = kept.mean};
+        ids = {.radiance = kept.mean, .samples = kept, .base = kept.mean};
     } else if (scale > 1) {
         settings.extent = {(extent.width + scale - 1) / scale, (extent.height + scale - 1) / scale};
         const TextureId sample = declareSample(m_coarse.SampleCount());
         ids.base = passes::Accumulate(renderer, sample, m_coarse).mean;
         ids.baseScale = scale;
         ids.radiance = passes::Upscale(renderer, ids.base, extent);
-        const passes::AccumulatedIds kept = passes::Kept(renderer, m_samples, extent, true);
-        ids.mean = kept.mean;
-        ids.variance = kept.variance;
+        ids.samples = passes::Kept(renderer, m_samples, extent, true);
     } else {
         const TextureId sample = declareSample(count);
         const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, m_samples, true);
-        ids = {.radiance = sums.mean, .mean = sums.mean, .variance = sums.variance, .base = sums.mean};
+        ids = {.radiance = sums.mean, .samples = sums, .base = sums.mean};
     }
     return ids;
 }

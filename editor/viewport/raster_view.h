@@ -16,9 +16,9 @@ class RasterView {
     explicit RasterView(const std::string& name);
 
     struct Ids {
-        TextureId radiance;        // rgba32f, the picture to show, in its full extent
-        TextureId mean, variance;  // of the accumulation; undefined before its first sample
-        TextureId base;            // shown until then, coarser by that factor
+        TextureId radiance;              // rgba32f, the picture to show, in its full extent
+        passes::AccumulatedIds samples;  // undefined before the first one
+        TextureId base;                  // shown until then, coarser by that factor
         uint32_t baseScale = 1;
     };
     // As PathTracedView::Declare. `scale` above 1: one coarser picture instead of a sample; else a sample,

@@ -140,7 +140,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
                                    .coarseness = pathTraced.Coarseness(),
                                    .resetCount = tracedSamples.ResetCount() + drawnSamples.ResetCount()};
     pictures.pathTracedDisplay = pathTracedDisplay.Declare(renderer,
-                                                           {.mean = traced.mean,
+                                                           {.mean = traced.samples.mean,
                                                             .before = tracedSamples.Submitted(),
                                                             .after = tracedSamples.Declared(),
                                                             .tiles = pathTraced.TilesOfSamples(),
@@ -155,7 +155,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     std::vector<passes::Region> drawnTiles;
     if (isDrawnAnew) drawnTiles.push_back(passes::WholeOf(size));
     pictures.rasterDisplay = rasterDisplay.Declare(renderer,
-                                                   {.mean = drawn.mean,
+                                                   {.mean = drawn.samples.mean,
                                                     .before = drawnSamples.Submitted(),
                                                     .after = drawnSamples.Declared(),
                                                     .tiles = std::move(drawnTiles),
@@ -169,20 +169,21 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     requests.DeclarePicks(renderer, ids, settings);
     std::optional<PixelRequests::Shown> pathTracedShown, rasterShown;
     if (ShowsPathTraced(shownAs.view))
-        pathTracedShown = {traced.mean, traced.variance, tracedSamples.Declared()};
-    if (ShowsRaster(shownAs.view)) rasterShown = {drawn.mean, drawn.variance, drawnSamples.Declared()};
+        pathTracedShown = {traced.samples.mean, traced.samples.variance, tracedSamples.Declared()};
+    if (ShowsRaster(shownAs.view))
+        rasterShown = {drawn.samples.mean, drawn.samples.variance, drawnSamples.Declared()};
     requests.DeclareInspections(renderer, size, pathTracedShown, rasterShown);
 
     if (ShowsPathTraced(shownAs.view))
-        errors.Declare(renderer, traced.mean, traced.variance, tracedSamples.Declared().sampleCount);
+        errors.Declare(renderer, traced.samples.mean, traced.samples.variance,
+                       tracedSamples.Declared().sampleCount);
     if (ShowsPathTraced(show.view) && ShowsPathTraced(shownAs.view))
-        captures.Declare(renderer, ids, settings,
-                         {traced.mean, traced.variance, tracedSamples.Declared(), false, camera, paths,
-                          scene->Environment()});
-    else if (show.view == View::Raster)
         captures.Declare(
             renderer, ids, settings,
-            {drawn.mean, drawn.variance, drawnSamples.Declared(), true, camera, paths, scene->Environment()});
+            {traced.samples, tracedSamples.Declared(), false, camera, paths, scene->Environment()});
+    else if (show.view == View::Raster)
+        captures.Declare(renderer, ids, settings,
+                         {drawn.samples, drawnSamples.Declared(), true, camera, paths, scene->Environment()});
 
     TimedFrame timed{.frame = renderer.FrameNumber()};
     if (shownAs.view == View::Raster && isDrawn)

@@ -21,4 +21,11 @@ std::vector<T> ValuesOf(const Readback& readback) {
     return values;
 }
 
+// The same after waiting for it.
+template <typename T>
+std::vector<T> WaitForValues(const Readback& readback) {
+    readback.Wait();
+    return ValuesOf<T>(readback);
+}
+
 }  // namespace raygraph

@@ -46,7 +46,7 @@ class LogPanelTest : public testing::VulkanTest {
 
     test::TemporaryFolder folder;
     std::shared_ptr<LogHistory> log = std::make_shared<LogHistory>();
-    Editor editor{Device(), {.shaders = {}, .saveRender = {}, .log = log}};
+    Editor editor{Device(), {.shaders = {}, .log = log}};
     PictureScreen screen;
 };
 

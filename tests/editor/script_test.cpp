@@ -10,6 +10,8 @@
 #include <string>
 
 #include "base/error.h"
+#include "editor/session/content_hash.h"
+#include "editor/session/session.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/source_file.h"
@@ -41,13 +43,7 @@ class ScriptTest : public testing::VulkanTest {
     }
 
     test::TemporaryFolder folder;
-    std::optional<SavedRender> saved;  // the last one
-    std::string saveFailure;
-    Editor editor{Device(), {.shaders = {}, .saveRender = [this](const auto& file, SavedRender&& render) {
-                                 if (!saveFailure.empty()) throw Error(ErrorKind::Io, saveFailure);
-                                 saved = std::move(render);
-                                 std::ofstream(file) << "exr";
-                             }}};
+    Editor editor{Device()};
     PictureScreen screen;
 };
 
@@ -216,9 +212,8 @@ TEST_F(ScriptTest, FailedSavesAreInTheLog) {
     EXPECT_TRUE(logged(none + ".png"));
     EXPECT_NE(Failure("scene " + none + ".gltf\n"), "");
     EXPECT_TRUE(logged(none + ".gltf"));
-    saveFailure = "a.exr: the disk is full";
-    EXPECT_NE(Failure("picture " + (folder.Path() / "a.exr").string() + "\n"), "");
-    EXPECT_TRUE(logged(saveFailure));
+    EXPECT_NE(Failure("picture " + none + ".exr\n"), "");
+    EXPECT_TRUE(logged(none + ".exr"));
     EXPECT_NE(Failure("picture " + (folder.Path() / "a.tga").string() + "\n"), "");
     EXPECT_TRUE(logged("must end in .png or .exr"));
     std::ofstream(folder.Path() / "config") << "no folder";
@@ -324,29 +319,53 @@ TEST_F(ScriptTest, ExrNamesTheFilesAndTheSkyOfTheFrameThatWasSaved) {
         Play("size 640x400\nwait\n");
     };
     save([&] { work.gpu.SetEnvironment({.radiance = {0.25f, 0.5f, 1.0f}, .rotation = 0.5f}); });
-    ASSERT_TRUE(saved);
-    EXPECT_EQ(saved->picture.environment.radiance, glm::vec3(0.25f, 0.5f, 1.0f));
-    EXPECT_EQ(saved->picture.environment.rotation, 0.5f);
-    EXPECT_EQ(saved->environmentFile, "sky.hdr");
-    EXPECT_EQ(saved->sceneFile, "cornell.gltf");
+    session::RenderFile saved = session::ReadRenderFile(folder.Path() / "picture.exr");
+    session::PictureSettings settings = session::SettingsFrom(saved.settings);
+    EXPECT_EQ(settings.environmentTint, (std::array{0.25f, 0.5f, 1.0f}));
+    EXPECT_NEAR(settings.environmentRotation, glm::degrees(0.5f), 1e-4f);
+    EXPECT_EQ(saved.environmentFile, "sky.hdr");
+    EXPECT_EQ(saved.environmentHash,
+              session::HashOf(image::ReadEnvironment(folder.Path() / "sky.hdr").image));
+    EXPECT_EQ(saved.sceneFile, "cornell.gltf");
     save([&] { work.RemoveEnvironmentMap(); });
-    EXPECT_EQ(saved->environmentFile, "");
+    saved = session::ReadRenderFile(folder.Path() / "picture.exr");
+    EXPECT_EQ(saved.environmentFile + saved.environmentHash, "");
+    settings = session::SettingsFrom(saved.settings);
+    EXPECT_EQ(settings.background, (std::array{0.25f, 0.5f, 1.0f}));
 }
 
-TEST_F(ScriptTest, SavesAnExrThroughTheProgram) {
+TEST_F(ScriptTest, ExrIsOfTheFileWhereNoEditsAreUnsaved) {
+    const std::filesystem::path file = folder.Path() / "edited.gltf", picture = folder.Path() / "picture.exr";
+    const auto save = [&] {
+        Play("picture " + picture.string() + "\nexpect message samples\n");
+        return session::ReadRenderFile(picture).sceneHash;
+    };
+    const auto hashOf = [](const std::filesystem::path& scene) {
+        return session::HashOf(scene::LoadGltf(scene));
+    };
+    Play(OpenCornell() + "view raster\nsamples 1\n");
+    EXPECT_EQ(save(), hashOf(test::SourceFile("scenes/cornell.gltf")));
+    Play("mouse 320 120\nclick left\nwait\nmaterial base 1 0 0\nexpect edits 1\nsamples 1\n");
+    EXPECT_EQ(save(), "") << "an edit is in no file";
+    Play("scene " + file.string() + "\nsamples 1\n");
+    EXPECT_EQ(save(), hashOf(file));
+    EXPECT_NE(hashOf(file), hashOf(test::SourceFile("scenes/cornell.gltf")));
+}
+
+TEST_F(ScriptTest, SavesAnExr) {
     const std::string file = (folder.Path() / "picture.exr").string();
     Play(OpenCornell() + "view raster\nsize 320x200\nsamples 1\npicture " + file +
          "\nexpect message samples\n");
-    ASSERT_TRUE(saved);
-    EXPECT_EQ(saved->sceneFile, "cornell.gltf");
-    EXPECT_TRUE(saved->picture.isRaster);
-    EXPECT_GE(saved->picture.sampleCount, 1u);
-    EXPECT_EQ(saved->picture.extent, editor.Work().view.Size());
-    EXPECT_EQ(saved->picture.camera, editor.Work().camera.View());
+    const session::RenderFile saved = session::ReadRenderFile(file);
+    const session::PictureSettings settings = session::SettingsFrom(saved.settings);
+    EXPECT_EQ(saved.sceneFile, "cornell.gltf");
+    EXPECT_EQ(settings.view, session::View::Raster);
+    EXPECT_GE(SampleCount(saved.samples), 1u);
+    EXPECT_EQ(saved.size, editor.Work().view.Size());
+    EXPECT_EQ(settings.camera, session::CameraText(editor.Work().camera.View()));
     EXPECT_NE(Failure("picture " + (folder.Path() / "picture.bmp").string() + "\n").find(".png or .exr"),
               std::string::npos);
-    saveFailure = "disk is full";
-    EXPECT_NE(Failure("picture " + (folder.Path() / "other.exr").string() + "\n").find("disk is full"),
+    EXPECT_NE(Failure("picture " + (folder.Path() / "missing" / "a.exr").string() + "\n").find("missing"),
               std::string::npos);
 }
 

@@ -23,7 +23,7 @@ class VisitTest : public testing::VulkanTest {
     }
 
     test::TemporaryFolder folder;
-    Editor editor{Device(), {.shaders = {}, .saveRender = [](const auto&, SavedRender&&) {}}};
+    Editor editor{Device()};
     PictureScreen screen;
 };
 

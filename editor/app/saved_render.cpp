@@ -1,0 +1,32 @@
+#include "editor/app/saved_render.h"
+
+#include <utility>
+
+namespace raygraph::editor {
+
+session::RenderFile RenderOf(viewport::CaptureResult&& picture, const session::SceneInput& source,
+                             const rhi::DeviceInfo& device) {
+    session::PictureSettings settings;
+    settings.size = picture.extent;
+    settings.view = picture.isRaster ? session::View::Raster : session::View::PathTraced;
+    settings.camera = session::CameraText(picture.camera);
+    settings.paths = picture.paths;
+    settings.environmentRotation = glm::degrees(picture.environment.rotation);
+    const glm::vec3& radiance = picture.environment.radiance;
+    (source.environmentFile.empty() ? settings.background : settings.environmentTint) = {
+        radiance.x, radiance.y, radiance.z};
+
+    session::RenderFile render = session::DescribeRender(source, settings, device);
+    render.radiance = std::move(picture.mean);
+    render.variance = std::move(picture.variance);
+    render.sums.radiance = std::move(picture.sums);
+    render.albedo = std::move(picture.albedo);
+    render.normal = std::move(picture.normal);
+    render.depth = std::move(picture.depth);
+    render.instance = std::move(picture.instance);
+    render.material = std::move(picture.material);
+    render.samples = {{0, picture.sampleCount}};
+    return render;
+}
+
+}  // namespace raygraph::editor
