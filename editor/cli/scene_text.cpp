@@ -58,11 +58,11 @@ std::string Describe(const scene::Light& light) {
                 Text("spot, {:.4g} cd, cone {:.4g} degrees", intensity, 2.0 * Degrees(light.outerConeAngle));
             break;
     }
-    return Text("{}, colour {}", text, VectorText(light.color));
+    return Text("{}, color {}", text, VectorText(light.color));
 }
 
 std::string Describe(const scene::Material& material) {
-    std::string text = Text("base colour {}", VectorText(material.baseColorFactor));
+    std::string text = Text("base color {}", VectorText(material.baseColorFactor));
     if (material.baseColorTexture.IsPresent()) text += " x texture";
     if (material.EmittedRadiance() != glm::vec3(0.0f)) {
         text += Text(", emits {}", VectorText(material.EmittedRadiance()));
