@@ -13,6 +13,7 @@
 
 namespace raygraph::testing {
 
+using passes::PathSettings;
 using passes::TraceSettings;
 
 namespace {
@@ -80,15 +81,26 @@ const Option kOfPaths[] = {
      false, Moves::FirstHits},
 };
 
+// Structured bindings name the fields of a class or of its base, not both: a field that TraceSettings has beside
+// the four that FieldsOf names makes one more initializer valid.
+template <typename Settings>
+concept HasFourFieldsOfItsOwn = requires {
+    Settings{PathSettings{}, {}, {}, {}, {}};
+}
+&&!requires {
+    Settings{PathSettings{}, {}, {}, {}, {}, {}};
+};
+static_assert(HasFourFieldsOfItsOwn<TraceSettings>);
+
 auto FieldsOf(TraceSettings& s) {
-    auto& [extent, region, camera, sampler, seed, sampleIndex, scattering, lights, roulette, biases] = s;
+    auto& [sampler, seed, scattering, lights, roulette, biases] = static_cast<PathSettings&>(s);
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
     auto& [isOn, lightSampler, mis] = lights;
     auto& [kind, start, survival] = roulette;
     auto& [maxDepth, clampIndirect, regularize, shadowTerminator] = biases;
-    return std::tie(extent, region, camera, sampler, seed, sampleIndex, brdf, distribution, masking, fresnel,
-                    multiscatter, isOn, lightSampler, mis, kind, start, survival, maxDepth, clampIndirect,
-                    regularize, shadowTerminator);
+    return std::tie(s.extent, s.region, s.camera, sampler, seed, s.sampleIndex, brdf, distribution, masking,
+                    fresnel, multiscatter, isOn, lightSampler, mis, kind, start, survival, maxDepth,
+                    clampIndirect, regularize, shadowTerminator);
 }
 
 class TraceOptions : public VulkanTest {
