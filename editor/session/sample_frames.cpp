@@ -25,7 +25,7 @@ SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
     : m_scene(scene),
       m_renderer(scene.GraphRenderer()),
       m_plan(plan),
-      m_secondTraces(scene.SettingsFor(plan.firstSample).biases),
+      m_secondTraces(scene.SettingsFor(plan.firstSample).biases, plan.continues),
       m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo)),
       m_isKeepingNormal(plan.aovs.Has(Aov::Normal)),
       m_isKeepingCenter(plan.aovs.NeedsCenterRay()) {

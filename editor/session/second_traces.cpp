@@ -7,17 +7,20 @@ namespace raygraph::session {
 
 SecondTraces::Kept::Kept(Bias which) : bias(which), accumulation(std::string("removed_") + Name(which)) {}
 
-SecondTraces::SecondTraces(const passes::BiasSettings& biases) {
-    for (const Bias bias : kBiases)
-        if (IsOn(biases, bias)) m_kept.emplace_back(bias);
+SecondTraces::SecondTraces(const passes::BiasSettings& biases, const RenderFile* continues) {
+    const bool hasCount = continues != nullptr && continues->removedSamples > 0;
+    for (const Bias bias : kBiases) {
+        const bool canCount = !hasCount || !continues->sums.removed[static_cast<size_t>(bias)].IsEmpty();
+        if (IsOn(biases, bias) && canCount) m_kept.emplace_back(bias);
+    }
 }
 
 void SecondTraces::Restore(Renderer& renderer, const RenderFile& render) {
     const Extent2D extent{render.size.width, render.size.height};
+    if (render.removedSamples == 0) return;
     for (Kept& kept : m_kept)
-        if (const passes::ExactSums& sums = render.sums.removed[static_cast<size_t>(kept.bias)];
-            render.removedSamples > 0 && !sums.IsEmpty())
-            passes::Restore(renderer, kept.accumulation, extent, render.removedSamples, sums);
+        passes::Restore(renderer, kept.accumulation, extent, render.removedSamples,
+                        render.sums.removed[static_cast<size_t>(kept.bias)]);
 }
 
 void SecondTraces::Declare(Renderer& renderer, const passes::TraceSettings& settings, TextureId sample,

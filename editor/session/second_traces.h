@@ -12,11 +12,12 @@ namespace raygraph::session {
 
 class SecondTraces {
   public:
-    // Nothing is ever traced for a bias that is off.
-    explicit SecondTraces(const passes::BiasSettings& biases);
+    // Nothing is ever traced for a bias that is off. `continues`: the render that is gone on with, or null.
+    // If samples of it were traced twice, then nothing is traced for a bias that it lacks, either: what was
+    // removed has one count of samples for all biases.
+    SecondTraces(const passes::BiasSettings& biases, const RenderFile* continues);
 
-    // In a frame of its own: continues from the sums in the file. A bias whose removed light is not in the
-    // file starts from zero.
+    // In a frame of its own: continues from the sums in the file.
     void Restore(Renderer& renderer, const RenderFile& render);
     // In each frame: traces `sample` again for each bias, if it is due. It was traced with `settings`;
     // `trace` traces it with others.

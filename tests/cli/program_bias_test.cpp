@@ -132,6 +132,29 @@ TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
     }
 }
 
+// The file has the count of one bias: another one that is on, but not in it, has none to go on with.
+TEST_F(ProgramBias, ResumedCountsForTheBiasThatItsFileHolds) {
+    const auto render = [&](const char* count) {
+        return Render("cornell.gltf", {"--max-depth", "2", "--clamp-indirect", "0.5", "--aov",
+                                       "removed_max_depth", "--spp", count});
+    };
+    const BiasRender whole = render("40");
+    EXPECT_EQ(whole.report.at("removed").at("clamp_indirect").at("samples"), 3);
+    render("20");
+    const std::string json = m_folder / "resumed.json";
+    const test::ProgramResult result = RunProgram({"render", SceneFile("cornell.gltf"), "--resume",
+                                                   m_folder / "a.exr", "--spp", "40", "--report", json});
+    ASSERT_EQ(result.exitCode, 0) << result.messages;
+    const RenderFile resumed = session::ReadRenderFile(m_folder / "a.exr");
+    EXPECT_EQ(resumed.removedSamples, 3u);
+    EXPECT_EQ(resumed.removed, whole.file.removed);
+    EXPECT_EQ(resumed.removedVariance, whole.file.removedVariance);
+    std::ifstream file(json);
+    const nlohmann::json removed = nlohmann::json::parse(file).at("removed");
+    EXPECT_EQ(removed.at("max_depth"), whole.report.at("removed").at("max_depth"));
+    EXPECT_FALSE(removed.contains("clamp_indirect")) << "of a part of the samples";
+}
+
 // A small sphere that shines as bright as a float can say, under a sky that does too: their sum is infinite.
 TEST_F(ProgramBias, InfiniteSamplesAreBlackAndReported) {
     std::ifstream file(SceneFile("furnace_sphere.gltf"));
