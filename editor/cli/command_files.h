@@ -10,8 +10,9 @@ namespace raygraph::cli {
 
 struct CommandFiles {
     std::vector<std::filesystem::path> inputs;   // not to be written
-    std::vector<std::filesystem::path> updated;  // read before the outputs, of which each may be one
+    std::vector<std::filesystem::path> updated;  // read before the outputs are written
     std::vector<std::filesystem::path> outputs;
+    std::vector<std::filesystem::path> replacing;  // those of the outputs that may be one of `updated`
 };
 
 // What is not given is not in the lists.

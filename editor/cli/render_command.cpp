@@ -59,6 +59,18 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (arguments.exposureEv != 0.0f) refuse("there is no light that --exposure could scale");
 }
 
+// Channels that were asked for, or that the resumed file has, are not dropped without a word.
+void RequireExrForChannels(const RenderArguments& arguments, const Job& job) {
+    if (WritesKind(arguments, OutputKind::Exr)) return;
+    const auto refuse = [&](const char* option, const std::string& ofFile) {
+        throw MakeError(ErrorKind::Usage, "{} are written to an .exr, and there is no -o OUT.exr",
+                        job.resumed ? job.resumed->path.string() + ": its channels of " + ofFile
+                                    : std::string(option) + ": its channels");
+    };
+    if (!job.aovs.IsEmpty()) refuse("--aov", ListOf(job.aovs));
+    if (!job.settings.lightGroups.empty()) refuse("--light-group", "groups of lights");
+}
+
 Job PlanJob(const RenderArguments& arguments) {
     Job job;
     if (!arguments.resume.empty()) {
@@ -74,12 +86,7 @@ Job PlanJob(const RenderArguments& arguments) {
         job.firstSample = arguments.sampleOffset.value_or(0);
     }
     CheckView(arguments, job.settings);
-    if (!job.aovs.IsEmpty() && !WritesKind(arguments, OutputKind::Exr))
-        throw Error(ErrorKind::Usage,
-                    "--aov: its channels are written to an .exr, and there is no -o OUT.exr");
-    if (!job.settings.lightGroups.empty() && !WritesKind(arguments, OutputKind::Exr))
-        throw Error(ErrorKind::Usage,
-                    "--light-group: its channels are written to an .exr, and there is no -o OUT.exr");
+    RequireExrForChannels(arguments, job);
     const bool isSingle = !IsMeanMeaningful(job.settings.view);
     const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
     if (!isOpenEnded) job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(kDefaultSamples);

@@ -114,6 +114,18 @@ TEST(Program, MergeNeedsNoDevice) {
     EXPECT_FALSE(std::filesystem::exists(folder / "n.exr"));
 }
 
+// Nobody gave --aov: the channels are those of the file.
+TEST(Program, ChannelsOfAResumedRenderNeedAnExr) {
+    const test::TemporaryFolder folder;
+    session::WriteRenderFile(folder / "a.exr", test::MakeRender(0, 16));
+    ExpectFailure({"render", SceneFile("cornell.gltf"), "--resume", folder / "a.exr", "--spp", "20", "-o",
+                   folder / "a.png"},
+                  2, "a.exr", "albedo,normal,depth,instance,material");
+    const ProgramResult result = RunProgram({"render", SceneFile("cornell.gltf"), "--resume",
+                                             folder / "a.exr", "--spp", "20", "-o", folder / "a.png"});
+    EXPECT_EQ(result.messages.find("--aov"), std::string::npos) << result.messages;
+}
+
 TEST(Program, InfoOfASceneNeedsNoDevice) {
     const ProgramResult result = RunProgram({"info", SceneFile("cornell.gltf")});
     EXPECT_EQ(result.exitCode, 0) << result.messages;

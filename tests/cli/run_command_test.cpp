@@ -115,5 +115,27 @@ TEST(CommandFiles, InputsAreNotWrittenButUpdatedOnesMayBe) {
     CheckWritable(FilesOf(merge));
 }
 
+TEST(CommandFiles, ResumedRenderIsReplacedByARenderAlone) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path old = folder.Path() / "a.exr", named = folder.Path() / "a.png";
+    for (const std::filesystem::path& file : {old, named}) std::ofstream(file) << "render";
+    RenderArguments render;
+    render.resume = old;
+    CheckWritable(FilesOf(render));
+    render.outputs = {{old, OutputKind::Exr}, {named, OutputKind::Png}};
+    CheckWritable(FilesOf(render));
+    const auto expectRefused = [&] {
+        test::ExpectError(
+            ErrorKind::Usage, [&] { CheckWritable(FilesOf(render)); }, render.resume.string(),
+            "to be read and to be written");
+    };
+    render.resume = named;  // whatever its name
+    expectRefused();
+    render = {};
+    render.resume = render.report = old;
+    render.outputs = {{folder.Path() / "b.exr", OutputKind::Exr}};
+    expectRefused();
+}
+
 }  // namespace
 }  // namespace raygraph::cli
