@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "base/check.h"
 #include "base/printable.h"
 #include "base/text.h"
+#include "editor/session/render_flaws.h"
 
 namespace raygraph::session {
 
@@ -30,6 +30,15 @@ void RequireCompatible(const NamedRender& first, const NamedRender& other) {
         throw MakeError(ErrorKind::BadInput, "{} and {} differ: {}", first.name, other.name,
                         Printable(mismatch, 1024));
     RequireSameChannels(first, other);
+}
+
+void RequireSums(const NamedRender& part) {
+    const std::string missing = FirstMissingChannel(part.render);
+    if (missing.empty()) return;
+    // The editor's albedo and normals are those of the pixels' centers; a session traces those of the samples
+    const bool isOfEditor = HasSums(part.render, {Aov::Albedo, Aov::Normal});
+    throw MakeError(ErrorKind::BadInput, "{} lacks sums of samples: there is no channel {}{}", part.name,
+                    missing, isOfEditor ? "; resume it once, and it can be merged" : "");
 }
 
 void RequireDisjoint(const NamedRender& a, const NamedRender& b) {
@@ -77,12 +86,13 @@ void TakeMeans(RenderFile& render) {
 }  // namespace
 
 RenderFile Merge(std::vector<NamedRender> parts) {
-    RG_CHECK(!parts.empty());
+    if (parts.empty()) throw Error(ErrorKind::Usage, "there are no renders to merge");
     for (size_t i = 1; i < parts.size(); i++) RequireCompatible(parts[0], parts[i]);
-    for (const NamedRender& part : parts)
-        if (!HasSums(part.render))
-            throw MakeError(ErrorKind::BadInput, "{} lacks sums of samples, the channels sum0.R and so on",
-                            part.name);
+    for (const NamedRender& part : parts) {
+        if (const std::string flaw = FirstFlaw(part.render); !flaw.empty())
+            throw MakeError(ErrorKind::BadInput, "{} cannot be merged: {}", part.name, flaw);
+        RequireSums(part);
+    }
     for (size_t i = 0; i < parts.size(); i++)
         for (size_t j = 0; j < i; j++) RequireDisjoint(parts[j], parts[i]);
 

@@ -14,7 +14,8 @@ struct NamedRender {
 // The render that has the samples of all `parts`, with the bits of one run that took all of them, in whatever
 // order the parts are given. Depth, ids, device and driver are those of the part with the first samples.
 // Error{BadInput} naming two parts when their samples overlap, their settings, scene or environment differ,
-// or one has channels that the other lacks; naming one that has no sums to add. At least one part.
+// or one has channels that the other lacks; naming one that lacks sums to add, or has planes of
+// another size than its picture. Error{Usage} without parts.
 RAYGRAPH_API RenderFile Merge(std::vector<NamedRender> parts);
 
 }  // namespace raygraph::session

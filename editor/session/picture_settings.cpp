@@ -1,5 +1,6 @@
 #include "editor/session/setting_table.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -220,6 +221,10 @@ std::string NumberText(double value) {
 
 std::span<const PictureSetting> PictureSettingTable() {
     return Table();
+}
+
+bool IsSetting(std::string_view name) {
+    return std::ranges::any_of(Table(), [&](const PictureSetting& setting) { return setting.name == name; });
 }
 
 SettingTexts Texts(const PictureSettings& settings) {

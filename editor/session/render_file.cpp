@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "editor/session/as_input.h"
 #include "editor/session/parse.h"
+#include "editor/session/render_flaws.h"
 #include "editor/session/setting_table.h"
 #include "renderer/image/exr.h"
 
@@ -203,9 +204,13 @@ RenderFile FromExr(const image::ExrImage& file) {
     render.sceneHash = TextAttribute(file, kAttributeSceneHash);
     render.environmentFile = TextAttribute(file, kAttributeEnvironment);
     render.environmentHash = TextAttribute(file, kAttributeEnvironmentHash);
-    for (const PictureSetting& setting : PictureSettingTable()) {
-        const std::string name = std::string(kSettingPrefix) + setting.name;
-        if (file.attributes.contains(name)) render.settings[setting.name] = TextAttribute(file, name.c_str());
+    for (const auto& [attribute, value] : file.attributes) {
+        if (!attribute.starts_with(kSettingPrefix)) continue;
+        const std::string name = attribute.substr(kSettingPrefix.size());
+        // What it changes in the picture is not known here: its samples are not to be mixed with others
+        if (!IsSetting(name))
+            throw MakeError(ErrorKind::BadInput, "setting {} is of a newer version", Printable(name));
+        render.settings[name] = TextAttribute(file, attribute.c_str());
     }
     Extent2D recorded;
     try {
@@ -248,16 +253,24 @@ passes::ExactSums* SumsOf(RenderSums& sums, Aov aov) {
     return &sums.parts[static_cast<size_t>(aov) - static_cast<size_t>(Aov::Emission)];
 }
 
-bool HasSums(const RenderFile& render, const AovSet& others) {
-    if (render.sums.radiance.IsEmpty() || render.sums.radiance.HasSquares() == render.variance.empty())
-        return false;
+std::string FirstMissingChannel(const RenderFile& render, const AovSet& others) {
+    if (render.sums.radiance.IsEmpty()) return WordChannel(kRadianceNames[0], "sum", 0);
+    if (render.sums.radiance.HasSquares() && render.variance.empty()) return kVarianceNames[0];
+    if (!render.sums.radiance.HasSquares() && !render.variance.empty())
+        return WordChannel(kRadianceNames[0], "squares", 0);
     for (const Aov aov : kAovs)
         if (const Texels* mean = MeanOf(render, aov);
             mean && !mean->empty() && !others.Has(aov) &&
             SumsOf(const_cast<RenderSums&>(render.sums), aov)->IsEmpty())
-            return false;
-    return render.lightGroups.size() == render.sums.lightGroups.size() &&
-           std::ranges::none_of(render.sums.lightGroups, &passes::ExactSums::IsEmpty);
+            return WordChannel(MeanChannels(aov)[0], "sum", 0);
+    for (size_t i = 0; i < render.lightGroups.size(); i++)
+        if (i >= render.sums.lightGroups.size() || render.sums.lightGroups[i].IsEmpty())
+            return WordChannel(GroupChannels(render.settings).at(i)[0], "sum", 0);
+    return {};
+}
+
+bool HasSums(const RenderFile& render, const AovSet& others) {
+    return FirstMissingChannel(render, others).empty();
 }
 
 AovSet AovsOf(const RenderFile& render) {
@@ -284,6 +297,8 @@ void KeepOnly(RenderFile& render, const AovSet& aovs) {
 }
 
 void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render) {
+    if (const std::string flaw = FirstFlaw(render); !flaw.empty())
+        throw MakeError(ErrorKind::Usage, "{}: the render cannot be written: {}", path.string(), flaw);
     std::vector<image::ExrPlane> planes;
     const auto add = [&](const std::string& name, const Texels& texels, size_t c) {
         planes.push_back({name, std::span<const float>(texels).subspan(c), 4});

@@ -77,7 +77,10 @@ RAYGRAPH_API const Texels* MeanOf(const RenderFile& render, Aov aov);
 // Its sums; nullptr likewise.
 RAYGRAPH_API passes::ExactSums* SumsOf(RenderSums& sums, Aov aov);
 
-// Whether all that is a mean has its sums, but for `others`.
+// Of the sums that all means but `others` need, the first channel that is not there: "albedo.sum0.R"; empty:
+// they are there.
+RAYGRAPH_API std::string FirstMissingChannel(const RenderFile& render, const AovSet& others = {});
+// Whether they are there.
 RAYGRAPH_API bool HasSums(const RenderFile& render, const AovSet& others = {});
 
 // The AOVs that it has.
@@ -86,11 +89,13 @@ RAYGRAPH_API AovSet AovsOf(const RenderFile& render);
 // Empties the other AOVs.
 RAYGRAPH_API void KeepOnly(RenderFile& render, const AovSet& aovs);
 
-// An .exr, replaced as a whole or not at all. Error{Io}.
+// An .exr, replaced as a whole or not at all. Error{Usage} for a render that could not be read back: without
+// samples or radiance, with planes of another size, with settings that no option takes. Error{Io}.
 RAYGRAPH_API void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render);
 
 // Error{BadInput} naming the path: for a file that cannot be read, is no EXR, or is no render of this program
-// in this format (a channel or an attribute is missing or malformed, or it is of an older or newer version).
+// in this format (a channel or an attribute is missing or malformed, or it is of an older or newer version,
+// as one with a setting that is not known here).
 RAYGRAPH_API RenderFile ReadRenderFile(const std::filesystem::path& path);
 
 // "scene: cornell.gltf against box.gltf": the first thing for which samples of `a` and `b` do not belong in

@@ -1,15 +1,16 @@
 #include "editor/session/resume.h"
 
 #include "base/text.h"
+#include "editor/session/render_flaws.h"
 
 namespace raygraph::session {
 
-ResumedRender ReadResumedRender(const std::filesystem::path& path) {
-    ResumedRender resumed{path, ReadRenderFile(path)};
+void RequireResumable(const ResumedRender& resumed) {
     const RenderFile& render = resumed.render;
     const auto refuse = [&](const std::string& why) {
-        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", path.string(), why);
+        throw MakeError(ErrorKind::BadInput, "{} cannot be resumed: {}", resumed.path.string(), why);
     };
+    if (const std::string flaw = FirstFlaw(render); !flaw.empty()) refuse(flaw);
     if (render.sceneHash.empty())
         refuse("it was saved by the editor, whose scene may have had edits that are in no file");
     const View view = SettingsFrom(render.settings).view;
@@ -18,8 +19,13 @@ ResumedRender ReadResumedRender(const std::filesystem::path& path) {
         refuse("it was merged from separate sample ranges, " + ToText(render.samples));
     if (render.variance.empty()) refuse("it has no channel variance.R");
     // Where albedo and normals are of the pixels' centers, a session traces those of the samples again
-    if (!HasSums(render, {Aov::Albedo, Aov::Normal}))
-        refuse("it lacks sums of samples, the channels sum0.R and so on");
+    const std::string missing = FirstMissingChannel(render, {Aov::Albedo, Aov::Normal});
+    if (!missing.empty()) refuse("it lacks sums of samples: there is no channel " + missing);
+}
+
+ResumedRender ReadResumedRender(const std::filesystem::path& path) {
+    ResumedRender resumed{path, ReadRenderFile(path)};
+    RequireResumable(resumed);
     return resumed;
 }
 

@@ -13,7 +13,11 @@ struct ResumedRender {
     RenderFile render;
 };
 
-// Reads it. Error{BadInput} unless it is a path-traced render with variance and one unbroken sample range.
+// Error{BadInput} naming the path unless it is a path-traced render with variance, sums and one unbroken
+// range of samples, of a scene that is in a file, and its planes have its size.
+RAYGRAPH_API void RequireResumable(const ResumedRender& resumed);
+
+// Reads one, and requires the same.
 RAYGRAPH_API ResumedRender ReadResumedRender(const std::filesystem::path& path);
 
 }  // namespace raygraph::session

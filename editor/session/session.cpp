@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "base/version.h"
 #include "editor/session/device_scene.h"
+#include "editor/session/render_flaws.h"
 #include "editor/session/sample_frames.h"
 
 namespace raygraph::session {
@@ -44,12 +45,14 @@ class ErrorGoal {
 
 void RequirePossible(const SessionDesc& desc) {
     const PictureSettings& settings = desc.settings;
+    RequireReadable(settings);
     for (const Aov aov : kAovs)
         if (desc.aovs.Has(aov) && !CanHave(aov, settings))
             Refuse(Text("the view {} with these biases has no {}", Name(settings.view), Name(aov)));
     if (!settings.lightGroups.empty() && settings.view != View::PathTraced)
         Refuse(Text("the view {} has no light by groups", Name(settings.view)));
     if (desc.resumed == nullptr) return;
+    RequireResumable(*desc.resumed);
     const RenderFile& render = desc.resumed->render;
     if (desc.firstSample != render.samples.front().first || desc.aovs != AovsOf(render))
         Refuse(Text("first sample and AOVs are not those of {}", desc.resumed->path.string()));
@@ -99,6 +102,7 @@ RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settin
 }
 
 SessionDesc Resuming(const ResumedRender& render) {
+    RequireResumable(render);
     return {.settings = SettingsFrom(render.render.settings),
             .aovs = AovsOf(render.render),
             .firstSample = render.render.samples.front().first,

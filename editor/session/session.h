@@ -49,7 +49,8 @@ struct SessionDesc {
 RAYGRAPH_API RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,
                                        const rhi::DeviceInfo& device);
 
-// With its settings, AOVs and samples; it outlives the constructor of the session.
+// With its settings, AOVs and samples; it outlives the constructor of the session. Errors as of
+// RequireResumable.
 RAYGRAPH_API SessionDesc Resuming(const ResumedRender& render);
 
 struct SessionResult {
@@ -67,8 +68,9 @@ struct SessionStatistics {
 class RAYGRAPH_API Session {
   public:
     // Uploads the scene. `device` outlives the session. Error{Usage} for a camera or group of lights that is
-    // not in the scene, for AOVs that a picture of these settings cannot have, and for sample indices beyond
-    // the last; Error{BadInput} if scene or settings are not those of the resumed render.
+    // not in the scene, for settings that no option takes (SettingError), as they could not be read from a
+    // file, for AOVs that a picture of these settings cannot have, and for sample indices beyond the last;
+    // Error{BadInput} if scene or settings are not those of the resumed render, and as RequireResumable.
     Session(rhi::Device& device, SceneInput input, const SessionDesc& desc);
     ~Session();
     Session(const Session&) = delete;

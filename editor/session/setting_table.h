@@ -24,5 +24,6 @@ struct PictureSetting {
 };
 
 std::span<const PictureSetting> PictureSettingTable();
+bool IsSetting(std::string_view name);
 
 }  // namespace raygraph::session

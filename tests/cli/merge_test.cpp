@@ -54,7 +54,34 @@ TEST(Merge, WhatHasNoSumsIsNamed) {
         [&] {
             Merge({{"a.exr", MakeRender(0, 8)}, {"b.exr", other}});
         },
-        "b.exr", "sum0.R");
+        "b.exr", "no channel sum0.R");
+    other = MakeRender(8, 8);
+    other.sums.albedo = other.sums.normal = {};  // as the editor saves them
+    ExpectError(
+        ErrorKind::BadInput,
+        [&] {
+            Merge({{"a.exr", MakeRender(0, 8)}, {"b.exr", other}});
+        },
+        "b.exr", "no channel albedo.sum0.R", "resume it once");
+}
+
+TEST(Merge, RendersThatNoReaderCheckedAreRefused) {
+    ExpectError(
+        ErrorKind::Usage, [] { Merge({}); }, "no renders");
+    const auto expectRefused = [](auto&& change, const char* part) {
+        RenderFile other = MakeRender(8, 8);
+        change(other);
+        ExpectError(
+            ErrorKind::BadInput,
+            [&] {
+                Merge({{"a.exr", MakeRender(0, 8)}, {"b.exr", other}});
+            },
+            "b.exr", part);
+    };
+    expectRefused([](RenderFile& r) { r.samples.clear(); }, "it has no samples");
+    expectRefused([](RenderFile& r) { r.sums.radiance = passes::MakeExactSums(4, true); },
+                  "sums of radiance");
+    expectRefused([](RenderFile& r) { r.sums.lightGroups.resize(2); }, "groups of lights");
 }
 
 TEST(Merge, KeepsTheListOfSeparateRanges) {

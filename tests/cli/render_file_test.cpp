@@ -117,9 +117,50 @@ TEST(RenderFile, RemovedLightNeedsItsVarianceAndCount) {
     image::WriteExr(path, file);
     const auto readAgain = [&] { ReadRenderFile(path); };
     ExpectError(ErrorKind::BadInput, readAgain, "a.exr", "raygraph.removedSamples");
-    written.removedVariance[1].clear();
-    WriteRenderFile(path, written);
+    file.attributes["raygraph.removedSamples"] = "3";
+    std::erase_if(file.channels, [](const image::ExrChannel& channel) {
+        return channel.name.starts_with("removed_clamp_indirect.variance.");
+    });
+    image::WriteExr(path, file);
     ExpectError(ErrorKind::BadInput, readAgain, "a.exr", "removed_clamp_indirect", "variance");
+}
+
+TEST(RenderFile, SettingThatIsNotKnownIsOfANewerVersion) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    WriteRenderFile(path, MakeRender(0, 4));
+    image::ExrImage file = image::ReadExr(path);
+    file.attributes["raygraph.setting.caustics"] = "on";
+    image::WriteExr(path, file);
+    ExpectError(
+        ErrorKind::BadInput, [&] { ReadRenderFile(path); }, "a.exr",
+        "setting caustics is of a newer version");
+}
+
+// Whoever has made the render: no file is written that cannot be read.
+TEST(RenderFile, WhatCouldNotBeReadIsNotWritten) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder / "a.exr";
+    const auto expectRefused = [&](auto&& change, const char* part) {
+        RenderFile render = MakeRender(0, 4);
+        change(render);
+        ExpectError(
+            ErrorKind::Usage, [&] { WriteRenderFile(path, render); }, "a.exr", part);
+        EXPECT_FALSE(std::filesystem::exists(path));
+    };
+    expectRefused([](RenderFile& r) { r.settings["seed"] = "twelve"; }, "seed: \"twelve\"");
+    expectRefused([](RenderFile& r) { r.settings["caustics"] = "on"; }, "setting caustics is not known");
+    expectRefused([](RenderFile& r) { r.settings["size"] = "3x5"; }, "3x5");
+    expectRefused([](RenderFile& r) { r.settings["light-group"] = "lamps=a*"; }, "groups of lights");
+    expectRefused([](RenderFile& r) { r.samples.clear(); }, "it has no samples");
+    expectRefused([](RenderFile& r) { r.samples = {{0, 2}, {7, 0}}; }, "a range of no samples");
+    expectRefused([](RenderFile& r) { r.samples = {{4, 2}, {0, 2}}; }, "4-5 0-1");
+    expectRefused([](RenderFile& r) { r.samples = {{0xFFFFFFFFu, 2}}; }, "beyond the last");
+    expectRefused([](RenderFile& r) { r.radiance.clear(); }, "radiance");
+    expectRefused([](RenderFile& r) { r.albedo.pop_back(); }, "albedo has 59 values, not 60");
+    expectRefused([](RenderFile& r) { r.depth.push_back(1.0f); }, "depth has 16 values, not 15");
+    expectRefused([](RenderFile& r) { r.sums.normal.sums[2].clear(); }, "sums of normal");
+    expectRefused([](RenderFile& r) { r.removed[1] = r.normal; }, "removed_clamp_indirect");
 }
 
 TEST(RenderFile, ChannelsThatWereNotRenderedAreLeftOut) {
