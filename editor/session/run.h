@@ -9,9 +9,11 @@ namespace raygraph::session {
 
 // A run ends with the first of these; one of the first three is set.
 struct StopRule {
-    std::optional<uint32_t> samples;        // in the picture, with those of earlier runs
-    std::optional<double> seconds;          // of this run; at least one sample is rendered
-    std::optional<double> relativeError;    // as of ImageStatistics; not before 64 samples
+    std::optional<uint32_t> samples;  // in the picture, with those of earlier runs
+    std::optional<double> seconds;    // of this run; at least one sample is rendered
+    // As of ImageStatistics; not before 64 samples. A picture that is black without any variance then has
+    // none to fall, and is done.
+    std::optional<double> relativeError;
     std::function<bool()> isStopRequested;  // asked before each sample; empty: never
 };
 
@@ -21,7 +23,7 @@ struct ProgressState {
     std::optional<uint32_t> samplesWanted;  // none: until the time is up
     double samplesPerSecond = 0.0;          // of all pixels; 0: not known yet
     std::optional<double> relativeError;    // with variance: from time to time
-    std::optional<double> secondsLeft;
+    std::optional<double> secondsLeft;      // until the first of the rule's limits, but for the error
 };
 
 struct RunSummary {

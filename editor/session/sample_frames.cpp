@@ -19,6 +19,12 @@ std::vector<T> ChannelOf(const std::vector<T>& texels, size_t channel) {
     return values;
 }
 
+bool HasNoColor(const Texels& texels) {
+    for (size_t i = 0; i < texels.size(); i++)
+        if (i % 4 != 3 && texels[i] != 0.0f) return false;
+    return true;
+}
+
 }  // namespace
 
 SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
@@ -177,9 +183,10 @@ void SampleFrames::WaitForSamples() {
 std::optional<double> SampleFrames::RelativeError() {
     if (m_measurement && m_measurement->mean.IsReady() && m_measurement->variance.IsReady()) {
         const uint32_t count = m_measurement->sampleCount;
-        const std::optional<double> error = Measure(WaitForValues<float>(m_measurement->mean),
-                                                    WaitForValues<float>(m_measurement->variance), count)
-                                                .relativeError;
+        const Texels mean = WaitForValues<float>(m_measurement->mean),
+                     variance = WaitForValues<float>(m_measurement->variance);
+        const std::optional<double> error = Measure(mean, variance, count).relativeError;
+        m_isBlack = HasNoColor(mean) && HasNoColor(variance);
         if (error) m_errorOfOneSample = *error * std::sqrt(static_cast<double>(count));
         m_measurement.reset();
     }

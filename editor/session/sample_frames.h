@@ -43,6 +43,8 @@ class SampleFrames {
     uint32_t SamplesSubmitted() const { return m_submitted; }
     // Of the newest measured sample that has arrived, scaled to the samples done since; none before.
     std::optional<double> RelativeError();
+    // Whether the newest measured sample that has arrived shows no light, and no earlier one did.
+    bool IsBlack() const { return m_isBlack; }
     // Of the finished ones that this object rendered: those that were infinite or NaN, and are black.
     uint64_t NonFiniteSamples();
     // Waits until the device has done what was submitted.
@@ -114,6 +116,7 @@ class SampleFrames {
     uint64_t m_nonFiniteSamples = 0;
     std::optional<Measurement> m_measurement;
     std::optional<double> m_errorOfOneSample;
+    bool m_isBlack = false;
     PassTimes m_times;
 };
 

@@ -26,7 +26,8 @@ class ErrorGoal {
     bool IsMeasuringAt(uint32_t samples) const {
         return m_wanted && samples >= kLeast && (std::has_single_bit(samples) || samples == m_needed);
     }
-    void Measured(uint32_t samples, const std::optional<double>& error) {
+    void Measured(uint32_t samples, const std::optional<double>& error, bool isBlack) {
+        if (isBlack) m_needed = kLeast;  // nothing says that there is light to be found
         if (!error) return;
         const double needed = std::ceil(samples * (*error / *m_wanted) * (*error / *m_wanted));
         m_needed = static_cast<uint32_t>(std::clamp(needed, double{kLeast}, 4294967294.0));
@@ -134,6 +135,10 @@ struct Session::Impl {
         if (!rule.samples && !rule.seconds && !rule.relativeError) Refuse("a run without an end");
         if (rule.relativeError && !(withVariance && frames.ShowsLight()))
             Refuse("there is no variance that an error could be estimated from");
+        if (rule.relativeError && !(*rule.relativeError > 0.0))
+            Refuse(Text("no render gets to a relative error of {}", *rule.relativeError));
+        if (rule.seconds && !std::isfinite(*rule.seconds))
+            Refuse(Text("{} seconds are no time that ends", *rule.seconds));
         const uint32_t before = frames.SamplesSubmitted();
         if (rule.samples && *rule.samples <= before)
             Refuse(Text("{} samples are asked for, and there are {}", *rule.samples, before));
@@ -154,7 +159,9 @@ struct Session::Impl {
             state.samplesPerSecond = rate * static_cast<double>(PixelCount(described.size));
             if (rule.samples) state.secondsLeft = (*rule.samples - state.samplesDone) / rate;
         }
-        if (rule.seconds) state.secondsLeft = std::max(0.0, *rule.seconds - seconds);
+        if (rule.seconds)
+            state.secondsLeft =
+                std::min(std::max(0.0, *rule.seconds - seconds), state.secondsLeft.value_or(*rule.seconds));
         state.relativeError = frames.RelativeError();
         return state;
     }
@@ -193,7 +200,8 @@ RunSummary Session::Run(const StopRule& asked, const std::function<void(const Pr
         frames.RenderSample(isLast, isMeasuring || (progress && std::has_single_bit(samples)));
         if (isMeasuring) {
             frames.WaitForSamples();
-            goal.Measured(samples, frames.RelativeError());
+            const std::optional<double> error = frames.RelativeError();
+            goal.Measured(samples, error, frames.IsBlack());
         }
         if (samples == before + 1) {
             frames.WaitForSamples();

@@ -76,11 +76,12 @@ class RAYGRAPH_API Session {
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
-    // Renders until the rule says so, and waits for the last sample. May be called again, to go on.
-    // `progress` is called after each sample was submitted, on this thread. A view without a mean over
-    // samples (passes::IsMeanMeaningful) takes one sample, whatever the rule says. Error{Usage} for a rule
-    // that cannot end, or that asks for no more samples than there are. After any other Error, the session
-    // can only be destroyed.
+    // Renders until the rule says so, and waits for the last sample. May be called again, to go on; but for
+    // a view without a mean over samples (passes::IsMeanMeaningful), which takes one sample, whatever the
+    // rule says, it may be called once. `progress` is called after each sample was submitted, on this thread.
+    // Error{Usage} for a rule that cannot end (of a time that is not finite, of an error that is not above
+    // 0), or that asks for no more samples than there are: nothing is rendered. After any other Error, the
+    // session can only be destroyed.
     RunSummary Run(const StopRule& rule, const std::function<void(const ProgressState&)>& progress = {});
 
     // After a run: all that was asked for. Copies it from the device, and waits for that.

@@ -2,6 +2,7 @@
 #include "editor/session/session.h"
 
 #include <cmath>
+#include <limits>
 
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
@@ -44,6 +45,47 @@ TEST_F(SessionTest, SettingsThatNoTextGivesAreRefused) {
     expectRefused([](PictureSettings& s) { s.aperture = -1.0f; }, "aperture: ");
     expectRefused([](PictureSettings& s) { s.lightGroups = {{"rest", {"Light"}}}; }, "light-group: ");
     expectRefused([](PictureSettings& s) { s.lightGroups = {{"lamps", {"a,b"}}}; }, "light-group: ");
+}
+
+TEST_F(SessionTest, RunsThatCannotEndAreRefused) {
+    Session session(Device(), Cornell(), Small());
+    const auto expectRefused = [&](const StopRule& rule, const char* part) {
+        ExpectError(
+            ErrorKind::Usage, [&] { session.Run(rule); }, part);
+    };
+    expectRefused({}, "without an end");
+    expectRefused({.samples = 0}, "0 samples");
+    for (const double seconds : {std::numeric_limits<double>::quiet_NaN(), HUGE_VAL}) {
+        SCOPED_TRACE(seconds);
+        expectRefused({.samples = 2, .seconds = seconds}, "seconds");
+    }
+    for (const double error : {std::numeric_limits<double>::quiet_NaN(), 0.0, -0.5}) {
+        SCOPED_TRACE(error);
+        expectRefused({.samples = 2, .relativeError = error}, "relative error");
+    }
+    EXPECT_EQ(session.SampleCount(), 0u);
+    session.Run({.samples = 1, .seconds = -1.0});
+    EXPECT_EQ(session.SampleCount(), 1u) << "late before it began";
+}
+
+TEST_F(SessionTest, RunForAnErrorEndsWhereThereIsNoLight) {
+    Session session(Device(), LoadInput(test::SceneFile("furnace_sphere.gltf")), Small());
+    session.Run({.samples = 200, .relativeError = 0.1});
+    EXPECT_GE(session.SampleCount(), 64u);
+    EXPECT_LE(session.SampleCount(), 65u);
+    EXPECT_FALSE(session.Result().statistics.relativeError);
+}
+
+TEST_F(SessionTest, TimeLeftIsThatOfTheLimitThatIsReachedFirst) {
+    Session session(Device(), Cornell(), Small());
+    std::optional<double> left;
+    session.Run({.samples = 8, .seconds = 1e6},
+                [&](const ProgressState& state) { left = state.secondsLeft; });
+    ASSERT_TRUE(left);
+    EXPECT_LT(*left, 1e5);
+    session.Run({.samples = 1u << 30, .seconds = 0.02},
+                [&](const ProgressState& state) { left = state.secondsLeft; });
+    EXPECT_LT(*left, 1.0);
 }
 
 TEST_F(SessionTest, RenderThatNoReaderCheckedIsNotResumed) {
