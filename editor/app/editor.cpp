@@ -42,7 +42,11 @@ bool Editor::IsBusy() const {
            !m_pictureFile.empty() || !m_windowFile.empty();
 }
 
-bool Editor::Frame(const FrameInput& input, Screen& screen) {
+bool Editor::Frame(const FrameInput& given, Screen& screen) {
+    FrameInput ignored;
+    ignored.extent = given.extent;
+    ignored.scale = given.scale;
+    const FrameInput& input = m_isLeaving ? ignored : given;
     if (m_work.FinishLoading()) {
         m_isPicking = false;  // of what is gone
         KeepSettings();       // with the file among the recent ones
@@ -52,7 +56,7 @@ bool Editor::Frame(const FrameInput& input, Screen& screen) {
     FinishSaving();
     m_work.Observe();
     if (input.isClosing) Leave();
-    if (input.extent.IsEmpty()) return !m_isLeaving;
+    if (input.extent.IsEmpty()) return !m_isLeaving || IsStillSaving(false);
     const auto points = [&](uint32_t pixels) {
         return static_cast<uint32_t>(std::lround(static_cast<float>(pixels) / input.scale));
     };
@@ -64,11 +68,11 @@ bool Editor::Frame(const FrameInput& input, Screen& screen) {
     BuildUi(input);
     m_ui.End();
     m_work.uiMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-    Draw(screen, input);
-    return !m_isLeaving;
+    const bool hasDrawn = Draw(screen, input);
+    return !m_isLeaving || IsStillSaving(hasDrawn);
 }
 
-void Editor::Draw(Screen& screen, const FrameInput& input) {
+bool Editor::Draw(Screen& screen, const FrameInput& input) {
     Renderer& renderer = m_work.renderer;
     m_frameError.clear();
     const std::filesystem::path picturePath = m_pictureFile, windowPath = m_windowFile;
@@ -80,7 +84,7 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
         const std::optional<TextureId> target = screen.Begin(renderer, input.extent);
         if (!target) {
             renderer.DropFrame();
-            return;
+            return false;
         }
         const TextureId picture = m_work.view.Declare();
         const TextureId drawn = m_ui.Draw(renderer, *target, m_work.view.DeclareOutline(picture));
@@ -93,6 +97,7 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
         NoteCaptured();
         m_work.hasDrawn = true;
         m_droppedFrame.clear();
+        return true;
     } catch (const Error& error) {
         if (error.Kind() == ErrorKind::DeviceLost || error.Kind() == ErrorKind::OutOfMemory) throw;
         m_frameError = error.what();
@@ -102,6 +107,7 @@ void Editor::Draw(Screen& screen, const FrameInput& input) {
         m_saving.erase(m_saving.begin() + static_cast<std::ptrdiff_t>(savingBefore), m_saving.end());
         m_pictureFile = picturePath;
         m_windowFile = windowPath;
+        return false;
     }
 }
 

@@ -28,8 +28,9 @@ class Editor {
     explicit Editor(rhi::Device& device, EditorOptions options = {});
 
     Workspace& Work() { return m_work; }
-    // Processes the input, draws the next frame. False: the user quits, and has confirmed the loss of unsaved
-    // edits, if any.
+    // Processes the input, draws the next frame. False: the user quits, has confirmed the loss of unsaved
+    // edits, if any, and the pictures to be saved are written. A picture that no frame brings (the window is
+    // minimized, or shows none) is given up, and the message says so. Who is quitting has no more input.
     bool Frame(const FrameInput& input, Screen& screen);
     bool IsLeaving() const { return m_isLeaving; }
     // Whether the question about unsaved edits is open (Open, and quitting); until it is answered
@@ -75,9 +76,12 @@ class Editor {
     void Mouse(const FrameInput& input);
     void Fly(const FrameInput& input);
     void TakePick();
-    void Draw(Screen& screen, const FrameInput& input);
+    // False: there is no frame.
+    bool Draw(Screen& screen, const FrameInput& input);
     void NoteCaptured();
     void FinishSaving();
+    // While quitting, after a frame: whether a picture is still to be written.
+    bool IsStillSaving(bool hasDrawn);
     void Leave();
     // Calls `then` when there are no unsaved edits or the user discards them.
     void BeforeLoss(std::function<void()> then);

@@ -113,6 +113,23 @@ void Editor::SavePicture(const std::filesystem::path& file) {
     }
 }
 
+bool Editor::IsStillSaving(bool hasDrawn) {
+    const auto giveUp = [&](const std::filesystem::path& file) {
+        if (!file.empty())
+            m_work.Refuse(file.string() + ": not saved, the editor was closed without a picture");
+    };
+    // A frame that was drawn has taken these, if there is a picture
+    giveUp(std::exchange(m_pictureFile, {}));
+    giveUp(std::exchange(m_windowFile, {}));
+    // Of a surface view there is none
+    if (!hasDrawn || m_work.view.Show().view == viewport::View::Surface)
+        std::erase_if(m_savingRenders, [&](const SavingRender& saving) {
+            if (!saving.isTaken) giveUp(saving.file);
+            return !saving.isTaken;
+        });
+    return !m_saving.empty() || !m_savingRenders.empty();
+}
+
 void Editor::NoteCaptured() {
     for (SavingRender& saving : m_savingRenders) {
         if (saving.isTaken || !saving.capture.IsTaken()) continue;

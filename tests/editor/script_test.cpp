@@ -307,6 +307,35 @@ TEST_F(ScriptTest, NothingIsAskedWhereNothingIsLost) {
     Play("size 320x200\nclose\nexpect asking no\nexpect leaving yes\n");
 }
 
+// As a window does it: frames until there is none to follow.
+TEST_F(ScriptTest, PicturesOnTheirWayAreWrittenBeforeTheEditorCloses) {
+    Play(OpenCornell());
+    FrameInput input;
+    input.extent = {640, 400};
+    const auto close = [&] {
+        input.isClosing = true;
+        int frames = 1;
+        for (; editor.Frame(input, screen) && frames < 1000; frames++) input.isClosing = false;
+        return frames;
+    };
+    editor.SavePicture(folder.Path() / "a.png");
+    editor.SavePicture(folder.Path() / "a.exr");
+    EXPECT_LT(close(), 1000);
+    EXPECT_TRUE(std::filesystem::exists(folder.Path() / "a.png"));
+    EXPECT_EQ(session::ReadRenderFile(folder.Path() / "a.exr").sceneFile, "cornell.gltf");
+    EXPECT_TRUE(editor.IsLeaving());
+}
+
+// What cannot come any more does not hold the editor: the window is minimized.
+TEST_F(ScriptTest, PicturesThatCannotBeTakenDoNotKeepTheEditorOpen) {
+    Play(OpenCornell());
+    editor.SavePicture(folder.Path() / "a.exr");
+    FrameInput input;
+    input.isClosing = true;
+    EXPECT_FALSE(editor.Frame(input, screen));
+    EXPECT_NE(editor.Work().message.find("a.exr: not saved"), std::string::npos) << editor.Work().message;
+}
+
 TEST_F(ScriptTest, ExrNamesTheFilesAndTheSkyOfTheFrameThatWasSaved) {
     image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 0.5f)};
     image::WriteHdr(folder.Path() / "sky.hdr", sky);
