@@ -80,8 +80,11 @@ void AddDevice(CLI::App& app, std::string& device) {
 }
 
 void AddLog(CLI::App& app, OutputArguments& arguments) {
-    app.add_flag("-v,--verbose", arguments.verbosity,
-                 Wrapped("Say more on stderr: what is done and how long it takes; -vv: debug messages too"));
+    // As a function: CLI11 2.4 takes a flag that counts into a number as given from the start, and --quiet,
+    // which excludes it, would always be refused.
+    app.add_flag_function(
+        "-v,--verbose", [&arguments](int64_t count) { arguments.verbosity = static_cast<uint32_t>(count); },
+        Wrapped("Say more on stderr: what is done and how long it takes; -vv: debug messages too"));
     AddPath(app, "--log", "FILE", "Add messages to a file as well, from information on (with -vv all)",
             arguments.logFile);
 }

@@ -14,6 +14,15 @@ struct FacetFresnel {
     bool isMetal;
 };
 
+INLINE FacetFresnel BlackFresnel() {
+    FacetFresnel fresnel;
+    fresnel.f0 = vec3(0.0f);
+    fresnel.f90 = vec3(0.0f);
+    fresnel.exactF90 = vec3(0.0f);
+    fresnel.isMetal = true;
+    return fresnel;
+}
+
 // Of light that makes cosI > 0 with the facet; eta is n(far side) / n(this side) as seen from here, and not
 // read for metals. Total reflection is 1 whatever f90. Dielectrics with an exact model have the shape of the
 // exact curve, moved to f0 and exactF90 at its ends; f0 is then that of eta times a tint.

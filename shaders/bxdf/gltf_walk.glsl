@@ -23,6 +23,9 @@ INLINE WalkChoice ChooseWalk(GltfBSDF g, float uc) {
     WalkChoice choice;
     choice.surface.alpha = g.view.facets.alpha;
     choice.surface.kind = kWalkAbsorbs;
+    choice.surface.eta = 1.0f;
+    choice.surface.fresnel = BlackFresnel();
+    choice.reflect = vec3(0.0f);
     choice.pass = vec3(0.0f);
     if (HasTraceFeature(kTraceGlass) && g.glassChance > 0.0f && chance >= g.metalChance + g.layerChance) {
         choice.surface.kind = g.view.isThin ? kWalkPassesThin : kWalkRefracts;
@@ -30,17 +33,16 @@ INLINE WalkChoice ChooseWalk(GltfBSDF g, float uc) {
         choice.surface.fresnel = g.glass.fresnel;
         choice.reflect = g.glass.reflect / g.glassChance;
         choice.pass = g.glass.pass / (g.view.isThin ? g.glassChance : g.glassChance * Sqr(g.glass.eta));
-    } else if (g.layerChance > 1e-6f && chance >= g.metalChance) {
+    } else if (HasTraceFeature(kTraceOpaque) && g.layerChance > 0.0f && chance >= g.metalChance) {
         choice.surface.eta = g.layer.eta;
         choice.surface.fresnel = g.layer.fresnel;
         choice.reflect = g.layer.scale / g.layerChance;
-    } else {
-        choice.surface.eta = 1.0f;
+    } else if (HasTraceFeature(kTraceMetals) && g.metalChance > 0.0f) {
         choice.surface.fresnel.f0 = g.metal.fresnel.f0;
         choice.surface.fresnel.f90 = g.metal.fresnel.f90;
         choice.surface.fresnel.exactF90 = g.metal.fresnel.f90;
         choice.surface.fresnel.isMetal = true;
-        choice.reflect = g.metal.scale / max(g.metalChance, 1e-20f);
+        choice.reflect = g.metal.scale / g.metalChance;
     }
     return choice;
 }

@@ -132,6 +132,18 @@ TEST_F(TraceMaterials, Trace_LobesComeAndGoWithTheMaterial) {
     }
 }
 
+// The factors of a metal, and a texture that makes it plastic: the layer and its base are in the pipelines.
+TEST_F(TraceMaterials, Trace_MetalWhoseTextureSaysPlasticReturnsAllLight) {
+    scene::Material material = Metal(1.0f);
+    material.metallicRoughnessTexture = {.texture = 0};
+    scene::SceneData scene = SceneOf({QuadMesh(10.0f)}, {material});
+    scene.images.push_back({.name = "plastic", .width = 1, .height = 1, .rgba = {255, 128, 0, 255}});
+    scene.textures.push_back({.name = "plastic", .image = 0});
+    render.scene.SetScene(std::move(scene));
+    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+    EXPECT_NEAR(render.Render(Gltf(EyeAt(0.8f), {0, 0, 0}, 1e-4f, 8), 64).mean.Mean().y, 1.0, 0.02);
+}
+
 TEST_F(TraceMaterials, Trace_SmoothGlassSphereVanishesInUnitEnvironment) {
     const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.7f, 48);
     for (const float ior : {1.1f, 1.5f, 2.4f}) {
