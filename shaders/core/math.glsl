@@ -20,7 +20,6 @@ INLINE float Sqr(float x) { return x * x; }
 INLINE float SafeSqrt(float x) { return sqrt(max(x, 0.0f)); }
 
 INLINE float MaxComponent(vec3 v) { return max(v.x, max(v.y, v.z)); }
-INLINE float MinComponent(vec3 v) { return min(v.x, min(v.y, v.z)); }
 
 // Neither NaN nor infinite; by its bits, which no optimization for finite numbers takes away.
 INLINE bool IsFinite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
