@@ -19,12 +19,12 @@ const char* RayGenOf(const TraceOutputs& outputs) {
 }
 
 // More invocations than any device runs at once.
-constexpr uint32_t kMostInvocations = 1u << 18;
+constexpr uint32_t kMaxInvocations = 1u << 18;
 
 // Of a picture that size, see pathtrace/pathtrace_main.glsl.
 Extent2D InvocationsFor(Extent2D extent) {
     const uint64_t pixels = uint64_t{extent.width} * extent.height;
-    return {static_cast<uint32_t>(std::min<uint64_t>(pixels, kMostInvocations)), 1};
+    return {static_cast<uint32_t>(std::min<uint64_t>(pixels, kMaxInvocations)), 1};
 }
 
 // TraceCounts, 0 to begin with.

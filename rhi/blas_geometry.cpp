@@ -7,7 +7,7 @@ namespace raygraph::rhi {
 namespace {
 
 // The count that every device supports: maxPrimitiveCount is at least this.
-constexpr uint64_t kMostPrimitives = (uint64_t{1} << 29) - 1;
+constexpr uint64_t kMaxPrimitives = (uint64_t{1} << 29) - 1;
 
 [[noreturn]] void Fail(const BlasDesc& desc, const std::string& what) {
     throw MakeError(ErrorKind::Usage, "BLAS '{}': {}", desc.name, what);
@@ -58,8 +58,8 @@ void CheckBuildable(const BlasDesc& desc) {
         CheckAddress(desc, name + ".boxes", desc.aabbs[i].boxes, 8);
         primitiveCount += desc.aabbs[i].boxCount;
     }
-    if (primitiveCount > kMostPrimitives)
-        Fail(desc, Text("has {} primitives, at most {} can be built", primitiveCount, kMostPrimitives));
+    if (primitiveCount > kMaxPrimitives)
+        Fail(desc, Text("has {} primitives, at most {} can be built", primitiveCount, kMaxPrimitives));
 }
 
 void CheckUpdatable(const BlasDesc& built, const BlasDesc& next) {

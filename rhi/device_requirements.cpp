@@ -71,7 +71,7 @@ const std::array kFeatures{
                  nullptr,
                  RAYGRAPH_FLAG_(vulkan12.runtimeDescriptorArray)},
     FeatureEntry{
-        {"shaderSampledImageArrayNonUniformIndexing", true, "neighbouring rays see different textures"},
+        {"shaderSampledImageArrayNonUniformIndexing", true, "neighboring rays see different textures"},
         nullptr,
         RAYGRAPH_FLAG_(vulkan12.shaderSampledImageArrayNonUniformIndexing)},
     FeatureEntry{{"descriptorBindingPartiallyBound", true, "the bindless texture table"},

@@ -94,7 +94,7 @@ class FolderIncluder : public glslang::TShader::Includer {
 
 // glslang writes "ERROR: file:line: text" lines and closes with a count of them.
 std::string FirstErrors(const std::string& log, const std::string& name) {
-    constexpr int kMostErrors = 5;
+    constexpr int kMaxErrors = 5;
     constexpr std::string_view kPrefix = "ERROR: ";
     std::istringstream lines(log);
     std::string errors;
@@ -104,12 +104,12 @@ std::string FirstErrors(const std::string& log, const std::string& name) {
         if (line.find("'' : compilation terminated") != std::string::npos) continue;
         line.erase(0, kPrefix.size());
         while (!line.empty() && line.back() == ' ') line.pop_back();
-        if (++count > kMostErrors) continue;
+        if (++count > kMaxErrors) continue;
         // Errors of linking carry no file.
         if (line.find(".") == std::string::npos || line.starts_with("Linking")) line = name + ": " + line;
         errors += (errors.empty() ? "" : "\n") + line;
     }
-    if (count > kMostErrors) errors += Text("\n{}: and {} more errors", name, count - kMostErrors);
+    if (count > kMaxErrors) errors += Text("\n{}: and {} more errors", name, count - kMaxErrors);
     return errors.empty() ? name + ": does not compile" : errors;
 }
 

@@ -14,7 +14,7 @@ namespace raygraph::rhi {
 namespace {
 
 static_assert(sizeof(VkAccelerationStructureInstanceKHR) == kTlasInstanceBytes);
-constexpr uint32_t kMost24Bits = (1u << 24) - 1;
+constexpr uint32_t kMax24Bits = (1u << 24) - 1;
 constexpr uint64_t kInstanceAlignment = 16;
 
 VkAccelerationStructureGeometryKHR InstanceGeometry(VkDeviceAddress instances) {
@@ -49,16 +49,16 @@ void WriteInstances(std::span<const TlasInstance> instances, std::span<std::byte
     for (size_t i = 0; i < instances.size(); ++i) {
         const TlasInstance& source = instances[i];
         const uint64_t tableOffset = uint64_t{source.hitSet} * kRayTypeCount;
-        if (source.customIndex > kMost24Bits || tableOffset > kMost24Bits)
+        if (source.customIndex > kMax24Bits || tableOffset > kMax24Bits)
             throw MakeError(ErrorKind::Usage,
                             "TLAS instance {}: customIndex {} or hit set {} exceeds 24 bits", i,
                             source.customIndex, source.hitSet);
         VkAccelerationStructureInstanceKHR native{};
         static_assert(sizeof(native.transform) == sizeof(source.objectToWorld));
         std::memcpy(&native.transform, source.objectToWorld.data(), sizeof(native.transform));
-        native.instanceCustomIndex = source.customIndex & kMost24Bits;
+        native.instanceCustomIndex = source.customIndex & kMax24Bits;
         native.mask = source.mask;
-        native.instanceShaderBindingTableRecordOffset = static_cast<uint32_t>(tableOffset) & kMost24Bits;
+        native.instanceShaderBindingTableRecordOffset = static_cast<uint32_t>(tableOffset) & kMax24Bits;
         VkGeometryInstanceFlagsKHR flags = 0;
         if (source.isFacingFlipped) flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FLIP_FACING_BIT_KHR;
         if (source.isCullingDisabled) flags |= VK_GEOMETRY_INSTANCE_TRIANGLE_FACING_CULL_DISABLE_BIT_KHR;

@@ -59,7 +59,7 @@ def interpolate(samples, step, wavelength):
 
 
 def observer(wavelength):
-    """The CIE 1931 colour matching functions, multi-lobe fit of Wyman, Sloan and Shirley 2013 (JCGT 2(2))."""
+    """The CIE 1931 color matching functions, multi-lobe fit of Wyman, Sloan and Shirley 2013 (JCGT 2(2))."""
     def lobe(mean, below, above):
         return math.exp(-0.5 * ((wavelength - mean) / (below if wavelength < mean else above)) ** 2)
     return (1.056 * lobe(599.8, 37.9, 31.0) + 0.362 * lobe(442.0, 16.0, 26.7)
@@ -69,7 +69,7 @@ def observer(wavelength):
 
 
 def linear_srgb(spectrum):
-    """The linear sRGB colour of a spectrum, in steps of 1 nm; a constant spectrum of 1 has Y = 1."""
+    """The linear sRGB color of a spectrum, in steps of 1 nm; a constant spectrum of 1 has Y = 1."""
     xyz, norm = [0.0, 0.0, 0.0], 0.0
     for wavelength in range(400, 701):
         weights = observer(wavelength)
@@ -82,7 +82,7 @@ def linear_srgb(spectrum):
 
 
 def reflectance(samples):
-    """The colour under D65 as a share, channel by channel, of that of a perfect reflector."""
+    """The color under D65 as a share, channel by channel, of that of a perfect reflector."""
     lit = linear_srgb(lambda w: interpolate(samples, 4.0, w) * interpolate(D65, 10.0, w))
     white = linear_srgb(lambda w: interpolate(D65, 10.0, w))
     return [a / b for a, b in zip(lit, white)]

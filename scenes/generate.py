@@ -91,10 +91,10 @@ def texture_orientation():
         primitive = writer.primitive(corners, ((0, 1, 2), (0, 2, 3)), material, [(0, 0, 1)] * 4, texcoords)
         return writer.mesh(name, [primitive])
 
-    base = writer.material("base colour", [1, 1, 1], baseColorTexture={"index": plain})
+    base = writer.material("base color", [1, 1, 1], baseColorTexture={"index": plain})
     emitting = quad("emission", emissive("emission", plain), upright)
     writer.node(name="emission", mesh=emitting, translation=[-2.5, 1.25, 0])
-    writer.node(name="base colour", mesh=quad("base colour", base, upright), translation=[0, 1.25, 0])
+    writer.node(name="base color", mesh=quad("base color", base, upright), translation=[0, 1.25, 0])
     writer.node(name="second texture coordinates, a quarter turn", translation=[2.5, 1.25, 0],
                 mesh=quad("turned", emissive("turned", plain, 1), upright, turned))
     writer.node(name="repeat", mesh=quad("repeat", emissive("repeat", plain), wide),

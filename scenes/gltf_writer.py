@@ -192,6 +192,6 @@ def png_rgb(rows):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 2, 0, 0, 0)
-    # sRGB chunk: the colours are meant as sRGB, perceptual intent.
+    # sRGB chunk: the colors are meant as sRGB, perceptual intent.
     return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"sRGB", b"\0") + chunk(b"IDAT", deflated)
             + chunk(b"IEND", b""))

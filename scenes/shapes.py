@@ -57,7 +57,7 @@ def floor_quad(half_width, half_depth, y=0.0):
 
 def lathe(profile, segments):
     """A closed profile of (radius, height) turned about the y axis: from the axis, outwards along the bottom,
-    up, and back to the axis. Smooth around, with an edge at every point of the profile; neighbours meet in
+    up, and back to the axis. Smooth around, with an edge at every point of the profile; neighbors meet in
     exactly equal positions."""
     positions, normals, triangles = [], [], []
     angles = [2.0 * math.pi * i / segments for i in range(segments)]

@@ -10,10 +10,10 @@ namespace raygraph::editor {
 namespace {
 
 constexpr float kArm = 90.0f;         // points
-constexpr float kLeastSine = 0.12f;   // of the angle between a handle and the line of sight
+constexpr float kMinSine = 0.12f;     // of the angle between a handle and the line of sight
 constexpr float kEdgeOn = 0.25f;      // cosine from which a ring is turned by its tangent
 constexpr float kWholeShare = 0.16f;  // of the arm: half the square in the middle
-constexpr float kLeastScale = 0.01f;
+constexpr float kMinScale = 0.01f;
 constexpr int kRingParts = 64;
 
 // The two axes other than this one.
@@ -174,14 +174,14 @@ std::vector<GizmoShape> ShapesOf(const GizmoFrame& frame, GizmoTool tool, const 
     }
     for (int i = 0; i < 3; i++) {
         const glm::ivec2 others = OthersOf(i);
-        if (std::abs(glm::dot(Normal(frame, i), toEye)) < kLeastSine) continue;
+        if (std::abs(glm::dot(Normal(frame, i), toEye)) < kMinSine) continue;
         const glm::vec3 a = frame.axes[others.x] * frame.size, b = frame.axes[others.y] * frame.size;
         add(static_cast<GizmoHandle>(3 + i), true,
             {o + 0.3f * a + 0.3f * b, o + 0.55f * a + 0.3f * b, o + 0.55f * a + 0.55f * b,
              o + 0.3f * a + 0.55f * b});
     }
     for (int i = 0; i < 3; i++)
-        if (glm::length(glm::cross(frame.axes[i], toEye)) >= kLeastSine)
+        if (glm::length(glm::cross(frame.axes[i], toEye)) >= kMinSine)
             add(static_cast<GizmoHandle>(i), false,
                 {o + 0.22f * frame.size * frame.axes[i], o + frame.size * frame.axes[i]});
     const float w = kWholeShare;
@@ -293,7 +293,7 @@ glm::mat4 GizmoDrag::Scaled(const Ray& ray, bool isSnapping) const {
         factor = glm::dot(to, from) / before;
     }
     if (isSnapping) factor = Stepped(factor, 0.1f);
-    factor = std::max(factor, kLeastScale);
+    factor = std::max(factor, kMinScale);
     glm::vec3 factors(factor);
     if (m_handle < GizmoHandle::PlaneX) (factors = glm::vec3(1.0f))[axis] = factor;
     if (m_handle >= GizmoHandle::PlaneX && m_handle < GizmoHandle::Whole) factors[axis] = 1.0f;

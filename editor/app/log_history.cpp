@@ -36,7 +36,7 @@ void LogHistory::Add(const LogMessage& message) {
                    .text = std::string(message.text)};
     const std::scoped_lock lock(m_mutex);
     m_entries.push_back(std::move(entry));
-    if (m_entries.size() > kMost) m_entries.pop_front();
+    if (m_entries.size() > kMax) m_entries.pop_front();
     m_counts[static_cast<size_t>(message.level)]++;
     m_revision++;
 }

@@ -33,7 +33,7 @@ std::string LineOf(const LogEntry& entry);
 
 class LogHistory {
   public:
-    static constexpr size_t kMost = 5000;  // older ones are forgotten
+    static constexpr size_t kMax = 5000;  // older ones are forgotten
 
     void Add(const LogMessage& message);
     void Clear();

@@ -83,7 +83,7 @@ std::string LabelOf(std::string_view name) {
     return label;
 }
 
-constexpr float kMostDragged = 1e7f;  // of what has no bound of its own
+constexpr float kMaxDragged = 1e7f;  // of what has no bound of its own
 
 // A widget for the value of a field, by its type, range and unit. True: the value was edited.
 bool Widget(const char* label, float& value, const scene::FieldRange& range, std::string_view unit) {
@@ -97,8 +97,8 @@ bool Widget(const char* label, float& value, const scene::FieldRange& range, std
     const std::string format = unit.empty() ? "%.3f" : Text("%.3f {}", unit);
     if (range.HasLeast() && range.HasMost() && range.most <= 1.0f)
         return ImGui::SliderFloat(label, &value, range.least, range.most, format.c_str(), kBounded);
-    const float least = range.HasLeast() ? range.least : -kMostDragged;
-    const float most = range.HasMost() ? range.most : kMostDragged;
+    const float least = range.HasLeast() ? range.least : -kMaxDragged;
+    const float most = range.HasMost() ? range.most : kMaxDragged;
     const float speed = std::max(0.01f * std::abs(value), 0.005f);
     return ImGui::DragFloat(label, &value, speed, least, most, format.c_str(), kBounded);
 }

@@ -11,11 +11,11 @@ namespace raygraph::editor {
 namespace {
 
 constexpr int kDragSteps = 8;
-constexpr std::chrono::seconds kMostWait{300};
-constexpr uint64_t kMostBytes = 1 << 20;
+constexpr std::chrono::seconds kMaxWait{300};
+constexpr uint64_t kMaxBytes = 1 << 20;
 
 std::string TextOf(const std::filesystem::path& file) {
-    const std::vector<std::byte> bytes = ReadFile(file, kMostBytes);
+    const std::vector<std::byte> bytes = ReadFile(file, kMaxBytes);
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
@@ -67,11 +67,11 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
     const auto frame = [&] { Frame(editor, screen); };
     const auto until = [&](const char* what, auto&& isDone) {
         const auto start = std::chrono::steady_clock::now();
-        while (std::chrono::steady_clock::now() - start < kMostWait) {
+        while (std::chrono::steady_clock::now() - start < kMaxWait) {
             frame();
             if (isDone()) return;
         }
-        Fail(line, Text("still not {} after {} s; {}", what, kMostWait.count(), editor.Work().message));
+        Fail(line, Text("still not {} after {} s; {}", what, kMaxWait.count(), editor.Work().message));
     };
     std::visit(Overloaded{[&](const SetSize& command) {
                               m_input.extent = command.extent;

@@ -32,24 +32,24 @@ float Number(const std::string& word, float least, float most) {
 }
 
 uint32_t Count(const std::string& word) {
-    constexpr float kMost = 1e6f;
-    const float value = Number(word, 0.0f, kMost);
+    constexpr float kMax = 1e6f;
+    const float value = Number(word, 0.0f, kMax);
     if (value != std::floor(value)) Refuse(Quoted(word) + " is no whole number");
     return static_cast<uint32_t>(value);
 }
 
 // Pixels, far outside of any window at most.
 glm::vec2 Place(const std::string& x, const std::string& y) {
-    constexpr float kMost = 1e6f;
-    return {Number(x, -kMost, kMost), Number(y, -kMost, kMost)};
+    constexpr float kMax = 1e6f;
+    return {Number(x, -kMax, kMax), Number(y, -kMax, kMax)};
 }
 
 rhi::Extent2D Size(const std::string& word) {
-    constexpr float kMost = 16384.0f;
+    constexpr float kMax = 16384.0f;
     const size_t x = word.find('x');
     if (x == std::string::npos) Refuse("a size is WxH");
-    return {static_cast<uint32_t>(Number(word.substr(0, x), 0.0f, kMost)),
-            static_cast<uint32_t>(Number(word.substr(x + 1), 0.0f, kMost))};
+    return {static_cast<uint32_t>(Number(word.substr(0, x), 0.0f, kMax)),
+            static_cast<uint32_t>(Number(word.substr(x + 1), 0.0f, kMax))};
 }
 
 MouseButton ButtonOf(const std::string& word) {

@@ -21,7 +21,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kFile = "editor.json";
-constexpr uintmax_t kMostBytes = 1 << 20;
+constexpr uintmax_t kMaxBytes = 1 << 20;
 
 constexpr Range kWindowRange{320.0f, 16384.0f};
 
@@ -87,7 +87,7 @@ class Reader {
         const Json* list = Find(key, &Json::is_array, "a list");
         if (!list) return;
         for (const Json& file : *list)
-            if (file.is_string() && files.size() < Settings::kMostRecent)
+            if (file.is_string() && files.size() < Settings::kMaxRecent)
                 files.emplace_back(file.get<std::string>());
     }
 
@@ -152,7 +152,7 @@ void Settings::NoteOpened(const std::filesystem::path& file) {
     const std::filesystem::path whole = std::filesystem::absolute(file, error).lexically_normal();
     std::erase(recent, whole);
     recent.insert(recent.begin(), whole);
-    if (recent.size() > kMostRecent) recent.resize(kMostRecent);
+    if (recent.size() > kMaxRecent) recent.resize(kMaxRecent);
 }
 
 std::filesystem::path ConfigFolder() {
@@ -169,7 +169,7 @@ Settings ReadSettings(const std::filesystem::path& folder, std::string& message)
     std::error_code error;
     if (!std::filesystem::exists(file, error)) return {};
     try {
-        if (!std::filesystem::is_regular_file(file) || std::filesystem::file_size(file) > kMostBytes)
+        if (!std::filesystem::is_regular_file(file) || std::filesystem::file_size(file) > kMaxBytes)
             throw Error(ErrorKind::BadInput, "is no file of settings");
         std::ifstream stream(file, std::ios::binary);
         std::ostringstream text;

@@ -38,9 +38,9 @@ struct Settings {
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;
-    std::vector<std::filesystem::path> recent;  // newest first, absolute, at most kMostRecent
+    std::vector<std::filesystem::path> recent;  // newest first, absolute, at most kMaxRecent
 
-    static constexpr size_t kMostRecent = 10;
+    static constexpr size_t kMaxRecent = 10;
     // Puts a file first.
     void NoteOpened(const std::filesystem::path& file);
     bool operator==(const Settings&) const = default;

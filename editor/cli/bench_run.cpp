@@ -48,7 +48,7 @@ class Bench {
     // Until shaders are compiled, the scene is built, and caches are warm; times are thrown away.
     void WarmUp(const DeclareFrame& declare) {
         RunFrames(declare, kWarmUpFrames);
-        for (uint32_t i = 0; i < kMostFramesToSettle && !m_scene.Scene().IsSettled(); i++)
+        for (uint32_t i = 0; i < kMaxFramesToSettle && !m_scene.Scene().IsSettled(); i++)
             RunFrames(declare, 1);
         std::ignore = m_renderer.TakeTimings();
     }
@@ -70,7 +70,7 @@ class Bench {
     Renderer& GraphRenderer() { return m_renderer; }
 
   private:
-    static constexpr uint32_t kMostFramesToSettle = 64;
+    static constexpr uint32_t kMaxFramesToSettle = 64;
 
     DeviceScene& m_scene;
     Renderer& m_renderer;

@@ -13,7 +13,7 @@ namespace raygraph::cli {
 namespace {
 
 // Compaction is polled from frame to frame; a scene that still has not settled is shown as it is.
-constexpr uint32_t kMostFramesToSettle = 64;
+constexpr uint32_t kMaxFramesToSettle = 64;
 
 // The frame that `render` makes of its last sample: the picture, its variance and its display.
 void DeclareFrame(DeviceScene& scene, passes::Accumulation& accumulation, uint32_t sampleIndex) {
@@ -40,7 +40,7 @@ void GraphCommand(const GraphArguments& arguments, Console& console) {
         do {
             DeclareFrame(scene, accumulation, frame++);
             device->WaitFor(renderer.Execute());
-        } while (!scene.Scene().IsSettled() && frame < kMostFramesToSettle);
+        } while (!scene.Scene().IsSettled() && frame < kMaxFramesToSettle);
     }
     DeclareFrame(scene, accumulation, frame);
     renderer.Compile();

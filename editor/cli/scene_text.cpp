@@ -10,8 +10,8 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr size_t kMostListed = 20;
-constexpr size_t kMostOfName = 1024;  // bytes
+constexpr size_t kMaxListed = 20;
+constexpr size_t kMaxNameBytes = 1024;  // bytes
 
 std::string Line(const char* label, const std::string& text) {
     return Text("  {:<12}{}\n", label, text);
@@ -29,9 +29,9 @@ double Degrees(float radians) {
 template <typename Thing, typename Describe>
 std::string List(const char* label, const std::vector<Thing>& things, Describe&& describe) {
     std::string text = Line(label, things.empty() ? "none" : GroupDigits(things.size()));
-    const size_t shown = std::min(things.size(), kMostListed);
+    const size_t shown = std::min(things.size(), kMaxListed);
     for (size_t i = 0; i < shown; i++)
-        text += Text("    {}  {}  {}\n", i, Quoted(things[i].name, kMostOfName), describe(things[i]));
+        text += Text("    {}  {}  {}\n", i, Quoted(things[i].name, kMaxNameBytes), describe(things[i]));
     if (things.size() > shown) text += Text("    ... and {} more\n", GroupDigits(things.size() - shown));
     return text;
 }

@@ -18,24 +18,24 @@ namespace {
 
 // Says after how many samples the relative error will be at the one that is wanted. The number depends on
 // the samples' own variance: that biases the picture, by an amount that falls with their number, so no
-// render stops before kLeast.
+// render stops before kMin.
 class ErrorGoal {
   public:
     explicit ErrorGoal(const std::optional<double>& wanted) : m_wanted(wanted) {}
 
     bool IsMeasuringAt(uint32_t samples) const {
-        return m_wanted && samples >= kLeast && (std::has_single_bit(samples) || samples == m_needed);
+        return m_wanted && samples >= kMin && (std::has_single_bit(samples) || samples == m_needed);
     }
     void Measured(uint32_t samples, const std::optional<double>& error, bool isBlack) {
-        if (isBlack) m_needed = kLeast;  // nothing says that there is light to be found
+        if (isBlack) m_needed = kMin;  // nothing says that there is light to be found
         if (!error) return;
         const double needed = std::ceil(samples * (*error / *m_wanted) * (*error / *m_wanted));
-        m_needed = static_cast<uint32_t>(std::clamp(needed, double{kLeast}, 4294967294.0));
+        m_needed = static_cast<uint32_t>(std::clamp(needed, double{kMin}, 4294967294.0));
     }
     bool IsReachedAt(uint32_t samples) const { return m_needed > 0 && samples >= m_needed; }
 
   private:
-    static constexpr uint32_t kLeast = 64;
+    static constexpr uint32_t kMin = 64;
     std::optional<double> m_wanted;
     uint32_t m_needed = 0;  // 0: not known yet
 };

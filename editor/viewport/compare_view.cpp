@@ -8,7 +8,7 @@ namespace raygraph::viewport {
 namespace {
 
 // A host may never ask for numbers.
-constexpr size_t kMostPending = 8;
+constexpr size_t kMaxPending = 8;
 
 // A copy that persists over frames.
 TextureId Keep(Renderer& renderer, TextureId map, TextureId kept) {
@@ -52,7 +52,7 @@ void CompareView::Measure(Renderer& renderer, const Key& key, TextureId map) {
                           .groups = renderer.ReadBack(passes::SumGroups(renderer, map))};
     // Readbacks of a dropped frame never arrive
     renderer.OnSubmitted([this, key, pending] {
-        if (m_pending.size() >= kMostPending) m_pending.pop_front();
+        if (m_pending.size() >= kMaxPending) m_pending.pop_front();
         m_pending.push_back(pending);
         m_made = key;
     });

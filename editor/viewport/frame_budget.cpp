@@ -11,7 +11,7 @@ namespace {
 constexpr double kAim = 0.7;
 // At least this share of the limit is for tracing, whatever the rest takes: otherwise no sample would ever
 // be completed.
-constexpr double kLeastShare = 0.25;
+constexpr double kMinShare = 0.25;
 constexpr uint64_t kGrowth = 4;
 
 }  // namespace
@@ -45,17 +45,17 @@ void FrameBudget::LearnRaster(uint64_t pixels, double milliseconds) {
 }
 
 uint32_t FrameBudget::RasterScale(uint64_t pixels) const {
-    constexpr uint32_t kMost = 16;
+    constexpr uint32_t kMax = 16;
     if (!IsLimited()) return 1;
     uint32_t scale = 1;
-    while (scale<kMost&& static_cast<double>(pixels / (uint64_t{scale} * scale)) * m_rasterMsPerPixel> kAim *
+    while (scale<kMax&& static_cast<double>(pixels / (uint64_t{scale} * scale)) * m_rasterMsPerPixel> kAim *
            m_limitMs)
         scale *= 2;
     return scale;
 }
 
 double FrameBudget::TracingMs() const {
-    return std::max(kLeastShare * m_limitMs, kAim * m_limitMs - m_overheadMs);
+    return std::max(kMinShare * m_limitMs, kAim * m_limitMs - m_overheadMs);
 }
 
 double FrameBudget::CostAt(uint32_t height, uint32_t row) const {

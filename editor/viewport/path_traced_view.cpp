@@ -14,7 +14,7 @@ using passes::Accumulation;
 using passes::Region;
 using passes::TileCursor;
 
-constexpr uint32_t kMostLevels = 10;
+constexpr uint32_t kMaxLevels = 10;
 
 uint64_t PixelsOf(Extent2D extent) {
     return uint64_t{extent.width} * extent.height;
@@ -27,7 +27,7 @@ bool Fits(Extent2D extent, const FrameBudget& budget) {
 }  // namespace
 
 PathTracedView::PathTracedView(const std::string& name) : m_full(name + ".path-traced") {
-    for (uint32_t i = 1; i <= kMostLevels; i++)
+    for (uint32_t i = 1; i <= kMaxLevels; i++)
         m_levels.push_back(
             {.scale = 1u << i, .sample = Accumulation(Text("{}.path-traced/{}", name, 1u << i))});
 }

@@ -12,11 +12,11 @@ namespace {
 using passes::ResetCause;
 
 // Limit of remembered frames without times: more than are ever in flight.
-constexpr size_t kMostTimedFrames = 16;
+constexpr size_t kMaxTimedFrames = 16;
 
 }  // namespace
 
-void Viewport::Impl::StartAnew(ResetCause cause) {
+void Viewport::Impl::Restart(ResetCause cause) {
     pathTraced.Reset(cause);
     raster.Reset(cause);
     changedAt = Clock::now();
@@ -35,7 +35,7 @@ void Viewport::Impl::NoteChanges() {
         const DrawnFrom& before = *drawnFrom;
         const bool isOther = before.scene != now.scene;
         const auto note = [&](bool hasChanged, ResetCause cause) {
-            if (hasChanged) StartAnew(cause);
+            if (hasChanged) Restart(cause);
             return hasChanged;
         };
         const SceneRevisions &old = before.revisions, &current = now.revisions;
@@ -191,7 +191,7 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     if (ShowsPathTraced(shownAs.view)) timed.tiles = pathTraced.DeclaredTiles();
     renderer.OnSubmitted([this, timed = std::move(timed)] {
         timedFrames.push_back(timed);
-        if (timedFrames.size() > kMostTimedFrames) timedFrames.pop_front();
+        if (timedFrames.size() > kMaxTimedFrames) timedFrames.pop_front();
     });
     return shown;
 }

@@ -23,7 +23,7 @@ struct Viewport::Impl {
     TextureId DeclareOutline(TextureId picture);
     // Restarts accumulation for each cause since the last declared frame.
     void NoteChanges();
-    void StartAnew(passes::ResetCause cause);
+    void Restart(passes::ResetCause cause);
     // Updates the budget's estimates with the times of earlier frames.
     void LearnFromTimings();
     // The view of this frame: while the camera moves, not the requested one.

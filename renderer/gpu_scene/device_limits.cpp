@@ -9,7 +9,7 @@ namespace raygraph {
 
 namespace {
 
-constexpr uint64_t kMostCustomIndices = uint64_t{1} << 24;
+constexpr uint64_t kMaxCustomIndices = uint64_t{1} << 24;
 
 }  // namespace
 
@@ -23,7 +23,7 @@ void RequireBindable(const rhi::Device& device, const std::string& what, uint64_
 }
 
 void RequirePlacements(const rhi::Device& device, uint64_t count) {
-    const uint64_t limit = std::min(device.Info().maxInstanceCount, kMostCustomIndices);
+    const uint64_t limit = std::min(device.Info().maxInstanceCount, kMaxCustomIndices);
     if (count <= limit) return;
     throw MakeError(ErrorKind::Usage,
                     "GpuScene: {} instances of groups of triangles, this device traces at most {}", count,

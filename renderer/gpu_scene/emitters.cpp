@@ -13,7 +13,7 @@ namespace {
 // Small meshes may read more texels of their texture.
 constexpr uint32_t kFewTriangles = 1024, kManyCuts = 32, kFewCuts = 6;
 // Replaces an estimate of 0 where the texture is not black: a light must not lose all its importance.
-constexpr float kLeastMean = 1e-4f;
+constexpr float kMinMean = 1e-4f;
 
 float DecodeSrgb(uint8_t value) {
     static const std::array<float, 256> kTable = [] {
@@ -132,7 +132,7 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
             add(float(i) + 1.0f / 3.0f, float(j) + 1.0f / 3.0f);
             if (i + j + 1 < cuts) add(float(i) + 2.0f / 3.0f, float(j) + 2.0f / 3.0f);
         }
-    return glm::max(sum / float(cuts * cuts), glm::vec3(kLeastMean));
+    return glm::max(sum / float(cuts * cuts), glm::vec3(kMinMean));
 }
 
 std::vector<Emitter> EmitterFinder::Find(const GroupTriangles& triangles,

@@ -95,7 +95,7 @@ void CheckWritability(const GraphPass& pass, const DeclaredBinding& bound, const
 }
 
 void CheckContents(const FrameGraph& graph, const GraphPass& pass, const DeclaredBinding& bound,
-                   const rhi::BindingInfo& info, uint64_t mostStorageBytes) {
+                   const rhi::BindingInfo& info, uint64_t maxStorageBytes) {
     if (bound.verb == BindVerb::Uniform) {
         if (!SizesAgree(bound.uniformBytes, info.blockBytes, std::max<size_t>(bound.uniformAlignment, 16)))
             Fail(pass, Text("gives {} bytes for {}, which has {} in {}", bound.uniformBytes,
@@ -103,10 +103,10 @@ void CheckContents(const FrameGraph& graph, const GraphPass& pass, const Declare
         return;
     }
     const GraphResource& resource = graph.resources[bound.resource];
-    if (info.kind == rhi::BindingKind::StorageBuffer && resource.bytes > mostStorageBytes)
+    if (info.kind == rhi::BindingKind::StorageBuffer && resource.bytes > maxStorageBytes)
         Fail(pass, "binds " + Quoted(bound.name) + " to " + Quoted(resource.name) + " of " +
                        BytesText(resource.bytes) + "; on this device a shader can bind " +
-                       BytesText(mostStorageBytes));
+                       BytesText(maxStorageBytes));
     if (bound.kind == ResourceKind::Buffer && resource.bytes < info.blockBytes)
         Fail(pass, "binds " + Quoted(bound.name) + " to " + Quoted(resource.name) + " of " +
                        BytesText(resource.bytes) + "; " + info.firstShader + " needs at least " +
@@ -119,7 +119,7 @@ void CheckContents(const FrameGraph& graph, const GraphPass& pass, const Declare
 }
 
 void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& bound,
-                    const rhi::ShaderInterface& interface, uint64_t mostStorageBytes) {
+                    const rhi::ShaderInterface& interface, uint64_t maxStorageBytes) {
     const rhi::BindingInfo* info = interface.Find(bound.name);
     if (!info) Fail(pass, "binds " + Quoted(bound.name) + ": no such binding; " + BindingsText(interface));
     if (!FitsKind(bound, info->kind))
@@ -137,7 +137,7 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
                info->kind == rhi::BindingKind::StorageImage) {
         CheckWritability(pass, bound, *info);
     }
-    CheckContents(graph, pass, bound, *info, mostStorageBytes);
+    CheckContents(graph, pass, bound, *info, maxStorageBytes);
     bound.binding = info->binding;
     bound.type = rhi::ToVk(info->kind);
 }
@@ -217,7 +217,7 @@ void CheckShaders(const GraphPass& pass, const ProgramRequest& request) {
 }
 
 void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::ShaderInterface* interface,
-                     uint64_t mostStorageBytes) {
+                     uint64_t maxStorageBytes) {
     const GraphPass& pass = graph.passes.back();
     if (!interface) {
         const std::string kind = std::string("is of kind ") + Name(pass.kind) + " and has no shaders";
@@ -231,7 +231,7 @@ void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::Sh
         for (size_t earlier = 0; earlier < i; ++earlier)
             if (declared.bindings[earlier].name == bound.name)
                 Fail(pass, "binds " + Quoted(bound.name) + " twice");
-        ResolveBinding(graph, pass, bound, *interface, mostStorageBytes);
+        ResolveBinding(graph, pass, bound, *interface, maxStorageBytes);
     }
     CheckComplete(pass, declared, *interface);
     CheckConstants(pass, declared, *interface);

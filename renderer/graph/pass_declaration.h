@@ -78,9 +78,9 @@ ResourceId<Kind> AddBinding(FrameGraph& graph, PassDeclaration& pass, std::strin
 // Checks the last pass of `graph` as it was declared against the shaders' interface (null: it has no shaders)
 // and fills in what the shaders declare: binding numbers, and whether a buffer is read as storage or uniform.
 // Throws Error{Usage} naming the pass, what it asked for and what the shaders have, or the limit of the
-// device: storage buffers of at most `mostStorageBytes`.
+// device: storage buffers of at most `maxStorageBytes`.
 void ResolveBindings(FrameGraph& graph, PassDeclaration& pass, const rhi::ShaderInterface* interface,
-                     uint64_t mostStorageBytes = ~uint64_t{0});
+                     uint64_t maxStorageBytes = ~uint64_t{0});
 // Checks that the shaders belong to the pass's kind, before they are loaded.
 void CheckShaders(const GraphPass& pass, const ProgramRequest& request);
 // Sorts the targets of the last pass and checks that they fit together; their formats go into the request.

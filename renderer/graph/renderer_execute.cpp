@@ -101,8 +101,8 @@ void Renderer::Impl::UploadUniforms() {
     if (uniformBytes.empty()) return;
     rhi::Buffer& buffer = uniformBuffers[frameNumber % uniformBuffers.size()];
     if (!buffer || buffer.Size() < uniformBytes.size()) {
-        constexpr uint64_t kLeast = 16384;
-        const uint64_t size = std::max<uint64_t>(kLeast, uniformBytes.size() * 2);
+        constexpr uint64_t kMin = 16384;
+        const uint64_t size = std::max<uint64_t>(kMin, uniformBytes.size() * 2);
         buffer = device.CreateBuffer({.name = "uniform memory",
                                       .size = size,
                                       .usage = rhi::BufferUsage::Uniform,

@@ -142,8 +142,8 @@ ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, c
         const Imf::ChannelList& channels = reader.Header().channels();
         const auto has = [&](const char* channel) { return channels.findChannel(channel) != nullptr; };
         const bool isRgb = has("R") && has("G") && has("B");
-        const bool isGrey = has("Y") && !has("RY") && !has("BY");
-        if (!isRgb && !isGrey) {
+        const bool isGray = has("Y") && !has("RY") && !has("BY");
+        if (!isRgb && !isGray) {
             Refuse(name, "EXR: no R, G, B and no Y among its channels: " + ChannelNames(channels));
         }
         ImageF image{reader.Width(), reader.Height(), {}};
@@ -158,7 +158,7 @@ ImageF DecodeExrColor(std::span<const std::byte> bytes, std::string_view name, c
         }
         if (has("A")) reader.Add("A", Imf::FLOAT, rgba + 3, 4);
         reader.Read([&](size_t pixelCount) { image.rgba.resize(4 * pixelCount, 1.0f); });
-        for (size_t i = 0; isGrey && !isRgb && i < image.rgba.size(); i += 4) {
+        for (size_t i = 0; isGray && !isRgb && i < image.rgba.size(); i += 4) {
             image.rgba[i + 1] = image.rgba[i + 2] = image.rgba[i];
         }
         return image;

@@ -40,9 +40,9 @@ void GltfContext::Warn(const std::string& path, std::string_view topic, const st
 }
 
 uint64_t GltfContext::MemoryLimit(uint64_t sourceBytes) const {
-    constexpr uint64_t kMost = std::numeric_limits<uint64_t>::max(), kPerByte = 64;
+    constexpr uint64_t kMax = std::numeric_limits<uint64_t>::max(), kPerByte = 64;
     const uint64_t always = options.limits.maxGeometryBytes;
-    return sourceBytes > (kMost - always) / kPerByte ? kMost : always + kPerByte * sourceBytes;
+    return sourceBytes > (kMax - always) / kPerByte ? kMax : always + kPerByte * sourceBytes;
 }
 
 void GltfContext::ChargeGeometry(const Place& where, uint64_t bytes) {

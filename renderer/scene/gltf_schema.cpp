@@ -93,8 +93,8 @@ std::optional<uint64_t> ToWhole(const Json& value) {
     if (value.is_number_unsigned()) return value.get<uint64_t>();
     if (value.is_number_float()) {
         const double number = value.get<double>();
-        constexpr double kMostExact = 9007199254740992.0;
-        if (number >= 0.0 && number <= kMostExact && number == std::floor(number))
+        constexpr double kMaxExactInteger = 9007199254740992.0;
+        if (number >= 0.0 && number <= kMaxExactInteger && number == std::floor(number))
             return static_cast<uint64_t>(number);
     }
     return std::nullopt;

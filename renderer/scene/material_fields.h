@@ -51,7 +51,7 @@ inline constexpr auto kAll = std::tuple{
     MaterialField<AlphaMode>{&M::alphaMode, "alphaMode", "", "alphaMode"},
     Number{&M::alphaCutoff, "alphaCutoff", "", "alphaCutoff", kNotNegative},
     MaterialField<bool>{&M::isDoubleSided, "isDoubleSided", "", "doubleSided"},
-    Number{&M::ior, "ior", "KHR_materials_ior", "ior", {1.0f, M::kMostIor, true}},
+    Number{&M::ior, "ior", "KHR_materials_ior", "ior", {1.0f, M::kMaxIor, true}},
     Number{&M::specularFactor, "specularFactor", kSpecular, "specularFactor", kShare},
     Texture{&M::specularTexture, "specularTexture", kSpecular, "specularTexture", ColorSpace::Linear},
     Color{&M::specularColorFactor, "specularColorFactor", kSpecular, "specularColorFactor", kNotNegative},

@@ -48,7 +48,7 @@ glm::vec3 Material::Absorption() const {
     if (attenuationDistance == 0.0f) return absorption;
     for (int i = 0; i < 3; ++i)
         if (attenuationColor[i] < 1.0f)  // The logarithm of 0 is minus infinity.
-            absorption[i] = std::min(-std::log(attenuationColor[i]) / attenuationDistance, kMostAbsorption);
+            absorption[i] = std::min(-std::log(attenuationColor[i]) / attenuationDistance, kMaxAbsorption);
     return absorption;
 }
 

@@ -132,14 +132,13 @@ struct RAYGRAPH_API Material {
     bool IsTransmissive() const { return transmissionFactor > 0.0f; }
     bool BoundsMedium() const { return IsTransmissive() && thicknessFactor > 0.0f; }
     // Absorption coefficient of the medium, 1/m: exp(-absorption d) of the light passes d meters. At most
-    // kMostAbsorption, which an attenuationColor of 0 means.
+    // kMaxAbsorption, which an attenuationColor of 0 means.
     glm::vec3 Absorption() const;
     // Whether back faces are culled for all rays (glTF 2.0, 3.9.5).
     bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive(); }
 
-    static constexpr float kMostAbsorption = 1e9f;
-    static constexpr float kMostIor =
-        1e4f;  // A mirror to four digits, and its square far from a float's end.
+    static constexpr float kMaxAbsorption = 1e9f;
+    static constexpr float kMaxIor = 1e4f;  // A mirror to four digits, and its square far from a float's end.
 };
 
 enum class WrapMode : uint8_t { Repeat, MirroredRepeat, ClampToEdge };

@@ -38,8 +38,8 @@ struct SurfaceSetting {
     uint seed;    // of the random walk; another one for each sample
 };
 
-INLINE vec2 AlphaOf(SurfaceMaterial material, float leastAlpha) {
-    return vec2(max(Sqr(material.roughness), leastAlpha));
+INLINE vec2 AlphaOf(SurfaceMaterial material, float minAlpha) {
+    return vec2(max(Sqr(material.roughness), minAlpha));
 }
 
 // The facets of a surface as seen from one direction.

@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform Constants { uint view; } constants;
 const float kDarkestDepth = 0.15f;
 const vec3 kEdgeColor = vec3(1.0f, 0.55f, 0.1f);
 
-float DepthGrey(float depth) {
+float DepthGray(float depth) {
     float least = uintBitsToFloat(~range.notLeast);
     float greatest = uintBitsToFloat(range.greatest);
     float share = greatest > least ? (depth - least) / (greatest - least) : 0.0f;
@@ -38,7 +38,7 @@ vec3 Paint(vec4 value) {
         case kViewMetallic:
             return value.xyz;
         case kViewDepth:
-            return vec3(DepthGrey(value.x));
+            return vec3(DepthGray(value.x));
         case kViewInstance:
         case kViewMaterial:
             return ColorOfId(uint(value.x));

@@ -28,7 +28,7 @@ layout(push_constant, scalar) uniform Constants {
 const float kWidestSpot = 0.5f;      // cosine of the half angle; wider ones are seen as point lights are
 const float kSplitByFactor = 0.8f;   // 1: cascades grow by a factor; 0: evenly
 const float kNearShare = 1e-4f;      // of the scene's size: nearer to a light, nothing casts a shadow
-const float kLeastDepthShare = 2e-3f;  // of the farthest depth: cascades do not begin nearer
+const float kMinDepthShare = 2e-3f;  // of the farthest depth: cascades do not begin nearer
 
 shared uint lightOfView[kMaxShadowViews];
 shared uint indexOfView[kMaxShadowViews];
@@ -88,7 +88,7 @@ Frame FaceFrame(uint face) {
 }
 
 struct Sphere {
-    vec3 centre;
+    vec3 center;
     float radius;
 };
 
@@ -103,7 +103,7 @@ Sphere SliceSphere(CameraRecord camera, float from, float to) {
         depth = min(depth * (1.0f + square), to);  // equally far from the corners near and far, if inside
         sphere.radius = sqrt((to - depth) * (to - depth) + to * to * square);
     }
-    sphere.centre = camera.origin + depth * camera.forward;
+    sphere.center = camera.origin + depth * camera.forward;
     return sphere;
 }
 
@@ -115,7 +115,7 @@ float SplitDepth(float from, float to, float share) {
 ShadowView CascadeView(vec3 towards, uint cascade, SceneBox box) {
     CameraRecord camera = parameters.value.camera;
     Sphere scene;
-    scene.centre = 0.5f * (box.low + box.high);
+    scene.center = 0.5f * (box.low + box.high);
     scene.radius = 0.5f * length(box.high - box.low);
     float nearest = 3.0e38f;
     float farthest = 0.0f;
@@ -130,7 +130,7 @@ ShadowView CascadeView(vec3 towards, uint cascade, SceneBox box) {
         last = max(last, dot(at, towards));
     }
     farthest = exp2(0.5f * ceil(2.0f * log2(max(farthest, 1e-6f))));
-    nearest = exp2(0.5f * floor(2.0f * log2(max(nearest, kLeastDepthShare * farthest))));
+    nearest = exp2(0.5f * floor(2.0f * log2(max(nearest, kMinDepthShare * farthest))));
     float count = float(kShadowCascades);
     Sphere part =
         SliceSphere(camera, SplitDepth(nearest, farthest, float(cascade) / count),
@@ -139,7 +139,7 @@ ShadowView CascadeView(vec3 towards, uint cascade, SceneBox box) {
     Frame frame = FrameFromZ(towards);
     ShadowView view = MakeView(vec3(0.0f), frame, max(part.radius, 1e-6f));
     float margin = 1e-3f * (last - first) + view.texel;
-    vec2 snapped = round(vec2(dot(part.centre, frame.x), dot(part.centre, frame.y)) / view.texel);
+    vec2 snapped = round(vec2(dot(part.center, frame.x), dot(part.center, frame.y)) / view.texel);
     view.camera.orthographic = 1u;
     view.camera.origin =
         view.texel * (snapped.x * frame.x + snapped.y * frame.y) + (first - margin) * frame.z;

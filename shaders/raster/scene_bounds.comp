@@ -24,13 +24,13 @@ void main() {
         mat4x3 objectToWorld = instances.at[placement].objectToWorld;
         DrawRecord draw = draws.at[instances.at[placement].draw];
         // Of the box turned along with the object: center, and half its size along each axis of the world
-        vec3 centre = objectToWorld * vec4(0.5f * (draw.boundsMin + draw.boundsMax), 1.0f);
+        vec3 center = objectToWorld * vec4(0.5f * (draw.boundsMin + draw.boundsMax), 1.0f);
         vec3 halfSize = 0.5f * (draw.boundsMax - draw.boundsMin);
         vec3 reach = abs(objectToWorld[0]) * halfSize.x + abs(objectToWorld[1]) * halfSize.y +
                      abs(objectToWorld[2]) * halfSize.z;
         for (uint axis = 0u; axis < 3u; axis++) {
-            atomicMax(groupBounds[axis], OrderedBits(reach[axis] - centre[axis]));
-            atomicMax(groupBounds[3u + axis], OrderedBits(centre[axis] + reach[axis]));
+            atomicMax(groupBounds[axis], OrderedBits(reach[axis] - center[axis]));
+            atomicMax(groupBounds[3u + axis], OrderedBits(center[axis] + reach[axis]));
         }
     }
     barrier();

@@ -27,8 +27,8 @@ void main() {
     gl_ClipDistance[3] = clip.w - clip.y;
     float scale = 1.0f / float(constants.tilesPerSide);
     uvec2 tile = uvec2(caster.view % constants.tilesPerSide, caster.view / constants.tilesPerSide);
-    vec2 centre = scale * (2.0f * vec2(tile) + 1.0f) - 1.0f;
-    gl_Position = vec4(clip.xy * scale + centre * clip.w, clip.zw);
+    vec2 center = scale * (2.0f * vec2(tile) + 1.0f) - 1.0f;
+    gl_Position = vec4(clip.xy * scale + center * clip.w, clip.zw);
     barycentrics = corner.barycentrics;
     triangle = uvec2(caster.placement, corner.primitive);
 }

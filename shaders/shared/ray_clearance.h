@@ -34,7 +34,7 @@ RAYGRAPH_CONSTANT float kInverseRoundings = 6.0f;
 RAYGRAPH_CONSTANT float kIntersectionRoundings = 8.0f;
 // The error of the test grows as a triangle becomes a sliver. Limited to this: slivers would offset rays
 // farther than they are wide.
-RAYGRAPH_CONSTANT float kMostSliver = 64.0f;
+RAYGRAPH_CONSTANT float kMaxSliver = 64.0f;
 
 // The terms of cross(a, b), added up whatever their signs; none of a and b is negative.
 RAYGRAPH_INLINE vec3 CrossOfSizes(vec3 a, vec3 b) {
@@ -73,7 +73,7 @@ RAYGRAPH_INLINE float RayClearance(mat3 linear, vec3 translation, vec3 p0, vec3 
     float inverseError = dot(sizeZ, sizeN.x * ofY + sizeN.y * ofX) + sizeN.z * dot(sizeY, ofX);
     vec3 extent1 = abs(e1), extent2 = abs(e2), extent = max(extent1, extent2);
     vec3 objectError = 2.0f * max(abs(p0), max(abs(p0 + e1), abs(p0 + e2))) + 3.0f * extent;
-    float sliver = min(SumOfSizes(CrossOfSizes(extent1, extent2)), kMostSliver * SumOfSizes(normal));
+    float sliver = min(SumOfSizes(CrossOfSizes(extent1, extent2)), kMaxSliver * SumOfSizes(normal));
     float testError = kIntersectionRoundings * max(extent.x, max(extent.y, extent.z)) * sliver;
     float determinant = abs(dot(x, yz));
     float bound = dot(abs(across), worldError) + kInverseRoundings * inverseError +

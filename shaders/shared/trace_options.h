@@ -8,9 +8,9 @@
 //   Gltf:      the material as the file says
 //   Lambert:   base color as albedo, nothing else
 //   Lafortune: modified Phong, base color and roughness mapped onto it
-#define RAYGRAPH_BRDF_MODELS(X, Of)                                     \
-    X(Of, Gltf, 0, "gltf", "")                                          \
-    X(Of, Lambert, 1, "lambert", "base colour as albedo, nothing else") \
+#define RAYGRAPH_BRDF_MODELS(X, Of)                                    \
+    X(Of, Gltf, 0, "gltf", "")                                         \
+    X(Of, Lambert, 1, "lambert", "base color as albedo, nothing else") \
     X(Of, Lafortune, 2, "lafortune", "modified Phong")
 
 // The MIS weights of light sampling and BSDF sampling.

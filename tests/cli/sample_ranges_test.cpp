@@ -18,7 +18,7 @@ TEST(SampleRanges, MalformedTextIsBadInput) {
             ErrorKind::BadInput, [&] { ParseSampleRanges(text); }, "sample ranges");
 }
 
-TEST(SampleRanges, NeighboursDoNotOverlapAndAreJoined) {
+TEST(SampleRanges, NeighborsDoNotOverlapAndAreJoined) {
     const SampleRanges a{{0, 10}}, b{{10, 5}}, c{{20, 5}};
     EXPECT_FALSE(Overlap(a, b));
     EXPECT_EQ(Union(b, a), (SampleRanges{{0, 15}}));

@@ -25,13 +25,13 @@ TEST(LogFilter, LetsThroughByLevelCategoryAndText) {
 
 TEST(LogHistory, KeepsTheNewestAndCountsByLevel) {
     LogHistory history;
-    for (size_t i = 0; i < LogHistory::kMost + 10; i++)
+    for (size_t i = 0; i < LogHistory::kMax + 10; i++)
         history.Add({LogLevel::Info, log_category::kScene, std::to_string(i)});
     history.Add({LogLevel::Error, log_category::kScene, "last"});
-    EXPECT_EQ(history.CountOf(LogLevel::Info), LogHistory::kMost + 10);
+    EXPECT_EQ(history.CountOf(LogLevel::Info), LogHistory::kMax + 10);
     EXPECT_EQ(history.CountOf(LogLevel::Error), 1u);
     history.Read([](const std::deque<LogEntry>& entries) {
-        ASSERT_EQ(entries.size(), LogHistory::kMost);
+        ASSERT_EQ(entries.size(), LogHistory::kMax);
         EXPECT_EQ(entries.front().text, "11");
         EXPECT_EQ(entries.back().text, "last");
         EXPECT_EQ(entries.back().time.size(), 8u) << entries.back().time;

@@ -43,7 +43,7 @@ void SaveEdited(SceneFolder& folder, scene::SceneData& scene, const std::filesys
                              Require(saved.lights[i].intensity == 2.0f, "a light's intensity is lost");
                          for (size_t i = 0; i < scene.materials.size(); ++i) {
                              Require(saved.materials[i].baseColorFactor == glm::vec4(0.25f),
-                                     "a base colour is lost");
+                                     "a base color is lost");
                              Require(saved.materials[i].ior == 1.25f, "an ior is lost");
                              Require(saved.materials[i].emissiveStrength == 3.0f,
                                      "an emissive strength is lost");

@@ -137,7 +137,7 @@ void RunSettings(Input input) {
                                  [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }),
             "the message is no line: " + message);
     Require(message.empty() || settings == editor::Settings(), "settings that are ignored count");
-    Require(settings.recent.size() <= editor::Settings::kMostRecent, "too many recent files");
+    Require(settings.recent.size() <= editor::Settings::kMaxRecent, "too many recent files");
     editor::WriteSettings(folder.Path(), settings);
     Require(editor::ReadSettings(folder.Path(), message) == settings, "settings are read as others");
 }

@@ -94,13 +94,13 @@ TEST(Environment, DataWindowMayLieAnywhere) {
     }
 }
 
-TEST(Environment, AlphaIsKeptAndLuminanceIsGrey) {
+TEST(Environment, AlphaIsKeptAndLuminanceIsGray) {
     const auto planes = Planes(4, 5, 4);
     const Bytes rgba = MakeExr({.width = 5, .height = 4, .channels = {"R", "G", "B", "A"}}, planes);
     EXPECT_EQ(DecodeEnvironment(rgba, "x.exr").image.rgba, Interleaved(planes));
-    const auto grey = Planes(1, 5, 4);
-    const Bytes y = MakeExr({.width = 5, .height = 4, .channels = {"Y"}}, grey);
-    EXPECT_EQ(DecodeEnvironment(y, "x.exr").image.rgba, Interleaved({grey[0], grey[0], grey[0]}));
+    const auto gray = Planes(1, 5, 4);
+    const Bytes y = MakeExr({.width = 5, .height = 4, .channels = {"Y"}}, gray);
+    EXPECT_EQ(DecodeEnvironment(y, "x.exr").image.rgba, Interleaved({gray[0], gray[0], gray[0]}));
 }
 
 TEST(Environment, ValuesAboveTheHalfRangeAreKept) {
@@ -128,7 +128,7 @@ TEST(Environment, NegativeTexelBecomesZeroWithAWarning) {
     EXPECT_EQ(environment.warnings[0], "x.exr: 2 negative values set to 0, the first at pixel (1, 1)");
 }
 
-TEST(Environment, MissingColourIsRefusedWithWhatThereIs) {
+TEST(Environment, MissingColorIsRefusedWithWhatThereIs) {
     const auto planes = Planes(3, 2, 2);
     const Bytes bytes = MakeExr({.width = 2, .height = 2, .channels = {"L.R", "L.G", "Z"}}, planes);
     EXPECT_EQ(ExrRefusal(bytes), "x.exr: EXR: no R, G, B and no Y among its channels: L.G L.R Z");
@@ -164,7 +164,7 @@ class EnvironmentAssets : public testing::Test {
     std::filesystem::path m_folder;
 };
 
-TEST_F(EnvironmentAssets, AxesMapHasItsColoursWhereTheConventionSays) {
+TEST_F(EnvironmentAssets, AxesMapHasItsColorsWhereTheConventionSays) {
     const ImageF image = Read("env_axes.exr");
     const auto texel = [&](double x, double y, double z) {
         const double u = 0.5 + std::atan2(z, x) / (2 * M_PI), v = std::acos(y) / M_PI;

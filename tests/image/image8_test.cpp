@@ -67,21 +67,21 @@ TEST(WritePng, SizeMustMatchTheTexels) {
     EXPECT_FALSE(std::filesystem::exists(folder / "image.png"));
 }
 
-TEST(DecodePng, GreyIsWidenedToRgbWithFullAlpha) {
+TEST(DecodePng, GrayIsWidenedToRgbWithFullAlpha) {
     const uint8_t rows[] = {0, 127, 255};
-    const Image8 image = DecodeImage8(MakePng({.width = 3, .colorType = 0}, rows), "grey.png");
+    const Image8 image = DecodeImage8(MakePng({.width = 3, .colorType = 0}, rows), "gray.png");
     EXPECT_EQ(image.rgba, (std::vector<uint8_t>{0, 0, 0, 255, 127, 127, 127, 255, 255, 255, 255, 255}));
 }
 
-TEST(DecodePng, OneBitGreyReachesBlackAndWhite) {
+TEST(DecodePng, OneBitGrayReachesBlackAndWhite) {
     const uint8_t rows[] = {0b10100000};
     const Image8 image = DecodeImage8(MakePng({.width = 3, .colorType = 0, .bitDepth = 1}, rows), "bits.png");
     EXPECT_EQ(image.rgba, (std::vector<uint8_t>{255, 255, 255, 255, 0, 0, 0, 255, 255, 255, 255, 255}));
 }
 
-TEST(DecodePng, GreyWithAlphaKeepsAlpha) {
+TEST(DecodePng, GrayWithAlphaKeepsAlpha) {
     const uint8_t rows[] = {10, 200, 30, 0};
-    const Image8 image = DecodeImage8(MakePng({.width = 2, .colorType = 4}, rows), "greyAlpha.png");
+    const Image8 image = DecodeImage8(MakePng({.width = 2, .colorType = 4}, rows), "grayAlpha.png");
     EXPECT_EQ(image.rgba, (std::vector<uint8_t>{10, 10, 10, 200, 30, 30, 30, 0}));
 }
 
@@ -93,8 +93,8 @@ TEST(DecodePng, PaletteWithTransparencyIsExpanded) {
     EXPECT_EQ(image.rgba, (std::vector<uint8_t>{0, 255, 0, 255, 255, 0, 0, 7, 1, 2, 3, 255}));
 }
 
-TEST(DecodePng, TransparentColourBecomesAlpha) {
-    const PngDesc desc{.width = 2, .colorType = 2, .transparentColour = {1, 2, 3}};
+TEST(DecodePng, TransparentColorBecomesAlpha) {
+    const PngDesc desc{.width = 2, .colorType = 2, .transparentColor = {1, 2, 3}};
     const uint8_t rows[] = {1, 2, 3, 1, 2, 4};
     const Image8 image = DecodeImage8(MakePng(desc, rows), "key.png");
     EXPECT_EQ(image.rgba, (std::vector<uint8_t>{1, 2, 3, 0, 1, 2, 4, 255}));
@@ -145,9 +145,9 @@ TEST(DecodeJpeg, ProgressiveEqualsBaseline) {
     EXPECT_EQ(progressive.rgba, baseline.rgba);
 }
 
-TEST(DecodeJpeg, GreyIsWidened) {
+TEST(DecodeJpeg, GrayIsWidened) {
     const auto texels = SmoothTexels(9, 9, 1);
-    const Image8 image = DecodeImage8(MakeJpeg(JpegKind::Grey, 9, 9, texels), "grey.jpg");
+    const Image8 image = DecodeImage8(MakeJpeg(JpegKind::Gray, 9, 9, texels), "gray.jpg");
     Image8 expected{9, 9, {}};
     for (const uint8_t value : texels) expected.rgba.insert(expected.rgba.end(), {value, value, value, 255});
     EXPECT_LE(GreatestDifference(image, expected), 2);
@@ -182,12 +182,12 @@ TEST(DecodeWebp, LosslessComesBackExactly) {
 }
 
 TEST(DecodeWebp, LossyIsClose) {
-    Image8 grey{32, 32, {}};
+    Image8 gray{32, 32, {}};
     for (int i = 0; i < 32 * 32; ++i) {
         const auto value = static_cast<uint8_t>(60 + i / 8);
-        grey.rgba.insert(grey.rgba.end(), {value, value, value, static_cast<uint8_t>(255 - i / 16)});
+        gray.rgba.insert(gray.rgba.end(), {value, value, value, static_cast<uint8_t>(255 - i / 16)});
     }
-    EXPECT_LE(GreatestDifference(DecodeImage8(MakeLossyWebp(grey, 95.0f), "lossy.webp"), grey), 6);
+    EXPECT_LE(GreatestDifference(DecodeImage8(MakeLossyWebp(gray, 95.0f), "lossy.webp"), gray), 6);
 }
 
 TEST(DecodeWebp, AnimationIsRefused) {

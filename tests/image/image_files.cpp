@@ -56,14 +56,14 @@ Bytes MakePng(const PngDesc& desc, std::span<const uint8_t> rows) {
         png_set_tRNS(png, info, desc.transparency.data(), static_cast<int>(desc.transparency.size()),
                      nullptr);
     }
-    if (!desc.transparentColour.empty()) {
-        png_color_16 colour = {};
-        colour.gray = colour.red = desc.transparentColour.front();
-        if (desc.transparentColour.size() == 3) {
-            colour.green = desc.transparentColour[1];
-            colour.blue = desc.transparentColour[2];
+    if (!desc.transparentColor.empty()) {
+        png_color_16 color = {};
+        color.gray = color.red = desc.transparentColor.front();
+        if (desc.transparentColor.size() == 3) {
+            color.green = desc.transparentColor[1];
+            color.blue = desc.transparentColor[2];
         }
-        png_set_tRNS(png, info, nullptr, 0, &colour);
+        png_set_tRNS(png, info, nullptr, 0, &color);
     }
     if (desc.gamma) png_set_gAMA(png, info, *desc.gamma);
     png_write_info(png, info);
@@ -89,8 +89,8 @@ Bytes MakeJpeg(JpegKind kind, uint32_t width, uint32_t height, std::span<const u
     jpeg_mem_dest(&jpeg, &buffer, &size);
     jpeg.image_width = width;
     jpeg.image_height = height;
-    jpeg.input_components = isCmyk ? 4 : kind == JpegKind::Grey ? 1 : 3;
-    jpeg.in_color_space = isCmyk ? JCS_CMYK : kind == JpegKind::Grey ? JCS_GRAYSCALE : JCS_RGB;
+    jpeg.input_components = isCmyk ? 4 : kind == JpegKind::Gray ? 1 : 3;
+    jpeg.in_color_space = isCmyk ? JCS_CMYK : kind == JpegKind::Gray ? JCS_GRAYSCALE : JCS_RGB;
     jpeg_set_defaults(&jpeg);
     jpeg_set_quality(&jpeg, 100, TRUE);
     for (int c = 0; c < jpeg.num_components; ++c) {

@@ -28,15 +28,15 @@ struct PngDesc {
     uint32_t width = 1, height = 1;
     int colorType = 6, bitDepth = 8;  // libpng's: 0 gray, 2 RGB, 3 palette, 4 gray + alpha, 6 RGBA.
     bool isInterlaced = false;
-    std::vector<uint8_t> palette = {};             // RGB triples.
-    std::vector<uint8_t> transparency = {};        // Alpha of the palette's entries.
-    std::vector<uint16_t> transparentColour = {};  // Gray, or R, G, B, of texels to be transparent.
+    std::vector<uint8_t> palette = {};            // RGB triples.
+    std::vector<uint8_t> transparency = {};       // Alpha of the palette's entries.
+    std::vector<uint16_t> transparentColor = {};  // Gray, or R, G, B, of texels to be transparent.
     std::optional<double> gamma = {};
 };
 // `rows` as PNG packs them, without filter bytes.
 Bytes MakePng(const PngDesc& desc, std::span<const uint8_t> rows);
 
-enum class JpegKind { Grey, Rgb, ProgressiveRgb, PlainCmyk, AdobeCmyk };
+enum class JpegKind { Gray, Rgb, ProgressiveRgb, PlainCmyk, AdobeCmyk };
 // `texels` of 1, 3 or 4 bytes; quality 100, no chroma subsampling.
 Bytes MakeJpeg(JpegKind kind, uint32_t width, uint32_t height, std::span<const uint8_t> texels);
 

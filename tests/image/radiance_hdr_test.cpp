@@ -76,7 +76,7 @@ TEST(RadianceHdr, OnlyRowsFromTheTopLeftAreRead) {
     EXPECT_NE(HdrRefusal(ToBytes("#?RADIANCE\n\n-Y 0 +X 1\n....")).find("empty"), std::string::npos);
 }
 
-TEST(RadianceHdr, OtherColourFormatIsRefused) {
+TEST(RadianceHdr, OtherColorFormatIsRefused) {
     const Bytes bytes = ToBytes("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n....");
     EXPECT_NE(HdrRefusal(bytes).find("32-bit_rle_xyze"), std::string::npos);
 }

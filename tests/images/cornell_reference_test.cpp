@@ -22,7 +22,7 @@ class CornellReference : public ReferenceTest {
     }
 };
 
-// The mean over each block and its two neighbours on every side.
+// The mean over each block and its two neighbors on every side.
 std::vector<double> Pooled(const std::vector<double>& values, int columns) {
     const int rows = static_cast<int>(values.size()) / columns;
     std::vector<double> pooled(values.size(), 0.0);

@@ -12,11 +12,11 @@ namespace raygraph::testing {
 namespace {
 
 struct BlockTest {
-    uint32_t size = 4;           // pixels of ours
-    double relative = 0.02;      // how far a block may be off, beyond three standard errors of ours
-    double leastShare = 0.95;    // of the blocks and channels, that are not farther off
-    double meanError = 0.01;     // relative, of all blocks that are compared
-    double leastCoverage = 0.0;  // blocks that surfaces cover less are left out
+    uint32_t size = 4;         // pixels of ours
+    double relative = 0.02;    // how far a block may be off, beyond three standard errors of ours
+    double minShare = 0.95;    // of the blocks and channels, that are not farther off
+    double meanError = 0.01;   // relative, of all blocks that are compared
+    double minCoverage = 0.0;  // blocks that surfaces cover less are left out
     // Blocks that are left out otherwise, by column and row.
     std::function<bool(size_t, size_t)> isLeftOut = [](size_t, size_t) { return false; };
 };
@@ -43,7 +43,7 @@ void ExpectSameBlocks(const RenderedImage& image, const ReferenceImage& referenc
                                    [&](uint32_t x, uint32_t y) { return reference.At(x, y, channel); });
         double sum = 0.0, expectedSum = 0.0, meanError = 0.0;
         for (size_t i = 0; i < ours.size(); i++) {
-            if (coverage[i] < test.leastCoverage || test.isLeftOut(i % columns, i / columns)) continue;
+            if (coverage[i] < test.minCoverage || test.isLeftOut(i % columns, i / columns)) continue;
             const double sigma = std::sqrt(variance[i] / samplesInBlock);
             const double off = std::abs(ours[i] - theirs[i]) - 3.0 * sigma - 1e-3;
             count++;
@@ -60,7 +60,7 @@ void ExpectSameBlocks(const RenderedImage& image, const ReferenceImage& referenc
             << "channel " << channel;
     }
     EXPECT_GT(count, 100u);
-    EXPECT_GE(double(passed), test.leastShare * double(count)) << "of " << count << ", the worst " << worst;
+    EXPECT_GE(double(passed), test.minShare * double(count)) << "of " << count << ", the worst " << worst;
 }
 
 class References : public ReferenceTest {
@@ -91,7 +91,7 @@ TEST_F(References, Trace_AlphaModesCoverAndShadowAsInCycles) {
         return column >= 4 && column <= 6 && row >= 4 && row <= 11;
     };
     ExpectSameBlocks(render.Render(settings, 32), reference,
-                     {.leastShare = 0.995, .meanError = 0.003, .isLeftOut = isOpaquePanel});
+                     {.minShare = 0.995, .meanError = 0.003, .isLeftOut = isOpaquePanel});
 }
 
 TEST_F(References, Trace_MetalInTheCornellBoxIsAsInCycles) {
@@ -114,7 +114,7 @@ TEST_F(References, Trace_MetalSpheresUnderAnEnvironmentMapAreAsInCycles) {
         image::ReadEnvironment(assets / "scenes/env/royal_esplanade_1k.hdr").image);
     render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
     ExpectSameBlocks(render.Render(settings, 32), reference,
-                     {.relative = 0.03, .meanError = 0.2, .leastCoverage = 1.0});
+                     {.relative = 0.03, .meanError = 0.2, .minCoverage = 1.0});
 }
 
 }  // namespace raygraph::testing

@@ -41,7 +41,7 @@ std::vector<glm::vec2> Coordinates(const glm::vec2& upperLeft, const glm::vec2& 
     return {{upperLeft.x, lowerRight.y}, lowerRight, {lowerRight.x, upperLeft.y}, upperLeft};
 }
 
-// Nine tiles, one for each pair of wrap modes: base colour by one set of coordinates, emission by the other.
+// Nine tiles, one for each pair of wrap modes: base color by one set of coordinates, emission by the other.
 void AddWall(scene::SceneData& scene) {
     for (uint32_t tile = 0; tile < 9; tile++) {
         const WrapMode wrapU = kModes[tile % 3], wrapV = kModes[tile / 3];
@@ -132,7 +132,7 @@ test::PlaneView Channel(const std::vector<glm::vec4>& values, uint32_t size, int
 }
 
 // The variance of each pixel's mean. At the rim of a pixel lies what few samples see or none: the largest of
-// the pixel and its neighbours.
+// the pixel and its neighbors.
 std::vector<glm::vec4> VarianceOfMean(const RenderedImage& image) {
     const int width = static_cast<int>(image.mean.extent.width);
     const int height = static_cast<int>(image.mean.extent.height);

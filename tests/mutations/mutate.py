@@ -25,7 +25,7 @@ ROOT = HERE.parents[1]
 # Quick ones first: a random mutation ends with the first test that fails. 'long' and 'threads' are not asked.
 PROGRAMS = ["unit", "image", "scene", "shading", "rhi", "graph", "passes", "viewport", "views", "cli", "editor", "images"]
 CHUNK = 12  # tests of one process, where several processes ask the sources as they are
-LEAST_LIMIT_S = 60
+MIN_LIMIT_S = 60
 LIMIT_S = 600  # of tests of which nobody knows what they take
 
 
@@ -96,7 +96,7 @@ class Suite:
     def Ask(self, tests):
         """What a judge is to ask, from {program: tests}: in the order of `tests`, with limits from the rehearsal, if any."""
         def Limit(names):
-            return LEAST_LIMIT_S + 5 * sum(self.seconds.get(name, 0) for name in names) if self.seconds else LIMIT_S
+            return MIN_LIMIT_S + 5 * sum(self.seconds.get(name, 0) for name in names) if self.seconds else LIMIT_S
 
         return [[program, names, Limit(names)] for program, names in tests.items() if names]
 

@@ -96,7 +96,7 @@ struct Slot {
 };
 
 const Slot kSlots[] = {
-    {"base colour", &Material::baseColorTexture, ColorSpace::Srgb,
+    {"base color", &Material::baseColorTexture, ColorSpace::Srgb,
      [](Material& material, const glm::vec4& texel) { material.baseColorFactor *= texel; }},
     {"metallic and roughness", &Material::metallicRoughnessTexture, ColorSpace::Linear,
      [](Material& material, const glm::vec4& texel) {
@@ -107,7 +107,7 @@ const Slot kSlots[] = {
      [](Material& material, const glm::vec4& texel) { material.emissiveFactor *= glm::vec3(texel); }},
     {"specular", &Material::specularTexture, ColorSpace::Linear,
      [](Material& material, const glm::vec4& texel) { material.specularFactor *= texel.w; }},
-    {"specular colour", &Material::specularColorTexture, ColorSpace::Srgb,
+    {"specular color", &Material::specularColorTexture, ColorSpace::Srgb,
      [](Material& material, const glm::vec4& texel) { material.specularColorFactor *= glm::vec3(texel); }},
     {"transmission", &Material::transmissionTexture, ColorSpace::Linear,
      [](Material& material, const glm::vec4& texel) { material.transmissionFactor *= texel.x; }},

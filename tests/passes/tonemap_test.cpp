@@ -53,7 +53,7 @@ TEST_F(TonemapTest, Tonemap_EveryOperatorIsTheCpusWithinOneCode) {
                                      exposure, uint32_t(op));
                 for (uint32_t channel = 0; channel < 3; channel++)
                     EXPECT_NEAR(shown.At(i, 0)[channel], expected[int(channel)], kCode)
-                        << "operator " << int(op) << ", exposure " << exposure << ", colour " << i;
+                        << "operator " << int(op) << ", exposure " << exposure << ", color " << i;
                 EXPECT_NEAR(shown.At(i, 0)[3], colors[4 * i + 3], kCode);
             }
         }

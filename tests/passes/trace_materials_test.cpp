@@ -280,7 +280,7 @@ TEST_F(TraceMaterials, Trace_MaskStopsAllOrNothing) {
     }
 }
 
-TEST_F(TraceMaterials, Trace_UnlitShowsItsBaseColourAndNothingElse) {
+TEST_F(TraceMaterials, Trace_UnlitShowsItsBaseColorAndNothingElse) {
     scene::Material material = Lambert(glm::vec3(0.2f, 0.4f, 0.6f), glm::vec3(7.0f));
     material.isUnlit = true;
     const glm::dvec3 seen =

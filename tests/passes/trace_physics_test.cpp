@@ -145,7 +145,7 @@ TEST_F(TracePhysics, Trace_SamplerAndRouletteLeaveTheImage) {
     ExpectSameImage(render.Render(settings, 64), reference, "pcg, constant roulette");
 }
 
-TEST_F(TracePhysics, Trace_EmissiveTextureAndVertexColourShowThrough) {
+TEST_F(TracePhysics, Trace_EmissiveTextureAndVertexColorShowThrough) {
     scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.0f), glm::vec3(1.0f))});
     // Upper left texel red, upper right green, lower left blue, lower right white; sRGB 0 and 255 are exact
     scene.images.push_back({.name = "four texels",

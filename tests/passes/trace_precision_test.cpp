@@ -31,12 +31,12 @@ class TracePrecision : public VulkanTest {
 };
 
 // An axis-aligned box, `halfSize` about `center`.
-scene::Mesh Block(const glm::vec3& halfSize, const glm::vec3& centre = glm::vec3(0.0f)) {
+scene::Mesh Block(const glm::vec3& halfSize, const glm::vec3& center = glm::vec3(0.0f)) {
     scene::Mesh mesh = BoxMesh(1.0f);
     for (scene::Primitive& primitive : mesh.primitives) {
         primitive.bounds = {};
         for (glm::vec3& position : primitive.positions) {
-            position = centre + halfSize * position;
+            position = center + halfSize * position;
             primitive.bounds.Extend(position);
         }
     }

@@ -173,7 +173,7 @@ TEST(MaterialExtensions, IorZeroIsLegal) {
     EXPECT_EQ(MaterialWith({{"KHR_materials_ior", {{"ior", 0}}}}).ior, 0.0f);
 }
 
-TEST(MaterialExtensions, MediumTurnsWhiteIntoItsColourOverItsDistance) {
+TEST(MaterialExtensions, MediumTurnsWhiteIntoItsColorOverItsDistance) {
     const scene::Material material = MaterialWith(
         {{"KHR_materials_volume",
           {{"thicknessFactor", 1}, {"attenuationColor", {0.25, 1, 0.5}}, {"attenuationDistance", 0.1}}}});
@@ -183,13 +183,13 @@ TEST(MaterialExtensions, MediumTurnsWhiteIntoItsColourOverItsDistance) {
     EXPECT_NEAR(passed.z, 0.5f, 1e-6f);
 }
 
-TEST(MaterialExtensions, AbsorptionIsFiniteWhateverTheColourAndDistance) {
+TEST(MaterialExtensions, AbsorptionIsFiniteWhateverTheColorAndDistance) {
     scene::Material material;
     material.attenuationColor = vec3(0.0f, 1e-45f, 1.0f);
     for (const float distance : {1e-45f, 1e-30f, 1.0f, 1e38f}) {
         material.attenuationDistance = distance;
         const vec3 absorption = material.Absorption();
-        EXPECT_EQ(absorption.x, scene::Material::kMostAbsorption) << "colour 0 is black over any distance";
+        EXPECT_EQ(absorption.x, scene::Material::kMaxAbsorption) << "color 0 is black over any distance";
         EXPECT_TRUE(std::isfinite(absorption.y));
         EXPECT_EQ(absorption.z, 0.0f);
     }

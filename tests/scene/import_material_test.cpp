@@ -78,7 +78,7 @@ TEST(Materials, MalformedOnesAreRefused) {
     EXPECT_EQ(error({{"doubleSided", 1}}), start + "doubleSided: is 1, must be true or false");
 }
 
-TEST(Textures, ColoursAreSrgbAndDataLinear) {
+TEST(Textures, ColorsAreSrgbAndDataLinear) {
     GltfDocument document = WithMaterial(Json::object());
     const size_t first = AddTexture(document, 3);
     const size_t second = AddTexture(document, 5);

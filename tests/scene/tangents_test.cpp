@@ -180,7 +180,7 @@ TEST(Tangents, GlobesTangentsRunEast) {
     }
 }
 
-TEST(Tangents, TriangleWithoutAreaInUvTakesItsNeighboursTangent) {
+TEST(Tangents, TriangleWithoutAreaInUvTakesItsNeighborsTangent) {
     Surface quad = Quad(kUpright);
     // A third triangle beyond the upper edge, all its uv on one line
     quad.positions.push_back({0.5f, 2, 0});
@@ -190,7 +190,7 @@ TEST(Tangents, TriangleWithoutAreaInUvTakesItsNeighboursTangent) {
     const TangentMesh mesh = quad.Tangents();
     ExpectWellFormed(quad, mesh);
     for (size_t i = 0; i < 4; ++i) EXPECT_EQ(mesh.tangents[i], vec4(1, 0, 0, 1));
-    EXPECT_EQ(mesh.sources.size(), 5u) << "it joins its neighbour's groups";
+    EXPECT_EQ(mesh.sources.size(), 5u) << "it joins its neighbor's groups";
 }
 
 TEST(Tangents, TriangleWithoutAreaInSpaceTakesATangentAtItsVertices) {

@@ -94,7 +94,7 @@ GltfBxDF RedLayer(float alpha) {
     return lobe;
 }
 
-TEST(Boundary, BaseUnderAColouredLayerKeepsItsColour) {
+TEST(Boundary, BaseUnderAColoredLayerKeepsItsColor) {
     for (const float alpha : {0.0f, 0.2f, 0.8f}) {
         float pdf = 0.0f;
         vec3 diffuse(0.0f);
@@ -109,7 +109,7 @@ TEST(Boundary, BaseUnderAColouredLayerKeepsItsColour) {
     }
 }
 
-TEST(Boundary, LightThroughAColouredLayerKeepsItsColour) {
+TEST(Boundary, LightThroughAColoredLayerKeepsItsColor) {
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);

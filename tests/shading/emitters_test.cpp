@@ -104,7 +104,7 @@ TEST_F(Emitters, TextureCoordinatesBeyondTheEdgeFollowTheSampler) {
     EXPECT_NEAR(Find({Square(-0.2f, -0.01f)}).at(0).meanTexture.x, 1.0f, 1e-6f);
 }
 
-TEST_F(Emitters, ColoursAreDecodedFromSrgb) {
+TEST_F(Emitters, ColorsAreDecodedFromSrgb) {
     SetTexture(2, [](uint32_t, uint32_t) { return true; });
     for (uint8_t& value : scene.images[0].rgba) value = 188;
     EXPECT_NEAR(Find({Square(0, 1)}).at(0).meanTexture.y, 0.5029f, 1e-3f);

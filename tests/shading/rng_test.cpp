@@ -110,7 +110,7 @@ TEST_P(SamplerTest, PixelsAreUniformAtEverySampleAndDimension) {
     }
 }
 
-TEST_P(SamplerTest, NeighbouringPixelsAreIndependent) {
+TEST_P(SamplerTest, NeighboringPixelsAreIndependent) {
     for (uvec2 step : {uvec2(1u, 0u), uvec2(0u, 1u), uvec2(1u, 1u), uvec2(0u, 256u)}) {
         for (uint dimension : {0u, 2u, 7u}) {
             EXPECT_GT(PairPValue(kPixelCount,

@@ -13,7 +13,7 @@ namespace {
 class TonemapTest : public ::testing::TestWithParam<TonemapOperator> {
   protected:
     uint Operator() const { return static_cast<uint>(GetParam()); }
-    float Grey(float x) const { return TonemapLinearLight(vec3(x), Operator()).y; }
+    float Gray(float x) const { return TonemapLinearLight(vec3(x), Operator()).y; }
 };
 
 std::string OperatorName(const ::testing::TestParamInfo<TonemapOperator>& info) {
@@ -25,20 +25,20 @@ INSTANTIATE_TEST_SUITE_P(Operators, TonemapTest, ::testing::ValuesIn(Values<Tone
 
 TEST_P(TonemapTest, BlackStaysBlack) {
     // AgX's published curve starts within 3e-8 of 0.
-    EXPECT_LT(Grey(0.0f), 1e-12f);
+    EXPECT_LT(Gray(0.0f), 1e-12f);
     const vec3 c = Tonemap(vec3(0.0f), 0.0f, Operator());
     EXPECT_LT(max(c.x, max(c.y, c.z)), 1e-9f);
 }
 
 TEST_P(TonemapTest, BrightEndsNearWhite) {
-    EXPECT_GT(Grey(1e5f), 0.99f);
+    EXPECT_GT(Gray(1e5f), 0.99f);
 }
 
-TEST_P(TonemapTest, GreysAreMonotonicAndInUnitRange) {
+TEST_P(TonemapTest, GraysAreMonotonicAndInUnitRange) {
     float previous = -1.0f;
     for (int i = 0; i <= 100'000; ++i) {
         const float x = std::exp2(-20.0f + 40.0f * static_cast<float>(i) / 100'000.0f);
-        const float y = Grey(x);
+        const float y = Gray(x);
         ASSERT_GE(y, previous - 2e-7f) << x;
         ASSERT_GE(y, 0.0f) << x;
         ASSERT_LE(y, 1.0f) << x;
@@ -46,7 +46,7 @@ TEST_P(TonemapTest, GreysAreMonotonicAndInUnitRange) {
     }
 }
 
-TEST_P(TonemapTest, GreysStayGrey) {
+TEST_P(TonemapTest, GraysStayGray) {
     for (float x : {0.01f, 0.18f, 1.0f, 10.0f}) {
         const vec3 c = TonemapLinearLight(vec3(x), Operator());
         // The rows of the published matrices of ACES and AgX add up to 1 within 5e-4.
@@ -55,7 +55,7 @@ TEST_P(TonemapTest, GreysStayGrey) {
     }
 }
 
-TEST_P(TonemapTest, EveryColourMapsIntoUnitRange) {
+TEST_P(TonemapTest, EveryColorMapsIntoUnitRange) {
     std::mt19937 generator(1);
     std::uniform_real_distribution<float> stops(-15.0f, 15.0f);
     const auto expectInRange = [&](vec3 c) {
@@ -95,7 +95,7 @@ TEST(Tonemap, ReinhardHalvesOne) {
     EXPECT_EQ(TonemapReinhard(vec3(1.0f, 3.0f, 0.0f)), vec3(0.5f, 0.75f, 0.0f));
 }
 
-TEST(Tonemap, AcesPutsMiddleGreyNearTenNitsOfAHundred) {
+TEST(Tonemap, AcesPutsMiddleGrayNearTenNitsOfAHundred) {
     // ACES renders 18 % gray at 10 cd/m2 of 100; the fit comes within 6 %.
     EXPECT_NEAR(TonemapLinearLight(vec3(0.18f), kTonemapAces).y, 0.10f, 0.006f);
     // A scalar evaluation of the published rational function.
@@ -104,7 +104,7 @@ TEST(Tonemap, AcesPutsMiddleGreyNearTenNitsOfAHundred) {
                 (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081), 1e-6);
 }
 
-TEST(Tonemap, AgXPutsMiddleGreyAtHalfTheDisplaysCode) {
+TEST(Tonemap, AgXPutsMiddleGrayAtHalfTheDisplaysCode) {
     EXPECT_NEAR(AgXChannel(0.18f), 0.5f, 1e-5f);
     EXPECT_NEAR(TonemapLinearLight(vec3(0.18f), kTonemapAgX).y, std::pow(0.5f, 2.2f), 2e-4f);
     // The ends of its 16.5 stops.
@@ -145,7 +145,7 @@ TEST(Tonemap, AgXOutsetUndoesItsInset) {
     }
 }
 
-TEST(Tonemap, NeutralKeepsColoursBelowItsCompressionButForFourPercent) {
+TEST(Tonemap, NeutralKeepsColorsBelowItsCompressionButForFourPercent) {
     for (vec3 c : {vec3(0.1f, 0.2f, 0.3f), vec3(0.08f, 0.5f, 0.79f), vec3(0.7f, 0.7f, 0.7f)}) {
         const vec3 mapped = TonemapNeutral(c);
         for (int i = 0; i < 3; ++i) EXPECT_NEAR(mapped[i], c[i] - 0.04f, 1e-6f);

@@ -85,7 +85,7 @@ TEST(Warp, DiskStaysInsideAtEdges) {
     EXPECT_EQ(SampleUniformDiskConcentric(vec2(0.5f, 0.5f)), vec2(0.0f));
 }
 
-TEST(Warp, DiskMapKeepsNeighboursTogether) {
+TEST(Warp, DiskMapKeepsNeighborsTogether) {
     // Continuous over the whole square: stratified points stay stratified.
     for (int i = 0; i < 512; ++i) {
         for (int j = 0; j < 511; ++j) {

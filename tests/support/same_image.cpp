@@ -11,8 +11,8 @@ namespace {
 
 constexpr uint32_t kBlock = 8;
 constexpr double kSigmas = 4.0;
-constexpr double kLeastShare = 0.9975;
-constexpr double kMostError = 0.02;
+constexpr double kMinShare = 0.9975;
+constexpr double kMaxError = 0.02;
 
 // Sums over a block of the mean and of what makes its error.
 struct BlockSums {
@@ -57,7 +57,7 @@ void ExpectSameImage(const RenderedImage& image, const RenderedImage& reference,
             all.mean += a.mean, all.squaredError += a.squaredError, all.error += a.error;
             allOfReference.mean += b.mean, allOfReference.squaredError += b.squaredError;
         }
-    EXPECT_GE(double(passed), kLeastShare * double(count))
+    EXPECT_GE(double(passed), kMinShare * double(count))
         << name << ": of " << count << " blocks and channels";
     for (int channel = 0; channel < 3; channel++) {
         const double error = ErrorOf(all, errors, channel);
@@ -66,7 +66,7 @@ void ExpectSameImage(const RenderedImage& image, const RenderedImage& reference,
             << name << ", channel " << channel << ", sums over the image " << all.mean[channel] << " and "
             << allOfReference.mean[channel];
         if (errors == PixelErrors::Independent) {
-            EXPECT_LT(error, kMostError * all.mean[channel]) << name << " is too noisy to prove anything";
+            EXPECT_LT(error, kMaxError * all.mean[channel]) << name << " is too noisy to prove anything";
         }
     }
 }

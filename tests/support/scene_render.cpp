@@ -26,7 +26,7 @@ std::vector<std::unique_ptr<Renderer>>& IdleRenderers() {
 
 }  // namespace
 
-LentRenderer::LentRenderer(rhi::Device& device) : m_isShared(&device == &VulkanTest::Device()) {
+RendererLease::RendererLease(rhi::Device& device) : m_isShared(&device == &VulkanTest::Device()) {
     if (m_isShared && !IdleRenderers().empty()) {
         m_renderer = std::move(IdleRenderers().back());
         IdleRenderers().pop_back();
@@ -36,7 +36,7 @@ LentRenderer::LentRenderer(rhi::Device& device) : m_isShared(&device == &VulkanT
     }
 }
 
-LentRenderer::~LentRenderer() {
+RendererLease::~RendererLease() {
     if (!m_isShared) return;
     m_renderer->DropFrame();
     IdleRenderers().push_back(std::move(m_renderer));

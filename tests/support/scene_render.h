@@ -35,12 +35,12 @@ struct RenderedImage {
 // Exclusive use of a Renderer of the tests' shared device. The next test of the process gets it with the
 // pipelines that it has created, which take a second or more each on a CPU, and with the persistent resources
 // that an earlier test left behind. For another device: a Renderer of its own.
-class LentRenderer {
+class RendererLease {
   public:
-    explicit LentRenderer(rhi::Device& device);
-    ~LentRenderer();
-    LentRenderer(const LentRenderer&) = delete;
-    LentRenderer& operator=(const LentRenderer&) = delete;
+    explicit RendererLease(rhi::Device& device);
+    ~RendererLease();
+    RendererLease(const RendererLease&) = delete;
+    RendererLease& operator=(const RendererLease&) = delete;
 
     Renderer& operator*() const { return *m_renderer; }
 
@@ -69,7 +69,7 @@ class SceneRender {
     Hits TakeHits(const passes::PrimaryHitIds& hits);
 
   private:
-    LentRenderer m_lent;
+    RendererLease m_lent;
 
   public:
     Renderer& renderer;

@@ -21,7 +21,7 @@ class Compare : public VulkanTest {
 };
 
 // Gray values 0 ... 1 as rgba, one a texel.
-std::vector<float> Greys(const std::vector<float>& values) {
+std::vector<float> Grays(const std::vector<float>& values) {
     std::vector<float> texels;
     for (const float value : values) texels.insert(texels.end(), {value, value, value, 1.0f});
     return texels;
@@ -57,7 +57,7 @@ TEST_F(Compare, Wipe_ShowsOnePictureOnEitherSideOfTheLine) {
 }
 
 TEST_F(Compare, SideBySide_ShowsAllOfBothAtHalfTheSize) {
-    const std::vector<float> left = Greys(Ramp(16, 0.0f, 4.0f / 255.0f));
+    const std::vector<float> left = Grays(Ramp(16, 0.0f, 4.0f / 255.0f));
     const Texels texels = harness.Run([&](PassHarness& h) {
         return passes::SideBySide(h.Graph(), h.Texture("left", {4, 4}, Format::Rgba8Unorm, left),
                                   h.Texture("right", {4, 4}, Format::Rgba8Unorm, {1, 1, 1, 1}));

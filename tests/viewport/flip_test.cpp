@@ -212,20 +212,20 @@ TEST_F(FlipTest, Flip_OfBlackAndWhiteIsWhatFollowsByHand) {
 }
 
 TEST_F(FlipTest, Flip_GrowsWithTheDifference) {
-    const Picture grey = Plain(16, 16, glm::ivec3(100));
+    const Picture gray = Plain(16, 16, glm::ivec3(100));
     double last = 0.0;
     for (const int step : {1, 3, 10, 30, 100}) {
-        const double mean = Mean(Run(grey, Plain(16, 16, glm::ivec3(100 + step))));
+        const double mean = Mean(Run(gray, Plain(16, 16, glm::ivec3(100 + step))));
         EXPECT_GT(mean, last);
         last = mean;
     }
 }
 
 TEST_F(FlipTest, Flip_OfFineDetailFadesWithTheDistance) {
-    const Picture grey = Plain(32, 32, glm::ivec3(128));
+    const Picture gray = Plain(32, 32, glm::ivec3(128));
     const Picture checks =
         MakePicture(32, 32, [](int x, int y) { return glm::ivec3((x + y) % 2 ? 150 : 106); });
-    EXPECT_GT(Mean(Run(grey, checks, 10.0f)), 1.5 * Mean(Run(grey, checks, 100.0f)));
+    EXPECT_GT(Mean(Run(gray, checks, 10.0f)), 1.5 * Mean(Run(gray, checks, 100.0f)));
 }
 
 TEST_F(FlipTest, Flip_RefusesWhatItCannotCompare) {

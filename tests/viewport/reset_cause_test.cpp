@@ -140,13 +140,13 @@ std::vector<Edit> EditsThatShow() {
          [](Viewed& viewed) {
              viewed.scene.SetTransform(1, Translation({0.3f, -0.4f, 0.1f}));
          }},
-        OfMaterial("base colour",
+        OfMaterial("base color",
                    [](scene::Material& material) {
                        material.baseColorFactor = {0.8f, 0.2f, 0.2f, 1.0f};
                    }),
         OfMaterial("emission", [](scene::Material& material) { material.emissiveFactor = glm::vec3(1.0f); }),
         OfLight("intensity", [](scene::Light& light) { light.intensity *= 4.0f; }),
-        OfLight("colour",
+        OfLight("color",
                 [](scene::Light& light) {
                     light.color = {1.0f, 0.5f, 0.1f};
                 }),
@@ -186,7 +186,7 @@ std::vector<Edit> OtherEdits() {
         OfMaterial("roughness", [](scene::Material& material) { material.roughnessFactor = 0.5f; }),
         OfMaterial("ior", [](scene::Material& material) { material.ior = 1.3f; }),
         OfMaterial("specular", [](scene::Material& material) { material.specularFactor = 0.5f; }),
-        OfMaterial("specular colour",
+        OfMaterial("specular color",
                    [](scene::Material& material) { material.specularColorFactor.x = 0.5f; }),
         OfMaterial("normal scale", [](scene::Material& material) { material.normalScale = 0.5f; }),
     };
@@ -215,7 +215,7 @@ class ViewportResetCause : public VulkanTest {
         EXPECT_EQ(viewed.AllResets(), resets + 1);
     }
 
-    LentRenderer lent{Device()};
+    RendererLease lent{Device()};
     Renderer& renderer = *lent;
 };
 

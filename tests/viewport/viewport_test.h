@@ -72,7 +72,7 @@ class ViewedScene {
     }
 
   private:
-    LentRenderer m_lent;
+    RendererLease m_lent;
 
   public:
     Renderer& renderer;

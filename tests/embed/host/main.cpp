@@ -106,7 +106,7 @@ void RequireCornell(const Picture& picture, const std::string& view) {
 // Gray, and nowhere dark: the same radiance from everywhere.
 void RequireClosedBox(const Picture& picture) {
     for (const Texel& texel : picture)
-        Require(texel[0] == texel[1] && texel[1] == texel[2] && texel[0] > 64, "the closed box is not grey");
+        Require(texel[0] == texel[1] && texel[1] == texel[2] && texel[0] > 64, "the closed box is not gray");
 }
 
 void ToggleViews(Gpu& gpu, Renderer& renderer, Panel& cornell) {
