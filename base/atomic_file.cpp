@@ -2,11 +2,10 @@
 
 #include <cerrno>
 #include <optional>
-#include <string>
 
 #include "base/check.h"
-#include "base/error.h"
 #include "base/os/file.h"
+#include "base/text.h"
 
 namespace raygraph {
 namespace {
@@ -34,7 +33,7 @@ AtomicFile::AtomicFile(const std::filesystem::path& target) : m_target(target) {
     const std::filesystem::file_status existing = std::filesystem::status(m_target, error);
     if (std::filesystem::exists(existing)) {
         if (!std::filesystem::is_regular_file(existing))
-            throw Error(ErrorKind::Io, m_target.string() + ": cannot write: it is not a regular file");
+            throw MakeError(ErrorKind::Io, "{}: cannot write: it is not a regular file", m_target.string());
         permissions = existing.permissions();
     }
     do {
@@ -51,7 +50,7 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::Fail(const char* what, const std::error_code& error) const {
-    throw Error(ErrorKind::Io, m_target.string() + ": " + what + ": " + error.message());
+    throw MakeError(ErrorKind::Io, "{}: {}: {}", m_target.string(), what, error.message());
 }
 
 void AtomicFile::Write(std::span<const std::byte> bytes) {

@@ -2,17 +2,16 @@
 
 #include <new>
 #include <optional>
-#include <string>
 #include <system_error>
 
-#include "base/error.h"
 #include "base/os/file.h"
+#include "base/text.h"
 
 namespace raygraph {
 namespace {
 
 void Check(const std::filesystem::path& path, const char* what, const std::error_code& error) {
-    if (error) throw Error(ErrorKind::Io, path.string() + ": " + what + ": " + error.message());
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}: {}", path.string(), what, error.message());
 }
 
 }  // namespace
@@ -23,17 +22,15 @@ std::vector<std::byte> ReadFile(const std::filesystem::path& path, uint64_t maxB
     Check(path, "cannot open", error);
     const std::optional<uint64_t> size = file.RegularSize(error);
     Check(path, "cannot read", error);
-    if (!size) throw Error(ErrorKind::Io, path.string() + ": cannot read: it is not a regular file");
-    if (*size > maxBytes) {
-        throw Error(ErrorKind::BadInput, path.string() + ": " + std::to_string(*size) +
-                                             " bytes exceed the limit of " + std::to_string(maxBytes));
-    }
+    if (!size) throw MakeError(ErrorKind::Io, "{}: cannot read: it is not a regular file", path.string());
+    if (*size > maxBytes)
+        throw MakeError(ErrorKind::BadInput, "{}: {} bytes exceed the limit of {}", path.string(), *size,
+                        maxBytes);
     std::vector<std::byte> bytes;
     try {
         bytes.resize(*size);
     } catch (const std::bad_alloc&) {
-        throw Error(ErrorKind::OutOfMemory,
-                    path.string() + ": no memory for " + std::to_string(*size) + " bytes");
+        throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for {} bytes", path.string(), *size);
     }
     // A file that shrinks meanwhile is read as far as it goes.
     const size_t filled = file.Read(bytes, error);

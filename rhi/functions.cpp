@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "base/error.h"
 #include "base/os/dynamic_library.h"
+#include "base/text.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -11,7 +11,7 @@ namespace {
 template <typename Function, typename Load>
 void LoadOne(Function& function, const char* name, const char* owner, Load&& load) {
     function = reinterpret_cast<Function>(load(name));
-    if (!function) throw Error(ErrorKind::NoDevice, std::string(owner) + " has no function " + name);
+    if (!function) throw MakeError(ErrorKind::NoDevice, "{} has no function {}", owner, name);
 }
 
 }  // namespace
@@ -62,11 +62,11 @@ std::shared_ptr<VulkanLoader> VulkanLoader::Open() {
     std::shared_ptr<VulkanLoader> loader(new VulkanLoader);
     std::string whyNot;
     void* library = os::OpenLibrary(kLibrary, whyNot);
-    if (!library) throw Error(ErrorKind::NoDevice, "no Vulkan loader: " + whyNot);
+    if (!library) throw MakeError(ErrorKind::NoDevice, "no Vulkan loader: {}", whyNot);
     loader->m_getInstanceProcAddr =
         reinterpret_cast<PFN_vkGetInstanceProcAddr>(os::FunctionOf(library, "vkGetInstanceProcAddr"));
     if (!loader->m_getInstanceProcAddr)
-        throw Error(ErrorKind::NoDevice, std::string(kLibrary) + " has no function vkGetInstanceProcAddr");
+        throw MakeError(ErrorKind::NoDevice, "{} has no function vkGetInstanceProcAddr", kLibrary);
     return loader;
 }
 

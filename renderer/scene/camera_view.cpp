@@ -8,8 +8,8 @@
 #include <optional>
 #include <vector>
 
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::scene {
 namespace {
@@ -60,10 +60,10 @@ bool TakeMetres(std::string_view& text) {
 [[noreturn]] void FailChoice(const SceneData& scene, std::string_view choice) {
     std::string cameras;
     for (size_t i = 0; i < scene.cameras.size() && i < 8; ++i)
-        cameras += (i ? ", " : "") + std::to_string(i) + " " + Quoted(scene.cameras[i].name, 40);
+        cameras += Text("{}{} {}", i ? ", " : "", i, Quoted(scene.cameras[i].name, 40));
     if (scene.cameras.size() > 8) cameras += ", ...";
-    throw Error(ErrorKind::Usage, "there is no camera " + Quoted(choice) + "; the scene has " +
-                                      (cameras.empty() ? std::string("none") : cameras));
+    throw MakeError(ErrorKind::Usage, "there is no camera {}; the scene has {}", Quoted(choice),
+                    cameras.empty() ? "none" : cameras);
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ CameraView ViewOfBounds(const Bounds& bounds, float aspect, float yFov) {
 
 CameraView ViewFromText(std::string_view text, float aspect) {
     const auto fail = [&](const char* why) -> CameraView {
-        throw Error(ErrorKind::Usage, "camera " + Quoted(text) + ": " + why);
+        throw MakeError(ErrorKind::Usage, "camera {}: {}", Quoted(text), why);
     };
     std::string_view digits = text;
     const bool isHeight = TakeMetres(digits);

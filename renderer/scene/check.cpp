@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <glm/gtc/constants.hpp>
 #include <type_traits>
 
+#include "base/text.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 
@@ -13,17 +13,6 @@ namespace raygraph::scene {
 namespace {
 
 constexpr float kUnbounded = kUnboundedField;
-
-template <typename T>
-std::string Text(T number) {
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.9g", double(number));
-    return text;
-}
-
-std::string At(const char* list, size_t index) {
-    return std::string(list) + "[" + std::to_string(index) + "]";
-}
 
 template <typename Vector>
 bool AllFinite(const Vector& v) {
@@ -48,34 +37,32 @@ struct Subject {
         return inner;
     }
     [[noreturn]] void Fail(const std::string& what) const {
-        std::string line = text + ": ";
-        if (list) line += At(list, index) + (innerList ? "." + At(innerList, innerIndex) : "") + ": ";
-        throw Error(kind, line + what);
+        if (!list) throw MakeError(kind, "{}: {}", text, what);
+        if (!innerList) throw MakeError(kind, "{}: {}[{}]: {}", text, list, index, what);
+        throw MakeError(kind, "{}: {}[{}].{}[{}]: {}", text, list, index, innerList, innerIndex, what);
     }
     void Require(bool isGood, const char* what) const {
         if (!isGood) Fail(what);
     }
     void RequireIndex(const char* what, uint32_t value, size_t count, bool mayBeNone = false) const {
         if (value < count || (mayBeNone && value == kNone)) return;
-        Fail(std::string(what) + " is " + std::to_string(value) + ", there are " + std::to_string(count));
+        Fail(Text("{} is {}, there are {}", what, value, count));
     }
     void RequireRange(const char* what, float value, float min, float max) const {
         if (value >= min && value <= max) return;
-        if (min == -kUnbounded) Fail(std::string(what) + " is not finite");
-        const std::string range = max < kUnbounded ? "must be " + Text(min) + " to " + Text(max)
-                                                   : "must be finite and at least " + Text(min);
-        Fail(std::string(what) + " is " + Text(value) + ", " + range);
+        if (min == -kUnbounded) Fail(Text("{} is not finite", what));
+        if (max < kUnbounded) Fail(Text("{} is {:.9g}, must be {:.9g} to {:.9g}", what, value, min, max));
+        Fail(Text("{} is {:.9g}, must be finite and at least {:.9g}", what, value, min));
     }
     template <typename T>
     void RequireFinite(const char* what, const std::vector<T>& values) const {
         for (size_t i = 0; i < values.size(); ++i)
-            if (!AllFinite(values[i])) Fail(At(what, i) + " is not finite");
+            if (!AllFinite(values[i])) Fail(Text("{}[{}] is not finite", what, i));
     }
     template <typename T>
     void RequireStream(const char* what, const std::vector<T>& values, size_t vertexCount) const {
         if (!values.empty() && values.size() != vertexCount)
-            Fail(std::string(what) + " has " + std::to_string(values.size()) + " elements for " +
-                 std::to_string(vertexCount) + " positions");
+            Fail(Text("{} has {} elements for {} positions", what, values.size(), vertexCount));
         RequireFinite(what, values);
     }
 };
@@ -152,11 +139,11 @@ void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subj
     subject.RequireStream("uv1", primitive.uv1, vertexCount);
     subject.RequireStream("colors", primitive.colors, vertexCount);
     if (primitive.indices.size() % 3 != 0)
-        subject.Fail(std::to_string(primitive.indices.size()) + " indices are no whole triangles");
+        subject.Fail(Text("{} indices are no whole triangles", primitive.indices.size()));
     for (size_t i = 0; i < primitive.indices.size(); ++i)
         if (primitive.indices[i] >= vertexCount)
-            subject.Fail(At("indices", i) + " is " + std::to_string(primitive.indices[i]) + ", there are " +
-                         std::to_string(vertexCount) + " positions");
+            subject.Fail(
+                Text("indices[{}] is {}, there are {} positions", i, primitive.indices[i], vertexCount));
     subject.RequireIndex("material", primitive.material, materialCount);
     Bounds bounds;
     for (const glm::vec3& position : primitive.positions) bounds.Extend(position);
@@ -170,8 +157,7 @@ void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subj
 void CheckImage(const ImageData& image, const Subject& subject) {
     const uint64_t wanted = uint64_t{4} * image.width * image.height;
     if (wanted == 0 || image.rgba.size() != wanted)
-        subject.Fail(std::to_string(image.rgba.size()) + " bytes of " + std::to_string(image.width) + "x" +
-                     std::to_string(image.height) + " texels");
+        subject.Fail(Text("{} bytes of {}x{} texels", image.rgba.size(), image.width, image.height));
 }
 
 // A forest, in the order of nodeOrder.

@@ -4,20 +4,20 @@
 #include <optional>
 #include <system_error>
 
-#include "base/error.h"
 #include "base/os/file.h"
 #include "base/printable.h"
+#include "base/text.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {
 namespace {
 
 [[noreturn]] void FailRead(const std::filesystem::path& path, const std::string& why) {
-    throw Error(ErrorKind::Io, Printable(path.string(), 1024) + ": " + why);
+    throw MakeError(ErrorKind::Io, "{}: {}", Printable(path.string(), 1024), why);
 }
 
 [[noreturn]] void FailUri(std::string_view uri, const std::string& why) {
-    throw Error(ErrorKind::BadInput, Quoted(uri) + ": " + why);
+    throw MakeError(ErrorKind::BadInput, "{}: {}", Quoted(uri), why);
 }
 
 bool IsInside(const std::filesystem::path& path, const std::filesystem::path& folder) {
@@ -29,7 +29,8 @@ bool IsInside(const std::filesystem::path& path, const std::filesystem::path& fo
 
 std::filesystem::path RelativePath(std::string_view uri) {
     if (uri.empty()) FailUri(uri, "is empty");
-    if (UriScheme(uri)) FailUri(uri, "must be a relative path or a data URI, not " + Quoted(*UriScheme(uri)));
+    if (const auto scheme = UriScheme(uri))
+        FailUri(uri, Text("must be a relative path or a data URI, not {}", Quoted(*scheme)));
     const std::string text = PercentDecode(uri);
     if (text.find('\0') != std::string::npos) FailUri(uri, "contains a zero byte");
     if (text.find('\\') != std::string::npos) FailUri(uri, "contains a backslash");
@@ -55,14 +56,12 @@ std::vector<std::byte> DiskFileReader::Read(const std::filesystem::path& path, u
     const std::optional<uint64_t> size = file.RegularSize(error);
     if (error) FailRead(path, error.message());
     if (!size) FailRead(path, "is not a regular file");
-    if (*size > maxBytes)
-        FailRead(path, std::to_string(*size) + " bytes exceed the limit of " + std::to_string(maxBytes));
+    if (*size > maxBytes) FailRead(path, Text("{} bytes exceed the limit of {}", *size, maxBytes));
 
     std::vector<std::byte> bytes(*size);
     const size_t done = file.Read(bytes, error);
     if (error) FailRead(path, error.message());
-    if (done < bytes.size())
-        FailRead(path, "ended after " + std::to_string(done) + " bytes, changed while being read");
+    if (done < bytes.size()) FailRead(path, Text("ended after {} bytes, changed while being read", done));
     return bytes;
 }
 

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "base/check.h"
+#include "base/text.h"
 
 namespace raygraph::scene {
 namespace {
@@ -68,10 +69,6 @@ bool Fits(uint64_t offset, uint64_t stride, uint64_t element, uint64_t count, ui
     return (count - 1) <= (length - element - offset) / stride;
 }
 
-std::string ViewName(uint32_t view, const BufferView& info) {
-    return "bufferViews[" + std::to_string(view) + "] (" + std::to_string(info.byteLength) + " bytes)";
-}
-
 class TableReader {
   public:
     TableReader(const GltfContext& context, const GltfDocument& document, AccessorTables& tables)
@@ -97,9 +94,8 @@ class TableReader {
         const uint64_t length = m_tables.bufferLengths[view.buffer];
         if (view.byteOffset > length || view.byteLength > length - view.byteOffset)
             m_context.Fail(Place("bufferViews")[index]["byteLength"],
-                           std::to_string(view.byteLength) + " bytes from " +
-                               std::to_string(view.byteOffset) + " exceed buffers[" +
-                               std::to_string(view.buffer) + "] (" + std::to_string(length) + " bytes)");
+                           Text("{} bytes from {} exceed buffers[{}] ({} bytes)", view.byteLength,
+                                view.byteOffset, view.buffer, length));
         return view;
     }
 
@@ -119,8 +115,7 @@ class TableReader {
                                    accessor.count, true);
         // Vertex indices have 32 bits and the greatest is no index.
         if (accessor.count >= kNone)
-            m_context.Fail(where["count"],
-                           "is " + std::to_string(accessor.count) + ", must be below 2^32 - 1");
+            m_context.Fail(where["count"], Text("is {}, must be below 2^32 - 1", accessor.count));
         if (file.sparse.isSparse)
             accessor.sparse = ReadSparse(where["sparse"], file, m_document.sparse[index], element);
         return accessor;
@@ -134,16 +129,15 @@ class TableReader {
         const BufferView& view = m_tables.views[run.view];
         if (mayStride && view.byteStride != 0) {
             if (view.byteStride < element.used)
-                m_context.Fail(where["bufferView"], "bufferViews[" + std::to_string(run.view) +
-                                                        "].byteStride of " + std::to_string(view.byteStride) +
-                                                        " is less than the element's " +
-                                                        std::to_string(element.used) + " bytes");
+                m_context.Fail(where["bufferView"],
+                               Text("bufferViews[{}].byteStride of {} is less than the element's {} bytes",
+                                    run.view, view.byteStride, element.used));
             run.byteStride = view.byteStride;
         }
         if (!Fits(run.byteOffset, run.byteStride, element.used, count, view.byteLength)) {
-            const std::string from = run.byteOffset ? " from byte " + std::to_string(run.byteOffset) : "";
-            m_context.Fail(
-                countAt, std::to_string(count) + " elements" + from + " exceed " + ViewName(run.view, view));
+            const std::string from = run.byteOffset ? Text(" from byte {}", run.byteOffset) : "";
+            m_context.Fail(countAt, Text("{} elements{} exceed bufferViews[{}] ({} bytes)", count, from,
+                                         run.view, view.byteLength));
         }
         return run;
     }
@@ -153,9 +147,8 @@ class TableReader {
         SparseRun sparse;
         sparse.count = numbers.count;
         if (sparse.count > file.count)
-            m_context.Fail(where["count"], "is " + std::to_string(sparse.count) +
-                                               ", more than the accessor's " + std::to_string(file.count) +
-                                               " elements");
+            m_context.Fail(where["count"],
+                           Text("is {}, more than the accessor's {} elements", sparse.count, file.count));
         const auto& indices = file.sparse.indices;
         const auto& values = file.sparse.values;
         sparse.indexType = ReadComponentType(indices.componentType);

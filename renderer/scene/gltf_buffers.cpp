@@ -1,5 +1,7 @@
 #include "renderer/scene/gltf_buffers.h"
 
+#include "base/text.h"
+
 namespace raygraph::scene {
 
 GltfBuffers::GltfBuffers(GltfContext& context, const std::vector<BufferSource>& sources,
@@ -29,8 +31,7 @@ std::span<const std::byte> GltfBuffers::Buffer(uint32_t buffer) {
         bytes = m_container.binary;
     }
     if (bytes.size() < length)
-        m_context.Fail(where["byteLength"], "is " + std::to_string(length) + ", but the buffer has " +
-                                                std::to_string(bytes.size()) + " bytes");
+        m_context.Fail(where["byteLength"], Text("is {}, but the buffer has {} bytes", length, bytes.size()));
     return bytes.first(length);
 }
 

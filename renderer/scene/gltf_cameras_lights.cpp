@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "base/text.h"
 #include "renderer/scene/gltf_nodes.h"
 #include "renderer/scene/light_fields.h"
 
@@ -37,8 +38,7 @@ Camera ReadCamera(GltfContext& context, const gltf::Camera& file, const Place& w
         camera.zFar = ToFloat(file.orthographic.zfar);
     }
     if (camera.zFar != 0.0f && camera.zFar <= camera.zNear)
-        context.Fail(where, "zfar (" + std::to_string(camera.zFar) + ") must be greater than znear (" +
-                                std::to_string(camera.zNear) + ")");
+        context.Fail(where, Text("zfar ({:f}) must be greater than znear ({:f})", camera.zFar, camera.zNear));
     return camera;
 }
 

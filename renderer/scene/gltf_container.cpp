@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::scene {
 namespace {
@@ -16,7 +16,7 @@ constexpr uint32_t kJsonChunk = 0x4E4F534A;    // "JSON"
 constexpr uint32_t kBinaryChunk = 0x004E4942;  // "BIN\0"
 
 [[noreturn]] void Fail(const std::string& label, const std::string& why) {
-    throw Error(ErrorKind::BadInput, label + ": " + why);
+    throw MakeError(ErrorKind::BadInput, "{}: {}", label, why);
 }
 
 // Little endian, wherever we run.
@@ -31,14 +31,12 @@ std::string_view AsText(std::span<const std::byte> bytes) {
 }
 
 GltfContainer OpenGlb(std::span<const std::byte> file, const std::string& label) {
-    if (file.size() < 12)
-        Fail(label, "the .glb header is cut short (" + std::to_string(file.size()) + " bytes)");
+    if (file.size() < 12) Fail(label, Text("the .glb header is cut short ({} bytes)", file.size()));
     if (const uint32_t version = ReadU32(file, 4); version != 2)
-        Fail(label, "is a .glb of version " + std::to_string(version) + ", must be 2");
+        Fail(label, Text("is a .glb of version {}, must be 2", version));
     const uint32_t length = ReadU32(file, 8);
     if (length < 12 || length > file.size())
-        Fail(label, "the .glb header claims " + std::to_string(length) + " bytes, the file has " +
-                        std::to_string(file.size()));
+        Fail(label, Text("the .glb header claims {} bytes, the file has {}", length, file.size()));
     // Bytes after the stated length are no part of the scene.
     file = file.first(length);
 
@@ -46,20 +44,19 @@ GltfContainer OpenGlb(std::span<const std::byte> file, const std::string& label)
     std::optional<std::string_view> json;
     size_t at = 12;
     for (size_t chunk = 0; at < file.size(); ++chunk) {
-        const std::string name = "chunk " + std::to_string(chunk);
-        if (file.size() - at < 8) Fail(label, name + ": its header is cut short");
+        if (file.size() - at < 8) Fail(label, Text("chunk {}: its header is cut short", chunk));
         const uint32_t size = ReadU32(file, at);
         const uint32_t type = ReadU32(file, at + 4);
         at += 8;
         if (size > file.size() - at)
-            Fail(label, name + ": claims " + std::to_string(size) + " bytes, " +
-                            std::to_string(file.size() - at) + " are left");
+            Fail(label, Text("chunk {}: claims {} bytes, {} are left", chunk, size, file.size() - at));
         const auto content = file.subspan(at, size);
         if ((type == kJsonChunk) != (chunk == 0))
-            Fail(label, chunk == 0 ? "the first chunk is not JSON" : name + ": is a second JSON chunk");
+            Fail(label, chunk == 0 ? "the first chunk is not JSON"
+                                   : Text("chunk {}: is a second JSON chunk", chunk));
         if (type == kJsonChunk) json = AsText(content);
         if (type == kBinaryChunk) {
-            if (container.hasBinary) Fail(label, name + ": is a second BIN chunk");
+            if (container.hasBinary) Fail(label, Text("chunk {}: is a second BIN chunk", chunk));
             container.binary = content;
             container.hasBinary = true;
         }
@@ -84,8 +81,7 @@ void CheckDepth(std::string_view text, const std::string& label, uint32_t maxDep
             isInString = true;
         } else if (c == '{' || c == '[') {
             if (++depth > maxDepth)
-                Fail(label, "JSON is nested deeper than " + std::to_string(maxDepth) + " levels at byte " +
-                                std::to_string(i));
+                Fail(label, Text("JSON is nested deeper than {} levels at byte {}", maxDepth, i));
         } else if ((c == '}' || c == ']') && depth > 0) {
             --depth;
         }
@@ -102,8 +98,7 @@ GltfContainer OpenContainer(std::span<const std::byte> file, const std::string& 
 
 std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte> rest) {
     const size_t padded = (json.size() + 3) / 4 * 4, length = 20 + padded + rest.size();
-    if (length > 0xFFFFFFFFu)
-        throw Error(ErrorKind::Usage, "a .glb cannot have " + std::to_string(length) + " bytes");
+    if (length > 0xFFFFFFFFu) throw MakeError(ErrorKind::Usage, "a .glb cannot have {} bytes", length);
     std::vector<std::byte> file;
     file.reserve(length);
     const auto put = [&](size_t value) {
@@ -122,8 +117,7 @@ std::vector<std::byte> MakeGlb(std::string_view json, std::span<const std::byte>
 
 nlohmann::json ParseJson(std::string_view text, const std::string& label, const LoadLimits& limits) {
     if (text.size() > limits.maxJsonBytes)
-        Fail(label, "JSON of " + std::to_string(text.size()) + " bytes exceeds the limit of " +
-                        std::to_string(limits.maxJsonBytes));
+        Fail(label, Text("JSON of {} bytes exceeds the limit of {}", text.size(), limits.maxJsonBytes));
     CheckDepth(text, label, limits.maxJsonDepth);
     try {
         nlohmann::json json = nlohmann::json::parse(text);
@@ -134,7 +128,7 @@ nlohmann::json ParseJson(std::string_view text, const std::string& label, const 
         std::string_view what = error.what();
         if (const size_t end = what.find("] "); what.starts_with('[') && end != what.npos)
             what.remove_prefix(end + 2);
-        Fail(label, "not valid JSON: " + Printable(what, 300));
+        Fail(label, Text("not valid JSON: {}", Printable(what, 300)));
     }
 }
 

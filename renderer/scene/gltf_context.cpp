@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {
@@ -24,7 +24,7 @@ void Warnings::Add(std::string_view topic, std::string text) {
 std::vector<std::string> Warnings::Take() {
     std::vector<std::string> lines;
     for (Entry& entry : m_entries) {
-        if (entry.count > 1) entry.text += " (and " + std::to_string(entry.count - 1) + " more)";
+        if (entry.count > 1) entry.text += Text(" (and {} more)", entry.count - 1);
         lines.push_back(std::move(entry.text));
     }
     m_entries.clear();
@@ -32,11 +32,11 @@ std::vector<std::string> Warnings::Take() {
 }
 
 void GltfContext::Fail(const std::string& path, const std::string& why) const {
-    throw Error(ErrorKind::BadInput, label + ": " + (path.empty() ? "" : path + ": ") + why);
+    throw MakeError(ErrorKind::BadInput, "{}: {}{}{}", label, path, path.empty() ? "" : ": ", why);
 }
 
 void GltfContext::Warn(const std::string& path, std::string_view topic, const std::string& what) {
-    warnings.Add(topic, label + ": " + (path.empty() ? "" : path + ": ") + what);
+    warnings.Add(topic, Text("{}: {}{}{}", label, path, path.empty() ? "" : ": ", what));
 }
 
 uint64_t GltfContext::MemoryLimit(uint64_t sourceBytes) const {
@@ -48,16 +48,16 @@ uint64_t GltfContext::MemoryLimit(uint64_t sourceBytes) const {
 void GltfContext::ChargeGeometry(const Place& where, uint64_t bytes) {
     const uint64_t limit = MemoryLimit(bytesRead);
     if (bytes > limit || geometryBytes > limit - bytes)
-        Fail(where, "decoded geometry exceeds the limit of " + std::to_string(limit) +
-                        " bytes for files of " + std::to_string(bytesRead) + " bytes");
+        Fail(where,
+             Text("decoded geometry exceeds the limit of {} bytes for files of {} bytes", limit, bytesRead));
     geometryBytes += bytes;
 }
 
 void GltfContext::CheckModelBytes(uint64_t bytes, uint64_t jsonBytes) const {
     const uint64_t limit = MemoryLimit(jsonBytes);
     if (bytes > limit)
-        Fail("", "a model of its objects exceeds the limit of " + std::to_string(limit) +
-                     " bytes for a JSON text of " + std::to_string(jsonBytes) + " bytes");
+        Fail("", Text("a model of its objects exceeds the limit of {} bytes for a JSON text of {} bytes",
+                      limit, jsonBytes));
 }
 
 void GltfContext::Progress(std::string_view stage, float fraction) const {

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "base/printable.h"
+#include "base/text.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf_materials.h"
 #include "renderer/scene/uri.h"
@@ -22,8 +23,8 @@ ImageData DecodeImage(GltfContext& context, const ImageSource& source, uint32_t 
     const image::DecodeLimits decodeLimits{.maxWidth = limits.maxImageExtent,
                                            .maxHeight = limits.maxImageExtent,
                                            .maxPixels = std::min(limits.maxImageTexels, texelsLeft)};
-    std::string label = context.label + ": " + where.Path();
-    if (!data.name.empty()) label.append(" ").append(Quoted(data.name, 60));
+    std::string label = Text("{}: {}", context.label, where.Path());
+    if (!data.name.empty()) label += Text(" {}", Quoted(data.name, 60));
     image::Image8 decoded = image::DecodeImage8(bytes, label, decodeLimits);
     data.width = decoded.width;
     data.height = decoded.height;

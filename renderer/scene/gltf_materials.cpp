@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "base/text.h"
 #include "renderer/scene/material_fields.h"
 
 namespace raygraph::scene {
@@ -148,7 +149,7 @@ class MaterialImporter {
         const FileTexture& file = m_fileTextures[index];
         if (file.image == kNone) {
             m_context.Warn(where, "no image",
-                           "textures[" + std::to_string(index) + "] has no image that can be read, left out");
+                           Text("textures[{}] has no image that can be read, left out", index));
             return ref;
         }
         const auto [slot, isNew] = m_textureSlots.try_emplace({index, colorSpace}, m_scene.textures.size());

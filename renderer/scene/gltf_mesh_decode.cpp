@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <numeric>
-#include <string>
 
+#include "base/text.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/tangents.h"
 
@@ -67,17 +67,15 @@ class PrimitiveDecoder {
             indices = m_reader.ReadIndices(m_layout.indices, where);
             for (size_t i = 0; i < indices.size(); ++i)
                 if (indices[i] >= m_layout.vertexCount)
-                    m_context.Fail(where, "accessors[" + std::to_string(m_layout.indices) + "] element " +
-                                              std::to_string(i) + " is " + std::to_string(indices[i]) +
-                                              ", but POSITION has " + std::to_string(m_layout.vertexCount) +
-                                              " elements");
+                    m_context.Fail(where, Text("accessors[{}] element {} is {}, but POSITION has {} elements",
+                                               m_layout.indices, i, indices[i], m_layout.vertexCount));
         }
         const size_t count = indices.size();
         const bool isList = m_layout.mode == PrimitiveMode::Triangles;
         if (count < 3 || (isList && count % 3 != 0))
             m_context.Warn(
                 m_layout.where, "leftover",
-                std::to_string(count) + " vertices make no whole number of triangles, the rest is left out");
+                Text("{} vertices make no whole number of triangles, the rest is left out", count));
         if (!isList) m_context.ChargeGeometry(m_layout.where, count * 3 * sizeof(uint32_t));
         return TriangleList(m_layout.mode, std::move(indices));
     }
@@ -138,12 +136,11 @@ class PrimitiveDecoder {
         }
         if (count > 0)
             m_context.Warn(m_layout.where, "color",
-                           std::to_string(count) + " COLOR_0 values are outside 0 to 1, put into it");
+                           Text("{} COLOR_0 values are outside 0 to 1, put into it", count));
     }
 
     void WarnLost(const char* what, size_t count, const char* remedy) {
-        m_context.Warn(m_layout.where, what,
-                       std::to_string(count) + " " + what + " values have no length, " + remedy);
+        m_context.Warn(m_layout.where, what, Text("{} {} values have no length, {}", count, what, remedy));
     }
 
     GltfContext& m_context;

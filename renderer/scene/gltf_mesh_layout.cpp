@@ -1,5 +1,6 @@
 #include <string>
 
+#include "base/text.h"
 #include "renderer/scene/gltf_meshes.h"
 
 namespace raygraph::scene {
@@ -66,8 +67,8 @@ class LayoutReader {
         ReadAttributes(primitive, layout);
         layout.indices = static_cast<uint32_t>(primitive.indices);
         if (layout.indices != kNone && !IsIndexAccessor(m_tables.accessors[layout.indices]))
-            m_context.Fail(where["indices"], "accessors[" + std::to_string(layout.indices) +
-                                                 "] must be SCALAR of 5121, 5123 or 5125");
+            m_context.Fail(where["indices"],
+                           Text("accessors[{}] must be SCALAR of 5121, 5123 or 5125", layout.indices));
         return layout;
     }
 
@@ -82,14 +83,13 @@ class LayoutReader {
             const Accessor& accessor = m_tables.accessors[index];
             const auto fail = [&](const std::string& why) {
                 m_context.Fail(layout.where["attributes"][AttributeName(attribute)],
-                               "accessors[" + std::to_string(index) + "] " + why);
+                               Text("accessors[{}] {}", index, why));
             };
-            if (!IsAllowed(attribute, accessor)) fail(std::string("must be ") + AllowedTypes(attribute));
+            if (!IsAllowed(attribute, accessor)) fail(Text("must be {}", AllowedTypes(attribute)));
             layout.accessors[i] = index;
             if (attribute == Attribute::Position) layout.vertexCount = accessor.count;
             if (layout.Has(Attribute::Position) && accessor.count != layout.vertexCount)
-                fail("has " + std::to_string(accessor.count) + " elements, POSITION has " +
-                     std::to_string(layout.vertexCount));
+                fail(Text("has {} elements, POSITION has {}", accessor.count, layout.vertexCount));
         }
     }
 

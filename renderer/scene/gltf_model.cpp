@@ -33,8 +33,8 @@ nlohmann::json TakeTree() {
 #include "renderer/scene/gltf_model.h"
 #undef parse
 
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::scene {
 
@@ -47,12 +47,12 @@ gltf::Model MakeModel(nlohmann::json&& checked, const std::string& label) {
                                                              static_cast<unsigned int>(kDummy.size()), "");
     const int count = std::exchange(handover, {}).count;
     if (!isRead)
-        throw Error(ErrorKind::BadInput,
-                    label + ": tinygltf refuses the document: " + Printable(errors, 300));
+        throw MakeError(ErrorKind::BadInput, "{}: tinygltf refuses the document: {}", label,
+                        Printable(errors, 300));
     // Another version of it, which parses in another way
     if (count != 1)
-        throw Error(ErrorKind::BadInput,
-                    label + ": tinygltf has parsed " + std::to_string(count) + " documents in place of one");
+        throw MakeError(ErrorKind::BadInput, "{}: tinygltf has parsed {} documents in place of one", label,
+                        count);
     return model;
 }
 

@@ -6,8 +6,8 @@
 #include <numeric>
 #include <string>
 
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/split_place.h"
 
@@ -79,9 +79,8 @@ class GraphReader {
         for (size_t i = 0; i < file.children.size(); ++i) {
             uint32_t& parent = m_scene.nodes[static_cast<size_t>(file.children[i])].parent;
             if (parent != kNone)
-                m_context.Fail(NodeAt(index)["children"][i], "nodes[" + std::to_string(file.children[i]) +
-                                                                 "] is already a child of nodes[" +
-                                                                 std::to_string(parent) + "]");
+                m_context.Fail(NodeAt(index)["children"][i],
+                               Text("nodes[{}] is already a child of nodes[{}]", file.children[i], parent));
             parent = index;
         }
     }
@@ -158,13 +157,12 @@ class GraphReader {
         std::vector<uint32_t> roots(nodes.begin(), nodes.end());
         for (size_t i = 0; i < roots.size(); ++i)
             if (const uint32_t parent = m_scene.nodes[roots[i]].parent; parent != kNone)
-                m_context.Fail(where[i], "nodes[" + std::to_string(roots[i]) + "] is a child of nodes[" +
-                                             std::to_string(parent) + "], must be a root");
+                m_context.Fail(where[i],
+                               Text("nodes[{}] is a child of nodes[{}], must be a root", roots[i], parent));
         std::vector<uint32_t> sorted = roots;
         std::sort(sorted.begin(), sorted.end());
         const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
-        if (twice != sorted.end())
-            m_context.Fail(where, "nodes[" + std::to_string(*twice) + "] is listed twice");
+        if (twice != sorted.end()) m_context.Fail(where, Text("nodes[{}] is listed twice", *twice));
         return roots;
     }
 
@@ -173,14 +171,14 @@ class GraphReader {
         std::string names;
         for (size_t i = 0; i < scenes.size(); ++i) {
             if (scenes[i].name == asked) return i;
-            if (i < 8) names += (i ? ", " : "") + std::to_string(i) + " " + Quoted(scenes[i].name, 40);
+            if (i < 8) names += Text("{}{} {}", i ? ", " : "", i, Quoted(scenes[i].name, 40));
             if (i == 8) names += ", ...";
         }
         uint32_t index = 0;
         const auto [end, error] = std::from_chars(asked.data(), asked.data() + asked.size(), index);
         if (error == std::errc() && end == asked.data() + asked.size() && index < scenes.size()) return index;
-        throw Error(ErrorKind::Usage, m_context.label + ": there is no scene " + Quoted(asked) + "; there " +
-                                          (names.empty() ? "are none" : "are: " + names));
+        throw MakeError(ErrorKind::Usage, "{}: there is no scene {}; there are{}", m_context.label,
+                        Quoted(asked), names.empty() ? " none" : ": " + names);
     }
 
     // The loaded scene's nodes that have `thing`, by the thing's index, then by the order of nodes.

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 
@@ -246,16 +246,18 @@ std::vector<const Light*> EditedLights(const SceneData& loaded, const SceneData&
     for (const Light& light : loaded.lights) {
         lights.push_back(byNode.at(light.node));
         if (!lights.back())
-            throw Error(ErrorKind::BadInput, "nodes[" + std::to_string(light.node) +
-                                                 "] has a light in the file and none in the scene: it is "
-                                                 "not the one that was loaded");
+            throw MakeError(ErrorKind::BadInput,
+                            "nodes[{}] has a light in the file and none in the scene: it is not the one "
+                            "that was loaded",
+                            light.node);
     }
     return lights;
 }
 
 [[noreturn]] void FailOther(const char* what, size_t inFile, size_t inScene) {
-    throw Error(ErrorKind::BadInput, "the file has " + std::to_string(inFile) + " " + what + ", the scene " +
-                                         std::to_string(inScene) + ": it is not the one that was loaded");
+    throw MakeError(ErrorKind::BadInput,
+                    "the file has {} {}, the scene {}: it is not the one that was loaded", inFile, what,
+                    inScene);
 }
 
 }  // namespace
@@ -275,7 +277,7 @@ void PatchNodes(Json& root, const SceneData& loaded, const SceneData& edited) {
         FailOther("nodes", loaded.nodes.size(), edited.nodes.size());
     for (size_t i = 0; i < loaded.nodes.size(); i++) {
         if (loaded.nodes[i].parent != edited.nodes[i].parent)
-            throw Error(ErrorKind::Usage, "nodes[" + std::to_string(i) + "]: its parent cannot be exchanged");
+            throw MakeError(ErrorKind::Usage, "nodes[{}]: its parent cannot be exchanged", i);
         const glm::mat4x3 local = edited.nodes[i].LocalTransform();
         if (local != loaded.nodes[i].LocalTransform()) PatchNode(root["nodes"][i], loaded.nodes[i], local);
     }
@@ -287,8 +289,7 @@ void PatchMaterials(Json& root, const GltfOutline& outline, const SceneData& edi
         FailOther("materials", loaded.size(), edited.materials.size());
     for (size_t i = 0; i < loaded.size(); i++) {
         if (!HasSameTextures(loaded[i], edited.materials[i]))
-            throw Error(ErrorKind::Usage,
-                        "materials[" + std::to_string(i) + "]: its textures cannot be exchanged");
+            throw MakeError(ErrorKind::Usage, "materials[{}]: its textures cannot be exchanged", i);
         // Into a copy: a material that has not been edited leaves the tree as it is
         const bool isDefault = i == outline.defaultMaterial;
         Json changed = isDefault ? Json::object() : root["materials"][i];
@@ -319,8 +320,8 @@ void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
         bool isAlike = true;
         for (end = first; end < loaded.lights.size() && lightOf(end) == index; end++) {
             if (now[end]->type != loaded.lights[end].type)
-                throw Error(ErrorKind::Usage, "the light of nodes[" + std::to_string(now[end]->node) +
-                                                  "]: its type cannot be changed");
+                throw MakeError(ErrorKind::Usage, "the light of nodes[{}]: its type cannot be changed",
+                                now[end]->node);
             isAlike = isAlike && HasSameValues(*now[end], *now[first]);
         }
         if (isAlike && end - first == userCount[index]) {

@@ -1,5 +1,7 @@
 #include "renderer/scene/gltf_place.h"
 
+#include "base/text.h"
+
 namespace raygraph::scene {
 
 std::string Place::Path() const {
@@ -7,9 +9,9 @@ std::string Place::Path() const {
     for (uint32_t i = 0; i < m_count; ++i) {
         const Step& step = m_steps[i];
         if (step.name)
-            path.append(path.empty() ? "" : ".").append(step.name);
+            path += Text("{}{}", path.empty() ? "" : ".", step.name);
         else
-            path.append("[").append(std::to_string(step.index)).append("]");
+            path += Text("[{}]", step.index);
     }
     return path;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "base/check.h"
+#include "base/text.h"
 
 namespace raygraph::scene {
 namespace {
@@ -111,7 +112,7 @@ void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, 
     for (size_t i = 0; i < selection.count * components; ++i)
         if (!std::isfinite(out[i]))
             m_context.Fail(Place("accessors")[accessor],
-                           "element " + std::to_string(selection[i / components]) + " is not finite");
+                           Text("element {} is not finite", selection[i / components]));
 }
 
 std::vector<uint32_t> AccessorReader::SparseIndices(uint32_t accessor) {
@@ -123,11 +124,10 @@ std::vector<uint32_t> AccessorReader::SparseIndices(uint32_t accessor) {
     CopyIndices(info.sparse->indexType, RunBytes(run), run.byteStride, ids);
     for (size_t i = 0; i < ids.size(); ++i) {
         if (ids[i] >= info.count)
-            m_context.Fail(where, "element " + std::to_string(i) + " is " + std::to_string(ids[i]) +
-                                      ", but the accessor has " + std::to_string(info.count) + " elements");
+            m_context.Fail(where,
+                           Text("element {} is {}, but the accessor has {} elements", i, ids[i], info.count));
         if (i > 0 && ids[i] <= ids[i - 1])
-            m_context.Fail(where, "element " + std::to_string(i) + " is " + std::to_string(ids[i]) +
-                                      ", not greater than the one before it");
+            m_context.Fail(where, Text("element {} is {}, not greater than the one before it", i, ids[i]));
     }
     return ids;
 }

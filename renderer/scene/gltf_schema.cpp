@@ -9,6 +9,7 @@
 
 #include "base/check.h"
 #include "base/printable.h"
+#include "base/text.h"
 
 namespace raygraph::scene {
 namespace {
@@ -38,15 +39,15 @@ std::string Shown(const Json& value) {
 
 std::string Shown(float limit) {
     if (limit == static_cast<float>(M_PI)) return "pi";
-    return limit == std::floor(limit) ? std::to_string(static_cast<int64_t>(limit)) : std::to_string(limit);
+    return limit == std::floor(limit) ? Text("{}", static_cast<int64_t>(limit)) : Text("{:f}", limit);
 }
 
 // "1, 2 or 3".
-template <typename Values, typename ToText>
-std::string Listed(const Values& values, const ToText& text) {
+template <typename Values>
+std::string Listed(const Values& values) {
     std::string list;
     for (size_t i = 0; i < values.size(); ++i)
-        list.append(i == 0 ? "" : i + 1 < values.size() ? ", " : " or ").append(text(values[i]));
+        list += Text("{}{}", i == 0 ? "" : i + 1 < values.size() ? ", " : " or ", values[i]);
     return list;
 }
 
@@ -70,10 +71,10 @@ const char* TypeNeeded(PropertyType type) {
 }
 
 std::string WholeNeeded(const Property& row) {
-    const std::string least = std::to_string(row.wholeMin);
-    if (row.wholeMax == std::numeric_limits<uint64_t>::max()) return "must be at least " + least;
+    if (row.wholeMax == std::numeric_limits<uint64_t>::max())
+        return Text("must be at least {}", row.wholeMin);
     const char* kind = row.misfit == Misfit::LeaveOutAny ? "a whole number of " : "";
-    return std::string("must be ") + kind + least + " to " + std::to_string(row.wholeMax);
+    return Text("must be {}{} to {}", kind, row.wholeMin, row.wholeMax);
 }
 
 std::string NumberNeeded(const Property& row, float value) {
@@ -207,7 +208,7 @@ class Checker {
                 return true;
             case PropertyType::Objects:
                 return CheckEach(value, row, [&](Json& element) {
-                    if (!element.is_object()) Fail(Is(element) + "must be an object");
+                    if (!element.is_object()) FailValue(element, "must be an object");
                     CheckObject(element, row.Rows());
                 });
             case PropertyType::Extensions:
@@ -239,10 +240,9 @@ class Checker {
     bool CheckString(const Json& value, const Property& row) {
         if (!value.is_string()) return Refuse(value, row);
         const auto& text = value.get_ref<const std::string&>();
-        if (!text.starts_with(row.start)) Fail(Is(value) + "must be " + std::string(row.start) + "x");
+        if (!text.starts_with(row.start)) FailValue(value, Text("must be {}x", row.start));
         if (!row.texts.empty() && std::ranges::find(row.texts, text) == row.texts.end())
-            Fail(Is(value) + "must be " +
-                 Listed(row.texts, [](std::string_view one) { return std::string(one); }));
+            FailValue(value, Text("must be {}", Listed(row.texts)));
         return true;
     }
 
@@ -250,11 +250,11 @@ class Checker {
         if (!value.is_number()) return Refuse(value, row);
         const double number = value.get<double>();
         if (!(std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max())))
-            Fail(Is(value) + "too large for a float");
+            FailValue(value, "too large for a float");
         const auto rounded = static_cast<float>(number);
         if (!IsInRange(row, rounded)) {
             if (row.misfit != Misfit::PutIntoRange) return LeaveOut(value, row, NumberNeeded(row, rounded));
-            m_context.Warn(Path(), row.topic, Is(value) + "out of range, put into it");
+            m_context.Warn(Path(), row.topic, Text("is {}, out of range, put into it", Shown(value)));
             value = static_cast<double>(std::clamp(rounded, row.min, row.max));
         } else if (!value.is_number_float() && m_isKeptAsValue) {
             value = number;  // tinygltf makes an int of a whole one where it does not know the property
@@ -264,10 +264,9 @@ class Checker {
 
     bool CheckNumbers(Json& value, const Property& row) {
         if (!value.is_array()) return Refuse(value, row);
-        if (value.size() != row.count)
-            Fail("has " + std::to_string(value.size()) + " elements, must have " + std::to_string(row.count));
+        if (value.size() != row.count) Fail(Text("has {} elements, must have {}", value.size(), row.count));
         return CheckEach(value, row, [&](Json& element) {
-            if (!element.is_number()) Fail(Is(element) + "must be a number");
+            if (!element.is_number()) FailValue(element, "must be a number");
             CheckNumber(element, row);
         });
     }
@@ -276,9 +275,7 @@ class Checker {
         const std::optional<uint64_t> whole = ToWhole(value);
         if (!whole) return Refuse(value, row);
         if (!row.numbers.empty() && std::ranges::find(row.numbers, *whole) == row.numbers.end())
-            return LeaveOut(value, row, "must be " + Listed(row.numbers, [](uint64_t one) {
-                                            return std::to_string(one);
-                                        }));
+            return LeaveOut(value, row, Text("must be {}", Listed(row.numbers)));
         if (*whole < row.wholeMin || *whole > row.wholeMax) return LeaveOut(value, row, WholeNeeded(row));
         // What tinygltf does not know it keeps as an int or a double
         value = m_isKeptAsValue ? Json(static_cast<double>(*whole)) : Json(*whole);
@@ -287,10 +284,9 @@ class Checker {
 
     bool CheckIndex(Json& value, const Property& row) {
         const std::optional<uint64_t> whole = ToWhole(value);
-        if (!whole) Fail(Is(value) + TypeNeeded(PropertyType::Index));
+        if (!whole) FailValue(value, TypeNeeded(PropertyType::Index));
         if (*whole >= Count(row.target))
-            Fail("is " + std::to_string(*whole) + ", but there are " + std::to_string(Count(row.target)) +
-                 " " + Name(row.target));
+            Fail(Text("is {}, but there are {} {}", *whole, Count(row.target), Name(row.target)));
         value = *whole;
         return true;
     }
@@ -309,7 +305,7 @@ class Checker {
                 continue;
             }
             const Step step(*this, extension->name);
-            if (!member->is_object()) Fail(Is(*member) + "must be an object");
+            if (!member->is_object()) FailValue(*member, "must be an object");
             CheckObject(*member, extension->rows);
             ++member;
         }
@@ -318,45 +314,47 @@ class Checker {
     }
 
     void CheckExtensionName(const Json& value, const Property& row) {
-        if (!value.is_string()) Fail(Is(value) + "must be a string");
+        if (!value.is_string()) FailValue(value, "must be a string");
         const auto& name = value.get_ref<const std::string&>();
         if (IsSupported(name)) return;
         if (row.type == PropertyType::RequiredExtensions)
-            Fail("the file requires " + Shown(value) + ", which is not supported");
-        m_context.Warn(Path(), "extension " + name, Shown(value) + " is not supported, ignored");
+            Fail(Text("the file requires {}, which is not supported", Shown(value)));
+        m_context.Warn(Path(), "extension " + name, Text("{} is not supported, ignored", Shown(value)));
     }
 
     // A value of another type than the row's.
     bool Refuse(const Json& value, const Property& row) {
         const bool isWhole = row.type == PropertyType::Whole && row.misfit == Misfit::LeaveOutAny;
         const std::string needed = isWhole ? WholeNeeded(row) : TypeNeeded(row.type);
-        if (row.misfit != Misfit::LeaveOutAny) Fail(Is(value) + needed);
+        if (row.misfit != Misfit::LeaveOutAny) FailValue(value, needed);
         return LeaveOut(value, row, needed);
     }
 
     // A value of the row's type and out of its range.
     bool LeaveOut(const Json& value, const Property& row, const std::string& needed) {
-        if (row.misfit == Misfit::Refuse) Fail(Is(value) + needed);
-        if (row.topic) m_context.Warn(Path(), row.topic, Is(value) + needed + ", " + row.remedy);
+        if (row.misfit == Misfit::Refuse) FailValue(value, needed);
+        if (row.topic)
+            m_context.Warn(Path(), row.topic, Text("is {}, {}, {}", Shown(value), needed, row.remedy));
         return false;
     }
-
-    static std::string Is(const Json& value) { return "is " + Shown(value) + ", "; }
 
     std::string Path() const {
         std::string path;
         for (const PathStep& step : m_path) {
             if (step.name.empty())
-                path.append("[").append(std::to_string(step.index)).append("]");
+                path += Text("[{}]", step.index);
             else
-                path.append(path.empty() ? "" : ".").append(step.name);
+                path += Text("{}{}", path.empty() ? "" : ".", step.name);
         }
         return path;
     }
 
     [[noreturn]] void Fail(const std::string& why) const { m_context.Fail(Path(), why); }
+    [[noreturn]] void FailValue(const Json& value, std::string_view needed) const {
+        Fail(Text("is {}, {}", Shown(value), needed));
+    }
     [[noreturn]] void FailAbsent(const Property& row) const {
-        Fail(std::string("is absent, ") + TypeNeeded(row.type));
+        Fail(Text("is absent, {}", TypeNeeded(row.type)));
     }
 
     GltfContext& m_context;

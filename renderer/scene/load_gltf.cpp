@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <system_error>
 
-#include "base/error.h"
 #include "base/out_of_memory.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
@@ -73,7 +72,7 @@ ScenePath Locate(const std::filesystem::path& path) {
     std::error_code error;
     ScenePath located{std::filesystem::canonical(path, error), path.parent_path(),
                       Printable(path.filename().string())};
-    if (error) throw Error(ErrorKind::Io, Printable(path.string(), 1024) + ": " + error.message());
+    if (error) throw MakeError(ErrorKind::Io, "{}: {}", Printable(path.string(), 1024), error.message());
     return located;
 }
 

@@ -5,9 +5,9 @@
 #include <set>
 
 #include "base/atomic_file.h"
-#include "base/error.h"
 #include "base/out_of_memory.h"
 #include "base/printable.h"
+#include "base/text.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_patch.h"
@@ -28,7 +28,7 @@ void WriteWhole(const fs::path& path, std::span<const std::byte> bytes) {
 // Beside the scene: a file of other content is not ours to replace.
 void WriteBeside(const fs::path& path, std::span<const std::byte> bytes) {
     const auto require = [](const fs::path& of, const std::error_code& error) {
-        if (error) throw Error(ErrorKind::Io, Printable(of.string(), 1024) + ": " + error.message());
+        if (error) throw MakeError(ErrorKind::Io, "{}: {}", Printable(of.string(), 1024), error.message());
     };
     std::error_code error;
     const fs::file_status status = fs::status(path, error);
@@ -38,8 +38,8 @@ void WriteBeside(const fs::path& path, std::span<const std::byte> bytes) {
         require(path, error);
         const std::vector<std::byte> there = DiskFileReader().Read(real, UINT64_MAX);
         if (std::ranges::equal(there, bytes)) return;
-        throw Error(ErrorKind::Io,
-                    Printable(path.string(), 1024) + ": is there already, and is another file");
+        throw MakeError(ErrorKind::Io, "{}: is there already, and is another file",
+                        Printable(path.string(), 1024));
     }
     if (status.type() != fs::file_type::not_found) require(path, error);
     if (const fs::path parent = path.parent_path(); !parent.empty()) {
@@ -91,7 +91,8 @@ fs::path PlaceFor(const std::string& uri, const fs::path& to) {
     const fs::path relative = RelativePath(uri);
     for (const fs::path& part : relative)
         if (part != "." && part.native().starts_with('.'))
-            throw Error(ErrorKind::BadInput, Quoted(uri) + ": is the name of a hidden file, and not copied");
+            throw MakeError(ErrorKind::BadInput, "{}: is the name of a hidden file, and not copied",
+                            Quoted(uri));
     return to / relative;
 }
 
@@ -128,7 +129,7 @@ bool IsGlb(const fs::path& target) {
     std::ranges::transform(extension, extension.begin(),
                            [](char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; });
     if (extension != ".glb" && extension != ".gltf")
-        throw Error(ErrorKind::Usage, Printable(target.string(), 1024) + ": must end in .gltf or .glb");
+        throw MakeError(ErrorKind::Usage, "{}: must end in .gltf or .glb", Printable(target.string(), 1024));
     return extension == ".glb";
 }
 
@@ -171,9 +172,9 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
         PatchMaterials(root, loaded, edited);
         PatchLights(root, loaded.scene, edited);
     } catch (const Error& error) {
-        throw Error(error.Kind(), context.label + ": " + error.what());
+        throw MakeError(error.Kind(), "{}: {}", context.label, error.what());
     } catch (const Json::exception& error) {  // where reading does not look, something is of another type
-        throw Error(ErrorKind::BadInput, context.label + ": " + Printable(error.what(), 1024));
+        throw MakeError(ErrorKind::BadInput, "{}: {}", context.label, Printable(error.what(), 1024));
     }
     const fs::path to = target.parent_path();
     if (!IsSameFolder(located.folder, to))

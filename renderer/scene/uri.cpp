@@ -4,7 +4,7 @@
 #include <array>
 #include <cstring>
 
-#include "base/error.h"
+#include "base/text.h"
 
 namespace raygraph::scene {
 namespace {
@@ -31,7 +31,7 @@ bool EqualsIgnoringCase(std::string_view a, std::string_view b) {
 }
 
 [[noreturn]] void Fail(const std::string& why) {
-    throw Error(ErrorKind::BadInput, "data URI: " + why);
+    throw MakeError(ErrorKind::BadInput, "data URI: {}", why);
 }
 
 // 0..63, or 255 for a character outside the alphabet (RFC 4648, also its URL-safe form).
@@ -50,14 +50,13 @@ std::vector<std::byte> DecodeBase64(std::string_view text, uint64_t maxBytes) {
     for (int i = 0; i < 2 && text.ends_with('='); ++i) text.remove_suffix(1);
     if (text.size() % 4 == 1) Fail("its base64 text is cut short");
     const size_t size = text.size() / 4 * 3 + (text.size() % 4 ? text.size() % 4 - 1 : 0);
-    if (size > maxBytes)
-        Fail(std::to_string(size) + " bytes exceed the limit of " + std::to_string(maxBytes));
+    if (size > maxBytes) Fail(Text("{} bytes exceed the limit of {}", size, maxBytes));
     std::vector<std::byte> bytes(size);
     uint32_t bits = 0;
     size_t at = 0;
     for (size_t i = 0; i < text.size(); ++i) {
         const uint8_t value = kBase64[static_cast<unsigned char>(text[i])];
-        if (value == 255) Fail("character " + std::to_string(i) + " of its data is not base64");
+        if (value == 255) Fail(Text("character {} of its data is not base64", i));
         bits = (bits << 6) | value;
         if (i % 4 != 0) bytes[at++] = static_cast<std::byte>(bits >> (2 * (3 - i % 4)) & 0xFFu);
     }
@@ -109,8 +108,7 @@ std::vector<std::byte> DecodeDataUri(std::string_view uri, uint64_t maxBytes) {
         return DecodeBase64(PercentDecode(data), maxBytes);
     }
     const std::string text = PercentDecode(data);
-    if (text.size() > maxBytes)
-        Fail(std::to_string(text.size()) + " bytes exceed the limit of " + std::to_string(maxBytes));
+    if (text.size() > maxBytes) Fail(Text("{} bytes exceed the limit of {}", text.size(), maxBytes));
     std::vector<std::byte> bytes(text.size());
     if (!text.empty()) std::memcpy(bytes.data(), text.data(), text.size());
     return bytes;
