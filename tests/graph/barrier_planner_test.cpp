@@ -3,6 +3,7 @@
 #include "renderer/graph/barrier_planner.h"
 
 #include "tests/graph/graph_maker.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph {
 namespace {
@@ -267,10 +268,10 @@ TEST(Barriers, ExportedBuffer_KeepsItsWriterAndIsWaitedForWhateverItsOwnerDid) {
     EXPECT_EQ(graph.Order(), "Fill");
     EXPECT_EQ(Compile(graph).states[host.resource].writeStages, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT);
     EXPECT_EQ(
-        UsageMessage([&] { graph.Export(host); }),
+        testing::ErrorTextOf([&] { graph.Export(host); }),
         R"(Export hands back "host" as it was before pass "Fill" wrote it: use the id that the write returned)");
     const BufferId own = graph.Buffer("own");
-    EXPECT_EQ(UsageMessage([&] { graph.Export(own); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { graph.Export(own); }),
               R"(Export hands back "own", a transient buffer: only imported ones have an owner)");
 }
 
@@ -281,7 +282,7 @@ TEST(Barriers, StructureOfAnotherQueueFamily_IsRefused) {
     graph.AddPass("Trace", PassKind::RayTracing);
     graph.Use(tlas, Access::TraceStructure);
     graph.passes.back().keepAlive = true;
-    EXPECT_EQ(UsageMessage([&] { Compile(graph); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { Compile(graph); }),
               R"("host", a TLAS, comes from queue family 2: what crosses is the buffer that holds it)");
 }
 

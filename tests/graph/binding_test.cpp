@@ -2,6 +2,7 @@
 #include "renderer/graph/pass_declaration.h"
 #include "rhi/shader_compiler.h"
 #include "tests/graph/graph_maker.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph {
 namespace {
@@ -76,7 +77,7 @@ void main() {
     }
     void Resolve() { ResolveBindings(m_graph, m_pass, &m_interface); }
     std::string Message() {
-        return UsageMessage([&] { Resolve(); });
+        return testing::ErrorTextOf([&] { Resolve(); });
     }
 
     rhi::ShaderInterface m_interface;
@@ -195,14 +196,14 @@ TEST_F(Bindings, UniformDataOfAnotherSize) {
 TEST_F(Bindings, BufferLargerThanTheDeviceBinds) {
     Bind("Materials", BindVerb::Reads, m_materials);
     EXPECT_EQ(
-        UsageMessage([&] { ResolveBindings(m_graph, m_pass, &m_interface, 128); }),
+        testing::ErrorTextOf([&] { ResolveBindings(m_graph, m_pass, &m_interface, 128); }),
         R"(pass "Trace" binds "Materials" to "materialBuffer" of 160 B; on this device a shader can bind 128 B)");
 }
 
 TEST_F(Bindings, PassWithoutShaders_BindsNothing) {
     Bind("history", BindVerb::Reads, m_history);
     m_graph.passes.back().kind = PassKind::Transfer;
-    EXPECT_EQ(UsageMessage([&] { ResolveBindings(m_graph, m_pass, nullptr); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { ResolveBindings(m_graph, m_pass, nullptr); }),
               R"(pass "Trace" is of kind transfer and has no shaders: it cannot bind "history")");
 }
 
@@ -213,7 +214,7 @@ TEST_F(Bindings, ShadersOfAnotherKind) {
         GraphPass pass{.name = "Trace", .kind = kind};
         ProgramRequest request;
         request.compute = hasShader ? &shader : nullptr;
-        return UsageMessage([&] { CheckShaders(pass, request); });
+        return testing::ErrorTextOf([&] { CheckShaders(pass, request); });
     };
     EXPECT_EQ(message(PassKind::Compute, false),
               R"(pass "Trace" is of kind compute and names no compute shader (Compute))");
@@ -239,7 +240,7 @@ void main() { imageStore(target, ivec2(0), texture(textures[3], vec2(0.5))); })"
     bound.verb = BindVerb::Writes;
     bound.kind = ResourceKind::Texture;
     bound.resource = graph.Use(target, Access::StorageWrite).resource;
-    EXPECT_EQ(UsageMessage([&] { ResolveBindings(graph, pass, &interface); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { ResolveBindings(graph, pass, &interface); }),
               R"(pass "Show" uses no texture set, but its shaders read the bindless textures of set 1)");
 }
 

@@ -7,6 +7,7 @@
 #include "tests/graph/graph_test.h"
 #include "tests/rhi/fake_loader.h"
 #include "tests/rhi/gate.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph {
 namespace {
@@ -167,12 +168,7 @@ TEST(DroppedSemaphoresOfAFailedSubmission, AreForwarded) {
     renderer.AddPass(
         "Nothing", PassKind::Transfer, [](PassBuilder& pass) { pass.KeepAlive(); }, [](CommandList&) {});
     loader.Tell().nextSubmitResult = VK_ERROR_OUT_OF_HOST_MEMORY;
-    try {
-        renderer.Execute();
-        ADD_FAILURE() << "the submission succeeds";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
-    }
+    EXPECT_EQ(testing::ErrorOf([&] { renderer.Execute(); }).Kind(), ErrorKind::OutOfMemory);
     EXPECT_TRUE(host.GoesOn());
 }
 

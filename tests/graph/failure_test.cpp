@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "tests/graph/graph_test.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph {
 namespace {
@@ -13,14 +14,9 @@ using ::testing::HasSubstr;
 
 constexpr Extent2D kExtent{16, 16};
 
-std::string MessageOf(const std::function<void()>& action) {
-    try {
-        action();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    ADD_FAILURE() << "no Error was thrown";
-    return "";
+template <typename Action>
+std::string MessageOf(Action&& action) {
+    return testing::ErrorOf(action).what();
 }
 
 class Failure : public GraphTest {

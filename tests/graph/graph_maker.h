@@ -69,17 +69,4 @@ struct GraphMaker : FrameGraph {
     }
 };
 
-// The message of the Error{Usage} that `action` throws; a failure if it throws none.
-template <typename Action>
-std::string UsageMessage(Action&& action) {
-    try {
-        action();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
-        return error.what();
-    }
-    ADD_FAILURE() << "no Error was thrown";
-    return "";
-}
-
 }  // namespace raygraph

@@ -4,6 +4,7 @@
 #include "rhi/readback.h"
 #include "tests/graph/graph_test.h"
 #include "tests/rhi/fake_loader.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph {
 namespace {
@@ -122,13 +123,8 @@ TEST_F(Import, TextureMadeWithoutTheUsage_IsRefused) {
     ResourceState state;
     m_renderer.BeginFrame();
     const TextureId image = m_renderer.Import("host", host, state);
-    try {
-        std::ignore = FillInto(m_renderer, "Fill", image, 1.0f);
-        ADD_FAILURE();
-    } catch (const Error& error) {
-        EXPECT_STREQ(error.what(),
-                     R"(pass "Fill" uses "host" as storage write, but it was made without that usage)");
-    }
+    EXPECT_EQ(testing::ErrorTextOf([&] { std::ignore = FillInto(m_renderer, "Fill", image, 1.0f); }),
+              R"(pass "Fill" uses "host" as storage write, but it was made without that usage)");
 }
 
 TEST_F(Import, HostsBuffer_IsReadAndKeepsItsState) {

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "tests/graph/graph_test.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph {
@@ -122,14 +123,8 @@ TEST_F(Reload, LogCountsWhatHasChangedAndSaysNothingOfNothing) {
 TEST_F(Reload, WhileAFrameIsOpen_IsRefused) {
     EXPECT_EQ(Value(), 1.0f);
     m_renderer->BeginFrame();
-    try {
-        m_renderer->ReloadShaders();
-        ADD_FAILURE();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
-        EXPECT_STREQ(error.what(),
-                     "ReloadShaders: a frame is open; it comes before BeginFrame or after Execute");
-    }
+    EXPECT_EQ(testing::ErrorTextOf([&] { m_renderer->ReloadShaders(); }),
+              "ReloadShaders: a frame is open; it comes before BeginFrame or after Execute");
     m_renderer->DropFrame();
     EXPECT_THAT(m_renderer->ReloadShaders(), IsEmpty());
     EXPECT_EQ(Value(), 1.0f);
@@ -137,13 +132,8 @@ TEST_F(Reload, WhileAFrameIsOpen_IsRefused) {
 
 TEST_F(Reload, BrokenFromTheStart_IsAnErrorOfThePass) {
     Write("fill.comp", Text("kValu"));
-    try {
-        Value();
-        ADD_FAILURE();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::BadInput);
-        EXPECT_THAT(error.what(), HasSubstr("pass \"Fill\": fill.comp:6: 'kValu'"));
-    }
+    EXPECT_THAT(testing::ErrorTextOf([&] { Value(); }, ErrorKind::BadInput),
+                HasSubstr("pass \"Fill\": fill.comp:6: 'kValu'"));
     Write("fill.comp", Text("kValue"));
     EXPECT_EQ(Value(), 1.0f);
 }
@@ -179,14 +169,7 @@ class AddedShader : public GraphTest {
     }
     // The message of the Error{Usage} of adding the words.
     std::string Refusal(const std::vector<uint32_t>& words) {
-        try {
-            m_renderer.AddShader("test/value.comp", words);
-        } catch (const Error& error) {
-            EXPECT_EQ(error.Kind(), ErrorKind::Usage);
-            return error.what();
-        }
-        ADD_FAILURE() << "the words are taken";
-        return "";
+        return testing::ErrorTextOf([&] { m_renderer.AddShader("test/value.comp", words); });
     }
 };
 

@@ -14,6 +14,7 @@
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/image/image_files.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {
@@ -37,15 +38,7 @@ size_t FileCount(const fs::path& folder) {
 // The message of the Error{Io} that `write` must end with.
 template <typename Write>
 std::string IoError(const Write& write) {
-    try {
-        write();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Io) << error.what();
-        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
-        return error.what();
-    }
-    ADD_FAILURE() << "no error";
-    return "";
+    return testing::ErrorTextOf(write, ErrorKind::Io);
 }
 
 // While it lives no file of this process grows beyond `bytes`: writing fails as on a full disk.

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "tests/image/image_files.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {
@@ -75,17 +76,6 @@ void ExpectSameBits(const ExrImage& a, const ExrImage& b) {
             a.channels[c].samples);
     }
     EXPECT_EQ(a.attributes, b.attributes);
-}
-
-std::string UsageError(const std::function<void()>& write) {
-    try {
-        write();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Usage) << error.what();
-        return error.what();
-    }
-    ADD_FAILURE() << "no error";
-    return "";
 }
 
 TEST(Exr, EveryBitAndAttributeComesBack) {
@@ -155,7 +145,7 @@ TEST(Exr, WhatCannotBeWrittenIsRefusedByName) {
     const std::vector<float> four(4);
     const std::span<const float> samples(four);
     const auto write = [&](std::vector<ExrPlane> planes, image::ExrAttributes attributes = {}) {
-        return UsageError([&] { image::WriteExr(path, 2, 2, planes, attributes); });
+        return testing::ErrorTextOf([&] { image::WriteExr(path, 2, 2, planes, attributes); });
     };
     EXPECT_EQ(write({{"R", samples, 2}}), path.string() + ": channel 'R': 4 numbers, 7 needed");
     EXPECT_EQ(write({{"R", samples.first(3), 1}}), path.string() + ": channel 'R': 3 numbers, 4 needed");
@@ -167,7 +157,8 @@ TEST(Exr, WhatCannotBeWrittenIsRefusedByName) {
     for (const char* reserved : {"channels", "dataWindow", "version", "type", ""}) {
         EXPECT_NE(write({{"R", samples}}, {{reserved, 1}}).find("attribute"), std::string::npos) << reserved;
     }
-    EXPECT_NE(UsageError([&] { image::WriteExr(path, 0, 2, {}); }).find("0 x 2"), std::string::npos);
+    EXPECT_NE(testing::ErrorTextOf([&] { image::WriteExr(path, 0, 2, {}); }).find("0 x 2"),
+              std::string::npos);
     EXPECT_FALSE(std::filesystem::exists(path));
 }
 

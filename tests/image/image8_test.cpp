@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/read_file.h"
 #include "tests/image/image_files.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {
@@ -207,12 +208,8 @@ TEST(DecodeImage8, OtherFilesAreRefusedByTheirContent) {
 }
 
 TEST(DecodeImage8, NameWithControlCharactersStaysOnOneLine) {
-    try {
-        DecodeImage8({}, "two\nlines");
-        FAIL();
-    } catch (const Error& error) {
-        EXPECT_STREQ(error.what(), "two?lines: the file is empty");
-    }
+    EXPECT_EQ(testing::ErrorTextOf([] { DecodeImage8({}, "two\nlines"); }, ErrorKind::BadInput),
+              "two?lines: the file is empty");
 }
 
 }  // namespace

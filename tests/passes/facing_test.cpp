@@ -1,5 +1,5 @@
 // Back faces of single-sided materials are culled for every ray, whatever the transform.
-#include "tests/rhi/error_of.h"
+#include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 

@@ -2,6 +2,7 @@
 #include "base/out_of_memory.h"
 #include "base/error.h"
 #include "rhi/device.h"
+#include "tests/support/error_of.h"
 #include "tests/support/failing_memory.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -12,15 +13,12 @@ namespace {
 // The Error that `action` throws while allocations of more than `bytes` fail.
 template <typename Action>
 std::string MessageOf(size_t bytes, Action&& action) {
-    try {
-        const FailingMemory failing(bytes);
-        action();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
-        return error.what();
-    }
-    ADD_FAILURE() << "no Error was thrown";
-    return "";
+    return ErrorTextOf(
+        [&] {
+            const FailingMemory failing(bytes);
+            action();
+        },
+        ErrorKind::OutOfMemory);
 }
 
 TEST(OutOfMemory, LeavesAsAnErrorThatNamesWhatWasAskedFor) {

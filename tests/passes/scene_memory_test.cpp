@@ -1,8 +1,8 @@
 // A scene that does not fit the device, or that cannot be, leaves the one that is there as it is.
 #include <limits>
 
-#include "tests/rhi/error_of.h"
 #include "tests/rhi/fake_loader.h"
+#include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 

@@ -4,8 +4,8 @@
 #include "rhi/command_list.h"
 #include "rhi/readback.h"
 #include "rhi/upload.h"
-#include "tests/rhi/error_of.h"
 #include "tests/rhi/host_device.h"
+#include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {

@@ -5,7 +5,7 @@
 #include "rhi/device.h"
 #include "tests/rhi/fake_loader.h"
 #include "tests/rhi/trace_test.h"
-#include "tests/rhi/usage_error.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -391,7 +391,7 @@ TEST_F(BlasTest, IllegalUpdatesAreRefusedBeforeAnythingIsRecorded) {
     CommandList commands = Device().BeginCommands("illegal");
     auto error = [&](Blas& blas, const BlasDesc& next) {
         const BlasBuilder::RefitRequest request{&blas, next};
-        return UsageErrorOf([&] { builder.RecordRefits(commands, {&request, 1}); });
+        return testing::ErrorTextOf([&] { builder.RecordRefits(commands, {&request, 1}); });
     };
     EXPECT_EQ(error(*cloth, desc), "BLAS 'cloth': update before its build");
     builder.RecordBuilds(commands);
@@ -415,7 +415,7 @@ TEST_F(BlasTest, IllegalUpdatesAreRefusedBeforeAnythingIsRecorded) {
     next.triangles.push_back(next.triangles[0]);
     EXPECT_EQ(error(*cloth, next), "BLAS 'cloth': update changes triangles.size() from 1 to 2");
     const std::vector<BlasBuilder::RefitRequest> twice{{cloth.get(), desc}, {cloth.get(), desc}};
-    EXPECT_EQ(UsageErrorOf([&] { builder.RecordRefits(commands, twice); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { builder.RecordRefits(commands, twice); }),
               "BLAS 'cloth': updated twice in one call");
     EXPECT_EQ(builder.Statistics().refitCount, 0u);
     EXPECT_EQ(error(*cloth, desc), "accepted");
@@ -428,7 +428,7 @@ TEST_F(BlasTest, DescriptionsThatCannotBeBuiltAreRefused) {
     auto error = [&](const std::function<void(BlasDesc&)>& change) {
         BlasDesc desc = good;
         change(desc);
-        return UsageErrorOf([&] { (void)builder.Add(desc); });
+        return testing::ErrorTextOf([&] { (void)builder.Add(desc); });
     };
     EXPECT_EQ(error([](BlasDesc&) {}), "accepted");
     EXPECT_EQ(error([](BlasDesc& d) { d.triangles.clear(); }), "BLAS 'mesh': has no geometry");

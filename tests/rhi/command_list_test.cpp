@@ -9,7 +9,7 @@
 #include "rhi/readback.h"
 #include "rhi/shader_compiler.h"
 #include "rhi/upload.h"
-#include "tests/rhi/error_of.h"
+#include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {

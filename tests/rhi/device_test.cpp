@@ -8,9 +8,9 @@
 
 #include "rhi/command_list.h"
 #include "rhi/readback.h"
-#include "tests/rhi/error_of.h"
 #include "tests/rhi/fake_loader.h"
 #include "tests/rhi/gate.h"
+#include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {

@@ -5,7 +5,7 @@
 
 #include "rhi/command_list.h"
 #include "rhi/functions.h"
-#include "tests/rhi/error_of.h"
+#include "tests/support/error_of.h"
 #include "tests/support/failing_vulkan.h"
 #include "tests/support/vulkan_test.h"
 

@@ -8,8 +8,8 @@
 #include "rhi/blas_builder.h"
 #include "rhi/command_list.h"
 #include "rhi/upload.h"
-#include "tests/rhi/error_of.h"
 #include "tests/rhi/fake_loader.h"
+#include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph {

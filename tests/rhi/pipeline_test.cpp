@@ -11,7 +11,7 @@
 #include "rhi/raster_pipeline.h"
 #include "rhi/readback.h"
 #include "rhi/shader_compiler.h"
-#include "tests/rhi/usage_error.h"
+#include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::rhi {
@@ -66,7 +66,7 @@ TEST_F(ComputePipelineTest, SpecializationSetsConstantsAndWorkgroupSize) {
 
 TEST_F(ComputePipelineTest, WhatCannotBeIsRefusedByName) {
     auto error = [&](const ShaderStage& shader, std::vector<SpecializationValue> specialization = {}) {
-        return UsageErrorOf([&] {
+        return testing::ErrorTextOf([&] {
             (void)CreateComputePipeline(Device(),
                                         {.name = "p", .shader = shader, .specialization = specialization});
         });
@@ -230,7 +230,7 @@ TEST_F(RasterPipelineTest, WhatCannotBeIsRefusedByName) {
     auto error = [&](const std::function<void(RasterPipelineDesc&)>& change) {
         RasterPipelineDesc desc = Desc();
         change(desc);
-        return UsageErrorOf([&] { (void)CreateRasterPipeline(Device(), desc); });
+        return testing::ErrorTextOf([&] { (void)CreateRasterPipeline(Device(), desc); });
     };
     EXPECT_EQ(error([](auto&) {}), "accepted");
     EXPECT_EQ(error([](auto& d) { d.fragment = {}; }), "accepted") << "depth alone";

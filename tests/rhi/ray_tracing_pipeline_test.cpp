@@ -5,7 +5,7 @@
 
 #include "rhi/device.h"
 #include "tests/rhi/trace_test.h"
-#include "tests/rhi/usage_error.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -330,7 +330,9 @@ TEST_F(RayTracingPipelineTest, ClosestHitMayTraceWhenRecursionIsAskedFor) {
 
 TEST_F(RayTracingPipelineTest, WhatCannotBeIsRefusedByName) {
     RayTracingPipelineDesc desc{.name = "wrong", .rayGen = {RayGen(), {}}};
-    auto error = [&] { return UsageErrorOf([&] { (void)CreateRayTracingPipeline(Device(), desc); }); };
+    auto error = [&] {
+        return testing::ErrorTextOf([&] { (void)CreateRayTracingPipeline(Device(), desc); });
+    };
     ASSERT_EQ(error(), "accepted");
 
     desc.specialization = {{12, 1}};

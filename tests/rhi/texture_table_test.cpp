@@ -11,7 +11,7 @@
 #include "rhi/readback.h"
 #include "rhi/shader_compiler.h"
 #include "rhi/upload.h"
-#include "tests/rhi/usage_error.h"
+#include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::rhi {
@@ -146,16 +146,18 @@ TEST_F(TextureTableTest, FullTableAndWrongSlotsAreRefused) {
     const Texture red = Solid(1, 0, 0);
     std::vector<uint32_t> slots;
     for (uint32_t i = 0; i < kCapacity; ++i) slots.push_back(m_table->Add(red, m_sampler));
-    EXPECT_EQ(UsageErrorOf([&] { (void)m_table->Add(red, m_sampler); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { (void)m_table->Add(red, m_sampler); }),
               "texture table: all 8 slots are taken, no room for 'solid'");
     m_table->Remove(slots[3]);
-    EXPECT_EQ(UsageErrorOf([&] { m_table->Remove(slots[3]); }), "texture table: slot 3 holds no texture");
-    EXPECT_EQ(UsageErrorOf([&] { m_table->Remove(kCapacity); }), "texture table: slot 8 holds no texture");
+    EXPECT_EQ(testing::ErrorTextOf([&] { m_table->Remove(slots[3]); }),
+              "texture table: slot 3 holds no texture");
+    EXPECT_EQ(testing::ErrorTextOf([&] { m_table->Remove(kCapacity); }),
+              "texture table: slot 8 holds no texture");
     Device().WaitIdle();
     Device().CollectGarbage();
-    EXPECT_EQ(UsageErrorOf([&] { slots[3] = m_table->Add(red, m_sampler); }), "accepted");
+    EXPECT_EQ(testing::ErrorTextOf([&] { slots[3] = m_table->Add(red, m_sampler); }), "accepted");
     EXPECT_EQ(slots[3], 3u);
-    EXPECT_EQ(UsageErrorOf([&] { TextureTable(Device(), 0, m_default, m_sampler); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { TextureTable(Device(), 0, m_default, m_sampler); }),
               "texture table: capacity is 0, 1 to 65536 are possible");
 }
 

@@ -4,7 +4,7 @@
 #include <chrono>
 
 #include "rhi/device.h"
-#include "tests/rhi/error_of.h"
+#include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {

@@ -5,7 +5,7 @@
 
 #include "rhi/device.h"
 #include "tests/rhi/trace_test.h"
-#include "tests/rhi/usage_error.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -60,7 +60,7 @@ TEST_F(TlasTest, DroppedList_TakesItsBuildsBack) {
     }
     EXPECT_EQ(tlas.InstanceCount(), 0u);
     CommandList commands = Device().BeginCommands("update");
-    EXPECT_EQ(UsageErrorOf([&] { tlas.Update(commands, two, 2); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Update(commands, two, 2); }),
               "TLAS 'dropped': update before its first build");
     tlas.Build(commands, one, 1);
     Device().WaitFor(Device().Submit(std::move(commands)));
@@ -155,17 +155,17 @@ TEST_F(TlasTest, MisuseIsRefusedByName) {
     const Buffer three = Instances({Instance(*m_quad), Instance(*m_quad), Instance(*m_quad)});
     const Buffer one = Instances({Instance(*m_quad)});
     Run([&](CommandList& commands) {
-        EXPECT_EQ(UsageErrorOf([&] { tlas.Build(commands, three, 3); }),
+        EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Build(commands, three, 3); }),
                   "TLAS 'small': 3 instances exceed its capacity of 2");
-        EXPECT_EQ(UsageErrorOf([&] { tlas.Build(commands, one, 2); }),
+        EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Build(commands, one, 2); }),
                   "TLAS 'small': 2 instances exceed buffer 'instances' of 64 bytes");
-        EXPECT_EQ(UsageErrorOf([&] { tlas.Update(commands, three, 2); }),
+        EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Update(commands, three, 2); }),
                   "TLAS 'small': update before its first build");
         tlas.Build(commands, three, 2);
-        EXPECT_EQ(UsageErrorOf([&] { tlas.Update(commands, three, 1); }),
+        EXPECT_EQ(testing::ErrorTextOf([&] { tlas.Update(commands, three, 1); }),
                   "TLAS 'small': update with 1 instances, built with 2");
         rigid.Build(commands, three, 2);
-        EXPECT_EQ(UsageErrorOf([&] { rigid.Update(commands, three, 2); }),
+        EXPECT_EQ(testing::ErrorTextOf([&] { rigid.Update(commands, three, 2); }),
                   "TLAS 'rigid': update, but it was made without allowsUpdate");
     });
 }
@@ -174,17 +174,17 @@ TEST_F(TlasTest, InstanceFieldsBeyond24BitsAreRefusedWithTheirPlace) {
     std::vector<std::byte> target(2 * kTlasInstanceBytes);
     std::vector<TlasInstance> instances(2);
     instances[1].customIndex = 0xffffff;
-    EXPECT_EQ(UsageErrorOf([&] { WriteInstances(instances, target); }), "accepted");
+    EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }), "accepted");
     instances[1].customIndex = 0x1000000;
-    EXPECT_EQ(UsageErrorOf([&] { WriteInstances(instances, target); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }),
               "TLAS instance 1: customIndex 16777216 or hit set 0 exceeds 24 bits");
     instances[1].customIndex = 0;
     instances[1].hitSet = 0x800000;
-    EXPECT_EQ(UsageErrorOf([&] { WriteInstances(instances, target); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }),
               "TLAS instance 1: customIndex 0 or hit set 8388608 exceeds 24 bits");
     instances[1].hitSet = 0;
     target.pop_back();
-    EXPECT_EQ(UsageErrorOf([&] { WriteInstances(instances, target); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { WriteInstances(instances, target); }),
               "2 TLAS instances do not fit 127 bytes");
 }
 

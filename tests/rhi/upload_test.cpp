@@ -9,8 +9,8 @@
 
 #include "rhi/device.h"
 #include "rhi/readback.h"
-#include "tests/rhi/error_of.h"
 #include "tests/rhi/gate.h"
+#include "tests/support/error_of.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {

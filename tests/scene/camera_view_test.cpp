@@ -3,10 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "base/error.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::test {
 namespace {
@@ -23,16 +22,6 @@ void ExpectFrame(const CameraView& view) {
     EXPECT_NEAR(glm::length(view.right), 1.0f, 1e-5f);
     EXPECT_NEAR(glm::length(view.up), 1.0f, 1e-5f);
     EXPECT_NEAR(glm::length(view.forward), 1.0f, 1e-5f);
-}
-
-std::string UsageError(const std::function<void()>& call) {
-    try {
-        call();
-        return "no error";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
-        return error.what();
-    }
 }
 
 TEST(CameraView, UntransformedCameraLooksAlongMinusZ) {
@@ -98,7 +87,9 @@ TEST(CameraView, TextGivesEyeTargetUpAndFov) {
 }
 
 TEST(CameraView, BadTextIsRefusedWithTheReason) {
-    const auto error = [](const char* text) { return UsageError([&] { scene::ViewFromText(text, 1); }); };
+    const auto error = [](const char* text) {
+        return testing::ErrorTextOf([&] { scene::ViewFromText(text, 1); });
+    };
     EXPECT_NE(error("0 0 5 0 0 0 0 1 0 0m").find("above 0"), std::string::npos);
     EXPECT_NE(error("0 0 5 0 0 0m").find("place of the fov"), std::string::npos);
     EXPECT_EQ(error("1 2 3"),
@@ -158,11 +149,11 @@ TEST(CameraView, IsChosenByNameThenIndexThenText) {
 
 TEST(CameraView, UnknownChoiceListsTheCameras) {
     const scene::SceneData scene = WithCameras();
-    EXPECT_EQ(UsageError([&] { scene::ChooseView(scene, "top", 1); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { scene::ChooseView(scene, "top", 1); }),
               "there is no camera \"top\"; the scene has 0 \"front\", 1 \"side\"");
-    EXPECT_EQ(UsageError([&] { scene::ChooseView(scene, "2", 1); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { scene::ChooseView(scene, "2", 1); }),
               "there is no camera \"2\"; the scene has 0 \"front\", 1 \"side\"");
-    EXPECT_EQ(UsageError([&] { scene::ChooseView({}, "top", 1); }),
+    EXPECT_EQ(testing::ErrorTextOf([&] { scene::ChooseView({}, "top", 1); }),
               "there is no camera \"top\"; the scene has none");
 }
 

@@ -8,10 +8,13 @@
 #include <limits>
 
 #include "renderer/scene/load_gltf.h"
+#include "tests/support/error_of.h"
 #include "tests/support/source_file.h"
 
 namespace raygraph::scene {
 namespace {
+
+using testing::ErrorTextOf;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -41,21 +44,11 @@ SceneData Whole() {
     return scene;
 }
 
-std::string MessageOf(const std::function<void()>& call, ErrorKind kind = ErrorKind::Usage) {
-    try {
-        call();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), kind);
-        return error.what();
-    }
-    return "no Error was thrown";
-}
-
 // The message for a scene in which one thing has been changed.
 std::string Refusal(const std::function<void(SceneData&)>& change) {
     SceneData scene = Whole();
     change(scene);
-    return MessageOf([&] { Check(scene); });
+    return ErrorTextOf([&] { Check(scene); });
 }
 
 TEST(Check, AcceptsWhatIsWholeAndWhatIsEmpty) {
@@ -121,11 +114,11 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
 TEST(Check, SaysItAsTheCallerWants) {
     SceneData scene = Whole();
     scene.instances[0].mesh = 4;
-    EXPECT_EQ(MessageOf([&] { Check(scene, "box.gltf", ErrorKind::BadInput); }, ErrorKind::BadInput),
+    EXPECT_EQ(ErrorTextOf([&] { Check(scene, "box.gltf", ErrorKind::BadInput); }, ErrorKind::BadInput),
               "box.gltf: instances[0]: mesh is 4, there are 1");
-    EXPECT_EQ(MessageOf([] { Check(Material{.metallicFactor = -1.0f}, "a material"); }),
+    EXPECT_EQ(ErrorTextOf([] { Check(Material{.metallicFactor = -1.0f}, "a material"); }),
               "a material: metallicFactor is -1, must be 0 to 1");
-    EXPECT_EQ(MessageOf([] { CheckTransform({glm::mat4x3(0.0f)}, "a door"); }),
+    EXPECT_EQ(ErrorTextOf([] { CheckTransform({glm::mat4x3(0.0f)}, "a door"); }),
               "a door: its transform is scaled to nothing or flat, it has no inverse");
 }
 

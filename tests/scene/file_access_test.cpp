@@ -7,6 +7,7 @@
 
 #include "renderer/scene/file_access.h"
 #include "tests/scene/gltf_document.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::test {
 namespace {
@@ -133,24 +134,13 @@ TEST(FileAccess, HostileUriIsQuotedInOneLine) {
 
 TEST(FileAccess, MissingSceneIsAnIoError) {
     const SceneFolder folder;
-    try {
-        scene::LoadGltf(folder.Path() / "none.glb");
-        FAIL() << "loaded";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Io);
-        EXPECT_EQ(std::string(error.what()),
-                  (folder.Path() / "none.glb").string() + ": No such file or directory");
-    }
+    EXPECT_EQ(testing::ErrorTextOf([&] { scene::LoadGltf(folder.Path() / "none.glb"); }, ErrorKind::Io),
+              (folder.Path() / "none.glb").string() + ": No such file or directory");
 }
 
 TEST(FileAccess, FolderAsSceneIsAnIoError) {
     const SceneFolder folder;
-    try {
-        scene::LoadGltf(folder.Path());
-        FAIL() << "loaded";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Io);
-    }
+    EXPECT_EQ(testing::ErrorOf([&] { scene::LoadGltf(folder.Path()); }).Kind(), ErrorKind::Io);
 }
 
 TEST(FileAccess, LinkToASceneFindsWhatStandsBesideTheLink) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/scene/gltf_document.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::test {
 namespace {
@@ -235,13 +236,8 @@ TEST(Scenes, UnknownSceneIsAUsageErrorThatListsThem) {
     document.json["scenes"][0]["name"] = "hall";
     scene::LoadOptions options;
     options.scene = "cellar";
-    try {
-        Load(document, options);
-        FAIL() << "loaded";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
-        EXPECT_STREQ(error.what(), "scene.gltf: there is no scene \"cellar\"; there are: 0 \"hall\"");
-    }
+    EXPECT_EQ(testing::ErrorTextOf([&] { Load(document, options); }),
+              "scene.gltf: there is no scene \"cellar\"; there are: 0 \"hall\"");
 }
 
 TEST(Scenes, WithoutScenesAllRootsAreShown) {

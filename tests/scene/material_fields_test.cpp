@@ -16,6 +16,7 @@
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/save_gltf.h"
 #include "tests/scene/same_scene.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::scene {
@@ -27,12 +28,7 @@ constexpr bool kIsNumber =
     std::is_same_v<Field, MaterialField<glm::vec4>>;
 
 std::string Refusal(const Material& material) {
-    try {
-        Check(material, "paint");
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "accepted";
+    return testing::ErrorTextOf([&] { Check(material, "paint"); });
 }
 
 // The hash of a scene goes over the fields in this order: another one would have old renders not be resumed.
@@ -250,12 +246,7 @@ TEST(MaterialFields, EachTextureIsReadFromItsPlaceInItsColorSpace) {
 // --- Lights ---
 
 std::string Refusal(const Light& light) {
-    try {
-        Check(light, "lamp");
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "accepted";
+    return testing::ErrorTextOf([&] { Check(light, "lamp"); });
 }
 
 Light Spot() {

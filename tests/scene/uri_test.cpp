@@ -4,6 +4,7 @@
 
 #include "base/printable.h"
 #include "tests/scene/gltf_document.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::test {
 namespace {
@@ -14,12 +15,7 @@ std::string Decoded(std::string_view uri) {
 }
 
 std::string DecodeError(std::string_view uri, uint64_t maxBytes = 1000) {
-    try {
-        scene::DecodeDataUri(uri, maxBytes);
-        return "decoded";
-    } catch (const Error& error) {
-        return error.what();
-    }
+    return testing::ErrorTextOf([&] { scene::DecodeDataUri(uri, maxBytes); }, ErrorKind::BadInput);
 }
 
 TEST(Uri, Base64OfEveryLengthIsDecoded) {

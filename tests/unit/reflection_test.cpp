@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "rhi/shader_compiler.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -24,13 +25,7 @@ const Binding& At(const ShaderReflection& reflection, uint32_t set, uint32_t bin
 }
 
 std::string RefusalOf(StageKind stage, const std::string& text) {
-    try {
-        ReflectGlsl(stage, text);
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
-        return error.what();
-    }
-    return "accepted";
+    return testing::ErrorTextOf([&] { ReflectGlsl(stage, text); });
 }
 
 constexpr const char* kEveryKind = R"(#version 460

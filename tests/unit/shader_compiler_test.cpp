@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "shaders/embedded.h"
+#include "tests/support/error_of.h"
 #include "tests/support/source_file.h"
 
 namespace raygraph::rhi {
@@ -34,13 +35,9 @@ class ShaderCompiler : public testing::Test {
     }
 
     std::string ErrorOf(const GlslSource& source) const {
-        try {
-            CompileGlsl(source);
-        } catch (const Error& error) {
-            EXPECT_EQ(error.Kind(), ErrorKind::BadInput);
-            return error.what();
-        }
-        return "compiles";
+        const Error error = testing::ErrorOf([&] { CompileGlsl(source); });
+        EXPECT_EQ(error.Kind(), ErrorKind::BadInput);
+        return error.what();
     }
 
     fs::path m_root;
@@ -133,12 +130,8 @@ TEST_F(ShaderCompiler, AtMostFiveErrorsAreListed) {
 }
 
 TEST_F(ShaderCompiler, StageIsAskedForWhenTheSuffixNamesNone) {
-    try {
-        CompileGlsl({.name = "a.glsl", .text = "#version 460\nvoid main() {}", .stage = {}});
-        FAIL() << "accepted";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
-    }
+    const GlslSource source{.name = "a.glsl", .text = "#version 460\nvoid main() {}", .stage = {}};
+    EXPECT_EQ(testing::ErrorOf([&] { CompileGlsl(source); }).Kind(), ErrorKind::Usage);
 }
 
 TEST_F(ShaderCompiler, IncludesAreSearchedNextToTheIncluderThenInTheRoot) {
@@ -178,12 +171,7 @@ TEST_F(ShaderCompiler, OtherRootsAreSearchedAfterTheOwnOne) {
 }
 
 TEST_F(ShaderCompiler, FileThatIsNotThereIsAnIoError) {
-    try {
-        CompileGlslFile(m_root, "absent.comp");
-        FAIL() << "accepted";
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Io);
-    }
+    EXPECT_EQ(testing::ErrorOf([&] { CompileGlslFile(m_root, "absent.comp"); }).Kind(), ErrorKind::Io);
 }
 
 TEST_F(ShaderCompiler, ThreadsCompileAtTheSameTimeToTheSameWords) {

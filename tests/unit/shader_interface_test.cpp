@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "rhi/reflection.h"
 #include "rhi/shader_compiler.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -16,13 +17,7 @@ NamedReflection Stage(const std::string& name, const std::string& declarations, 
 }
 
 std::string RefusalOf(const std::vector<NamedReflection>& stages) {
-    try {
-        MergeInterface(stages);
-    } catch (const Error& error) {
-        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
-        return error.what();
-    }
-    return "accepted";
+    return testing::ErrorTextOf([&] { MergeInterface(stages); });
 }
 
 TEST(ShaderInterface, BindingsOfAllStagesAreMergedWithTheirStages) {
