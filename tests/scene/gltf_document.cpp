@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "renderer/image/image.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::test {
 namespace {
@@ -117,13 +118,9 @@ scene::SceneData SceneFolder::Load(const GltfDocument& document, scene::LoadOpti
 }
 
 std::string SceneFolder::LoadError(std::span<const std::byte> file, scene::LoadOptions options) {
-    try {
-        Load(file, std::move(options));
-        return "loaded";
-    } catch (const Error& error) {
-        if (error.Kind() != ErrorKind::BadInput) return std::string("not BadInput: ") + error.what();
-        return error.what();
-    }
+    const std::string text =
+        testing::ErrorTextOf([&] { Load(file, std::move(options)); }, ErrorKind::BadInput);
+    return text == "accepted" ? "loaded" : text;
 }
 
 std::string SceneFolder::LoadError(const GltfDocument& document, scene::LoadOptions options) {
@@ -142,6 +139,15 @@ scene::SceneData Load(const GltfDocument& document, const scene::LoadOptions& op
 
 std::string LoadError(const GltfDocument& document, const scene::LoadOptions& options) {
     return SceneFolder().LoadError(document, options);
+}
+
+void ExpectRefused(const GltfDocument& document, const std::vector<RefusedChange>& changes) {
+    for (const RefusedChange& change : changes) {
+        GltfDocument changed = document;
+        changed.json[Json::json_pointer(change.where)] = change.value;
+        const std::string start = change.message == std::string_view("loaded") ? "" : "scene.gltf: ";
+        EXPECT_EQ(LoadError(changed), start + change.message) << change.where << " is " << change.value;
+    }
 }
 
 const scene::Primitive& OnlyPrimitive(const scene::SceneData& scene) {

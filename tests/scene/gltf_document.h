@@ -106,6 +106,15 @@ class SceneFolder final : public scene::FileReader {
 scene::SceneData Load(const GltfDocument& document, const scene::LoadOptions& options = {});
 std::string LoadError(const GltfDocument& document, const scene::LoadOptions& options = {});
 
+// What a document is refused with, after "scene.gltf: ", once what a JSON pointer points at is `value`.
+struct RefusedChange {
+    const char* where;
+    Json value;
+    const char* message;
+};
+// Each by itself; the changed document loads if the message is "loaded".
+void ExpectRefused(const GltfDocument& document, const std::vector<RefusedChange>& changes);
+
 // The only primitive of the only placed mesh.
 const scene::Primitive& OnlyPrimitive(const scene::SceneData& scene);
 

@@ -129,66 +129,52 @@ TEST(Accessor, SparseCountAboveTheAccessorsIsRefused) {
 }
 
 TEST(Accessor, SparsePartsBeyondTheirViewsAreRefused) {
-    SparseTriangle shortIndices({0, 1});
-    shortIndices.document.json["accessors"][0]["sparse"]["indices"]["byteOffset"] = 2;
-    EXPECT_EQ(
-        LoadError(shortIndices.document),
-        "scene.gltf: accessors[0].sparse.count: 2 elements from byte 2 exceed bufferViews[2] (4 bytes)");
-    SparseTriangle shortValues({0, 1});
-    shortValues.document.json["accessors"][0]["sparse"]["values"]["byteOffset"] = 4;
-    EXPECT_EQ(
-        LoadError(shortValues.document),
-        "scene.gltf: accessors[0].sparse.count: 2 elements from byte 4 exceed bufferViews[3] (24 bytes)");
+    constexpr const char* kIndices = "/accessors/0/sparse/indices/byteOffset";
+    constexpr const char* kValues = "/accessors/0/sparse/values/byteOffset";
     constexpr uint64_t kMuch = uint64_t{1} << 40;  // more than an int holds
-    shortValues.document.json["accessors"][0]["sparse"]["values"]["byteOffset"] = kMuch;
-    EXPECT_EQ(
-        LoadError(shortValues.document),
-        "scene.gltf: accessors[0].sparse.count: 2 elements from byte 1099511627776 exceed bufferViews[3] "
-        "(24 bytes)");
-    shortIndices.document.json["accessors"][0]["sparse"]["indices"]["byteOffset"] = kMuch;
-    EXPECT_EQ(
-        LoadError(shortIndices.document),
-        "scene.gltf: accessors[0].sparse.count: 2 elements from byte 1099511627776 exceed bufferViews[2] "
-        "(4 bytes)");
-    shortIndices.document.json["accessors"][0]["sparse"]["count"] = kMuch;
-    EXPECT_EQ(LoadError(shortIndices.document),
-              "scene.gltf: accessors[0].sparse.count: is 1099511627776, more than the accessor's 3 elements");
+    ExpectRefused(
+        SparseTriangle({0, 1}).document,
+        {{kIndices, 2, "accessors[0].sparse.count: 2 elements from byte 2 exceed bufferViews[2] (4 bytes)"},
+         {kIndices, kMuch,
+          "accessors[0].sparse.count: 2 elements from byte 1099511627776 exceed bufferViews[2] (4 bytes)"},
+         {kValues, 4, "accessors[0].sparse.count: 2 elements from byte 4 exceed bufferViews[3] (24 bytes)"},
+         {kValues, kMuch,
+          "accessors[0].sparse.count: 2 elements from byte 1099511627776 exceed bufferViews[3] (24 bytes)"},
+         {"/accessors/0/sparse/count", kMuch,
+          "accessors[0].sparse.count: is 1099511627776, more than the accessor's 3 elements"}});
 }
 
 TEST(Accessor, SparseIndicesMustBeUnsigned) {
-    SparseTriangle sparse({0});
-    sparse.document.json["accessors"][0]["sparse"]["indices"]["componentType"] = kFloat;
-    EXPECT_EQ(LoadError(sparse.document),
-              "scene.gltf: accessors[0].sparse.indices.componentType: is 5126, must be 5121, 5123 or 5125");
+    ExpectRefused(SparseTriangle({0}).document,
+                  {{"/accessors/0/sparse/indices/componentType", kFloat,
+                    "accessors[0].sparse.indices.componentType: is 5126, must be 5121, 5123 or 5125"}});
 }
 
-// Changes accessors[0] (POSITION: 3 x VEC3 float, 36 bytes) of a triangle and loads it.
-std::string ErrorWith(const char* key, const Json& value) {
+// Its accessors[0] is POSITION: 3 x VEC3 float, 36 bytes.
+GltfDocument Triangle() {
     GltfDocument document;
     document.AddTriangle();
-    document.json["accessors"][0][key] = value;
-    return LoadError(document);
+    return document;
 }
 
 TEST(Accessor, CountBeyondTheViewIsRefused) {
-    EXPECT_EQ(ErrorWith("count", 4),
-              "scene.gltf: accessors[0].count: 4 elements exceed bufferViews[0] (36 bytes)");
+    ExpectRefused(Triangle(), {{"/accessors/0/count", 4,
+                                "accessors[0].count: 4 elements exceed bufferViews[0] (36 bytes)"}});
 }
 
 TEST(Accessor, CountThatOverflowsIsRefused) {
-    EXPECT_EQ(
-        ErrorWith("count", 4611686018427387904u),
-        "scene.gltf: accessors[0].count: 4611686018427387904 elements exceed bufferViews[0] (36 bytes)");
-    EXPECT_EQ(
-        ErrorWith("count", std::numeric_limits<uint64_t>::max()),
-        "scene.gltf: accessors[0].count: 18446744073709551615 elements exceed bufferViews[0] (36 bytes)");
+    ExpectRefused(Triangle(),
+                  {{"/accessors/0/count", 4611686018427387904u,
+                    "accessors[0].count: 4611686018427387904 elements exceed bufferViews[0] (36 bytes)"},
+                   {"/accessors/0/count", std::numeric_limits<uint64_t>::max(),
+                    "accessors[0].count: 18446744073709551615 elements exceed bufferViews[0] (36 bytes)"}});
 }
 
 TEST(Accessor, ByteOffsetThatOverflowsIsRefused) {
-    EXPECT_EQ(
-        ErrorWith("byteOffset", std::numeric_limits<uint64_t>::max() - 3),
-        "scene.gltf: accessors[0].count: 3 elements from byte 18446744073709551612 exceed bufferViews[0] (36 "
-        "bytes)");
+    ExpectRefused(
+        Triangle(),
+        {{"/accessors/0/byteOffset", std::numeric_limits<uint64_t>::max() - 3,
+          "accessors[0].count: 3 elements from byte 18446744073709551612 exceed bufferViews[0] (36 bytes)"}});
 }
 
 TEST(Accessor, HugeCountWithoutAViewIsRefused) {
@@ -206,34 +192,34 @@ TEST(Accessor, HugeCountWithoutAViewIsRefused) {
 }
 
 TEST(Accessor, CountOfTheWrongTypeIsRefused) {
-    const std::string start = "scene.gltf: accessors[0].count: ";
-    EXPECT_EQ(ErrorWith("count", 0), start + "is 0, must be at least 1");
-    EXPECT_EQ(ErrorWith("count", -1), start + "is -1, must be a whole number of at least 0");
-    EXPECT_EQ(ErrorWith("count", 2.5), start + "is 2.5, must be a whole number of at least 0");
-    EXPECT_EQ(ErrorWith("count", "3"), start + "is \"3\", must be a whole number of at least 0");
-    EXPECT_EQ(ErrorWith("count", nullptr), start + "is null, must be a whole number of at least 0");
-    EXPECT_EQ(ErrorWith("count", Json::array({3})),
-              start + "is an array, must be a whole number of at least 0");
-    EXPECT_EQ(ErrorWith("count", 1e300), start + "is 1e+300, must be a whole number of at least 0");
+    constexpr const char* kCount = "/accessors/0/count";
+    ExpectRefused(
+        Triangle(),
+        {{kCount, 0, "accessors[0].count: is 0, must be at least 1"},
+         {kCount, -1, "accessors[0].count: is -1, must be a whole number of at least 0"},
+         {kCount, 2.5, "accessors[0].count: is 2.5, must be a whole number of at least 0"},
+         {kCount, "3", "accessors[0].count: is \"3\", must be a whole number of at least 0"},
+         {kCount, nullptr, "accessors[0].count: is null, must be a whole number of at least 0"},
+         {kCount, Json::array({3}), "accessors[0].count: is an array, must be a whole number of at least 0"},
+         {kCount, 1e300, "accessors[0].count: is 1e+300, must be a whole number of at least 0"}});
 }
 
 TEST(Accessor, IntegerWrittenAsFloatIsTaken) {
-    EXPECT_EQ(ErrorWith("count", 3.0), "loaded");
+    ExpectRefused(Triangle(), {{"/accessors/0/count", 3.0, "loaded"}});
 }
 
 TEST(Accessor, UnknownTypesAreRefused) {
-    EXPECT_EQ(
-        ErrorWith("componentType", 5124),
-        "scene.gltf: accessors[0].componentType: is 5124, must be 5120, 5121, 5122, 5123, 5125 or 5126");
-    EXPECT_EQ(
-        ErrorWith("type", "VEC5"),
-        "scene.gltf: accessors[0].type: is \"VEC5\", must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4");
-    EXPECT_EQ(ErrorWith("normalized", 1), "scene.gltf: accessors[0].normalized: is 1, must be true or false");
+    ExpectRefused(Triangle(),
+                  {{"/accessors/0/componentType", 5124,
+                    "accessors[0].componentType: is 5124, must be 5120, 5121, 5122, 5123, 5125 or 5126"},
+                   {"/accessors/0/type", "VEC5",
+                    "accessors[0].type: is \"VEC5\", must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4"},
+                   {"/accessors/0/normalized", 1, "accessors[0].normalized: is 1, must be true or false"}});
 }
 
 TEST(Accessor, ViewThatDoesNotExistIsRefused) {
-    EXPECT_EQ(ErrorWith("bufferView", 2),
-              "scene.gltf: accessors[0].bufferView: is 2, but there are 2 bufferViews");
+    ExpectRefused(Triangle(), {{"/accessors/0/bufferView", 2,
+                                "accessors[0].bufferView: is 2, but there are 2 bufferViews"}});
 }
 
 TEST(Accessor, NotANumberInVerticesIsRefused) {
@@ -250,34 +236,23 @@ TEST(Accessor, NotANumberInVerticesIsRefused) {
 }
 
 TEST(BufferView, OutsideItsBufferIsRefused) {
-    GltfDocument document;
-    document.AddTriangle();
-    Json& view = document.json["bufferViews"][0];
-    view["byteOffset"] = 1;
-    EXPECT_EQ(LoadError(document),
-              "scene.gltf: bufferViews[0].byteLength: 36 bytes from 1 exceed buffers[0] (36 bytes)");
-    view["byteOffset"] = std::numeric_limits<uint64_t>::max();
-    EXPECT_EQ(LoadError(document),
-              "scene.gltf: bufferViews[0].byteLength: 36 bytes from 18446744073709551615 exceed buffers[0] "
-              "(36 bytes)");
-    view["byteOffset"] = 0;
-    view["buffer"] = 7;
-    EXPECT_EQ(LoadError(document), "scene.gltf: bufferViews[0].buffer: is 7, but there are 2 buffers");
+    ExpectRefused(
+        Triangle(),
+        {{"/bufferViews/0/byteOffset", 1,
+          "bufferViews[0].byteLength: 36 bytes from 1 exceed buffers[0] (36 bytes)"},
+         {"/bufferViews/0/byteOffset", std::numeric_limits<uint64_t>::max(),
+          "bufferViews[0].byteLength: 36 bytes from 18446744073709551615 exceed buffers[0] (36 bytes)"},
+         {"/bufferViews/0/buffer", 7, "bufferViews[0].buffer: is 7, but there are 2 buffers"}});
 }
 
 TEST(BufferView, StrideOutOfRangeIsRefused) {
-    GltfDocument document;
-    document.AddTriangle();
-    Json& view = document.json["bufferViews"][0];
-    view["byteStride"] = 256;
-    EXPECT_EQ(LoadError(document), "scene.gltf: bufferViews[0].byteStride: is 256, must be 4 to 252");
-    view["byteStride"] = 0;
-    EXPECT_EQ(LoadError(document), "scene.gltf: bufferViews[0].byteStride: is 0, must be 4 to 252");
-    view["byteStride"] = 8;
-    EXPECT_EQ(
-        LoadError(document),
-        "scene.gltf: accessors[0].bufferView: bufferViews[0].byteStride of 8 is less than the element's 12 "
-        "bytes");
+    constexpr const char* kStride = "/bufferViews/0/byteStride";
+    ExpectRefused(
+        Triangle(),
+        {{kStride, 256, "bufferViews[0].byteStride: is 256, must be 4 to 252"},
+         {kStride, 0, "bufferViews[0].byteStride: is 0, must be 4 to 252"},
+         {kStride, 8,
+          "accessors[0].bufferView: bufferViews[0].byteStride of 8 is less than the element's 12 bytes"}});
 }
 
 // glTF asks for multiples of 4, but all that is wrong with others is that they are slow to read.
@@ -296,10 +271,8 @@ TEST(BufferView, StrideNeedNotBeAMultipleOfFour) {
 }
 
 TEST(Buffer, ShorterThanItsByteLengthIsRefused) {
-    GltfDocument document;
-    document.AddTriangle();
-    document.json["buffers"][0]["byteLength"] = 40;
-    EXPECT_EQ(LoadError(document), "scene.gltf: buffers[0].byteLength: is 40, but the buffer has 36 bytes");
+    ExpectRefused(Triangle(), {{"/buffers/0/byteLength", 40,
+                                "buffers[0].byteLength: is 40, but the buffer has 36 bytes"}});
 }
 
 }  // namespace

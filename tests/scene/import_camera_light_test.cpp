@@ -78,25 +78,24 @@ TEST(Cameras, AreListedByIndexOncePerPlace) {
 }
 
 TEST(Cameras, MalformedOnesAreRefused) {
-    const auto perspective = [](const Json& value) {
-        return LoadError(WithCamera({{"type", "perspective"}, {"perspective", value}}));
-    };
-    const std::string start = "scene.gltf: cameras[0].perspective";
-    EXPECT_EQ(perspective({{"znear", 1}}), start + ".yfov: is absent, must be a number");
-    EXPECT_EQ(perspective({{"yfov", 0}, {"znear", 1}}), start + ".yfov: is 0, must be above 0");
-    EXPECT_EQ(perspective({{"yfov", 4}, {"znear", 1}}), start + ".yfov: is 4, must be below pi");
-    EXPECT_EQ(perspective({{"yfov", 1}, {"znear", 0}}), start + ".znear: is 0, must be above 0");
-    EXPECT_EQ(perspective({{"yfov", 1}, {"znear", 2}, {"zfar", 1}}),
-              "scene.gltf: cameras[0]: zfar (1.000000) must be greater than znear (2.000000)");
-    EXPECT_EQ(perspective({{"yfov", 1}, {"znear", 1}, {"aspectRatio", -1}}),
-              start + ".aspectRatio: is -1, must be above 0");
-    EXPECT_EQ(perspective(nullptr), start + ": is null, must be an object");
-    EXPECT_EQ(LoadError(WithCamera({{"type", "fisheye"}})),
-              "scene.gltf: cameras[0].type: is \"fisheye\", must be perspective or orthographic");
-    EXPECT_EQ(
-        LoadError(WithCamera({{"type", "orthographic"},
-                              {"orthographic", {{"xmag", 0}, {"ymag", 1}, {"znear", 0}, {"zfar", 1}}}})),
-        "scene.gltf: cameras[0].orthographic.xmag: is 0, must not be");
+    ExpectRefused(
+        WithCamera({{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}}),
+        {{"/cameras/0/perspective",
+          {{"znear", 1}},
+          "cameras[0].perspective.yfov: is absent, must be a number"},
+         {"/cameras/0/perspective/yfov", 0, "cameras[0].perspective.yfov: is 0, must be above 0"},
+         {"/cameras/0/perspective/yfov", 4, "cameras[0].perspective.yfov: is 4, must be below pi"},
+         {"/cameras/0/perspective/znear", 0, "cameras[0].perspective.znear: is 0, must be above 0"},
+         {"/cameras/0/perspective/zfar", 0.5,
+          "cameras[0]: zfar (0.500000) must be greater than znear (1.000000)"},
+         {"/cameras/0/perspective/aspectRatio", -1,
+          "cameras[0].perspective.aspectRatio: is -1, must be above 0"},
+         {"/cameras/0/perspective", nullptr, "cameras[0].perspective: is null, must be an object"},
+         {"/cameras/0/type", "fisheye",
+          "cameras[0].type: is \"fisheye\", must be perspective or orthographic"},
+         {"/cameras/0",
+          {{"type", "orthographic"}, {"orthographic", {{"xmag", 0}, {"ymag", 1}, {"znear", 0}, {"zfar", 1}}}},
+          "cameras[0].orthographic.xmag: is 0, must not be"}});
 }
 
 TEST(Lights, PointLightIsRead) {
@@ -133,17 +132,21 @@ TEST(Lights, DefaultsAreTheExtensions) {
 }
 
 TEST(Lights, MalformedOnesAreRefused) {
-    const std::string start = "scene.gltf: extensions.KHR_lights_punctual.lights[0]";
-    EXPECT_EQ(LoadError(WithLight({{"type", "area"}})),
-              start + ".type: is \"area\", must be directional, point or spot");
-    EXPECT_EQ(LoadError(WithLight({{"type", "point"}, {"intensity", -1}})),
-              start + ".intensity: is -1, must not be negative");
-    EXPECT_EQ(LoadError(WithLight({{"type", "spot"}})), start + ".spot: is absent, must be an object");
-    EXPECT_EQ(
-        LoadError(WithLight({{"type", "spot"}, {"spot", {{"innerConeAngle", 1}, {"outerConeAngle", 0.5}}}})),
-        start + ".spot: innerConeAngle must be below outerConeAngle");
-    EXPECT_EQ(LoadError(WithLight({{"type", "spot"}, {"spot", {{"outerConeAngle", 1.6}}}})),
-              start + ".spot.outerConeAngle: is 1.6, must be at most 1.570806");
+    const struct {
+        Json light;
+        const char* message;
+    } rows[] = {
+        {{{"type", "area"}}, ".type: is \"area\", must be directional, point or spot"},
+        {{{"type", "point"}, {"intensity", -1}}, ".intensity: is -1, must not be negative"},
+        {{{"type", "spot"}}, ".spot: is absent, must be an object"},
+        {{{"type", "spot"}, {"spot", {{"innerConeAngle", 1}, {"outerConeAngle", 0.5}}}},
+         ".spot: innerConeAngle must be below outerConeAngle"},
+        {{{"type", "spot"}, {"spot", {{"outerConeAngle", 1.6}}}},
+         ".spot.outerConeAngle: is 1.6, must be at most 1.570806"},
+    };
+    for (const auto& [light, message] : rows)
+        EXPECT_EQ(LoadError(WithLight(light)),
+                  std::string("scene.gltf: extensions.KHR_lights_punctual.lights[0]") + message);
     EXPECT_EQ(LoadError(WithLight({{"type", "spot"}, {"spot", {{"outerConeAngle", 1.570797}}}})), "loaded")
         << "pi/2, rounded up";
 }

@@ -160,34 +160,25 @@ TEST(Nodes, CycleIsRefused) {
 }
 
 TEST(Nodes, IndicesOutOfRangeAreRefused) {
-    const auto error = [](const Json& node) {
-        GltfDocument document = WithMesh();
-        document.AddNode(node);
-        return LoadError(document);
-    };
-    EXPECT_EQ(error({{"mesh", 1}}), "scene.gltf: nodes[0].mesh: is 1, but there are 1 meshes");
-    EXPECT_EQ(error({{"camera", 0}}), "scene.gltf: nodes[0].camera: is 0, but there are 0 cameras");
-    EXPECT_EQ(error({{"skin", 0}}), "scene.gltf: nodes[0].skin: is 0, but there are 0 skins");
-    EXPECT_EQ(error({{"children", {1}}}), "scene.gltf: nodes[0].children[0]: is 1, but there are 1 nodes");
-    EXPECT_EQ(error({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}),
-              "scene.gltf: nodes[0].extensions.KHR_lights_punctual.light: is 0, but there are 0 lights");
+    ExpectRefused(WithMesh(),
+                  {{"/nodes/0/mesh", 1, "nodes[0].mesh: is 1, but there are 1 meshes"},
+                   {"/nodes/0/camera", 0, "nodes[0].camera: is 0, but there are 0 cameras"},
+                   {"/nodes/0/skin", 0, "nodes[0].skin: is 0, but there are 0 skins"},
+                   {"/nodes/0/children", {1}, "nodes[0].children[0]: is 1, but there are 1 nodes"},
+                   {"/nodes/0/extensions/KHR_lights_punctual/light", 0,
+                    "nodes[0].extensions.KHR_lights_punctual.light: is 0, but there are 0 lights"}});
 }
 
 TEST(Nodes, TransformsOfTheWrongShapeAreRefused) {
-    const auto error = [](const Json& node) {
-        GltfDocument document = WithMesh();
-        document.AddNode(node);
-        return LoadError(document);
-    };
-    EXPECT_EQ(error({{"translation", {1, 2}}}),
-              "scene.gltf: nodes[0].translation: has 2 elements, must have 3");
-    EXPECT_EQ(error({{"scale", {1, "2", 3}}}), "scene.gltf: nodes[0].scale[1]: is \"2\", must be a number");
-    EXPECT_EQ(error({{"rotation", {0, 0, 0, 0}}}),
-              "scene.gltf: nodes[0].rotation: is a quaternion of length 0");
-    EXPECT_EQ(error({{"translation", {1e39, 0, 0}}}),
-              "scene.gltf: nodes[0].translation[0]: is 1e+39, too large for a float");
-    EXPECT_EQ(error({{"matrix", {1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}}),
-              "scene.gltf: nodes[0].matrix: is not affine: its last row must be 0 0 0 1");
+    ExpectRefused(
+        WithMesh(),
+        {{"/nodes/0/translation", {1, 2}, "nodes[0].translation: has 2 elements, must have 3"},
+         {"/nodes/0/scale", {1, "2", 3}, "nodes[0].scale[1]: is \"2\", must be a number"},
+         {"/nodes/0/rotation", {0, 0, 0, 0}, "nodes[0].rotation: is a quaternion of length 0"},
+         {"/nodes/0/translation", {1e39, 0, 0}, "nodes[0].translation[0]: is 1e+39, too large for a float"},
+         {"/nodes/0/matrix",
+          {1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
+          "nodes[0].matrix: is not affine: its last row must be 0 0 0 1"}});
 }
 
 TEST(Nodes, TransformThatOverflowsIsRefused) {
@@ -261,16 +252,12 @@ TEST(Scenes, BadNodeListsAreRefused) {
     GltfDocument document = WithMesh();
     document.AddNode({{"children", {1}}});
     document.Add("nodes", Json::object());
-    document.json["scenes"][0]["nodes"] = {1};
-    EXPECT_EQ(LoadError(document),
-              "scene.gltf: scenes[0].nodes[0]: nodes[1] is a child of nodes[0], must be a root");
-    document.json["scenes"][0]["nodes"] = {0, 0};
-    EXPECT_EQ(LoadError(document), "scene.gltf: scenes[0].nodes: nodes[0] is listed twice");
-    document.json["scenes"][0]["nodes"] = {2};
-    EXPECT_EQ(LoadError(document), "scene.gltf: scenes[0].nodes[0]: is 2, but there are 2 nodes");
-    document.json["scenes"][0]["nodes"] = {0};
-    document.json["scene"] = 1;
-    EXPECT_EQ(LoadError(document), "scene.gltf: scene: is 1, but there are 1 scenes");
+    constexpr const char* kNodes = "/scenes/0/nodes";
+    ExpectRefused(document,
+                  {{kNodes, {1}, "scenes[0].nodes[0]: nodes[1] is a child of nodes[0], must be a root"},
+                   {kNodes, {0, 0}, "scenes[0].nodes: nodes[0] is listed twice"},
+                   {kNodes, {2}, "scenes[0].nodes[0]: is 2, but there are 2 nodes"},
+                   {"/scene", 1, "scene: is 1, but there are 1 scenes"}});
 }
 
 TEST(Statistics, PlacedTrianglesCountEveryInstance) {
