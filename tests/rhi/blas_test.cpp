@@ -313,7 +313,6 @@ TEST_F(BlasTest, GeometriesOfOneBlasKeepTheirPrimitiveNumbers) {
     desc.triangles.push_back(Geometry(Quad(4, 2)));
     const std::shared_ptr<Blas> blas = Build(desc);
     const ShaderStage hit = Compile("geometry.rchit", R"(
-        layout(location = 0) rayPayloadInEXT Payload payload;
         void main() { payload = Payload(1, gl_GeometryIndexEXT, gl_PrimitiveID, gl_HitTEXT); })");
     HitGroupSet set;
     set[RayType::Radiance].closestHit = hit;

@@ -60,19 +60,12 @@ TEST_F(RayTracingPipelineTest, EachRayTypeReachesItsOwnMissAndHitOfEachHitSet) {
 TEST_F(RayTracingPipelineTest, RecordsCarryTheirOwnDataWhateverItsSize) {
     const ShaderStage hit = Compile("record.rchit", R"(
         layout(shaderRecordEXT, scalar) buffer Record { uint code; uint extra[4]; };
-        layout(location = 0) rayPayloadInEXT Payload payload;
         void main() { payload = Payload(code, extra[3], gl_PrimitiveID, gl_HitTEXT); })");
     const ShaderStage miss = Compile("record.rmiss", R"(
         layout(shaderRecordEXT, scalar) buffer Record { uint code; };
-        layout(location = 0) rayPayloadInEXT Payload payload;
         void main() { payload.code = code; })");
     const ShaderStage rayGen = Compile("record.rgen", R"(
-        struct Ray { vec3 origin; uint type; vec3 direction; uint value; };
         layout(shaderRecordEXT, scalar) buffer Record { uint scale; uint offset; };
-        layout(binding = 0) uniform accelerationStructureEXT tlas;
-        layout(binding = 1, scalar) readonly buffer Rays { Ray rays[]; };
-        layout(binding = 2, scalar) writeonly buffer Results { Payload results[]; };
-        layout(location = 0) rayPayloadEXT Payload payload;
         void main() {
             Ray ray = rays[gl_LaunchIDEXT.x];
             traceRayEXT(tlas, 0, 0xff, ray.type, 0, ray.type, ray.origin, 0.0, ray.direction, 1e9, 0);
@@ -114,11 +107,6 @@ TEST_F(RayTracingPipelineTest, RecordsCarryTheirOwnDataWhateverItsSize) {
 
 TEST_F(RayTracingPipelineTest, CallablesAreReachedByTheirPlaceWithTheirRecords) {
     const ShaderStage rayGen = Compile("call.rgen", R"(
-        struct Ray { vec3 origin; uint type; vec3 direction; uint value; };
-        layout(binding = 0) uniform accelerationStructureEXT tlas;
-        layout(binding = 1, scalar) readonly buffer Rays { Ray rays[]; };
-        layout(binding = 2, scalar) writeonly buffer Results { Payload results[]; };
-        layout(location = 0) rayPayloadEXT Payload payload;
         layout(location = 1) callableDataEXT uint number;
         void main() {
             Ray ray = rays[gl_LaunchIDEXT.x];
@@ -151,11 +139,6 @@ TEST_F(RayTracingPipelineTest, CallablesAreReachedByTheirPlaceWithTheirRecords) 
 
 TEST_F(RayTracingPipelineTest, GeometriesOfAnInstanceShareItsHitSetOrTakeOneEachByTheStrideOfTheTrace) {
     const ShaderStage rayGen = Compile("stride.rgen", R"(
-        struct Ray { vec3 origin; uint type; vec3 direction; uint value; };
-        layout(binding = 0) uniform accelerationStructureEXT tlas;
-        layout(binding = 1, scalar) readonly buffer Rays { Ray rays[]; };
-        layout(binding = 2, scalar) writeonly buffer Results { Payload results[]; };
-        layout(location = 0) rayPayloadEXT Payload payload;
         void main() {
             Ray ray = rays[gl_LaunchIDEXT.x];
             traceRayEXT(tlas, 0, 0xff, ray.type, ray.value, ray.type, ray.origin, 0.0, ray.direction, 1e9, 0);
@@ -186,7 +169,6 @@ TEST_F(RayTracingPipelineTest, GeometriesOfAnInstanceShareItsHitSetOrTakeOneEach
 
 TEST_F(RayTracingPipelineTest, AnyHitRunsForNonOpaqueGeometryAlone) {
     const ShaderStage ignore = Compile("ignore.rahit", R"(
-        layout(location = 0) rayPayloadInEXT Payload payload;
         void main() { if (gl_PrimitiveID < 2) ignoreIntersectionEXT; })");
     HitGroupSet set;
     set[RayType::Radiance] = {.closestHit = ClosestHit("hit", 1), .anyHit = ignore};
@@ -226,7 +208,6 @@ TEST_F(RayTracingPipelineTest, IntersectionShaderDecidesWhereABoxIsHit) {
             reportIntersectionEXT(t, 3u);
         })");
     const ShaderStage hit = Compile("sphere.rchit", R"(
-        layout(location = 0) rayPayloadInEXT Payload payload;
         hitAttributeEXT vec3 normal;
         void main() {
             payload = Payload(gl_HitKindEXT, floatBitsToUint(normal.z), gl_PrimitiveID, gl_HitTEXT);
@@ -280,8 +261,7 @@ TEST_F(RayTracingPipelineTest, GroupsThatAreNotGivenRunNothing) {
 
 TEST_F(RayTracingPipelineTest, SpecializationReachesEveryStage) {
     const std::string head =
-        "layout(constant_id = 3) const uint kBase = 1;\nlayout(constant_id = 4) const float kScale = 1;\n"
-        "layout(location = 0) rayPayloadInEXT Payload payload;\n";
+        "layout(constant_id = 3) const uint kBase = 1;\nlayout(constant_id = 4) const float kScale = 1;\n";
     const ShaderStage hit =
         Compile("special.rchit", head + "void main() { payload.code = kBase + uint(kScale); }");
     const ShaderStage miss = Compile("special.rmiss", head + "void main() { payload.code = kBase * 2; }");
@@ -303,7 +283,6 @@ TEST_F(RayTracingPipelineTest, ClosestHitMayTraceWhenRecursionIsAskedFor) {
     if (Device().Info().maxRayRecursionDepth < 2) GTEST_SKIP() << "maxRayRecursionDepth is 1";
     const ShaderStage hit = Compile("again.rchit", R"(
         layout(binding = 0) uniform accelerationStructureEXT tlas;
-        layout(location = 0) rayPayloadInEXT Payload payload;
         layout(location = 1) rayPayloadEXT Payload shadow;
         void main() {
             vec3 p = gl_WorldRayOriginEXT + gl_HitTEXT * gl_WorldRayDirectionEXT;
@@ -313,8 +292,7 @@ TEST_F(RayTracingPipelineTest, ClosestHitMayTraceWhenRecursionIsAskedFor) {
             payload.code = 10 + shadow.code;
         })");
     const ShaderStage lit = Compile("lit.rmiss", R"(
-        layout(location = 1) rayPayloadInEXT Payload shadow;
-        void main() { shadow.code = 1; })");
+        void main() { payload.code = 1; })");
     HitGroupSet set;
     set[RayType::Radiance].closestHit = hit;
     const RayTracingPipeline pipeline = CreateRayTracingPipeline(Device(), {.name = "recursive",
@@ -375,7 +353,6 @@ TEST_F(RayTracingPipelineTest, BindingsOfAllStagesAreFoundByName) {
     HitGroupSet set;
     set[RayType::Radiance].closestHit = Compile("bind.rchit", R"(
         layout(binding = 5, scalar) readonly buffer Materials { vec3 colors[]; };
-        layout(location = 0) rayPayloadInEXT Payload payload;
         layout(push_constant) uniform Constants { uint a; uint b; uint c; };
         void main() { payload.distance = colors[b].x; })");
     const RayTracingPipeline pipeline =

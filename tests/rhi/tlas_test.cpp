@@ -98,7 +98,6 @@ TEST_F(TlasTest, MaskZeroAndInactiveInstancesAreNeverHit) {
 
 TEST_F(TlasTest, FrontFaceIsCounterClockwiseUnlessFlippedAndMirroringKeepsIt) {
     const ShaderStage hit = Compile("facing.rchit", R"(
-        layout(location = 0) rayPayloadInEXT Payload payload;
         void main() { payload.code = gl_HitKindEXT == gl_HitKindFrontFacingTriangleEXT ? 5 : 6; })");
     HitGroupSet set;
     set[RayType::Radiance].closestHit = hit;
@@ -122,11 +121,6 @@ TEST_F(TlasTest, FrontFaceIsCounterClockwiseUnlessFlippedAndMirroringKeepsIt) {
 
 TEST_F(TlasTest, CullingFollowsTheFacingWhereItIsNotDisabled) {
     const ShaderStage rayGen = Compile("cull.rgen", R"(
-        struct Ray { vec3 origin; uint type; vec3 direction; uint value; };
-        layout(binding = 0) uniform accelerationStructureEXT tlas;
-        layout(binding = 1, scalar) readonly buffer Rays { Ray rays[]; };
-        layout(binding = 2, scalar) writeonly buffer Results { Payload results[]; };
-        layout(location = 0) rayPayloadEXT Payload payload;
         void main() {
             Ray ray = rays[gl_LaunchIDEXT.x];
             payload = Payload(~0u, ~0u, ~0u, -1.0);

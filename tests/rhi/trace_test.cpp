@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/text.h"
 #include "rhi/device.h"
 #include "rhi/shader_compiler.h"
 #include "tests/support/source_file.h"
@@ -17,12 +18,16 @@ constexpr const char* kHead = R"(#version 460
 struct Payload { uint code; uint instance; uint primitive; float distance; };
 )";
 
-constexpr const char* kRayGen = R"(
+constexpr const char* kRayGenHead = R"(
 struct Ray { vec3 origin; uint type; vec3 direction; uint value; };
 layout(binding = 0) uniform accelerationStructureEXT tlas;
 layout(binding = 1, scalar) readonly buffer Rays { Ray rays[]; };
 layout(binding = 2, scalar) writeonly buffer Results { Payload results[]; };
 layout(location = 0) rayPayloadEXT Payload payload;
+)";
+constexpr const char* kHitHead = "layout(location = 0) rayPayloadInEXT Payload payload;\n";
+
+constexpr const char* kRayGen = R"(
 void main() {
     Ray ray = rays[gl_LaunchIDEXT.x];
     payload = Payload(~0u, ~0u, ~0u, -1.0);
@@ -57,8 +62,11 @@ TestMesh Waves(uint32_t side, float amplitude) {
 }
 
 ShaderStage TraceTest::Compile(const std::string& name, const std::string& body) {
+    std::string text = kHead;
+    if (name.ends_with(".rgen")) text += kRayGenHead;
+    if (name.ends_with(".rmiss") || name.ends_with(".rchit") || name.ends_with(".rahit")) text += kHitHead;
     m_words.push_back(CompileGlsl(
-        {.name = name, .text = kHead + body, .stage = {}, .includeRoot = test::SourceFile("shaders")}));
+        {.name = name, .text = text + body, .stage = {}, .includeRoot = test::SourceFile("shaders")}));
     return {name, m_words.back()};
 }
 
@@ -67,15 +75,15 @@ ShaderStage TraceTest::RayGen() {
 }
 
 ShaderStage TraceTest::Miss(const std::string& name, uint32_t code) {
-    return Compile(name + ".rmiss",
-                   "layout(location = 0) rayPayloadInEXT Payload payload;\nvoid main() { payload.code = " +
-                       std::to_string(code) + "; }");
+    return Compile(name + ".rmiss", Text("void main() {{ payload.code = {}; }}", code));
 }
 
 ShaderStage TraceTest::ClosestHit(const std::string& name, uint32_t code) {
-    return Compile(name + ".rchit",
-                   "layout(location = 0) rayPayloadInEXT Payload payload;\nvoid main() { payload = Payload(" +
-                       std::to_string(code) + ", gl_InstanceCustomIndexEXT, gl_PrimitiveID, gl_HitTEXT); }");
+    return Compile(
+        name + ".rchit",
+        Text(
+            "void main() {{ payload = Payload({}, gl_InstanceCustomIndexEXT, gl_PrimitiveID, gl_HitTEXT); }}",
+            code));
 }
 
 TriangleGeometry TraceTest::Geometry(const TestMesh& mesh, bool isOpaque) {

@@ -51,12 +51,14 @@ class TraceTest : public testing::VulkanTest {
     static void TearDownTestSuite();
 
   protected:
-    // Compiles GLSL below a common head: #version, ray tracing, includes, ray types and
+    // Compiles GLSL below a common head: #version, ray tracing, includes, ray types,
     //     struct Payload { uint code, instance, primitive; float distance; };
+    // and `payload`, of ray generation, hits and misses. Ray generation also has `tlas` at binding 0, `rays` at
+    // 1 and `results` at 2.
     ShaderStage Compile(const std::string& name, const std::string& body);
-    // Traces rays[i] by its type and writes the payload; declares bindings 0 (TLAS), 1 (rays), 2 (results).
+    // Traces rays[i] by its type and writes the payload to results[i].
     ShaderStage RayGen();
-    // Declares `payload` and sets its code.
+    // Sets the payload's code.
     ShaderStage Miss(const std::string& name, uint32_t code);
     // Sets code, instance (custom index), primitive and distance.
     ShaderStage ClosestHit(const std::string& name, uint32_t code);
