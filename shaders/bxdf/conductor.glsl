@@ -17,8 +17,9 @@ INLINE void PlaceLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, Surface
     vec3 f0 = material.baseColor;
     vec3 f90 = vec3(1.0f);
     lobe.fresnel = ConductorFromColor(f0, f90);
-    lobe.scale = share * material.metallic *
-                 LaterBounces(SingleAlbedo(view.energy, f0, f90), LaterAlbedo(view, view.energy, f0, f90));
+    lobe.scale = vec3(share * material.metallic);
+    if (!(material.metallic > 0.0f)) return;
+    lobe.scale *= LaterBounces(SingleAlbedo(view.energy, f0, f90), LaterAlbedo(view, view.energy, f0, f90));
 }
 
 INLINE bool IsDiffuse(ConductorBxDF) { return false; }

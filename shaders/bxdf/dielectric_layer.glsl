@@ -50,7 +50,7 @@ INLINE vec3 Evaluate(DielectricLayerBxDF lobe, FacetView, FacetPair pair, OUT(fl
     pdf = 0.0f;
     if (pair.wi.z < 0.0f) return vec3(0.0f);
     pdf = pair.reflectionPDF;
-    return lobe.scale * FacetReflectance(lobe.fresnel, pair.cosI, lobe.eta) * pair.reflection;
+    return lobe.scale * OutsideReflectance(lobe.fresnel, pair.cosI, lobe.eta) * pair.reflection;
 }
 
 INLINE BSDFSample SampleDirection(DielectricLayerBxDF, FacetView view, vec3 wm, float, vec2) {

@@ -23,9 +23,23 @@ INLINE FacetFresnel BlackFresnel() {
     return fresnel;
 }
 
+// Of light that makes cosI > 0 with the facet of a dielectric; `cosOutside` is the cosine on its thinner side.
+// Exact models have the shape of the exact curve, moved to f0 and exactF90 at its ends; f0 is then that of eta
+// times a tint.
+INLINE vec3 DielectricCurve(FacetFresnel fresnel, float cosOutside, float cosI, float eta) {
+    if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(cosOutside, fresnel.f0, fresnel.f90);
+    float f0 = DielectricF0(eta);
+    float exact = FresnelDielectric(cosI, eta);
+    return mix(fresnel.f0, fresnel.exactF90, clamp((exact - f0) / max(1.0f - f0, 1e-6f), 0.0f, 1.0f));
+}
+
+// As FacetReflectance, of a dielectric seen from its thinner side, eta >= 1: nothing is reflected totally.
+INLINE vec3 OutsideReflectance(FacetFresnel fresnel, float cosI, float eta) {
+    return DielectricCurve(fresnel, cosI, cosI, eta);
+}
+
 // Of light that makes cosI > 0 with the facet; eta is n(far side) / n(this side) as seen from here, and not
-// read for metals. Total reflection is 1 whatever f90. Dielectrics with an exact model have the shape of the
-// exact curve, moved to f0 and exactF90 at its ends; f0 is then that of eta times a tint.
+// read for metals. Total reflection is 1 whatever f90.
 INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
     if (fresnel.isMetal) {
         if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(cosI, fresnel.f0, fresnel.f90);
@@ -36,10 +50,7 @@ INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
         c = RefractedCosine(c, eta);
         if (c < 0.0f) return vec3(1.0f);
     }
-    if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(c, fresnel.f0, fresnel.f90);
-    float f0 = DielectricF0(eta);
-    float exact = FresnelDielectric(cosI, eta);
-    return mix(fresnel.f0, fresnel.exactF90, clamp((exact - f0) / max(1.0f - f0, 1e-6f), 0.0f, 1.0f));
+    return DielectricCurve(fresnel, c, cosI, eta);
 }
 
 // The share of light that a layer of that reflectance passes to its base: for every channel that of

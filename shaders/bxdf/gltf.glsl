@@ -1,8 +1,7 @@
 // The BSDF of a glTF material at one point: the sum of the lobes of bxdf/gltf_lobes.glsl.
 //     GltfBSDF Prepare(material, setting, wo)   the lobes as seen from wo
-//     vec3 Evaluate(g, wi, isDelta, pdf, diffuse)
-//         f, the density of wi in Sample_f, and the part of f that is of diffuse lobes. isDelta: wi was
-//         sampled with kBxDFSpecular, and f and pdf are the factors of that delta
+//     vec3 Evaluate(g, wi, pdf, diffuse)
+//         f, the density of wi in Sample_f, and the part of f that is of diffuse lobes
 //     BSDFSample SampleDirection(g, uc, u, isEvaluated)
 //         Sample_f; without f and pdf unless isEvaluated is set
 //     f, PDF, Sample_f  with the contracts of bxdf/bxdf.glsl
@@ -60,12 +59,12 @@ INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair) {
     return sum;
 }
 
-INLINE vec3 Evaluate(GltfBSDF g, vec3 wi, bool isDelta, OUT(float) pdf, OUT(vec3) diffuse) {
+INLINE vec3 Evaluate(GltfBSDF g, vec3 wi, OUT(float) pdf, OUT(vec3) diffuse) {
     pdf = 0.0f;
     diffuse = vec3(0.0f);
     if (wi.z == 0.0f || g.flags == kBxDFNone) return vec3(0.0f);
     if (wi.z < 0.0f && !IsTransmissive(g.flags)) return vec3(0.0f);
-    LobeSum sum = SumLobes(g, PairOf(g.view, wi, isDelta));
+    LobeSum sum = SumLobes(g, PairOf(g.view, wi, false));
     if (IsWalked() && !g.view.isSmooth && FacetChance(g) > 0.0f) {
         sum.facets = EstimateWalk(g, wi);
         sum.facetPDF = WalkPDF(g, wi, sum.facetPDF);
@@ -89,7 +88,16 @@ INLINE BSDFSample EvaluateWalked(GltfBSDF g, BSDFSample s) {
     return s;
 }
 
-// Sample_f without f and pdf, which come from Evaluate, unless isEvaluated is set.
+// f and pdf of a sample of kBxDFSpecular: the factors of the deltas in its direction.
+INLINE BSDFSample EvaluateDelta(GltfBSDF g, BSDFSample s) {
+    LobeSum sum = SumLobes(g, PairOf(g.view, s.wi, true));
+    s.f = sum.facets;
+    s.pdf = sum.facetPDF;
+    return s;
+}
+
+// Sample_f without f and pdf, which come from Evaluate, unless isEvaluated is set: deltas are evaluated here,
+// where a mirror and a pane are cheap and Evaluate is not.
 INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEvaluated) {
     isEvaluated = true;
     BSDFSample result = NoSample();
@@ -97,30 +105,33 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
 
     // Choose a lobe: from the bottom up, uc goes through their probabilities
     float above = 1.0f - uc;  // of what remains of them, from the top
-    float within = 0.0f;
+    float chosenAbove = 0.0f;
+    float chosenChance = 1.0f;
     uint lobe = 0u;
     uint chosen = 0u;
-    uint flags = kBxDFNone;
+    bool isDiffuse = false;
 #define RAYGRAPH_CHOOSE_LOBE_(Lobe, name, feature)                               \
     lobe++;                                                                      \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f && above > 0.0f) {     \
         chosen = lobe;                                                           \
-        flags = Flags(g.name, g.view);                                           \
-        within = max(1.0f - above / g.name##Chance, 0.0f);                       \
+        chosenAbove = above;                                                     \
+        chosenChance = g.name##Chance;                                           \
+        isDiffuse = IsDiffuse(g.name);                                           \
         above -= g.name##Chance;                                                 \
     }
     GLTF_LOBES(RAYGRAPH_CHOOSE_LOBE_)
 #undef RAYGRAPH_CHOOSE_LOBE_
+    float within = max(1.0f - chosenAbove / chosenChance, 0.0f);
 
     // A direction of that lobe, or of the walk among the facets
     bool isWalked = IsWalked() && !g.view.isSmooth && FacetChance(g) > 0.0f;
-    if (isWalked && (flags & kBxDFDiffuse) == 0u) {
+    if (isWalked && !isDiffuse) {
         float facetChance = FacetChance(g);
         result = SampleWalk(g, clamp((uc + facetChance - 1.0f) / facetChance, 0.0f, 1.0f), u);
         return result.flags == kBxDFNone ? result : EvaluateWalked(g, result);
     }
     vec3 wm = vec3(0.0f, 0.0f, 1.0f);
-    if ((flags & kBxDFDiffuse) == 0u) wm = SampleNormal(g.view, u);
+    if (!isDiffuse) wm = SampleNormal(g.view, u);
     lobe = 0u;
 #define RAYGRAPH_SAMPLE_LOBE_(Lobe, name, feature)                  \
     lobe++;                                                         \
@@ -128,13 +139,16 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
         result = SampleDirection(g.name, g.view, wm, within, u);
     GLTF_LOBES(RAYGRAPH_SAMPLE_LOBE_)
 #undef RAYGRAPH_SAMPLE_LOBE_
-    isEvaluated = isWalked || result.flags == kBxDFNone;
-    return isWalked && result.flags != kBxDFNone ? EvaluateWalked(g, result) : result;
+    if (result.flags == kBxDFNone) return result;
+    if (IsSpecular(result.flags)) return EvaluateDelta(g, result);
+    if (isWalked) return EvaluateWalked(g, result);
+    isEvaluated = false;
+    return result;
 }
 
 INLINE vec3 Evaluate(GltfBSDF g, vec3 wi, OUT(float) pdf) {
     vec3 diffuse = vec3(0.0f);
-    return Evaluate(g, wi, false, pdf, diffuse);
+    return Evaluate(g, wi, pdf, diffuse);
 }
 
 INLINE vec3 f(GltfBSDF g, vec3 wi) {
@@ -151,8 +165,7 @@ INLINE float PDF(GltfBSDF g, vec3 wi) {
 INLINE BSDFSample Sample_f(GltfBSDF g, float uc, vec2 u) {
     bool isEvaluated = false;
     BSDFSample result = SampleDirection(g, uc, u, isEvaluated);
-    vec3 diffuse = vec3(0.0f);
-    if (!isEvaluated) result.f = Evaluate(g, result.wi, IsSpecular(result.flags), result.pdf, diffuse);
+    if (!isEvaluated) result.f = Evaluate(g, result.wi, result.pdf);
     return result;
 }
 

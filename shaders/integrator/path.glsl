@@ -268,11 +268,9 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     bool isEvaluated = false;
     BSDFSample scattered = SampleDirection(vertex.bsdf, choice, Get2D(path.rng), isEvaluated);
     vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // of scattered.f
-    bool isDelta = IsSpecular(scattered.flags);
 
     if (!HasTraceFeature(kTraceLightSampling)) {
-        if (!isEvaluated)
-            scattered.f = Evaluate(vertex.bsdf, scattered.wi, isDelta, scattered.pdf, diffuse);
+        if (!isEvaluated) scattered.f = Evaluate(vertex.bsdf, scattered.wi, scattered.pdf, diffuse);
         return Scatter(path, vertex, scattered, diffuse, settings);
     }
     // Evaluate the BSDF for both at one call site: a device compiles it for each
@@ -282,8 +280,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         if (isLight ? !(light.pdf > 0.0f) : isEvaluated) continue;
         float pdf = 0.0f;
         vec3 part = vec3(0.0f);
-        vec3 value =
-            Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, !isLight && isDelta, pdf, part);
+        vec3 value = Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, pdf, part);
         if (isLight) {
             direct = ScatterLight(path, vertex, light, value * abs(toLight.z), pdf);
             if (kKeepsParts && path.depth == 0u)

@@ -117,7 +117,7 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
         if (isLeaking || (isSeenThrough && wi.z < 0.0f) || !(light.pdf > 0.0f)) continue;
         float pdf = 0.0f;
         vec3 diffuse = vec3(0.0f);
-        vec3 scattered = Evaluate(bsdf, wi, false, pdf, diffuse) * light.radiance * (abs(wi.z) / light.pdf);
+        vec3 scattered = Evaluate(bsdf, wi, pdf, diffuse) * light.radiance * (abs(wi.z) / light.pdf);
         if (!(MaxComponent(scattered) > 0.0f)) continue;
         sum += scattered * FreeShare(surface, light, i, AlphaSeed(rng, 2u));
     }
