@@ -35,6 +35,8 @@ INLINE vec3 Evaluate(ConductorBxDF lobe, FacetView, FacetPair pair, OUT(float) p
     return lobe.scale * ConductorReflectance(lobe.fresnel, pair.cosI) * pair.reflection;
 }
 
+INLINE bool DrawsCosine(ConductorBxDF, float) { return false; }
+
 INLINE BSDFSample SampleDirection(ConductorBxDF, FacetView view, vec3 wm, float, vec2) {
     return ReflectedDirection(view, wm);
 }

@@ -53,6 +53,8 @@ INLINE vec3 Evaluate(DielectricLayerBxDF lobe, FacetView, FacetPair pair, OUT(fl
     return lobe.scale * OutsideReflectance(lobe.fresnel, pair.cosI, lobe.eta) * pair.reflection;
 }
 
+INLINE bool DrawsCosine(DielectricLayerBxDF, float) { return false; }
+
 INLINE BSDFSample SampleDirection(DielectricLayerBxDF, FacetView view, vec3 wm, float, vec2) {
     return ReflectedDirection(view, wm);
 }

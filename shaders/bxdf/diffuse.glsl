@@ -54,9 +54,10 @@ INLINE vec3 Evaluate(DiffuseBxDF lobe, FacetView, FacetPair pair, OUT(float) pdf
     return lobe.albedo * kInvPi;
 }
 
-INLINE BSDFSample SampleDirection(DiffuseBxDF, FacetView, vec3, float, vec2 u) {
-    vec3 wi = SampleCosineHemisphere(u);
-    return wi.z > 0.0f ? SampledDirection(wi, 1.0f, kBxDFReflection | kBxDFDiffuse) : NoSample();
+INLINE bool DrawsCosine(DiffuseBxDF, float) { return true; }
+
+INLINE BSDFSample SampleDirection(DiffuseBxDF, FacetView, vec3 drawn, float, vec2) {
+    return CosineDirection(drawn, kBxDFDiffuse);
 }
 
 INLINE LobeMean Reflected(DiffuseBxDF lobe, FacetView) {

@@ -141,11 +141,11 @@ INLINE vec3 Evaluate(GlassBxDF lobe, FacetView view, FacetPair pair, OUT(float) 
     return lobe.reflect * reflectance * white + lobe.rest * kInvPi;
 }
 
-INLINE BSDFSample SampleDirection(GlassBxDF lobe, FacetView view, vec3 wm, float uc, vec2 u) {
-    if (uc < lobe.restChance) {
-        vec3 wi = SampleCosineHemisphere(u);
-        return wi.z > 0.0f ? SampledDirection(wi, 1.0f, kBxDFReflection | kBxDFGlossy) : NoSample();
-    }
+INLINE bool DrawsCosine(GlassBxDF lobe, float uc) { return uc < lobe.restChance; }
+
+INLINE BSDFSample SampleDirection(GlassBxDF lobe, FacetView view, vec3 drawn, float uc, vec2) {
+    if (DrawsCosine(lobe, uc)) return CosineDirection(drawn, kBxDFGlossy);
+    vec3 wm = drawn;
     float chance = ReflectChance(lobe, Reflectance(lobe, dot(view.wo, wm)));
     if (uc - lobe.restChance < (1.0f - lobe.restChance) * chance) return ReflectedDirection(view, wm);
     vec3 wi = Reflect(view.wo, wm);

@@ -105,23 +105,22 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
 
     // Choose a lobe: from the bottom up, uc goes through their probabilities
     float above = 1.0f - uc;  // of what remains of them, from the top
-    float chosenAbove = 0.0f;
-    float chosenChance = 1.0f;
+    float within = 0.0f;
     uint lobe = 0u;
     uint chosen = 0u;
     bool isDiffuse = false;
+    bool isCosine = false;
 #define RAYGRAPH_CHOOSE_LOBE_(Lobe, name, feature)                               \
     lobe++;                                                                      \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f && above > 0.0f) {     \
         chosen = lobe;                                                           \
-        chosenAbove = above;                                                     \
-        chosenChance = g.name##Chance;                                           \
+        within = max(1.0f - above / g.name##Chance, 0.0f);                       \
         isDiffuse = IsDiffuse(g.name);                                           \
+        isCosine = DrawsCosine(g.name, within);                                  \
         above -= g.name##Chance;                                                 \
     }
     GLTF_LOBES(RAYGRAPH_CHOOSE_LOBE_)
 #undef RAYGRAPH_CHOOSE_LOBE_
-    float within = max(1.0f - chosenAbove / chosenChance, 0.0f);
 
     // A direction of that lobe, or of the walk among the facets
     bool isWalked = IsWalked() && !g.view.isSmooth && FacetChance(g) > 0.0f;
@@ -130,13 +129,12 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
         result = SampleWalk(g, clamp((uc + facetChance - 1.0f) / facetChance, 0.0f, 1.0f), u);
         return result.flags == kBxDFNone ? result : EvaluateWalked(g, result);
     }
-    vec3 wm = vec3(0.0f, 0.0f, 1.0f);
-    if (!isDiffuse) wm = SampleNormal(g.view, u);
+    vec3 drawn = DrawFor(g.view, isCosine, u);
     lobe = 0u;
 #define RAYGRAPH_SAMPLE_LOBE_(Lobe, name, feature)                  \
     lobe++;                                                         \
     if (HasTraceFeature(feature) && chosen == lobe)                 \
-        result = SampleDirection(g.name, g.view, wm, within, u);
+        result = SampleDirection(g.name, g.view, drawn, within, u);
     GLTF_LOBES(RAYGRAPH_SAMPLE_LOBE_)
 #undef RAYGRAPH_SAMPLE_LOBE_
     if (result.flags == kBxDFNone) return result;

@@ -9,8 +9,10 @@
 //     uint Flags(lobe, view)
 //     bool IsDiffuse(lobe)  whether that has kBxDFDiffuse: else it is a lobe of facets
 //     vec3 Evaluate(lobe, view, pair, pdf)               f, and the density of pair.wi in SampleDirection
-//     BSDFSample SampleDirection(lobe, view, wm, uc, u)  Sample_f without f and pdf; no sample: kBxDFNone.
-//         wm is a facet's normal drawn with u, the same for all lobes that choose one
+//     bool DrawsCosine(lobe, uc)  whether SampleDirection takes a direction by the cosine, or else a facet's
+//         normal: one place draws them for all lobes (DrawFor), which a device would otherwise do one by one
+//     BSDFSample SampleDirection(lobe, view, drawn, uc, u)  Sample_f without f and pdf; no sample: kBxDFNone.
+//         `drawn`, with u, is what DrawsCosine says
 //     float Weight(lobe, view)         about its albedo: samples are distributed to lobes in proportion
 //     LobeMean Reflected(lobe, view)   directional albedo and shape, for light that has been filtered
 //     LobeMean Transmitted(lobe, view)
@@ -74,6 +76,11 @@ INLINE vec3 SampleNormal(FacetView view, vec2 u) {
     return view.isSmooth ? vec3(0.0f, 0.0f, 1.0f) : Sample_wm(view.facets, view.wo, u);
 }
 
+// What SampleDirection of a lobe takes.
+INLINE vec3 DrawFor(FacetView view, bool isCosine, vec2 u) {
+    return isCosine ? SampleCosineHemisphere(u) : SampleNormal(view, u);
+}
+
 // wo and one wi, with what all lobes of the facets need to know of them.
 struct FacetPair {
     vec3 wi;
@@ -114,6 +121,11 @@ INLINE BSDFSample SampledDirection(vec3 wi, float eta, uint flags) {
     result.eta = eta;
     result.flags = flags;
     return result;
+}
+
+// A direction drawn by the cosine; at the rim, which has no density, there is none.
+INLINE BSDFSample CosineDirection(vec3 wi, uint flags) {
+    return wi.z > 0.0f ? SampledDirection(wi, 1.0f, kBxDFReflection | flags) : NoSample();
 }
 
 // wo reflected at a facet; into the surface it meets another facet, and that light is lost.
@@ -219,7 +231,8 @@ SHADING_END
         return pdf;                                                                  \
     }                                                                                \
     INLINE BSDFSample Sample_f(Lobe lobe, FacetView view, float uc, vec2 u) {        \
-        BSDFSample s = SampleDirection(lobe, view, SampleNormal(view, u), uc, u);    \
+        vec3 drawn = DrawFor(view, DrawsCosine(lobe, uc), u);                        \
+        BSDFSample s = SampleDirection(lobe, view, drawn, uc, u);                    \
         if (s.flags == kBxDFNone) return NoSample();                                 \
         s.f = Evaluate(lobe, view, PairOf(view, s.wi, IsSpecular(s.flags)), s.pdf);  \
         return s;                                                                    \
