@@ -57,13 +57,6 @@ INLINE bool IsSmoothThinWall(SurfaceMaterial material) {
            Sqr(material.roughness) < kSmoothAlpha;
 }
 
-// The transmitted share of light at cosI to the shading normal. `eta` is the wall's index of refraction over
-// that of the surrounding medium.
-INLINE vec3 StraightShare(SurfaceMaterial material, float eta, float cosI) {
-    material.baseColor = clamp(material.baseColor, vec3(0.0f), vec3(1.0f));
-    return StraightShare(GlassOf(material, eta, true, GlassShare(material)), cosI);
-}
-
 // Of such a wall: the share that goes straight on from wo, the probability that a sample does, and the wall's
 // other lobes, which sample the rest. The probability is below 1.
 INLINE vec3 StraightShare(SurfaceBSDF wall) { return StraightShare(wall.gltf); }

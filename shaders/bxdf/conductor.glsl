@@ -24,9 +24,7 @@ INLINE void PlaceLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, Surface
 
 INLINE bool IsDiffuse(ConductorBxDF) { return false; }
 
-INLINE uint Flags(ConductorBxDF, FacetView view) {
-    return kBxDFReflection | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy);
-}
+INLINE uint Flags(ConductorBxDF, FacetView view) { return kBxDFReflection | FacetFlags(view); }
 
 INLINE vec3 Evaluate(ConductorBxDF lobe, FacetView, FacetPair pair, OUT(float) pdf) {
     pdf = 0.0f;
@@ -42,15 +40,24 @@ INLINE BSDFSample SampleDirection(ConductorBxDF, FacetView view, vec3 wm, float,
 }
 
 INLINE LobeMean Reflected(ConductorBxDF lobe, FacetView view) {
-    return FacetMean(view, lobe.scale * SingleAlbedo(view.energy, lobe.fresnel.f0, lobe.fresnel.f90));
+    return FacetMean(view, lobe.scale, lobe.fresnel.f0, lobe.fresnel.f90);
 }
-
-INLINE LobeMean Transmitted(ConductorBxDF, FacetView) { return NoMean(); }
 
 INLINE float Weight(ConductorBxDF lobe, FacetView view) { return Average(Reflected(lobe, view).albedo); }
 
-INLINE float PassedTo(ConductorBxDF, FacetView, FacetPair) { return 1.0f; }
+INLINE bool IsWalked(ConductorBxDF) { return true; }
 
+INLINE LobeWalk WalkOf(ConductorBxDF lobe, FacetView view) {
+    FacetFresnel fresnel;
+    fresnel.f0 = lobe.fresnel.f0;
+    fresnel.f90 = lobe.fresnel.f90;
+    fresnel.exactF90 = lobe.fresnel.f90;
+    fresnel.isMetal = true;
+    return ReflectedWalk(view, fresnel, 1.0f, lobe.scale);
+}
+
+LOBE_IS_OPAQUE(ConductorBxDF)
+LOBE_COVERS_NOTHING(ConductorBxDF)
 LOBE_WORDS(ConductorBxDF)
 
 SHADING_END

@@ -43,7 +43,7 @@ INLINE void PlaceLobe(OUT(DielectricLayerBxDF) lobe, SurfaceMaterial material, S
 INLINE bool IsDiffuse(DielectricLayerBxDF) { return false; }
 
 INLINE uint Flags(DielectricLayerBxDF, FacetView view) {
-    return kBxDFReflection | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy);
+    return kBxDFReflection | FacetFlags(view);
 }
 
 INLINE vec3 Evaluate(DielectricLayerBxDF lobe, FacetView, FacetPair pair, OUT(float) pdf) {
@@ -60,20 +60,25 @@ INLINE BSDFSample SampleDirection(DielectricLayerBxDF, FacetView view, vec3 wm, 
 }
 
 INLINE LobeMean Reflected(DielectricLayerBxDF lobe, FacetView view) {
-    return FacetMean(view, lobe.scale * SingleAlbedo(view.energy, lobe.fresnel.f0, lobe.fresnel.f90));
+    return FacetMean(view, lobe.scale, lobe.fresnel.f0, lobe.fresnel.f90);
 }
-
-INLINE LobeMean Transmitted(DielectricLayerBxDF, FacetView) { return NoMean(); }
 
 INLINE float Weight(DielectricLayerBxDF lobe, FacetView view) {
     return Average(Reflected(lobe, view).albedo);
 }
 
 INLINE float PassedTo(DielectricLayerBxDF lobe, FacetView view, FacetPair pair) {
-    if (pair.isDelta || !(pair.wi.z > 0.0f)) return 1.0f;  // nothing is below that side
+    if (pair.isDelta || !(pair.wi.z > 0.0f)) return 1.0f;
     return PassedShare(lobe, view, FacetEnergyAt(view.row, pair.wi.z)) * lobe.passedScale;
 }
 
+INLINE bool IsWalked(DielectricLayerBxDF) { return true; }
+
+INLINE LobeWalk WalkOf(DielectricLayerBxDF lobe, FacetView view) {
+    return ReflectedWalk(view, lobe.fresnel, lobe.eta, lobe.scale);
+}
+
+LOBE_IS_OPAQUE(DielectricLayerBxDF)
 LOBE_WORDS(DielectricLayerBxDF)
 
 SHADING_END

@@ -67,12 +67,11 @@ INLINE LobeMean Reflected(DiffuseBxDF lobe, FacetView) {
     return mean;
 }
 
-INLINE LobeMean Transmitted(DiffuseBxDF, FacetView) { return NoMean(); }
-
 INLINE float Weight(DiffuseBxDF lobe, FacetView) { return Average(lobe.albedo); }
 
-INLINE float PassedTo(DiffuseBxDF, FacetView, FacetPair) { return 1.0f; }
-
+LOBE_IS_OPAQUE(DiffuseBxDF)
+LOBE_COVERS_NOTHING(DiffuseBxDF)
+LOBE_IS_NOT_WALKED(DiffuseBxDF)
 LOBE_WORDS(DiffuseBxDF)
 
 SHADING_END

@@ -88,7 +88,7 @@ INLINE void PlaceLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSett
 INLINE bool IsDiffuse(GlassBxDF) { return false; }
 
 INLINE uint Flags(GlassBxDF, FacetView view) {
-    return kBxDFReflection | kBxDFTransmission | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy);
+    return kBxDFReflection | kBxDFTransmission | FacetFlags(view);
 }
 
 INLINE vec3 Reflectance(GlassBxDF lobe, float cosI) {
@@ -153,7 +153,7 @@ INLINE BSDFSample SampleDirection(GlassBxDF lobe, FacetView view, vec3 drawn, fl
     if (!view.isThin && !Refract(view.wo, wm, lobe.eta, wi)) return NoSample();
     if (!(wi.z < 0.0f)) return NoSample();
     return SampledDirection(wi, view.isThin ? 1.0f : lobe.mediumEta,
-                            kBxDFTransmission | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy));
+                            kBxDFTransmission | FacetFlags(view));
 }
 
 INLINE LobeMean Reflected(GlassBxDF lobe, FacetView view) { return FacetMean(view, lobe.albedo); }
@@ -173,19 +173,30 @@ INLINE LobeMean Transmitted(GlassBxDF lobe, FacetView view) {
 
 INLINE float Weight(GlassBxDF lobe, FacetView) { return lobe.weight; }
 
-INLINE float PassedTo(GlassBxDF, FacetView, FacetPair) { return 1.0f; }
+INLINE bool IsWalked(GlassBxDF) { return true; }
 
-// Share of light at cosI to the normal that passes straight through a smooth thin wall: f |wi.z| of
-// that delta.
-INLINE vec3 StraightShare(GlassBxDF lobe, float cosI) {
-    return cosI > 0.0f ? lobe.pass * PassedShare(Reflectance(lobe, cosI)) : vec3(0.0f);
+INLINE LobeWalk WalkOf(GlassBxDF lobe, FacetView view) {
+    LobeWalk walk = ReflectedWalk(view, lobe.fresnel, lobe.eta, lobe.reflect);
+    walk.surface.kind = view.isThin ? kWalkPassesThin : kWalkRefracts;
+    walk.pass = view.isThin ? lobe.pass : lobe.pass / Sqr(lobe.eta);
+    walk.eta = view.isThin ? 1.0f : lobe.mediumEta;
+    return walk;
 }
 
-// The probability that such a wall, of the lobe alone, is sampled so.
+INLINE vec3 StraightShare(GlassBxDF lobe, FacetView view) {
+    return lobe.pass * PassedShare(Reflectance(lobe, view.wo.z));
+}
+
 INLINE float StraightChance(GlassBxDF lobe, FacetView view) {
     return 1.0f - ReflectChance(lobe, Reflectance(lobe, view.wo.z));
 }
 
+INLINE GlassBxDF WithoutStraight(GlassBxDF lobe) {
+    lobe.pass = vec3(0.0f);
+    return lobe;
+}
+
+LOBE_COVERS_NOTHING(GlassBxDF)
 LOBE_WORDS(GlassBxDF)
 
 SHADING_END

@@ -25,33 +25,33 @@
 
 SHADING_BEGIN
 
-// The sum over all lobes, diffuse ones apart.
+// The sum over all lobes.
 struct LobeSum {
-    vec3 facets;
-    float facetPDF;
-    vec3 diffuse;
-    float diffusePDF;
+    vec3 value;  // without lobes that a walk takes the place of
+    float pdf;
+    vec3 diffuse;     // the part of value that is of diffuse lobes
+    float walkedPDF;  // of the others: their densities of single scattering
 };
 
-INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair) {
+INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
     LobeSum sum;
-    sum.facets = vec3(0.0f);
-    sum.facetPDF = 0.0f;
+    sum.value = vec3(0.0f);
+    sum.pdf = 0.0f;
     sum.diffuse = vec3(0.0f);
-    sum.diffusePDF = 0.0f;
+    sum.walkedPDF = 0.0f;
     float passed = 1.0f;  // by the lobes so far
 #define RAYGRAPH_ADD_LOBE_(Lobe, name, feature)                                   \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                      \
         float lobePDF = 0.0f;                                                     \
         vec3 value = passed * Evaluate(g.name, g.view, pair, lobePDF);            \
         lobePDF *= g.name##Chance;                                                \
-        if (IsDiffuse(g.name)) {                                                  \
-            sum.diffuse += value;                                                 \
-            sum.diffusePDF += lobePDF;                                            \
+        if (hasWalk && IsWalked(g.name)) {                                        \
+            sum.walkedPDF += lobePDF;                                             \
         } else {                                                                  \
-            sum.facets += value;                                                  \
-            sum.facetPDF += lobePDF;                                              \
+            sum.value += value;                                                   \
+            sum.pdf += lobePDF;                                                   \
         }                                                                         \
+        if (IsDiffuse(g.name)) sum.diffuse += value;                              \
         passed *= PassedTo(g.name, g.view, pair);                                 \
     }
     GLTF_LOBES(RAYGRAPH_ADD_LOBE_)
@@ -64,25 +64,31 @@ INLINE vec3 Evaluate(GltfBSDF g, vec3 wi, OUT(float) pdf, OUT(vec3) diffuse) {
     diffuse = vec3(0.0f);
     if (wi.z == 0.0f || g.flags == kBxDFNone) return vec3(0.0f);
     if (wi.z < 0.0f && !IsTransmissive(g.flags)) return vec3(0.0f);
-    LobeSum sum = SumLobes(g, PairOf(g.view, wi, false));
-    if (IsWalked() && !g.view.isSmooth && FacetChance(g) > 0.0f) {
-        sum.facets = EstimateWalk(g, wi);
-        sum.facetPDF = WalkPDF(g, wi, sum.facetPDF);
+    float walkedChance = WalkedChance(g);
+    bool hasWalk = walkedChance > 0.0f;
+    FacetPair pair = PairOf(g.view, wi, false);
+    LobeSum sum = SumLobes(g, pair, hasWalk);
+    if (hasWalk) {
+        sum.value += EstimateWalk(g, pair, walkedChance);
+        sum.pdf += WalkPDF(g, wi, sum.walkedPDF);
     }
-    pdf = sum.facetPDF + sum.diffusePDF;
+    pdf = sum.pdf;
     diffuse = sum.diffuse;
-    return sum.facets + sum.diffuse;
+    return sum.value;
 }
 
-// A direction of the walk, or of a diffuse lobe beside it, with PDF, and f such that f |wi.z| / pdf is an
-// estimate.
-INLINE BSDFSample EvaluateWalked(GltfBSDF g, BSDFSample s) {
-    LobeSum sum = SumLobes(g, PairOf(g.view, s.wi, false));
-    if ((s.flags & kBxDFDiffuse) != 0u) {
-        s.f = sum.diffuse;
-        s.pdf = sum.diffusePDF;
+// A direction of the walk of lobe number `walked`, or of a lobe beside those (0), with PDF, and f such that
+// f |wi.z| / pdf is an estimate.
+INLINE BSDFSample EvaluateWalked(GltfBSDF g, BSDFSample s, uint walked) {
+    FacetPair pair = PairOf(g.view, s.wi, false);
+    LobeSum sum = SumLobes(g, pair, true);
+    if (walked == 0u) {
+        s.f = sum.value;
+        s.pdf = sum.pdf;
+    } else {
+        s.f *= PassedTo(g, walked, pair);
     }
-    float pdf = WalkPDF(g, s.wi, sum.facetPDF) + sum.diffusePDF;
+    float pdf = WalkPDF(g, s.wi, sum.walkedPDF) + sum.pdf;
     s.f *= pdf / s.pdf;
     s.pdf = pdf;
     return s;
@@ -90,9 +96,9 @@ INLINE BSDFSample EvaluateWalked(GltfBSDF g, BSDFSample s) {
 
 // f and pdf of a sample of kBxDFSpecular: the factors of the deltas in its direction.
 INLINE BSDFSample EvaluateDelta(GltfBSDF g, BSDFSample s) {
-    LobeSum sum = SumLobes(g, PairOf(g.view, s.wi, true));
-    s.f = sum.facets;
-    s.pdf = sum.facetPDF;
+    LobeSum sum = SumLobes(g, PairOf(g.view, s.wi, true), false);
+    s.f = sum.value;
+    s.pdf = sum.pdf;
     return s;
 }
 
@@ -104,30 +110,29 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
     if (g.flags == kBxDFNone) return result;
 
     // Choose a lobe: from the bottom up, uc goes through their probabilities
+    bool hasWalk = WalkedChance(g) > 0.0f;
     float above = 1.0f - uc;  // of what remains of them, from the top
     float within = 0.0f;
     uint lobe = 0u;
     uint chosen = 0u;
-    bool isDiffuse = false;
     bool isCosine = false;
+    bool isWalked = false;
 #define RAYGRAPH_CHOOSE_LOBE_(Lobe, name, feature)                               \
     lobe++;                                                                      \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f && above > 0.0f) {     \
         chosen = lobe;                                                           \
         within = max(1.0f - above / g.name##Chance, 0.0f);                       \
-        isDiffuse = IsDiffuse(g.name);                                           \
         isCosine = DrawsCosine(g.name, within);                                  \
+        isWalked = hasWalk && IsWalked(g.name);                                  \
         above -= g.name##Chance;                                                 \
     }
     GLTF_LOBES(RAYGRAPH_CHOOSE_LOBE_)
 #undef RAYGRAPH_CHOOSE_LOBE_
 
-    // A direction of that lobe, or of the walk among the facets
-    bool isWalked = IsWalked() && !g.view.isSmooth && FacetChance(g) > 0.0f;
-    if (isWalked && !isDiffuse) {
-        float facetChance = FacetChance(g);
-        result = SampleWalk(g, clamp((uc + facetChance - 1.0f) / facetChance, 0.0f, 1.0f), u);
-        return result.flags == kBxDFNone ? result : EvaluateWalked(g, result);
+    // A direction of that lobe, or of its walk
+    if (isWalked) {
+        result = SampleWalk(g, chosen, u);
+        return result.flags == kBxDFNone ? result : EvaluateWalked(g, result, chosen);
     }
     vec3 drawn = DrawFor(g.view, isCosine, u);
     lobe = 0u;
@@ -139,7 +144,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
 #undef RAYGRAPH_SAMPLE_LOBE_
     if (result.flags == kBxDFNone) return result;
     if (IsSpecular(result.flags)) return EvaluateDelta(g, result);
-    if (isWalked) return EvaluateWalked(g, result);
+    if (hasWalk) return EvaluateWalked(g, result, 0u);
     isEvaluated = false;
     return result;
 }
@@ -171,22 +176,64 @@ INLINE BSDFSample Sample_f(GltfBSDF g, float uc, vec2 u) {
 
 // The probability that Sample_f passes straight through a smooth thin wall, and the share of light that does.
 INLINE float StraightChance(GltfBSDF g) {
-    if (!IsTransmissive(g.flags)) return 0.0f;
-    return g.glassChance * StraightChance(g.glass, g.view);
+    float chance = 0.0f;
+#define RAYGRAPH_ADD_STRAIGHT_(Lobe, name, feature)             \
+    if (HasTraceFeature(feature) && g.name##Chance > 0.0f)      \
+        chance += g.name##Chance * StraightChance(g.name, g.view);
+    GLTF_LOBES(RAYGRAPH_ADD_STRAIGHT_)
+#undef RAYGRAPH_ADD_STRAIGHT_
+    return chance;
 }
 
-INLINE vec3 StraightShare(GltfBSDF g) { return StraightShare(g.glass, g.view.wo.z); }
+INLINE vec3 StraightShare(GltfBSDF g) {
+    vec3 share = vec3(0.0f);
+#define RAYGRAPH_ADD_STRAIGHT_(Lobe, name, feature)             \
+    if (HasTraceFeature(feature) && g.name##Chance > 0.0f)      \
+        share += StraightShare(g.name, g.view);
+    GLTF_LOBES(RAYGRAPH_ADD_STRAIGHT_)
+#undef RAYGRAPH_ADD_STRAIGHT_
+    return share;
+}
 
-// A smooth thin wall without its transmission; `chance` is StraightChance, and below 1.
+// A smooth thin wall without that; `chance` is StraightChance, and below 1.
 INLINE GltfBSDF WithoutStraight(GltfBSDF g, float chance) {
-    g.glass.pass = vec3(0.0f);
-    g.glassChance = max(g.glassChance - chance, 0.0f);
-    g.flags &= ~kBxDFTransmission;
     float scale = 1.0f / (1.0f - chance);
-#define RAYGRAPH_SCALE_LOBE_(Lobe, name, feature) g.name##Chance *= scale;
-    GLTF_LOBES(RAYGRAPH_SCALE_LOBE_)
-#undef RAYGRAPH_SCALE_LOBE_
+    uint flags = kBxDFNone;
+#define RAYGRAPH_REMOVE_STRAIGHT_(Lobe, name, feature)                                  \
+    if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                            \
+        float straight = StraightChance(g.name, g.view);                                \
+        flags |= Flags(g.name, g.view) & (straight > 0.0f ? ~kBxDFTransmission : ~0u);  \
+        g.name##Chance = max(g.name##Chance - g.name##Chance * straight, 0.0f) * scale; \
+        g.name = WithoutStraight(g.name);                                               \
+    }
+    GLTF_LOBES(RAYGRAPH_REMOVE_STRAIGHT_)
+#undef RAYGRAPH_REMOVE_STRAIGHT_
+    g.flags = flags;
     return g;
+}
+
+// The share of light at cosI to the normal of a smooth thin wall that passes straight through it, without the
+// rest of the BSDF. `eta` is the wall's index of refraction over that of the surrounding medium.
+INLINE vec3 StraightShare(SurfaceMaterial material, float eta, float cosI) {
+    vec3 sum = vec3(0.0f);
+    if (!(cosI > 0.0f)) return sum;
+    SurfaceSetting setting;
+    setting.eta = eta;
+    setting.isThin = true;
+    setting.alpha = vec2(0.0f);
+    setting.seed = 0u;
+    FacetView view = ViewOf(material, setting, vec3(SafeSqrt(1.0f - cosI * cosI), 0.0f, cosI));
+    material.baseColor = clamp(material.baseColor, vec3(0.0f), vec3(1.0f));
+    float share = 1.0f;
+#define RAYGRAPH_ADD_STRAIGHT_(Lobe, name, feature)         \
+    if (HasTraceFeature(feature)) {                         \
+        Lobe name;                                          \
+        PlaceLobe(name, material, setting, view, share);    \
+        sum += StraightShare(name, view);                   \
+    }
+    GLTF_LOBES(RAYGRAPH_ADD_STRAIGHT_)
+#undef RAYGRAPH_ADD_STRAIGHT_
+    return sum;
 }
 
 SHADING_END

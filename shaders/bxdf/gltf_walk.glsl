@@ -1,79 +1,108 @@
 // Multiple scattering between the facets of a glTF material by random walks (bxdf/multiscatter_walk.glsl), in
-// place of the lobes of the facets. f is an unbiased estimate that depends on `seed`.
+// place of the lobes that say so (IsWalked). f is an unbiased estimate that depends on `seed`. Lobes are
+// counted from 1 in the order of the list.
 #ifndef RAYGRAPH_BXDF_GLTF_WALK_GLSL
 #define RAYGRAPH_BXDF_GLTF_WALK_GLSL
 
 #include "bxdf/gltf_lobes.glsl"
-#include "bxdf/multiscatter_walk.glsl"
 
 SHADING_BEGIN
 
-// One of the surfaces in which the walk may take place, and the factors on what it reflects and transmits.
-struct WalkChoice {
-    WalkSurface surface;
-    vec3 reflect;
-    vec3 pass;
-};
+// The probability that Sample_f chooses one of the walked lobes; 0 where no walk takes place.
+INLINE float WalkedChance(GltfBSDF g) {
+    float sum = 0.0f;
+    if (!AreWalksOn() || g.view.isSmooth) return sum;
+#define RAYGRAPH_ADD_CHANCE_(Lobe, name, feature) \
+    if (HasTraceFeature(feature) && IsWalked(g.name)) sum += g.name##Chance;
+    GLTF_LOBES(RAYGRAPH_ADD_CHANCE_)
+#undef RAYGRAPH_ADD_CHANCE_
+    return sum;
+}
 
-INLINE float FacetChance(GltfBSDF g) { return g.metalChance + g.layerChance + g.glassChance; }
-
-// With the probabilities of Sample_f, for which the factors compensate.
-INLINE WalkChoice ChooseWalk(GltfBSDF g, float uc) {
-    float chance = uc * FacetChance(g);
-    WalkChoice choice;
-    choice.surface.alpha = g.view.facets.alpha;
-    choice.surface.kind = kWalkAbsorbs;
-    choice.surface.eta = 1.0f;
-    choice.surface.fresnel = BlackFresnel();
-    choice.reflect = vec3(0.0f);
-    choice.pass = vec3(0.0f);
-    if (HasTraceFeature(kTraceGlass) && g.glassChance > 0.0f && chance >= g.metalChance + g.layerChance) {
-        choice.surface.kind = g.view.isThin ? kWalkPassesThin : kWalkRefracts;
-        choice.surface.eta = g.glass.eta;
-        choice.surface.fresnel = g.glass.fresnel;
-        choice.reflect = g.glass.reflect / g.glassChance;
-        choice.pass = g.glass.pass / (g.view.isThin ? g.glassChance : g.glassChance * Sqr(g.glass.eta));
-    } else if (HasTraceFeature(kTraceOpaque) && g.layerChance > 0.0f && chance >= g.metalChance) {
-        choice.surface.eta = g.layer.eta;
-        choice.surface.fresnel = g.layer.fresnel;
-        choice.reflect = g.layer.scale / g.layerChance;
-    } else if (HasTraceFeature(kTraceMetals) && g.metalChance > 0.0f) {
-        choice.surface.fresnel.f0 = g.metal.fresnel.f0;
-        choice.surface.fresnel.f90 = g.metal.fresnel.f90;
-        choice.surface.fresnel.exactF90 = g.metal.fresnel.f90;
-        choice.surface.fresnel.isMetal = true;
-        choice.reflect = g.metal.scale / g.metalChance;
+// One of them, with those probabilities.
+INLINE uint ChooseWalked(GltfBSDF g, float uc, float walkedChance) {
+    float above = (1.0f - uc) * walkedChance;
+    uint lobe = 0u;
+    uint chosen = 0u;
+#define RAYGRAPH_CHOOSE_WALK_(Lobe, name, feature)                                                  \
+    lobe++;                                                                                         \
+    if (HasTraceFeature(feature) && IsWalked(g.name) && g.name##Chance > 0.0f && above > 0.0f) {    \
+        chosen = lobe;                                                                              \
+        above -= g.name##Chance;                                                                    \
     }
-    return choice;
+    GLTF_LOBES(RAYGRAPH_CHOOSE_WALK_)
+#undef RAYGRAPH_CHOOSE_WALK_
+    return chosen;
 }
 
-// The walk's estimate of f, without diffuse.
-INLINE vec3 EstimateWalk(GltfBSDF g, vec3 wi) {
+// Its walk, with factors that compensate for the probability of the choice.
+INLINE LobeWalk WalkOf(GltfBSDF g, uint chosen) {
+    LobeWalk walk = NoWalk(g.view);
+    float chance = 1.0f;
+    uint lobe = 0u;
+#define RAYGRAPH_TAKE_WALK_(Lobe, name, feature)                                \
+    lobe++;                                                                     \
+    if (HasTraceFeature(feature) && IsWalked(g.name) && chosen == lobe) {       \
+        walk = WalkOf(g.name, g.view);                                          \
+        chance = g.name##Chance;                                                \
+    }
+    GLTF_LOBES(RAYGRAPH_TAKE_WALK_)
+#undef RAYGRAPH_TAKE_WALK_
+    walk.reflect /= chance;
+    walk.pass /= chance;
+    return walk;
+}
+
+// The share of light from pair.wi that arrives at a walked lobe.
+INLINE float PassedTo(GltfBSDF g, uint chosen, FacetPair pair) {
+    float passed = 1.0f;
+    float result = 1.0f;
+    uint lobe = 0u;
+#define RAYGRAPH_PASS_TO_LOBE_(Lobe, name, feature)                             \
+    lobe++;                                                                     \
+    if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                    \
+        if (IsWalked(g.name) && chosen == lobe) result = passed;                \
+        passed *= PassedTo(g.name, g.view, pair);                               \
+    }
+    GLTF_LOBES(RAYGRAPH_PASS_TO_LOBE_)
+#undef RAYGRAPH_PASS_TO_LOBE_
+    return result;
+}
+
+// The walks' estimate of f.
+INLINE vec3 EstimateWalk(GltfBSDF g, FacetPair pair, float walkedChance) {
     WalkRng rng = StartWalkRng(g.seed ^ 0x5bd1e995u);
-    WalkChoice choice = ChooseWalk(g, WalkGet1D(rng));
-    vec3 weight = (wi.z < 0.0f ? choice.pass : choice.reflect) * FacetChance(g);
-    return EstimateWalk(choice.surface, g.view.wo, wi, rng.state) * weight / abs(wi.z);
+    uint chosen = ChooseWalked(g, WalkGet1D(rng), walkedChance);
+    LobeWalk walk = WalkOf(g, chosen);
+    vec3 weight = (pair.wi.z < 0.0f ? walk.pass : walk.reflect) * walkedChance;
+    weight *= PassedTo(g, chosen, pair);
+    return EstimateWalk(walk.surface, g.view.wo, pair.wi, rng.state) * weight / abs(pair.wi.z);
 }
 
-// The density that approximates the walk's: single scattering, and a cosine lobe for the rest.
+// The density that approximates the walks': single scattering, and a cosine lobe for the rest; half of it on
+// either side of lobes that transmit.
 INLINE float WalkPDF(GltfBSDF g, vec3 wi, float singlePDF) {
-    float glassHalf = 0.5f * g.glassChance;
-    float chance = wi.z > 0.0f ? g.metalChance + g.layerChance + glassHalf : glassHalf;
+    float chance = 0.0f;
+#define RAYGRAPH_ADD_SIDE_(Lobe, name, feature)                                 \
+    if (HasTraceFeature(feature) && IsWalked(g.name))                           \
+        chance += g.name##Chance * (IsTransmissive(Flags(g.name, g.view)) ? 0.5f : wi.z > 0.0f ? 1.0f : 0.0f);
+    GLTF_LOBES(RAYGRAPH_ADD_SIDE_)
+#undef RAYGRAPH_ADD_SIDE_
     float rescattered = max(g.view.energy.second, 0.01f);  // share of light that meets a second facet, about
     return mix(singlePDF, chance * CosineHemispherePDF(abs(wi.z)), rescattered);
 }
 
-// A direction by the walk, with uc of those of the facets. f |wi.z| / pdf is an estimate, pdf is 1.
-INLINE BSDFSample SampleWalk(GltfBSDF g, float uc, vec2 u) {
-    WalkChoice choice = ChooseWalk(g, uc);
-    WalkSample walked = SampleWalk(choice.surface, g.view.wo, g.seed ^ floatBitsToUint(u.x + 1.0f) * 31u);
+// A direction by the walk of a lobe, without what lies above it. f |wi.z| / pdf is an estimate, pdf is 1.
+INLINE BSDFSample SampleWalk(GltfBSDF g, uint chosen, vec2 u) {
+    LobeWalk walk = WalkOf(g, chosen);
+    WalkSample walked = SampleWalk(walk.surface, g.view.wo, g.seed ^ floatBitsToUint(u.x + 1.0f) * 31u);
     if (!(MaxComponent(walked.weight) > 0.0f) || walked.wi.z == 0.0f) return NoSample();
     BSDFSample result = SampledDirection(walked.wi, 1.0f, kBxDFReflection | kBxDFGlossy);
-    result.f = walked.weight * choice.reflect;
+    result.f = walked.weight * walk.reflect;
     if (walked.wi.z < 0.0f) {
         result.flags = kBxDFTransmission | kBxDFGlossy;
-        result.eta = g.view.isThin ? 1.0f : g.glass.mediumEta;
-        result.f = walked.weight * choice.pass;
+        result.eta = walk.eta;
+        result.f = walked.weight * walk.pass;
     }
     result.f /= abs(walked.wi.z);
     result.pdf = 1.0f;

@@ -7,7 +7,7 @@
 //         makes the lobe. `share` comes in as the share of light that arrives at the lobe from above; a lobe
 //         that covers those below multiplies it by what it lets pass towards wo
 //     uint Flags(lobe, view)
-//     bool IsDiffuse(lobe)  whether that has kBxDFDiffuse: else it is a lobe of facets
+//     bool IsDiffuse(lobe)  whether that has kBxDFDiffuse
 //     vec3 Evaluate(lobe, view, pair, pdf)               f, and the density of pair.wi in SampleDirection
 //     bool DrawsCosine(lobe, uc)  whether SampleDirection takes a direction by the cosine, or else a facet's
 //         normal: one place draws them for all lobes (DrawFor), which a device would otherwise do one by one
@@ -17,8 +17,19 @@
 //     LobeMean Reflected(lobe, view)   directional albedo and shape, for light that has been filtered
 //     LobeMean Transmitted(lobe, view)
 //     float PassedTo(lobe, view, pair) the factor on the lobes below for light from pair.wi; its mean, by the
-//         cosine, is 1, so that a base under a layer has the albedo that PlaceLobe gave it
-// LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe alone, which the tests hold to their contracts.
+//         cosine, is 1, so that a base under a layer has the albedo that PlaceLobe gave it. wi of a delta
+//         follows from wo, and there is no mean to take: for deltas it is 1, and `share` is all that those
+//         below lose. So it is for light from the other side of the surface
+//     bool IsWalked(lobe), LobeWalk WalkOf(lobe, view)
+//         whether a random walk between the facets takes the lobe's place where kMultiscatter asks for walks
+//         (bxdf/gltf_walk.glsl), and which
+//     vec3 StraightShare(lobe, view), float StraightChance(lobe, view), WithoutStraight(lobe)
+//         at a smooth thin wall: the share of light that goes straight on, f |wi.z| of that delta; the
+//         probability that a sample of the lobe does; and the lobe without that. What such a lobe transmits
+//         at all, it transmits so
+// Those that most lobes answer alike are written by LOBE_IS_OPAQUE, LOBE_COVERS_NOTHING and
+// LOBE_IS_NOT_WALKED. LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe alone, which the tests hold to their
+// contracts.
 #ifndef RAYGRAPH_BXDF_LOBE_GLSL
 #define RAYGRAPH_BXDF_LOBE_GLSL
 
@@ -26,6 +37,7 @@
 #include "bxdf/energy.glsl"
 #include "bxdf/facet_fresnel.glsl"
 #include "bxdf/microfacet.glsl"
+#include "bxdf/multiscatter_walk.glsl"
 #include "core/trace_options.glsl"
 #include "core/warp.glsl"
 #include "scene/ray.glsl"
@@ -70,6 +82,9 @@ INLINE FacetView ViewOf(SurfaceMaterial material, SurfaceSetting setting, vec3 w
 }
 
 INLINE float Average(vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
+
+// The flag of what these facets reflect or transmit.
+INLINE uint FacetFlags(FacetView view) { return view.isSmooth ? kBxDFSpecular : kBxDFGlossy; }
 
 // A facet's normal by the density of what wo sees; the surface's where it is smooth.
 INLINE vec3 SampleNormal(FacetView view, vec2 u) {
@@ -132,7 +147,7 @@ INLINE BSDFSample CosineDirection(vec3 wi, uint flags) {
 INLINE BSDFSample ReflectedDirection(FacetView view, vec3 wm) {
     vec3 wi = Reflect(view.wo, wm);
     if (!(wi.z > 0.0f)) return NoSample();
-    return SampledDirection(wi, 1.0f, kBxDFReflection | (view.isSmooth ? kBxDFSpecular : kBxDFGlossy));
+    return SampledDirection(wi, 1.0f, kBxDFReflection | FacetFlags(view));
 }
 
 // A lobe as a whole, for those who look up light that has been filtered.
@@ -179,7 +194,7 @@ INLINE bool HasCompensation() {
            ActiveMasking() == kMaskingCorrelated;
 }
 
-INLINE bool IsWalked() {
+INLINE bool AreWalksOn() {
     return ActiveMultiscatterKind() == kMultiscatterKindWalk && ActiveDistribution() == kDistributionGgx;
 }
 
@@ -190,7 +205,7 @@ INLINE vec3 LaterBounces(vec3 single, vec3 multiple) {
 
 // MultipleAlbedo, if there is any.
 INLINE vec3 LaterAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
-    if (!HasCompensation() && !IsWalked()) return vec3(0.0f);
+    if (!HasCompensation() && !AreWalksOn()) return vec3(0.0f);
     return MultipleAlbedo(energy, f0, f90, view.laterCurve);
 }
 
@@ -198,6 +213,34 @@ INLINE vec3 LaterAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
 INLINE vec3 FacetAlbedo(FacetView view, FacetEnergy energy, vec3 f0, vec3 f90) {
     return SingleAlbedo(energy, f0, f90) + LaterAlbedo(view, energy, f0, f90);
 }
+
+// Of facets of this reflectance that reflect once, times `scale`.
+INLINE LobeMean FacetMean(FacetView view, vec3 scale, vec3 f0, vec3 f90) {
+    return FacetMean(view, scale * SingleAlbedo(view.energy, f0, f90));
+}
+
+// A walk between the facets, and the factors on what it reflects and transmits.
+struct LobeWalk {
+    WalkSurface surface;
+    vec3 reflect;
+    vec3 pass;
+    float eta;  // of a sample that is transmitted
+};
+
+// Facets that reflect, and nothing else.
+INLINE LobeWalk ReflectedWalk(FacetView view, FacetFresnel fresnel, float eta, vec3 scale) {
+    LobeWalk walk;
+    walk.surface.alpha = view.facets.alpha;
+    walk.surface.kind = kWalkAbsorbs;
+    walk.surface.eta = eta;
+    walk.surface.fresnel = fresnel;
+    walk.reflect = scale;
+    walk.pass = vec3(0.0f);
+    walk.eta = 1.0f;
+    return walk;
+}
+
+INLINE LobeWalk NoWalk(FacetView view) { return ReflectedWalk(view, BlackFresnel(), 1.0f, vec3(0.0f)); }
 
 // The Fresnel of a material's dielectric, whose index is eta times that of the medium before it.
 INLINE FacetFresnel DielectricFresnel(SurfaceMaterial material, float eta) {
@@ -219,6 +262,20 @@ INLINE float GlassShare(SurfaceMaterial material) {
 }
 
 SHADING_END
+
+// It transmits nothing.
+#define LOBE_IS_OPAQUE(Lobe)                                                  \
+    INLINE LobeMean Transmitted(Lobe, FacetView) { return NoMean(); }         \
+    INLINE vec3 StraightShare(Lobe, FacetView) { return vec3(0.0f); }         \
+    INLINE float StraightChance(Lobe, FacetView) { return 0.0f; }             \
+    INLINE Lobe WithoutStraight(Lobe lobe) { return lobe; }
+
+#define LOBE_COVERS_NOTHING(Lobe)                                             \
+    INLINE float PassedTo(Lobe, FacetView, FacetPair) { return 1.0f; }
+
+#define LOBE_IS_NOT_WALKED(Lobe)                                              \
+    INLINE bool IsWalked(Lobe) { return false; }                              \
+    INLINE LobeWalk WalkOf(Lobe, FacetView view) { return NoWalk(view); }
 
 #define LOBE_WORDS(Lobe)                                                             \
     INLINE vec3 f(Lobe lobe, FacetView view, vec3 wi) {                              \

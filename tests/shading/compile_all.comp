@@ -77,7 +77,7 @@ vec3 GltfMaterial(vec3 wo, float uc, vec2 u) {
     float pdf = 0.0f;
     vec3 value = Evaluate(g, s.wi, pdf) + f(g, s.wi);
     float chance = StraightChance(g);
-    value += StraightShare(g) + f(WithoutStraight(g, chance), s.wi);
+    value += StraightShare(g) + f(WithoutStraight(g, chance), s.wi) + StraightShare(material, uc, wo.z);
     return value * (PDF(g, s.wi) + pdf + float(g.flags));
 }
 
@@ -95,7 +95,9 @@ vec3 LobesAlone(vec3 wo, float uc, vec2 u) {
     sum += f(name, view, name##Sample.wi) * PDF(name, view, name##Sample.wi);          \
     sum += Reflected(name, view).albedo + Transmitted(name, view).albedo;              \
     sum += vec3(Weight(name, view), float(Flags(name, view)),                          \
-                PassedTo(name, view, PairOf(view, name##Sample.wi, false)));
+                PassedTo(name, view, PairOf(view, name##Sample.wi, false)));           \
+    sum += WalkOf(name, view).reflect * float(IsWalked(name));                         \
+    sum += StraightShare(WithoutStraight(name), view) * StraightChance(name, view);
     GLTF_LOBES(ADD)
 #undef ADD
     return sum;
