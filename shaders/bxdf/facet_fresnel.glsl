@@ -23,9 +23,9 @@ INLINE FacetFresnel BlackFresnel() {
     return fresnel;
 }
 
-// Of light that makes cosI > 0 with the facet of a dielectric; `cosOutside` is the cosine on its thinner side.
-// Exact models have the shape of the exact curve, moved to f0 and exactF90 at its ends; f0 is then that of eta
-// times a tint.
+// Of light that makes cosI > 0 with the facet of a dielectric; `cosOutside` is the cosine on its thinner
+// side. Exact models have the shape of the exact curve, moved to f0 and exactF90 at its ends; f0 is then that
+// of eta times a tint.
 INLINE vec3 DielectricCurve(FacetFresnel fresnel, float cosOutside, float cosI, float eta) {
     if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(cosOutside, fresnel.f0, fresnel.f90);
     float f0 = DielectricF0(eta);

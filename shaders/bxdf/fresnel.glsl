@@ -4,10 +4,12 @@
 // Rounding may leave them a little outside [-1, 1]. eta is an index of refraction relative to the side that
 // the light comes from, eta - i k the complex one of a conductor.
 //
-// The model is chosen when the pipeline is created (shared/microfacet_models.h):
-//     model        ConductorReflectance                    DielectricReflectance
-//     Schlick      Schlick's, from f0 to f90               Schlick's, from the index (ends: DielectricF0,
-//                                                          DielectricF90); total reflection exact
+// The model is chosen when the pipeline is created (shared/microfacet_models.h). Facets of dielectrics,
+// which materials tint, are in bxdf/facet_fresnel.glsl.
+//     model        ConductorReflectance                    FacetReflectance of a dielectric
+//     Schlick      Schlick's, from f0 to f90               Schlick's, of the cosine on the thinner side
+//                                                          (from DielectricF0 to DielectricF90); total
+//                                                          reflection exact
 //     Dielectric   exact, with the index that has this f0  exact
 //     Conductor    exact, eta and k                        exact
 //     Lazanyi      Schlick's and a term that mends it      exact
@@ -69,18 +71,6 @@ INLINE float FresnelDielectric(float cosTheta, float eta) {
     float parallel = (etaAhead * cosI - cosT) / (etaAhead * cosI + cosT);
     float perpendicular = (cosI - etaAhead * cosT) / (cosI + etaAhead * cosT);
     return 0.5f * (Sqr(parallel) + Sqr(perpendicular));
-}
-
-// Schlick's curve with the arguments of FresnelDielectric. It is a curve of the cosine in the thinner medium;
-// total reflection, where that cosine does not exist, is exact. So it is the same from both ends of a path.
-INLINE float FresnelSchlickDielectric(float cosTheta, float eta) {
-    float etaAhead = cosTheta < 0.0f ? 1.0f / eta : eta;
-    float cosI = min(abs(cosTheta), 1.0f);
-    if (etaAhead < 1.0f) {
-        cosI = RefractedCosine(cosI, etaAhead);
-        if (cosI < 0.0f) return 1.0f;
-    }
-    return FresnelSchlick(cosI, DielectricF0(etaAhead), DielectricF90(etaAhead));
 }
 
 // Fresnel's equations for unpolarized light from vacuum onto a conductor, channel by channel, in real
@@ -172,12 +162,6 @@ INLINE vec3 ConductorReflectance(ConductorFresnel fresnel, float cosTheta) {
     vec3 schlick = FresnelSchlick(cosTheta, fresnel.f0, fresnel.f90);
     if (ActiveFresnel() != kFresnelLazanyi) return schlick;
     return clamp(schlick - LazanyiWeight(cosTheta) * fresnel.lazanyi, vec3(0.0f), vec3(1.0f));
-}
-
-// eta and cosTheta as in FresnelDielectric.
-INLINE float DielectricReflectance(float cosTheta, float eta) {
-    if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlickDielectric(cosTheta, eta);
-    return FresnelDielectric(cosTheta, eta);
 }
 
 SHADING_END

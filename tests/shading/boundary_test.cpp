@@ -35,7 +35,7 @@ TEST(Boundary, EqualIndicesReflectNothingAtAnyAngle) {
     const FacetFresnel fresnel = DielectricFresnel(Glass(0.0f, 1.0f));
     for (float c = 0.01f; c <= 1.0f; c += 0.01f) {
         EXPECT_EQ(FacetReflectance(fresnel, c, 1.0f).y, 0.0f) << c;
-        EXPECT_EQ(DielectricReflectance(c, 1.0f), 0.0f) << c;
+        EXPECT_EQ(OutsideReflectance(fresnel, c, 1.0f).y, 0.0f) << c;
     }
     for (const float cosTheta : {1.0f, 0.17f, 0.05f}) {
         const vec3 wo = DirectionAt(cosTheta, 0.3f);
@@ -71,9 +71,12 @@ TEST(Boundary, IndicesOfCommonGlassInAirKeepTheF90OfGltf) {
     for (const float eta : {1.35f, 1.5f, 1.0f / 1.5f, 1.8f, 2.42f, 1e8f}) {
         EXPECT_EQ(DielectricF90(eta), 1.0f) << eta;
         if (eta < 1.0f) continue;
-        for (float c = 0.0f; c <= 1.0f; c += 0.05f)
-            EXPECT_EQ(DielectricReflectance(c, eta), FresnelSchlick(c, DielectricF0(eta), 1.0f))
-                << eta << " " << c;
+        const FacetFresnel fresnel = DielectricFresnel(Glass(0.0f, eta));
+        for (float c = 0.0f; c <= 1.0f; c += 0.05f) {
+            const float schlick = FresnelSchlick(c, DielectricF0(eta), 1.0f);
+            EXPECT_EQ(FacetReflectance(fresnel, c, eta).y, schlick) << eta << " " << c;
+            EXPECT_EQ(OutsideReflectance(fresnel, c, eta).y, schlick) << eta << " " << c;
+        }
     }
     // What Schlick's curve lacks there for Fresnel's mean is the specification's
     EXPECT_NEAR(SchlickMean(1.5f), 0.04 + 0.96 / 21.0, 1e-5);

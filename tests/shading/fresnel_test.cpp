@@ -1,4 +1,4 @@
-#include "bxdf/fresnel.glsl"
+#include "bxdf/facet_fresnel.glsl"
 
 #include <gtest/gtest.h>
 
@@ -32,6 +32,13 @@ const std::array kMetals = {Metal{"aluminium", vec3(1.35f, 0.97f, 0.62f), vec3(7
                             Metal{"copper", vec3(0.200f, 0.924f, 1.102f), vec3(3.912f, 2.452f, 2.142f)},
                             Metal{"iron", vec3(2.91f, 2.95f, 2.58f), vec3(3.09f, 2.93f, 2.77f)},
                             Metal{"silver", vec3(0.155f, 0.117f, 0.138f), vec3(4.828f, 3.122f, 2.147f)}};
+
+// Of a facet of untinted dielectric by Schlick's curve, with the arguments of FresnelDielectric.
+float SchlickOfFacet(float cosTheta, float eta) {
+    const float ahead = cosTheta < 0.0f ? 1.0f / eta : eta;
+    const FacetFresnel fresnel{vec3(DielectricF0(eta)), vec3(DielectricF90(eta)), vec3(1.0f), false};
+    return FacetReflectance(fresnel, std::abs(cosTheta), ahead).x;
+}
 
 // Fresnel's amplitudes with complex numbers, in double.
 double ComplexReflectance(double cosI, std::complex<double> eta) {
@@ -71,11 +78,11 @@ TEST(Fresnel, BeyondTheCriticalAngleEverythingIsReflected) {
         for (float share : {0.0f, 0.3f, 0.999f}) {
             EXPECT_EQ(FresnelDielectric(-critical * share, eta), 1.0f);
             EXPECT_EQ(FresnelDielectric(critical * share, 1.0f / eta), 1.0f);
-            EXPECT_EQ(FresnelSchlickDielectric(critical * share, 1.0f / eta), 1.0f);
+            EXPECT_EQ(SchlickOfFacet(critical * share, 1.0f / eta), 1.0f);
             EXPECT_EQ(RefractedCosine(critical * share, 1.0f / eta), -1.0f);
         }
         EXPECT_LT(FresnelDielectric(-critical - 0.01f, eta), 0.99f);
-        EXPECT_LT(FresnelSchlickDielectric(-critical - 0.01f, eta), 0.99f);
+        EXPECT_LT(SchlickOfFacet(-critical - 0.01f, eta), 0.99f);
         for (float c : {0.1f, 0.5f, 1.0f}) EXPECT_LT(FresnelDielectric(c, eta), 1.0f);
     }
 }
@@ -86,7 +93,7 @@ TEST(Fresnel, BothEndsOfARefractedPathSeeOneReflectance) {
             const float cosT = RefractedCosine(c, eta);
             if (cosT < 0.05f) continue;
             EXPECT_NEAR(FresnelDielectric(c, eta), FresnelDielectric(-cosT, eta), 2e-5f);
-            EXPECT_NEAR(FresnelSchlickDielectric(c, eta), FresnelSchlickDielectric(-cosT, eta), 2e-5f);
+            EXPECT_NEAR(SchlickOfFacet(c, eta), SchlickOfFacet(-cosT, eta), 2e-5f);
         }
     }
 }

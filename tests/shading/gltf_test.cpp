@@ -341,11 +341,25 @@ TEST(Gltf, WalksAreUnbiasedUnderMultipleImportanceSampling) {
     }
 }
 
+// Each lobe alone, smooth and rough, and all of them together.
 TEST(Gltf, ViewerBelowOrEdgeOnSeesNothing) {
-    for (const float z : {0.0f, -0.5f}) {
-        EXPECT_EQ(Sample_f(Blend(0.3f), DirectionAt(z, 0.0f), 0.5f, vec2(0.3f, 0.6f)).pdf, 0.0f);
-        EXPECT_EQ(f(Blend(0.3f), DirectionAt(z, 0.0f), DirectionAt(0.5f, 0.0f)), vec3(0.0f));
-        EXPECT_EQ(PDF(Blend(0.3f), DirectionAt(z, 0.0f), DirectionAt(0.5f, 0.0f)), 0.0f);
+    for (const float alpha : {0.0f, 0.3f}) {
+        GltfBxDF base = GltfLobe(alpha);
+        base.specular = 0.0f;
+        GltfBxDF layer = GltfLobe(alpha);
+        layer.baseColor = vec3(0.0f);
+        for (const GltfBxDF& lobe : {Metal(alpha), layer, base, Glass(alpha, 1.5f), Glass(alpha, 1.0f / 1.5f),
+                                     ThinGlass(alpha), Blend(alpha)}) {
+            for (const float z : {0.0f, -0.5f}) {
+                const vec3 wo = DirectionAt(z, 0.0f);
+                for (const float uc : {0.0f, 0.5f, 0.99999994f})
+                    EXPECT_EQ(Sample_f(lobe, wo, uc, vec2(0.3f, 0.6f)).pdf, 0.0f) << alpha << " " << z;
+                for (const float other : {0.5f, -0.5f}) {
+                    EXPECT_EQ(f(lobe, wo, DirectionAt(other, 0.0f)), vec3(0.0f)) << alpha << " " << z;
+                    EXPECT_EQ(PDF(lobe, wo, DirectionAt(other, 0.0f)), 0.0f) << alpha << " " << z;
+                }
+            }
+        }
     }
     GltfBxDF black = Metal(0.3f, vec3(0.0f));
     black.metallic = 0.0f;
