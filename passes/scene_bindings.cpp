@@ -35,7 +35,7 @@ uint32_t FrameDepth(const TraceSettings& settings) {
 
 // The shader features that lights and materials need; bits of kTraceFeatures.
 uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
-    uint32_t features = scene.lobeFeatures;
+    uint32_t features = LobeFeatures(scene, settings);
     const gpu::LightSetRecord& lights = scene.lightSet;
     if (settings.lights.isOn && lights.activeCount > 0) {
         features |= kTraceLightSampling;
@@ -71,6 +71,10 @@ gpu::CameraRecord FromSceneOrigin(gpu::CameraRecord camera, const glm::dvec3& sc
 }
 
 }  // namespace
+
+uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings) {
+    return settings.scattering.brdf == BrdfModel::Gltf ? scene.lobeFeatures : 0u;
+}
 
 Region RegionOf(const TraceSettings& settings) {
     const Extent2D& extent = settings.extent;

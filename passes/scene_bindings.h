@@ -31,6 +31,8 @@ RAYGRAPH_API void BindMaterials(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
 // The tables of light sampling.
 RAYGRAPH_API void BindLights(PassBuilder& pass, const SceneIds& scene);
+// The lobes that materials have under that model: bits of kTraceFeatures. None but glTF's own has any.
+RAYGRAPH_API uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings);
 // Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has.
 RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 // The choices that TraceSettings makes when a pipeline is created.

@@ -386,6 +386,7 @@ KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder,
 }
 
 uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
+    if ((material.flags & gpu::kMaterialUnlit) != 0u) return 0;
     // Textures scale their factors down
     const bool isDielectric =
         material.metallic < 1.0f || material.metallicRoughnessTexture != gpu::kNoTexture;

@@ -144,6 +144,37 @@ TEST_F(TraceMaterials, Trace_MetalWhoseTextureSaysPlasticReturnsAllLight) {
     EXPECT_NEAR(render.Render(Gltf(EyeAt(0.8f), {0, 0, 0}, 1e-4f, 8), 64).mean.Mean().y, 1.0, 0.02);
 }
 
+// A pipeline takes a CPU a second: there is none for lobes that are not shaded.
+TEST_F(TraceMaterials, Trace_ModelsWithoutLobesAndUnlitMaterialsNeedNoOtherPipeline) {
+    Renderer renderer(Device());
+    GpuScene scene(renderer);
+    scene.SetScene(SceneOf({QuadMesh(10.0f)}, {Metal(0.4f)}));
+    scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+    TraceSettings settings = Gltf(EyeAt(0.8f), {0, 0, 0}, 1e-4f, 8);
+    const auto pipelines = [&](const scene::Material& material, BrdfModel brdf) {
+        scene.SetMaterial(0, material);
+        settings.scattering.brdf = brdf;
+        renderer.BeginFrame();
+        const SceneIds ids = scene.Declare(renderer);
+        renderer.ReadBack(passes::Trace(renderer, ids, settings).radiance);
+        renderer.Execute();
+        return renderer.PipelineCount();
+    };
+    scene::Material plastic = Metal(0.4f);
+    plastic.metallicFactor = 0.0f;
+    const uint32_t lambert = pipelines(Metal(0.4f), BrdfModel::Lambert);
+    for (const scene::Material& material : {plastic, Glass(0.4f, 1.5f, 0.0f)})
+        EXPECT_EQ(pipelines(material, BrdfModel::Lambert), lambert);
+
+    scene::Material unlit = Metal(0.4f);
+    unlit.isUnlit = true;
+    scene::Material unlitGlass = Glass(0.4f, 1.5f, 0.0f);
+    unlitGlass.isUnlit = true;
+    const uint32_t withUnlit = pipelines(unlit, BrdfModel::Gltf);
+    EXPECT_EQ(pipelines(unlitGlass, BrdfModel::Gltf), withUnlit);
+    EXPECT_GT(pipelines(plastic, BrdfModel::Gltf), withUnlit);
+}
+
 TEST_F(TraceMaterials, Trace_SmoothGlassSphereVanishesInUnitEnvironment) {
     const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.7f, 48);
     for (const float ior : {1.1f, 1.5f, 2.4f}) {
