@@ -19,7 +19,8 @@ INLINE void PlaceLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, Surface
     lobe.fresnel = ConductorFromColor(f0, f90);
     lobe.scale = vec3(share * material.metallic);
     if (!(material.metallic > 0.0f)) return;
-    lobe.scale *= LaterBounces(SingleAlbedo(view.energy, f0, f90), LaterAlbedo(view, view.energy, f0, f90));
+    vec3 later = LaterAlbedo(view, view.energy, f0, f90);
+    lobe.scale *= LaterBounces(SingleAlbedo(view.energy, f0, f90), later, f90);
 }
 
 INLINE bool IsDiffuse(ConductorBxDF) { return false; }

@@ -34,8 +34,8 @@ INLINE void PlaceLobe(OUT(DielectricLayerBxDF) lobe, SurfaceMaterial material, S
     if (!(share > 0.0f)) return;
     vec3 f0 = lobe.fresnel.f0;
     vec3 f90 = lobe.fresnel.f90;
-    lobe.scale = share * LaterBounces(SingleAlbedo(view.energy, f0, f90),
-                                      LaterAlbedo(view, view.energy, f0, f90));
+    vec3 later = LaterAlbedo(view, view.energy, f0, f90);
+    lobe.scale = share * LaterBounces(SingleAlbedo(view.energy, f0, f90), later, f90);
     lobe.passedScale = 1.0f / max(PassedShare(lobe, view, MeanFacetEnergy(view.row)), 1e-3f);
     share *= PassedShare(lobe, view, view.energy);
 }

@@ -28,8 +28,8 @@
 //         probability that a sample of the lobe does; and the lobe without that. What such a lobe transmits
 //         at all, it transmits so
 // Those that most lobes answer alike are written by LOBE_IS_OPAQUE, LOBE_COVERS_NOTHING and
-// LOBE_IS_NOT_WALKED. LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe alone, which the tests hold to their
-// contracts.
+// LOBE_IS_NOT_WALKED. LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe alone, which the tests hold to
+// their contracts.
 #ifndef RAYGRAPH_BXDF_LOBE_GLSL
 #define RAYGRAPH_BXDF_LOBE_GLSL
 
@@ -198,9 +198,11 @@ INLINE bool AreWalksOn() {
     return ActiveMultiscatterKind() == kMultiscatterKindWalk && ActiveDistribution() == kDistributionGgx;
 }
 
-// The factor by which single scattering of albedo `single` includes `multiple`.
-INLINE vec3 LaterBounces(vec3 single, vec3 multiple) {
-    return HasCompensation() ? vec3(1.0f) + multiple / max(single, vec3(1e-4f)) : vec3(1.0f);
+// The factor by which single scattering of albedo `single` includes `multiple`. The tables count shares of
+// f90 in 65535ths: they do not tell less than one from none.
+INLINE vec3 LaterBounces(vec3 single, vec3 multiple, vec3 f90) {
+    if (!HasCompensation()) return vec3(1.0f);
+    return vec3(1.0f) + multiple / max(single, max(f90 * (1.0f / 65535.0f), vec3(1e-20f)));
 }
 
 // MultipleAlbedo, if there is any.

@@ -337,6 +337,22 @@ TEST(DielectricLayer, SampledDirectionsFollowPDF) {
     }
 }
 
+// However dim: of facets whose reflectance rises from 0, nearly all that a viewer sees from above has met
+// two.
+TEST(DielectricLayer, DimFacetsReflectLaterBouncesToo) {
+    for (const float specular : {1.0f, 0.03f, 1e-3f, 0.0f}) {
+        GltfBxDF material = GltfLobe(1.0f);
+        material.specular = specular;
+        material.specularColor = vec3(0.0f, 1.0f, 0.5f);
+        const vec3 wo = DirectionAt(0.95f, 0.6f);
+        const FacetView view = ViewOf(material, wo);
+        const FacetFresnel fresnel = DielectricFresnel(material);
+        const vec3 all = FacetAlbedo(view, view.energy, fresnel.f0, fresnel.f90);
+        const vec3 stated = Reflected(PlacedLobe<DielectricLayerBxDF>(material, wo), view).albedo;
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(stated[c], all[c], 1e-5f * all[c]) << specular << " " << c;
+    }
+}
+
 // What the layer reflects, its base does not; and light to the base is reduced by the same on either way.
 TEST(DielectricLayer, LightThatItPassesIsWhatItDoesNotReflect) {
     for (const MultiscatterKind kind : {MultiscatterKind::Off, MultiscatterKind::Lut}) {
