@@ -12,6 +12,9 @@ constexpr auto kRedrawInterval = std::chrono::milliseconds(200);
 }  // namespace
 
 std::string FormatProgress(const ProgressState& state) {
+    if (state.samplesRestored)
+        return Text("  restoring albedo and normals  {}/{} samples", *state.samplesRestored,
+                    state.samplesDone);
     std::string line = Text("  {}", state.samplesDone);
     if (state.samplesWanted) line += Text("/{}", *state.samplesWanted);
     line += state.samplesDone == 1 && !state.samplesWanted ? " sample" : " samples";

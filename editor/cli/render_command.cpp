@@ -185,6 +185,10 @@ void RenderCommand(RenderArguments arguments, Console& console) {
                                         .isStopRequested = [&] { return interrupt.IsRequested(); }},
                                        showProgress);
     progress.Clear();
+    if (!session.HasResult())
+        throw MakeError(ErrorKind::Io,
+                        "{}: stopped while its albedo and normals were restored; nothing was written",
+                        arguments.resume.string());
 
     const SessionResult result = session.Result();
     std::optional<Report> report;

@@ -1,5 +1,6 @@
 #include "editor/session/device_scene.h"
 
+#include "base/text.h"
 #include "passes/path_settings.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/scene/camera_view.h"
@@ -15,9 +16,17 @@ float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
     return distance > 0.0f ? distance : 1.0f;
 }
 
+scene::CameraView ViewFrom(const PictureSettings& settings, const scene::SceneData& data, float aspect) {
+    try {
+        return scene::ChooseView(data, settings.camera, aspect);
+    } catch (const Error& error) {
+        throw SettingError(error.Kind(), Text("camera: {}", error.what()));
+    }
+}
+
 passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const scene::SceneData& data) {
     const float aspect = static_cast<float>(settings.size.width) / static_cast<float>(settings.size.height);
-    const scene::CameraView view = scene::ChooseView(data, settings.camera, aspect);
+    const scene::CameraView view = ViewFrom(settings, data, aspect);
     const float focus =
         settings.focusDistance > 0.0f ? settings.focusDistance : DefaultFocus(view, data.bounds);
     return passes::FrameSettings({settings.size.width, settings.size.height}, view,

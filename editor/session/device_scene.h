@@ -13,7 +13,8 @@ namespace raygraph::session {
 class DeviceScene {
   public:
     // Takes the scene and the environment out of `input` as it uploads them. `device` outlives the object.
-    // Error{Usage} for a camera that is not in the scene, or a group of lights that fits nothing in it.
+    // SettingError of kind Usage for a camera that is not in the scene, or a group of lights that fits
+    // nothing in it.
     DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings);
 
     Renderer& GraphRenderer() { return m_renderer; }

@@ -14,7 +14,7 @@ struct StopRule {
     // As of ImageStatistics; not before 64 samples. A picture that is black without any variance then has
     // none to fall, and is done.
     std::optional<double> relativeError;
-    std::function<bool()> isStopRequested;  // asked before each sample; empty: never
+    std::function<bool()> isStopRequested;  // asked before each sample, see Session::Run; empty: never
 };
 
 // While a run is going on.
@@ -24,10 +24,13 @@ struct ProgressState {
     double samplesPerSecond = 0.0;          // of all pixels; 0: not known yet
     std::optional<double> relativeError;    // with variance: from time to time
     std::optional<double> secondsLeft;      // until the first of the rule's limits, but for the error
+    // Before the first sample of a run, when nothing else but the wanted ones is known: of how many of the
+    // samplesDone, which were resumed, albedo and normals have been traced again (Session::Run).
+    std::optional<uint32_t> samplesRestored;
 };
 
 struct RunSummary {
-    double seconds = 0.0;
+    double seconds = 0.0;             // of sampling
     double firstSampleSeconds = 0.0;  // of these, until the first was done, pipelines and uploads included
     std::optional<double> samplesPerSecond;  // of all pixels, without the first; none for one sample
     bool wasStopped = false;                 // before the rule's samples, because it was requested

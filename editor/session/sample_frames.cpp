@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/check.h"
 #include "editor/session/light_group_tiles.h"
 #include "passes/raster.h"
 #include "renderer/graph/readback_values.h"
@@ -64,17 +65,17 @@ void SampleFrames::RestoreFrom(const RenderFile& render) {
     }
     m_secondTraces.Restore(m_renderer, render);
     m_renderer.Execute();
-    if (!hasAverages) RestoreAverages(count);
     m_submitted = count;
+    if (!hasAverages) m_toRestore = count;
 }
 
-void SampleFrames::RestoreAverages(uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) {
-        m_renderer.BeginFrame();
-        const SceneIds ids = m_scene.Scene().Declare(m_renderer);
-        DeclareAverages(ids, m_scene.SettingsFor(m_plan.firstSample + i), false);
-        m_renderer.Execute();
-    }
+void SampleFrames::RestoreSample() {
+    RG_CHECK(m_toRestore > 0);
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+    DeclareAverages(ids, m_scene.SettingsFor(m_plan.firstSample + m_submitted - m_toRestore), false);
+    m_renderer.Execute();
+    m_toRestore--;
 }
 
 void SampleFrames::ReadBack(const passes::AccumulatedIds& ids, Accumulated& into) {

@@ -38,6 +38,11 @@ class SampleFrames {
     // Submits one sample; waits while as many frames are in flight as the device allows. The last sample's
     // frame reads everything back. `isMeasuring`: its error is estimated when it has arrived.
     void RenderSample(bool isLast, bool isMeasuring);
+    // Of the samples that were continued: those whose albedo and normals, which came without sums, are still
+    // to be traced again, before the first RenderSample.
+    uint32_t SamplesToRestore() const { return m_toRestore; }
+    // Submits the surfaces of the next of them; waits as RenderSample.
+    void RestoreSample();
     // Samples in the picture that the device has finished, those that were continued included.
     uint32_t SamplesDone();
     uint32_t SamplesSubmitted() const { return m_submitted; }
@@ -83,8 +88,6 @@ class SampleFrames {
     };
 
     void RestoreFrom(const RenderFile& render);
-    // Albedo and normals of the samples that were continued, which came without them.
-    void RestoreAverages(uint32_t count);
     // One sample of the radiance, by the pipeline of all samples.
     passes::TraceIds DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
     void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
@@ -104,6 +107,7 @@ class SampleFrames {
     bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter;
     bool m_hasPicture = false;
     uint32_t m_submitted = 0;        // samples in the picture, continued ones included
+    uint32_t m_toRestore = 0;        // the last ones of those that were continued
     std::deque<uint64_t> m_pending;  // timeline values of submitted samples that may not be done
 
     Accumulated m_radiance{"radiance"};  // or the view's values

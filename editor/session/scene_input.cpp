@@ -20,31 +20,47 @@ SceneInput MakeInput(scene::SceneData data, std::string name) {
     return input;
 }
 
-SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options) {
+void SetEnvironment(SceneInput& input, image::ImageF map, std::string name) {
+    const uint64_t values = uint64_t{4} * map.width * map.height;
+    if (name.empty()) throw Error(ErrorKind::Usage, "SetEnvironment: the map has no name");
+    if (values == 0 || map.rgba.size() != values)
+        throw MakeError(ErrorKind::Usage,
+                        "SetEnvironment: {}: {} x {} pixels need {} values, and there are {}", Quoted(name),
+                        map.width, map.height, values, map.rgba.size());
+    input.environmentHash = HashOf(map);
+    input.environment = std::move(map);
+    input.environmentFile = std::move(name);
+}
+
+void LoadEnvironment(SceneInput& input, const std::filesystem::path& path, const Log& log) {
     const Stopwatch watch;
-    image::ImageF map;
-    if (!options.environment.empty()) {
-        image::Environment read = AsInput([&] { return image::ReadEnvironment(options.environment); });
-        for (const std::string& warning : read.warnings)
-            options.log.Send(LogLevel::Warning, log_category::kScene, warning);
-        map = std::move(read.image);
-        Say(options.log, LogLevel::Info, log_category::kScene, "{}: {} x {} pixels read in {}",
-            Printable(options.environment.filename().string()), map.width, map.height,
-            DurationText(watch.Seconds()));
-    }
+    image::Environment read = AsInput([&] { return image::ReadEnvironment(path); });
+    for (const std::string& warning : read.warnings)
+        log.Send(LogLevel::Warning, log_category::kScene, warning);
+    Say(log, LogLevel::Info, log_category::kScene, "{}: {} x {} pixels read in {}",
+        Printable(path.filename().string()), read.image.width, read.image.height,
+        DurationText(watch.Seconds()));
+    input.loadMs += watch.Milliseconds();
+    SetEnvironment(input, std::move(read.image), path.filename().string());
+}
+
+SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options) {
+    SceneInput environment;  // before the scene, which takes longer: an error comes early
+    if (!options.environment.empty()) LoadEnvironment(environment, options.environment, options.log);
+    const Stopwatch watch;
     scene::LoadOptions loading;
     loading.scene = options.scene;
     loading.log = options.log;
     loading.progress = options.progress;
     scene::SceneData data = AsInput([&] { return scene::LoadGltf(path, loading); });
-    const double loadMs = watch.Milliseconds();
+    const double loadMs = environment.loadMs + watch.Milliseconds();
 
     SceneInput input = MakeInput(std::move(data), path.filename().string());
+    input.scene = options.scene;
     input.loadMs = loadMs;
-    if (options.environment.empty()) return input;
-    input.environmentFile = options.environment.filename().string();
-    input.environmentHash = HashOf(map);
-    input.environment = std::move(map);
+    input.environment = std::move(environment.environment);
+    input.environmentFile = std::move(environment.environmentFile);
+    input.environmentHash = std::move(environment.environmentHash);
     return input;
 }
 

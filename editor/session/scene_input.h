@@ -1,5 +1,5 @@
-// What a picture is rendered of: a scene and an environment, with hashes of them. Threads: plain values and
-// functions of files, for any thread.
+// What a picture is rendered of: a scene and an environment, with hashes of them, by which resuming and
+// merging see that they are still the same. Threads: plain values and functions of files, for any thread.
 #pragma once
 
 #include <filesystem>
@@ -17,16 +17,19 @@ namespace raygraph::session {
 struct SceneInput {
     scene::SceneData data;
     scene::SceneStatistics statistics;
-    std::string file;             // name without folders
-    std::string hash;             // of `data`
-    image::ImageF environment;    // empty: none
+    std::string file;           // name without folders
+    std::string scene;          // which of the file's scenes `data` is, as it was asked for; "": the default
+    std::string hash;           // of `data`
+    image::ImageF environment;  // empty: none
     std::string environmentFile;  // "": none
     std::string environmentHash;
     double loadMs = 0.0;  // reading and decoding, both files
 };
 
 struct InputOptions {
-    std::string scene;                  // which of the file's scenes, by name or index; "": the default
+    // Which of the file's scenes, by name or index; "": the default. That of the picture's settings: any
+    // other is refused when the input is rendered.
+    std::string scene;
     std::filesystem::path environment;  // equirectangular .hdr or .exr; "": none
     Log log;                            // takes warnings
     // Called on the loading thread, `fraction` from 0 to 1.
@@ -39,5 +42,12 @@ RAYGRAPH_API SceneInput LoadInput(const std::filesystem::path& path, const Input
 
 // A scene that a host has made. `name` stands in files for that of a scene's file.
 RAYGRAPH_API SceneInput MakeInput(scene::SceneData data, std::string name);
+
+// Lights the scene by a map, instead of the one that it has: one in a file, as LoadInput reads it, or one
+// that a host has made; `name` stands in files for that of a map's file. Error{BadInput} naming the file,
+// also for one that cannot be read; Error{Usage} for a name that is empty, or a map without pixels or with
+// others than its size says. Then nothing changes.
+RAYGRAPH_API void LoadEnvironment(SceneInput& input, const std::filesystem::path& path, const Log& log = {});
+RAYGRAPH_API void SetEnvironment(SceneInput& input, image::ImageF map, std::string name);
 
 }  // namespace raygraph::session

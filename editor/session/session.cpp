@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/version.h"
@@ -60,6 +61,17 @@ void RequirePossible(const SessionDesc& desc) {
     if (!desc.withVariance) Refuse("a render is resumed with its variance");
 }
 
+// A file records one choice, and a picture of another scene under it could never be made again.
+void RequireScene(const SceneInput& input, const PictureSettings& settings) {
+    if (input.scene == settings.scene) return;
+    const auto called = [](const std::string& choice) {
+        return choice.empty() ? "the default one" : Quoted(choice);
+    };
+    throw SettingError(ErrorKind::Usage,
+                       Text("scene: {} of {} is to be rendered, but {} was loaded", called(settings.scene),
+                            Printable(input.file), called(input.scene)));
+}
+
 FramePlan PlanOf(const SessionDesc& desc) {
     return {.view = desc.settings.view,
             .aovs = desc.aovs,
@@ -88,6 +100,7 @@ std::map<Bias, RemovedLight> RemovedOf(const RenderFile& render) {
 
 RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,
                           const rhi::DeviceInfo& device) {
+    RequireScene(input, settings);
     const Version version = LibraryVersion();
     RenderFile render;
     render.size = settings.size;
@@ -146,6 +159,21 @@ struct Session::Impl {
         if (last > std::numeric_limits<uint32_t>::max())
             Refuse(Text("sample {} is beyond the last, 4294967295", last));
     }
+    // Traces again what a resumed render has no sums of. False: a stop was requested first.
+    bool RestoreSurfaces(const StopRule& rule, const std::function<void(const ProgressState&)>& progress) {
+        const uint32_t count = frames.SamplesSubmitted();
+        while (frames.SamplesToRestore() > 0) {
+            if (rule.isStopRequested && rule.isStopRequested()) return false;
+            frames.RestoreSample();
+            if (!progress) continue;
+            ProgressState state;
+            state.samplesDone = count;
+            state.samplesWanted = rule.samples;
+            state.samplesRestored = count - frames.SamplesToRestore();
+            progress(state);
+        }
+        return true;
+    }
     ProgressState StateAt(const Stopwatch& watch, uint32_t before, const StopRule& rule,
                           const RunSummary& soFar) {
         const double seconds = watch.Seconds();
@@ -187,8 +215,12 @@ RunSummary Session::Run(const StopRule& asked, const std::function<void(const Pr
     m_impl->RequireRule(rule);
     const uint32_t before = frames.SamplesSubmitted();
     ErrorGoal goal(rule.relativeError);
-    const Stopwatch watch;
     RunSummary summary;
+    if (!m_impl->RestoreSurfaces(rule, progress)) {
+        summary.wasStopped = true;
+        return summary;
+    }
+    const Stopwatch watch;
     for (bool isLast = false; !isLast;) {
         const uint32_t samples = frames.SamplesSubmitted() + 1;  // with this one
         const bool isStopped = rule.isStopRequested && rule.isStopRequested();
@@ -216,6 +248,10 @@ RunSummary Session::Run(const StopRule& asked, const std::function<void(const Pr
         summary.samplesPerSecond = (fresh - 1) * static_cast<double>(PixelCount(m_impl->described.size)) /
                                    (summary.seconds - summary.firstSampleSeconds);
     return summary;
+}
+
+bool Session::HasResult() const {
+    return m_impl->frames.HasPicture();
 }
 
 SessionResult Session::Result() const {

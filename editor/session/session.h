@@ -45,13 +45,15 @@ struct SessionDesc {
     const ResumedRender* resumed = nullptr;  // its samples come first; not kept
 };
 
-// A render without samples: what is recorded beside its pictures.
+// A render without samples: what is recorded beside its pictures. SettingError of kind Usage if the input is
+// another of its file's scenes than that of the settings.
 RAYGRAPH_API RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,
                                        const rhi::DeviceInfo& device);
 
-// With its settings, AOVs and samples; it outlives the constructor of the session. Errors as of
-// RequireResumable.
+// With its settings, AOVs and samples; it outlives the constructor of the session, so it is no temporary one.
+// The scene to load is settings.scene. Errors as of RequireResumable.
 RAYGRAPH_API SessionDesc Resuming(const ResumedRender& render);
+RAYGRAPH_API SessionDesc Resuming(const ResumedRender&& render) = delete;
 
 struct SessionResult {
     RenderFile render;
@@ -67,10 +69,11 @@ struct SessionStatistics {
 
 class RAYGRAPH_API Session {
   public:
-    // Uploads the scene. `device` outlives the session. Error{Usage} for a camera or group of lights that is
-    // not in the scene, for settings that no option takes (SettingError), as they could not be read from a
-    // file, for AOVs that a picture of these settings cannot have, and for sample indices beyond the last;
-    // Error{BadInput} if scene or settings are not those of the resumed render, and as RequireResumable.
+    // Uploads the scene. `device` outlives the session. SettingError of kind Usage for a camera or group of
+    // lights that is not in the scene, for another of the file's scenes than was loaded, and for settings
+    // that no option takes, as they could not be read from a file; Error{Usage} for AOVs that a picture of
+    // these settings cannot have, and for sample indices beyond the last; Error{BadInput} if scene,
+    // environment or settings are not those of the resumed render, and as RequireResumable.
     Session(rhi::Device& device, SceneInput input, const SessionDesc& desc);
     ~Session();
     Session(const Session&) = delete;
@@ -79,12 +82,19 @@ class RAYGRAPH_API Session {
     // Renders until the rule says so, and waits for the last sample. May be called again, to go on; but for
     // a view without a mean over samples (passes::IsMeanMeaningful), which takes one sample, whatever the
     // rule says, it may be called once. `progress` is called after each sample was submitted, on this thread.
+    //
+    // Where albedo or normals of a resumed render have no sums, as those of the editor, the first run begins
+    // by tracing those of its samples again; `progress` is called, and the rule asked whether to stop, for
+    // each. A run that is stopped there ends without a sample of its own; the next goes on with it.
+    //
     // Error{Usage} for a rule that cannot end (of a time that is not finite, of an error that is not above
     // 0), or that asks for no more samples than there are: nothing is rendered. After any other Error, the
     // session can only be destroyed.
     RunSummary Run(const StopRule& rule, const std::function<void(const ProgressState&)>& progress = {});
 
-    // After a run: all that was asked for. Copies it from the device, and waits for that.
+    // Whether there is one: after a run that took a sample.
+    bool HasResult() const;
+    // After such a run: all that was asked for. Copies it from the device, and waits for that.
     SessionResult Result() const;
     // Tone-mapped, or the view as passes::PaintView shows it: opaque sRGB.
     image::Image8 Display() const;

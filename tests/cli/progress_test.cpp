@@ -15,6 +15,9 @@ namespace {
 TEST(Progress, LineShowsWhatIsKnown) {
     EXPECT_EQ(FormatProgress({128, 256, 1.234e6, 0.0179, 12.2}),
               "  128/256 samples  1.23 Msamples/s  error 1.8 %  12 s left");
+    ProgressState restoring{128, 256, 1.234e6, 0.0179, 12.2};
+    restoring.samplesRestored = 12;
+    EXPECT_EQ(FormatProgress(restoring), "  restoring albedo and normals  12/128 samples");
     EXPECT_EQ(FormatProgress({3, std::nullopt, 0.0, std::nullopt, std::nullopt}), "  3 samples");
 }
 

@@ -4,8 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "editor/session/content_hash.h"
+#include "editor/session/merge.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::session {
@@ -26,9 +29,134 @@ class SessionTest : public testing::VulkanTest {
         ExpectError(
             kind, [&] { const Session session(Device(), Cornell(), desc); }, part);
     }
+    static void ExpectSettingRefused(const SessionDesc& desc, SceneInput input, const char* part) {
+        try {
+            const Session session(Device(), std::move(input), desc);
+            ADD_FAILURE() << "not refused: " << part;
+        } catch (const SettingError& error) {
+            EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+            EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+        }
+    }
+    // A sphere that only an environment lights.
+    static SceneInput Sphere() { return LoadInput(test::SceneFile("furnace_sphere.gltf")); }
+    static image::ImageF Map(float radiance) {
+        return {.width = 2,
+                .height = 1,
+                .rgba = {radiance, radiance, radiance, 1, radiance, radiance, radiance, 1}};
+    }
 };
 
+template <typename Render>
+concept CanResume = requires(Render&& render) {
+    Resuming(std::forward<Render>(render));
+};
+static_assert(CanResume<const ResumedRender&> && CanResume<ResumedRender&>);
+static_assert(!CanResume<ResumedRender> && !CanResume<const ResumedRender>, "it would be gone at once");
+
 }  // namespace
+
+// The file records one of them, and a resumed render would load that.
+TEST_F(SessionTest, SceneThatWasLoadedMustBeTheOneOfTheSettings) {
+    const auto ofScene = [](const char* choice) {
+        return LoadInput(test::SceneFile("cornell.gltf"), {.scene = choice});
+    };
+    SessionDesc desc = Small();
+    ExpectSettingRefused(desc, ofScene("0"),
+                         "scene: the default one of cornell.gltf is to be rendered, but \"0\" was loaded");
+    desc.settings.scene = "0";
+    ExpectSettingRefused(desc, Cornell(),
+                         "scene: \"0\" of cornell.gltf is to be rendered, but the default one was loaded");
+    ExpectSettingRefused(desc, MakeInput({}, "ours"), "scene: \"0\" of ours");
+    Session session(Device(), ofScene("0"), desc);
+    session.Run({.samples = 1});
+    EXPECT_EQ(session.Result().render.settings.at("scene"), "0");
+}
+
+TEST_F(SessionTest, CameraThatIsNotInTheSceneIsASettingThatCannotBe) {
+    SessionDesc desc = Small();
+    desc.settings.camera = "top";
+    ExpectSettingRefused(desc, Cornell(), "camera: there is no camera \"top\"; the scene has 0 \"");
+    ExpectSettingRefused(desc, MakeInput({}, "ours"),
+                         "camera: there is no camera \"top\"; the scene has none");
+}
+
+TEST_F(SessionTest, EnvironmentOfAHostLightsTheScene) {
+    const test::TemporaryFolder folder;
+    image::WriteHdr(folder / "sky.hdr", Map(2.0f));
+    SceneInput fromFile = Sphere();
+    LoadEnvironment(fromFile, folder / "sky.hdr");
+    EXPECT_EQ(fromFile.environmentFile, "sky.hdr");
+    SceneInput fromMemory = Sphere();
+    SetEnvironment(fromMemory, Map(2.0f), "sky.hdr");
+    EXPECT_EQ(fromMemory.environmentHash, fromFile.environmentHash);
+    EXPECT_EQ(fromMemory.environmentHash, HashOf(Map(2.0f)));
+    EXPECT_EQ(LoadInput(test::SceneFile("furnace_sphere.gltf"), {.environment = folder / "sky.hdr"})
+                  .environmentHash,
+              fromFile.environmentHash);
+
+    const auto render = [](SceneInput input) {
+        Session session(Device(), std::move(input), Small());
+        session.Run({.samples = 4});
+        return session.Result().render;
+    };
+    const RenderFile ofFile = render(std::move(fromFile)), ofMemory = render(std::move(fromMemory));
+    EXPECT_EQ(ofFile.radiance, ofMemory.radiance);
+    EXPECT_EQ(ofMemory.radiance.front(), 2.0f) << "the corner sees the map alone";
+    EXPECT_EQ(ofMemory.environmentFile, "sky.hdr");
+    EXPECT_EQ(FirstMismatch(ofFile, ofMemory), "");
+}
+
+TEST_F(SessionTest, EnvironmentOfAHostIsJudgedAsTheSceneIs) {
+    const auto lit = [](float radiance, const char* name) {
+        SceneInput input = Sphere();
+        SetEnvironment(input, Map(radiance), name);
+        return input;
+    };
+    SessionDesc desc = Small();
+    Session session(Device(), lit(2.0f, "sky"), desc);
+    session.Run({.samples = 2});
+    const ResumedRender before{"a.exr", session.Result().render};
+    EXPECT_EQ(Session(Device(), lit(2.0f, "sky"), Resuming(before)).SampleCount(), 2u);
+    const auto expectRefused = [&](SceneInput input, const char* part) {
+        ExpectError(
+            ErrorKind::BadInput, [&] { Session(Device(), std::move(input), Resuming(before)); }, part);
+    };
+    expectRefused(lit(3.0f, "sky"), "environment: the content of sky has changed");
+    expectRefused(lit(2.0f, "dusk"), "environment: sky against dusk");
+    expectRefused(Sphere(), "environment: sky against none");
+
+    desc.firstSample = 2;
+    const auto partOf = [&](SceneInput input) {
+        Session other(Device(), std::move(input), desc);
+        other.Run({.samples = 2});
+        return NamedRender{"b.exr", other.Result().render};
+    };
+    EXPECT_EQ(Merge({{"a.exr", before.render}, partOf(lit(2.0f, "sky"))}).environmentHash, HashOf(Map(2.0f)));
+    ExpectError(
+        ErrorKind::BadInput,
+        [&] {
+            Merge({{"a.exr", before.render}, partOf(lit(3.0f, "sky"))});
+        },
+        "environment: the content of sky has changed");
+}
+
+TEST(SceneInput, MapThatIsNoneChangesNothing) {
+    SceneInput input = MakeInput({}, "ours");
+    const image::ImageF pixel{.width = 1, .height = 1, .rgba = {1.0f, 1.0f, 1.0f, 1.0f}};
+    SetEnvironment(input, pixel, "sky");
+    const auto expectRefused = [&](image::ImageF map, const char* name, const char* part) {
+        ExpectError(
+            ErrorKind::Usage, [&] { SetEnvironment(input, std::move(map), name); }, part);
+    };
+    expectRefused(pixel, "", "the map has no name");
+    expectRefused({}, "dusk", "\"dusk\": 0 x 0 pixels");
+    expectRefused({.width = 2, .height = 1, .rgba = pixel.rgba}, "dusk", "need 8 values, and there are 4");
+    ExpectError(
+        ErrorKind::BadInput, [&] { LoadEnvironment(input, "missing.hdr"); }, "missing.hdr");
+    EXPECT_EQ(input.environmentFile, "sky");
+    EXPECT_EQ(input.environment.rgba, pixel.rgba);
+}
 
 // What the parser of texts refuses could be rendered, but the file could never be read again.
 TEST_F(SessionTest, SettingsThatNoTextGivesAreRefused) {
@@ -108,6 +236,65 @@ TEST_F(SessionTest, RenderThatNoReaderCheckedIsNotResumed) {
     expectRefused([](RenderFile& r) { r.variance.clear(); }, "variance.R");
     expectRefused([](RenderFile& r) { r.sums.radiance = passes::MakeExactSums(3, true); },
                   "sums of radiance");
+}
+
+// As the editor saves them: the surfaces of the samples are traced again, at the beginning of a run.
+class RestoringTest : public SessionTest {
+  protected:
+    RestoringTest() {
+        m_whole.settings.size = {8, 8};
+        m_whole.aovs = {Aov::Albedo, Aov::Normal};
+        Session session(Device(), Cornell(), m_whole);
+        session.Run({.samples = 3});
+        m_saved = {"saved.exr", session.Result().render};
+        m_saved.render.sums.albedo = {};
+        m_saved.render.sums.normal = {};
+    }
+
+    SessionDesc m_whole;
+    ResumedRender m_saved;
+};
+
+TEST_F(RestoringTest, SurfacesAreRestoredWithProgress) {
+    Session session(Device(), Cornell(), Resuming(m_saved));
+    std::vector<uint32_t> restored, done;
+    session.Run({.samples = 5}, [&](const ProgressState& state) {
+        EXPECT_EQ(state.samplesWanted, 5u);
+        if (state.samplesRestored) {
+            EXPECT_EQ(state.samplesDone, 3u);
+            EXPECT_TRUE(done.empty()) << "before the samples";
+            restored.push_back(*state.samplesRestored);
+        } else {
+            done.push_back(state.samplesDone);
+        }
+    });
+    EXPECT_EQ(restored, (std::vector<uint32_t>{1, 2, 3}));
+    EXPECT_EQ(done.size(), 2u);
+    Session once(Device(), Cornell(), m_whole);
+    once.Run({.samples = 5});
+    EXPECT_EQ(session.Result().render.albedo, once.Result().render.albedo);
+    EXPECT_EQ(session.Result().render.sums.normal.sums, once.Result().render.sums.normal.sums);
+}
+
+TEST_F(RestoringTest, StoppedRestoringIsGoneOnWith) {
+    Session session(Device(), Cornell(), Resuming(m_saved));
+    uint32_t asked = 0;
+    const RunSummary stopped = session.Run({.samples = 5, .isStopRequested = [&] { return ++asked > 2; }});
+    EXPECT_TRUE(stopped.wasStopped);
+    EXPECT_EQ(asked, 3u);
+    EXPECT_FALSE(session.HasResult());
+    EXPECT_EQ(session.SampleCount(), 3u) << "those of the file";
+    ExpectError(
+        ErrorKind::Usage, [&] { session.Result(); }, "no result before a run");
+
+    uint32_t restored = 0;
+    session.Run({.samples = 4},
+                [&](const ProgressState& state) { restored += state.samplesRestored ? 1 : 0; });
+    EXPECT_EQ(restored, 1u) << "two were before";
+    ASSERT_TRUE(session.HasResult());
+    Session once(Device(), Cornell(), m_whole);
+    once.Run({.samples = 4});
+    EXPECT_EQ(session.Result().render.albedo, once.Result().render.albedo);
 }
 
 }  // namespace raygraph::session

@@ -4,9 +4,12 @@
 #include <cstdio>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "editor/session/content_hash.h"
 #include "editor/session/merge.h"
 #include "editor/session/session.h"
+#include "renderer/scene/load_gltf.h"
 
 using namespace raygraph;  // NOLINT: an example
 using session::Aov;
@@ -87,6 +90,27 @@ void GoOn(rhi::Device& device, const char* scene, const char* picture) {
     Require(merged.radiance == render.radiance, "merged renders have the bits of one run");
 }
 
+// A scene and an environment of the host's own.
+void LightByHost(rhi::Device& device, const char* file) {
+    const auto lit = [&](float radiance) {
+        session::SceneInput input = session::MakeInput(scene::LoadGltf(file), "ours");
+        const image::ImageF map{.width = 2, .height = 1, .rgba = std::vector<float>(8, radiance)};
+        session::SetEnvironment(input, map, "our sky");
+        Require(input.environmentHash == session::HashOf(map), "a map is known by its content");
+        return input;
+    };
+    const session::SessionDesc desc{.settings = {.size = {8, 8}}};
+    session::Session session(device, lit(1.0f), desc);
+    session.Run({.samples = 2});
+    const session::ResumedRender before{"picture", session.Result().render};
+    Require(before.render.sceneFile == "ours" && before.render.environmentFile == "our sky",
+            "scene and environment are recorded");
+    Require(session::Session(device, lit(1.0f), Resuming(before)).SampleCount() == 2,
+            "a render goes on under its own sky");
+    Require(IsRefused([&] { session::Session(device, lit(2.0f), Resuming(before)); }, ErrorKind::BadInput),
+            "a render does not go on under another sky");
+}
+
 void Refuse(rhi::Device& device, const char* scene) {
     session::Session session(device, session::LoadInput(scene), {.settings = {.size = {8, 8}}});
     Require(IsRefused([&] { session.Result(); }, ErrorKind::Usage), "there is no result before a run");
@@ -112,6 +136,7 @@ int main(int argc, char** argv) {
         CheckFile(session::ReadRenderFile(argv[2]));
         const auto device = rhi::Device::Create();
         GoOn(*device, argv[1], argv[2]);
+        LightByHost(*device, argv[1]);
         Refuse(*device, argv[1]);
         return 0;
     } catch (const std::exception& error) {
