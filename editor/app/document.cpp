@@ -61,6 +61,22 @@ std::optional<FileStamp> StampOf(const std::filesystem::path& file) {
     return error ? std::nullopt : std::optional(stamp);
 }
 
+FileContent WithHash(FileContent content, const Log& log) {
+    const auto isSame = [&] { return !content.file.empty() && StampOf(content.file) == content.stamp; };
+    if (!isSame()) {
+        content.hash.clear();
+        return content;
+    }
+    if (!content.hash.empty()) return content;
+    try {
+        content.hash = session::HashOf(scene::LoadGltf(content.file, {.log = log}));
+    } catch (const Error&) {
+        return content;  // the picture is saved without
+    }
+    if (!isSame()) content.hash.clear();  // written while it was read
+    return content;
+}
+
 Document::Document(std::filesystem::path file, const scene::SceneData& data,
                    const std::optional<FileStamp>& stamp, std::string hash)
     : m_file(std::move(file)),
@@ -239,14 +255,13 @@ void Document::Save(const std::filesystem::path& to) {
     m_saved = m_done;
 }
 
-std::string Document::ContentHash() {
-    if (m_file.empty() || IsEdited() || StampOf(m_file) != m_stamp) return {};
-    try {
-        if (m_hash.empty()) m_hash = session::HashOf(scene::LoadGltf(m_file));
-    } catch (const Error&) {
-        return {};
-    }
-    return m_hash;
+FileContent Document::Content() const {
+    if (m_file.empty() || IsEdited()) return {};
+    return {m_file, m_stamp, m_hash};
+}
+
+void Document::Know(const FileContent& content) {
+    if (!content.hash.empty() && content.file == m_file && content.stamp == m_stamp) m_hash = content.hash;
 }
 
 void Document::Undo(GpuScene& gpu) {

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "base/log.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/scene/scene_data.h"
 
@@ -37,6 +38,16 @@ struct FileStamp {
     bool operator==(const FileStamp&) const = default;
 };
 std::optional<FileStamp> StampOf(const std::filesystem::path& file);  // nothing: it cannot be asked
+
+// A scene by its file: what a picture that was saved of it is resumed with.
+struct FileContent {
+    std::filesystem::path file;  // "": there is none, or the scene differs from what is in it
+    std::optional<FileStamp> stamp;
+    std::string hash;  // of what is in it (session::HashOf); "": not known
+};
+// With the hash, for which the file is read if it is not known; "": the file has been written since, or
+// cannot be read. Threads: any.
+FileContent WithHash(FileContent content, const Log& log = {});
 
 class Document {
   public:
@@ -77,9 +88,10 @@ class Document {
     // Writes the file with its edits to another, or over it (scene::SaveGltf), which then is the document's.
     // Error{BadInput} if the file has changed since it was loaded, and as SaveGltf.
     void Save(const std::filesystem::path& to);
-    // The hash of what is in the file; "": the scene differs from it, or it cannot be read. Reads the file
-    // again if edits were saved since, once.
-    std::string ContentHash();
+    // What is in the file, if it is what is open. Its hash is not known when edits were saved since it was
+    // read; Know keeps it, unless the file is another by now.
+    FileContent Content() const;
+    void Know(const FileContent& content);
 
   private:
     struct Step {

@@ -39,7 +39,7 @@ Editor::Editor(rhi::Device& device, EditorOptions options)
 
 bool Editor::IsBusy() const {
     return m_work.IsLoading() || m_isPicking || !m_saving.empty() || !m_savingRenders.empty() ||
-           !m_pictureFile.empty() || !m_windowFile.empty();
+           m_worker.IsBusy() || !m_pictureFile.empty() || !m_windowFile.empty();
 }
 
 bool Editor::Frame(const FrameInput& given, Screen& screen) {

@@ -14,6 +14,7 @@
 #include "editor/app/screen.h"
 #include "editor/app/ui.h"
 #include "editor/app/unsaved_dialog.h"
+#include "editor/app/worker.h"
 #include "editor/app/workspace.h"
 
 namespace raygraph::editor {
@@ -46,7 +47,7 @@ class Editor {
     // Why the last frame was not drawn, one line; empty: it was.
     const std::string& FrameError() const { return m_frameError; }
     // Saves the shown picture as .png, or its linear data with AOVs as .exr; the message reports the result
-    // when it is written.
+    // when it is written. That is done by another thread: frames go on.
     void SavePicture(const std::filesystem::path& file);
     // Reads the settings of a folder, and stores them there from then on (KeepSettings). If they cannot be
     // read, nothing changes except the message. Without this call nothing is stored.
@@ -79,7 +80,9 @@ class Editor {
     // False: there is no frame.
     bool Draw(Screen& screen, const FrameInput& input);
     void NoteCaptured();
+    // Hands to the worker what has arrived, and says what it has written.
     void FinishSaving();
+    void WriteBeside(Worker::Task write);
     // While quitting, after a frame: whether a picture is still to be written.
     bool IsStillSaving(bool hasDrawn);
     void Leave();
@@ -113,10 +116,12 @@ class Editor {
     struct SavingRender {
         std::filesystem::path file;
         viewport::Capture capture;
-        session::SceneInput source;  // of the captured frame, without data
+        session::SceneInput source{};  // of the captured frame, without data and hash
+        FileContent content{};         // likewise
         bool isTaken = false;
     };
     std::vector<SavingRender> m_savingRenders;
+    Worker m_worker;             // writes pictures; after what its tasks refer to
     std::string m_frameError;    // of the last frame; "": it was drawn
     std::string m_droppedFrame;  // why the last one with a target was dropped, as logged
 };

@@ -109,7 +109,7 @@ void Editor::SavePicture(const std::filesystem::path& file) {
         m_work.Refuse(file.string() + ": there is no picture");
     } else {
         m_work.Say("saving " + file.string() + " ...");
-        m_savingRenders.push_back({.file = file, .capture = m_work.view.RequestCapture(), .source = {}});
+        m_savingRenders.push_back({.file = file, .capture = m_work.view.RequestCapture()});
     }
 }
 
@@ -127,7 +127,7 @@ bool Editor::IsStillSaving(bool hasDrawn) {
             if (!saving.isTaken) giveUp(saving.file);
             return !saving.isTaken;
         });
-    return !m_saving.empty() || !m_savingRenders.empty();
+    return !m_saving.empty() || !m_savingRenders.empty() || m_worker.IsBusy();
 }
 
 void Editor::NoteCaptured() {
@@ -135,30 +135,39 @@ void Editor::NoteCaptured() {
         if (saving.isTaken || !saving.capture.IsTaken()) continue;
         saving.isTaken = true;
         saving.source = m_work.Source();
+        saving.content = m_work.document.Content();
     }
 }
 
+void Editor::WriteBeside(Worker::Task write) {
+    m_worker.Add(std::move(write), [this](const std::string& why) { m_work.Refuse(why); });
+}
+
 void Editor::FinishSaving() {
+    m_worker.FinishTasks();
     std::erase_if(m_saving, [&](const Saving& saving) {
         if (!saving.texels.IsReady()) return false;
-        try {
+        WriteBeside([this, saving]() -> Worker::Finish {
             image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
-            m_work.Say("saved " + saving.file.string());
-        } catch (const Error& error) {
-            m_work.Refuse(error.what());
-        }
+            return [this, file = saving.file] { m_work.Say("saved " + file.string()); };
+        });
         return true;
     });
-    std::erase_if(m_savingRenders, [&](SavingRender& saving) {
+    std::erase_if(m_savingRenders, [&](const SavingRender& saving) {
         if (!saving.capture.IsReady()) return false;
-        try {
-            const session::RenderFile render =
-                RenderOf(saving.capture.Result(), saving.source, m_work.device.Info());
-            session::WriteRenderFile(saving.file, render);
-            m_work.Say(Text("saved {}, {} samples", saving.file.string(), SampleCount(render.samples)));
-        } catch (const Error& error) {
-            m_work.Refuse(error.what());
-        }
+        // To know whether it can be resumed, the scene may have to be read again
+        WriteBeside(
+            [this, saving, device = m_work.device.Info(), log = m_work.device.Log()]() -> Worker::Finish {
+                const FileContent content = WithHash(saving.content, log);
+                session::SceneInput source = saving.source;
+                source.hash = content.hash;
+                const session::RenderFile render = RenderOf(saving.capture.Result(), source, device);
+                session::WriteRenderFile(saving.file, render);
+                return [this, content, file = saving.file, samples = SampleCount(render.samples)] {
+                    m_work.document.Know(content);
+                    m_work.Say(Text("saved {}, {} samples", file.string(), samples));
+                };
+            });
         return true;
     });
 }

@@ -159,9 +159,8 @@ void Workspace::RemoveEnvironmentMap() {
     m_environmentHash.clear();
 }
 
-session::SceneInput Workspace::Source() {
+session::SceneInput Workspace::Source() const {
     return {.file = document.File().filename().string(),
-            .hash = document.ContentHash(),
             .environmentFile = m_environmentFile.filename().string(),
             .environmentHash = m_environmentHash};
 }

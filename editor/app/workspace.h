@@ -55,8 +55,9 @@ class Workspace {
     void RemoveEnvironmentMap();
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
-    // What is shown, as a render names it; without the data.
-    session::SceneInput Source();
+    // What is shown, as a render names it; without the data, and without the scene's hash, which
+    // Document::Content has.
+    session::SceneInput Source() const;
     bool IsLoading() const { return loader.IsLoading() || m_environment.valid(); }
     // Opens a scene that has been loaded, or reports why not: then nothing changes. True: there is a
     // new scene.

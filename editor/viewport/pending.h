@@ -1,5 +1,5 @@
 // Requests to a viewport that a later frame answers: asking and polling never wait for the device.
-// Threads: that of the viewport.
+// Threads: that of the viewport; a request that is ready may be moved to another, which takes the result.
 #pragma once
 
 #include <algorithm>
