@@ -71,6 +71,7 @@ class Editor {
     void StatusBar(float top, float width, float height);
     void UseBookmark(size_t slot, bool isKept);
     void Do(Action action);
+    void ReloadShaders();
     bool CanDo(Action action) const;
     bool IsOn(Action action) const;
     void Keys(const FrameInput& input);

@@ -88,17 +88,25 @@ void Editor::Do(Action action) {
         case Action::Cancel:
             if (!m_gizmo.Cancel(m_work)) m_work.Select(std::nullopt);
             return;
-        case Action::ReloadShaders: {
-            const std::vector<std::string> messages = m_work.renderer.ReloadShaders();
-            if (!m_work.hasShaderSources)
-                m_work.Say("no shader sources to reload from: start with --shaders FOLDER");
-            else
-                m_work.Say(messages.empty() ? "shaders reloaded" : messages.front());
-            return;
-        }
+        case Action::ReloadShaders:
+            return ReloadShaders();
         case Action::Count:
             return;
     }
+}
+
+void Editor::ReloadShaders() {
+    if (!m_work.hasShaderSources) {
+        m_work.Say("no shader sources to reload from: start with --shaders FOLDER");
+        return;
+    }
+    Renderer& renderer = m_work.renderer;
+    const double before = renderer.PipelineCreationMs();  // grows with each that is made
+    const std::vector<std::string> messages = renderer.ReloadShaders();
+    if (!messages.empty())
+        m_work.Say(messages.front());
+    else
+        m_work.Say(renderer.PipelineCreationMs() > before ? "shaders reloaded" : "no shader has changed");
 }
 
 bool Editor::CanDo(Action action) const {
