@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "editor/app/inspector_fields.h"
 #include "editor/app/panels.h"
 #include "editor/app/placement.h"
 #include "renderer/scene/light_fields.h"
@@ -68,61 +69,51 @@ void TransformFields(Workspace& work, uint32_t node) {
     if (isSettled) work.document.Settle();
 }
 
-// "baseColorFactor" as "base color".
-std::string LabelOf(std::string_view name) {
-    for (const std::string_view ending : {"Factor", "Mode"})
-        if (name.ends_with(ending)) name.remove_suffix(ending.size());
-    for (const std::string_view beginning : {"is"})
-        if (name.starts_with(beginning)) name.remove_prefix(beginning.size());
-    std::string label;
-    for (const char c : name) {
-        const bool isUpper = c >= 'A' && c <= 'Z';
-        if (isUpper && !label.empty()) label += ' ';
-        label += isUpper ? static_cast<char>(c + 32) : c;
-    }
-    return label;
-}
-
-constexpr float kMaxDragged = 1e7f;  // of what has no bound of its own
-
 // A widget for the value of a field, by its type, range and unit. True: the value was edited.
-bool Widget(const char* label, float& value, const scene::FieldRange& range, std::string_view unit) {
-    if (unit == "rad") {
+template <typename Owner>
+bool Widget(const char* label, float& value, const scene::Field<Owner, float>& field, std::string_view unit) {
+    const NumberStyle style = StyleOf(value, field.range, unit, field.ZeroIsInfinite());
+    const char* const format = style.format.c_str();
+    if (style.isAngle) {
         float shown = value;  // rounded even if it is not edited
-        const bool isEdited = ImGui::SliderAngle(label, &shown, glm::degrees(range.least),
-                                                 glm::degrees(range.most), "%.1f deg", kBounded);
-        if (isEdited) value = std::clamp(shown, range.least, range.most);
+        const bool isEdited = ImGui::SliderAngle(label, &shown, glm::degrees(style.least),
+                                                 glm::degrees(style.most), format, kBounded);
+        if (isEdited) value = std::clamp(shown, style.least, style.most);
         return isEdited;
     }
-    const std::string format = unit.empty() ? "%.3f" : Text("%.3f {}", unit);
-    if (range.HasLeast() && range.HasMost() && range.most <= 1.0f)
-        return ImGui::SliderFloat(label, &value, range.least, range.most, format.c_str(), kBounded);
-    const float least = range.HasLeast() ? range.least : -kMaxDragged;
-    const float most = range.HasMost() ? range.most : kMaxDragged;
+    if (style.isSlider) return ImGui::SliderFloat(label, &value, style.least, style.most, format, kBounded);
+    ImGui::BeginDisabled(style.isInfinite);
     const float speed = std::max(0.01f * std::abs(value), 0.005f);
-    return ImGui::DragFloat(label, &value, speed, least, most, format.c_str(), kBounded);
+    bool isEdited = ImGui::DragFloat(label, &value, speed, style.least, style.most, format, kBounded);
+    ImGui::EndDisabled();
+    if (!field.ZeroIsInfinite()) return isEdited;
+    bool isInfinite = style.isInfinite;
+    if (ImGui::Checkbox(Text("infinite##{}", label).c_str(), &isInfinite)) {
+        value = isInfinite ? 0.0f : FiniteValue(field);
+        isEdited = true;
+    }
+    return isEdited;
 }
-// Fields that are typed into know no bounds. glTF wants colors of at most 1, and has a strength for more; a
-// file that has more keeps it.
-template <int Length>
-bool Widget(const char* label, glm::vec<Length, float>& value, const scene::FieldRange& range,
-            std::string_view) {
+// Fields that are typed into know no bounds.
+template <typename Owner, int Length>
+bool Widget(const char* label, glm::vec<Length, float>& value,
+            const scene::Field<Owner, glm::vec<Length, float>>& field, std::string_view) {
     constexpr ImGuiColorEditFlags kLinear = ImGuiColorEditFlags_Float | ImGuiColorEditFlags_HDR;
     const glm::vec<Length, float> before = value;
     float* const numbers = glm::value_ptr(value);
     const bool isEdited =
         Length == 4 ? ImGui::ColorEdit4(label, numbers, kLinear) : ImGui::ColorEdit3(label, numbers, kLinear);
-    const glm::vec<Length, float> most = glm::max(before, glm::vec<Length, float>(1.0f));
-    if (isEdited) value = glm::clamp(value, glm::vec<Length, float>(range.least), most);
+    if (isEdited) value = Bounded(before, value, field.range);
     return isEdited;
 }
-bool Widget(const char* label, bool& value, const scene::FieldRange&, std::string_view) {
+bool Widget(const char* label, bool& value, const scene::MaterialField<bool>&, std::string_view) {
     return ImGui::Checkbox(label, &value);
 }
-bool Widget(const char* label, uint32_t& value, const scene::FieldRange&, std::string_view) {
+bool Widget(const char* label, uint32_t& value, const scene::MaterialField<uint32_t>&, std::string_view) {
     return ImGui::DragScalar(label, ImGuiDataType_U32, &value, 0.05f);
 }
-bool Widget(const char* label, scene::AlphaMode& value, const scene::FieldRange&, std::string_view) {
+bool Widget(const char* label, scene::AlphaMode& value, const scene::MaterialField<scene::AlphaMode>&,
+            std::string_view) {
     int chosen = static_cast<int>(value);
     const bool isEdited = ImGui::Combo(label, &chosen, "opaque\0mask\0blend\0");
     value = static_cast<scene::AlphaMode>(chosen);
@@ -135,13 +126,16 @@ void LeaveRoomFor(const std::string& label) {
     ImGui::SetNextItemWidth(-std::max(kColumn, ImGui::CalcTextSize(label.c_str()).x + kGap));
 }
 
-// Whether a material as it is shows what a field says.
-bool Counts(const scene::Material& material, std::string_view object, std::string_view name) {
-    if (object == "normalTexture") return material.normalTexture.IsPresent();
-    if (object == "occlusionTexture") return material.occlusionTexture.IsPresent();
-    if (object == scene::material_fields::kVolume || name == "priority") return material.IsTransmissive();
-    if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;
-    return true;
+// The widget of a field, as one item: ends the history's step where the user lets go of any part of it.
+template <typename Value, typename Field>
+bool Edits(Workspace& work, Value& value, const Field& field, std::string_view unit) {
+    const std::string label = LabelOf(field.name);
+    LeaveRoomFor(label);
+    ImGui::BeginGroup();
+    const bool isEdited = Widget(label.c_str(), value, field, unit);
+    ImGui::EndGroup();
+    SettleAfterItem(work);
+    return isEdited;
 }
 
 void MaterialFields(Workspace& work, uint32_t index) {
@@ -150,18 +144,15 @@ void MaterialFields(Workspace& work, uint32_t index) {
     bool isEdited = false;
     scene::ForEachMaterialField([&](const auto& field) {
         if (!Counts(material, field.object, field.name)) return;
-        const std::string label = LabelOf(field.name);
         if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>) {
             const scene::TextureRef& texture = material.*field.member;
             if (!texture.IsPresent()) return;
             const scene::SceneData& scene = work.document.Scene();
             const std::string& name = scene.textures[static_cast<size_t>(texture.texture)].name;
-            ImGui::TextDisabled("%s %s", label.c_str(),
+            ImGui::TextDisabled("%s %s", LabelOf(field.name).c_str(),
                                 name.empty() ? std::to_string(texture.texture).c_str() : name.c_str());
         } else {
-            LeaveRoomFor(label);
-            isEdited |= Widget(label.c_str(), material.*field.member, field.range, field.unit);
-            SettleAfterItem(work);
+            isEdited |= Edits(work, material.*field.member, field, field.unit);
         }
     });
     if (isEdited) work.Apply(MaterialEdit{index, material});
@@ -173,10 +164,7 @@ void LightFields(Workspace& work, uint32_t index) {
     ImGui::PushID(static_cast<int>(index));
     bool isEdited = false;
     scene::ForEachLightField(light.type, [&](const auto& field) {
-        const std::string label = LabelOf(field.name);
-        LeaveRoomFor(label);
-        isEdited |= Widget(label.c_str(), light.*field.member, field.range, scene::UnitOf(field, light.type));
-        SettleAfterItem(work);
+        isEdited |= Edits(work, light.*field.member, field, scene::UnitOf(field, light.type));
     });
     if (isEdited) work.Apply(LightEdit{index, light});
     ImGui::PopID();

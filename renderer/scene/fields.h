@@ -17,17 +17,20 @@ inline constexpr float kUnboundedField = std::numeric_limits<float>::max();
 struct FieldRange {
     float least = 0.0f, most = 0.0f;
     bool mayBeZero = false;  // though it is below the least
+    // What an editor offers, where more has a field of its own; a file's more is kept.
+    float mostOffered = kUnboundedField;
 
     constexpr bool HasLeast() const { return least > -kUnboundedField; }
     constexpr bool HasMost() const { return most < kUnboundedField; }
 };
 inline constexpr FieldRange kShare{0.0f, 1.0f};
 inline constexpr FieldRange kNotNegative{0.0f, kUnboundedField};
+inline constexpr FieldRange kColorBesideStrength{0.0f, kUnboundedField, false, 1.0f};
 inline constexpr FieldRange kAnyNumber{-kUnboundedField, kUnboundedField};
 
-// Its default is that of the struct.
+// A field's name, and where it is. Its default is that of the struct.
 template <typename Owner, typename T>
-struct Field {
+struct FieldPlace {
     using Value = T;
 
     T Owner::*member;
@@ -36,9 +39,15 @@ struct Field {
     // in it, an extension, or "extras". Of a flag without a key: whether the object is there.
     const char* object;
     const char* key;
+};
+
+template <typename Owner, typename T>
+struct Field : FieldPlace<Owner, T> {
     FieldRange range = {};       // of float and vectors
     const char* unit = "";       // "": a pure number
     bool zeroIsLeftOut = false;  // glTF has no number for what 0 means here
+
+    constexpr bool ZeroIsInfinite() const { return zeroIsLeftOut || range.mayBeZero; }
 };
 
 // The one of a member in a list, which is a tuple. Not a constant if there is none.

@@ -47,13 +47,13 @@ Light ReadLight(const GltfContext& context, const gltf::Light& file, const Place
     light.name = file.name;
     for (size_t i = 0; i < file.color.size(); ++i) light.color[static_cast<int>(i)] = ToFloat(file.color[i]);
     light.intensity = ToFloat(file.intensity);
-    light.range = ToFloat(file.range);
     if (file.type == "directional") {
-        light.type = LightType::Directional;
-    } else if (file.type == "point") {
-        light.type = LightType::Point;
-    } else {
-        light.type = LightType::Spot;
+        light.type = LightType::Directional;  // a range would mean nothing
+        return light;
+    }
+    light.range = ToFloat(file.range);
+    light.type = file.type == "point" ? LightType::Point : LightType::Spot;
+    if (light.type == LightType::Spot) {
         light.innerConeAngle = ToFloat(file.spot.innerConeAngle);
         light.outerConeAngle = ToFloat(file.spot.outerConeAngle);
         if (!HasCone(light)) context.Fail(where[light_fields::kSpot], kConeRule);

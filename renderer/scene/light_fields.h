@@ -19,11 +19,11 @@ inline constexpr FieldRange kConeAngle{0.0f, glm::half_pi<float>() + 1e-5f};
 
 // In the order of Light. What is in an object of its own, `kSpot`, is of spot lights alone.
 inline constexpr auto kAll = std::tuple{
-    Field<L, glm::vec3>{&L::color, "color", "", "color", kNotNegative},
-    Number{&L::intensity, "intensity", "", "intensity", kNotNegative, "cd"},
-    Number{&L::range, "range", "", "range", kNotNegative, "m", true},
-    Number{&L::innerConeAngle, "innerConeAngle", kSpot, "innerConeAngle", kConeAngle, "rad"},
-    Number{&L::outerConeAngle, "outerConeAngle", kSpot, "outerConeAngle", kConeAngle, "rad"},
+    Field<L, glm::vec3>{{&L::color, "color", "", "color"}, kColorBesideStrength},
+    Number{{&L::intensity, "intensity", "", "intensity"}, kNotNegative, "cd"},
+    Number{{&L::range, "range", "", "range"}, kNotNegative, "m", true},
+    Number{{&L::innerConeAngle, "innerConeAngle", kSpot, "innerConeAngle"}, kConeAngle, "rad"},
+    Number{{&L::outerConeAngle, "outerConeAngle", kSpot, "outerConeAngle"}, kConeAngle, "rad"},
 };
 
 // A field more or less than these does not compile: list it above, then here.
@@ -36,11 +36,19 @@ inline size_t CountMembers(const Light& light) {
 
 }  // namespace light_fields
 
+// Whether a light of `type` has a field. A directional one is at no place that a range could be around.
+template <typename T>
+constexpr bool HasField(LightType type, const Field<Light, T>& field) {
+    if constexpr (std::is_same_v<T, float>)
+        if (field.member == &Light::range) return type != LightType::Directional;
+    return *field.object == 0 || type == LightType::Spot;
+}
+
 // Calls visit(field) for each that a light of `type` has, in the order of Light.
 template <typename Visit>
 constexpr void ForEachLightField(LightType type, Visit&& visit) {
     const auto look = [&](const auto& field) {
-        if (type == LightType::Spot || *field.object == 0) visit(field);
+        if (HasField(type, field)) visit(field);
     };
     std::apply([&](const auto&... field) { (look(field), ...); }, light_fields::kAll);
 }

@@ -10,14 +10,7 @@ namespace raygraph::scene {
 template <typename T>
 using MaterialField = Field<Material, T>;
 
-// As Field, for a texture.
-struct TextureField {
-    using Value = TextureRef;
-
-    TextureRef Material::*member;
-    const char* name;
-    const char* object;
-    const char* key;
+struct TextureField : FieldPlace<Material, TextureRef> {
     ColorSpace colorSpace;  // of rgb
 };
 
@@ -34,38 +27,41 @@ using Color = MaterialField<glm::vec3>;
 
 // All but the name, in the order of Material.
 inline constexpr auto kAll = std::tuple{
-    MaterialField<glm::vec4>{&M::baseColorFactor, "baseColorFactor", kPbr, "baseColorFactor", kShare},
-    Texture{&M::baseColorTexture, "baseColorTexture", kPbr, "baseColorTexture", ColorSpace::Srgb},
-    Number{&M::metallicFactor, "metallicFactor", kPbr, "metallicFactor", kShare},
-    Number{&M::roughnessFactor, "roughnessFactor", kPbr, "roughnessFactor", kShare},
-    Texture{&M::metallicRoughnessTexture, "metallicRoughnessTexture", kPbr, "metallicRoughnessTexture",
+    MaterialField<glm::vec4>{{&M::baseColorFactor, "baseColorFactor", kPbr, "baseColorFactor"}, kShare},
+    Texture{{&M::baseColorTexture, "baseColorTexture", kPbr, "baseColorTexture"}, ColorSpace::Srgb},
+    Number{{&M::metallicFactor, "metallicFactor", kPbr, "metallicFactor"}, kShare},
+    Number{{&M::roughnessFactor, "roughnessFactor", kPbr, "roughnessFactor"}, kShare},
+    Texture{{&M::metallicRoughnessTexture, "metallicRoughnessTexture", kPbr, "metallicRoughnessTexture"},
             ColorSpace::Linear},
-    Texture{&M::normalTexture, "normalTexture", "", "normalTexture", ColorSpace::Linear},
-    Number{&M::normalScale, "normalScale", "normalTexture", "scale", kAnyNumber},
-    Texture{&M::occlusionTexture, "occlusionTexture", "", "occlusionTexture", ColorSpace::Linear},
-    Number{&M::occlusionStrength, "occlusionStrength", "occlusionTexture", "strength", kShare},
-    Color{&M::emissiveFactor, "emissiveFactor", "", "emissiveFactor", kNotNegative},
-    Number{&M::emissiveStrength, "emissiveStrength", "KHR_materials_emissive_strength", "emissiveStrength",
-           kNotNegative, "W/(sr m^2)"},
-    Texture{&M::emissiveTexture, "emissiveTexture", "", "emissiveTexture", ColorSpace::Srgb},
-    MaterialField<AlphaMode>{&M::alphaMode, "alphaMode", "", "alphaMode"},
-    Number{&M::alphaCutoff, "alphaCutoff", "", "alphaCutoff", kNotNegative},
-    MaterialField<bool>{&M::isDoubleSided, "isDoubleSided", "", "doubleSided"},
-    Number{&M::ior, "ior", "KHR_materials_ior", "ior", {1.0f, M::kMaxIor, true}},
-    Number{&M::specularFactor, "specularFactor", kSpecular, "specularFactor", kShare},
-    Texture{&M::specularTexture, "specularTexture", kSpecular, "specularTexture", ColorSpace::Linear},
-    Color{&M::specularColorFactor, "specularColorFactor", kSpecular, "specularColorFactor", kNotNegative},
-    Texture{&M::specularColorTexture, "specularColorTexture", kSpecular, "specularColorTexture",
+    Texture{{&M::normalTexture, "normalTexture", "", "normalTexture"}, ColorSpace::Linear},
+    Number{{&M::normalScale, "normalScale", "normalTexture", "scale"}, kAnyNumber},
+    Texture{{&M::occlusionTexture, "occlusionTexture", "", "occlusionTexture"}, ColorSpace::Linear},
+    Number{{&M::occlusionStrength, "occlusionStrength", "occlusionTexture", "strength"}, kShare},
+    Color{{&M::emissiveFactor, "emissiveFactor", "", "emissiveFactor"}, kColorBesideStrength},
+    Number{{&M::emissiveStrength, "emissiveStrength", "KHR_materials_emissive_strength", "emissiveStrength"},
+           kNotNegative,
+           "W/(sr m^2)"},
+    Texture{{&M::emissiveTexture, "emissiveTexture", "", "emissiveTexture"}, ColorSpace::Srgb},
+    MaterialField<AlphaMode>{{&M::alphaMode, "alphaMode", "", "alphaMode"}},
+    Number{{&M::alphaCutoff, "alphaCutoff", "", "alphaCutoff"}, kNotNegative},
+    MaterialField<bool>{{&M::isDoubleSided, "isDoubleSided", "", "doubleSided"}},
+    Number{{&M::ior, "ior", "KHR_materials_ior", "ior"}, {1.0f, M::kMaxIor, true}},
+    Number{{&M::specularFactor, "specularFactor", kSpecular, "specularFactor"}, kShare},
+    Texture{{&M::specularTexture, "specularTexture", kSpecular, "specularTexture"}, ColorSpace::Linear},
+    Color{{&M::specularColorFactor, "specularColorFactor", kSpecular, "specularColorFactor"}, kNotNegative},
+    Texture{{&M::specularColorTexture, "specularColorTexture", kSpecular, "specularColorTexture"},
             ColorSpace::Srgb},
-    Number{&M::transmissionFactor, "transmissionFactor", kTransmission, "transmissionFactor", kShare},
-    Texture{&M::transmissionTexture, "transmissionTexture", kTransmission, "transmissionTexture",
+    Number{{&M::transmissionFactor, "transmissionFactor", kTransmission, "transmissionFactor"}, kShare},
+    Texture{{&M::transmissionTexture, "transmissionTexture", kTransmission, "transmissionTexture"},
             ColorSpace::Linear},
-    Number{&M::thicknessFactor, "thicknessFactor", kVolume, "thicknessFactor", kNotNegative, "m"},
-    Color{&M::attenuationColor, "attenuationColor", kVolume, "attenuationColor", kShare},
-    Number{&M::attenuationDistance, "attenuationDistance", kVolume, "attenuationDistance", kNotNegative, "m",
+    Number{{&M::thicknessFactor, "thicknessFactor", kVolume, "thicknessFactor"}, kNotNegative, "m"},
+    Color{{&M::attenuationColor, "attenuationColor", kVolume, "attenuationColor"}, kShare},
+    Number{{&M::attenuationDistance, "attenuationDistance", kVolume, "attenuationDistance"},
+           kNotNegative,
+           "m",
            true},
-    MaterialField<bool>{&M::isUnlit, "isUnlit", "KHR_materials_unlit", ""},
-    MaterialField<uint32_t>{&M::priority, "priority", "extras", "priority"},
+    MaterialField<bool>{{&M::isUnlit, "isUnlit", "KHR_materials_unlit", ""}},
+    MaterialField<uint32_t>{{&M::priority, "priority", "extras", "priority"}},
 };
 
 // A field more or less than these does not compile: list it above, then here.

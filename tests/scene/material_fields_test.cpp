@@ -282,6 +282,10 @@ TEST(LightFields, CheckRefusesWhatIsOutOfTheRangeOfEachAndNamesIt) {
     point.type = LightType::Point;
     point.innerConeAngle = 3.0f;
     EXPECT_EQ(Refusal(point), "accepted") << "it has no cone";
+    Light sun;
+    sun.type = LightType::Directional;
+    sun.range = -1.0f;
+    EXPECT_EQ(Refusal(sun), "accepted") << "it has no range";
 }
 
 TEST(LightFields, EachIsReadFromItsPlaceAndComesBackFromAFile) {
@@ -304,6 +308,8 @@ TEST(LightFields, EachIsReadFromItsPlaceAndComesBackFromAFile) {
     endless.lights.at(0).range = 0.0f;
     SaveGltf(source, endless, target);
     EXPECT_EQ(LoadGltf(target).lights.at(0).range, 0.0f) << "left out, for want of a number";
+    WriteLight(source, {{"type", "directional"}, {"range", 3}});
+    EXPECT_EQ(LoadGltf(source).lights.at(0).range, 0.0f) << "there is none of it";
 }
 
 }  // namespace

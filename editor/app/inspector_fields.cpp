@@ -1,0 +1,53 @@
+#include "editor/app/inspector_fields.h"
+
+#include <algorithm>
+
+#include "base/text.h"
+#include "renderer/scene/material_fields.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+constexpr float kMaxDragged = 1e7f;     // of what has no bound of its own
+constexpr float kLeastFinite = 0.001f;  // the last that the format shows; dragging does not end in infinity
+
+}  // namespace
+
+std::string LabelOf(std::string_view name) {
+    for (const std::string_view ending : {"Factor", "Mode"})
+        if (name.ends_with(ending)) name.remove_suffix(ending.size());
+    for (const std::string_view beginning : {"is"})
+        if (name.starts_with(beginning)) name.remove_prefix(beginning.size());
+    std::string label;
+    for (const char c : name) {
+        const bool isUpper = c >= 'A' && c <= 'Z';
+        if (isUpper && !label.empty()) label += ' ';
+        label += isUpper ? static_cast<char>(c + 32) : c;
+    }
+    return label;
+}
+
+bool Counts(const scene::Material& material, std::string_view object, std::string_view name) {
+    if (object == "normalTexture") return material.normalTexture.IsPresent();
+    if (object == "occlusionTexture") return material.occlusionTexture.IsPresent();
+    if (object == scene::material_fields::kVolume || name == "priority") return material.IsTransmissive();
+    if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;
+    return true;
+}
+
+NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_view unit, bool zeroIsInfinite) {
+    NumberStyle style;
+    style.least = range.HasLeast() ? range.least : -kMaxDragged;
+    style.most = range.HasMost() ? range.most : kMaxDragged;
+    if (zeroIsInfinite) style.least = std::max(style.least, kLeastFinite);
+    style.isAngle = unit == "rad";
+    style.isSlider = style.isAngle || (range.HasLeast() && range.HasMost() && range.most <= 1.0f);
+    style.isInfinite = zeroIsInfinite && value == 0.0f;
+    style.format = unit.empty() ? "%.3f" : Text("%.3f {}", unit);
+    if (style.isAngle) style.format = "%.1f deg";
+    if (style.isInfinite) style.format = "infinite";
+    return style;
+}
+
+}  // namespace raygraph::editor
