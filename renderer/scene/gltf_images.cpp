@@ -1,12 +1,28 @@
 #include <algorithm>
 
 #include "base/printable.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf_materials.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {
+namespace {
+
+// Of those that DecodeImage8 takes.
+const char* FormatName(std::span<const std::byte> bytes) {
+    switch (image::SniffFormat(bytes)) {
+        case image::FileFormat::Png:
+            return "PNG";
+        case image::FileFormat::Jpeg:
+            return "JPEG";
+        default:
+            return "WebP";
+    }
+}
+
+}  // namespace
 
 ImageData DecodeImage(GltfContext& context, const ImageSource& source, uint32_t image, GltfBuffers& buffers) {
     const Place where = Place("images")[image];
@@ -25,7 +41,11 @@ ImageData DecodeImage(GltfContext& context, const ImageSource& source, uint32_t 
                                            .maxPixels = std::min(limits.maxImageTexels, texelsLeft)};
     std::string label = Text("{}: {}", context.label, where.Path());
     if (!data.name.empty()) label += Text(" {}", Quoted(data.name, 60));
+    const Stopwatch watch;
     image::Image8 decoded = image::DecodeImage8(bytes, label, decodeLimits);
+    Say(context.options.log, LogLevel::Debug, log_category::kScene, "{}: {} x {} {} of {} decoded in {}",
+        label, decoded.width, decoded.height, FormatName(bytes), BytesText(bytes.size()),
+        DurationText(watch.Seconds()));
     data.width = decoded.width;
     data.height = decoded.height;
     data.rgba = std::move(decoded.rgba);

@@ -42,7 +42,8 @@ struct LoadOptions {
     // Called on the loading thread: what is being done and the part of the whole already done, 0 to 1.
     std::function<void(std::string_view stage, float fraction)> progress;
     FileReader* reader = nullptr;  // nullptr: the disk.
-    Log log = {};                  // warnings, as in SceneData::warnings, and how long it took
+    // Warnings, as in SceneData::warnings; how long it took; for debugging, how long each image took.
+    Log log = {};
 };
 
 // Loads a scene. Throws raygraph::Error, one line each:

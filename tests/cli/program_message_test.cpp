@@ -99,6 +99,14 @@ TEST_F(ProgramMessages, MoreIsSaidOnRequest) {
     ExpectLacks(chosen.messages, "[scene]");
 }
 
+TEST_F(ProgramMessages, EachImageOfASceneIsTimedOnRequest) {
+    const std::string scene = SceneFile("texture_orientation.gltf");
+    const ProgramResult result = RunProgram({"info", scene, "-vv"});
+    ExpectHas(result.messages, "raygraph: debug: [scene] texture_orientation.gltf: images[0]");
+    ExpectHas(result.messages, " PNG of ");
+    ExpectLacks(RunProgram({"info", scene, "-v"}).messages, " PNG of ");
+}
+
 TEST_F(ProgramMessages, GoIntoAFileAsWell) {
     const std::vector<std::string> words{"info", folder / "warned.gltf", "--log", folder / "a.log"};
     const ProgramResult first = RunProgram(words);

@@ -1,4 +1,8 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
 
 #include "tests/scene/gltf_document.h"
 
@@ -131,6 +135,36 @@ TEST(Textures, ImageFromABufferViewIsRead) {
     ASSERT_EQ(scene.images.size(), 1u);
     EXPECT_EQ(scene.images[0].width, 7u);
     EXPECT_EQ(scene.images[0].name, "seven");
+}
+
+TEST(Textures, LogTellsHowLongEachImageTook) {
+    GltfDocument document =
+        WithMaterial({{"emissiveTexture", {{"index", 0}}}, {"normalTexture", {{"index", 1}}}});
+    document.Add("images", {{"bufferView", document.AddBufferView(MakePng(7, 1, {9, 9, 9, 9}))},
+                            {"mimeType", "image/png"},
+                            {"name", "seven"}});
+    document.Add("textures", {{"source", 0}});
+    AddTexture(document, 3);
+    const auto said = [&](LogLevel least) {
+        std::vector<std::string> lines;
+        scene::LoadOptions options;
+        options.log = Log(
+            [&](const LogMessage& message) {
+                if (message.level == LogLevel::Debug && message.category == log_category::kScene)
+                    lines.emplace_back(message.text);
+            },
+            least);
+        Load(document, options);
+        return lines;
+    };
+    EXPECT_TRUE(said(LogLevel::Info).empty());
+    const std::vector<std::string> lines = said(LogLevel::Debug);
+    ASSERT_EQ(lines.size(), 2u);
+    EXPECT_THAT(lines[0],
+                testing::MatchesRegex(
+                    "scene.gltf: images.0. \"seven\": 7 x 1 PNG of [0-9]+ B decoded in [0-9.]+ m?s"));
+    EXPECT_THAT(lines[1],
+                testing::MatchesRegex("scene.gltf: images.1.: 3 x 2 PNG of [0-9]+ B decoded in [0-9.]+ m?s"));
 }
 
 scene::Sampler LoadSampler(const Json& sampler) {
