@@ -7,7 +7,6 @@
 #include <limits>
 #include <optional>
 #include <span>
-#include <sstream>
 #include <string>
 
 #include "base/error.h"
@@ -439,26 +438,6 @@ TEST_F(ScriptTest, KeysWhileFlyingOnlyFly) {
 
 TEST_F(ScriptTest, ReloadSaysThatThereAreNoSources) {
     Play("key F5\nexpect message --shaders\n");
-}
-
-TEST_F(ScriptTest, ReloadSaysWhetherShadersHaveChanged) {
-    const std::filesystem::path shaders = folder.Path() / "shaders", changed = shaders / "post/tonemap.comp";
-    std::filesystem::copy(test::SourceFile("shaders"), shaders, std::filesystem::copy_options::recursive);
-    Editor reloading{Device(), {.shaders = shaders}};
-    const std::filesystem::path file = folder.Path() / "script.txt";
-    const auto play = [&](const std::string& text) {
-        std::ofstream(file) << text;
-        Script(file).Play(reloading, screen);
-    };
-    play(OpenCornell() + "view raster\nsamples 1\nkey F5\nexpect message no shader has changed\n");
-    std::stringstream text;
-    text << std::ifstream(changed).rdbuf();
-    std::string source = text.str();
-    const std::string line = "vec4(shown, alpha)";
-    ASSERT_NE(source.find(line), std::string::npos);
-    std::ofstream(changed) << source.replace(source.find(line), line.size(), "vec4(shown, 0.5f * alpha)");
-    play("size 640x400\nkey F5\nexpect message shaders reloaded\n");
-    play("size 640x400\nkey F5\nexpect message no shader has changed\n");
 }
 
 }  // namespace raygraph::editor

@@ -1,0 +1,55 @@
+// Shaders that are reloaded while the editor runs.
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+
+#include "editor/app/editor.h"
+#include "editor/app/screen.h"
+#include "editor/app/script.h"
+#include "tests/support/source_file.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::editor {
+
+namespace {
+
+// With the shaders of a folder, which a test may change.
+class ReloadTest : public testing::VulkanTest {
+  protected:
+    ReloadTest() {
+        std::filesystem::copy(test::SourceFile("shaders"), m_folder / "shaders",
+                              std::filesystem::copy_options::recursive);
+        m_editor = std::make_unique<Editor>(Device(), EditorOptions{.shaders = m_folder / "shaders"});
+    }
+
+    test::TemporaryFolder m_folder;
+    PictureScreen m_screen;
+    std::unique_ptr<Editor> m_editor;
+};
+
+}  // namespace
+
+TEST_F(ReloadTest, SaysWhetherShadersHaveChanged) {
+    const std::filesystem::path file = m_folder / "script.txt",
+                                changed = m_folder / "shaders/post/tonemap.comp";
+    const auto play = [&](const std::string& text) {
+        std::ofstream(file) << text;
+        Script(file).Play(*m_editor, m_screen);
+    };
+    play("size 320x200\nopen " + test::SourceFile("scenes/cornell.gltf").string() +
+         "\nwait\n"
+         "view raster\nsamples 1\nkey F5\nexpect message no shader has changed\n");
+    std::stringstream text;
+    text << std::ifstream(changed).rdbuf();
+    std::string source = text.str();
+    const std::string line = "vec4(shown, alpha)";
+    ASSERT_NE(source.find(line), std::string::npos);
+    std::ofstream(changed) << source.replace(source.find(line), line.size(), "vec4(shown, 0.5f * alpha)");
+    play("size 320x200\nkey F5\nexpect message shaders reloaded\n");
+    play("size 320x200\nkey F5\nexpect message no shader has changed\n");
+}
+
+}  // namespace raygraph::editor
