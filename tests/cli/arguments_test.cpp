@@ -16,68 +16,29 @@
 namespace raygraph::cli {
 namespace {
 
-Arguments Parse(std::vector<const char*> words) {
-    words.insert(words.begin(), "raygraph");
-    return ParseArguments(static_cast<int>(words.size()), words.data());
+Arguments Parse(const std::string& line) {
+    const std::vector<std::string> words = test::Words("raygraph " + line);
+    std::vector<const char*> pointers;
+    for (const std::string& word : words) pointers.push_back(word.c_str());
+    return ParseArguments(static_cast<int>(pointers.size()), pointers.data());
 }
 
-RenderArguments ParseRender(std::vector<const char*> words) {
-    words.insert(words.begin(), "render");
-    return std::get<RenderArguments>(Parse(words));
+RenderArguments ParseRender(const std::string& line) {
+    return std::get<RenderArguments>(Parse("render " + line));
 }
 
 template <typename... Texts>
-void ExpectUsage(const std::vector<const char*>& words, const Texts&... texts) {
+void ExpectUsage(const std::string& line, const Texts&... texts) {
     test::ExpectError(
-        ErrorKind::Usage, [&] { Parse(words); }, texts...);
+        ErrorKind::Usage, [&] { Parse(line); }, texts...);
 }
 
 TEST(Arguments, RenderTakesEveryOption) {
-    const RenderArguments a = ParseRender({"box.gltf",
-                                           "-o",
-                                           "a.png",
-                                           "-o",
-                                           "b.EXR",
-                                           "--output",
-                                           "c.hdr",
-                                           "--size",
-                                           "64x32",
-                                           "--spp",
-                                           "8",
-                                           "--seed",
-                                           "7",
-                                           "--sample-offset",
-                                           "16",
-                                           "--max-depth",
-                                           "5",
-                                           "--rr-start",
-                                           "2",
-                                           "--camera",
-                                           "0 1 5 0 0 0 0 1 0 40",
-                                           "--env",
-                                           "sky.hdr",
-                                           "--env-rotation",
-                                           "-90",
-                                           "--exposure",
-                                           "-1.5",
-                                           "--tonemap",
-                                           "agx",
-                                           "--view",
-                                           "albedo",
-                                           "--aov",
-                                           "albedo,depth",
-                                           "--sampler",
-                                           "pcg",
-                                           "--scene",
-                                           "1",
-                                           "--brdf",
-                                           "lambert",
-                                           "--device",
-                                           "llvm",
-                                           "--validate",
-                                           "--report",
-                                           "r.json",
-                                           "--quiet"});
+    const RenderArguments a = ParseRender(
+        "box.gltf -o a.png -o b.EXR --output c.hdr --size 64x32 --spp 8 --seed 7 --sample-offset 16 "
+        "--max-depth 5 --rr-start 2 --camera '0 1 5 0 0 0 0 1 0 40' --env sky.hdr --env-rotation -90 "
+        "--exposure -1.5 --tonemap agx --view albedo --aov albedo,depth --sampler pcg --scene 1 --brdf "
+        "lambert --device llvm --validate --report r.json --quiet");
     EXPECT_EQ(a.scene, "box.gltf");
     ASSERT_EQ(a.outputs.size(), 3u);
     EXPECT_EQ(a.outputs[0].path, "a.png");
@@ -108,7 +69,7 @@ TEST(Arguments, RenderTakesEveryOption) {
 }
 
 TEST(Arguments, WhatIsNotGivenStaysOpen) {
-    const RenderArguments a = ParseRender({"box.gltf"});
+    const RenderArguments a = ParseRender("box.gltf");
     EXPECT_TRUE(a.outputs.empty() && a.given.empty() && a.environment.empty() && a.resume.empty());
     EXPECT_FALSE(a.samples || a.seconds || a.sampleOffset || a.aovs);
     EXPECT_EQ(a.tonemap, passes::TonemapSettings{}.tonemapOperator);
@@ -121,82 +82,81 @@ TEST(Arguments, EveryTonemapAndSamplerNameIsTheOperatorOfThatName) {
         {"reinhard", TonemapOperator::Reinhard}, {"aces", TonemapOperator::Aces},
         {"agx", TonemapOperator::AgX},           {"neutral", TonemapOperator::Neutral}};
     for (const auto& [name, value] : kOperators)
-        EXPECT_EQ(ParseRender({"a.gltf", "--tonemap", name}).tonemap, value) << name;
+        EXPECT_EQ(ParseRender(std::string("a.gltf --tonemap ") + name).tonemap, value) << name;
     const std::pair<const char*, SamplerKind> kSamplers[] = {
         {"sobol", SamplerKind::Sobol}, {"pcg", SamplerKind::Pcg}, {"tea", SamplerKind::Tea}};
     for (const auto& [name, value] : kSamplers)
-        EXPECT_EQ(SettingsFrom(ParseRender({"a.gltf", "--sampler", name}).given).paths.sampler, value)
+        EXPECT_EQ(SettingsFrom(ParseRender(std::string("a.gltf --sampler ") + name).given).paths.sampler,
+                  value)
             << name;
 }
 
 TEST(Arguments, AnOutputDoesNotSwallowTheScene) {
-    EXPECT_EQ(ParseRender({"-o", "a.png", "box.gltf"}).scene, "box.gltf");
+    EXPECT_EQ(ParseRender("-o a.png box.gltf").scene, "box.gltf");
 }
 
 TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
-    ExpectUsage({}, "command");
-    ExpectUsage({"paint"}, "paint");
-    ExpectUsage({"render"}, "FILE");
-    ExpectUsage({"render", "a.gltf", "b.gltf"}, "b.gltf");
-    ExpectUsage({"render", "a.gltf", "--bogus"}, "--bogus");
-    ExpectUsage({"render", "a.gltf", "--nee", "no"}, "--nee", "off");
-    ExpectUsage({"render", "a.gltf", "--size"}, "--size");
-    ExpectUsage({"render", "a.gltf", "--size", "64"}, "--size", "\"64\"");
-    ExpectUsage({"render", "a.gltf", "--size", "64x64", "--size", "32x32"}, "--size");
-    ExpectUsage({"render", "a.gltf", "--spp", "0"}, "--spp");
-    ExpectUsage({"render", "a.gltf", "--spp", "-4"}, "--spp");
-    ExpectUsage({"render", "a.gltf", "--spp", "4", "--time", "1"}, "--spp", "--time");
-    ExpectUsage({"render", "a.gltf", "--time", "-1"}, "--time");
-    ExpectUsage({"render", "a.gltf", "-o", "a.jpg"}, "-o", "a.jpg", ".png, .exr or .hdr");
-    ExpectUsage({"render", "a.gltf", "-o", "a"}, "-o", ".png, .exr or .hdr");
-    ExpectUsage({"render", "a.gltf", "--tonemap", "filmic"}, "--tonemap", "neutral");
-    ExpectUsage({"render", "a.gltf", "--view", "cubist"}, "--view", "raster");
-    ExpectUsage({"render", "a.gltf", "--brdf", "phong"}, "--brdf", "lambert");
-    ExpectUsage({"render", "a.gltf", "--light-sampler", "tree"}, "--light-sampler", "bvh");
-    ExpectUsage({"render", "a.gltf", "--rr", "constant:2"}, "--rr", "\"2\"");
-    ExpectUsage({"render", "a.gltf", "--error", "0"}, "--error");
-    ExpectUsage({"render", "a.gltf", "--aperture", "-1"}, "--aperture");
-    ExpectUsage({"render", "a.gltf", "--aov", "albedo,,N"}, "--aov");
-    ExpectUsage({"render", "a.gltf", "--aov", "uv"}, "--aov", "albedo");
-    ExpectUsage({"render", "a.gltf", "--light-group", "lamp"}, "--light-group", "NAME=PATTERN");
-    ExpectUsage({"render", "a.gltf", "--light-group", "a=b", "--light-group", "a=c"}, "--light-group", "two");
-    ExpectUsage({"render", "a.gltf", "--background", "1,1"}, "--background");
-    ExpectUsage({"render", "a.gltf", "--background", "1,1,1", "--env", "a.hdr"}, "--background", "--env");
-    ExpectUsage({"render", "a.gltf", "--env-rotation", "90"}, "--env-rotation", "--env");
-    ExpectUsage({"render", "a.gltf", "--env-tint", "1,1,0"}, "--env-tint", "--env");
-    ExpectUsage({"render", "a.gltf", "--camera", "0 1 5 0 0"}, "--camera", "0 1 5 0 0");
-    ExpectUsage({"render", "a.gltf", "--camera", "0 1 5 0 1 5 0 1 0 40"}, "--camera", "differ");
-    ExpectUsage({"render", "a.gltf", "--max-depth", "-1"}, "--max-depth");
-    ExpectUsage({"bench", "a.gltf", "--spp", "4"}, "--spp");
-    ExpectUsage({"info"}, "--devices");
-    ExpectUsage({"info", "a.gltf", "--devices"}, "--devices");
-    ExpectUsage({"merge", "a.exr", "-o", "c.exr"}, "two or more");
-    ExpectUsage({"merge", "a.exr", "b.exr"}, "-o");
-    ExpectUsage({"merge", "a.exr", "b.exr", "-o", "c.png"}, "c.png");
+    ExpectUsage("", "command");
+    ExpectUsage("paint", "paint");
+    ExpectUsage("render", "FILE");
+    ExpectUsage("render a.gltf b.gltf", "b.gltf");
+    ExpectUsage("render a.gltf --bogus", "--bogus");
+    ExpectUsage("render a.gltf --nee no", "--nee", "off");
+    ExpectUsage("render a.gltf --size", "--size");
+    ExpectUsage("render a.gltf --size 64", "--size", "\"64\"");
+    ExpectUsage("render a.gltf --size 64x64 --size 32x32", "--size");
+    ExpectUsage("render a.gltf --spp 0", "--spp");
+    ExpectUsage("render a.gltf --spp -4", "--spp");
+    ExpectUsage("render a.gltf --spp 4 --time 1", "--spp", "--time");
+    ExpectUsage("render a.gltf --time -1", "--time");
+    ExpectUsage("render a.gltf -o a.jpg", "-o", "a.jpg", ".png, .exr or .hdr");
+    ExpectUsage("render a.gltf -o a", "-o", ".png, .exr or .hdr");
+    ExpectUsage("render a.gltf --tonemap filmic", "--tonemap", "neutral");
+    ExpectUsage("render a.gltf --view cubist", "--view", "raster");
+    ExpectUsage("render a.gltf --brdf phong", "--brdf", "lambert");
+    ExpectUsage("render a.gltf --light-sampler tree", "--light-sampler", "bvh");
+    ExpectUsage("render a.gltf --rr constant:2", "--rr", "\"2\"");
+    ExpectUsage("render a.gltf --error 0", "--error");
+    ExpectUsage("render a.gltf --aperture -1", "--aperture");
+    ExpectUsage("render a.gltf --aov albedo,,N", "--aov");
+    ExpectUsage("render a.gltf --aov uv", "--aov", "albedo");
+    ExpectUsage("render a.gltf --light-group lamp", "--light-group", "NAME=PATTERN");
+    ExpectUsage("render a.gltf --light-group a=b --light-group a=c", "--light-group", "two");
+    ExpectUsage("render a.gltf --background 1,1", "--background");
+    ExpectUsage("render a.gltf --background 1,1,1 --env a.hdr", "--background", "--env");
+    ExpectUsage("render a.gltf --env-rotation 90", "--env-rotation", "--env");
+    ExpectUsage("render a.gltf --env-tint 1,1,0", "--env-tint", "--env");
+    ExpectUsage("render a.gltf --camera '0 1 5 0 0'", "--camera", "0 1 5 0 0");
+    ExpectUsage("render a.gltf --camera '0 1 5 0 1 5 0 1 0 40'", "--camera", "differ");
+    ExpectUsage("render a.gltf --max-depth -1", "--max-depth");
+    ExpectUsage("bench a.gltf --spp 4", "--spp");
+    ExpectUsage("info", "--devices");
+    ExpectUsage("info a.gltf --devices", "--devices");
+    ExpectUsage("merge a.exr -o c.exr", "two or more");
+    ExpectUsage("merge a.exr b.exr", "-o");
+    ExpectUsage("merge a.exr b.exr -o c.png", "c.png");
 }
 
 TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
-    const std::string help = std::get<ShowText>(Parse({"render", "--help"})).text;
+    const std::string help = std::get<ShowText>(Parse("render --help")).text;
     for (const PictureSetting& setting : PictureSettingTable())
         EXPECT_NE(help.find(std::string("--") + setting.name + " " + setting.operand), std::string::npos)
             << setting.name;
     EXPECT_NE(help.find("--resume FILE.exr"), std::string::npos) << help;
-    const std::string overview = std::get<ShowText>(Parse({"--help"})).text;
+    const std::string overview = std::get<ShowText>(Parse("--help")).text;
     for (const char* text : {"render", "edit", "bench", "info", "graph", "merge", "Exit status"})
         EXPECT_NE(overview.find(text), std::string::npos) << text;
-    EXPECT_EQ(std::get<ShowText>(Parse({"--version"})).text,
+    EXPECT_EQ(std::get<ShowText>(Parse("--version")).text,
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
 }
 
 TEST(Arguments, HelpAndDocsNameEveryView) {
     std::ifstream file(test::SourceFile("docs/raster.md"));
     const std::string page{std::istreambuf_iterator<char>(file), {}};
-    const std::string help = std::get<ShowText>(Parse({"render", "--help"})).text;
+    const std::string help = std::get<ShowText>(Parse("render --help")).text;
     for (size_t i = 0; i < passes::kViewCount; i++) {
         const std::string name = passes::Name(static_cast<View>(i));
-        EXPECT_EQ(
-            std::get<RenderArguments>(Parse({"render", "a.gltf", "--view", name.c_str()})).given.at("view"),
-            name);
+        EXPECT_EQ(std::get<RenderArguments>(Parse("render a.gltf --view " + name)).given.at("view"), name);
         EXPECT_NE(help.find(name), std::string::npos) << name;
         EXPECT_NE(page.find(name + "`"), std::string::npos) << name;
     }
@@ -236,7 +196,7 @@ TEST(Arguments, DocsListWhatEachOptionTakes) {
 
 TEST(Arguments, HelpListsWhatAnOptionTakesWithItsDefault) {
     const std::string help =
-        std::regex_replace(std::get<ShowText>(Parse({"render", "--help"})).text, std::regex("\\s+"), " ");
+        std::regex_replace(std::get<ShowText>(Parse("render --help")).text, std::regex("\\s+"), " ");
     for (const char* text :
          {"sobol (Owen-scrambled; default), pcg or tea",
           "uniform, power or bvh (by its possible contribution; default)",
@@ -248,12 +208,12 @@ TEST(Arguments, HelpListsWhatAnOptionTakesWithItsDefault) {
 
 TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {
     const auto a = std::get<RenderArguments>(
-        Parse({"render", "a.gltf", "--light-group", "key=lamp*,bulb", "--light-group", "fill=window"}));
+        Parse("render a.gltf --light-group key=lamp*,bulb --light-group fill=window"));
     EXPECT_EQ(a.given.at("light-group"), "key=lamp*,bulb;fill=window");
 }
 
 TEST(Arguments, MergeTakesAnyNumberOfRenders) {
-    const auto a = std::get<MergeArguments>(Parse({"merge", "a.exr", "b.exr", "c.exr", "-o", "d.exr"}));
+    const auto a = std::get<MergeArguments>(Parse("merge a.exr b.exr c.exr -o d.exr"));
     EXPECT_EQ(a.inputs.size(), 3u);
     EXPECT_EQ(a.output, "d.exr");
 }
@@ -323,9 +283,9 @@ TEST(PictureSettings, AWrongTextNamesItsSetting) {
 
 }  // namespace
 TEST(Arguments, EditOpensEmptyOrASceneOrPlaysAScript) {
-    EXPECT_TRUE(std::get<EditArguments>(Parse({"edit"})).scene.empty());
-    const auto edit = std::get<EditArguments>(
-        Parse({"edit", "a.gltf", "--headless-script", "b.txt", "--device", "llvm", "--validate"}));
+    EXPECT_TRUE(std::get<EditArguments>(Parse("edit")).scene.empty());
+    const auto edit =
+        std::get<EditArguments>(Parse("edit a.gltf --headless-script b.txt --device llvm --validate"));
     EXPECT_EQ(edit.scene, "a.gltf");
     EXPECT_EQ(edit.script, "b.txt");
     EXPECT_EQ(edit.device, "llvm");

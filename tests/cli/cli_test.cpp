@@ -16,6 +16,21 @@ std::vector<float> MadeUpSample(size_t pixels, float scale, uint32_t n, float sa
 
 }  // namespace
 
+std::vector<std::string> Words(std::string_view line) {
+    std::vector<std::string> words;
+    bool isInWord = false, isQuoted = false;
+    for (const char character : line) {
+        const bool isEnd = character == ' ' && !isQuoted;
+        if (!isEnd && !isInWord) words.emplace_back();
+        isInWord = !isEnd;
+        if (character == '\'')
+            isQuoted = !isQuoted;
+        else if (!isEnd)
+            words.back() += character;
+    }
+    return words;
+}
+
 session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt) {
     session::RenderFile render;
     render.size = {5, 3};

@@ -5,6 +5,8 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "base/error.h"
 #include "editor/session/render_file.h"
@@ -33,6 +35,9 @@ void ExpectError(ErrorKind kind, Run&& run, const Texts&... texts) {
     for (const std::string& text : {std::string(texts)...})
         EXPECT_NE(message.find(text), std::string::npos) << message << "\n  lacks " << text;
 }
+
+// The words of a command line, which stand between spaces; what is in single quotes is one word.
+std::vector<std::string> Words(std::string_view line);
 
 // A render with every channel, of made-up samples that differ from pixel to pixel and with `salt`.
 session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float salt = 0.0f);

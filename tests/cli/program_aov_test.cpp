@@ -1,6 +1,7 @@
 // The light in parts, as the program renders and keeps it. A device is needed.
 #include <cmath>
 
+#include "base/text.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
@@ -12,14 +13,13 @@ using session::Aov;
 using session::RenderFile;
 using session::Texels;
 using test::RunProgram;
-using test::SceneFile;
 using test::SumOf;
 
-RenderFile Render(std::vector<std::string> options, const std::string& output) {
-    options.insert(options.begin(), {"render", SceneFile("cornell.gltf"), "--size", "24x24", "-o", output});
-    const test::ProgramResult result = RunProgram(options);
+RenderFile Render(const test::TemporaryFolder& folder, const char* output, const std::string& options) {
+    const test::ProgramResult result =
+        RunProgram(folder, Text("render @cornell.gltf --size 24x24 -o {} {}", output, options));
     EXPECT_EQ(result.exitCode, 0) << result.messages;
-    return session::ReadRenderFile(output);
+    return session::ReadRenderFile(folder / output);
 }
 
 // In R, G and B of every pixel, relative to the brighter.
@@ -35,15 +35,14 @@ void ExpectSum(const RenderFile& render, const std::vector<Aov>& parts) {
 TEST(ProgramAov, PartsOfTheLightSumToTheBeautyTwiceAndLeaveItsBits) {
     const test::TemporaryFolder folder;
     const RenderFile split =
-        Render({"--spp", "4", "--aov", "emission,direct,indirect,diffuse,specular,transmission"},
-               folder / "split.exr");
+        Render(folder, "split.exr", "--spp 4 --aov emission,direct,indirect,diffuse,specular,transmission");
     ExpectSum(split, {Aov::Emission, Aov::Direct, Aov::Indirect});
     ExpectSum(split, {Aov::Emission, Aov::Diffuse, Aov::Specular, Aov::Transmission});
     for (const Aov part : {Aov::Emission, Aov::Direct, Aov::Indirect, Aov::Diffuse})
         EXPECT_GT(SumOf(*MeanOf(split, part)), 0.0) << Name(part);
     EXPECT_EQ(SumOf(*MeanOf(split, Aov::Transmission)), 0.0);  // no glass in the box
 
-    const RenderFile plain = Render({"--spp", "4"}, folder / "plain.exr");
+    const RenderFile plain = Render(folder, "plain.exr", "--spp 4");
     EXPECT_EQ(split.radiance, plain.radiance);
     EXPECT_EQ(split.variance, plain.variance);
     EXPECT_TRUE(AovsOf(plain).IsEmpty());
@@ -51,14 +50,14 @@ TEST(ProgramAov, PartsOfTheLightSumToTheBeautyTwiceAndLeaveItsBits) {
 
 TEST(ProgramAov, MergedPartsAreThoseOfOneRun) {
     const test::TemporaryFolder folder;
-    const auto render = [&](const char* count, const char* first, const std::string& output) {
-        return Render({"--spp", count, "--sample-offset", first, "--aov", "emission,direct,indirect"},
-                      output);
+    const auto render = [&](int count, int first, const char* output) {
+        return Render(folder, output,
+                      Text("--spp {} --sample-offset {} --aov emission,direct,indirect", count, first));
     };
-    render("5", "0", folder / "a.exr");
-    render("3", "5", folder / "b.exr");
-    const RenderFile whole = render("8", "0", folder / "whole.exr");
-    ASSERT_EQ(RunProgram({"merge", folder / "a.exr", folder / "b.exr", "-o", folder / "m.exr"}).exitCode, 0);
+    render(5, 0, "a.exr");
+    render(3, 5, "b.exr");
+    const RenderFile whole = render(8, 0, "whole.exr");
+    ASSERT_EQ(RunProgram(folder, "merge a.exr b.exr -o m.exr").exitCode, 0);
     const RenderFile merged = session::ReadRenderFile(folder / "m.exr");
     ExpectSum(merged, {Aov::Emission, Aov::Direct, Aov::Indirect});
     for (const Aov part : {Aov::Emission, Aov::Direct, Aov::Indirect})

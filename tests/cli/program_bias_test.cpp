@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
 #include "tests/support/temporary_folder.h"
@@ -25,15 +26,13 @@ struct BiasRender {
 
 class ProgramBias : public ::testing::Test {
   protected:
-    BiasRender Render(const char* scene, const std::vector<std::string>& options) {
-        const std::string exr = m_folder / "a.exr", json = m_folder / "a.json";
-        std::vector<std::string> words{
-            "render", SceneFile(scene), "--size", "16x16", "--brdf", "lambert", "-o", exr, "--report", json};
-        words.insert(words.end(), options.begin(), options.end());
-        const test::ProgramResult result = RunProgram(words);
+    BiasRender Render(const char* scene, const std::string& options) {
+        const test::ProgramResult result = RunProgram(
+            m_folder,
+            Text("render @{} --size 16x16 --brdf lambert -o a.exr --report a.json {}", scene, options));
         EXPECT_EQ(result.exitCode, 0) << result.messages;
-        std::ifstream file(json);
-        return {session::ReadRenderFile(exr), nlohmann::json::parse(file), result.output};
+        std::ifstream file(m_folder / "a.json");
+        return {session::ReadRenderFile(m_folder / "a.exr"), nlohmann::json::parse(file), result.output};
     }
 
     const test::TemporaryFolder m_folder;
@@ -58,7 +57,7 @@ bool HasPass(const BiasRender& render, const char* name) {
 TEST_F(ProgramBias, MaxDepthInAClosedBoxRemovesWhatBouncedMoreOften) {
     // Radiance 1 + a + a^2 + ... = 1 / (1 - a); depth 1 leaves 1 + a
     const BiasRender render =
-        Render("closed_box_a50.gltf", {"--max-depth", "1", "--spp", "250", "--aov", "removed_max_depth"});
+        Render("closed_box_a50.gltf", "--max-depth 1 --spp 250 --aov removed_max_depth");
     const nlohmann::json& removed = render.report.at("removed").at("max_depth");
     EXPECT_EQ(removed.at("samples"), 16);
     const double error = removed.at("standard_error"), luminance = removed.at("luminance");
@@ -72,10 +71,10 @@ TEST_F(ProgramBias, MaxDepthInAClosedBoxRemovesWhatBouncedMoreOften) {
 }
 
 TEST_F(ProgramBias, OneSampleAndWhatItLostIsTheUnbiasedSample) {
-    const BiasRender unbiased = Render("cornell.gltf", {"--spp", "1"});
+    const BiasRender unbiased = Render("cornell.gltf", "--spp 1");
     const auto expectWhole = [&](const char* option, const char* value, Bias bias) {
         const std::string aov = std::string("removed_") + Name(bias);
-        const BiasRender render = Render("cornell.gltf", {"--spp", "1", option, value, "--aov", aov});
+        const BiasRender render = Render("cornell.gltf", Text("--spp 1 {} {} --aov {}", option, value, aov));
         EXPECT_GT(MeanOfColor(Removed(render, bias)), 0.001) << option;
         for (size_t i = 0; i < unbiased.file.radiance.size(); i++) {
             if (i % 4 == 3) continue;
@@ -88,8 +87,8 @@ TEST_F(ProgramBias, OneSampleAndWhatItLostIsTheUnbiasedSample) {
 }
 
 TEST_F(ProgramBias, ClampedPictureAndWhatWasClampedIsTheUnclampedWithinNoise) {
-    const BiasRender unclamped = Render("cornell.gltf", {"--spp", "192"}),
-                     clamped = Render("cornell.gltf", {"--spp", "192", "--clamp-indirect", "0.2"});
+    const BiasRender unclamped = Render("cornell.gltf", "--spp 192"),
+                     clamped = Render("cornell.gltf", "--spp 192 --clamp-indirect 0.2");
     const nlohmann::json& removed = clamped.report.at("removed").at("clamp_indirect");
     const auto luminance = [](const BiasRender& render) {
         const nlohmann::json& mean = render.report.at("image").at("mean");
@@ -103,26 +102,22 @@ TEST_F(ProgramBias, ClampedPictureAndWhatWasClampedIsTheUnclampedWithinNoise) {
 }
 
 TEST_F(ProgramBias, NothingIsTracedTwiceWithoutABias) {
-    const BiasRender plain = Render("cornell.gltf", {"--spp", "2"});
+    const BiasRender plain = Render("cornell.gltf", "--spp 2");
     EXPECT_FALSE(HasPass(plain, "Subtract"));
     EXPECT_TRUE(plain.report.at("removed").empty());
     EXPECT_EQ(plain.summary.find("removed"), std::string::npos) << plain.summary;
-    EXPECT_TRUE(HasPass(Render("cornell.gltf", {"--spp", "2", "--max-depth", "9"}), "Subtract"));
+    EXPECT_TRUE(HasPass(Render("cornell.gltf", "--spp 2 --max-depth 9"), "Subtract"));
 }
 
 TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
-    const std::vector<std::string> options{"--max-depth", "2", "--clamp-indirect", "0.5", "--aov", "all"};
-    const auto render = [&](const char* count) {
-        std::vector<std::string> words = options;
-        words.insert(words.end(), {"--spp", count});
-        return Render("cornell.gltf", words);
+    const auto render = [&](int count) {
+        return Render("cornell.gltf", Text("--max-depth 2 --clamp-indirect 0.5 --aov all --spp {}", count));
     };
-    const BiasRender whole = render("40");
-    for (const char* first :
-         {"20", "33"}) {  // with and without second traces among the samples that are added
+    const BiasRender whole = render(40);
+    for (const int first : {20, 33}) {  // with and without second traces among the samples that are added
         render(first);
         const test::ProgramResult result =
-            RunProgram({"render", SceneFile("cornell.gltf"), "--resume", m_folder / "a.exr", "--spp", "40"});
+            RunProgram(m_folder, "render @cornell.gltf --resume a.exr --spp 40");
         ASSERT_EQ(result.exitCode, 0) << result.messages;
         const RenderFile resumed = session::ReadRenderFile(m_folder / "a.exr");
         EXPECT_EQ(resumed.removedSamples, 3u);
@@ -134,22 +129,21 @@ TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
 
 // The file has the count of one bias: another one that is on, but not in it, has none to go on with.
 TEST_F(ProgramBias, ResumedCountsForTheBiasThatItsFileHolds) {
-    const auto render = [&](const char* count) {
-        return Render("cornell.gltf", {"--max-depth", "2", "--clamp-indirect", "0.5", "--aov",
-                                       "removed_max_depth", "--spp", count});
+    const auto render = [&](int count) {
+        return Render("cornell.gltf",
+                      Text("--max-depth 2 --clamp-indirect 0.5 --aov removed_max_depth --spp {}", count));
     };
-    const BiasRender whole = render("40");
+    const BiasRender whole = render(40);
     EXPECT_EQ(whole.report.at("removed").at("clamp_indirect").at("samples"), 3);
-    render("20");
-    const std::string json = m_folder / "resumed.json";
-    const test::ProgramResult result = RunProgram({"render", SceneFile("cornell.gltf"), "--resume",
-                                                   m_folder / "a.exr", "--spp", "40", "--report", json});
+    render(20);
+    const test::ProgramResult result =
+        RunProgram(m_folder, "render @cornell.gltf --resume a.exr --spp 40 --report resumed.json");
     ASSERT_EQ(result.exitCode, 0) << result.messages;
     const RenderFile resumed = session::ReadRenderFile(m_folder / "a.exr");
     EXPECT_EQ(resumed.removedSamples, 3u);
     EXPECT_EQ(resumed.removed, whole.file.removed);
     EXPECT_EQ(resumed.removedVariance, whole.file.removedVariance);
-    std::ifstream file(json);
+    std::ifstream file(m_folder / "resumed.json");
     const nlohmann::json removed = nlohmann::json::parse(file).at("removed");
     EXPECT_EQ(removed.at("max_depth"), whole.report.at("removed").at("max_depth"));
     EXPECT_FALSE(removed.contains("clamp_indirect")) << "of a part of the samples";
@@ -167,15 +161,14 @@ TEST_F(ProgramBias, InfiniteSamplesAreBlackAndReported) {
         material["extensions"] = {{"KHR_materials_emissive_strength", {{"emissiveStrength", 1e38}}}};
     }
     scene["extensionsUsed"] = {"KHR_materials_emissive_strength"};
-    const std::string path = m_folder / "bright.gltf", json = m_folder / "bright.json";
-    std::ofstream(path) << scene;
+    std::ofstream(m_folder / "bright.gltf") << scene;
     const test::ProgramResult result =
-        RunProgram({"render", path, "-o", m_folder / "bright.hdr", "--report", json, "--size", "8x8", "--spp",
-                    "3", "--brdf", "lambert", "--nee", "off", "--background", "3e38,3e38,3e38", "--camera",
-                    "0 0 1  0 0 0  0 1 0  1"});
+        RunProgram(m_folder,
+                   "render bright.gltf -o bright.hdr --report bright.json --size 8x8 --spp 3 --brdf lambert "
+                   "--nee off --background 3e38,3e38,3e38 --camera '0 0 1  0 0 0  0 1 0  1'");
     ASSERT_EQ(result.exitCode, 0) << result.messages;
     EXPECT_NE(result.messages.find("192 samples were infinite or NaN"), std::string::npos) << result.messages;
-    std::ifstream reported(json);
+    std::ifstream reported(m_folder / "bright.json");
     const nlohmann::json image = nlohmann::json::parse(reported).at("image");
     EXPECT_EQ(image.at("nonfinite_samples"), 8 * 8 * 3);
     EXPECT_EQ(image.at("mean"), nlohmann::json({0.0, 0.0, 0.0}));

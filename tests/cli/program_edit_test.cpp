@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
 #include "renderer/image/image.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
@@ -19,8 +20,7 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
     std::ofstream(folder.Path() / "script.txt")
         << "size 120x100\nopen " << SceneFile("cornell.gltf") << "\nwait\nsamples 3\npicture "
         << (folder.Path() / "edit.exr").string() << "\nexpect message samples\n";
-    const test::ProgramResult edited =
-        RunProgram({"edit", "--validate", "--headless-script", folder / "script.txt"});
+    const test::ProgramResult edited = RunProgram(folder, "edit --validate --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
     const session::RenderFile saved = session::ReadRenderFile(folder / "edit.exr");
@@ -29,15 +29,11 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
                                    session::Aov::Instance, session::Aov::Material})
         EXPECT_TRUE(AovsOf(saved).Has(aov)) << Name(aov);
 
-    std::vector<std::string> words{"render", SceneFile("cornell.gltf"),
-                                   "-o",     folder / "render.exr",
-                                   "--spp",  std::to_string(SampleCount(saved.samples)),
-                                   "--aov",  "depth,instance"};
-    for (const char* setting : {"camera", "size", "background", "seed"}) {
-        words.push_back(std::string("--") + setting);
-        words.push_back(saved.settings.at(setting));
-    }
-    const test::ProgramResult rendered = RunProgram(words);
+    std::string line =
+        Text("render @cornell.gltf -o render.exr --spp {} --aov depth,instance", SampleCount(saved.samples));
+    for (const char* setting : {"camera", "size", "background", "seed"})
+        line += Text(" --{} '{}'", setting, saved.settings.at(setting));
+    const test::ProgramResult rendered = RunProgram(folder, line);
     ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;
     const session::RenderFile plain = session::ReadRenderFile(folder / "render.exr");
     EXPECT_EQ(saved.settings, plain.settings);
@@ -66,7 +62,7 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
         << "size 120x100\nopen " << (folder / "flat.gltf").string() << "\nwait\nopen "
         << (folder / "sky.hdr").string() << "\nwait\nsamples 1\npicture " << (folder / "edit.exr").string()
         << "\n";
-    const test::ProgramResult edited = RunProgram({"edit", "--headless-script", folder / "script.txt"});
+    const test::ProgramResult edited = RunProgram(folder, "edit --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
     const session::RenderFile saved = session::ReadRenderFile(folder / "edit.exr");
@@ -75,9 +71,9 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
     EXPECT_TRUE(saved.settings.at("camera").ends_with("1.5m")) << saved.settings.at("camera");
 
     const test::ProgramResult rendered =
-        RunProgram({"render", folder / "flat.gltf", "-o", folder / "render.exr", "--spp", "1", "--aov",
-                    "depth,instance", "--env", folder / "sky.hdr", "--env-tint", "0.5,1,2", "--camera",
-                    saved.settings.at("camera"), "--size", saved.settings.at("size")});
+        RunProgram(folder, Text("render flat.gltf -o render.exr --spp 1 --aov depth,instance --env sky.hdr "
+                                "--env-tint 0.5,1,2 --camera '{}' --size {}",
+                                saved.settings.at("camera"), saved.settings.at("size")));
     ASSERT_EQ(rendered.exitCode, 0) << rendered.messages;
     const session::RenderFile plain = session::ReadRenderFile(folder / "render.exr");
     EXPECT_EQ(plain.settings.at("camera"), saved.settings.at("camera"));
@@ -91,14 +87,10 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
         otherInstance += saved.instance[i] != plain.instance[i];
     EXPECT_LT(otherInstance, 4u);
 
-    const std::string total = std::to_string(SampleCount(saved.samples) + 2);
-    const std::vector<std::string> resume{
-        "render", folder / "flat.gltf", "--resume", folder / "edit.exr", "--spp", total,
-        "-o",     folder / "more.exr"};
-    EXPECT_EQ(RunProgram(resume).exitCode, 4) << "without the map";
-    std::vector<std::string> withMap = resume;
-    withMap.insert(withMap.end(), {"--env", folder / "sky.hdr"});
-    const test::ProgramResult resumed = RunProgram(withMap);
+    const uint64_t total = SampleCount(saved.samples) + 2;
+    const std::string resume = Text("render flat.gltf --resume edit.exr --spp {} -o more.exr", total);
+    EXPECT_EQ(RunProgram(folder, resume).exitCode, 4) << "without the map";
+    const test::ProgramResult resumed = RunProgram(folder, resume + " --env sky.hdr");
     ASSERT_EQ(resumed.exitCode, 0) << resumed.messages;
     EXPECT_NEAR(session::ReadRenderFile(folder / "more.exr").radiance[0], 0.5f, 1e-3f);
 }
@@ -116,16 +108,14 @@ TEST(ProgramEdit, SavedExrIsResumedByRender) {
     std::ofstream(folder.Path() / "script.txt")
         << "size 120x100\nopen " << SceneFile("cornell.gltf") << "\nwait\nsamples 3\npicture "
         << (folder.Path() / "edit.exr").string() << "\nexpect message samples\n";
-    const test::ProgramResult edited = RunProgram({"edit", "--headless-script", folder / "script.txt"});
+    const test::ProgramResult edited = RunProgram(folder, "edit --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
     const session::RenderFile saved = session::ReadRenderFile(folder / "edit.exr");
     const uint64_t before = SampleCount(saved.samples);
-    const std::string total = std::to_string(before + 5);
 
-    const test::ProgramResult resumed =
-        RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "edit.exr", "--spp", total,
-                    "-o", folder / "resumed.exr"});
+    const test::ProgramResult resumed = RunProgram(
+        folder, Text("render @cornell.gltf --resume edit.exr --spp {} -o resumed.exr", before + 5));
     ASSERT_EQ(resumed.exitCode, 0) << resumed.messages;
     EXPECT_NE(resumed.output.find("5 of them new"), std::string::npos) << resumed.output;
     const session::RenderFile more = session::ReadRenderFile(folder / "resumed.exr");
@@ -133,8 +123,8 @@ TEST(ProgramEdit, SavedExrIsResumedByRender) {
     EXPECT_TRUE(HasSums(more)) << "it can be resumed again";
 
     const test::ProgramResult whole = RunProgram(
-        {"render", SceneFile("cornell.gltf"), "--camera", saved.settings.at("camera"), "--size",
-         saved.settings.at("size"), "--spp", total, "--aov", "albedo,normal", "-o", folder / "whole.exr"});
+        folder, Text("render @cornell.gltf --camera '{}' --size {} --spp {} --aov albedo,normal -o whole.exr",
+                     saved.settings.at("camera"), saved.settings.at("size"), before + 5));
     ASSERT_EQ(whole.exitCode, 0) << whole.messages;
     const session::RenderFile once = session::ReadRenderFile(folder / "whole.exr");
     // The camera went through decimal digits: here and there a path of the first samples goes another way
@@ -151,11 +141,10 @@ TEST(ProgramEdit, SavedExrOfAnEditedSceneIsNotResumed) {
         << "\nwait\nview raster\nframes 3\nmouse 320 120\nclick left\nwait\nmaterial base 1 0 0\n"
         << "expect edits 1\nsize 120x100\nview path-traced\nsamples 1\npicture "
         << (folder.Path() / "edit.exr").string() << "\nexpect message samples\n";
-    const test::ProgramResult edited = RunProgram({"edit", "--headless-script", folder / "script.txt"});
+    const test::ProgramResult edited = RunProgram(folder, "edit --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(edited);
     ASSERT_EQ(edited.exitCode, 0) << edited.messages;
-    const test::ProgramResult resumed =
-        RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "edit.exr", "--spp", "9"});
+    const test::ProgramResult resumed = RunProgram(folder, "render @cornell.gltf --resume edit.exr --spp 9");
     EXPECT_EQ(resumed.exitCode, 4);
     EXPECT_NE(resumed.messages.find("saved by the editor"), std::string::npos) << resumed.messages;
 }

@@ -8,7 +8,6 @@
 
 #include "tests/cli/program_runner.h"
 #include "tests/support/source_file.h"
-#include "tests/support/temporary_folder.h"
 
 namespace raygraph {
 namespace {
@@ -23,13 +22,14 @@ std::string SystemVulkan() {
     return file;
 }
 
-test::ProgramResult RunWithFailure(const std::string& failure, const std::vector<std::string>& words) {
+test::ProgramResult RunWithFailure(const test::TemporaryFolder& folder, const std::string& failure,
+                                   std::string_view line) {
     std::string folders = test::EnvironmentOr("RAYGRAPH_FAILING_VULKAN", RAYGRAPH_BUILT_FAILING_VULKAN);
     if (const char* others = std::getenv("LD_LIBRARY_PATH")) (folders += ':') += others;
     const test::EnvironmentVariable library("RAYGRAPH_VULKAN_LIBRARY", SystemVulkan());
     const test::EnvironmentVariable fail("RAYGRAPH_FAIL", failure);
     const test::EnvironmentVariable path("LD_LIBRARY_PATH", folders);
-    return test::RunProgram(words);
+    return test::RunProgram(folder, line);
 }
 
 class ProgramFailure : public ::testing::TestWithParam<const char*> {};
@@ -37,8 +37,7 @@ class ProgramFailure : public ::testing::TestWithParam<const char*> {};
 TEST_P(ProgramFailure, EndsInOneLineAndLeavesNoFile) {
     const test::TemporaryFolder folder;
     const test::ProgramResult result = RunWithFailure(
-        GetParam(), {"render", test::SceneFile("cornell.gltf"), "--size", "16x16", "--spp", "2", "-o",
-                     folder / "a.exr", "-o", folder / "a.png", "--report", folder / "a.json"});
+        folder, GetParam(), "render @cornell.gltf --size 16x16 --spp 2 -o a.exr -o a.png --report a.json");
     EXPECT_EQ(result.exitCode, 5) << result.messages;
     EXPECT_EQ(std::ranges::count(result.messages, '\n'), 1) << result.messages;
     EXPECT_TRUE(result.messages.starts_with("raygraph: ")) << result.messages;
@@ -58,12 +57,10 @@ INSTANTIATE_TEST_SUITE_P(Render, ProgramFailure,
 // Else the tests above would show nothing.
 TEST(ProgramFailureLoader, WithoutAFailureItChangesNothing) {
     const test::TemporaryFolder folder;
-    const std::string picture = folder / "a.png";
-    const test::ProgramResult result = RunWithFailure(
-        "submission:100000:lost",
-        {"render", test::SceneFile("cornell.gltf"), "--size", "16x16", "--spp", "1", "-o", picture});
+    const test::ProgramResult result = RunWithFailure(folder, "submission:100000:lost",
+                                                      "render @cornell.gltf --size 16x16 --spp 1 -o a.png");
     EXPECT_EQ(result.exitCode, 0) << result.messages;
-    EXPECT_TRUE(std::filesystem::exists(picture));
+    EXPECT_TRUE(std::filesystem::exists(folder / "a.png"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
 #include "renderer/image/exr.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
@@ -13,14 +14,13 @@ namespace {
 using session::RenderFile;
 using session::Texels;
 using test::RunProgram;
-using test::SceneFile;
 using test::SumOf;
 
-RenderFile Render(const char* scene, std::vector<std::string> options, const std::string& output) {
-    options.insert(options.begin(), {"render", SceneFile(scene), "--size", "20x12", "-o", output});
-    const test::ProgramResult result = RunProgram(options);
+RenderFile Render(const test::TemporaryFolder& folder, const char* output, const std::string& options) {
+    const test::ProgramResult result =
+        RunProgram(folder, Text("render --size 20x12 -o {} {}", output, options));
     EXPECT_EQ(result.exitCode, 0) << result.messages;
-    return session::ReadRenderFile(output);
+    return session::ReadRenderFile(folder / output);
 }
 
 void ExpectGroupsSumToTheBeauty(const RenderFile& render) {
@@ -34,14 +34,13 @@ void ExpectGroupsSumToTheBeauty(const RenderFile& render) {
 
 TEST(ProgramLightGroup, GroupsSumToTheBeautyAndLeaveItsBits) {
     const test::TemporaryFolder folder;
-    const std::vector<std::string> light{"--spp", "3", "--background", "0.02,0.03,0.05"};
-    std::vector<std::string> grouped = light;
-    grouped.insert(grouped.end(), {"--light-group", "low=light [0-3]", "--light-group", "shards=shards"});
-    const RenderFile render = Render("many_lights.gltf", grouped, folder / "a.exr");
+    const std::string light = "@many_lights.gltf --spp 3 --background 0.02,0.03,0.05";
+    const RenderFile render =
+        Render(folder, "a.exr", light + " --light-group 'low=light [0-3]' --light-group shards=shards");
     ASSERT_EQ(render.lightGroups.size(), 4u);  // with rest, the points, and the environment
     for (const Texels& group : render.lightGroups) EXPECT_GT(SumOf(group), 0.0);
     ExpectGroupsSumToTheBeauty(render);
-    const RenderFile plain = Render("many_lights.gltf", light, folder / "b.exr");
+    const RenderFile plain = Render(folder, "b.exr", light);
     EXPECT_EQ(render.radiance, plain.radiance);
     EXPECT_EQ(render.variance, plain.variance);
     EXPECT_TRUE(plain.lightGroups.empty());
@@ -49,8 +48,7 @@ TEST(ProgramLightGroup, GroupsSumToTheBeautyAndLeaveItsBits) {
 
 TEST(ProgramLightGroup, TheOnlyLampHasAllTheLight) {
     const test::TemporaryFolder folder;
-    const RenderFile render =
-        Render("cornell.gltf", {"--spp", "4", "--light-group", "lamp=la*"}, folder / "a.exr");
+    const RenderFile render = Render(folder, "a.exr", "@cornell.gltf --spp 4 --light-group lamp=la*");
     ASSERT_EQ(render.lightGroups.size(), 3u);
     EXPECT_EQ(SumOf(render.lightGroups[0]), 0.0);
     EXPECT_EQ(SumOf(render.lightGroups[1]), 0.0);
@@ -65,8 +63,8 @@ TEST(ProgramLightGroup, TheOnlyLampHasAllTheLight) {
 
 TEST(ProgramLightGroup, AGroupThatFitsNothingIsRefusedByTheNameOfItsOption) {
     const test::TemporaryFolder folder;
-    const test::ProgramResult result = RunProgram({"render", SceneFile("cornell.gltf"), "--size", "8x8", "-o",
-                                                   folder / "a.exr", "--light-group", "lamp=candle"});
+    const test::ProgramResult result =
+        RunProgram(folder, "render @cornell.gltf --size 8x8 -o a.exr --light-group lamp=candle");
     EXPECT_EQ(result.exitCode, 2);
     EXPECT_EQ(result.messages,
               "raygraph: --light-group lamp=candle: no material, light or node of the scene is called so\n");
@@ -74,24 +72,23 @@ TEST(ProgramLightGroup, AGroupThatFitsNothingIsRefusedByTheNameOfItsOption) {
 
 TEST(ProgramLightGroup, ResumedAndMergedAreThoseOfOneRun) {
     const test::TemporaryFolder folder;
-    const auto render = [&](const char* first, const char* count, const char* name) {
-        return Render("cornell.gltf",
-                      {"--sample-offset", first, "--spp", count, "--light-group", "lamp=la*", "--background",
-                       "1,2,3", "--max-depth", "3", "--aov", "all"},
-                      folder / name);
+    const auto render = [&](int first, int count, const char* name) {
+        return Render(folder, name,
+                      Text("@cornell.gltf --sample-offset {} --spp {} --light-group lamp=la* --background "
+                           "1,2,3 --max-depth 3 --aov all",
+                           first, count));
     };
-    const RenderFile whole = render("0", "7", "whole.exr");
+    const RenderFile whole = render(0, 7, "whole.exr");
     ExpectGroupsSumToTheBeauty(whole);
     EXPECT_FALSE(AovsOf(whole).IsEmpty());
-    render("0", "4", "a.exr");
-    render("4", "3", "b.exr");
-    ASSERT_EQ(RunProgram({"merge", folder / "a.exr", folder / "b.exr", "-o", folder / "m.exr"}).exitCode, 0);
+    render(0, 4, "a.exr");
+    render(4, 3, "b.exr");
+    ASSERT_EQ(RunProgram(folder, "merge a.exr b.exr -o m.exr").exitCode, 0);
     const RenderFile merged = session::ReadRenderFile(folder / "m.exr");
     ASSERT_EQ(merged.lightGroups.size(), 3u);
     EXPECT_EQ(merged.lightGroups, whole.lightGroups);
 
-    const test::ProgramResult resumed =
-        RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "a.exr", "--spp", "7"});
+    const test::ProgramResult resumed = RunProgram(folder, "render @cornell.gltf --resume a.exr --spp 7");
     ASSERT_EQ(resumed.exitCode, 0) << resumed.messages;
     EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").lightGroups, whole.lightGroups);
 }

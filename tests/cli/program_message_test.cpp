@@ -46,18 +46,15 @@ class ProgramMessages : public ::testing::Test {
 };
 
 TEST_F(ProgramMessages, WarningsOfSceneAndDeviceArriveFromRenderGraphAndBench) {
-    const std::vector<std::vector<std::string>> commands{
-        {"render", folder / "warned.gltf", "--size", "16x16", "--spp", "1", "-o", folder / "a.png"},
-        {"graph", folder / "warned.gltf", "--first"},
-        {"bench", folder / "warned.gltf", "--size", "16x16", "--frames", "1", "--rounds", "1"}};
-    for (std::vector<std::string> words : commands) {
-        const ProgramResult result = RunProgram(words);
+    for (const std::string line :
+         {"render warned.gltf --size 16x16 --spp 1 -o a.png", "graph warned.gltf --first",
+          "bench warned.gltf --size 16x16 --frames 1 --rounds 1"}) {
+        const ProgramResult result = RunProgram(folder, line);
         EXPECT_EQ(result.exitCode, 0) << result.messages;
         ExpectHas(result.messages, deviceWarning);
         ExpectHas(result.messages, sceneWarning);
         ExpectLacks(result.messages, "raygraph: info: ");
-        words.emplace_back("--quiet");
-        EXPECT_EQ(RunProgram(words).messages, "") << words[0];
+        EXPECT_EQ(RunProgram(folder, line + " --quiet").messages, "") << line;
     }
 }
 
@@ -65,7 +62,7 @@ TEST_F(ProgramMessages, WarningsArriveFromEdit) {
     std::ofstream(folder.Path() / "script.txt")
         << "size 120x100\nopen " << (folder / "warned.gltf").string() << "\nwait\nopen "
         << (folder / "none.gltf").string() << "\nwait\n";
-    const ProgramResult result = RunProgram({"edit", "--headless-script", folder / "script.txt"});
+    const ProgramResult result = RunProgram(folder, "edit --headless-script script.txt");
     RAYGRAPH_SKIP_WITHOUT_EDITOR(result);
     EXPECT_EQ(result.exitCode, 0) << result.messages;
     ExpectHas(result.messages, deviceWarning);
@@ -74,16 +71,13 @@ TEST_F(ProgramMessages, WarningsArriveFromEdit) {
 }
 
 TEST_F(ProgramMessages, MoreIsSaidOnRequest) {
-    const std::vector<std::string> words{"render", SceneFile("cornell.gltf"), "--size", "16x16", "--spp", "1",
-                                         "-o",     folder / "a.png"};
+    const std::string line = "render @cornell.gltf --size 16x16 --spp 1 -o a.png";
     const auto messages = [&](const char* option) {
-        std::vector<std::string> more = words;
-        more.emplace_back(option);
-        const ProgramResult result = RunProgram(more);
+        const ProgramResult result = RunProgram(folder, line + option);
         EXPECT_EQ(result.exitCode, 0) << result.messages;
         return result.messages;
     };
-    const std::string some = messages("-v"), all = messages("-vv");
+    const std::string some = messages(" -v"), all = messages(" -vv");
     ExpectHas(some, "raygraph: info: [scene] cornell.gltf: ");
     ExpectHas(some, "raygraph: info: [device] device 'raygraph': ");
     ExpectHas(some, "instances are uploaded in ");
@@ -93,31 +87,27 @@ TEST_F(ProgramMessages, MoreIsSaidOnRequest) {
     ExpectHas(all, "raygraph: debug: [geometry] ");
 
     const EnvironmentVariable levels("RAYGRAPH_LOG", "error,geometry=debug");
-    const ProgramResult chosen = RunProgram(words);
+    const ProgramResult chosen = RunProgram(folder, line);
     ExpectHas(chosen.messages, "raygraph: debug: [geometry] ");
     ExpectLacks(chosen.messages, "warning");
     ExpectLacks(chosen.messages, "[scene]");
 }
 
 TEST_F(ProgramMessages, EachImageOfASceneIsTimedOnRequest) {
-    const std::string scene = SceneFile("texture_orientation.gltf");
-    const ProgramResult result = RunProgram({"info", scene, "-vv"});
+    const ProgramResult result = RunProgram(folder, "info @texture_orientation.gltf -vv");
     ExpectHas(result.messages, "raygraph: debug: [scene] texture_orientation.gltf: images[0]");
     ExpectHas(result.messages, " PNG of ");
-    ExpectLacks(RunProgram({"info", scene, "-v"}).messages, " PNG of ");
+    ExpectLacks(RunProgram(folder, "info @texture_orientation.gltf -v").messages, " PNG of ");
 }
 
 TEST_F(ProgramMessages, GoIntoAFileAsWell) {
-    const std::vector<std::string> words{"info", folder / "warned.gltf", "--log", folder / "a.log"};
-    const ProgramResult first = RunProgram(words);
+    const ProgramResult first = RunProgram(folder, "info warned.gltf --log a.log");
     EXPECT_EQ(first.exitCode, 0) << first.messages;
     ExpectHas(first.messages, sceneWarning);
     const std::string once = TextOf(folder.Path() / "a.log");
     ExpectHas(once, "warning scene      warned.gltf: extensionsUsed[0]: ");
     ExpectHas(once, "info    scene      warned.gltf: ");
-    std::vector<std::string> broken = words;
-    broken[1] = folder / "none.gltf";
-    EXPECT_EQ(RunProgram(broken).exitCode, 4);
+    EXPECT_EQ(RunProgram(folder, "info none.gltf --log a.log").exitCode, 4);
     const std::string twice = TextOf(folder.Path() / "a.log");
     EXPECT_TRUE(twice.starts_with(once)) << "it is added to";
     ExpectHas(twice, "error   program    ");
@@ -125,54 +115,48 @@ TEST_F(ProgramMessages, GoIntoAFileAsWell) {
 }
 
 TEST_F(ProgramMessages, WhatCannotBeIsOneLine) {
-    const std::string scene = folder / "warned.gltf";
-    const auto expect = [](const std::vector<std::string>& words, int exitCode, const std::string& part) {
-        const ProgramResult result = RunProgram(words);
+    const auto expect = [&](const char* line, int exitCode, const std::string& part) {
+        const ProgramResult result = RunProgram(folder, line);
         EXPECT_EQ(result.exitCode, exitCode) << result.messages;
         EXPECT_EQ(result.output, "");
         EXPECT_TRUE(result.messages.starts_with("raygraph: ")) << result.messages;
         EXPECT_EQ(result.messages.find('\n') + 1, result.messages.size()) << result.messages;
         ExpectHas(result.messages, part);
     };
-    expect({"info", scene, "--log", folder / "none/a.log"}, 1, "none");
-    expect({"info", scene, "--log", scene}, 2, "to be read and to be written");
-    expect({"info", scene, "--log", ""}, 2, "--log");
-    expect({"info", scene, "--quiet", "-v"}, 2, "--quiet");
+    expect("info warned.gltf --log none/a.log", 1, "none");
+    expect("info warned.gltf --log warned.gltf", 2, "to be read and to be written");
+    expect("info warned.gltf --log ''", 2, "--log");
+    expect("info warned.gltf --quiet -v", 2, "--quiet");
     const EnvironmentVariable levels("RAYGRAPH_LOG", "loud");
-    expect({"info", scene}, 4, "RAYGRAPH_LOG: \"loud\" is no level");
+    expect("info warned.gltf", 4, "RAYGRAPH_LOG: \"loud\" is no level");
 }
 
 // A log is appended to from the start: it would be at the end of what it is refused for.
 TEST_F(ProgramMessages, LogIsNoFileThatTheCommandReadsOrWrites) {
-    const std::string scene = folder / "warned.gltf", kept = folder / "kept";
-    std::ofstream(kept) << "as it was";
-    const auto expectRefused = [&](std::vector<std::string> words, const std::string& part) {
-        words.insert(words.end(), {"--log", kept});
-        const ProgramResult result = RunProgram(words);
+    std::ofstream(folder / "kept") << "as it was";
+    const auto expectRefused = [&](const std::string& line, const std::string& part) {
+        const ProgramResult result = RunProgram(folder, line + " --log kept");
         EXPECT_EQ(result.exitCode, 2) << result.messages;
         ExpectHas(result.messages, part);
-        EXPECT_EQ(TextOf(kept), "as it was") << words[0];
+        EXPECT_EQ(TextOf(folder / "kept"), "as it was") << line;
     };
-    expectRefused({"render", scene, "--env", kept}, "to be read and to be written");
-    expectRefused({"render", scene, "--resume", kept, "-o", folder / "b.exr"},
-                  "to be read and to be written");
-    expectRefused({"render", scene, "--report", kept}, "written twice");
-    expectRefused({"bench", scene, "--compare", kept}, "to be read and to be written");
-    expectRefused({"bench", scene, "--json", kept}, "written twice");
-    expectRefused({"merge", folder / "a.exr", kept, "-o", folder / "b.exr"}, "to be read and to be written");
-    expectRefused({"edit", "--headless-script", kept}, "to be read and to be written");
+    expectRefused("render warned.gltf --env kept", "to be read and to be written");
+    expectRefused("render warned.gltf --resume kept -o b.exr", "to be read and to be written");
+    expectRefused("render warned.gltf --report kept", "written twice");
+    expectRefused("bench warned.gltf --compare kept", "to be read and to be written");
+    expectRefused("bench warned.gltf --json kept", "written twice");
+    expectRefused("merge a.exr kept -o b.exr", "to be read and to be written");
+    expectRefused("edit --headless-script kept", "to be read and to be written");
 
     std::ofstream(folder / "a.png") << "a picture";
-    const ProgramResult picture =
-        RunProgram({"render", scene, "-o", folder / "a.png", "--log", folder / "a.png"});
+    const ProgramResult picture = RunProgram(folder, "render warned.gltf -o a.png --log a.png");
     EXPECT_EQ(picture.exitCode, 2) << picture.messages;
     EXPECT_EQ(TextOf(folder / "a.png"), "a picture");
 }
 
 TEST_F(ProgramMessages, LogMayBeADevice) {
-    const std::string scene = folder / "warned.gltf";
-    const ProgramResult result = RunProgram(
-        {"render", scene, "-o", folder / "a.png", "--size", "8x8", "--spp", "1", "--log", "/dev/null"});
+    const ProgramResult result =
+        RunProgram(folder, "render warned.gltf -o a.png --size 8x8 --spp 1 --log /dev/null");
     EXPECT_EQ(result.exitCode, 0) << result.messages;
 }
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "base/text.h"
 #include "renderer/image/exr.h"
 #include "renderer/image/image.h"
 #include "tests/cli/cli_test.h"
@@ -22,15 +23,9 @@ using test::ProgramResult;
 using test::RunProgram;
 using test::SceneFile;
 
-std::vector<std::string> Words(std::vector<std::string> words, const std::vector<std::string>& more) {
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
-}
-
 // A small render of the Cornell box that must succeed.
-ProgramResult RenderCornell(const std::vector<std::string>& options) {
-    const ProgramResult result =
-        RunProgram(Words({"render", SceneFile("cornell.gltf"), "--size", "32x32"}, options));
+ProgramResult RenderCornell(const test::TemporaryFolder& folder, const std::string& options) {
+    const ProgramResult result = RunProgram(folder, "render @cornell.gltf --size 32x32 " + options);
     EXPECT_EQ(result.exitCode, 0) << result.messages;
     return result;
 }
@@ -61,8 +56,7 @@ void ExpectSameChannels(const image::ExrImage& a, const image::ExrImage& b) {
 TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
     const test::TemporaryFolder folder;
     const ProgramResult result =
-        RenderCornell({"--spp", "4", "--aov", "all", "-o", folder / "a.png", "-o", folder / "a.exr", "-o",
-                       folder / "a.hdr", "--report", folder / "r.json"});
+        RenderCornell(folder, "--spp 4 --aov all -o a.png -o a.exr -o a.hdr --report r.json");
     EXPECT_EQ(result.messages, "");
     for (const char* text : {"a.png", "a.exr", "a.hdr", "r.json", "4 samples a pixel", "32x32"})
         EXPECT_NE(result.output.find(text), std::string::npos) << result.output << "lacks " << text;
@@ -106,12 +100,11 @@ TEST(ProgramRender, WritesEveryKindOfPictureAndTheReport) {
 
 TEST(ProgramRender, ResumedEqualsUninterruptedBitForBit) {
     const test::TemporaryFolder folder;
-    const std::vector<std::string> options{"--aov", "all", "--seed", "5", "--sample-offset", "3"};
-    RenderCornell(Words(options, {"--spp", "3", "-o", folder / "part.exr"}));
-    RenderCornell(Words(options, {"--spp", "9", "-o", folder / "whole.exr"}));
+    const std::string options = "--aov all --seed 5 --sample-offset 3";
+    RenderCornell(folder, options + " --spp 3 -o part.exr");
+    RenderCornell(folder, options + " --spp 9 -o whole.exr");
     const ProgramResult resumed =
-        RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "part.exr", "--spp", "9", "-o",
-                    folder / "resumed.exr"});
+        RunProgram(folder, "render @cornell.gltf --resume part.exr --spp 9 -o resumed.exr");
     EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
     EXPECT_NE(resumed.output.find("6 of them new"), std::string::npos) << resumed.output;
     ExpectSameChannels(image::ReadExr(folder / "resumed.exr"), image::ReadExr(folder / "whole.exr"));
@@ -120,18 +113,16 @@ TEST(ProgramRender, ResumedEqualsUninterruptedBitForBit) {
 
 TEST(ProgramRender, ResumeWithoutOutputReplacesTheFile) {
     const test::TemporaryFolder folder;
-    RenderCornell({"--spp", "2", "-o", folder / "a.exr"});
-    const ProgramResult resumed =
-        RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "a.exr", "--spp", "4"});
+    RenderCornell(folder, "--spp 2 -o a.exr");
+    const ProgramResult resumed = RunProgram(folder, "render @cornell.gltf --resume a.exr --spp 4");
     EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
     EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").samples, (session::SampleRanges{{0, 4}}));
 }
 
 TEST(ProgramRender, ResumeRefusesAnotherScene) {
     const test::TemporaryFolder folder;
-    RenderCornell({"--spp", "2", "-o", folder / "a.exr"});
-    const ProgramResult resumed =
-        RunProgram({"render", SceneFile("furnace_sphere.gltf"), "--resume", folder / "a.exr", "--spp", "4"});
+    RenderCornell(folder, "--spp 2 -o a.exr");
+    const ProgramResult resumed = RunProgram(folder, "render @furnace_sphere.gltf --resume a.exr --spp 4");
     EXPECT_EQ(resumed.exitCode, 4);
     EXPECT_NE(resumed.messages.find("scene: cornell.gltf against furnace_sphere.gltf"), std::string::npos)
         << resumed.messages;
@@ -141,27 +132,23 @@ TEST(ProgramRender, ResumeRefusesAnotherScene) {
 // With lens, biases, parts and groups of lights: every channel that there is.
 TEST(ProgramRender, MergedPartsAndResumedOnesHaveTheBitsOfOneRun) {
     const test::TemporaryFolder folder;
-    const std::vector<std::string> options{"--aov",      "all",  "--light-group", "lamp=la*",
-                                           "--aperture", "0.01", "--max-depth",   "2"};
-    const auto render = [&](const char* first, const char* count, const char* name) {
-        RenderCornell(
-            Words(options, {"--sample-offset", first, "--spp", count, "-o", (folder / name).string()}));
+    const std::string options = "--aov all --light-group lamp=la* --aperture 0.01 --max-depth 2";
+    const auto render = [&](int first, int count, const char* name) {
+        RenderCornell(folder, Text("{} --sample-offset {} --spp {} -o {}", options, first, count, name));
     };
-    render("12", "1", "a.exr");
-    render("13", "2", "b.exr");
-    render("15", "5", "c.exr");
-    render("12", "8", "whole.exr");
+    render(12, 1, "a.exr");
+    render(13, 2, "b.exr");
+    render(15, 5, "c.exr");
+    render(12, 8, "whole.exr");
     const image::ExrImage whole = image::ReadExr(folder / "whole.exr");
-    for (const std::vector<std::string>& order :
-         std::vector<std::vector<std::string>>{{"a.exr", "b.exr", "c.exr"}, {"c.exr", "b.exr", "a.exr"}}) {
-        const ProgramResult result = RunProgram(
-            {"merge", folder / order[0], folder / order[1], folder / order[2], "-o", folder / "m.exr"});
+    for (const char* parts : {"a.exr b.exr c.exr", "c.exr b.exr a.exr"}) {
+        const ProgramResult result = RunProgram(folder, Text("merge {} -o m.exr", parts));
         EXPECT_EQ(result.exitCode, 0) << result.messages;
         ExpectSameChannels(image::ReadExr(folder / "m.exr"), whole);
     }
-    for (const char* total : {"3", "8"}) {
+    for (const int total : {3, 8}) {
         const ProgramResult resumed =
-            RunProgram({"render", SceneFile("cornell.gltf"), "--resume", folder / "a.exr", "--spp", total});
+            RunProgram(folder, Text("render @cornell.gltf --resume a.exr --spp {}", total));
         EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
     }
     ExpectSameChannels(image::ReadExr(folder / "a.exr"), whole);
@@ -169,9 +156,9 @@ TEST(ProgramRender, MergedPartsAndResumedOnesHaveTheBitsOfOneRun) {
 
 TEST(ProgramRender, AnotherSeedIsAnotherPictureAndTheSameSeedTheSame) {
     const test::TemporaryFolder folder;
-    RenderCornell({"--spp", "2", "-o", folder / "a.exr"});
-    RenderCornell({"--spp", "2", "-o", folder / "b.exr"});
-    RenderCornell({"--spp", "2", "--seed", "1", "-o", folder / "c.exr"});
+    RenderCornell(folder, "--spp 2 -o a.exr");
+    RenderCornell(folder, "--spp 2 -o b.exr");
+    RenderCornell(folder, "--spp 2 --seed 1 -o c.exr");
     const session::RenderFile a = session::ReadRenderFile(folder / "a.exr");
     ExpectSameChannels(image::ReadExr(folder / "a.exr"), image::ReadExr(folder / "b.exr"));
     EXPECT_NE(a.radiance, session::ReadRenderFile(folder / "c.exr").radiance);
@@ -183,9 +170,7 @@ TEST(ProgramRender, ViewsWithoutLightAreRendered) {
          {"albedo", "normals", "depth", "instance", "material", "wireframe", "overdraw", "ray-cost"}) {
         const std::filesystem::path png = folder / (view + ".png"), exr = folder / (view + ".exr");
         const bool isSingle = view == "depth" || view == "instance" || view == "material";
-        const std::vector<std::string> few =
-            isSingle ? std::vector<std::string>{} : std::vector<std::string>{"--spp", "2"};
-        RenderCornell(Words({"--view", view, "-o", png, "-o", exr}, few));
+        RenderCornell(folder, Text("--view {0} -o {0}.png -o {0}.exr {1}", view, isSingle ? "" : "--spp 2"));
         std::ifstream file(png, std::ios::binary);
         const std::string bytes{std::istreambuf_iterator<char>(file), {}};
         const image::Image8 picture = image::DecodeImage8(std::as_bytes(std::span(bytes)), view);
@@ -198,9 +183,9 @@ TEST(ProgramRender, ViewsWithoutLightAreRendered) {
 
 TEST(ProgramRender, RasterViewIsDirectLightWithTheShadowsAskedFor) {
     const test::TemporaryFolder folder;
-    RenderCornell({"--view", "raster", "--shadows", "off", "--validate", "--spp", "8", "-o",
-                   folder / "drawn.exr", "-o", folder / "drawn.png", "--report", folder / "r.json"});
-    RenderCornell({"--max-depth", "1", "--spp", "32", "-o", folder / "traced.exr"});
+    RenderCornell(folder,
+                  "--view raster --shadows off --validate --spp 8 -o drawn.exr -o drawn.png --report r.json");
+    RenderCornell(folder, "--max-depth 1 --spp 32 -o traced.exr");
     const session::Texels drawn = session::ReadRenderFile(folder / "drawn.exr").radiance;
     const session::Texels traced = session::ReadRenderFile(folder / "traced.exr").radiance;
     double drawnSum = 0.0, tracedSum = 0.0;
@@ -210,7 +195,7 @@ TEST(ProgramRender, RasterViewIsDirectLightWithTheShadowsAskedFor) {
     }
     EXPECT_GT(drawnSum, tracedSum) << "which has shadows";
     EXPECT_LT(drawnSum, 1.3 * tracedSum);
-    RenderCornell({"--view", "raster", "--spp", "32", "-o", folder / "rays.exr"});
+    RenderCornell(folder, "--view raster --spp 32 -o rays.exr");
     const session::Texels rays = session::ReadRenderFile(folder / "rays.exr").radiance;
     double raysSum = 0.0;
     for (size_t i = 0; i < rays.size(); i += 4) raysSum += rays[i];
@@ -219,7 +204,7 @@ TEST(ProgramRender, RasterViewIsDirectLightWithTheShadowsAskedFor) {
 
 TEST(ProgramRender, TimeLimitEndsTheRender) {
     const test::TemporaryFolder folder;
-    RenderCornell({"--time", "0.5", "-o", folder / "a.exr", "--report", folder / "r.json"});
+    RenderCornell(folder, "--time 0.5 -o a.exr --report r.json");
     const nlohmann::json report = JsonOf(folder / "r.json");
     EXPECT_GE(report.at("samples").get<int>(), 1);
     EXPECT_FALSE(report.at("stopped"));
@@ -229,20 +214,20 @@ TEST(ProgramRender, TimeLimitEndsTheRender) {
 }
 
 // A render that would take hours, met with `signal` once it shows its progress.
-ProgramResult RenderUntil(int signal, const std::vector<std::string>& options) {
+ProgramResult RenderUntil(const test::TemporaryFolder& folder, int signal, const std::string& options) {
     bool isSent = false;
-    return test::RunProgramOnTerminal(
-        Words({"render", SceneFile("cornell.gltf"), "--size", "64x64", "--spp", "100000000"}, options),
-        [&](pid_t process, const std::string& shown) {
-            if (isSent || shown.find("/100000000 samples") == std::string::npos) return;
-            isSent = true;
-            kill(process, signal);
-        });
+    return test::RunProgramOnTerminal(folder, "render @cornell.gltf --size 64x64 --spp 100000000 " + options,
+                                      [&](pid_t process, const std::string& shown) {
+                                          if (isSent || shown.find("/100000000 samples") == std::string::npos)
+                                              return;
+                                          isSent = true;
+                                          kill(process, signal);
+                                      });
 }
 
 TEST(ProgramRender, InterruptWritesWhatThereIsAndSaysSo) {
     const test::TemporaryFolder folder;
-    const ProgramResult result = RenderUntil(SIGINT, {"-o", folder / "a.exr", "-o", folder / "a.png"});
+    const ProgramResult result = RenderUntil(folder, SIGINT, "-o a.exr -o a.png");
     EXPECT_EQ(result.exitCode, 0) << result.output;
     EXPECT_NE(result.output.find("stopped after "), std::string::npos) << result.output;
     const uint64_t samples = session::SampleCount(session::ReadRenderFile(folder / "a.exr").samples);
@@ -256,7 +241,7 @@ TEST(ProgramRender, InterruptWritesWhatThereIsAndSaysSo) {
 TEST(ProgramRender, AKilledRenderLeavesTheOldFile) {
     const test::TemporaryFolder folder;
     std::ofstream(folder / "a.png") << "old";
-    const ProgramResult result = RenderUntil(SIGKILL, {"-o", folder / "a.png"});
+    const ProgramResult result = RenderUntil(folder, SIGKILL, "-o a.png");
     EXPECT_EQ(result.exitCode, -1);
     EXPECT_EQ(std::filesystem::file_size(folder / "a.png"), 3u);
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.Path()), {}), 1);
@@ -264,9 +249,8 @@ TEST(ProgramRender, AKilledRenderLeavesTheOldFile) {
 
 TEST(ProgramRender, ProgressIsOneLineAndQuietIsSilent) {
     const test::TemporaryFolder folder;
-    const std::vector<std::string> words{"render", SceneFile("cornell.gltf"), "--size", "32x32", "--spp", "4",
-                                         "-o",     folder / "a.png"};
-    const ProgramResult shown = test::RunProgramOnTerminal(words, [](pid_t, const std::string&) {});
+    const std::string line = "render @cornell.gltf --size 32x32 --spp 4 -o a.png";
+    const ProgramResult shown = test::RunProgramOnTerminal(folder, line, [](pid_t, const std::string&) {});
     EXPECT_EQ(shown.exitCode, 0);
     EXPECT_NE(shown.output.find("compiling shaders"), std::string::npos) << shown.output;
     EXPECT_EQ(shown.output.find('\x1b'), std::string::npos) << "an escape sequence";
@@ -274,29 +258,28 @@ TEST(ProgramRender, ProgressIsOneLineAndQuietIsSilent) {
     EXPECT_EQ(std::ranges::count(shown.output, '\n'), 2) << shown.output;
 
     const ProgramResult quiet =
-        test::RunProgramOnTerminal(Words(words, {"--quiet"}), [](pid_t, const std::string&) {});
+        test::RunProgramOnTerminal(folder, line + " --quiet", [](pid_t, const std::string&) {});
     EXPECT_EQ(quiet.exitCode, 0);
     EXPECT_EQ(quiet.output, "");
 }
 
 TEST(ProgramRender, ValidationFindsNothing) {
     const test::TemporaryFolder folder;
-    RenderCornell({"--validate", "--spp", "3", "--aov", "all", "-o", folder / "a.png", "-o", folder / "a.exr",
-                   "--report", folder / "r.json"});
+    RenderCornell(folder, "--validate --spp 3 --aov all -o a.png -o a.exr --report r.json");
 }
 
 TEST(ProgramRender, ADeviceThatDoesNotExistIsThree) {
     const test::TemporaryFolder folder;
-    const ProgramResult result = RunProgram(
-        {"render", SceneFile("cornell.gltf"), "-o", folder / "a.png", "--device", "no such device"});
+    const ProgramResult result =
+        RunProgram(folder, "render @cornell.gltf -o a.png --device 'no such device'");
     EXPECT_EQ(result.exitCode, 3) << result.messages;
     EXPECT_NE(result.messages.find("no such device"), std::string::npos) << result.messages;
 }
 
 TEST(ProgramRender, ACameraThatDoesNotExistIsTwo) {
     const test::TemporaryFolder folder;
-    const ProgramResult result = RunProgram(
-        {"render", SceneFile("cornell.gltf"), "-o", folder / "a.png", "--camera", "no such camera"});
+    const ProgramResult result =
+        RunProgram(folder, "render @cornell.gltf -o a.png --camera 'no such camera'");
     EXPECT_EQ(result.exitCode, 2) << result.messages;
     EXPECT_NE(result.messages.find("no such camera"), std::string::npos) << result.messages;
 }
@@ -313,13 +296,12 @@ constexpr const char* kTriangle = R"({"asset": {"version": "2.0"}, "scene": 0, "
 TEST(ProgramRender, DarknessIsWarnedOfUnlessThereIsLight) {
     const test::TemporaryFolder folder;
     std::ofstream(folder / "triangle.gltf") << kTriangle;
-    const std::vector<std::string> words{"render", folder / "triangle.gltf", "--size", "8x8", "--spp", "1",
-                                         "-o",     folder / "a.exr"};
-    const ProgramResult dark = RunProgram(words);
+    const std::string line = "render triangle.gltf --size 8x8 --spp 1 -o a.exr";
+    const ProgramResult dark = RunProgram(folder, line);
     EXPECT_EQ(dark.exitCode, 0) << dark.messages;
     EXPECT_NE(dark.messages.find("nothing emits light"), std::string::npos) << dark.messages;
 
-    const ProgramResult lit = RunProgram(Words(words, {"--background", "1,2,3"}));
+    const ProgramResult lit = RunProgram(folder, line + " --background 1,2,3");
     EXPECT_EQ(lit.exitCode, 0) << lit.messages;
     EXPECT_EQ(lit.messages, "");
     // The corners see past the triangle
@@ -336,13 +318,12 @@ TEST(ProgramRender, ResumeRefusesAMaterialThatHasChanged) {
         text.replace(text.find(R"({"POSITION": 0})"), 15, R"({"POSITION": 0}, "material": 0)");
         std::ofstream(folder / "triangle.gltf") << text;
     };
-    const std::vector<std::string> words{"render", folder / "triangle.gltf", "--background", "1,2,3"};
+    const std::string line = "render triangle.gltf --background 1,2,3";
     write("1.5");
-    const ProgramResult first =
-        RunProgram(Words(words, {"--size", "8x8", "--spp", "1", "-o", folder / "a.exr"}));
+    const ProgramResult first = RunProgram(folder, line + " --size 8x8 --spp 1 -o a.exr");
     EXPECT_EQ(first.exitCode, 0) << first.messages;
     write("1.1");
-    const ProgramResult resumed = RunProgram(Words(words, {"--resume", folder / "a.exr", "--spp", "2"}));
+    const ProgramResult resumed = RunProgram(folder, line + " --resume a.exr --spp 2");
     EXPECT_EQ(resumed.exitCode, 4);
     EXPECT_NE(resumed.messages.find("the content of triangle.gltf has changed"), std::string::npos)
         << resumed.messages;
@@ -353,32 +334,30 @@ TEST(ProgramRender, TheEnvironmentMapIsRecordedAndAskedForAgain) {
     std::ofstream(folder / "triangle.gltf") << kTriangle;
     image::ImageF sky{8, 4, std::vector<float>(8 * 4 * 4, 0.5f)};
     image::WriteHdr(folder / "sky.hdr", sky);
-    const std::vector<std::string> words{"render", folder / "triangle.gltf", "--env", folder / "sky.hdr"};
-    const ProgramResult first =
-        RunProgram(Words(words, {"--size", "8x8", "--spp", "1", "-o", folder / "a.exr"}));
+    const std::string line = "render triangle.gltf --env sky.hdr";
+    const ProgramResult first = RunProgram(folder, line + " --size 8x8 --spp 1 -o a.exr");
     EXPECT_EQ(first.exitCode, 0) << first.messages;
     const session::RenderFile render = session::ReadRenderFile(folder / "a.exr");
     EXPECT_EQ(render.environmentFile, "sky.hdr");
     EXPECT_NEAR(render.radiance[0], 0.5f, 0.01f);
 
-    const ProgramResult without =
-        RunProgram({"render", folder / "triangle.gltf", "--resume", folder / "a.exr", "--spp", "2"});
+    const ProgramResult without = RunProgram(folder, "render triangle.gltf --resume a.exr --spp 2");
     EXPECT_EQ(without.exitCode, 4);
     EXPECT_NE(without.messages.find("environment: sky.hdr against none"), std::string::npos)
         << without.messages;
-    const ProgramResult with = RunProgram(Words(words, {"--resume", folder / "a.exr", "--spp", "2"}));
+    const ProgramResult with = RunProgram(folder, line + " --resume a.exr --spp 2");
     EXPECT_EQ(with.exitCode, 0) << with.messages;
     sky.rgba[4] = 3.0f;
     image::WriteHdr(folder / "sky.hdr", sky);
-    const ProgramResult changed = RunProgram(Words(words, {"--resume", folder / "a.exr", "--spp", "3"}));
+    const ProgramResult changed = RunProgram(folder, line + " --resume a.exr --spp 3");
     EXPECT_EQ(changed.exitCode, 4);
     EXPECT_NE(changed.messages.find("sky.hdr has changed"), std::string::npos) << changed.messages;
 }
 
 TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     const test::TemporaryFolder folder;
-    const ProgramResult result = RunProgram({"bench", SceneFile("cornell.gltf"), "--size", "64x36",
-                                             "--frames", "2", "--rounds", "2", "--json", folder / "b.json"});
+    const ProgramResult result =
+        RunProgram(folder, "bench @cornell.gltf --size 64x36 --frames 2 --rounds 2 --json b.json");
     ASSERT_EQ(result.exitCode, 0) << result.messages;
     EXPECT_EQ(result.output.find('\n') + 1, result.output.size());
     const nlohmann::json json = nlohmann::json::parse(result.output);
@@ -410,8 +389,9 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
         stored["cost"]["median"] = factor * json.at("cost").at("median").get<double>();
         stored["cost"]["standard_error"] = 0.0;
         std::ofstream(folder / "stored.json") << stored.dump() << "\n";
-        return RunProgram({"bench", SceneFile("cornell.gltf"), "--size", "64x36", "--frames", "2", "--rounds",
-                           "3", "--compare", folder / "stored.json", "--tolerance", "0.5"});
+        return RunProgram(
+            folder,
+            "bench @cornell.gltf --size 64x36 --frames 2 --rounds 3 --compare stored.json --tolerance 0.5");
     };
     const ProgramResult slower = compare(0.25);
     EXPECT_EQ(slower.exitCode, 6) << slower.messages;
@@ -420,19 +400,20 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
 }
 
 TEST(ProgramGraph, ShowsThePassesOfAFrame) {
-    const ProgramResult later = RunProgram({"graph", SceneFile("cornell.gltf"), "--size", "16x16"});
+    const test::TemporaryFolder folder;
+    const ProgramResult later = RunProgram(folder, "graph @cornell.gltf --size 16x16");
     ASSERT_EQ(later.exitCode, 0) << later.messages;
     for (const char* pass : {"Trace", "Accumulate", "Tonemap"})
         EXPECT_NE(later.output.find(pass), std::string::npos) << later.output << "lacks " << pass;
     EXPECT_EQ(later.output.find("BuildBlas"), std::string::npos) << later.output;
-    const ProgramResult first = RunProgram({"graph", SceneFile("cornell.gltf"), "--first", "--dot"});
+    const ProgramResult first = RunProgram(folder, "graph @cornell.gltf --first --dot");
     ASSERT_EQ(first.exitCode, 0) << first.messages;
     EXPECT_EQ(first.output.find("digraph"), 0u) << first.output;
     EXPECT_NE(first.output.find("BuildBlas"), std::string::npos) << first.output;
 }
 
 TEST(ProgramInfo, ListsTheDevices) {
-    const ProgramResult result = RunProgram({"info", "--devices"});
+    const ProgramResult result = RunProgram(test::TemporaryFolder(), "info --devices");
     EXPECT_EQ(result.exitCode, 0) << result.messages;
     EXPECT_NE(result.output.find("suitable  yes"), std::string::npos) << result.output;
 }

@@ -12,8 +12,8 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "tests/cli/cli_test.h"
 #include "tests/support/source_file.h"
-#include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {
 
@@ -25,8 +25,8 @@ std::string TextOf(const std::filesystem::path& path) {
 }
 
 // In the child: becomes the program. Nothing may be allocated after fork(), so `words` come as pointers.
-[[noreturn]] void Become(const std::vector<char*>& words) {
-    execv(words[0], words.data());
+[[noreturn]] void Become(const TemporaryFolder& folder, const std::vector<char*>& words) {
+    if (chdir(folder.Path().c_str()) == 0) execv(words[0], words.data());
     _exit(127);
 }
 
@@ -41,10 +41,19 @@ void LeaveLeaksOut() {
 // set the variable itself.
 [[maybe_unused]] const int isWithoutLevels = unsetenv("RAYGRAPH_LOG");
 
-std::vector<char*> Pointers(std::vector<std::string>& words) {
+// With the program's own path before them.
+std::vector<std::string> ProgramWords(std::string_view line) {
     static std::once_flag isSet;
     std::call_once(isSet, LeaveLeaksOut);
+    std::vector<std::string> words = Words(line);
+    for (std::string& word : words)
+        if (word.starts_with('@')) word = SceneFile(word.c_str() + 1);
     words.insert(words.begin(), EnvironmentOr("RAYGRAPH_PROGRAM", RAYGRAPH_BUILT_PROGRAM));
+    words[0] = std::filesystem::absolute(words[0]).string();
+    return words;
+}
+
+std::vector<char*> Pointers(std::vector<std::string>& words) {
     std::vector<char*> pointers;
     for (std::string& word : words) pointers.push_back(word.data());
     pointers.push_back(nullptr);
@@ -65,17 +74,17 @@ void Redirect(const char* path, int descriptor) {
 
 }  // namespace
 
-ProgramResult RunProgram(const std::vector<std::string>& words) {
-    const TemporaryFolder folder;
-    const std::string output = folder / "stdout", messages = folder / "stderr";
-    std::vector<std::string> copies = words;
-    const std::vector<char*> pointers = Pointers(copies);
+ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line) {
+    const TemporaryFolder outputs;
+    const std::string output = outputs / "stdout", messages = outputs / "stderr";
+    std::vector<std::string> words = ProgramWords(line);
+    const std::vector<char*> pointers = Pointers(words);
     const pid_t process = fork();
     if (process < 0) throw std::runtime_error("fork failed");
     if (process == 0) {
         Redirect(output.c_str(), STDOUT_FILENO);
         Redirect(messages.c_str(), STDERR_FILENO);
-        Become(pointers);
+        Become(folder, pointers);
     }
     ProgramResult result;
     result.exitCode = ExitCodeOf(process);
@@ -85,14 +94,14 @@ ProgramResult RunProgram(const std::vector<std::string>& words) {
 }
 
 ProgramResult RunProgramOnTerminal(
-    const std::vector<std::string>& words,
+    const TemporaryFolder& folder, std::string_view line,
     const std::function<void(pid_t process, const std::string& shown)>& onText) {
-    std::vector<std::string> copies = words;
-    const std::vector<char*> pointers = Pointers(copies);
+    std::vector<std::string> words = ProgramWords(line);
+    const std::vector<char*> pointers = Pointers(words);
     int terminal = -1;
     const pid_t process = forkpty(&terminal, nullptr, nullptr, nullptr);
     if (process < 0) throw std::runtime_error("forkpty failed");
-    if (process == 0) Become(pointers);
+    if (process == 0) Become(folder, pointers);
     ProgramResult result;
     std::array<char, 4096> buffer{};
     for (;;) {

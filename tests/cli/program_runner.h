@@ -3,11 +3,12 @@
 
 #include <sys/types.h>
 
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
-#include <vector>
+#include <string_view>
+
+#include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {
 
@@ -17,14 +18,15 @@ struct ProgramResult {
     std::string messages;  // stderr
 };
 
-// `raygraph WORDS...` with stdout and stderr in files: no terminal.
-ProgramResult RunProgram(const std::vector<std::string>& words);
+// `raygraph` with the words of `line` (cli_test.h), run in `folder`, which the files that it names are
+// relative to; @cornell.gltf is a scene of the source tree. Its stdout and stderr are files: no terminal.
+ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line);
 
 // The same on a terminal of its own, so that progress is shown. `onText` is called with all that the terminal
 // has shown so far and may send signals to the process. `messages` stays empty: a terminal does not tell the
 // two apart.
 ProgramResult RunProgramOnTerminal(
-    const std::vector<std::string>& words,
+    const TemporaryFolder& folder, std::string_view line,
     const std::function<void(pid_t process, const std::string& shown)>& onText);
 
 // A variable of the environment for as long as it lives, for programs that are started meanwhile.

@@ -10,12 +10,12 @@ namespace {
 
 using test::ProgramResult;
 using test::RunProgram;
-using test::SceneFile;
 
 // One line on stderr that begins with the program's name and holds these texts, nothing on stdout.
 template <typename... Texts>
-void ExpectFailure(const std::vector<std::string>& words, int exitCode, const Texts&... texts) {
-    const ProgramResult result = RunProgram(words);
+void ExpectFailure(const test::TemporaryFolder& folder, const char* line, int exitCode,
+                   const Texts&... texts) {
+    const ProgramResult result = RunProgram(folder, line);
     EXPECT_EQ(result.exitCode, exitCode) << result.messages;
     EXPECT_EQ(result.output, "");
     EXPECT_EQ(result.messages.find("raygraph: "), 0u) << result.messages;
@@ -26,7 +26,7 @@ void ExpectFailure(const std::vector<std::string>& words, int exitCode, const Te
 
 TEST(Program, HelpAndVersionGoToStdout) {
     for (const char* option : {"--help", "--version"}) {
-        const ProgramResult result = RunProgram({option});
+        const ProgramResult result = RunProgram(test::TemporaryFolder(), option);
         EXPECT_EQ(result.exitCode, 0);
         EXPECT_NE(result.output.find("raygraph"), std::string::npos);
         EXPECT_EQ(result.messages, "");
@@ -34,67 +34,54 @@ TEST(Program, HelpAndVersionGoToStdout) {
 }
 
 TEST(Program, WrongUsageIsTwo) {
-    ExpectFailure({}, 2, "--help");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "--bogus"}, 2, "--bogus");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "--size", "0x4"}, 2, "--size", "0x4");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.tiff"}, 2, "a.tiff");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--aov", "albedo"}, 2, "--aov",
-                  ".exr");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "raster", "--error", "0.1"},
-                  2, "--view raster", "--error");
-    ExpectFailure(
-        {"render", SceneFile("cornell.gltf"), "-o", "a.exr", "--view", "raster", "--light-group", "a=light"},
-        2, "--view raster", "--light-group");
-    ExpectFailure(
-        {"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "raster", "--max-depth", "1"}, 2,
-        "--view raster", "--max-depth");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--shadows", "maps"}, 2, "--shadows",
-                  "--view raster");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.exr", "--view", "albedo", "--aov", "direct"},
-                  2, "--aov direct", "path-traced");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--light-group", "a=light"}, 2,
-                  "--light-group", ".exr");
-    ExpectFailure(
-        {"render", SceneFile("cornell.gltf"), "-o", "a.exr", "--view", "albedo", "--light-group", "a=light"},
-        2, "--light-group");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "depth", "--spp", "4"}, 2,
-                  "depth", "--spp");
-    ExpectFailure(
-        {"render", SceneFile("cornell.gltf"), "-o", "a.png", "--view", "normals", "--exposure", "1"}, 2,
-        "normals", "--exposure");
-    ExpectFailure(
-        {"render", SceneFile("cornell.gltf"), "--sample-offset", "4294967295", "--spp", "2", "-o", "a.exr"},
-        2, "--sample-offset");
+    const test::TemporaryFolder folder;
+    ExpectFailure(folder, "", 2, "--help");
+    ExpectFailure(folder, "render @cornell.gltf --bogus", 2, "--bogus");
+    ExpectFailure(folder, "render @cornell.gltf --size 0x4", 2, "--size", "0x4");
+    ExpectFailure(folder, "render @cornell.gltf -o a.tiff", 2, "a.tiff");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --aov albedo", 2, "--aov", ".exr");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view raster --error 0.1", 2, "--view raster",
+                  "--error");
+    ExpectFailure(folder, "render @cornell.gltf -o a.exr --view raster --light-group a=light", 2,
+                  "--view raster", "--light-group");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view raster --max-depth 1", 2, "--view raster",
+                  "--max-depth");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --shadows maps", 2, "--shadows", "--view raster");
+    ExpectFailure(folder, "render @cornell.gltf -o a.exr --view albedo --aov direct", 2, "--aov direct",
+                  "path-traced");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --light-group a=light", 2, "--light-group", ".exr");
+    ExpectFailure(folder, "render @cornell.gltf -o a.exr --view albedo --light-group a=light", 2,
+                  "--light-group");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view depth --spp 4", 2, "depth", "--spp");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view normals --exposure 1", 2, "normals",
+                  "--exposure");
+    ExpectFailure(folder, "render @cornell.gltf --sample-offset 4294967295 --spp 2 -o a.exr", 2,
+                  "--sample-offset");
 }
 
 TEST(Program, BadInputIsFour) {
     const test::TemporaryFolder folder;
-    const std::string out = folder / "a.exr", broken = folder / "broken.gltf", sky = folder / "sky.hdr";
-    std::ofstream(broken) << R"({"asset": {"version": "2.0"}, "scene": 3})";
-    std::ofstream(sky) << "no picture";
-    ExpectFailure({"render", folder / "none.gltf", "-o", out}, 4, "none.gltf");
-    ExpectFailure({"render", broken, "-o", out}, 4, "broken.gltf");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "--env", sky, "-o", out}, 4, "sky.hdr");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "--env", folder / "none.hdr", "-o", out}, 4,
-                  "none.hdr");
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "--resume", folder / "none.exr", "--spp", "2"}, 4,
-                  "none.exr");
-    ExpectFailure({"info", broken}, 4, "broken.gltf");
-    ExpectFailure({"bench", folder / "none.gltf"}, 4, "none.gltf");
-    ExpectFailure({"graph", folder / "none.gltf"}, 4, "none.gltf");
-    ExpectFailure({"merge", folder / "a.exr", folder / "b.exr", "-o", out}, 4, "a.exr");
-    EXPECT_FALSE(std::filesystem::exists(out));
+    std::ofstream(folder / "broken.gltf") << R"({"asset": {"version": "2.0"}, "scene": 3})";
+    std::ofstream(folder / "sky.hdr") << "no picture";
+    ExpectFailure(folder, "render none.gltf -o a.exr", 4, "none.gltf");
+    ExpectFailure(folder, "render broken.gltf -o a.exr", 4, "broken.gltf");
+    ExpectFailure(folder, "render @cornell.gltf --env sky.hdr -o a.exr", 4, "sky.hdr");
+    ExpectFailure(folder, "render @cornell.gltf --env none.hdr -o a.exr", 4, "none.hdr");
+    ExpectFailure(folder, "render @cornell.gltf --resume none.exr --spp 2", 4, "none.exr");
+    ExpectFailure(folder, "info broken.gltf", 4, "broken.gltf");
+    ExpectFailure(folder, "bench none.gltf", 4, "none.gltf");
+    ExpectFailure(folder, "graph none.gltf", 4, "none.gltf");
+    ExpectFailure(folder, "merge a.exr b.exr -o c.exr", 4, "a.exr");
+    EXPECT_FALSE(std::filesystem::exists(folder / "a.exr") || std::filesystem::exists(folder / "c.exr"));
 }
 
 TEST(Program, AnOutputThatCannotBeWrittenIsOneBeforeAnythingIsRead) {
     const test::TemporaryFolder folder;
     // The scene does not exist either: the output is looked at first
-    ExpectFailure({"render", folder / "none.gltf", "-o", folder / "missing" / "a.png"}, 1, "missing");
-    ExpectFailure(
-        {"render", folder / "none.gltf", "-o", folder / "a.png", "--report", folder / "missing" / "r.json"},
-        1, "missing");
-    ExpectFailure({"merge", "a.exr", "b.exr", "-o", folder / "missing" / "c.exr"}, 1, "missing");
-    ExpectFailure({"bench", folder / "none.gltf", "--json", folder / "missing" / "b.json"}, 1, "missing");
+    ExpectFailure(folder, "render none.gltf -o missing/a.png", 1, "missing");
+    ExpectFailure(folder, "render none.gltf -o a.png --report missing/r.json", 1, "missing");
+    ExpectFailure(folder, "merge a.exr b.exr -o missing/c.exr", 1, "missing");
+    ExpectFailure(folder, "bench none.gltf --json missing/b.json", 1, "missing");
     EXPECT_TRUE(std::filesystem::is_empty(folder.Path()));
 }
 
@@ -103,14 +90,12 @@ TEST(Program, MergeNeedsNoDevice) {
     session::WriteRenderFile(folder / "a.exr", test::MakeRender(0, 16));
     session::WriteRenderFile(folder / "b.exr", test::MakeRender(16, 48, 1.0f));
     session::WriteRenderFile(folder / "c.exr", test::MakeRender(63, 4));
-    const ProgramResult merged =
-        RunProgram({"merge", folder / "a.exr", folder / "b.exr", "-o", folder / "m.exr"});
+    const ProgramResult merged = RunProgram(folder, "merge a.exr b.exr -o m.exr");
     EXPECT_EQ(merged.exitCode, 0) << merged.messages;
     EXPECT_NE(merged.output.find("64 samples"), std::string::npos) << merged.output;
     EXPECT_EQ(session::ReadRenderFile(folder / "m.exr").samples, (session::SampleRanges{{0, 64}}));
 
-    ExpectFailure({"merge", folder / "m.exr", folder / "c.exr", "-o", folder / "n.exr"}, 4, "m.exr", "c.exr",
-                  "0-63", "63-66");
+    ExpectFailure(folder, "merge m.exr c.exr -o n.exr", 4, "m.exr", "c.exr", "0-63", "63-66");
     EXPECT_FALSE(std::filesystem::exists(folder / "n.exr"));
 }
 
@@ -118,16 +103,14 @@ TEST(Program, MergeNeedsNoDevice) {
 TEST(Program, ChannelsOfAResumedRenderNeedAnExr) {
     const test::TemporaryFolder folder;
     session::WriteRenderFile(folder / "a.exr", test::MakeRender(0, 16));
-    ExpectFailure({"render", SceneFile("cornell.gltf"), "--resume", folder / "a.exr", "--spp", "20", "-o",
-                   folder / "a.png"},
-                  2, "a.exr", "albedo,normal,depth,instance,material");
-    const ProgramResult result = RunProgram({"render", SceneFile("cornell.gltf"), "--resume",
-                                             folder / "a.exr", "--spp", "20", "-o", folder / "a.png"});
+    ExpectFailure(folder, "render @cornell.gltf --resume a.exr --spp 20 -o a.png", 2, "a.exr",
+                  "albedo,normal,depth,instance,material");
+    const ProgramResult result = RunProgram(folder, "render @cornell.gltf --resume a.exr --spp 20 -o a.png");
     EXPECT_EQ(result.messages.find("--aov"), std::string::npos) << result.messages;
 }
 
 TEST(Program, InfoOfASceneNeedsNoDevice) {
-    const ProgramResult result = RunProgram({"info", SceneFile("cornell.gltf")});
+    const ProgramResult result = RunProgram(test::TemporaryFolder(), "info @cornell.gltf");
     EXPECT_EQ(result.exitCode, 0) << result.messages;
     for (const char* text : {"cornell.gltf", "triangles", "cameras", "materials", "emits"})
         EXPECT_NE(result.output.find(text), std::string::npos) << result.output << "lacks " << text;

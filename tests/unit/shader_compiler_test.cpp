@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // A folder of its own that goes away with the test.
-class ShaderCompiler : public testing::Test {
+class ShaderCompiler : public ::testing::Test {
   protected:
     void SetUp() override {
         std::string pattern = (fs::temp_directory_path() / "raygraph-shaders-XXXXXX").string();
