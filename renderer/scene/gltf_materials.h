@@ -7,8 +7,8 @@
 
 namespace raygraph::scene {
 
-// Fills scene.materials and scene.textures; returns, for each entry scene.images shall have, the file's image
-// index. Texture::image already indexes that list.
+// Fills scene.materials and scene.textures; returns the file's image index for each entry that scene.images
+// will have. Texture::image already indexes that list.
 std::vector<uint32_t> ReadMaterials(GltfContext& context, const gltf::Model& model, SceneData& scene);
 
 // Decodes one of the file's images; its index is for messages. gltf_images.cpp.

@@ -152,8 +152,7 @@ constexpr auto kNode =
           Index("skin", Target::Skins), Indices("children", Target::Nodes), Extensions(ExtensionPlace::Node));
 constexpr auto kScene = Table(Text("name"), Indices("nodes", Target::Nodes));
 
-// --- What is not read: its indices are checked, so that a damaged file is refused whether or not it shows
-// ---
+// --- What is not read, but for its indices: a damaged file is refused whether or not it shows ---
 
 constexpr auto kSkin = Table(Indices("joints", Target::Nodes), Index("skeleton", Target::Nodes),
                              Index("inverseBindMatrices", Target::Accessors));

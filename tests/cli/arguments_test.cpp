@@ -183,7 +183,7 @@ TEST(Arguments, DocsListWhatEachOptionTakes) {
         lists++;
     };
     for (const PictureSetting& setting : PictureSettingTable())
-        // Off is not named beside the switches of biases; the page raster.md has the views
+        // The page leaves out "off" of switches, and raster.md lists the views
         if (!setting.choices.empty() && setting.name != std::string("shadow-terminator") &&
             setting.name != std::string("view"))
             expect(setting.name, {setting.choices.begin(), setting.choices.end()});

@@ -1,4 +1,4 @@
-// From the options of the command line to what the passes are told: each changes its own part and no other.
+// Options of the command line as settings of the passes: each option changes its own setting and no other.
 #include "editor/session/device_scene.h"
 
 #include <algorithm>
@@ -115,7 +115,7 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
         {"env-tint", "2,3,4", {}},
     };
     for (const Change& change : kChanges) ExpectChange(change);
-    // With a map, its factor counts in place of the background
+    // With a map, the tint applies to it, and the background is not used
     ExpectChange({"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"}, true);
     ExpectChange({"background", "1,2,3", {}}, true);
     // Every setting is here but those that tell the command what to do with the picture

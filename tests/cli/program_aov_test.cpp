@@ -1,4 +1,4 @@
-// The light in parts, as the program renders and keeps it. A device is needed.
+// The parts of the light, as the program renders and stores them. A device is needed.
 #include <cmath>
 
 #include "base/text.h"

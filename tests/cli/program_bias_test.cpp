@@ -127,7 +127,7 @@ TEST_F(ProgramBias, ResumedMeasuresWhatAnUninterruptedRenderDoes) {
     }
 }
 
-// The file has the count of one bias: another one that is on, but not in it, has none to go on with.
+// The file stores one bias only: another one that is on cannot be continued from it.
 TEST_F(ProgramBias, ResumedCountsForTheBiasThatItsFileHolds) {
     const auto render = [&](int count) {
         return Render("cornell.gltf",
@@ -149,7 +149,7 @@ TEST_F(ProgramBias, ResumedCountsForTheBiasThatItsFileHolds) {
     EXPECT_FALSE(removed.contains("clamp_indirect")) << "of a part of the samples";
 }
 
-// A small sphere that shines as bright as a float can say, under a sky that does too: their sum is infinite.
+// A small sphere and a sky, both near the greatest float: their sum is infinite.
 TEST_F(ProgramBias, InfiniteSamplesAreBlackAndReported) {
     std::ifstream file(SceneFile("furnace_sphere.gltf"));
     nlohmann::json scene = nlohmann::json::parse(file);

@@ -1,4 +1,4 @@
-// The program when a call of Vulkan fails in it: one line, the exit status of it, and no file.
+// The program when a Vulkan call fails: one line, the exit status for it, and no file.
 #include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <link.h>

@@ -1,4 +1,4 @@
-// The light of groups of lights, as the program renders and keeps it. A device is needed.
+// Light groups, as the program renders and stores them. A device is needed.
 #include <algorithm>
 #include <cmath>
 

@@ -29,7 +29,7 @@ std::string TextOf(const std::filesystem::path& path) {
     return text.str();
 }
 
-// A user who has a file in place of the folder for pipeline caches: the device warns of that.
+// Where the folder for pipeline caches should be, there is a file: the device warns.
 class ProgramMessages : public ::testing::Test {
   protected:
     ProgramMessages() {
@@ -131,7 +131,7 @@ TEST_F(ProgramMessages, WhatCannotBeIsOneLine) {
     expect("info warned.gltf", 4, "RAYGRAPH_LOG: \"loud\" is no level");
 }
 
-// A log is appended to from the start: it would be at the end of what it is refused for.
+// A log is appended to as soon as it is opened, so it has to be refused before.
 TEST_F(ProgramMessages, LogIsNoFileThatTheCommandReadsOrWrites) {
     std::ofstream(folder / "kept") << "as it was";
     const auto expectRefused = [&](const std::string& line, const std::string& part) {

@@ -383,7 +383,7 @@ TEST(ProgramBench, PrintsOneLineOfJsonWithTheEfficiency) {
     for (const char* pass : {"Trace", "Accumulate", "Tonemap", "Limit", "LimitPath", "LambertLoop"})
         EXPECT_GT(json.at("gpu_ms_median").at(pass).get<double>(), 0.0) << pass;
 
-    // Beside a run that was stored as four times as cheap, and as four times as dear
+    // Compared with a stored run at a quarter of the cost, and with one at four times the cost
     const auto compare = [&](double factor) {
         nlohmann::json stored = json;
         stored["cost"]["median"] = factor * json.at("cost").at("median").get<double>();

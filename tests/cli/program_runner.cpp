@@ -37,8 +37,8 @@ void LeaveLeaksOut() {
     setenv("ASAN_OPTIONS", (std::string(options ? options : "") + ":detect_leaks=0").c_str(), 1);
 }
 
-// What the user of the tests has asked of programs is no business of theirs. Before the first test, which may
-// set the variable itself.
+// Programs do not get the RAYGRAPH_LOG of whoever runs the tests. Done before the first test, which may set
+// it.
 [[maybe_unused]] const int isWithoutLevels = unsetenv("RAYGRAPH_LOG");
 
 // With the program's own path before them.

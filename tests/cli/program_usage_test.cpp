@@ -1,4 +1,4 @@
-// What the program says and returns when it is told something that it cannot do. No device is needed.
+// Messages and exit statuses of requests that the program refuses. No device is needed.
 #include <fstream>
 
 #include "tests/cli/cli_test.h"
@@ -99,7 +99,7 @@ TEST(Program, MergeNeedsNoDevice) {
     EXPECT_FALSE(std::filesystem::exists(folder / "n.exr"));
 }
 
-// Nobody gave --aov: the channels are those of the file.
+// Without --aov the channels are those of the file.
 TEST(Program, ChannelsOfAResumedRenderNeedAnExr) {
     const test::TemporaryFolder folder;
     session::WriteRenderFile(folder / "a.exr", test::MakeRender(0, 16));

@@ -1,4 +1,4 @@
-// A frame that is dropped owes the host its semaphores: what the host has signaled is waited for, and what
+// A dropped frame still serves the semaphores of the host: what the host has signaled is waited for, and what
 // it waits for is signaled.
 #include <gmock/gmock.h>
 
@@ -45,7 +45,7 @@ struct Host {
         renderer.SignalSemaphore(after.Use());
         renderer.SignalSemaphore(progress.At(++frames));
     }
-    // Submits work that waits for `after`, if the frame has seen to it that there is a signal to wait for.
+    // Submits work that waits for `after`, if the frame has signaled it.
     ::testing::AssertionResult GoesOn() {
         const uint64_t value = frames;
         const VkSemaphore semaphore = progress.At(value).semaphore;
@@ -107,7 +107,7 @@ TEST_F(DroppedSemaphores, AreForwardedByDropFrameAfterAnErrorInASetup) {
     EXPECT_THROW(Frame(Where::Setup), std::runtime_error);
     m_renderer.DropFrame();
     ASSERT_TRUE(m_host.GoesOn());
-    m_renderer.DropFrame();  // owes nothing more
+    m_renderer.DropFrame();  // has nothing left to signal
     m_host.Signal();
     Frame(Where::Nowhere);
     ASSERT_TRUE(m_host.GoesOn());

@@ -1,4 +1,4 @@
-// What goes wrong on the way: exceptions drop the frame and nothing else, mistakes are named, a lost device
+// Failures in a frame: exceptions drop the frame and nothing else, mistakes are named, a lost device
 // names the pass.
 #include <gmock/gmock.h>
 

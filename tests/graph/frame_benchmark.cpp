@@ -160,7 +160,7 @@ struct Fixture {
     uint32_t count = 0;
 };
 
-// Declare, compile and record; submission and the wait for the device are told apart in the counters.
+// Declare, compile and record; submission and the wait for the device have counters of their own.
 void Frame(benchmark::State& state) {
     Fixture fixture;
     const auto accumulations = static_cast<int>(state.range(0)) - 2;

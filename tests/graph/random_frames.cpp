@@ -12,7 +12,7 @@ namespace {
 constexpr uint32_t kFamily = 0;
 constexpr uint32_t kOtherFamily = 3;
 
-// Kinds of resources that an access can be of, beside what the graph refuses.
+// The kinds of resources that an access can have, apart from what the graph refuses.
 bool Fits(ResourceKind kind, const golden::AccessRow& row) {
     switch (row.access) {
         case Access::TraceStructure:

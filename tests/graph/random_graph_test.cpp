@@ -1,4 +1,4 @@
-// Random graphs over several frames, judged by an oracle that knows Vulkan and not the planner; and faults
+// Random graphs over several frames, checked by an oracle that knows Vulkan and not the planner; and faults
 // planted into plans, to see that it finds them.
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ TEST(RandomGraph, EveryHazardIsOrderedVisibleAndInTheRightLayout) {
             for (const PlannedBarrier& barrier : plan.barriers)
                 shared += barrier.predecessor != kNone ? 1 : 0;
         });
-    // What has been judged is worth it.
+    // Enough has been checked.
     EXPECT_GT(passes, kSeeds * kFrames * 2);
     EXPECT_GT(barriers, kSeeds * kFrames * 4);
     EXPECT_GT(shared, kSeeds);

@@ -1,4 +1,4 @@
-// Files that lie: about their size, their length, their contents.
+// Malformed files: wrong sizes, wrong lengths, broken contents.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 

@@ -1,4 +1,4 @@
-// Pictures of other renderers whose physics is not quite ours: compared as their descriptions say.
+// Pictures of other renderers whose models differ a little from ours: compared as their descriptions say.
 #include <algorithm>
 #include <cmath>
 #include <functional>

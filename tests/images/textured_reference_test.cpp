@@ -1,4 +1,4 @@
-// A textured scene against the picture that support/direct_light_reference works out by itself.
+// A textured scene against the picture that support/direct_light_reference computes independently.
 #include <algorithm>
 #include <array>
 #include <cmath>

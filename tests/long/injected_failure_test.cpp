@@ -1,4 +1,4 @@
-// Each call of Vulkan that can fail in a life of renderer, scene and viewport; the kind `viewport` has some.
+// Each Vulkan call that can fail over the lifetime of renderer, scene and viewport; `viewport` has some.
 #include "tests/support/failure_sweep.h"
 
 namespace raygraph::testing {

@@ -21,7 +21,7 @@ namespace {
 // Pixels of 256. The same random numbers give the same bits, and few paths turn on how roulette is played.
 constexpr size_t kFew = 5;
 
-// What an option moves beside the light.
+// What an option changes besides the light.
 enum class Moves : uint8_t { Nothing, CameraRays, FirstHits };
 
 struct Option {

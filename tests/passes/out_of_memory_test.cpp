@@ -1,4 +1,4 @@
-// Spent memory leaves the library as an Error, and leaves what there was.
+// Exhausted host memory: an Error, and everything as before.
 #include "base/out_of_memory.h"
 #include "base/error.h"
 #include "rhi/device.h"

@@ -1,4 +1,4 @@
-// A scene that does not fit the device, or that cannot be, leaves the one that is there as it is.
+// A scene that does not fit the device, or is invalid, is refused, and the open one stays as it is.
 #include <limits>
 
 #include "tests/rhi/fake_loader.h"

@@ -1,4 +1,4 @@
-// What Trace does on purpose to the light of a sample: named biases, and samples that are no light at all.
+// Deliberate changes of a sample in Trace: named biases, and samples that are not finite.
 #include <cmath>
 #include <cstring>
 

@@ -49,7 +49,7 @@ TEST_F(TraceContract, Trace_IsAFunctionOfSeedPixelAndSample) {
     EXPECT_TRUE(SameBits(first, another.TraceOnce(settings)));
 }
 
-// What leaves the mean as it is, or nearly so, might be left out and nobody would see it.
+// Options that hardly change the mean: tests of the mean would not notice if one had no effect.
 TEST_F(TraceContract, Trace_HowLightIsChosenWeighedAndReflectedChangesTheSample) {
     scene::Material metal = Lambert({0.9f, 0.6f, 0.3f});
     metal.metallicFactor = 1.0f;

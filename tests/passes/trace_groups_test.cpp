@@ -1,4 +1,4 @@
-// The radiance that Trace tells apart by groups of lights.
+// The radiance of each group of lights, as Trace separates it.
 #include <cstring>
 
 #include "base/error.h"

@@ -1,4 +1,4 @@
-// The parts of the radiance that Trace tells apart.
+// The parts into which Trace separates the radiance.
 #include <cmath>
 #include <cstring>
 #include <span>

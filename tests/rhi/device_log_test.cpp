@@ -84,7 +84,7 @@ TEST_F(DeviceLogTest, CallbackThatThrowsEndsNothing) {
     rhi::CommandList commands = device->BeginCommands("race");
     commands.Fill(buffer, 1);
     commands.Fill(buffer, 2);
-    // Both outcomes of a list are told where nothing may be thrown
+    // OnSubmitted and OnDropped run where nothing may be thrown
     commands.OnSubmitted([&] { Say(throwing, LogLevel::Info, log_category::kGraph, "submitted"); });
     device->Submit(std::move(commands));
     device->WaitIdle();

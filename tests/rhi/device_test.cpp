@@ -271,7 +271,7 @@ TEST_F(DeviceLostTest, DestroyingTheDeviceAfterwards_FreesEverything) {
 
 // ---- Devices that hang.
 
-// A device whose queue stands still until the test lets it go on.
+// A device whose queue is blocked until the test releases it.
 struct HangTest : ::testing::Test {
     explicit HangTest(std::chrono::milliseconds limit = std::chrono::milliseconds(50)) {
         rhi::DeviceDesc desc{.name = "hanging", .hangLimit = limit, .savePipelineCache = false};
@@ -352,7 +352,7 @@ struct NeverTest : SlowQueueTest {
         EXPECT_EQ(vk.vkCreateSemaphore(handle, &info, nullptr, &never.semaphore), VK_SUCCESS);
         value = device->Submit(device->BeginCommands("waits"), {&never, 1});
     }
-    // What is left goes on, and is done before the process ends: a driver may wait for it there, for ever.
+    // Lets the rest of the work finish before the process ends, where a driver may wait for it forever.
     ~NeverTest() override {
         const VkSemaphoreSignalInfo signal{VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, nullptr, never.semaphore,
                                            1};

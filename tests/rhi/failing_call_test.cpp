@@ -1,4 +1,4 @@
-// Calls of Vulkan that fail, one at a time: what the wrapper around each makes of it.
+// Vulkan calls that fail, one at a time: how each wrapper reports it.
 #include <gtest/gtest.h>
 
 #include <tuple>

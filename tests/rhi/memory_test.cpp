@@ -1,4 +1,4 @@
-// Where resources lie, what is told about it, and what happens when there is no more.
+// In which memory resources are, what is reported of it, and what happens when it is exhausted.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -106,7 +106,7 @@ TEST_F(SeparateMemoryTest, HeapsAreAskedForEachTime) {
     EXPECT_EQ(device->MemoryHeaps().at(0).usedBytes, 20u << 20);
 }
 
-// A copy in the host's memory would be there for good, in place of a structure in the device's own.
+// A compacted copy in the host's memory would replace a structure in the device's memory for good.
 TEST_F(SeparateMemoryTest, AccelerationStructuresAreInTheDevicesOwnMemoryOrWaitForIt) {
     const auto upload = [&](const char* name, const auto& values) {
         rhi::Buffer buffer = device->CreateBuffer({.name = name,

@@ -1,4 +1,4 @@
-// What may be in a scene, and what is said of one that may not.
+// Check: which scenes are valid, and the messages for those that are not.
 #include "renderer/scene/check.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The shell of a file: .glb chunks, JSON text, version, extensions.
+// The container: .glb chunks, JSON text, version, extensions.
 #include <gtest/gtest.h>
 
 #include <algorithm>

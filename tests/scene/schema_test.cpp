@@ -1,4 +1,4 @@
-// What the table of properties says of a document, beyond what the tests of the properties show.
+// The schema tables: what the tests of the properties do not cover.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -141,8 +141,7 @@ TEST(Model, ManyEmptyObjectsAreRefusedBeforeTheyTakeMemory) {
     EXPECT_EQ(Load(document, options).materials.size(), 10000u) << "the limit does not begin again at 0";
 }
 
-// Whatever there is much of, the memory that it takes has a bound that goes by the length of its text, or it is
-// refused before.
+// Many elements of any list are refused, or take memory that is bounded by the length of the text.
 TEST(Model, EachListIsCounted) {
     const Json empty = Json::object();
     const Json triangle = {{"primitives", {{{"attributes", empty}}}}};

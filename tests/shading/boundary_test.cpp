@@ -1,4 +1,4 @@
-// Where two media meet, and what a colored layer leaves to what is below it.
+// Boundaries between media, and how much light a colored layer passes to the lobes below it.
 #include <gtest/gtest.h>
 
 #include <algorithm>

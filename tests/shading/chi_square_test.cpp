@@ -1,4 +1,4 @@
-// The judge before the judged.
+// The chi-square test itself, on samples whose distribution is known.
 #include "tests/support/chi_square.h"
 
 #include <gtest/gtest.h>

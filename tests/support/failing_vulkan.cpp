@@ -95,7 +95,7 @@ VkResult Answer(FailingCall call, const char* function) {
     state.hasFailed = true;
     if (state.failure->result == VK_ERROR_DEVICE_LOST) {
         state.isLost = true;
-        // What a lost device was doing counts as done, and has to be for those who destroy what it used.
+        // Work on a lost device counts as finished; wait for it, since its resources may be destroyed next.
         if (state.queue.load()) state.waitIdle(state.queue.load());
     }
     return state.failure->result;

@@ -40,7 +40,7 @@ std::optional<InjectedFailure> ParseFailure(const std::string& text);
 PFN_vkGetInstanceProcAddr FailingLoader(PFN_vkGetInstanceProcAddr system);
 // From now on calls are counted from 1. VK_ERROR_DEVICE_LOST stays: once a call has returned it, the work
 // before it is done, and every submission and wait returns it, of every device, until the next InjectFailure.
-// With nothing to inject, calls are counted all the same.
+// Without a failure, calls are only counted.
 void InjectFailure(const std::optional<InjectedFailure>& failure);
 // Calls succeed again. A lost device stays lost.
 void LiftFailure();
@@ -48,8 +48,8 @@ void LiftFailure();
 bool HasFailed();
 // The functions of its kind that were called from then on up to the failure, which is of the last one.
 std::vector<const char*> CallsUpToFailure();
-// On: heaps read as so small that the allocator gives each buffer and texture memory of its own, so that each
-// can fail. Before the device is made.
+// On: heaps are reported as so small that the allocator gives each buffer and texture its own memory, so that
+// each allocation can fail. Call it before the device is created.
 void SeparateAllocations(bool isOn);
 
 }  // namespace raygraph::testing

@@ -35,7 +35,7 @@ void Read(SweptWorld& world) {
     world.pictures.emplace_back(bytes.begin(), bytes.end());
 }
 
-// What the scene shows now, beside the frames of the scenario.
+// A picture of the scene as it is now; not one of the frames of the scenario.
 Picture Look(SweptWorld& world) {
     world.renderer->BeginFrame();
     const SceneIds ids = world.scene->Declare(*world.renderer);

@@ -1,6 +1,6 @@
-// What may run beside what: the threading contract of the public headers. The counts that are asserted here
-// say little;
-// `./dev tsan` runs these tests under ThreadSanitizer, which says the rest.
+// What may run concurrently: the threading contract of the public headers. The counts that are asserted here
+// prove little;
+// `./dev tsan` runs these tests under ThreadSanitizer, which finds the races.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// The passes that set two pictures beside each other, by hand-made texels; and the numbers of a viewport.
+// The passes that compare two pictures, with hand-made texels; and the numbers of a viewport.
 #include "passes/compare.h"
 
 #include <limits>

@@ -1,4 +1,4 @@
-// Flip against what the paper says of it, and against a plain two-dimensional form of it in double precision.
+// Flip against the values in its paper, and against a direct two-dimensional version in double precision.
 #include "passes/flip.h"
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Calls of Vulkan that fail here and there in a life of renderer, scene and viewport; the kind `long` has
+// A few failing Vulkan calls over the lifetime of renderer, scene and viewport; the kind `long` has
 // each.
 #include "tests/support/failure_sweep.h"
 

@@ -1,4 +1,4 @@
-// The line around what is selected: by hand-made texels, and in a viewport.
+// The outline of the selection: with hand-made texels, and in a viewport.
 #include "passes/outline.h"
 
 #include <gmock/gmock.h>

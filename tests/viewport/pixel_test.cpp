@@ -1,4 +1,4 @@
-// Questions about a pixel, against what the passes say of the whole picture.
+// Picks and inspections of a pixel, compared with the whole picture.
 #include <cmath>
 
 #include "base/error.h"

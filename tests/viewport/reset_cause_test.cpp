@@ -215,8 +215,8 @@ class ViewportResetCause : public VulkanTest {
         EXPECT_EQ(viewed.AllResets(), resets + 1);
     }
 
-    RendererLease lent{Device()};
-    Renderer& renderer = *lent;
+    RendererLease lease{Device()};
+    Renderer& renderer = *lease;
 };
 
 }  // namespace

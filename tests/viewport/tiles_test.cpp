@@ -72,7 +72,7 @@ class Tiles : public VulkanTest {
         while (accumulation.SampleCount() < 2) {
             render.renderer.BeginFrame();
             const SceneIds ids = render.scene.Declare(render.renderer);
-            // Two tiles a frame: the second goes on where the first will have come
+            // Two tiles a frame: the second begins where the first ends
             passes::AccumulatedIds sums;
             for (int i = 0; i < 2; i++) {
                 const passes::Accumulation::Progress at = accumulation.Declared();

@@ -55,9 +55,9 @@ class RasterHits : public VulkanTest {
         return count;
     }
 
-    // Both views of the scene: pixels that differ see an instance that the other view sees right beside, and
-    // are at most `edges` of the picture; the others agree in surface, normal, color and place. Returns the
-    // share of pixels that see a surface.
+    // Both views of the scene: at most a share `edges` of the pixels differ, and sees an instance that the other
+    // view has in a pixel beside; the others agree in surface, normal, color and place. Returns the share of
+    // pixels that see a surface.
     double ExpectAgreement(const TraceSettings& settings, double edges) {
         const SceneRender::Hits traced = render.PrimaryHits(settings);
         ExpectAgreement(settings, edges, traced, Draw(settings, Rasterizer::Device), "device");

@@ -1,4 +1,4 @@
-// Views beside the light: the values of surfaces, counts, and how they are shown.
+// Views that show no light: values of surfaces, counts, and how they are painted.
 #include "passes/views.h"
 
 #include <cmath>
