@@ -24,7 +24,7 @@ void Append(std::string& key, const T& value) {
 }
 
 void Append(std::string& key, const Shader* shader) {
-    Append(key, shader ? shader->index : kRayTypeCount + 0xffff0000u);
+    Append(key, shader ? shader->index : UINT32_MAX);
 }
 
 std::string ConstantNames(const rhi::ShaderInterface& interface) {

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "editor/cli/render_report.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 
@@ -16,6 +17,17 @@ std::vector<std::string> Keys(const nlohmann::json& json) {
 }
 
 using Names = std::vector<std::string>;
+
+TEST(Report, SettingsNameTheEnvironmentWhereThereIsOne) {
+    session::RenderFile render = test::MakeRender(0, 4);
+    const SettingTexts texts = SettingsForReport({}, render, 4);
+    EXPECT_EQ(texts.at("env"), "sky.hdr");
+    EXPECT_EQ(texts.at("spp"), "4");
+    EXPECT_EQ(texts.at("sample-offset"), "0");
+    render.environmentFile.clear();
+    EXPECT_FALSE(SettingsForReport({}, render, {}).contains("env"));
+    EXPECT_FALSE(SettingsForReport({}, render, {}).contains("spp"));
+}
 
 TEST(Report, SchemaOneHasTheseMembers) {
     Report report;

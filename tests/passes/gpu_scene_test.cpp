@@ -73,6 +73,16 @@ TEST_F(GpuSceneTest, CulledRefreshStaysPending) {
     EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, kMiss, 0}));
 }
 
+TEST_F(GpuSceneTest, GeometryBytesAreThoseOfTheMeshesAlone) {
+    const auto bytes = [&](std::vector<scene::Mesh> meshes) {
+        render.scene.SetScene(SceneOf(std::move(meshes), {Lambert(glm::vec3(0.5f))}));
+        return render.scene.Statistics().geometryBytes;
+    };
+    const uint64_t ofBox = bytes({BoxMesh(0.3f)});
+    EXPECT_GE(ofBox, 8u * 12 + 36u * 4);
+    EXPECT_EQ(bytes({BoxMesh(0.3f), BoxMesh(0.3f)}), 2 * ofBox);
+}
+
 TEST_F(GpuSceneTest, SetVisible_HidesAndShows) {
     render.scene.SetScene(SceneOf({BoxMesh(0.3f), BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))},
                                   {Translation({-1, 0, 0}), Translation({1, 0, 0})}));

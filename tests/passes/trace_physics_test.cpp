@@ -145,6 +145,17 @@ TEST_F(TracePhysics, Trace_SamplerAndRouletteLeaveTheImage) {
     ExpectSameImage(render.Render(settings, 64), reference, "pcg, constant roulette");
 }
 
+// The random number of this sample's roulette is the smallest of 2^32: it survives 31 bounces, and the room sends
+// out as much again at each of them.
+TEST_F(TracePhysics, Trace_RouletteHasNoNumberWithoutALogarithm) {
+    render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(0.5f), glm::vec3(1.0f))}));
+    TraceSettings settings = LookAt({0, 0, 0}, {1, 0, 0}, 1.5f, 8);
+    settings.sampleIndex = 0u - 0x9e3779b9u;
+    settings.roulette = {.kind = Roulette::Frame, .start = 1, .survival = 0.5f};
+    settings.lights.isOn = false;
+    for (const glm::vec4& texel : render.TraceOnce(settings).values) EXPECT_NEAR(texel.x, 33.0f, 1e-2f);
+}
+
 TEST_F(TracePhysics, Trace_EmissiveTextureAndVertexColorShowThrough) {
     scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.0f), glm::vec3(1.0f))});
     // Upper left texel red, upper right green, lower left blue, lower right white; sRGB 0 and 255 are exact

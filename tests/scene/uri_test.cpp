@@ -66,6 +66,8 @@ TEST(Text, PrintableKeepsUtf8AndHidesTheRest) {
               "?31m")
         << "a C1 control starts an escape sequence too";
     EXPECT_EQ(Printable("\xC0\xAF\xED\xA0\x80\xF5"), "??????");
+    // The last code point before the surrogates, and the first one after them
+    EXPECT_EQ(Printable("\xED\x9F\xBF\xED\xBF\xBF\xEE\x80\x80"), "\xED\x9F\xBF???\xEE\x80\x80");
     EXPECT_EQ(Printable("\xE2\x82"), "??");
     EXPECT_EQ(Printable("abcdef", 3), "abc...");
     EXPECT_EQ(Printable("ab\xC3\xBC", 3), "ab...") << "never half a character";

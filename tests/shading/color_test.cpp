@@ -1,4 +1,5 @@
 #include "core/color.glsl"
+#include "core/ramp.glsl"
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,18 @@ TEST(Color, SrgbMeetsPublishedPairs) {
     EXPECT_NEAR(SrgbDecode(0.5f), 0.2140411f, 1e-6f);
     EXPECT_NEAR(SrgbDecode(1.0f / 255.0f), 3.035270e-4f, 1e-9f);
     EXPECT_NEAR(SrgbDecode(186.0f / 255.0f), 0.4910209f, 1e-6f);
+}
+
+TEST(Color, IdsAreDistinctColorsOfTwoBrightnesses) {
+    std::vector<vec3> colors;
+    for (uint id = 0; id < 64; ++id) {
+        const vec3 color = ColorOfId(id);
+        EXPECT_FLOAT_EQ(std::max({color.x, color.y, color.z}), id % 2 == 0 ? 0.95f : 0.7f) << id;
+        EXPECT_GE(std::min({color.x, color.y, color.z}), 0.17f) << id;
+        for (size_t other = 0; other < colors.size(); ++other)
+            EXPECT_GT(length(colors[other] - color), other + 1 == id ? 0.2f : 0.004f) << other << " and " << id;
+        colors.push_back(color);
+    }
 }
 
 TEST(Color, SrgbIsMonotonicAndInvertible) {

@@ -30,11 +30,17 @@ FailingMemory::~FailingMemory() {
 
 }  // namespace raygraph::testing
 
-// The other forms of the standard library call these.
+// The other forms of the standard library call these. A sanitizer has its own of those that do not throw.
 void* operator new(size_t bytes) {
     if (Succeeds(bytes))
         if (void* memory = std::malloc(bytes == 0 ? 1 : bytes)) return memory;
     throw std::bad_alloc();
+}
+
+void* operator new(size_t bytes, const std::nothrow_t&) noexcept try {
+    return operator new(bytes);
+} catch (const std::bad_alloc&) {
+    return nullptr;
 }
 
 void operator delete(void* memory) noexcept {
@@ -43,4 +49,8 @@ void operator delete(void* memory) noexcept {
 
 void operator delete(void* memory, size_t) noexcept {
     std::free(memory);
+}
+
+void operator delete(void* memory, const std::nothrow_t&) noexcept {
+    operator delete(memory);
 }

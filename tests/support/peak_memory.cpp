@@ -30,12 +30,18 @@ size_t PeakMemory::Bytes() const {
 
 }  // namespace raygraph::testing
 
-// The other forms of the standard library call these.
+// The other forms of the standard library call these. A sanitizer has its own of those that do not throw.
 void* operator new(size_t bytes) {
     void* const memory = std::malloc(bytes == 0 ? 1 : bytes);
     if (!memory) throw std::bad_alloc();
     Count(memory);
     return memory;
+}
+
+void* operator new(size_t bytes, const std::nothrow_t&) noexcept try {
+    return operator new(bytes);
+} catch (const std::bad_alloc&) {
+    return nullptr;
 }
 
 void operator delete(void* memory) noexcept {
@@ -44,5 +50,9 @@ void operator delete(void* memory) noexcept {
 }
 
 void operator delete(void* memory, size_t) noexcept {
+    operator delete(memory);
+}
+
+void operator delete(void* memory, const std::nothrow_t&) noexcept {
     operator delete(memory);
 }

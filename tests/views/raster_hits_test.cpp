@@ -262,6 +262,41 @@ TEST_F(RasterHits, PlacementsOutsideOfThePictureAreLeftOut) {
     EXPECT_EQ(DrawnPlacements(LookAt({0, 0, 40}, {0, 0, 90}, 1.0f, 64)), 0u);
 }
 
+// Six sides at six different distances from the origin: none may stand for another.
+TEST_F(RasterHits, PlacementIsDrawnWhereOneOfItsCornersIsInThePicture) {
+    const glm::vec3 low(-7, -3, -1), high(2, 5, 4);
+    scene::Mesh box = BoxMesh(1.0f);
+    for (glm::vec3& position : box.primitives[0].positions)
+        position = glm::mix(low, high, 0.5f * (position + glm::vec3(1.0f)));
+    box.primitives[0].bounds = {low, high};
+    render.scene.SetScene(SceneOf({box}, {Lambert(glm::vec3(0.5f))}));
+    // A thin picture around x and y, which sees what is less than `far` away, up or down the z axis.
+    const auto isDrawn = [&](float x, float y, float from, float far) {
+        const float toward = from > 0 ? -1.0f : 1.0f;
+        scene::CameraView view = scene::CameraView::LookAt({x, y, from}, {x, y, from + toward}, {0, 1, 0});
+        view.projection = scene::Projection::Orthographic;
+        view.height = 0.2f;
+        view.zFar = far;
+        TraceSettings settings;
+        settings.extent = {16, 16};
+        settings.camera = ToRecord(view);
+        return DrawnPlacements(settings) == 1u;
+    };
+    for (const float margin : {0.25f, -0.25f})  // within the box, and outside of it
+        for (const bool isHigh : {false, true}) {
+            SCOPED_TRACE(std::to_string(margin) + (isHigh ? " high" : " low"));
+            const glm::vec3 at = isHigh ? high - margin : low + margin;
+            const glm::vec3 middle = 0.5f * (low + high);
+            EXPECT_EQ(isDrawn(at.x, middle.y, 20, 40), margin > 0);
+            EXPECT_EQ(isDrawn(middle.x, at.y, 20, 40), margin > 0);
+            EXPECT_EQ(isDrawn(middle.x, middle.y, isHigh ? 20.0f : -20.0f, 20 - std::abs(at.z)), margin > 0);
+            for (const bool isOtherHigh : {false, true}) {
+                const float y = isOtherHigh ? high.y - margin : low.y + margin;
+                EXPECT_EQ(isDrawn(at.x, y, isHigh ? 20.0f : -20.0f, 20 - std::abs(at.z)), margin > 0);
+            }
+        }
+}
+
 TEST_F(RasterHits, AnEmptySceneIsAllMisses) {
     render.scene.SetScene({});
     const SceneRender::Hits hits = Draw(LookAt({0, 0, 5}, {0, 0, 0}, 0.6f, 8));
