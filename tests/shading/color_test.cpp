@@ -24,7 +24,8 @@ TEST(Color, IdsAreDistinctColorsOfTwoBrightnesses) {
         EXPECT_FLOAT_EQ(std::max({color.x, color.y, color.z}), id % 2 == 0 ? 0.95f : 0.7f) << id;
         EXPECT_GE(std::min({color.x, color.y, color.z}), 0.17f) << id;
         for (size_t other = 0; other < colors.size(); ++other)
-            EXPECT_GT(length(colors[other] - color), other + 1 == id ? 0.2f : 0.004f) << other << " and " << id;
+            EXPECT_GT(length(colors[other] - color), other + 1 == id ? 0.2f : 0.004f)
+                << other << " and " << id;
         colors.push_back(color);
     }
 }
