@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "base/os/process.h"
-#include "editor/session/parse.h"
 
 namespace raygraph::cli {
 
@@ -66,18 +65,6 @@ Report DescribeRun(const rhi::Device& device, Session& session, const SessionRes
                      .isBudgetOfDriver = info.optional.memoryBudget,
                      .heaps = device.MemoryHeaps()};
     return report;
-}
-
-SettingTexts SettingsForReport(const RenderArguments& arguments, const RenderFile& render,
-                               const std::optional<uint32_t>& samplesWanted) {
-    SettingTexts texts = render.settings;
-    texts["sample-offset"] = std::to_string(render.samples.front().first);
-    if (samplesWanted) texts["spp"] = std::to_string(*samplesWanted);
-    if (arguments.seconds) texts["time"] = ToText(static_cast<float>(*arguments.seconds));
-    if (!render.environmentFile.empty()) texts["env"] = render.environmentFile;
-    texts["exposure"] = ToText(arguments.exposureEv);
-    texts["tonemap"] = Name(arguments.tonemap);
-    return texts;
 }
 
 }  // namespace raygraph::cli

@@ -11,8 +11,4 @@ namespace raygraph::cli {
 Report DescribeRun(const rhi::Device& device, Session& session, const SessionResult& result,
                    const RunSummary& run);
 
-// The picture settings and the other options that say what was rendered.
-SettingTexts SettingsForReport(const RenderArguments& arguments, const RenderFile& render,
-                               const std::optional<uint32_t>& samplesWanted);
-
 }  // namespace raygraph::cli

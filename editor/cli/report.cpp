@@ -4,6 +4,7 @@
 #include <span>
 
 #include "base/atomic_file.h"
+#include "editor/session/parse.h"
 
 namespace raygraph::cli {
 
@@ -112,6 +113,18 @@ void WriteTextFile(const std::filesystem::path& path, std::string_view text) {
     AtomicFile file(path);
     file.Write(std::as_bytes(std::span(text)));
     file.Commit();
+}
+
+session::SettingTexts SettingsForReport(const RenderArguments& arguments, const session::RenderFile& render,
+                                        const std::optional<uint32_t>& samplesWanted) {
+    session::SettingTexts texts = render.settings;
+    texts["sample-offset"] = std::to_string(render.samples.front().first);
+    if (samplesWanted) texts["spp"] = std::to_string(*samplesWanted);
+    if (arguments.seconds) texts["time"] = ToText(static_cast<float>(*arguments.seconds));
+    if (!render.environmentFile.empty()) texts["env"] = render.environmentFile;
+    texts["exposure"] = ToText(arguments.exposureEv);
+    texts["tonemap"] = Name(arguments.tonemap);
+    return texts;
 }
 
 }  // namespace raygraph::cli

@@ -10,10 +10,12 @@
 #include <string_view>
 #include <vector>
 
+#include "editor/cli/arguments.h"
 #include "editor/session/bias.h"
 #include "editor/session/image_statistics.h"
 #include "editor/session/pass_times.h"
 #include "editor/session/picture_settings.h"
+#include "editor/session/render_file.h"
 #include "rhi/device.h"
 
 namespace raygraph::cli {
@@ -60,5 +62,9 @@ std::string ToJson(const Report& report);
 
 // All of the text or nothing; Error{Io}.
 void WriteTextFile(const std::filesystem::path& path, std::string_view text);
+
+// The picture settings and the other options that say what was rendered.
+session::SettingTexts SettingsForReport(const RenderArguments& arguments, const session::RenderFile& render,
+                                        const std::optional<uint32_t>& samplesWanted);
 
 }  // namespace raygraph::cli

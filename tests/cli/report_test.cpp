@@ -3,7 +3,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "editor/cli/render_report.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/temporary_folder.h"
 
