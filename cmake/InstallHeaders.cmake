@@ -4,6 +4,7 @@
 cmake_policy(VERSION 3.25)
 
 set(public
+    editor/session/content_hash.h
     editor/session/merge.h
     editor/session/session.h
     editor/viewport/viewport.h
