@@ -9,8 +9,8 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kMaxDragged = 1e7f;     // of what has no bound of its own
-constexpr float kLeastFinite = 0.001f;  // the last that the format shows; dragging does not end in infinity
+constexpr float kMaxDragged = 1e7f;   // of what has no bound of its own
+constexpr float kMinFinite = 0.001f;  // the last that the format shows; dragging does not end in infinity
 
 }  // namespace
 
@@ -40,7 +40,7 @@ NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_vie
     NumberStyle style;
     style.least = range.HasLeast() ? range.least : -kMaxDragged;
     style.most = range.HasMost() ? range.most : kMaxDragged;
-    if (zeroIsInfinite) style.least = std::max(style.least, kLeastFinite);
+    if (zeroIsInfinite) style.least = std::max(style.least, kMinFinite);
     style.isAngle = unit == "rad";
     style.isSlider = style.isAngle || (range.HasLeast() && range.HasMost() && range.most <= 1.0f);
     style.isInfinite = zeroIsInfinite && value == 0.0f;

@@ -45,12 +45,14 @@ void FrameBudget::LearnRaster(uint64_t pixels, double milliseconds) {
 }
 
 uint32_t FrameBudget::RasterScale(uint64_t pixels) const {
-    constexpr uint32_t kMax = 16;
+    constexpr uint32_t kMaxScale = 16;
     if (!IsLimited()) return 1;
+    const auto isTooSlow = [&](uint32_t scale) {
+        return static_cast<double>(pixels / (uint64_t{scale} * scale)) * m_rasterMsPerPixel >
+               kAim * m_limitMs;
+    };
     uint32_t scale = 1;
-    while (scale<kMax&& static_cast<double>(pixels / (uint64_t{scale} * scale)) * m_rasterMsPerPixel> kAim *
-           m_limitMs)
-        scale *= 2;
+    while (scale < kMaxScale && isTooSlow(scale)) scale *= 2;
     return scale;
 }
 
