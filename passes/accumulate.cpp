@@ -71,7 +71,7 @@ class AccumulationStep {
                             "is complete up to {}, {}",
                             m_accumulation.Name(), region.x, region.y, progress.cursor.X(),
                             progress.cursor.Y());
-        if (progress.cursor.Advance(m_after.extent, region)) progress.sampleCount++;
+        if (progress.cursor.Advance(m_after.extent, region)) ++progress.sampleCount;
     }
     void TakeSamples(uint32_t sampleCount) { m_after.progress = {.sampleCount = sampleCount, .cursor = {}}; }
 
@@ -106,7 +106,7 @@ uint32_t Accumulation::ResetCount() const {
 void Accumulation::Reset(ResetCause cause) {
     m_state.progress = {};
     m_declaredIn.reset();
-    m_resetCount++;
+    ++m_resetCount;
     m_resets[static_cast<size_t>(cause)]++;
 }
 
@@ -134,9 +134,9 @@ void DeclareSums(Renderer& renderer, TextureId tile, const Region& region, const
             pass.Compute(withVariance ? "post/accumulate_variance.comp" : "post/accumulate.comp");
             pass.Reads("newSample", tile);
             pass.Constants(Constants{{region.x, region.y}, step.SampleCount() == 0 ? 1u : 0u});
-            for (size_t k = 0; k < ExactSums::kPlanes; k++)
+            for (size_t k = 0; k < ExactSums::kPlanes; ++k)
                 ids.sums[k] = pass.Updates(kSumNames[k], ids.sums[k]);
-            for (size_t k = 0; k < ExactSums::kPlanes && withVariance; k++)
+            for (size_t k = 0; k < ExactSums::kPlanes && withVariance; ++k)
                 ids.squares[k] = pass.Updates(kSquareNames[k], ids.squares[k]);
         },
         [step, extent = region.Extent()](CommandList& commands) {
@@ -159,8 +159,8 @@ void DeclareMean(Renderer& renderer, const Region& region, uint32_t sampleCount,
         "ResolveSums", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute(withVariance ? "post/resolve_sums_variance.comp" : "post/resolve_sums.comp");
-            for (size_t k = 0; k < ExactSums::kPlanes; k++) pass.Reads(kSumNames[k], ids.sums[k]);
-            for (size_t k = 0; k < ExactSums::kPlanes && withVariance; k++)
+            for (size_t k = 0; k < ExactSums::kPlanes; ++k) pass.Reads(kSumNames[k], ids.sums[k]);
+            for (size_t k = 0; k < ExactSums::kPlanes && withVariance; ++k)
                 pass.Reads(kSquareNames[k], ids.squares[k]);
             pass.Constants(Constants{{region.x, region.y},
                                      {region.width, region.height},
@@ -186,7 +186,7 @@ AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation, Extent
     AccumulatedIds ids;
     ids.mean = renderer.Persist(NameOf(accumulation, "mean"), floats);
     if (withVariance) ids.variance = renderer.Persist(NameOf(accumulation, "variance"), floats);
-    for (size_t k = 0; k < ExactSums::kPlanes; k++) {
+    for (size_t k = 0; k < ExactSums::kPlanes; ++k) {
         ids.sums[k] = renderer.Persist(NameOf(accumulation, kSumNames[k]), words);
         if (withVariance) ids.squares[k] = renderer.Persist(NameOf(accumulation, kSquareNames[k]), words);
     }
@@ -195,7 +195,7 @@ AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation, Extent
 
 SumsReadback::SumsReadback(Renderer& renderer, const AccumulatedIds& accumulated)
     : m_hasSquares(accumulated.variance.IsValid()) {
-    for (size_t k = 0; k < m_sums.size(); k++) {
+    for (size_t k = 0; k < m_sums.size(); ++k) {
         m_sums[k] = renderer.ReadBack(accumulated.sums[k]);
         if (m_hasSquares) m_squares[k] = renderer.ReadBack(accumulated.squares[k]);
     }
@@ -209,7 +209,7 @@ std::vector<Readback> SumsReadback::Readbacks() const {
 
 ExactSums SumsReadback::Values() const {
     ExactSums values;
-    for (size_t k = 0; k < m_sums.size(); k++) {
+    for (size_t k = 0; k < m_sums.size(); ++k) {
         values.sums[k] = WaitForValues<uint32_t>(m_sums[k]);
         if (m_hasSquares) values.squares[k] = WaitForValues<uint32_t>(m_squares[k]);
     }
@@ -280,10 +280,10 @@ void Restore(Renderer& renderer, Accumulation& accumulation, Extent2D extent, ui
     AccumulationStep step(renderer, accumulation, extent, sums.HasSquares());
     step.TakeSamples(sampleCount);
     AccumulatedIds ids = Kept(renderer, accumulation, extent, sums.HasSquares());
-    for (size_t k = 0; k < ExactSums::kPlanes && sums.HasSquares(); k++)
+    for (size_t k = 0; k < ExactSums::kPlanes && sums.HasSquares(); ++k)
         ids.squares[k] =
             Upload(renderer, NameOf(accumulation, kSquareNames[k]), ids.squares[k], sums.squares[k], {});
-    for (size_t k = 1; k < ExactSums::kPlanes; k++)
+    for (size_t k = 1; k < ExactSums::kPlanes; ++k)
         ids.sums[k] = Upload(renderer, NameOf(accumulation, kSumNames[k]), ids.sums[k], sums.sums[k], {});
     ids.sums[0] = Upload(renderer, NameOf(accumulation, kSumNames[0]), ids.sums[0], sums.sums[0],
                          [step](CommandList& commands) { step.Commit(commands); });

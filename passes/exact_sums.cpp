@@ -34,7 +34,7 @@ auto& SquareWord(Planes& squares, size_t pixel, size_t channel, size_t k) {
 
 gpu::ExactSum SumOf(const ExactSums& sums, size_t pixel, size_t channel) {
     gpu::ExactSum sum;
-    for (size_t k = 0; k < ExactSums::kPlanes; k++) sum.words[k] = sums.sums[k][4 * pixel + channel];
+    for (size_t k = 0; k < ExactSums::kPlanes; ++k) sum.words[k] = sums.sums[k][4 * pixel + channel];
     return sum;
 }
 
@@ -49,27 +49,27 @@ ExactSums MakeExactSums(size_t pixelCount, bool withSquares) {
 
 void AddSample(ExactSums& sums, std::span<const float> rgba) {
     RequireAlike(sums.PixelCount(), rgba.size() / 4, true);
-    for (size_t i = 0; i < rgba.size(); i++) {
+    for (size_t i = 0; i < rgba.size(); ++i) {
         const gpu::ExactValue value = gpu::ExactSample(std::bit_cast<uint32_t>(rgba[i]));
         const gpu::ExactWords words = gpu::WordsOf(value);
         uint32_t carry = words.complement & 1u;
-        for (int k = 0; k < gpu::kSumWords; k++) AddWord(sums.sums[k][i], gpu::WordOf(words, k), carry);
+        for (int k = 0; k < gpu::kSumWords; ++k) AddWord(sums.sums[k][i], gpu::WordOf(words, k), carry);
         if (!sums.HasSquares() || i % 4 == 3) continue;
         const gpu::ExactWords square = gpu::WordsOf(gpu::ExactSquare(value));
         carry = 0;
-        for (int k = 0; k < gpu::kSquareWords; k++)
+        for (int k = 0; k < gpu::kSquareWords; ++k)
             AddWord(SquareWord(sums.squares, i / 4, i % 4, k), gpu::WordOf(square, k), carry);
     }
 }
 
 void AddSums(ExactSums& sums, const ExactSums& others) {
     RequireAlike(sums.PixelCount(), others.PixelCount(), sums.HasSquares() == others.HasSquares());
-    for (size_t i = 0; i < 4 * sums.PixelCount(); i++) {
+    for (size_t i = 0; i < 4 * sums.PixelCount(); ++i) {
         uint32_t carry = 0;
-        for (size_t k = 0; k < ExactSums::kPlanes; k++) AddWord(sums.sums[k][i], others.sums[k][i], carry);
+        for (size_t k = 0; k < ExactSums::kPlanes; ++k) AddWord(sums.sums[k][i], others.sums[k][i], carry);
         if (!sums.HasSquares() || i % 4 == 3) continue;
         carry = 0;
-        for (size_t k = 0; k <= ExactSums::kPlanes; k++)
+        for (size_t k = 0; k <= ExactSums::kPlanes; ++k)
             AddWord(SquareWord(sums.squares, i / 4, i % 4, k), SquareWord(others.squares, i / 4, i % 4, k),
                     carry);
     }
@@ -79,7 +79,7 @@ std::vector<float> MeanOf(const ExactSums& sums, uint32_t sampleCount) {
     RG_CHECK(sampleCount > 0);
     const gpu::ExactDivisor divisor = gpu::DivisorOf(sampleCount);
     std::vector<float> mean(4 * sums.PixelCount());
-    for (size_t i = 0; i < mean.size(); i++)
+    for (size_t i = 0; i < mean.size(); ++i)
         mean[i] = std::bit_cast<float>(gpu::MeanOfExactSum(SumOf(sums, i / 4, i % 4), divisor));
     return mean;
 }
@@ -87,10 +87,10 @@ std::vector<float> MeanOf(const ExactSums& sums, uint32_t sampleCount) {
 std::vector<float> VarianceOf(const ExactSums& sums, uint32_t sampleCount) {
     RG_CHECK(sums.HasSquares());
     std::vector<float> variance(4 * sums.PixelCount(), 0.0f);
-    for (size_t i = 0; i < variance.size(); i++) {
+    for (size_t i = 0; i < variance.size(); ++i) {
         if (i % 4 == 3) continue;
         gpu::ExactSquares squares;
-        for (size_t k = 0; k <= ExactSums::kPlanes; k++)
+        for (size_t k = 0; k <= ExactSums::kPlanes; ++k)
             squares.words[k] = SquareWord(sums.squares, i / 4, i % 4, k);
         variance[i] =
             std::bit_cast<float>(gpu::VarianceOfExactSums(SumOf(sums, i / 4, i % 4), squares, sampleCount));

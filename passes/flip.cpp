@@ -18,18 +18,18 @@ using Taps = std::vector<double>;  // from 0 to the radius
 // Over all taps of the symmetric (or, in size, antisymmetric) filter.
 double SumOf(const Taps& taps) {
     double sum = taps[0];
-    for (size_t i = 1; i < taps.size(); i++) sum += 2.0 * taps[i];
+    for (size_t i = 1; i < taps.size(); ++i) sum += 2.0 * taps[i];
     return sum;
 }
 
 Taps Gaussian(uint32_t radius, double exponentOfSquare) {
     Taps taps(radius + 1);
-    for (size_t i = 0; i < taps.size(); i++) taps[i] = std::exp(exponentOfSquare * double(i * i));
+    for (size_t i = 0; i < taps.size(); ++i) taps[i] = std::exp(exponentOfSquare * double(i * i));
     return taps;
 }
 
 void Store(const Taps& taps, double factor, glm::vec4* into, int channel) {
-    for (size_t i = 0; i < taps.size(); i++) into[i][channel] = static_cast<float>(factor * taps[i]);
+    for (size_t i = 0; i < taps.size(); ++i) into[i][channel] = static_cast<float>(factor * taps[i]);
 }
 
 // Section 3.1.1, table 1: contrast sensitivity as sums of Gaussians a sqrt(pi / b) exp(-pi^2 x^2 / b), x
@@ -42,7 +42,7 @@ void MakeColorFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
     const double widest = std::sqrt(0.04 / (2.0 * std::numbers::pi * std::numbers::pi));
     kernels.colorRadius = static_cast<uint32_t>(std::ceil(3.0 * widest * pixelsPerDegree));
     double weights[4];
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 4; ++i) {
         const Taps taps =
             Gaussian(kernels.colorRadius, -std::numbers::pi * std::numbers::pi /
                                               (kTerms[i].b * pixelsPerDegree * pixelsPerDegree));
@@ -62,7 +62,7 @@ void MakeFeatureFilters(gpu::FlipKernels& kernels, double pixelsPerDegree) {
     const Taps gaussian = Gaussian(kernels.featureRadius, -0.5 / (deviation * deviation));
     Taps edge = gaussian, point = gaussian;
     double edgeSum = 0.0, positive = 0.0, negative = 0.0;
-    for (size_t i = 0; i < gaussian.size(); i++) {
+    for (size_t i = 0; i < gaussian.size(); ++i) {
         const double x = double(i), count = i == 0 ? 1.0 : 2.0;
         edge[i] *= x;
         edgeSum += edge[i];

@@ -100,7 +100,7 @@ ShadowMapIds DrawShadowMaps(Renderer& renderer, const SceneIds& scene, const Tra
                         renderer.Device().Info().name);
     const uint32_t viewSlots = std::clamp(gpu::kShadowFaces * scene.punctualLights, 1u, gpu::kMaxShadowViews);
     ShadowMapIds ids;
-    while (ids.tilesPerSide * ids.tilesPerSide < viewSlots) ids.tilesPerSide++;
+    while (ids.tilesPerSide * ids.tilesPerSide < viewSlots) ++ids.tilesPerSide;
     const uint32_t tileSize = shadows.atlasSize / ids.tilesPerSide;
     if (tileSize <= 4 * gpu::kShadowMargin)
         throw MakeError(ErrorKind::Usage, "DrawShadowMaps: an atlas of {} texels leaves {} a tile",

@@ -42,7 +42,7 @@ BufferId PixelQueue(Renderer& renderer) {
 
 Extent2D LightGroupTiles(uint32_t groupCount) {
     uint32_t columns = 1;
-    while (columns * columns < groupCount) columns++;
+    while (columns * columns < groupCount) ++columns;
     return {columns, (groupCount + columns - 1) / columns};
 }
 
@@ -53,7 +53,7 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
     const Extent2D traced = RegionOf(settings).Extent();
     TraceIds ids{.radiance = renderer.CreateTexture("radiance", {traced, Format::Rgba32Float})};
     if (outputs.rayCounts) ids.rayCounts = renderer.CreateTexture("rayCounts", {traced, Format::R32Float});
-    for (size_t i = 0; outputs.parts && i < kPathPartCount; i++)
+    for (size_t i = 0; outputs.parts && i < kPathPartCount; ++i)
         ids.parts[i] = renderer.CreateTexture(kPathPartNames[i], {traced, Format::Rgba32Float});
     if (outputs.lightGroups) {
         const Extent2D tiles = LightGroupTiles(scene.lightGroupCount);
@@ -76,7 +76,7 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
             ids.counts = pass.Updates("pixelQueue", ids.counts);
             ids.radiance = pass.Writes("radiance", ids.radiance);
             if (outputs.rayCounts) ids.rayCounts = pass.Writes("rayCounts", ids.rayCounts);
-            for (size_t i = 0; outputs.parts && i < kPathPartCount; i++)
+            for (size_t i = 0; outputs.parts && i < kPathPartCount; ++i)
                 ids.parts[i] = pass.Writes(kPathPartNames[i], ids.parts[i]);
             if (outputs.lightGroups) ids.lightGroups = pass.Writes("lightGroups", ids.lightGroups);
         },

@@ -89,7 +89,7 @@ void CommandList::DrawIndirect(const Buffer& commands, uint32_t firstDraw, uint3
                                kStride);
         return;
     }
-    for (uint32_t draw = firstDraw; draw < firstDraw + drawCount; draw++)
+    for (uint32_t draw = firstDraw; draw < firstDraw + drawCount; ++draw)
         Vk().vkCmdDrawIndirect(m_commands, commands.Handle(), uint64_t{draw} * kStride, 1, kStride);
 }
 

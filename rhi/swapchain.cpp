@@ -59,7 +59,7 @@ Swapchain::Swapchain(Device& device, const SwapchainDesc& desc) : m_device(devic
         if (!isSupported)
             throw MakeError(ErrorKind::NoDevice, "{}: {} cannot show pictures in this window", desc.name,
                             device.Info().name);
-        for (uint32_t i = 0; i <= device.FramesInFlight(); i++)
+        for (uint32_t i = 0; i <= device.FramesInFlight(); ++i)
             m_slots.push_back({MakeSemaphore(Text("{} acquired {}", desc.name, i))});
         Make(desc.extent);
     } catch (...) {

@@ -91,7 +91,7 @@ Document::Document(std::filesystem::path file, const scene::SceneData& data,
     }
     m_placed.resize(m_scene.nodes.size());
     const auto place = [&](const auto& things, uint32_t Placed::*index) {
-        for (uint32_t i = 0; i < things.size(); i++)
+        for (uint32_t i = 0; i < things.size(); ++i)
             if (things[i].node != scene::kNone) m_placed[things[i].node].*index = i;
     };
     place(m_scene.instances, &Placed::instance);
@@ -102,7 +102,7 @@ Document::Document(std::filesystem::path file, const scene::SceneData& data,
         scene::Bounds& bounds = m_meshBounds.emplace_back();
         for (const scene::Primitive& primitive : mesh.primitives) bounds.Extend(primitive.bounds);
     }
-    for (uint32_t i = 0; i < m_scene.instances.size(); i++) m_instanceBounds.push_back(InstanceBounds(i));
+    for (uint32_t i = 0; i < m_scene.instances.size(); ++i) m_instanceBounds.push_back(InstanceBounds(i));
 }
 
 scene::Bounds Document::InstanceBounds(uint32_t instance) const {
@@ -112,7 +112,7 @@ scene::Bounds Document::InstanceBounds(uint32_t instance) const {
 
 std::vector<uint32_t> Document::Subtree(uint32_t node) const {
     std::vector<uint32_t> nodes{node};
-    for (size_t i = 0; i < nodes.size(); i++)
+    for (size_t i = 0; i < nodes.size(); ++i)
         nodes.insert(nodes.end(), m_children[nodes[i]].begin(), m_children[nodes[i]].end());
     return nodes;
 }
@@ -158,8 +158,8 @@ Edit Document::Current(const Edit& of) const {
 void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
     if (edit.node >= m_scene.nodes.size())
         throw MakeError(ErrorKind::Usage, "there is no node {}", edit.node);
-    for (int column = 0; column < 4; column++)
-        for (int row = 0; row < 3; row++)
+    for (int column = 0; column < 4; ++column)
+        for (int row = 0; row < 3; ++row)
             if (!(std::abs(edit.local[column][row]) < kLargest))
                 throw Error(ErrorKind::Usage, "a node's transform has to be made of finite numbers");
     const scene::Node& edited = m_scene.nodes[edit.node];
@@ -187,7 +187,7 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
     };
     size_t done = 0;
     try {
-        for (; done < moved.size(); done++)
+        for (; done < moved.size(); ++done)
             place(moved[done], scene::Compose(ParentPlace(moved[done]), local(moved[done])));
     } catch (const Error&) {
         m_worldTransforms[moved[done]] = before[done];
@@ -237,7 +237,7 @@ void Document::Apply(const Edit& edit, GpuScene& gpu) {
         m_steps.back().after = edit;
     } else {
         m_steps.push_back({before, edit});
-        m_done++;
+        ++m_done;
     }
     m_isOpen = true;
 }

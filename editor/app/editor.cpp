@@ -137,7 +137,7 @@ void Editor::MenuBar() {
     }
     if (ImGui::BeginMenu("Camera")) {
         const std::vector<scene::Camera>& cameras = m_work.document.Scene().cameras;
-        for (uint32_t i = 0; i < cameras.size(); i++) {
+        for (uint32_t i = 0; i < cameras.size(); ++i) {
             const std::string name = cameras[i].name.empty() ? Text("Camera {}", i) : cameras[i].name;
             if (ImGui::MenuItem(Text("{}##{}", name, i).c_str())) m_work.UseCamera(i);
         }

@@ -37,7 +37,7 @@ std::vector<FrameHistory::Pass> FrameHistory::Passes() const {
     std::vector<Pass> passes;
     for (const std::string& name : m_names)
         passes.push_back({.name = name, .ms = std::vector<float>(m_frames.size(), 0.0f)});
-    for (size_t i = 0; i < m_frames.size(); i++)
+    for (size_t i = 0; i < m_frames.size(); ++i)
         for (const auto& [index, ms] : m_frames[i].passes) passes[index].ms[i] += ms;
     std::erase_if(passes, [](Pass& pass) {
         const float sum = std::accumulate(pass.ms.begin(), pass.ms.end(), 0.0f);

@@ -39,7 +39,7 @@ float DistanceToSegment(glm::vec2 place, glm::vec2 a, glm::vec2 b) {
 
 bool IsWithin(const std::vector<glm::vec2>& corners, glm::vec2 place) {
     bool isWithin = false;
-    for (size_t i = 0, j = corners.size() - 1; i < corners.size(); j = i++) {
+    for (size_t i = 0, j = corners.size() - 1; i < corners.size(); j = ++i) {
         const glm::vec2 a = corners[i], b = corners[j];
         if ((a.y > place.y) != (b.y > place.y) && place.x < (b.x - a.x) * (place.y - a.y) / (b.y - a.y) + a.x)
             isWithin = !isWithin;
@@ -114,7 +114,7 @@ std::optional<GizmoFrame> FrameOf(const glm::mat4x3& nodeToWorld, GizmoTool tool
     frame.size = map.MetresAt(frame.origin, kArm);
     if (!(frame.size > 0.0f)) return std::nullopt;
     if (space == GizmoSpace::World && tool != GizmoTool::Scale) return frame;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; ++i) {
         const float length = glm::length(nodeToWorld[i]);
         if (!(length > 0.0f)) return std::nullopt;
         frame.axes[i] = nodeToWorld[i] / length;
@@ -149,7 +149,7 @@ std::vector<glm::vec3> RingPoints(const GizmoFrame& frame, const glm::vec3& norm
     const float sign = glm::dot(front, toEye) < 0.0f ? -1.0f : 1.0f;
     std::vector<glm::vec3> points;
     const float span = isWhole ? glm::two_pi<float>() : glm::pi<float>();
-    for (int i = 0; i <= kRingParts; i++) {
+    for (int i = 0; i <= kRingParts; ++i) {
         const float angle = span * static_cast<float>(i) / kRingParts;
         points.push_back(frame.origin + radius * (std::cos(angle) * across + sign * std::sin(angle) * front));
     }
@@ -168,11 +168,11 @@ std::vector<GizmoShape> ShapesOf(const GizmoFrame& frame, GizmoTool tool, const 
     const glm::vec3 right = map.View().right * frame.size, up = map.View().up * frame.size;
     if (tool == GizmoTool::Rotate) {
         add(GizmoHandle::Whole, false, RingPoints(frame, toEye, 1.15f * frame.size, toEye));
-        for (int i = 0; i < 3; i++)
+        for (int i = 0; i < 3; ++i)
             add(static_cast<GizmoHandle>(i), false, RingPoints(frame, frame.axes[i], frame.size, toEye));
         return shapes;
     }
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; ++i) {
         const glm::ivec2 others = OthersOf(i);
         if (std::abs(glm::dot(Normal(frame, i), toEye)) < kMinSine) continue;
         const glm::vec3 a = frame.axes[others.x] * frame.size, b = frame.axes[others.y] * frame.size;
@@ -180,7 +180,7 @@ std::vector<GizmoShape> ShapesOf(const GizmoFrame& frame, GizmoTool tool, const 
             {o + 0.3f * a + 0.3f * b, o + 0.55f * a + 0.3f * b, o + 0.55f * a + 0.55f * b,
              o + 0.3f * a + 0.55f * b});
     }
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; ++i)
         if (glm::length(glm::cross(frame.axes[i], toEye)) >= kMinSine)
             add(static_cast<GizmoHandle>(i), false,
                 {o + 0.22f * frame.size * frame.axes[i], o + frame.size * frame.axes[i]});
@@ -194,7 +194,7 @@ std::optional<GizmoHandle> HandleAt(const std::vector<GizmoShape>& shapes, glm::
     for (size_t i = shapes.size(); i-- > 0;) {
         const GizmoShape& shape = shapes[i];
         if (shape.isArea && IsWithin(shape.places, place)) return shape.handle;
-        for (size_t k = 0; k + 1 < shape.places.size() && !shape.isArea; k++)
+        for (size_t k = 0; k + 1 < shape.places.size() && !shape.isArea; ++k)
             if (DistanceToSegment(place, shape.places[k], shape.places[k + 1]) <= reach) return shape.handle;
     }
     return std::nullopt;
@@ -299,7 +299,7 @@ glm::mat4 GizmoDrag::Scaled(const Ray& ray, bool isSnapping) const {
     if (m_handle >= GizmoHandle::PlaneX && m_handle < GizmoHandle::Whole) factors[axis] = 1.0f;
     const glm::mat3 axes = m_frame.axes;
     glm::mat3 stretched = axes;
-    for (int i = 0; i < 3; i++) stretched[i] *= factors[i];
+    for (int i = 0; i < 3; ++i) stretched[i] *= factors[i];
     return About(m_frame.origin, glm::mat4(stretched * glm::inverse(axes)));
 }
 

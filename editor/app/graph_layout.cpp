@@ -17,7 +17,7 @@ std::vector<GraphBox> BoxesOf(const Plan& plan, bool withCulled) {
             boxes.insert(next, {.pass = pass, .isCulled = true});
         }
     }
-    for (size_t i = 0; i < boxes.size(); i++)
+    for (size_t i = 0; i < boxes.size(); ++i)
         boxes[i].x = static_cast<float>(i) * (GraphLayout::kBoxWidth + GraphLayout::kBoxGap);
     return boxes;
 }
@@ -32,9 +32,9 @@ GraphLayout LayOut(const FrameGraph& graph, const Plan& plan, bool withCulled) {
 
     // Lanes in the order of their first use
     std::map<uint32_t, size_t> laneOf;
-    for (size_t i = 0; i < layout.boxes.size(); i++) {
+    for (size_t i = 0; i < layout.boxes.size(); ++i) {
         const GraphPass& pass = graph.passes[layout.boxes[i].pass];
-        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; u++) {
+        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
             const ResourceUse& use = graph.uses[u];
             const auto [lane, isNew] = laneOf.try_emplace(use.resource, layout.lanes.size());
             if (isNew) layout.lanes.push_back({.resource = use.resource});
@@ -47,7 +47,7 @@ GraphLayout LayOut(const FrameGraph& graph, const Plan& plan, bool withCulled) {
         const auto planned = plannedOf.find(layout.boxes[i].pass);
         if (planned == plannedOf.end()) continue;
         const BarrierRange range = planned->second->barriers;
-        for (uint32_t b = range.first; b < range.first + range.count; b++) {
+        for (uint32_t b = range.first; b < range.first + range.count; ++b) {
             const auto lane = laneOf.find(plan.barriers[b].resource);
             if (lane == laneOf.end()) continue;
             std::vector<GraphMark>& marks = layout.lanes[lane->second].marks;

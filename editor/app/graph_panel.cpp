@@ -81,7 +81,7 @@ class Drawing {
         m_isHovered = ImGui::IsWindowHovered();
         FindHovered();
         for (const GraphLane& lane : m_layout.lanes) DrawLane(lane);
-        for (size_t i = 0; i < m_layout.boxes.size(); i++) DrawBox(i);
+        for (size_t i = 0; i < m_layout.boxes.size(); ++i) DrawBox(i);
         if (m_hoveredMark)
             MarkTooltip();
         else if (m_hoveredBox < m_layout.boxes.size())
@@ -98,7 +98,7 @@ class Drawing {
 
     void FindHovered() {
         m_hoveredBox = m_layout.boxes.size();
-        for (size_t i = 0; i < m_layout.boxes.size(); i++) {
+        for (size_t i = 0; i < m_layout.boxes.size(); ++i) {
             const float x = m_layout.boxes[i].x;
             if (IsMouseIn(At(x, 0.0f), At(x + GraphLayout::kBoxWidth, GraphLayout::kBoxHeight)))
                 m_hoveredBox = i;
@@ -176,7 +176,7 @@ class Drawing {
         ImGui::BeginTooltip();
         ImGui::Text("%s (%s)", pass.name.c_str(), Name(pass.kind));
         if (box.isCulled) ImGui::TextDisabled("culled: %s", WhyCulled(m_graph, m_plan, box.pass).c_str());
-        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; u++) {
+        for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
             const ResourceUse& use = m_graph.uses[u];
             const char* verb = !Writes(use.access)         ? "reads"
                                : NeedsContents(use.access) ? "updates"

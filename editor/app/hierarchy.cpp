@@ -16,7 +16,7 @@ Hierarchy::Hierarchy(std::vector<std::vector<uint32_t>> children, std::vector<ui
       m_roots(std::move(roots)),
       m_parents(m_children.size(), kNoParent),
       m_isOpen(m_children.size(), false) {
-    for (uint32_t node = 0; node < m_children.size(); node++)
+    for (uint32_t node = 0; node < m_children.size(); ++node)
         for (const uint32_t child : m_children[node]) m_parents[child] = node;
     if (m_roots.size() == 1) m_isOpen[m_roots[0]] = true;
 }

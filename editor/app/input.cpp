@@ -24,7 +24,7 @@ const char* Name(Key key) {
 }
 
 Key KeyFromName(std::string_view name) {
-    for (size_t i = 0; i < kKeyCount; i++)
+    for (size_t i = 0; i < kKeyCount; ++i)
         if (IsSameName(kKeyNames[i], name)) return static_cast<Key>(i);
     throw MakeError(ErrorKind::Usage, "there is no key '{}'", name);
 }

@@ -38,14 +38,14 @@ void LogHistory::Add(const LogMessage& message) {
     m_entries.push_back(std::move(entry));
     if (m_entries.size() > kMax) m_entries.pop_front();
     m_counts[static_cast<size_t>(message.level)]++;
-    m_revision++;
+    ++m_revision;
 }
 
 void LogHistory::Clear() {
     const std::scoped_lock lock(m_mutex);
     m_entries.clear();
     m_counts = {};
-    m_revision++;
+    ++m_revision;
 }
 
 uint64_t LogHistory::Revision() const {

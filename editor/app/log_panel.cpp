@@ -65,7 +65,7 @@ void Rows(const std::vector<const LogEntry*>& shown, bool isNew) {
     ImGuiListClipper clipper;
     clipper.Begin(static_cast<int>(shown.size()));
     while (clipper.Step())
-        for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; i++) {
+        for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
             const LogEntry& entry = *shown[static_cast<size_t>(i)];
             ImGui::TableNextRow();
             ImGui::TableNextColumn();

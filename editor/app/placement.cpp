@@ -17,7 +17,7 @@ Placement PlacementOf(const glm::mat4x3& local) {
     Placement placed;
     placed.translation = local[3];
     glm::mat3 turn(1.0f);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; ++i) {
         placed.scale[i] = glm::length(local[i]);
         if (placed.scale[i] > 0.0f) turn[i] = local[i] / placed.scale[i];
     }
@@ -39,7 +39,7 @@ glm::mat4x3 Placed(const glm::mat4x3& local, const Placement& before, const Plac
     glm::mat3 axes(local);
     if (after.degrees != before.degrees)
         axes = glm::mat3_cast(Turn(after) * glm::conjugate(Turn(before))) * axes;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; ++i) {
         if (after.scale[i] == before.scale[i]) continue;
         if (before.scale[i] != 0.0f)
             axes[i] *= after.scale[i] / before.scale[i];

@@ -203,7 +203,7 @@ void HierarchyPanel(Workspace& work) {
     ImGuiListClipper clipper;
     clipper.Begin(static_cast<int>(rows.size()), ImGui::GetTextLineHeightWithSpacing());
     while (clipper.Step())
-        for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; i++)
+        for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i)
             NodeRow(work, rows[static_cast<size_t>(i)]);
     ImGui::EndChild();
 }
@@ -224,7 +224,7 @@ void InspectorPanel(Workspace& work) {
         ImGui::Text("Material %s", name.empty() ? std::to_string(material).c_str() : name.c_str());
         MaterialFields(work, material);
     }
-    for (uint32_t light = 0; light < scene.lights.size(); light++) {
+    for (uint32_t light = 0; light < scene.lights.size(); ++light) {
         if (scene.lights[light].node != node) continue;
         ImGui::Separator();
         ImGui::Text("Light %s", scene.lights[light].name.c_str());

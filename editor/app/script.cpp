@@ -110,7 +110,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                                   isHeld = true;
                                   frame();
                               }
-                              for (int i = 0; i < kDragSteps && command.isDragged; i++) {
+                              for (int i = 0; i < kDragSteps && command.isDragged; ++i) {
                                   m_input.mouse += command.way / float(kDragSteps);
                                   frame();
                               }
@@ -128,7 +128,7 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                               frame();
                           },
                           [&](const PassFrames& command) {
-                              for (uint32_t i = 0; i < command.count; i++) frame();
+                              for (uint32_t i = 0; i < command.count; ++i) frame();
                           },
                           [&](const WaitUntilDone&) { until("done", [&] { return !editor.IsBusy(); }); },
                           [&](const WaitForSamples& command) {

@@ -126,7 +126,7 @@ class LineReader {
     std::string Rest(size_t from) const {
         Word(from);
         std::string text;
-        for (size_t i = from; i < m_words.size(); i++) text += (i > from ? " " : "") + m_words[i];
+        for (size_t i = from; i < m_words.size(); ++i) text += (i > from ? " " : "") + m_words[i];
         return text;
     }
 
@@ -164,7 +164,7 @@ void FailLine(const std::string& name, uint32_t number, std::string_view text, s
 
 std::vector<ScriptLine> ParseScript(std::string_view text, const std::string& name) {
     std::vector<ScriptLine> lines;
-    for (uint32_t number = 1; !text.empty(); number++) {
+    for (uint32_t number = 1; !text.empty(); ++number) {
         const size_t end = std::min(text.find('\n'), text.size());
         const std::string line(text.substr(0, end));
         text.remove_prefix(std::min(end + 1, text.size()));

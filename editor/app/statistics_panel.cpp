@@ -84,10 +84,10 @@ void Chart(const std::vector<FrameHistory::Pass>& passes, size_t frameCount, flo
     const float width = size.x / static_cast<float>(FrameHistory::kLength);
     const float right = from.x + size.x;
     const bool isHovered = ImGui::IsItemHovered();
-    for (size_t frame = 0; frame < frameCount; frame++) {
+    for (size_t frame = 0; frame < frameCount; ++frame) {
         const float x = right - width * static_cast<float>(frameCount - frame);
         float bottom = from.y + size.y;
-        for (size_t i = 0; i < passes.size(); i++) {
+        for (size_t i = 0; i < passes.size(); ++i) {
             const float height = size.y * passes[i].ms[frame] / top;
             if (height <= 0.0f) continue;
             const float up = std::max(bottom - height, from.y);
@@ -108,7 +108,7 @@ void Chart(const std::vector<FrameHistory::Pass>& passes, size_t frameCount, flo
 }
 
 void Legend(const std::vector<FrameHistory::Pass>& passes) {
-    for (size_t i = 0; i < passes.size(); i++) {
+    for (size_t i = 0; i < passes.size(); ++i) {
         const ImVec2 at = ImGui::GetCursorScreenPos();
         const float side = ImGui::GetTextLineHeight();
         ImGui::GetWindowDrawList()->AddRectFilled(
@@ -124,7 +124,7 @@ void Legend(const std::vector<FrameHistory::Pass>& passes) {
 // The next of 1, 2, 5, 10, ... that holds it.
 float NiceTop(float value) {
     float top = 0.1f;
-    for (int i = 0; top < value && i < 30; i++) top *= i % 3 == 1 ? 2.5f : 2.0f;
+    for (int i = 0; top < value && i < 30; ++i) top *= i % 3 == 1 ? 2.5f : 2.0f;
     return top;
 }
 

@@ -32,7 +32,7 @@ struct Geometry {
 
 Geometry GeometryOf(const ImDrawData& data, rhi::Extent2D extent, bool hasPicture) {
     Geometry geometry;
-    for (int i = 0; i < data.CmdListsCount; i++) {
+    for (int i = 0; i < data.CmdListsCount; ++i) {
         const ImDrawList& list = *data.CmdLists[i];
         const auto firstVertex = static_cast<uint32_t>(geometry.vertices.size());
         const auto firstIndex = static_cast<uint32_t>(geometry.indices.size());
@@ -91,7 +91,7 @@ void Ui::Begin(const FrameInput& input) {
     ImGuiIO& io = ImGui::GetIO();
     if (m_scale != input.scale) {
         m_scale = input.scale;
-        m_atlas++;
+        ++m_atlas;
         io.Fonts->Clear();
         // Rasterized at pixel size, and scaled back to points
         if (std::filesystem::exists(kFontFile))
@@ -109,7 +109,7 @@ void Ui::Begin(const FrameInput& input) {
     io.DisplayFramebufferScale = {input.scale, input.scale};
     io.DeltaTime = std::max(input.seconds, 1e-4f);
     io.MousePos = {input.mouse.x * points, input.mouse.y * points};
-    for (size_t i = 0; i < kMouseButtonCount; i++) io.MouseDown[i] = input.buttons[i];
+    for (size_t i = 0; i < kMouseButtonCount; ++i) io.MouseDown[i] = input.buttons[i];
     io.MouseWheel += input.wheel;
     io.KeyCtrl = input.isControl;
     io.KeyShift = input.isShift;

@@ -110,7 +110,7 @@ Window::Window(const std::string& title, rhi::Extent2D size) {
         events.isAlt |= (modifiers & GLFW_MOD_ALT) != 0;
     });
     glfwSetDropCallback(window, [](GLFWwindow* of, int count, const char** paths) {
-        for (int i = 0; i < count; i++) Impl::EventsOf(of).dropped.emplace_back(paths[i]);
+        for (int i = 0; i < count; ++i) Impl::EventsOf(of).dropped.emplace_back(paths[i]);
     });
 }
 
@@ -155,10 +155,10 @@ FrameInput Window::Poll(double seconds) {
         input.mouse = glm::vec2(static_cast<float>(x * input.extent.width / windowWidth),
                                 static_cast<float>(y * input.extent.height / windowHeight));
     constexpr std::array kButtons{GLFW_MOUSE_BUTTON_LEFT, GLFW_MOUSE_BUTTON_RIGHT, GLFW_MOUSE_BUTTON_MIDDLE};
-    for (size_t i = 0; i < kMouseButtonCount; i++)
+    for (size_t i = 0; i < kMouseButtonCount; ++i)
         input.buttons[i] = glfwGetMouseButton(window, kButtons[i]) == GLFW_PRESS;
     const auto isHeld = [&](int key) { return glfwGetKey(window, key) == GLFW_PRESS; };
-    for (int code = GLFW_KEY_SPACE; code <= GLFW_KEY_LAST; code++)
+    for (int code = GLFW_KEY_SPACE; code <= GLFW_KEY_LAST; ++code)
         if (const std::optional<Key> key = KeyOf(code); key && isHeld(code))
             input.keys[static_cast<size_t>(*key)] = true;
     input.isControl |= isHeld(GLFW_KEY_LEFT_CONTROL) || isHeld(GLFW_KEY_RIGHT_CONTROL);

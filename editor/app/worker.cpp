@@ -20,7 +20,7 @@ void Worker::Add(Task task, Fail fail) {
         const std::scoped_lock lock(m_mutex);
         m_tasks.push_back({std::move(task), std::move(fail)});
     }
-    m_unfinished++;
+    ++m_unfinished;
     m_hasChanged.notify_one();
 }
 
@@ -31,7 +31,7 @@ void Worker::FinishTasks() {
         due.swap(m_due);
     }
     for (const Finish& finish : due) {
-        m_unfinished--;
+        --m_unfinished;
         finish();
     }
 }

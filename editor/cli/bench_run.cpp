@@ -36,7 +36,7 @@ class Bench {
     // `count` frames of this kind; returns with the device idle.
     void RunFrames(const DeclareFrame& declare, uint32_t count) {
         uint64_t last = 0;
-        for (uint32_t i = 0; i < count; i++) {
+        for (uint32_t i = 0; i < count; ++i) {
             m_renderer.BeginFrame();
             const SceneIds ids = m_scene.Scene().Declare(m_renderer);
             declare(ids, m_scene.SettingsFor(m_sampleIndex++));
@@ -48,7 +48,7 @@ class Bench {
     // Until shaders are compiled, the scene is built, and caches are warm; times are thrown away.
     void WarmUp(const DeclareFrame& declare) {
         RunFrames(declare, kWarmUpFrames);
-        for (uint32_t i = 0; i < kMaxFramesToSettle && !m_scene.Scene().IsSettled(); i++)
+        for (uint32_t i = 0; i < kMaxFramesToSettle && !m_scene.Scene().IsSettled(); ++i)
             RunFrames(declare, 1);
         std::ignore = m_renderer.TakeTimings();
     }
@@ -134,7 +134,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
     std::vector<double> costs;
     PassTimes times, yardstickTimes;
     double seconds = 0.0, cpuSeconds = 0.0;
-    for (uint32_t round = 0; round < plan.rounds; round++) {
+    for (uint32_t round = 0; round < plan.rounds; ++round) {
         progress.Show(Text("  round {}/{}", round + 1, plan.rounds));
         const Stopwatch watch;
         const double cpuBefore = os::ProcessCpuSeconds();
@@ -146,7 +146,7 @@ BenchResult RunBench(DeviceScene& scene, const BenchPlan& plan, Progress& progre
         const std::vector<FrameTiming> pictureFrames = renderer.TakeTimings();
         ofPicture.Add(pictureFrames);
         times.Add(pictureFrames);
-        for (size_t i = 0; i < yardsticks.size(); i++) {
+        for (size_t i = 0; i < yardsticks.size(); ++i) {
             const double before = os::ProcessCpuSeconds();
             bench.RunFrames(yardsticks[i], plan.frames);
             const double cpu = os::ProcessCpuSeconds() - before;

@@ -30,7 +30,7 @@ template <typename Thing, typename Describe>
 std::string List(const char* label, const std::vector<Thing>& things, Describe&& describe) {
     std::string text = Line(label, things.empty() ? "none" : GroupDigits(things.size()));
     const size_t shown = std::min(things.size(), kMaxListed);
-    for (size_t i = 0; i < shown; i++)
+    for (size_t i = 0; i < shown; ++i)
         text += Text("    {}  {}  {}\n", i, Quoted(things[i].name, kMaxNameBytes), describe(things[i]));
     if (things.size() > shown) text += Text("    ... and {} more\n", GroupDigits(things.size() - shown));
     return text;

@@ -3,7 +3,7 @@
 namespace raygraph::session {
 
 bool AovSet::NeedsParts() const {
-    for (size_t i = 0; i < passes::kPathPartCount; i++)
+    for (size_t i = 0; i < passes::kPathPartCount; ++i)
         if (Has(AovOf(static_cast<passes::PathPart>(i)))) return true;
     return false;
 }

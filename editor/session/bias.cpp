@@ -61,7 +61,7 @@ RemovedLight MeasureRemoved(std::span<const float> removed, std::span<const floa
     double removedSum = 0.0, varianceSum = 0.0, pictureSum = 0.0;
     for (size_t i = 0; i + 3 < removed.size(); i += 4) {
         double luminance = 0.0, left = 0.0, deviation = 0.0;
-        for (size_t c = 0; c < 3; c++) {
+        for (size_t c = 0; c < 3; ++c) {
             luminance += kLuminance[c] * removed[i + c];
             left += kLuminance[c] * picture[i + c];
             deviation += kLuminance[c] * std::sqrt(double{variance[i + c]});

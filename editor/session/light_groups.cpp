@@ -62,7 +62,7 @@ class Matcher {
         return first;
     }
     void RequireAllFit() const {
-        for (size_t i = 0; i < m_groups.size(); i++)
+        for (size_t i = 0; i < m_groups.size(); ++i)
             if (!m_fits[i])
                 throw SettingError(
                     ErrorKind::Usage,
@@ -99,7 +99,7 @@ std::string ToText(const std::vector<LightGroupPatterns>& groups) {
     for (const LightGroupPatterns& group : groups) {
         if (!text.empty()) text += ';';
         text += group.name;
-        for (size_t i = 0; i < group.patterns.size(); i++) text += (i == 0 ? '=' : ',') + group.patterns[i];
+        for (size_t i = 0; i < group.patterns.size(); ++i) text += (i == 0 ? '=' : ',') + group.patterns[i];
     }
     return text;
 }

@@ -59,7 +59,7 @@ void Add(RenderSums& sums, RenderSums&& others) {
     Add(sums.radiance, std::move(others.radiance));
     for (const Aov aov : kAovs)
         if (passes::ExactSums* of = SumsOf(sums, aov)) Add(*of, std::move(*SumsOf(others, aov)));
-    for (size_t i = 0; i < sums.lightGroups.size(); i++)
+    for (size_t i = 0; i < sums.lightGroups.size(); ++i)
         Add(sums.lightGroups[i], std::move(others.lightGroups[i]));
 }
 
@@ -73,13 +73,13 @@ void TakeMeans(RenderFile& render) {
         if (sums != nullptr && !sums->IsEmpty() && aov < Aov::RemovedMaxDepth)
             *MeanOf(render, aov) = passes::MeanOf(*sums, count);
     }
-    for (size_t i = 0; i < kBiasCount; i++) {
+    for (size_t i = 0; i < kBiasCount; ++i) {
         const passes::ExactSums& sums = render.sums.removed[i];
         if (sums.IsEmpty() || render.removedSamples == 0) continue;
         render.removed[i] = passes::MeanOf(sums, render.removedSamples);
         render.removedVariance[i] = passes::VarianceOf(sums, render.removedSamples);
     }
-    for (size_t i = 0; i < render.lightGroups.size(); i++)
+    for (size_t i = 0; i < render.lightGroups.size(); ++i)
         render.lightGroups[i] = passes::MeanOf(render.sums.lightGroups[i], count);
 }
 
@@ -87,19 +87,19 @@ void TakeMeans(RenderFile& render) {
 
 RenderFile Merge(std::vector<NamedRender> parts) {
     if (parts.empty()) throw Error(ErrorKind::Usage, "there are no renders to merge");
-    for (size_t i = 1; i < parts.size(); i++) RequireCompatible(parts[0], parts[i]);
+    for (size_t i = 1; i < parts.size(); ++i) RequireCompatible(parts[0], parts[i]);
     for (const NamedRender& part : parts) {
         if (const std::string flaw = FirstFlaw(part.render); !flaw.empty())
             throw MakeError(ErrorKind::BadInput, "{} cannot be merged: {}", part.name, flaw);
         RequireSums(part);
     }
-    for (size_t i = 0; i < parts.size(); i++)
-        for (size_t j = 0; j < i; j++) RequireDisjoint(parts[j], parts[i]);
+    for (size_t i = 0; i < parts.size(); ++i)
+        for (size_t j = 0; j < i; ++j) RequireDisjoint(parts[j], parts[i]);
 
     // What is not accumulated is alike in all parts, and comes from that of the first samples
     std::ranges::sort(parts, {}, [](const NamedRender& part) { return part.render.samples.front().first; });
     RenderFile merged = std::move(parts[0].render);
-    for (size_t i = 1; i < parts.size(); i++) {
+    for (size_t i = 1; i < parts.size(); ++i) {
         RenderFile& part = parts[i].render;
         Add(merged.sums, std::move(part.sums));
         merged.removedSamples += part.removedSamples;

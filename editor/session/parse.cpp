@@ -69,7 +69,7 @@ std::array<float, 3> ParseRadiance(std::string_view text) {
     try {
         const std::vector<std::string_view> parts = ParseList(text);
         if (parts.size() == radiance.size()) {
-            for (size_t i = 0; i < parts.size(); i++)
+            for (size_t i = 0; i < parts.size(); ++i)
                 radiance[i] =
                     static_cast<float>(ParseNumber(parts[i], 0.0, std::numeric_limits<float>::max()));
             return radiance;
@@ -93,7 +93,7 @@ std::vector<std::string_view> ParseList(std::string_view text) {
 
 size_t ParseChoice(std::string_view text, const std::vector<std::string_view>& names) {
     std::string list;
-    for (size_t i = 0; i < names.size(); i++) {
+    for (size_t i = 0; i < names.size(); ++i) {
         if (names[i] == text) return i;
         if (i > 0) list += i + 1 == names.size() ? " or " : ", ";
         list += names[i];
@@ -104,7 +104,7 @@ size_t ParseChoice(std::string_view text, const std::vector<std::string_view>& n
 std::string ListForHelp(std::vector<std::string_view> texts, const std::vector<std::string_view>& notes,
                         size_t ofDefault) {
     std::string list;
-    for (size_t i = 0; i < texts.size(); i++) {
+    for (size_t i = 0; i < texts.size(); ++i) {
         if (i > 0) list += i + 1 == texts.size() ? " or " : ", ";
         list += texts[i];
         std::string note(notes[i]);

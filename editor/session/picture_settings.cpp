@@ -261,7 +261,7 @@ std::string FirstDifference(const SettingTexts& a, const SettingTexts& b) {
 std::string CameraText(const scene::CameraView& view) {
     std::string text;
     for (const glm::dvec3& place : {view.eye, view.eye + glm::dvec3(view.forward), glm::dvec3(view.up)})
-        for (int i = 0; i < 3; i++) text.append(NumberText(place[i])).append(1, ' ');
+        for (int i = 0; i < 3; ++i) text.append(NumberText(place[i])).append(1, ' ');
     if (view.projection == scene::Projection::Orthographic)
         return text.append(ToText(view.height)).append("m");
     return text.append(ToText(glm::degrees(view.yFov)));

@@ -87,11 +87,11 @@ template <typename Names>
 bool TakeChannels(const image::ExrImage& file, const Names& names, Texels& texels) {
     if (file.FloatChannel(names[0]) == nullptr) return false;
     texels.assign(size_t{4} * file.width * file.height, 0.0f);
-    for (size_t c = 0; c < std::size(names); c++) {
+    for (size_t c = 0; c < std::size(names); ++c) {
         const std::vector<float>* channel = file.FloatChannel(names[c]);
         if (channel == nullptr)
             throw MakeError(ErrorKind::BadInput, "there is {} but no {}", names[0], names[c]);
-        for (size_t i = 0; i < channel->size(); i++) texels[4 * i + c] = (*channel)[i];
+        for (size_t i = 0; i < channel->size(); ++i) texels[4 * i + c] = (*channel)[i];
     }
     return true;
 }
@@ -105,13 +105,13 @@ bool TakeSums(const image::ExrImage& file, const Names& names, bool withSquares,
         const std::vector<uint32_t>* words = file.UintChannel(name);
         if (words == nullptr)
             throw MakeError(ErrorKind::BadInput, "there are sums of samples but no channel {}", name);
-        for (size_t i = 0; i < words->size(); i++) plane[4 * i + component] = (*words)[i];
+        for (size_t i = 0; i < words->size(); ++i) plane[4 * i + component] = (*words)[i];
     };
-    for (size_t c = 0; c < std::size(names); c++)
-        for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
+    for (size_t c = 0; c < std::size(names); ++c)
+        for (size_t k = 0; k < passes::ExactSums::kPlanes; ++k)
             take(WordChannel(names[c], "sum", k), sums.sums[k], c);
-    for (size_t c = 0; c < 3 && withSquares; c++)
-        for (size_t k = 0; k <= passes::ExactSums::kPlanes; k++)
+    for (size_t c = 0; c < 3 && withSquares; ++c)
+        for (size_t k = 0; k <= passes::ExactSums::kPlanes; ++k)
             take(WordChannel(names[c], "squares", k), sums.squares[SquarePlane(k, c)], SquareComponent(k, c));
     return true;
 }
@@ -263,7 +263,7 @@ std::string FirstMissingChannel(const RenderFile& render, const AovSet& others) 
             mean && !mean->empty() && !others.Has(aov) &&
             SumsOf(const_cast<RenderSums&>(render.sums), aov)->IsEmpty())
             return WordChannel(MeanChannels(aov)[0], "sum", 0);
-    for (size_t i = 0; i < render.lightGroups.size(); i++)
+    for (size_t i = 0; i < render.lightGroups.size(); ++i)
         if (i >= render.sums.lightGroups.size() || render.sums.lightGroups[i].IsEmpty())
             return WordChannel(GroupChannels(render.settings).at(i)[0], "sum", 0);
     return {};
@@ -307,28 +307,28 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
         planes.push_back({name, std::span<const uint32_t>(plane).subspan(c), 4});
     };
     const auto addSums = [&](const auto& names, const passes::ExactSums& sums) {
-        for (size_t c = 0; c < std::size(names) && !sums.IsEmpty(); c++)
-            for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
+        for (size_t c = 0; c < std::size(names) && !sums.IsEmpty(); ++c)
+            for (size_t k = 0; k < passes::ExactSums::kPlanes; ++k)
                 addWords(WordChannel(names[c], "sum", k), sums.sums[k], c);
-        for (size_t c = 0; c < 3 && sums.HasSquares(); c++)
-            for (size_t k = 0; k <= passes::ExactSums::kPlanes; k++)
+        for (size_t c = 0; c < 3 && sums.HasSquares(); ++c)
+            for (size_t k = 0; k <= passes::ExactSums::kPlanes; ++k)
                 addWords(WordChannel(names[c], "squares", k), sums.squares[SquarePlane(k, c)],
                          SquareComponent(k, c));
     };
-    for (size_t c = 0; c < 4; c++) add(kRadianceNames[c], render.radiance, c);
-    for (size_t c = 0; c < 3 && !render.variance.empty(); c++) add(kVarianceNames[c], render.variance, c);
+    for (size_t c = 0; c < 4; ++c) add(kRadianceNames[c], render.radiance, c);
+    for (size_t c = 0; c < 3 && !render.variance.empty(); ++c) add(kVarianceNames[c], render.variance, c);
     addSums(kRadianceNames, render.sums.radiance);
     for (const Aov aov : kAovs) {
         const Texels* mean = MeanOf(render, aov);
         if (mean == nullptr || mean->empty()) continue;
-        for (size_t c = 0; c < 3; c++) add(MeanChannels(aov)[c], *mean, c);
+        for (size_t c = 0; c < 3; ++c) add(MeanChannels(aov)[c], *mean, c);
         addSums(MeanChannels(aov), *SumsOf(const_cast<RenderSums&>(render.sums), aov));
     }
     if (!render.lightGroups.empty()) {
         const std::vector<ChannelNames> names = GroupChannels(render.settings);
         RG_CHECK_EQ(names.size(), render.lightGroups.size());
-        for (size_t i = 0; i < names.size(); i++) {
-            for (size_t c = 0; c < 3; c++) add(names[i][c], render.lightGroups[i], c);
+        for (size_t i = 0; i < names.size(); ++i) {
+            for (size_t c = 0; c < 3; ++c) add(names[i][c], render.lightGroups[i], c);
             if (!render.sums.lightGroups.empty()) addSums(names[i], render.sums.lightGroups[i]);
         }
     }
@@ -336,7 +336,7 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     for (const Bias bias : kBiases) {
         const Texels& variance = render.removedVariance[static_cast<size_t>(bias)];
         hasRemoved |= !variance.empty();
-        for (size_t c = 0; c < 3 && !variance.empty(); c++) add(VarianceChannels(bias)[c], variance, c);
+        for (size_t c = 0; c < 3 && !variance.empty(); ++c) add(VarianceChannels(bias)[c], variance, c);
     }
     if (!render.depth.empty()) planes.push_back({"Z", std::span<const float>(render.depth)});
     for (const IdChannel& channel : kIdChannels)

@@ -16,12 +16,12 @@ namespace {
 template <typename T>
 std::vector<T> ChannelOf(const std::vector<T>& texels, size_t channel) {
     std::vector<T> values(texels.size() / 4);
-    for (size_t i = 0; i < values.size(); i++) values[i] = texels[4 * i + channel];
+    for (size_t i = 0; i < values.size(); ++i) values[i] = texels[4 * i + channel];
     return values;
 }
 
 bool HasNoColor(const Texels& texels) {
-    for (size_t i = 0; i < texels.size(); i++)
+    for (size_t i = 0; i < texels.size(); ++i)
         if (i % 4 != 3 && texels[i] != 0.0f) return false;
     return true;
 }
@@ -36,7 +36,7 @@ SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
       m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo)),
       m_isKeepingNormal(plan.aovs.Has(Aov::Normal)),
       m_isKeepingCenter(plan.aovs.NeedsCenterRay()) {
-    for (size_t i = 0; i < passes::kPathPartCount; i++)
+    for (size_t i = 0; i < passes::kPathPartCount; ++i)
         if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
             m_parts.push_back({i, Accumulated(Name(aov))});
     if (plan.continues != nullptr) RestoreFrom(*plan.continues);
@@ -75,7 +75,7 @@ void SampleFrames::RestoreSample() {
     const SceneIds ids = m_scene.Scene().Declare(m_renderer);
     DeclareAverages(ids, m_scene.SettingsFor(m_plan.firstSample + m_submitted - m_toRestore), false);
     m_renderer.Execute();
-    m_toRestore--;
+    --m_toRestore;
 }
 
 void SampleFrames::ReadBack(const passes::AccumulatedIds& ids, Accumulated& into) {
@@ -157,7 +157,7 @@ void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
     if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings, isLast);
     if (m_isKeepingCenter && isLast) DeclareCenterRay(ids, settings);
     m_pending.push_back(m_renderer.Execute());
-    m_submitted++;
+    ++m_submitted;
     m_hasPicture = isLast;
     NonFiniteSamples();
     m_times.Add(m_renderer.TakeTimings());

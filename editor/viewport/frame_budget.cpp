@@ -28,7 +28,7 @@ void FrameBudget::LearnTile(uint32_t height, const passes::Region& tile, double 
     if (pixels == 0 || height == 0 || !(milliseconds > 0.0)) return;
     const double cost = milliseconds / static_cast<double>(pixels);
     const uint32_t last = tile.y + tile.height - 1;
-    for (uint32_t band = tile.y * kBands / height; band <= last * kBands / height; band++) {
+    for (uint32_t band = tile.y * kBands / height; band <= last * kBands / height; ++band) {
         double& known = m_msPerPixel[std::min(band, kBands - 1)];
         known = cost > known ? cost : 0.5 * (known + cost);
     }
@@ -67,7 +67,7 @@ double FrameBudget::CostAt(uint32_t height, uint32_t row) const {
 
 double FrameBudget::Expect(uint32_t height, const passes::Region& tile) const {
     double sum = 0.0;
-    for (uint32_t row = tile.y; row < tile.y + tile.height; row++) sum += tile.width * CostAt(height, row);
+    for (uint32_t row = tile.y; row < tile.y + tile.height; ++row) sum += tile.width * CostAt(height, row);
     return sum;
 }
 
@@ -81,7 +81,7 @@ uint64_t FrameBudget::Affordable(rhi::Extent2D picture, const passes::TileCursor
     // The rest of a band that has been begun
     const uint32_t bandEnd = std::min(picture.height, row + cursor.BandHeight());
     uint64_t width = picture.width - cursor.X();
-    for (; row < picture.height; row++) {
+    for (; row < picture.height; ++row) {
         if (row >= bandEnd) width = picture.width;
         const double cost = CostAt(picture.height, row), rowMs = static_cast<double>(width) * cost;
         if (rowMs > left) {

@@ -14,7 +14,7 @@ constexpr uint32_t kCoarse = 4;  // pixels to a texel along an edge, while somet
 void OutlineView::SetInstances(std::vector<uint32_t> instances) {
     if (instances == m_instances) return;
     m_instances = std::move(instances);
-    m_selection++;
+    ++m_selection;
 }
 
 TextureId OutlineView::Declare(Renderer& renderer, const SceneIds& scene, const SceneRevisions& revisions,

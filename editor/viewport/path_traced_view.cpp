@@ -27,7 +27,7 @@ bool Fits(Extent2D extent, const FrameBudget& budget) {
 }  // namespace
 
 PathTracedView::PathTracedView(const std::string& name) : m_full(name + ".path-traced") {
-    for (uint32_t i = 1; i <= kMaxLevels; i++)
+    for (uint32_t i = 1; i <= kMaxLevels; ++i)
         m_levels.push_back(
             {.scale = 1u << i, .sample = Accumulation(Text("{}.path-traced/{}", name, 1u << i))});
 }
@@ -79,7 +79,7 @@ passes::AccumulatedIds PathTracedView::DeclareTile(Renderer& renderer, const Sce
 }
 
 PathTracedView::Level* PathTracedView::Finest(Extent2D extent) {
-    for (size_t i = 0; i < LevelCount(extent); i++)
+    for (size_t i = 0; i < LevelCount(extent); ++i)
         if (m_levels[i].sample.SampleCount() > 0) return &m_levels[i];
     return nullptr;
 }
@@ -93,7 +93,7 @@ PathTracedView::Level* PathTracedView::FinerThan(const Level& level) {
 PathTracedView::Level* PathTracedView::FirstToTrace(Extent2D extent, const FrameBudget& budget) {
     if (Fits(extent, budget)) return nullptr;
     const size_t count = LevelCount(extent);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; ++i)
         if (Fits(ExtentAt(extent, m_levels[i].scale), budget) || i + 1 == count) return &m_levels[i];
     return nullptr;
 }
@@ -113,7 +113,7 @@ PathTracedView::Ids PathTracedView::DeclareSamples(Renderer& renderer, const Sce
                                                    const FrameBudget& budget, const BudgetSettings& limits) {
     passes::AccumulatedIds ids = passes::Kept(renderer, m_full, settings.extent, true);
     double left = budget.TracingMs();
-    for (uint32_t i = 0; i < std::max(1u, limits.samplesPerFrame); i++) {
+    for (uint32_t i = 0; i < std::max(1u, limits.samplesPerFrame); ++i) {
         const Accumulation::Progress& progress = m_full.Declared();
         if (limits.maxSamples > 0 && progress.sampleCount >= limits.maxSamples) break;
         const Region region =

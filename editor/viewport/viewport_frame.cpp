@@ -84,7 +84,7 @@ void Viewport::Impl::LearnFromTimings() {
     for (const PathTracedView::Tile& tile : timed.tiles) pixels += tile.region.PixelCount();
     // Of a frame in which another viewport traces, too, the times cannot be told apart: those of this
     // viewport are overestimated
-    for (size_t i = 0; i < timed.tiles.size(); i++) {
+    for (size_t i = 0; i < timed.tiles.size(); ++i) {
         const PathTracedView::Tile& tile = timed.tiles[i];
         const double share = static_cast<double>(tile.region.PixelCount()) /
                              static_cast<double>(std::max<uint64_t>(1, pixels));

@@ -24,14 +24,14 @@ double BuildAliasTable(std::span<const double> weights, std::span<gpu::AliasEntr
     const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
     const auto count = static_cast<uint32_t>(weights.size());
     if (!(sum > 0.0)) {
-        for (uint32_t i = 0; i < count; i++) slots[i] = {.keep = 1.0f, .alias = i, .probability = 0.0f};
+        for (uint32_t i = 0; i < count; ++i) slots[i] = {.keep = 1.0f, .alias = i, .probability = 0.0f};
         return 0.0;
     }
     // The weight that each slot still has to distribute, in units of a slot
     std::vector<double> shares(count);
     std::vector<uint32_t> poor, rich;
     uint32_t heaviest = 0;
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < count; ++i) {
         shares[i] = weights[i] / sum * count;
         slots[i] = {.keep = 1.0f, .alias = i, .probability = Probability(weights[i] / sum)};
         (shares[i] < 1.0 ? poor : rich).push_back(i);

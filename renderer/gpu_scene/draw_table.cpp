@@ -19,9 +19,9 @@ DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResou
 
     DrawTable table;
     std::vector<gpu::DrawRecord> records;
-    for (size_t kind = 0; kind < kDrawKindCount; kind++) {
+    for (size_t kind = 0; kind < kDrawKindCount; ++kind) {
         table.drawsOfKind[kind].first = static_cast<uint32_t>(records.size());
-        for (size_t i = 0; i < resources.groups.size(); i++) {
+        for (size_t i = 0; i < resources.groups.size(); ++i) {
             GroupResources& group = resources.groups[i];
             if (KindOf(group.kind) != static_cast<DrawKind>(kind)) continue;
             group.record.draw = static_cast<uint32_t>(records.size());

@@ -18,7 +18,7 @@ constexpr float kMinMean = 1e-4f;
 float DecodeSrgb(uint8_t value) {
     static const std::array<float, 256> kTable = [] {
         std::array<float, 256> table{};
-        for (size_t i = 0; i < table.size(); i++) {
+        for (size_t i = 0; i < table.size(); ++i) {
             const double v = static_cast<double>(i) / 255.0;
             table[i] = static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
         }
@@ -59,7 +59,7 @@ std::array<glm::uvec2, 2> TexelRanges(float low, float high, uint32_t size, scen
 glm::vec3 Texel(const scene::ImageData& image, uint32_t x, uint32_t y, bool isSrgb) {
     const uint8_t* rgba = &image.rgba[4 * (size_t{y} * image.width + x)];
     glm::vec3 color;
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 3; ++c)
         color[c] = isSrgb ? DecodeSrgb(rgba[c]) : static_cast<float>(rgba[c]) / 255.0f;
     return color;
 }
@@ -94,9 +94,9 @@ const EmitterFinder::LitTexels& EmitterFinder::LitTexelsOf(uint32_t image) {
     std::vector<uint32_t>& sums = found->second.sums;
     const size_t stride = size_t{data.width} + 1;
     sums.assign(stride * (size_t{data.height} + 1), 0);
-    for (uint32_t y = 0; y < data.height; y++) {
+    for (uint32_t y = 0; y < data.height; ++y) {
         uint32_t inRow = 0;
-        for (uint32_t x = 0; x < data.width; x++) {
+        for (uint32_t x = 0; x < data.width; ++x) {
             const uint8_t* rgba = &data.rgba[4 * (size_t{y} * data.width + x)];
             inRow += (rgba[0] | rgba[1] | rgba[2]) != 0;
             sums[(y + size_t{1}) * stride + x + 1] = sums[y * stride + x + 1] + inRow;
@@ -127,8 +127,8 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
     const auto add = [&](float i, float j) {
         sum += Lookup(texture, image, uv[0] + (i * (uv[1] - uv[0]) + j * (uv[2] - uv[0])) / float(cuts));
     };
-    for (uint32_t i = 0; i < cuts; i++)
-        for (uint32_t j = 0; i + j < cuts; j++) {
+    for (uint32_t i = 0; i < cuts; ++i)
+        for (uint32_t j = 0; i + j < cuts; ++j) {
             add(float(i) + 1.0f / 3.0f, float(j) + 1.0f / 3.0f);
             if (i + j + 1 < cuts) add(float(i) + 2.0f / 3.0f, float(j) + 2.0f / 3.0f);
         }
@@ -144,7 +144,7 @@ std::vector<Emitter> EmitterFinder::Find(const GroupTriangles& triangles,
     std::vector<Emitter> emitters;
     if (std::none_of(primitives.begin(), primitives.end(), mayEmit)) return emitters;
     const size_t triangleCount = triangles.indices.size() / 3;
-    for (uint32_t triangle = 0; triangle < triangleCount; triangle++) {
+    for (uint32_t triangle = 0; triangle < triangleCount; ++triangle) {
         const uint32_t part = triangles.geometries.empty() ? 0 : triangles.geometries[triangle];
         const scene::Primitive& primitive = *primitives[part];
         if (!mayEmit(&primitive)) continue;
@@ -161,7 +161,7 @@ std::vector<Emitter> EmitterFinder::Find(const GroupTriangles& triangles,
                 material.emissiveTexture.texCoord == 1 ? primitive.uv1 : primitive.uv0;
             glm::vec2 uv[3]{};
             if (!stream.empty())
-                for (size_t i = 0; i < 3; i++) uv[i] = stream[corners[i] - triangles.firstVertices[part]];
+                for (size_t i = 0; i < 3; ++i) uv[i] = stream[corners[i] - triangles.firstVertices[part]];
             const auto texture = static_cast<size_t>(material.emissiveTexture.texture);
             emitter.meanTexture =
                 Mean(m_scene.textures[texture], uv, triangleCount <= kFewTriangles ? kManyCuts : kFewCuts);
@@ -175,7 +175,7 @@ std::vector<Emitter> EmitterFinder::Find(const GroupTriangles& triangles,
 std::vector<uint32_t> TriangleLights(std::span<const Emitter> emitters, size_t triangleCount) {
     if (emitters.empty()) return {};
     std::vector<uint32_t> lights(triangleCount, gpu::kNoLight);
-    for (uint32_t i = 0; i < emitters.size(); i++) lights[emitters[i].primitive] = i;
+    for (uint32_t i = 0; i < emitters.size(); ++i) lights[emitters[i].primitive] = i;
     return lights;
 }
 

@@ -27,9 +27,9 @@ class TexelMeans {
     const std::vector<glm::dvec3>& Row(uint32_t y) {
         const uint32_t above = y > 0 ? y - 1 : 0;
         const uint32_t below = y + 1 < m_map.height ? y + 1 : y;
-        for (uint32_t x = 0; x < m_map.width; x++)
+        for (uint32_t x = 0; x < m_map.width; ++x)
             m_column[x] = 0.125 * (Texel(x, above) + Texel(x, below)) + 0.75 * Texel(x, y);
-        for (uint32_t x = 0; x < m_map.width; x++) {
+        for (uint32_t x = 0; x < m_map.width; ++x) {
             const glm::dvec3& left = m_column[x > 0 ? x - 1 : m_map.width - 1];
             const glm::dvec3& right = m_column[x + 1 < m_map.width ? x + 1 : 0];
             m_row[x] = 0.125 * (left + right) + 0.75 * m_column[x];
@@ -54,7 +54,7 @@ void RequireRadiance(const image::ImageF& map) {
     if (count == 0 || map.rgba.size() != count)
         throw MakeError(ErrorKind::Usage, "GpuScene: SetEnvironmentMap: {}x{} texels asked for, {} given",
                         map.width, map.height, map.rgba.size() / 4);
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count; ++i)
         if (!std::isfinite(map.rgba[i]) || map.rgba[i] < 0.0f)
             throw MakeError(
                 ErrorKind::Usage,
@@ -76,15 +76,15 @@ EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCel
     glm::dvec3 flux(0.0);  // integral over the sphere
     std::vector<double> rowWeights(result.height);
     std::vector<double> weights(result.width);
-    for (uint32_t row = 0; row < result.height; row++) {
+    for (uint32_t row = 0; row < result.height; ++row) {
         std::fill(weights.begin(), weights.end(), 0.0);
-        for (uint32_t y = row * step; y < (row + 1) * step; y++) {
+        for (uint32_t y = row * step; y < (row + 1) * step; ++y) {
             const double theta0 = std::numbers::pi * y / map.height;
             const double theta1 = std::numbers::pi * (y + 1) / map.height;
             const double solidAngle = 4.0 * std::numbers::pi / map.width * std::sin(0.5 * (theta0 + theta1)) *
                                       std::sin(0.5 * (theta1 - theta0));
             const std::vector<glm::dvec3>& texels = means.Row(y);
-            for (uint32_t x = 0; x < map.width; x++) {
+            for (uint32_t x = 0; x < map.width; ++x) {
                 flux += solidAngle * texels[x];
                 weights[x / step] += solidAngle * Luminance(texels[x]);
             }
@@ -93,7 +93,7 @@ EnvironmentAlias BuildEnvironmentAlias(const image::ImageF& map, uint64_t maxCel
         rowWeights[row] = BuildAliasTable(weights, std::span(result.entries).subspan(first, result.width));
     }
     BuildAliasTable(rowWeights, rows);
-    for (uint32_t row = 0; row < result.height; row++) {
+    for (uint32_t row = 0; row < result.height; ++row) {
         const size_t first = result.height + size_t{row} * result.width;
         for (gpu::AliasEntry& cell : std::span(result.entries).subspan(first, result.width))
             if (cell.probability > 0.0f)

@@ -100,7 +100,7 @@ struct GpuScene::Impl {
         drawsState = {};
         hasUnbuiltBlases = true;
         dirtyMaterials = {};
-        revisions.geometry++;
+        ++revisions.geometry;
         geometriesState = {};
         materialsState = {};
         statistics.uploadMs = watch.Milliseconds();
@@ -130,13 +130,13 @@ struct GpuScene::Impl {
     void SetMaterial(uint32_t material, const gpu::MaterialRecord& record) {
         const KindChanges changes =
             ChangeMaterial(*resources, builder, material, record);  // everything that may fail
-        revisions.materials++;
+        ++revisions.materials;
         dirtyMaterials.Add(material);
         lights->SetEmission(material, record.emission);
         lights->SetSides(material, !IsBackCulled(record));
         hasUnbuiltBlases |= changes.areStructures;
         if (!changes.areSides) return;
-        revisions.geometry++;
+        ++revisions.geometry;
         areDrawsDue = true;
         instances->MarkGroupsChanged();
     }
@@ -280,7 +280,7 @@ void GpuScene::SetTransform(uint32_t instance, const scene::PlacedTransform& obj
     if (m_impl->instances->Transform(instance) == objectToWorld) return;
     if (!scene::CanInvert(objectToWorld.matrix) || !scene::IsFinite(objectToWorld.rest))
         scene::CheckTransform(objectToWorld, Text("GpuScene: SetTransform: instance {}", instance));
-    m_impl->revisions.transforms++;
+    ++m_impl->revisions.transforms;
     m_impl->instances->SetTransform(instance, objectToWorld);
     m_impl->lights->SetTransform(instance, m_impl->instances->DeviceTransform(instance));
 }
@@ -299,7 +299,7 @@ void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
     m_impl->RequireNoFrame("SetVisible");
     CheckIndex("instance", instance, m_impl->instances->Count());
     if (m_impl->instances->IsVisible(instance) == isVisible) return;
-    m_impl->revisions.geometry++;
+    ++m_impl->revisions.geometry;
     m_impl->instances->SetVisible(instance, isVisible);
     m_impl->lights->SetVisible(instance, isVisible);
 }
@@ -325,7 +325,7 @@ void GpuScene::SetLight(uint32_t light, const scene::Light& values) {
     CheckIndex("light", light, m_impl->lights->PunctualCount());
     if (m_impl->lights->Punctual(light) == values) return;
     WithMemoryErrors("SetLight", [&] { m_impl->lights->SetPunctual(light, values); });
-    m_impl->revisions.lights++;
+    ++m_impl->revisions.lights;
 }
 
 const scene::Light& GpuScene::Light(uint32_t light) const {
@@ -348,7 +348,7 @@ void GpuScene::SetEnvironment(const EnvironmentSettings& settings) {
         throw Error(ErrorKind::Usage,
                     "GpuScene: SetEnvironment: radiance and rotation must be finite, radiance not negative");
     m_impl->environment = settings;
-    m_impl->revisions.environment++;
+    ++m_impl->revisions.environment;
 }
 
 const EnvironmentSettings& GpuScene::Environment() const {
@@ -372,8 +372,8 @@ void GpuScene::Impl::SetEnvironmentMap(const image::ImageF& equirectangular) {
         uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
     });
     environmentMap = std::move(map);
-    environmentVersion++;
-    revisions.environment++;
+    ++environmentVersion;
+    ++revisions.environment;
     environmentState = SampledState();
     mapAlias = std::move(newAlias);
     mapCells = {alias.width, alias.height};
@@ -384,9 +384,9 @@ void GpuScene::Impl::SetEnvironmentMap(const image::ImageF& equirectangular) {
 void GpuScene::RemoveEnvironmentMap() {
     m_impl->RequireNoFrame("RemoveEnvironmentMap");
     if (!m_impl->environmentMap) return;
-    m_impl->revisions.environment++;
+    ++m_impl->revisions.environment;
     m_impl->environmentMap = {};
-    m_impl->environmentVersion++;
+    ++m_impl->environmentVersion;
     m_impl->environmentState = SampledState();
     m_impl->mapAlias = {};
     m_impl->environmentAliasState = {};

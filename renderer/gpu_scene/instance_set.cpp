@@ -16,7 +16,7 @@ template <typename Copy>
 void ForEachRun(std::span<const uint32_t> values, Copy&& copy) {
     for (size_t begin = 0; begin < values.size();) {
         size_t end = begin + 1;
-        while (end < values.size() && values[end] == values[end - 1] + 1) end++;
+        while (end < values.size() && values[end] == values[end - 1] + 1) ++end;
         copy(begin, end - begin);
         begin = end;
     }
@@ -57,7 +57,7 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
         m_instances.push_back({.objectToWorld = {instance.objectToWorld, instance.translationRest},
                                .mesh = instance.mesh,
                                .firstPlacement = PlacementCount()});
-        for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; group++) {
+        for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group) {
             m_placements.push_back({.instance = index, .group = group, .firstLight = lightCount});
             lightCount += static_cast<uint32_t>(resources.groups[group].emitters.size());
         }
@@ -85,7 +85,7 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
 
 void InstanceSet::ExtendReach(const Instance& instance) {
     const MeshResources& mesh = m_resources.meshes[instance.mesh];
-    for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; group++)
+    for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
         m_reach.Extend(m_resources.groups[group].bounds.Transformed(instance.objectToWorld.matrix));
 }
 
@@ -100,7 +100,7 @@ void InstanceSet::SetTransform(uint32_t index, const scene::PlacedTransform& obj
     if (instance.objectToWorld == objectToWorld) return;
     instance.objectToWorld = objectToWorld;
     ExtendReach(instance);
-    for (uint32_t group = 0; group < m_resources.meshes[instance.mesh].groupCount; group++) {
+    for (uint32_t group = 0; group < m_resources.meshes[instance.mesh].groupCount; ++group) {
         m_movedInRecords.Add(instance.firstPlacement + group);
         m_movedInTlas.Add(instance.firstPlacement + group);
     }
@@ -124,8 +124,8 @@ rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t placement) const {
     const GroupResources& group = m_resources.groups[m_placements[placement].group];
     const glm::mat4x3 objectToWorld = DeviceTransform(m_placements[placement].instance);
     rhi::TlasInstance result;
-    for (int row = 0; row < 3; row++)
-        for (int column = 0; column < 4; column++)
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 4; ++column)
             result.objectToWorld[static_cast<size_t>(4 * row + column)] = objectToWorld[column][row];
     result.customIndex = placement;
     result.blas = instance.isVisible ? group.blas->Address() : 0;
@@ -146,12 +146,12 @@ gpu::InstanceRecord InstanceSet::RecordOf(uint32_t placement) const {
 
 void InstanceSet::OrderSlots() {
     std::vector<glm::vec3> centers(m_placements.size());
-    for (size_t i = 0; i < m_placements.size(); i++) {
+    for (size_t i = 0; i < m_placements.size(); ++i) {
         const glm::vec3 center = m_resources.groups[m_placements[i].group].bounds.Center();
         centers[i] = DeviceTransform(m_placements[i].instance) * glm::vec4(center, 1.0f);
     }
     m_slotToPlacement = SpatialOrder(centers);
-    for (uint32_t slot = 0; slot < m_slotToPlacement.size(); slot++)
+    for (uint32_t slot = 0; slot < m_slotToPlacement.size(); ++slot)
         m_placementToSlot[m_slotToPlacement[slot]] = slot;
 }
 
@@ -180,7 +180,7 @@ void InstanceSet::RecordInstanceUpload(CommandList& commands) {
     RecordUpload(commands, placements, sizeof(gpu::InstanceRecord), m_records,
                  [&](std::span<std::byte> staging) {
                      std::vector<gpu::InstanceRecord> records(placements.size());
-                     for (size_t i = 0; i < placements.size(); i++) records[i] = RecordOf(placements[i]);
+                     for (size_t i = 0; i < placements.size(); ++i) records[i] = RecordOf(placements[i]);
                      std::memcpy(staging.data(), records.data(), staging.size());
                  });
 }
@@ -196,7 +196,7 @@ void InstanceSet::RecordTlasInstanceUpload(CommandList& commands, TlasWork work)
     RecordUpload(commands, slots, rhi::kTlasInstanceBytes, m_tlasInstances,
                  [&](std::span<std::byte> staging) {
                      std::vector<rhi::TlasInstance> instances(slots.size());
-                     for (size_t i = 0; i < slots.size(); i++)
+                     for (size_t i = 0; i < slots.size(); ++i)
                          instances[i] = TlasInstanceOf(m_slotToPlacement[slots[i]]);
                      rhi::WriteInstances(instances, staging);
                  });

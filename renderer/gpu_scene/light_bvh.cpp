@@ -204,17 +204,17 @@ class TreeBuilder {
         double bestCost = std::numeric_limits<double>::infinity();
         int bestAxis = 0;
         uint32_t bestBucket = 0;  // the first of the second part
-        for (int axis = 0; axis < 3; axis++) {
+        for (int axis = 0; axis < 3; ++axis) {
             if (!(extent[axis] > 0.0f)) continue;
             std::array<LightBounds, kBucketCount> buckets;
             for (const Item& item : items) Unite(buckets[BucketOf(item, axis, low, extent)], item.bounds);
             std::array<double, kBucketCount> costBelow{};
             LightBounds below, above;
-            for (uint32_t b = 1; b < kBucketCount; b++) {
+            for (uint32_t b = 1; b < kBucketCount; ++b) {
                 Unite(below, buckets[b - 1]);
                 costBelow[b] = Cost(below);
             }
-            for (uint32_t b = kBucketCount - 1; b > 0; b--) {
+            for (uint32_t b = kBucketCount - 1; b > 0; --b) {
                 Unite(above, buckets[b]);
                 const double cost = (costBelow[b] + Cost(above)) * longest / extent[axis];
                 if (!above.IsEmpty() && cost < bestCost) {
@@ -239,7 +239,7 @@ class TreeBuilder {
 std::vector<gpu::LightNode> BuildLightTree(std::span<gpu::LightRecord> lights, std::span<const float> power) {
     RG_CHECK_EQ(lights.size(), power.size());
     std::vector<Item> items;
-    for (uint32_t i = 0; i < lights.size(); i++) {
+    for (uint32_t i = 0; i < lights.size(); ++i) {
         lights[i].bitTrail = 0;
         if (!(power[i] > 0.0f)) continue;
         Item item{.bounds = BoundsOf(lights[i], power[i]), .light = i};

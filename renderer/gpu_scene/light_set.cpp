@@ -39,7 +39,7 @@ LightSet::LightSet(rhi::Device& device, SceneResources& resources,
         for (const Emitter& emitter : group.emitters) m_isEmitterMaterial[emitter.material] = true;
         m_scene.groups.push_back(std::move(group.emitters));
     }
-    for (uint32_t i = 0; i < placements.size(); i++) {
+    for (uint32_t i = 0; i < placements.size(); ++i) {
         const InstanceSet::Placement& placement = placements[i];
         if (m_scene.groups[placement.group].empty()) continue;
         m_scene.placements.push_back({.record = i,
@@ -108,9 +108,9 @@ void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
 
 void LightSet::MoveOrigin(const glm::dvec3& origin, const InstanceSet& instances) noexcept {
     m_origin = origin;
-    for (uint32_t i = 0; i < m_scene.instances.size(); i++)
+    for (uint32_t i = 0; i < m_scene.instances.size(); ++i)
         m_scene.instances[i].objectToWorld = instances.DeviceTransform(i);
-    for (size_t i = 0; i < m_punctual.size(); i++)
+    for (size_t i = 0; i < m_punctual.size(); ++i)
         PlaceFromOrigin(m_scene.punctual[i], m_punctual[i], origin);
     m_arePlacesDue = true;
 }
@@ -132,7 +132,7 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
     if (m_isTableDue) {
         m_table = BuildLightTable(m_scene);
         m_isUploadDue = m_isAliasUploadDue = true;
-        m_rebuildCount++;
+        ++m_rebuildCount;
     } else if (m_arePlacesDue) {
         PlaceLights(m_table, m_scene);
         m_isUploadDue = true;

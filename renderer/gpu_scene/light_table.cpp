@@ -155,7 +155,7 @@ LightTable BuildLightTable(const LightScene& scene) {
         static_cast<uint32_t>(std::count_if(power.begin(), power.end(), [](double p) { return p > 0.0; }));
     const double radius = scene.radius > 0.0f ? double{scene.radius} : 1.0;
     for (const bool isDirectional : {false, true}) {
-        for (size_t i = 0; i < scene.punctual.size(); i++) {
+        for (size_t i = 0; i < scene.punctual.size(); ++i) {
             const scene::Light& light = scene.punctual[i];
             if (isDirectional != (light.type == scene::LightType::Directional)) continue;
             const gpu::LightRecord record = PunctualLight(light);
@@ -173,10 +173,10 @@ LightTable BuildLightTable(const LightScene& scene) {
     AppendAlias(table.alias, power);
     AppendAlias(table.alias, std::span(power).subspan(boundedCount));
     double bounded = 0.0, unbounded = 0.0;
-    for (uint32_t i = 0; i < power.size(); i++) {
+    for (uint32_t i = 0; i < power.size(); ++i) {
         if (power[i] == 0.0) continue;
         table.alias.push_back({.keep = 1.0f, .alias = i, .probability = 0.0f});
-        table.set.activeCount++;
+        ++table.set.activeCount;
         (i < boundedCount ? bounded : unbounded) += power[i];
     }
     double share = unbounded > 0.0 ? unbounded / (bounded + unbounded) : 0.0;

@@ -9,7 +9,7 @@ glm::dvec3 ChooseSceneOrigin(const glm::dvec3& current, const glm::dvec3& eye, c
     if (scene.IsEmpty()) return current;
     const glm::dvec3 nearest = glm::clamp(eye, glm::dvec3(scene.min), glm::dvec3(scene.max));
     bool isFar = false;
-    for (int axis = 0; axis < 3; axis++) {
+    for (int axis = 0; axis < 3; ++axis) {
         if (!std::isfinite(nearest[axis])) return current;
         isFar |= std::abs(nearest[axis] - current[axis]) > kOriginGrid;
     }
@@ -21,7 +21,7 @@ bool OriginTurns::Moves(const glm::dvec3& current, const glm::dvec3& wanted) {
         m_farCount = 0;
         return false;
     }
-    m_farCount++;
+    ++m_farCount;
     const glm::dvec3 way = glm::abs(wanted - current);
     const bool isBeyondReach = std::max({way.x, way.y, way.z}) > kOriginReach;
     if (!isBeyondReach && m_farCount < kFarViewpointsToMove) return false;

@@ -53,14 +53,14 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
         return merged;
     }
     std::vector<uint32_t> geometries, originals;
-    for (uint32_t p = 0; p < primitives.size(); p++) {
+    for (uint32_t p = 0; p < primitives.size(); ++p) {
         scene::Primitive& primitive = *primitives[p];
         const auto firstVertex = static_cast<uint32_t>(merged.positions.size());
         merged.firstVertices.push_back(firstVertex);
         merged.positions.insert(merged.positions.end(), primitive.positions.begin(),
                                 primitive.positions.end());
         for (const uint32_t index : primitive.indices) merged.indices.push_back(firstVertex + index);
-        for (uint32_t triangle = 0; triangle < primitive.TriangleCount(); triangle++) {
+        for (uint32_t triangle = 0; triangle < primitive.TriangleCount(); ++triangle) {
             geometries.push_back(p);
             originals.push_back(triangle);
         }
@@ -174,7 +174,7 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
                                                    rhi::BufferUsage::CopyDestination});
     uploader.UploadBuffer(result.streams, 0, packer.Bytes());
     const VkDeviceAddress base = result.streams.Address();
-    for (size_t i = 0; i < primitives.size(); i++) {
+    for (size_t i = 0; i < primitives.size(); ++i) {
         gpu::GeometryRecord& record = records[firstRecord + i];
         const uint64_t first = triangles.firstVertices[i];
         record.normals = StreamPacker::Address(record.normals, base, first, sizeof(glm::vec3));

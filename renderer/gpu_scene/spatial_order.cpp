@@ -9,7 +9,7 @@ std::vector<uint32_t> SpatialOrder(std::span<const glm::vec3> points) {
     if (points.empty()) return order;
     std::vector<uint32_t> remap(points.size());
     meshopt_spatialSortRemap(remap.data(), &points[0].x, points.size(), sizeof(glm::vec3));
-    for (uint32_t i = 0; i < points.size(); i++) order[remap[i]] = i;
+    for (uint32_t i = 0; i < points.size(); ++i) order[remap[i]] = i;
     return order;
 }
 
@@ -18,7 +18,7 @@ std::vector<uint32_t> SortTriangles(std::span<const glm::vec3> positions, std::v
     std::vector<uint32_t> order;
     {
         std::vector<glm::vec3> centroids(triangleCount);
-        for (size_t i = 0; i < triangleCount; i++)
+        for (size_t i = 0; i < triangleCount; ++i)
             centroids[i] =
                 (positions[indices[3 * i]] + positions[indices[3 * i + 1]] + positions[indices[3 * i + 2]]) /
                 3.0f;
@@ -26,10 +26,10 @@ std::vector<uint32_t> SortTriangles(std::span<const glm::vec3> positions, std::v
     }
     bool isMoved = false;
     std::vector<uint32_t> sorted(indices.size());
-    for (size_t i = 0; i < triangleCount; i++) {
+    for (size_t i = 0; i < triangleCount; ++i) {
         const size_t source = order[i];
         isMoved |= source != i;
-        for (size_t corner = 0; corner < 3; corner++) sorted[3 * i + corner] = indices[3 * source + corner];
+        for (size_t corner = 0; corner < 3; ++corner) sorted[3 * i + corner] = indices[3 * source + corner];
     }
     if (!isMoved) return {};
     indices = std::move(sorted);

@@ -4,7 +4,7 @@ namespace raygraph {
 
 std::optional<TextureId> SwapchainFrame::Begin(Renderer& renderer, Extent2D extent) {
     std::optional<rhi::SwapchainImage> image;
-    for (int attempt = 0; attempt < 2 && !image; attempt++) {
+    for (int attempt = 0; attempt < 2 && !image; ++attempt) {
         if (m_isStale || m_swapchain.Extent() != extent) m_swapchain.Resize(extent);
         m_isStale = false;
         image = m_swapchain.Acquire();

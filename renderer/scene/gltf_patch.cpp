@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 template <int Length>
 Json JsonVector(const glm::vec<Length, float>& vector) {
     Json array = Json::array();
-    for (int i = 0; i < Length; i++) array.push_back(JsonNumber(vector[i]));
+    for (int i = 0; i < Length; ++i) array.push_back(JsonNumber(vector[i]));
     return array;
 }
 
@@ -41,7 +41,7 @@ struct Parts {
 
 // Within rounding of products of such matrices.
 bool IsNear(const glm::mat4x3& a, const glm::mat4x3& b) {
-    for (int column = 0; column < 4; column++) {
+    for (int column = 0; column < 4; ++column) {
         const float size = glm::length(a[column]) + glm::length(b[column]);
         if (glm::length(a[column] - b[column]) > 4e-6f * size) return false;
     }
@@ -63,7 +63,7 @@ std::optional<Parts> PartsOf(const glm::mat4x3& local, const Node& own) {
     if (IsNear(Matrix(parts), local)) return parts;
     const auto turned = [&](const glm::vec3& scale) {
         glm::mat3 turn(local);
-        for (int i = 0; i < 3; i++) turn[i] /= scale[i];
+        for (int i = 0; i < 3; ++i) turn[i] /= scale[i];
         return glm::normalize(glm::quat_cast(turn));
     };
     if (own.scale.x != 0.0f && own.scale.y != 0.0f && own.scale.z != 0.0f) {
@@ -72,7 +72,7 @@ std::optional<Parts> PartsOf(const glm::mat4x3& local, const Node& own) {
     }
     glm::vec3 scale(glm::length(local[0]), glm::length(local[1]), glm::length(local[2]));
     if (glm::determinant(glm::mat3(local)) < 0.0f) scale.x = -scale.x;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; ++i)
         if (scale[i] == 0.0f) return std::nullopt;
     parts.scale = scale;
     parts.rotation = own.rotation;
@@ -85,7 +85,7 @@ std::optional<Parts> PartsOf(const glm::mat4x3& local, const Node& own) {
 // `isMoved`: its place is another than that of the file, whose numbers may have more digits.
 void PutMatrix(Json& node, const glm::mat4x3& local, bool isMoved) {
     Json place = JsonVector(local[3]);
-    for (size_t i = 0; i < 3 && !isMoved; i++) {
+    for (size_t i = 0; i < 3 && !isMoved; ++i) {
         if (node.contains("matrix"))
             place[i] = node["matrix"][12 + i];
         else if (node.contains("translation"))
@@ -93,8 +93,8 @@ void PutMatrix(Json& node, const glm::mat4x3& local, bool isMoved) {
     }
     for (const char* part : {"translation", "rotation", "scale"}) node.erase(part);
     Json matrix = Json::array();
-    for (int column = 0; column < 4; column++) {
-        for (int row = 0; row < 3; row++)
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 3; ++row)
             matrix.push_back(column == 3 ? place[static_cast<size_t>(row)] : JsonNumber(local[column][row]));
         matrix.push_back(column == 3 ? 1 : 0);
     }
@@ -275,7 +275,7 @@ Json JsonNumber(float value) {
 void PatchNodes(Json& root, const SceneData& loaded, const SceneData& edited) {
     if (loaded.nodes.size() != edited.nodes.size())
         FailOther("nodes", loaded.nodes.size(), edited.nodes.size());
-    for (size_t i = 0; i < loaded.nodes.size(); i++) {
+    for (size_t i = 0; i < loaded.nodes.size(); ++i) {
         if (loaded.nodes[i].parent != edited.nodes[i].parent)
             throw MakeError(ErrorKind::Usage, "nodes[{}]: its parent cannot be exchanged", i);
         const glm::mat4x3 local = edited.nodes[i].LocalTransform();
@@ -287,7 +287,7 @@ void PatchMaterials(Json& root, const GltfOutline& outline, const SceneData& edi
     const std::vector<Material>& loaded = outline.scene.materials;
     if (loaded.size() != edited.materials.size())
         FailOther("materials", loaded.size(), edited.materials.size());
-    for (size_t i = 0; i < loaded.size(); i++) {
+    for (size_t i = 0; i < loaded.size(); ++i) {
         if (!HasSameTextures(loaded[i], edited.materials[i]))
             throw MakeError(ErrorKind::Usage, "materials[{}]: its textures cannot be exchanged", i);
         // Into a copy: a material that has not been edited leaves the tree as it is
@@ -318,7 +318,7 @@ void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
         const auto lightOf = [&](size_t i) { return LightOf(nodes[loaded.lights[i].node])->get<size_t>(); };
         const size_t index = lightOf(first);
         bool isAlike = true;
-        for (end = first; end < loaded.lights.size() && lightOf(end) == index; end++) {
+        for (end = first; end < loaded.lights.size() && lightOf(end) == index; ++end) {
             if (now[end]->type != loaded.lights[end].type)
                 throw MakeError(ErrorKind::Usage, "the light of nodes[{}]: its type cannot be changed",
                                 now[end]->node);
@@ -330,7 +330,7 @@ void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
         }
         // Shared with others that stay as they are
         const Json shared = lights[index];
-        for (size_t i = first; i < end; i++) {
+        for (size_t i = first; i < end; ++i) {
             if (HasSameValues(*now[i], loaded.lights[i])) continue;
             Json own = shared;
             PutLight(own, loaded.lights[i], *now[i]);

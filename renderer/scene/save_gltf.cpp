@@ -117,7 +117,7 @@ void CopyFiles(const Json& root, const std::vector<uint32_t>& imagesRead, const 
         for (const Json& buffer : *buffers) copy(buffer, true);
     const std::set<uint32_t> read(imagesRead.begin(), imagesRead.end());
     if (const auto images = root.find("images"); images != root.end())
-        for (uint32_t i = 0; i < images->size(); i++) copy((*images)[i], read.contains(i));
+        for (uint32_t i = 0; i < images->size(); ++i) copy((*images)[i], read.contains(i));
 }
 
 std::span<const std::byte> AsBytes(const std::string& text) {

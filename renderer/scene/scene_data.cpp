@@ -101,7 +101,7 @@ void UpdateWorldTransforms(SceneData& scene) {
 
 bool HasEmission(const SceneData& scene) {
     std::vector<bool> isEmitting(scene.materials.size());
-    for (size_t i = 0; i < scene.materials.size(); i++)
+    for (size_t i = 0; i < scene.materials.size(); ++i)
         isEmitting[i] = scene.materials[i].EmittedRadiance() != glm::vec3(0.0f);
     return std::ranges::any_of(scene.instances, [&](const Instance& instance) {
         return std::ranges::any_of(scene.meshes[instance.mesh].primitives,

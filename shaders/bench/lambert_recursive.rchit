@@ -26,7 +26,7 @@ void main() {
         path.radiance = surface.emission;
         return;
     }
-    path.depth++;
+    ++path.depth;
     TraceRadiance(ScatterLambert(surface, path.rng));
     path.radiance = surface.emission + surface.material.baseColor * path.radiance;
 }

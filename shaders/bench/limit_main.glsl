@@ -27,7 +27,7 @@ void main() {
     float value = hit.t;
     float rayCount = 1.0f;
 #if LIMIT_BOUNCES > 0
-    for (uint bounce = 0u; bounce < LIMIT_BOUNCES && IsHit(hit); bounce++) {
+    for (uint bounce = 0u; bounce < LIMIT_BOUNCES && IsHit(hit); ++bounce) {
         InstanceRecord instance = instances.at[hit.instance];
         UintStream indices = UintStream(instance.indices);
         Vec3Stream positions = Vec3Stream(instance.positions);

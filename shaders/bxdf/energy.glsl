@@ -140,7 +140,7 @@ INLINE GlassScale GlassScaleAt(vec3 f0, vec3 f90, vec2 single, vec2 alpha, float
     uint offset = isLeaving ? kEnergyLeaveOffset : kEnergyEnterOffset;
     vec3 entry = vec3(0.0f);  // C, D, share that the walk reflects
     vec3 total = vec3(0.0f);  // K, A, B
-    for (uint i = 0u; i < 8u; i++) {
+    for (uint i = 0u; i < 8u; ++i) {
         uint slabAt = (slab.first + (i >> 2u)) * kEnergyGlassAlphaCount;
         uint rowAt = (slabAt + row.first + ((i >> 1u) & 1u)) * kEnergyGlassCosCount;
         EnergyEntry corner = EnergyEntryOf(offset + rowAt + column.first + (i & 1u));

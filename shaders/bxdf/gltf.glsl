@@ -118,7 +118,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
     bool isCosine = false;
     bool isWalked = false;
 #define RAYGRAPH_CHOOSE_LOBE_(Lobe, name, feature)                               \
-    lobe++;                                                                      \
+    ++lobe;                                                                      \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f && above > 0.0f) {     \
         chosen = lobe;                                                           \
         within = max(1.0f - above / g.name##Chance, 0.0f);                       \
@@ -137,7 +137,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
     vec3 drawn = DrawFor(g.view, isCosine, u);
     lobe = 0u;
 #define RAYGRAPH_SAMPLE_LOBE_(Lobe, name, feature)                  \
-    lobe++;                                                         \
+    ++lobe;                                                         \
     if (HasTraceFeature(feature) && chosen == lobe)                 \
         result = SampleDirection(g.name, g.view, drawn, within, u);
     GLTF_LOBES(RAYGRAPH_SAMPLE_LOBE_)

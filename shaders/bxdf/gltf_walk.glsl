@@ -25,7 +25,7 @@ INLINE uint ChooseWalked(GltfBSDF g, float uc, float walkedChance) {
     uint lobe = 0u;
     uint chosen = 0u;
 #define RAYGRAPH_CHOOSE_WALK_(Lobe, name, feature)                                                  \
-    lobe++;                                                                                         \
+    ++lobe;                                                                                         \
     if (HasTraceFeature(feature) && IsWalked(g.name) && g.name##Chance > 0.0f && above > 0.0f) {    \
         chosen = lobe;                                                                              \
         above -= g.name##Chance;                                                                    \
@@ -41,7 +41,7 @@ INLINE LobeWalk WalkOf(GltfBSDF g, uint chosen) {
     float chance = 1.0f;
     uint lobe = 0u;
 #define RAYGRAPH_TAKE_WALK_(Lobe, name, feature)                                \
-    lobe++;                                                                     \
+    ++lobe;                                                                     \
     if (HasTraceFeature(feature) && IsWalked(g.name) && chosen == lobe) {       \
         walk = WalkOf(g.name, g.view);                                          \
         chance = g.name##Chance;                                                \
@@ -59,7 +59,7 @@ INLINE float PassedTo(GltfBSDF g, uint chosen, FacetPair pair) {
     float result = 1.0f;
     uint lobe = 0u;
 #define RAYGRAPH_PASS_TO_LOBE_(Lobe, name, feature)                             \
-    lobe++;                                                                     \
+    ++lobe;                                                                     \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                    \
         if (IsWalked(g.name) && chosen == lobe) result = passed;                \
         passed *= PassedTo(g.name, g.view, pair);                               \

@@ -174,7 +174,7 @@ INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
     while (MoveToFacet(ray, surface.alpha, WalkGet1D(rng))) {
         if (result.bounceCount == kWalkBounceLimit) return result;
         ScatterAtFacet(ray, surface, rng, result.bounceCount == 0u);
-        result.bounceCount++;
+        ++result.bounceCount;
     }
     if (result.bounceCount == 0u) return result;  // u was 0: no step at all
     result.wi = -ray.side * ray.view;
@@ -262,7 +262,7 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
     WalkRng rng = StartWalkRng(seed);
     WalkRay ray = StartWalkRay(wo);
     vec3 multiple = vec3(0.0f);
-    for (uint i = 0u; i < kWalkBounceLimit && MoveToFacet(ray, surface.alpha, WalkGet1D(rng)); i++) {
+    for (uint i = 0u; i < kWalkBounceLimit && MoveToFacet(ray, surface.alpha, WalkGet1D(rng)); ++i) {
         vec3 here = ray.side * target;
         if (here.z < 0.0f)
             multiple += ray.weight * ConnectRefracted(ray, surface, here);

@@ -129,7 +129,7 @@ INLINE vec2 TeaDraw(Sampler rng) {
     uint v1 = rng.index;
     uint key0 = 0xa341316cu ^ rng.dimension;
     uint sum = 0u;
-    for (uint i = 0u; i < 8u; i++) {
+    for (uint i = 0u; i < 8u; ++i) {
         sum += 0x9e3779b9u;
         v0 += ((v1 << 4u) + key0) ^ (v1 + sum) ^ ((v1 >> 5u) + 0xc8013ea4u);
         v1 += ((v0 << 4u) + 0xad90777du) ^ (v0 + sum) ^ ((v0 >> 5u) + 0x7e95761eu);

@@ -244,7 +244,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
         if (HasTraceFeature(kTraceVolumes)) path.media = vertex.beyond;
     }
     if (!SurviveRoulette(path, settings)) return false;
-    path.depth++;
+    ++path.depth;
     return true;
 }
 
@@ -275,7 +275,7 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     }
     // Evaluate the BSDF for both at one call site: a device compiles it for each
     DONT_UNROLL
-    for (uint turn = 0u; turn < 2u; turn++) {
+    for (uint turn = 0u; turn < 2u; ++turn) {
         bool isLight = turn == 0u;
         if (isLight ? !(light.pdf > 0.0f) : isEvaluated) continue;
         float pdf = 0.0f;
@@ -384,7 +384,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
 INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
     DirectLight direct = NoDirectLight();
     uint depth = path.depth;
-    path.rayCount++;
+    ++path.rayCount;
     Hit hit = Intersect(path.ray, AlphaSeed(path.rng, path.rayCount));
     bool isGoingOn = ShadeVertex(path, hit, settings, direct);
     if (HasTraceFeature(kTraceLightSampling)) {
@@ -392,7 +392,7 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
         // with the others: a branch here would make them diverge from then on
         bool isLit = MaxComponent(direct.radiance) > 0.0f;
         if (isLit)
-            path.rayCount++;
+            ++path.rayCount;
         else
             direct = NoDirectLight();
         vec3 share =

@@ -69,7 +69,7 @@ INLINE float FirstChildProbability(uint first, LightContext context) {
     float importance0 = 0.0f;
     float importance1 = 0.0f;
     DONT_UNROLL
-    for (uint child = 0u; child < 2u; child++) {
+    for (uint child = 0u; child < 2u; ++child) {
         float importance = Importance(LightNodeAt(first + child), context);
         if (child == 0u)
             importance0 = importance;

@@ -66,7 +66,7 @@ PathSettings SettingsOf(TraceParameters from) {
 void StoreGroups(ivec2 texel, ivec2 size, float alpha) {
     int columns = imageSize(lightGroups).x / size.x;
     int rows = imageSize(lightGroups).y / size.y;
-    for (int i = 0; i < min(columns * rows, int(kMaxLightGroups)); i++)
+    for (int i = 0; i < min(columns * rows, int(kMaxLightGroups)); ++i)
         imageStore(lightGroups, ivec2(i % columns, i / columns) * size + texel, vec4(groupSums[i], alpha));
 }
 #endif
@@ -80,7 +80,7 @@ bool TakeTexel(uvec2 size, out uvec2 texel) {
 
 PathState PathOf(uvec2 texel) {
 #ifdef LIGHT_GROUPS
-    for (uint i = 0u; i < kMaxLightGroups; i++) groupSums[i] = vec3(0.0f);
+    for (uint i = 0u; i < kMaxLightGroups; ++i) groupSums[i] = vec3(0.0f);
 #endif
     uvec2 pixel = texel + parameters.value.regionOffset;
     Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
@@ -96,7 +96,7 @@ void BlackenIfNotFinite(inout PathState path) {
     path.radiance = vec3(0.0f);
     if (kKeepsParts) path.parts = NoParts();
 #ifdef LIGHT_GROUPS
-    for (uint i = 0u; i < kMaxLightGroups; i++) groupSums[i] = vec3(0.0f);
+    for (uint i = 0u; i < kMaxLightGroups; ++i) groupSums[i] = vec3(0.0f);
 #endif
 }
 

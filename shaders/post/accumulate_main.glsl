@@ -47,7 +47,7 @@ void main() {
     uvec4 bits = floatBitsToUint(imageLoad(newSample, texel)), addend;
     uvec4 carry;
     ExactValue values[4];
-    for (int c = 0; c < 4; c++) {
+    for (int c = 0; c < 4; ++c) {
         values[c] = ExactSample(bits[c]);
         words[c] = WordsOf(values[c]);
         carry[c] = words[c].complement & 1u;
@@ -61,7 +61,7 @@ void main() {
     addend = Words(3);
     ADD_TO(sum3)
 #ifdef WITH_VARIANCE
-    for (int c = 0; c < 3; c++) words[c] = WordsOf(ExactSquare(values[c]));
+    for (int c = 0; c < 3; ++c) words[c] = WordsOf(ExactSquare(values[c]));
     words[3] = WordsOf(ExactSample(0u));
     carry = uvec4(0u);
     addend = Words(0);

@@ -12,12 +12,12 @@ void main() {
     uvec2 texel = gl_GlobalInvocationID.xy;
     uvec2 size = uvec2(textureSize(picture, 0));
     uint level = 1u;
-    while (level < kBlurLevels && texel.y >= BlurRow(size.y, level + 1u)) level++;
+    while (level < kBlurLevels && texel.y >= BlurRow(size.y, level + 1u)) ++level;
     texel.y -= BlurRow(size.y, level);
     if (texel.x >= BlurSize(size.x, level) || texel.y >= BlurSize(size.y, level)) return;
     float scale = float(1u << level);
     vec4 sum = vec4(0.0f);
-    for (uint i = 0u; i < 16u; i++) {
+    for (uint i = 0u; i < 16u; ++i) {
         vec2 offset = (vec2(float(i & 3u), float(i >> 2u)) - 1.5f) * 0.5f;
         vec2 place = (vec2(texel) + 0.5f + offset) * scale / vec2(size);
         // Of a sample at a surface's edge, too, the color is that of the surface

@@ -22,7 +22,7 @@ void main() {
     int colorRadius = int(kernels.value.colorRadius);
     int featureRadius = int(kernels.value.featureRadius);
     int radius = max(colorRadius, featureRadius);
-    for (int i = -radius; i <= radius; i++) {
+    for (int i = -radius; i <= radius; ++i) {
         ivec2 at = ivec2(pixel.x, clamp(pixel.y + i, 0, size.y - 1));
         if (abs(i) <= colorRadius) color += kernels.value.color[abs(i)] * imageLoad(colors, at);
         if (abs(i) <= featureRadius) {

@@ -26,7 +26,7 @@ void main() {
     int colorRadius = int(kernels.value.colorRadius);
     int featureRadius = int(kernels.value.featureRadius);
     int radius = max(colorRadius, featureRadius);
-    for (int i = -radius; i <= radius; i++) {
+    for (int i = -radius; i <= radius; ++i) {
         vec3 c = OpponentAt(ivec2(clamp(pixel.x + i, 0, size.x - 1), pixel.y));
         if (abs(i) <= colorRadius) colorSum += kernels.value.color[abs(i)] * c.xyzz;
         vec4 weights = kernels.value.feature[abs(i)];

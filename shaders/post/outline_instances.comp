@@ -30,8 +30,8 @@ void main() {
     if (!IsOutlined(pixel, size)) {
         int reach = int(ceil(constants.width));
         float nearest = 1e9f;  // squared, to a pixel within
-        for (int y = -reach; y <= reach; y++)
-            for (int x = -reach; x <= reach; x++) {
+        for (int y = -reach; y <= reach; ++y)
+            for (int x = -reach; x <= reach; ++x) {
                 ivec2 other = pixel + ivec2(x, y);
                 float apart = float(x * x + y * y);
                 if (apart >= nearest || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, size)))

@@ -24,8 +24,8 @@ void main() {
                              imageLoad(sum3, pixel));
     uvec4 bits;
     ExactSum sum;
-    for (int c = 0; c < 4; c++) {
-        for (int k = 0; k < 4; k++) sum.words[k] = sums[k][c];
+    for (int c = 0; c < 4; ++c) {
+        for (int k = 0; k < 4; ++k) sum.words[k] = sums[k][c];
         bits[c] = MeanOfExactSum(sum, constants.divisor);
     }
     imageStore(mean, pixel, uintBitsToFloat(bits));
@@ -33,8 +33,8 @@ void main() {
     uvec4 squares[4] = uvec4[4](imageLoad(squares0, pixel), imageLoad(squares1, pixel),
                                 imageLoad(squares2, pixel), imageLoad(squares3, pixel));
     ExactSquares square;
-    for (int c = 0; c < 3; c++) {
-        for (int k = 0; k < 4; k++) {
+    for (int c = 0; c < 3; ++c) {
+        for (int k = 0; k < 4; ++k) {
             sum.words[k] = sums[k][c];
             square.words[k] = squares[k][c];
         }

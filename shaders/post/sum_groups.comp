@@ -16,8 +16,8 @@ void main() {
     if (any(greaterThanEqual(block, counts))) return;
     float sum = 0.0f, greatest = 0.0f;
     ivec2 first = block * kBlock, end = min(first + kBlock, size);
-    for (int y = first.y; y < end.y; y++)
-        for (int x = first.x; x < end.x; x++) {
+    for (int y = first.y; y < end.y; ++y)
+        for (int x = first.x; x < end.x; ++x) {
             float value = imageLoad(values, ivec2(x, y)).x;
             sum += value;
             greatest = max(greatest, value);

@@ -60,7 +60,7 @@ void main() {
     LightSetRecord lights = LightSet();
     vec3 sum = vec3(0.0f);
     float whole = 0.0f;
-    for (uint i = 0u; i < kSamples; i++) {
+    for (uint i = 0u; i < kSamples; ++i) {
         Sampler rng = StartPixelSample(uvec2(0u), i, 0u);
         vec3 wi = SampleLobe(lobe, Get2D(rng));
         float pdf = LobePDF(lobe, wi);

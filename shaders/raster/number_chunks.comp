@@ -27,7 +27,7 @@ void main() {
     uint each = (constants.count + kSize - 1u) / kSize;
     uint begin = min(self * each, constants.count), end = min(begin + each, constants.count);
     uint sum = 0u;
-    for (uint draw = begin; draw < end; draw++) sum += ChunksOf(draw);
+    for (uint draw = begin; draw < end; ++draw) sum += ChunksOf(draw);
     sums[self] = sum;
     barrier();
     for (uint step = 1u; step < kSize; step *= 2u) {
@@ -37,7 +37,7 @@ void main() {
         barrier();
     }
     uint first = sums[self] - sum;
-    for (uint draw = begin; draw < end; draw++) {
+    for (uint draw = begin; draw < end; ++draw) {
         firstChunks.at[draw] = first;
         first += ChunksOf(draw);
     }

@@ -33,7 +33,7 @@ bool PositionAt(ivec2 pixel, out vec3 position) {
 // `lowest`, that of the surface's own plane. Occluders fade out up to the reach.
 float HorizonCosine(vec3 position, vec3 wo, vec2 line, float pixels, float shift, float reach, float lowest) {
     float highest = lowest;
-    for (uint i = 0u; i < kSteps; i++) {
+    for (uint i = 0u; i < kSteps; ++i) {
         float way = (float(i) + shift) / float(kSteps);
         ivec2 pixel = Pixel() + ivec2(round(line * mix(1.0f, pixels, way * way)));
         if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(pixel, imageSize(visibility)))) break;
@@ -59,7 +59,7 @@ float OpenShare(vec3 position, vec3 normal, vec3 wo) {
     rng.dimension = kOcclusionDimension;
     vec2 random = Get2D(rng);
     float sum = 0.0f;
-    for (uint i = 0u; i < kLines; i++) {
+    for (uint i = 0u; i < kLines; ++i) {
         float angle = kPi * (float(i) + random.x) / float(kLines);
         vec2 line = vec2(cos(angle), sin(angle));
         vec3 along = line.x * normalize(camera.right) - line.y * normalize(camera.up);

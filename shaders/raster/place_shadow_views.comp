@@ -49,18 +49,18 @@ uint ViewsNeeded(LightRecord light) {
 
 void ShareOutTiles() {
     uint next = 0u;
-    for (uint i = 0u; i < constants.punctualLights; i++) {
+    for (uint i = 0u; i < constants.punctualLights; ++i) {
         uint needed = ViewsNeeded(Light(i));
         if (next + needed > constants.viewSlots) needed = 0u;
         shadowLights.at[i].firstView = next;
         shadowLights.at[i].viewCount = needed;
-        for (uint k = 0u; k < needed; k++) {
+        for (uint k = 0u; k < needed; ++k) {
             lightOfView[next + k] = i;
             indexOfView[next + k] = k;
         }
         next += needed;
     }
-    for (; next < constants.viewSlots; next++) lightOfView[next] = kNoLight;
+    for (; next < constants.viewSlots; ++next) lightOfView[next] = kNoLight;
 }
 
 // A view that shows `halfWidth` to each side (perspective: at distance 1), and the margin around it.
@@ -121,7 +121,7 @@ ShadowView CascadeView(vec3 towards, uint cascade, SceneBox box) {
     float farthest = 0.0f;
     float first = 3.0e38f;
     float last = -3.0e38f;
-    for (uint corner = 0u; corner < 8u; corner++) {
+    for (uint corner = 0u; corner < 8u; ++corner) {
         vec3 at = BoxCorner(box.low, box.high, corner);
         float depth = dot(at - camera.origin, camera.forward);
         nearest = min(nearest, depth);

@@ -32,7 +32,7 @@ vec4 ClipPosition(CameraRecord camera, vec3 position, vec2 shift) {
 // False: the whole box is beyond one side of the picture, or behind the camera.
 bool MayBeSeen(CameraRecord camera, mat4x3 objectToWorld, vec3 low, vec3 high, vec2 shift) {
     uint outsideOfAll = 0x3Fu;
-    for (uint corner = 0u; corner < 8u; corner++) {
+    for (uint corner = 0u; corner < 8u; ++corner) {
         vec3 at = vec3((corner & 1u) != 0u ? high.x : low.x, (corner & 2u) != 0u ? high.y : low.y,
                        (corner & 4u) != 0u ? high.z : low.z);
         vec4 clip = ClipPosition(camera, objectToWorld * vec4(at, 1.0f), shift);

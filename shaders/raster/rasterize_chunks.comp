@@ -14,8 +14,8 @@ layout(set = 0, binding = 20, scalar) buffer Tiles { uint count; TriangleTile at
 const int kSmallPixels = 96;  // more are faster by tiles
 
 void DrawPixels(Drawing drawing, ivec2 low, ivec2 high) {
-    for (int y = low.y; y < high.y; y++)
-        for (int x = low.x; x < high.x; x++) DrawPixel(drawing, ivec2(x, y));
+    for (int y = low.y; y < high.y; ++y)
+        for (int x = low.x; x < high.x; ++x) DrawPixel(drawing, ivec2(x, y));
 }
 
 void main() {
@@ -37,8 +37,8 @@ void main() {
             continue;
         }
         ivec2 firstTile = low / int(kTileSize), lastTile = (high - 1) / int(kTileSize);
-        for (int y = firstTile.y; y <= lastTile.y; y++)
-            for (int x = firstTile.x; x <= lastTile.x; x++) {
+        for (int y = firstTile.y; y <= lastTile.y; ++y)
+            for (int x = firstTile.x; x <= lastTile.x; ++x) {
                 ivec2 from = max(low, ivec2(x, y) * int(kTileSize));
                 ivec2 to = min(high, ivec2(x + 1, y + 1) * int(kTileSize));
                 if (!MayBeSeenWithin(drawing.picture, vec2(from) + 0.5f, vec2(to) - 0.5f, drawing.isCulled))

@@ -28,7 +28,7 @@ void main() {
         vec3 halfSize = 0.5f * (draw.boundsMax - draw.boundsMin);
         vec3 reach = abs(objectToWorld[0]) * halfSize.x + abs(objectToWorld[1]) * halfSize.y +
                      abs(objectToWorld[2]) * halfSize.z;
-        for (uint axis = 0u; axis < 3u; axis++) {
+        for (uint axis = 0u; axis < 3u; ++axis) {
             atomicMax(groupBounds[axis], OrderedBits(reach[axis] - center[axis]));
             atomicMax(groupBounds[3u + axis], OrderedBits(center[axis] + reach[axis]));
         }

@@ -31,7 +31,7 @@ vec4 BehindLevel(vec2 place, uint level) {
 float DepthBehind() {
     float depth = texelFetch(behindDepth, Pixel(), 0).x;
     ivec2 size = textureSize(behindDepth, 0);
-    for (int i = 0; i < 16 && depth == 0.0f; i++) {
+    for (int i = 0; i < 16 && depth == 0.0f; ++i) {
         float angle = kTwoPi * float(i & 7) / 8.0f;
         vec2 offset = (i < 8 ? 0.04f : 0.12f) * float(size.y) * vec2(cos(angle), sin(angle));
         ivec2 place = clamp(Pixel() + ivec2(offset), ivec2(0), size - 1);

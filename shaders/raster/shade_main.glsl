@@ -104,7 +104,7 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
     uint first = LightSet().lightCount - constants.punctualLights;
     uint count = constants.punctualLights + (HasTraceFeature(kTraceTriangleLights) ? 1u : 0u);
     DONT_UNROLL
-    for (uint i = 0u; i < count; i++) {
+    for (uint i = 0u; i < count; ++i) {
         LightSample light;
         if (i < constants.punctualLights)
             light = SamplePunctual(LightAt(first + i), context);

@@ -37,9 +37,9 @@ float FilteredShare(uint view, vec2 place, float depth, vec2 slope) {
     ivec2 first = ivec2(floor(texel));
     vec2 part = texel - vec2(first);
     float share = 0.0f;
-    for (int y = 0; y < 4; y++) {
+    for (int y = 0; y < 4; ++y) {
         float weightY = y == 0 ? 1.0f - part.y : (y == 3 ? part.y : 1.0f);
-        for (int x = 0; x < 4; x++) {
+        for (int x = 0; x < 4; ++x) {
             float weightX = x == 0 ? 1.0f - part.x : (x == 3 ? part.x : 1.0f);
             ivec2 at = corner + clamp(first + ivec2(x, y), ivec2(0), ivec2(tileSize - 1));
             float seen = texelFetch(shadowAtlas, at, 0).x;  // reversed: greater is nearer
@@ -78,7 +78,7 @@ float MapFreeShare(uint light, uint kind, vec3 position, vec3 normal, vec3 wi) {
         last = first + 1u;
     }
     // The first cascade that contains the point: it has the smallest texels
-    for (uint view = first; view < last; view++) {
+    for (uint view = first; view < last; ++view) {
         CameraRecord camera = shadowViews.at[view].camera;
         float texel = shadowViews.at[view].texel;
         if (camera.orthographic == 0u) texel *= max(dot(position - camera.origin, camera.forward), 0.0f);

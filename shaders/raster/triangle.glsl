@@ -31,7 +31,7 @@ PictureTriangle ProjectTriangle(uint placement, uint primitive, vec3 origin, mat
     Vec3Stream positions = Vec3Stream(instances.at[placement].positions);
     PictureTriangle triangle;
     triangle.isMirrored = dot(cross(objectToWorld[0], objectToWorld[1]), objectToWorld[2]) < 0.0f;
-    for (uint i = 0u; i < 3u; i++) {
+    for (uint i = 0u; i < 3u; ++i) {
         vec3 at = positions.at[indices.at[3u * primitive + i]];
         precise vec3 offset = objectToWorld[0] * at.x + objectToWorld[1] * at.y + objectToWorld[2] * at.z +
                               (objectToWorld[3] - origin);
@@ -75,7 +75,7 @@ bool IsBackOnly(PictureTriangle triangle, vec2 place) {
 // The pixels whose centers the triangle may cover, from `low` to before `high`.
 void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 high) {
     vec2 least = vec2(size) + 1.0f, greatest = vec2(-1.0f);
-    for (uint i = 0u; i < 3u; i++) {
+    for (uint i = 0u; i < 3u; ++i) {
         vec4 from = triangle.corners[i], to = triangle.corners[i < 2u ? i + 1u : 0u];
         float inFront = from.w - from.z;  // what is nearer than zNear has less than 0
         float inFrontTo = to.w - to.z;

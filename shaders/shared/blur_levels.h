@@ -25,7 +25,7 @@ RAYGRAPH_INLINE uint BlurSize(uint size, uint level) {
 // First row of a level; of level kBlurLevels + 1, the height of all.
 RAYGRAPH_INLINE uint BlurRow(uint height, uint level) {
     uint row = 0u;
-    for (uint i = 1u; i < level; i++) row += BlurSize(height, i);
+    for (uint i = 1u; i < level; ++i) row += BlurSize(height, i);
     return row;
 }
 

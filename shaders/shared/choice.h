@@ -30,7 +30,7 @@ constexpr bool IsCountedFromZero(std::initializer_list<uint32_t> values) {
 template <typename Choice>
 constexpr auto Values() {
     std::array<Choice, Texts(Choice{}).size()> values{};
-    for (size_t i = 0; i < values.size(); i++) values[i] = static_cast<Choice>(i);
+    for (size_t i = 0; i < values.size(); ++i) values[i] = static_cast<Choice>(i);
     return values;
 }
 

@@ -187,9 +187,9 @@ RAYGRAPH_FUNCTION uint NearestFloat(uint value, bool hasRest, int exponent) {
 // The bits of the float nearest to n * 2^exponent / (high * 2^32 + low), ties to even. The divisor is not 0.
 // Below the least normal float: 0. Restoring division, a bit a step.
 RAYGRAPH_FUNCTION uint NearestQuotient(ExactNumber n, int exponent, UintPair divisor) {
-    for (int step = 0; step < 7; step++) {
+    for (int step = 0; step < 7; ++step) {
         if (n.words[7] != 0u) break;
-        for (int i = 7; i > 0; i--) n.words[i] = n.words[i - 1];
+        for (int i = 7; i > 0; --i) n.words[i] = n.words[i - 1];
         n.words[0] = 0u;
         exponent -= 32;
     }
@@ -197,7 +197,7 @@ RAYGRAPH_FUNCTION uint NearestQuotient(ExactNumber n, int exponent, UintPair div
     // The highest bits of n, from its first one on, and whether others are below them
     int zeros = LeadingZeros(n.words[7]);
     uint top[3];
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; ++i) {
         UintPair pair;
         pair.low = n.words[i + 4];
         pair.high = n.words[i + 5];
@@ -221,7 +221,7 @@ RAYGRAPH_FUNCTION uint NearestQuotient(ExactNumber n, int exponent, UintPair div
     uint next = (top[1] << 31u) | (top[0] >> 1u);
     rest |= (next & 63u) | (top[0] & 1u);
     uint quotient = 0u;
-    for (int step = 0; step < 26; step++) {
+    for (int step = 0; step < 26; ++step) {
         bool isBeyond = (high >> 31u) != 0u;
         high = (high << 1u) | (low >> 31u);
         low = (low << 1u) | (next >> 31u);
@@ -244,7 +244,7 @@ RAYGRAPH_FUNCTION ExactNumber MagnitudeOf(ExactSum sum) {
     bool isNegative = (sum.words[3] >> 31u) != 0u;
     ExactNumber magnitude;
     uint carry = isNegative ? 1u : 0u;
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 4; ++i) {
         uint word = isNegative ? ~sum.words[i] : sum.words[i];
         magnitude.words[i] = word + carry;
         carry = magnitude.words[i] < carry ? 1u : 0u;
@@ -268,7 +268,7 @@ RAYGRAPH_FUNCTION uint MeanOfExactSum(ExactSum sum, ExactDivisor count) {
     // Its highest words, from the first that is not 0 on
     uint first = n.words[3], second = n.words[2], third = n.words[1], rest = n.words[0];
     int exponent = kUnitExponent + 65;
-    for (int step = 0; step < 3; step++) {
+    for (int step = 0; step < 3; ++step) {
         bool isFound = first != 0u;
         first = isFound ? first : second;
         second = isFound ? second : third;
@@ -311,7 +311,7 @@ RAYGRAPH_FUNCTION uint VarianceOfExactSums(ExactSum sum, ExactSquares squares, u
     n.words[0] = 0u;
     n.words[1] = 0u;
     uint carry = 0u;
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < 5; ++i) {
         UintPair product = MultiplyUints(squares.words[i], count);
         n.words[i + 2] = product.low + carry;
         carry = product.high + (n.words[i + 2] < carry ? 1u : 0u);
@@ -319,10 +319,10 @@ RAYGRAPH_FUNCTION uint VarianceOfExactSums(ExactSum sum, ExactSquares squares, u
     n.words[7] = carry;
     // sum^2
     ExactNumber magnitude = MagnitudeOf(sum), square;
-    for (int i = 0; i < 8; i++) square.words[i] = 0u;
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 8; ++i) square.words[i] = 0u;
+    for (int i = 0; i < 4; ++i) {
         carry = 0u;
-        for (int j = 0; j < 4; j++) {
+        for (int j = 0; j < 4; ++j) {
             UintPair product = MultiplyUints(magnitude.words[i], magnitude.words[j]);
             uint added = product.low + carry;
             carry = product.high + (added < carry ? 1u : 0u);
@@ -333,7 +333,7 @@ RAYGRAPH_FUNCTION uint VarianceOfExactSums(ExactSum sum, ExactSquares squares, u
     }
     // Rounded squares may leave less than nothing
     uint borrow = 0u;
-    for (int i = 0; i < 8; i++) {
+    for (int i = 0; i < 8; ++i) {
         uint from = n.words[i], less = square.words[i];
         n.words[i] = from - less - borrow;
         borrow = from < less || (from == less && borrow != 0u) ? 1u : 0u;

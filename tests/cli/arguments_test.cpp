@@ -154,7 +154,7 @@ TEST(Arguments, HelpAndDocsNameEveryView) {
     std::ifstream file(test::SourceFile("docs/raster.md"));
     const std::string page{std::istreambuf_iterator<char>(file), {}};
     const std::string help = std::get<ShowText>(Parse("render --help")).text;
-    for (size_t i = 0; i < passes::kViewCount; i++) {
+    for (size_t i = 0; i < passes::kViewCount; ++i) {
         const std::string name = passes::Name(static_cast<View>(i));
         EXPECT_EQ(std::get<RenderArguments>(Parse("render a.gltf --view " + name)).given.at("view"), name);
         EXPECT_NE(help.find(name), std::string::npos) << name;
@@ -180,7 +180,7 @@ TEST(Arguments, DocsListWhatEachOptionTakes) {
     const auto expect = [&](const std::string& option, std::vector<std::string> names) {
         std::ranges::sort(names);
         EXPECT_EQ(Listed(page, option), names) << "--" << option << " in docs/cli.md";
-        lists++;
+        ++lists;
     };
     for (const PictureSetting& setting : PictureSettingTable())
         // The page leaves out "off" of switches, and raster.md lists the views

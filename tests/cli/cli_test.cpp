@@ -9,7 +9,7 @@ namespace {
 // Sample n of a picture, by texel and salt.
 std::vector<float> MadeUpSample(size_t pixels, float scale, uint32_t n, float salt) {
     std::vector<float> texels(4 * pixels);
-    for (size_t i = 0; i < texels.size(); i++)
+    for (size_t i = 0; i < texels.size(); ++i)
         texels[i] = scale * (1.5f + std::sin(static_cast<float>(i) + 1.3f * static_cast<float>(n) + salt));
     return texels;
 }
@@ -37,7 +37,7 @@ session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float
     const size_t pixels = session::PixelCount(render.size);
     const auto fill = [&](session::Texels& mean, passes::ExactSums& sums, float scale, bool withSquares) {
         sums = passes::MakeExactSums(pixels, withSquares);
-        for (uint32_t n = firstSample; n < firstSample + sampleCount; n++)
+        for (uint32_t n = firstSample; n < firstSample + sampleCount; ++n)
             passes::AddSample(sums, MadeUpSample(pixels, scale, n, salt));
         mean = passes::MeanOf(sums, sampleCount);
     };
@@ -45,7 +45,7 @@ session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float
     render.variance = passes::VarianceOf(render.sums.radiance, sampleCount);
     fill(render.albedo, render.sums.albedo, 0.5f, false);
     fill(render.normal, render.sums.normal, 0.3f, false);
-    for (size_t i = 0; i < pixels; i++) {
+    for (size_t i = 0; i < pixels; ++i) {
         render.depth.push_back(i == 7 ? INFINITY : 1.0f + static_cast<float>(i));
         render.instance.push_back(i == 7 ? 0xFFFFFFFFu : static_cast<uint32_t>(i));
         render.material.push_back(i == 7 ? 0xFFFFFFFFu : static_cast<uint32_t>(i % 3));

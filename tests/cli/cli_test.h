@@ -45,7 +45,7 @@ session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float
 // Of R, G and B of all pixels.
 inline double SumOf(const session::Texels& texels) {
     double sum = 0.0;
-    for (size_t i = 0; i < texels.size(); i++)
+    for (size_t i = 0; i < texels.size(); ++i)
         if (i % 4 != 3) sum += texels[i];
     return sum;
 }

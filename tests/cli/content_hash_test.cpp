@@ -38,10 +38,10 @@ void Change(float& value) {
     value = std::nextafter(value, value > 0.0f ? 0.0f : 1.0f);
 }
 void Change(int32_t& value) {
-    value++;
+    ++value;
 }
 void Change(uint32_t& value) {
-    value++;
+    ++value;
 }
 void Change(std::string& value) {
     value += 'x';

@@ -24,7 +24,7 @@ RenderFile Render(const test::TemporaryFolder& folder, const char* output, const
 
 // In R, G and B of every pixel, relative to the brighter.
 void ExpectSum(const RenderFile& render, const std::vector<Aov>& parts) {
-    for (size_t i = 0; i < render.radiance.size(); i++) {
+    for (size_t i = 0; i < render.radiance.size(); ++i) {
         if (i % 4 == 3) continue;
         double sum = 0.0;
         for (const Aov part : parts) sum += MeanOf(render, part)->at(i);
@@ -48,7 +48,7 @@ TEST(ProgramAov, PartsOfTheLightSumToTheBeautyTwiceAndLeaveIt) {
         EXPECT_EQ(split.variance, plain.variance);
     } else {  // another driver may compile the longer shader with other roundings
         size_t same = 0;
-        for (size_t i = 0; i < plain.radiance.size(); i++)
+        for (size_t i = 0; i < plain.radiance.size(); ++i)
             same += std::abs(split.radiance[i] - plain.radiance[i]) <= 1e-5f * plain.radiance[i] + 1e-7f;
         EXPECT_GE(same, plain.radiance.size() * 99 / 100) << "of " << plain.radiance.size();
     }

@@ -44,7 +44,7 @@ const Texels& Removed(const BiasRender& render, Bias bias) {
 
 double MeanOfColor(const Texels& texels) {
     double sum = 0.0;
-    for (size_t i = 0; i < texels.size(); i++)
+    for (size_t i = 0; i < texels.size(); ++i)
         if (i % 4 != 3) sum += texels[i];
     return sum / (0.75 * static_cast<double>(texels.size()));
 }
@@ -76,7 +76,7 @@ TEST_F(ProgramBias, OneSampleAndWhatItLostIsTheUnbiasedSample) {
         const std::string aov = std::string("removed_") + Name(bias);
         const BiasRender render = Render("cornell.gltf", Text("--spp 1 {} {} --aov {}", option, value, aov));
         EXPECT_GT(MeanOfColor(Removed(render, bias)), 0.001) << option;
-        for (size_t i = 0; i < unbiased.file.radiance.size(); i++) {
+        for (size_t i = 0; i < unbiased.file.radiance.size(); ++i) {
             if (i % 4 == 3) continue;
             const float whole = render.file.radiance[i] + Removed(render, bias)[i];
             ASSERT_NEAR(whole, unbiased.file.radiance[i], 1e-5f * std::max(1.0f, whole)) << option << i;

@@ -39,12 +39,12 @@ TEST(ProgramEdit, SavedExrIsTheRenderThatItsOwnSettingsDescribe) {
     EXPECT_EQ(saved.settings, plain.settings);
     // The camera went through decimal digits: here and there a path goes another way
     size_t unlike = 0;
-    for (size_t i = 0; i < plain.radiance.size(); i++)
+    for (size_t i = 0; i < plain.radiance.size(); ++i)
         unlike +=
             std::abs(saved.radiance[i] - plain.radiance[i]) > 1e-3f * (1.0f + std::abs(plain.radiance[i]));
     EXPECT_LT(unlike, plain.radiance.size() / 100);
     size_t otherInstance = 0;
-    for (size_t i = 0; i < plain.instance.size(); i++)
+    for (size_t i = 0; i < plain.instance.size(); ++i)
         otherInstance += saved.instance[i] != plain.instance[i];
     EXPECT_LT(otherInstance, 4u);
 }
@@ -83,7 +83,7 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
         EXPECT_NEAR(plain.radiance[c], 0.25f * float(1u << c), 1e-3f) << "tinted";
     }
     size_t otherInstance = 0;
-    for (size_t i = 0; i < plain.instance.size(); i++)
+    for (size_t i = 0; i < plain.instance.size(); ++i)
         otherInstance += saved.instance[i] != plain.instance[i];
     EXPECT_LT(otherInstance, 4u);
 
@@ -99,7 +99,7 @@ TEST(ProgramEdit, SavedExrSaysHowAnOrthographicCameraSawATurnedSky) {
 double ShareUnlike(const std::vector<float>& a, const std::vector<float>& b) {
     EXPECT_EQ(a.size(), b.size());
     size_t unlike = 0;
-    for (size_t i = 0; i < a.size(); i++) unlike += std::abs(a[i] - b[i]) > 1e-3f * (1.0f + std::abs(b[i]));
+    for (size_t i = 0; i < a.size(); ++i) unlike += std::abs(a[i] - b[i]) > 1e-3f * (1.0f + std::abs(b[i]));
     return static_cast<double>(unlike) / static_cast<double>(a.size());
 }
 

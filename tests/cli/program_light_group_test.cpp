@@ -24,7 +24,7 @@ RenderFile Render(const test::TemporaryFolder& folder, const char* output, const
 }
 
 void ExpectGroupsSumToTheBeauty(const RenderFile& render) {
-    for (size_t i = 0; i < render.radiance.size(); i++) {
+    for (size_t i = 0; i < render.radiance.size(); ++i) {
         if (i % 4 == 3) continue;
         double sum = 0.0;
         for (const Texels& group : render.lightGroups) sum += group.at(i);
@@ -53,7 +53,7 @@ TEST(ProgramLightGroup, TheOnlyLampHasAllTheLight) {
     EXPECT_EQ(SumOf(render.lightGroups[0]), 0.0);
     EXPECT_EQ(SumOf(render.lightGroups[1]), 0.0);
     EXPECT_GT(SumOf(render.lightGroups[2]), 0.0);
-    for (size_t i = 0; i < render.radiance.size(); i++) {
+    for (size_t i = 0; i < render.radiance.size(); ++i) {
         if (i % 4 != 3) {
             EXPECT_EQ(render.lightGroups[2][i], render.radiance[i]) << i;
         }

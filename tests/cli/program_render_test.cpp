@@ -38,7 +38,7 @@ nlohmann::json JsonOf(const std::filesystem::path& path) {
 // Equal bits, NaN included.
 void ExpectSameChannels(const image::ExrImage& a, const image::ExrImage& b) {
     ASSERT_EQ(a.channels.size(), b.channels.size());
-    for (size_t i = 0; i < a.channels.size(); i++) {
+    for (size_t i = 0; i < a.channels.size(); ++i) {
         EXPECT_EQ(a.channels[i].name, b.channels[i].name);
         const auto* floats = a.FloatChannel(a.channels[i].name);
         const auto* otherFloats = b.FloatChannel(a.channels[i].name);

@@ -15,7 +15,7 @@ using test::MakeRender;
 
 void ExpectSameColor(const Texels& a, const Texels& b) {
     ASSERT_EQ(a.size(), b.size());
-    for (size_t i = 0; i < a.size(); i++) {
+    for (size_t i = 0; i < a.size(); ++i) {
         if (i % 4 != 3) {
             EXPECT_EQ(a[i], b[i]) << i;
         }
@@ -23,8 +23,8 @@ void ExpectSameColor(const Texels& a, const Texels& b) {
 }
 
 void ExpectSameColor(const passes::ExactSums& a, const passes::ExactSums& b) {
-    for (size_t k = 0; k < passes::ExactSums::kPlanes; k++)
-        for (size_t i = 0; i < b.sums[k].size(); i++) {
+    for (size_t k = 0; k < passes::ExactSums::kPlanes; ++k)
+        for (size_t i = 0; i < b.sums[k].size(); ++i) {
             if (i % 4 != 3) {
                 EXPECT_EQ(a.sums[k].at(i), b.sums[k][i]) << i;
             }

@@ -96,7 +96,7 @@ TEST(CameraController, FrameShowsAllOfABoxFromWhereItLooks) {
     ExpectNear(camera.View().forward, forward);
     ExpectNear(camera.Pivot(), {10, 10, 10}, 1e-4f);
     const scene::CameraView& view = camera.View();
-    for (int corner = 0; corner < 8; corner++) {
+    for (int corner = 0; corner < 8; ++corner) {
         const glm::vec3 point(corner & 1 ? 9 : 11, corner & 2 ? 9 : 11, corner & 4 ? 9 : 11);
         const glm::vec3 way = glm::dvec3(point) - view.eye;
         const float depth = glm::dot(way, view.forward), half = std::tan(0.5f * view.yFov) * depth;

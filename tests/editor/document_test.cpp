@@ -88,7 +88,7 @@ TEST_F(DocumentTest, TransformMovesAllBelowAndNothingElse) {
     moved.Apply(TransformEdit{1, kUp}, gpu);
     expected.nodes[0].matrix = expected.nodes[1].matrix = kUp;
     scene::UpdateWorldTransforms(expected);
-    for (uint32_t i = 0; i < 3; i++) {
+    for (uint32_t i = 0; i < 3; ++i) {
         EXPECT_EQ(moved.Scene().instances[i].objectToWorld, expected.instances[i].objectToWorld) << i;
         EXPECT_EQ(gpu.Transform(i).matrix, expected.instances[i].objectToWorld) << i;
     }

@@ -32,7 +32,7 @@ TEST(FrameHistory, PassesOfANameAreOneAndTheLongestComesFirst) {
 
 TEST(FrameHistory, ForgetsTheOldest) {
     FrameHistory history;
-    for (size_t i = 0; i < FrameHistory::kLength + 5; i++)
+    for (size_t i = 0; i < FrameHistory::kLength + 5; ++i)
         history.Add(Timing({{"Pass", 0.0, static_cast<double>(i)}}));
     EXPECT_EQ(history.Count(), FrameHistory::kLength);
     EXPECT_EQ(history.Gpu().front(), 5.0f);
@@ -42,9 +42,9 @@ TEST(FrameHistory, ForgetsTheOldest) {
 TEST(SampleRate, IsThatOfTheLastSeconds) {
     SampleRate rate;
     EXPECT_FALSE(rate.PerSecond());
-    for (int i = 0; i <= 100; i++) rate.Note(0.1 * i, 0.5 * i);  // 5 a second
+    for (int i = 0; i <= 100; ++i) rate.Note(0.1 * i, 0.5 * i);  // 5 a second
     EXPECT_NEAR(*rate.PerSecond(), 5.0, 1e-9);
-    for (int i = 1; i <= 100; i++) rate.Note(10.0 + 0.1 * i, 50.0 + 2.0 * i);  // then 20
+    for (int i = 1; i <= 100; ++i) rate.Note(10.0 + 0.1 * i, 50.0 + 2.0 * i);  // then 20
     EXPECT_NEAR(*rate.PerSecond(), 20.0, 1e-6) << "what was before is forgotten";
     rate.Note(20.1, 0.0);
     EXPECT_FALSE(rate.PerSecond()) << "accumulation restarted";

@@ -63,7 +63,7 @@ TEST_F(GraphLayoutTest, BoxesAreInOrderWithCulledOnesWhereTheyWereDeclared) {
     EXPECT_EQ(BoxNames(LayOut(graph, plan, true)), "Draw (Waste) Blur Keep Mend ");
     const GraphLayout executed = LayOut(graph, plan, false);
     EXPECT_EQ(BoxNames(executed), "Draw Blur Keep Mend ");
-    for (size_t i = 1; i < executed.boxes.size(); i++)
+    for (size_t i = 1; i < executed.boxes.size(); ++i)
         EXPECT_GT(executed.boxes[i].x, executed.boxes[i - 1].x + GraphLayout::kBoxWidth);
     EXPECT_GE(executed.size.x, executed.boxes.back().x + GraphLayout::kBoxWidth);
 }

@@ -33,7 +33,7 @@ TEST(Hierarchy, ShowsWhatIsOpen) {
 
 TEST(Hierarchy, OneRootIsOpenAndADeepChainNeedsNoStack) {
     std::vector<std::vector<uint32_t>> chain(200'000);
-    for (uint32_t i = 0; i + 1 < chain.size(); i++) chain[i] = {i + 1};
+    for (uint32_t i = 0; i + 1 < chain.size(); ++i) chain[i] = {i + 1};
     Hierarchy hierarchy(chain, {0});
     EXPECT_EQ(RowsOf(hierarchy), "0 -1 ");
     EXPECT_EQ(hierarchy.Reveal(199'999), 199'999u);

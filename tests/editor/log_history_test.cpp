@@ -25,7 +25,7 @@ TEST(LogFilter, LetsThroughByLevelCategoryAndText) {
 
 TEST(LogHistory, KeepsTheNewestAndCountsByLevel) {
     LogHistory history;
-    for (size_t i = 0; i < LogHistory::kMax + 10; i++)
+    for (size_t i = 0; i < LogHistory::kMax + 10; ++i)
         history.Add({LogLevel::Info, log_category::kScene, std::to_string(i)});
     history.Add({LogLevel::Error, log_category::kScene, "last"});
     EXPECT_EQ(history.CountOf(LogLevel::Info), LogHistory::kMax + 10);
@@ -56,7 +56,7 @@ TEST(LogHistory, TextIsWhatTheFilterLetsThrough) {
 TEST(LogHistory, IsAddedToBesideItsReader) {
     LogHistory history;
     std::thread other([&] {
-        for (int i = 0; i < 2000; i++) history.Add({LogLevel::Info, log_category::kScene, "other"});
+        for (int i = 0; i < 2000; ++i) history.Add({LogLevel::Info, log_category::kScene, "other"});
     });
     for (uint32_t seen = 0; seen < 2000; seen = history.CountOf(LogLevel::Info))
         history.Read([](const std::deque<LogEntry>& entries) {

@@ -72,7 +72,7 @@ TEST_F(LogPanelTest, ShowsItsRowsAndManyMoreAreNoTrouble) {
         return ReadFile(folder.Path() / "a.png");
     };
     const auto three = picture();
-    for (size_t i = 0; i < 2 * LogHistory::kMax; i++)
+    for (size_t i = 0; i < 2 * LogHistory::kMax; ++i)
         log->Add({LogLevel::Error, log_category::kMemory, "line " + std::to_string(i)});
     const auto many = picture();
     log->Clear();

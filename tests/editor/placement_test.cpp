@@ -14,7 +14,7 @@ const glm::mat4x3 kSheared(glm::vec3(2, 0, 0), glm::vec3(0.6f, 1, 0), glm::vec3(
 
 float Apart(const glm::mat4x3& a, const glm::mat4x3& b) {
     float most = 0.0f;
-    for (int i = 0; i < 4; i++) most = std::max(most, glm::length(a[i] - b[i]));
+    for (int i = 0; i < 4; ++i) most = std::max(most, glm::length(a[i] - b[i]));
     return most;
 }
 
@@ -36,11 +36,11 @@ TEST(Placement, RotationTurnsAShearedNodeAsAWhole) {
     after.degrees = {20.0f, -30.0f, 40.0f};
     const glm::mat4x3 turned = Placed(kSheared, before, after);
     // Lengths and angles between the axes are the shear
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++)
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k)
             EXPECT_NEAR(glm::dot(turned[i], turned[k]), glm::dot(kSheared[i], kSheared[k]), 1e-5f);
     const Placement read = PlacementOf(turned);
-    for (int i = 0; i < 3; i++) EXPECT_NEAR(read.degrees[i], after.degrees[i], 1e-3f) << "what was typed";
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(read.degrees[i], after.degrees[i], 1e-3f) << "what was typed";
     EXPECT_LT(Apart(Placed(turned, read, before), kSheared), 1e-5f) << "and back";
 }
 
@@ -52,7 +52,7 @@ TEST(Placement, ScaleStretchesOneAxisAlone) {
     wanted[1] *= 3.0f;
     EXPECT_LT(Apart(Placed(kSheared, before, after), wanted), 1e-6f);
     const Placement read = PlacementOf(wanted);
-    for (int i = 0; i < 3; i++) EXPECT_NEAR(read.degrees[i], before.degrees[i], 1e-3f);
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(read.degrees[i], before.degrees[i], 1e-3f);
 }
 
 TEST(Placement, MirroredAndFlatNodes) {

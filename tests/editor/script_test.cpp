@@ -159,7 +159,7 @@ TEST_F(ScriptTest, PlanOfNoFrameIsNotShown) {
         void End(Renderer&, TextureId) override {}
     } closed;
     editor.Work().panels.graph = true;
-    for (int i = 0; i < 3; i++) EXPECT_TRUE(editor.Frame(input, closed));
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(editor.Frame(input, closed));
     EXPECT_TRUE(editor.Frame(input, screen));
     EXPECT_TRUE(editor.Frame(input, screen));
     EXPECT_EQ(editor.FrameError(), "");
@@ -177,7 +177,7 @@ TEST_F(ScriptTest, RefusedDragAndDroppedFramesAreOneWarningEach) {
     };
     Workspace& work = editor.Work();
     const TransformEdit refused{0, glm::mat4x3(std::numeric_limits<float>::infinity())};
-    for (int frame = 0; frame < 3; frame++) work.Apply(refused);
+    for (int frame = 0; frame < 3; ++frame) work.Apply(refused);
     EXPECT_EQ(warnings("finite numbers"), 1);
     EXPECT_NE(work.message.find("finite numbers"), std::string::npos) << work.message;
     work.Apply(MaterialEdit{0, work.document.Scene().materials[0]});
@@ -193,7 +193,7 @@ TEST_F(ScriptTest, RefusedDragAndDroppedFramesAreOneWarningEach) {
     } broken;
     FrameInput input;
     input.extent = {320, 200};
-    for (int frame = 0; frame < 3; frame++) editor.Frame(input, broken);
+    for (int frame = 0; frame < 3; ++frame) editor.Frame(input, broken);
     EXPECT_EQ(editor.FrameError(), "no image of the window");
     EXPECT_EQ(warnings("no image of the window"), 1);
     editor.Frame(input, screen);
@@ -315,7 +315,7 @@ TEST_F(ScriptTest, PicturesOnTheirWayAreWrittenBeforeTheEditorCloses) {
     const auto close = [&] {
         input.isClosing = true;
         int frames = 1;
-        for (; editor.Frame(input, screen) && frames < 1000; frames++) input.isClosing = false;
+        for (; editor.Frame(input, screen) && frames < 1000; ++frames) input.isClosing = false;
         return frames;
     };
     editor.SavePicture(folder.Path() / "a.png");

@@ -103,7 +103,7 @@ TEST_F(SettingsTest, ValuesOutOfRangeArePutIntoIt) {
 
 TEST_F(SettingsTest, RecentFilesAreFewAndTheNewestComesFirst) {
     Settings settings;
-    for (int i = 0; i < 14; i++) settings.NoteOpened("/s/" + std::to_string(i) + ".gltf");
+    for (int i = 0; i < 14; ++i) settings.NoteOpened("/s/" + std::to_string(i) + ".gltf");
     settings.NoteOpened("/s/x/../9.gltf");
     ASSERT_EQ(settings.recent.size(), Settings::kMaxRecent);
     EXPECT_EQ(settings.recent[0], "/s/9.gltf");

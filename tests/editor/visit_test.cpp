@@ -43,7 +43,7 @@ TEST_F(VisitTest, OpensOrbitsTogglesEditsUndoesPicksSavesResizesAndForgivesABrok
         << "key T\nframes 2\nkey G\nframes 2\nkey F1\nframes 2\nkey F1\nkey T\nkey G\n"
         << "picture " << file("picture.png") << "\nscene " << file("scene.glb") << "\nwindow "
         << file("window.png") << "\n";
-    for (int i = 0; i < 200; i++) script << "size " << 1 + i * 73 % 400 << "x" << 1 + i * 51 % 260 << "\n";
+    for (int i = 0; i < 200; ++i) script << "size " << 1 + i * 73 % 400 << "x" << 1 + i * 51 % 260 << "\n";
     script << "size 400x260\nopen " << broken
            << "\nwait\nexpect message broken.glb\nview path-traced\nsamples 2\nexpect edits 0\n";
     Play(script.str());

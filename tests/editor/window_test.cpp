@@ -76,7 +76,7 @@ TEST(WindowTest, OpensAndShowsFrames) {
         EXPECT_EQ(window.Extent(), (rhi::Extent2D{320, 200}));
         WindowScreen screen(swapchain);
         Editor editor(*device);
-        for (int i = 0; i < 4; i++) {
+        for (int i = 0; i < 4; ++i) {
             EXPECT_TRUE(editor.Frame(window.Poll(), screen));
             EXPECT_EQ(editor.FrameError(), "");
         }

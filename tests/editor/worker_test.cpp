@@ -41,7 +41,7 @@ TEST(Worker, TasksRunInOrderBesideTheMainThread) {
     std::promise<void> go;
     std::vector<int> ran, finished;
     const std::thread::id main = std::this_thread::get_id();
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; ++i)
         worker.Add(
             [&, i]() -> Worker::Finish {
                 if (i == 0) go.get_future().wait();
@@ -76,11 +76,11 @@ TEST(Worker, GoesWhenAllTasksAreDone) {
     int done = 0;
     {
         Worker worker;
-        for (int i = 0; i < 5; i++)
+        for (int i = 0; i < 5; ++i)
             worker.Add(
                 [&]() -> Worker::Finish {
                     std::this_thread::sleep_for(std::chrono::milliseconds(2));
-                    done++;
+                    ++done;
                     return [] { ADD_FAILURE() << "there is nobody to hear of it"; };
                 },
                 NoFailure);

@@ -26,11 +26,11 @@ class CornellReference : public ReferenceTest {
 std::vector<double> Pooled(const std::vector<double>& values, int columns) {
     const int rows = static_cast<int>(values.size()) / columns;
     std::vector<double> pooled(values.size(), 0.0);
-    for (int y = 0; y < rows; y++)
-        for (int x = 0; x < columns; x++) {
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
             int count = 0;
-            for (int v = std::max(0, y - 2); v < std::min(rows, y + 3); v++)
-                for (int u = std::max(0, x - 2); u < std::min(columns, x + 3); u++, count++)
+            for (int v = std::max(0, y - 2); v < std::min(rows, y + 3); ++v)
+                for (int u = std::max(0, x - 2); u < std::min(columns, x + 3); ++u, ++count)
                     pooled[size_t(y * columns + x)] += values[size_t(v * columns + u)];
             pooled[size_t(y * columns + x)] /= count;
         }
@@ -50,13 +50,13 @@ TEST_F(CornellReference, Trace_AgreesWithCyclesBlockByBlock) {
     const RenderedImage image = Render(320, kSamples);
 
     const glm::dvec3 mean = image.mean.Mean(), expected = reference.Mean();
-    for (int c = 0; c < 3; c++) EXPECT_NEAR(mean[c], expected[c], 0.005 * expected[c]) << "channel " << c;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], expected[c], 0.005 * expected[c]) << "channel " << c;
 
     // A z-test on averages of blocks: a single pixel at these sample counts has seen the lamp a few times or
     // not at all, and its sample variance is no measure of its error.
     constexpr uint32_t kBlock = 8;
     size_t passed = 0, count = 0;
-    for (int c = 0; c < 3; c++) {
+    for (int c = 0; c < 3; ++c) {
         const auto ours =
             Blocks(320, 320, kBlock, [&](uint32_t x, uint32_t y) { return image.mean.At(x, y)[c]; });
         const auto variance =
@@ -64,11 +64,11 @@ TEST_F(CornellReference, Trace_AgreesWithCyclesBlockByBlock) {
         const auto theirs = Blocks(
             320, 320, kBlock, [&](uint32_t x, uint32_t y) { return reference.channels[c][y * 320 + x]; });
         const std::vector<double> pooled = Pooled(variance, 320 / kBlock);
-        for (size_t i = 0; i < ours.size(); i++) {
+        for (size_t i = 0; i < ours.size(); ++i) {
             const double perSample = std::max(variance[i], pooled[i]) / (kBlock * kBlock);
             const double sigma = std::sqrt(perSample / kSamples + perSample / kReferenceSamples);
-            count++;
-            if (std::abs(ours[i] - theirs[i]) <= 4.0 * sigma + 1e-6) passed++;
+            ++count;
+            if (std::abs(ours[i] - theirs[i]) <= 4.0 * sigma + 1e-6) ++passed;
         }
     }
     EXPECT_GE(double(passed) / double(count), 0.9975);
@@ -77,7 +77,7 @@ TEST_F(CornellReference, Trace_AgreesWithCyclesBlockByBlock) {
 TEST_F(CornellReference, Trace_AgreesWithPbrtInTheMean) {
     const ReferenceImage reference = Read("pbrt_cornell_lambert.exr");
     const glm::dvec3 mean = Render(128, 256).mean.Mean(), expected = reference.Mean();
-    for (int c = 0; c < 3; c++) EXPECT_NEAR(mean[c], expected[c], 0.015 * expected[c]) << "channel " << c;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], expected[c], 0.015 * expected[c]) << "channel " << c;
 }
 
 }  // namespace raygraph::testing

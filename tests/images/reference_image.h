@@ -39,8 +39,8 @@ template <typename Value>
 std::vector<double> Blocks(uint32_t width, uint32_t height, uint32_t size, Value&& value) {
     const uint32_t columns = width / size, rows = height / size;
     std::vector<double> blocks(size_t{columns} * rows, 0.0);
-    for (uint32_t y = 0; y < rows * size; y++)
-        for (uint32_t x = 0; x < columns * size; x++)
+    for (uint32_t y = 0; y < rows * size; ++y)
+        for (uint32_t x = 0; x < columns * size; ++x)
             blocks[size_t{y / size} * columns + x / size] += value(x, y) / (double(size) * size);
     return blocks;
 }

@@ -37,17 +37,17 @@ void ExpectSameBlocks(const RenderedImage& image, const ReferenceImage& referenc
     size_t count = 0, passed = 0;
     std::string worst;
     double farthest = 0.0;
-    for (int channel = 0; channel < 3; channel++) {
+    for (int channel = 0; channel < 3; ++channel) {
         const auto ours = of(image.mean, channel), variance = of(image.variance, channel);
         const auto theirs = Blocks(reference.width, reference.height, test.size * scale,
                                    [&](uint32_t x, uint32_t y) { return reference.At(x, y, channel); });
         double sum = 0.0, expectedSum = 0.0, meanError = 0.0;
-        for (size_t i = 0; i < ours.size(); i++) {
+        for (size_t i = 0; i < ours.size(); ++i) {
             if (coverage[i] < test.minCoverage || test.isLeftOut(i % columns, i / columns)) continue;
             const double sigma = std::sqrt(variance[i] / samplesInBlock);
             const double off = std::abs(ours[i] - theirs[i]) - 3.0 * sigma - 1e-3;
-            count++;
-            if (off <= test.relative * theirs[i]) passed++;
+            ++count;
+            if (off <= test.relative * theirs[i]) ++passed;
             if (off / theirs[i] > farthest) {
                 farthest = off / theirs[i];
                 worst = std::to_string(i % columns) + ", " + std::to_string(i / columns) + ", channel " +

@@ -22,7 +22,7 @@ constexpr std::array kModes{WrapMode::Repeat, WrapMode::MirroredRepeat, WrapMode
 // Texels of all kinds of values; the same ones in every run.
 scene::ImageData Texels(uint32_t width, uint32_t height, uint32_t step) {
     scene::ImageData image{.name = "texels", .width = width, .height = height, .rgba = {}};
-    for (uint32_t i = 0; i < 4 * width * height; i++)
+    for (uint32_t i = 0; i < 4 * width * height; ++i)
         image.rgba.push_back(static_cast<uint8_t>((17 + step * (i + i / 4)) % 256));
     return image;
 }
@@ -43,7 +43,7 @@ std::vector<glm::vec2> Coordinates(const glm::vec2& upperLeft, const glm::vec2& 
 
 // Nine tiles, one for each pair of wrap modes: base color by one set of coordinates, emission by the other.
 void AddWall(scene::SceneData& scene) {
-    for (uint32_t tile = 0; tile < 9; tile++) {
+    for (uint32_t tile = 0; tile < 9; ++tile) {
         const WrapMode wrapU = kModes[tile % 3], wrapV = kModes[tile / 3];
         const int32_t set = static_cast<int32_t>(tile % 2);
         scene::Material material = Lambert({0.9f, 0.8f, 0.95f}, {0.3f, 0.2f, 0.4f});
@@ -137,11 +137,11 @@ std::vector<glm::vec4> VarianceOfMean(const RenderedImage& image) {
     const int width = static_cast<int>(image.mean.extent.width);
     const int height = static_cast<int>(image.mean.extent.height);
     std::vector<glm::vec4> result;
-    for (int y = 0; y < height; y++)
-        for (int x = 0; x < width; x++) {
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
             glm::vec4 largest(0.0f);
-            for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); v++)
-                for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); u++)
+            for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v)
+                for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u)
                     largest = glm::max(largest,
                                        image.variance.At(static_cast<uint32_t>(u), static_cast<uint32_t>(v)));
             result.push_back(largest / float(image.sampleCount));
@@ -169,7 +169,7 @@ TEST_F(TexturedReference, Trace_LambertUnderASunIsWhatTheReferenceProgramSays) {
     const RenderedImage image = render.Render(settings, kSamples);
 
     const std::vector<glm::vec4> varianceOfMean = VarianceOfMean(image);
-    for (int channel = 0; channel < 3; channel++) {
+    for (int channel = 0; channel < 3; ++channel) {
         const test::PlaneView mean = Channel(image.mean.values, kSize, channel);
         const test::PlaneView expected = Channel(reference, kSize, channel);
         // The device's sRGB curve and weights of filters are good to about 0.5 / 255

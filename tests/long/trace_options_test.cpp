@@ -142,7 +142,7 @@ class TraceOptions : public VulkanTest {
     static size_t Different(const FloatImage& a, const FloatImage& b) {
         if (!(a.extent == b.extent)) return std::numeric_limits<size_t>::max();
         size_t count = 0;
-        for (size_t i = 0; i < a.values.size(); i++) count += a.values[i] != b.values[i];
+        for (size_t i = 0; i < a.values.size(); ++i) count += a.values[i] != b.values[i];
         return count;
     }
     struct Row {

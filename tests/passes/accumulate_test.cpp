@@ -45,7 +45,7 @@ class AccumulateTest : public VulkanTest {
     ExactSums KeptSums() {
         ExactSums sums;
         for (const bool isSquares : {false, true})
-            for (size_t k = 0; k < ExactSums::kPlanes; k++) {
+            for (size_t k = 0; k < ExactSums::kPlanes; ++k) {
                 Readback readback;
                 harness.Run([&](PassHarness& h) {
                     const passes::AccumulatedIds ids = passes::Kept(h.Graph(), accumulation, kExtent, true);
@@ -61,7 +61,7 @@ class AccumulateTest : public VulkanTest {
     // A sample that differs by texel, channel and number.
     static std::vector<float> Sample(uint32_t number) {
         std::vector<float> values(8);
-        for (uint32_t i = 0; i < 8; i++) values[i] = float((number * 7 + i * 3) % 11) * (0.5f + float(i));
+        for (uint32_t i = 0; i < 8; ++i) values[i] = float((number * 7 + i * 3) % 11) * (0.5f + float(i));
         return values;
     }
 
@@ -74,13 +74,13 @@ class AccumulateTest : public VulkanTest {
 TEST_F(AccumulateTest, Accumulate_GivesTheNearestMeanAndUnbiasedVariance) {
     constexpr uint32_t kCount = 9;
     Texels mean, variance;
-    for (uint32_t n = 0; n < kCount; n++) variance = Add(Sample(n), true);
+    for (uint32_t n = 0; n < kCount; ++n) variance = Add(Sample(n), true);
     ASSERT_EQ(accumulation.SampleCount(), kCount);
     mean = Add(Sample(kCount));
-    for (uint32_t i = 0; i < 8; i++) {
+    for (uint32_t i = 0; i < 8; ++i) {
         double sum = 0.0, squares = 0.0;
-        for (uint32_t n = 0; n < kCount; n++) sum += Sample(n)[i];
-        for (uint32_t n = 0; n < kCount; n++) squares += std::pow(Sample(n)[i] - sum / kCount, 2);
+        for (uint32_t n = 0; n < kCount; ++n) sum += Sample(n)[i];
+        for (uint32_t n = 0; n < kCount; ++n) squares += std::pow(Sample(n)[i] - sum / kCount, 2);
         EXPECT_FLOAT_EQ(variance.values[i], i % 4 == 3 ? 0.0f : float(squares / (kCount - 1)));
         EXPECT_EQ(mean.values[i], float((sum + Sample(kCount)[i]) / (kCount + 1)));
     }
@@ -88,7 +88,7 @@ TEST_F(AccumulateTest, Accumulate_GivesTheNearestMeanAndUnbiasedVariance) {
 
 TEST_F(AccumulateTest, Accumulate_TheVarianceLeavesTheBitsOfTheMean) {
     Accumulation other("other");
-    for (uint32_t n = 0; n < 5; n++) {
+    for (uint32_t n = 0; n < 5; ++n) {
         const Texels mean = Add(Sample(n));
         const Texels beside = harness.Run([&](PassHarness& h) {
             const TextureId texture = h.Texture("sample", kExtent, Format::Rgba32Float, Sample(n));
@@ -118,7 +118,7 @@ TEST_F(AccumulateTest, Accumulate_WhatIsNotFiniteCountsAsZero) {
 
 TEST_F(AccumulateTest, Accumulate_EqualSamplesHaveNoVariance) {
     Texels variance;
-    for (int n = 0; n < 7; n++) variance = Add({0.1f, 1e4f, 1e10f, 1, 0.3f, -0.7f, 0.01f, 0}, true);
+    for (int n = 0; n < 7; ++n) variance = Add({0.1f, 1e4f, 1e10f, 1, 0.3f, -0.7f, 0.01f, 0}, true);
     EXPECT_EQ(variance.values, std::vector<float>(8, 0.0f));
 }
 
@@ -130,7 +130,7 @@ TEST_F(AccumulateTest, Accumulate_SkewedPixelDoesNotDriftInAMillionSamples) {
     double sum = 0.0, squares = 0.0;
     float recurrence = 0.0f;
     ExactSums sums = passes::MakeExactSums(2, true);
-    for (uint32_t n = 0; n < kMillion; n++) {
+    for (uint32_t n = 0; n < kMillion; ++n) {
         const float x = value(n);
         sum += x;
         squares += double{x} * x;
@@ -143,7 +143,7 @@ TEST_F(AccumulateTest, Accumulate_SkewedPixelDoesNotDriftInAMillionSamples) {
         return h.Texture("nothing", {1, 1}, Format::R32Float, {0.0f});
     });
     Both both;
-    for (uint32_t n = kOnTheHost; n < kMillion; n++) both = AddForBoth(std::vector<float>(8, value(n)));
+    for (uint32_t n = kOnTheHost; n < kMillion; ++n) both = AddForBoth(std::vector<float>(8, value(n)));
     ASSERT_EQ(accumulation.SampleCount(), kMillion);
     EXPECT_EQ(both.mean.values[0], float(sum / kMillion));
     EXPECT_FLOAT_EQ(both.variance.values[0], float((squares - sum * sum / kMillion) / (kMillion - 1)));
@@ -163,7 +163,7 @@ std::vector<float> WideSample(uint32_t number) {
 
 TEST_F(AccumulateTest, Accumulate_HasTheBitsOfTheHost) {
     ExactSums sums = passes::MakeExactSums(2, true);
-    for (uint32_t n = 0; n < 12; n++) {
+    for (uint32_t n = 0; n < 12; ++n) {
         const auto [mean, variance] = AddForBoth(WideSample(n));
         passes::AddSample(sums, WideSample(n));
         EXPECT_EQ(mean.values, passes::MeanOf(sums, n + 1)) << n;
@@ -173,7 +173,7 @@ TEST_F(AccumulateTest, Accumulate_HasTheBitsOfTheHost) {
 }
 
 TEST_F(AccumulateTest, Restore_ContinuesBitForBit) {
-    for (uint32_t n = 0; n < 5; n++) AddForBoth(WideSample(n));
+    for (uint32_t n = 0; n < 5; ++n) AddForBoth(WideSample(n));
     const ExactSums stored = KeptSums();
 
     PassHarness other(Device());
@@ -238,13 +238,13 @@ TEST(ExactSums, KeepTheMoonlightBesideTheSunForTenMillionSamples) {
 TEST(ExactSums, MeanIsTheFloatNearestToTheQuotient) {
     __extension__ using Wide = unsigned __int128;
     std::mt19937_64 generator(1);
-    for (int i = 0; i < 200'000; i++) {
+    for (int i = 0; i < 200'000; ++i) {
         const auto count = std::max(uint32_t(generator()) >> (generator() % 32), 1u);
         Wide sum = ((Wide{generator()} << 64) | generator()) >> (1 + generator() % 100);
         if (i % 4 == 0) sum = Wide{(generator() & 0xFFFFFFu) * 2 + 0x2000001u} * count << (generator() % 60);
         if (i % 4 == 1) sum -= sum % count;
         ExactSums sums = passes::MakeExactSums(1, false);
-        for (int k = 0; k < 4; k++) sums.sums[k][0] = uint32_t(sum >> (32 * k));
+        for (int k = 0; k < 4; ++k) sums.sums[k][0] = uint32_t(sum >> (32 * k));
         const float mean = passes::MeanOf(sums, count)[0];
         if (sum < count) continue;  // means below a unit need more bits than the check has
         int exponent = 0;
@@ -272,7 +272,7 @@ TEST_F(AccumulateTest, Accumulate_ResizeResetsWithItsCause) {
 }
 
 TEST_F(AccumulateTest, Accumulate_VarianceNeverMissesSamples) {
-    for (uint32_t n = 0; n < 3; n++) Add(Sample(n));
+    for (uint32_t n = 0; n < 3; ++n) Add(Sample(n));
     const Texels variance = Add(Sample(3), true);
     EXPECT_EQ(accumulation.SampleCount(), 1u) << "three samples have no variance: restart";
     EXPECT_EQ(accumulation.ResetCount(ResetCause::Settings), 1u);

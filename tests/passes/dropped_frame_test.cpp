@@ -60,7 +60,7 @@ class DroppedSceneFrameTest : public VulkanTest {
         return expected;
     }
     void Settle() {
-        for (int frame = 0; frame < 8; frame++) {
+        for (int frame = 0; frame < 8; ++frame) {
             Seen(undisturbed);
             Seen(disturbed);
         }
@@ -182,7 +182,7 @@ TEST_F(DroppedAccumulationTest, ResizeOfADroppedFrameKeepsTheSamples) {
 
 TEST_F(DroppedAccumulationTest, RestoreOfADroppedFrameRestoresNothing) {
     passes::ExactSums stored = passes::MakeExactSums(2, false);
-    for (int n = 0; n < 5; n++) passes::AddSample(stored, std::vector<float>(8, 9.0f));
+    for (int n = 0; n < 5; ++n) passes::AddSample(stored, std::vector<float>(8, 9.0f));
     const auto restore = [&](bool fails) {
         harness.Run([&](PassHarness& h) {
             passes::Restore(h.Graph(), accumulation, kExtent, 5, stored);

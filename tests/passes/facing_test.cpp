@@ -79,7 +79,7 @@ TEST_F(Facing, MirroringTransformKeepsTheFront) {
 
 TEST_F(Facing, TransformThatComesToMirrorKeepsTheFront) {
     ASSERT_EQ(Seen(SingleSided(glm::vec3(0.5f))), kFront);
-    for (int frame = 0; frame < 8; frame++) Seen();  // past compaction: the next change is an update
+    for (int frame = 0; frame < 8; ++frame) Seen();  // past compaction: the next change is an update
     render.scene.SetTransform(0, Scaling({-1, 1, 1}));
     EXPECT_EQ(Seen(), kFront);
     render.scene.SetTransform(0, Scaling({1, 1, -1}));
@@ -89,7 +89,7 @@ TEST_F(Facing, TransformThatComesToMirrorKeepsTheFront) {
 // The edit takes a note; what it needs on the device belongs to the frame, which is dropped without it.
 TEST_F(Facing, SidesThatChangeWhileMemoryIsSpent_AreThoseOfTheNextFrame) {
     ASSERT_EQ(Seen(SingleSided(glm::vec3(0.5f))), kFront);
-    for (int frame = 0; frame < 8; frame++) Seen();
+    for (int frame = 0; frame < 8; ++frame) Seen();
     Device().WaitIdle();
     Device().LimitMemory(1);
     EXPECT_NO_THROW(render.scene.SetMaterial(0, Lambert(glm::vec3(0.5f))));
@@ -138,7 +138,7 @@ TEST_F(Facing, PrimitivesOfOneMeshAreGroupedByHowRaysTreatThem) {
     // Two of each kind, opaque or not, culled or not
     scene::Mesh mesh;
     std::vector<scene::Material> materials;
-    for (uint32_t i = 0; i < 8; i++) {
+    for (uint32_t i = 0; i < 8; ++i) {
         scene::Material material = SingleSided(glm::vec3(0.1f * float(i + 1)));
         material.isDoubleSided = (i & 1) != 0;
         material.alphaMode = (i & 2) != 0 ? scene::AlphaMode::Mask : scene::AlphaMode::Opaque;
@@ -150,7 +150,7 @@ TEST_F(Facing, PrimitivesOfOneMeshAreGroupedByHowRaysTreatThem) {
         mesh.primitives.back().bounds.max.x += float(i);
     }
     render.scene.SetScene(SceneOf({mesh}, materials));
-    for (uint32_t i = 0; i < 8; i++)
+    for (uint32_t i = 0; i < 8; ++i)
         for (const float side : {1.0f, -1.0f}) {
             const glm::vec3 center(float(i), 0, 0);
             const SceneRender::Hits hits =

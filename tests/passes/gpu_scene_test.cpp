@@ -35,7 +35,7 @@ TEST_F(GpuSceneTest, SetTransform_MovesTheHitByATlasUpdate) {
                                   {Translation({-1, 0, 0}), Translation({1, 0, 0})}));
     EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{0, kMiss, 1}));
     EXPECT_EQ(render.scene.Statistics().lastTlasWork, TlasWork::Rebuild);
-    for (int frame = 0; frame < 8; frame++) Seen();  // past compaction, which rebuilds
+    for (int frame = 0; frame < 8; ++frame) Seen();  // past compaction, which rebuilds
     ASSERT_TRUE(render.scene.IsSettled());
 
     render.scene.SetTransform(1, Translation({0, 0, 0}));
@@ -46,7 +46,7 @@ TEST_F(GpuSceneTest, SetTransform_MovesTheHitByATlasUpdate) {
 
 TEST_F(GpuSceneTest, TlasIsLeftAloneWhenNothingMoved) {
     render.scene.SetScene(SceneOf({BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))}));
-    for (int frame = 0; frame < 8; frame++) Seen();  // past build and compaction
+    for (int frame = 0; frame < 8; ++frame) Seen();  // past build and compaction
     ASSERT_TRUE(render.scene.IsSettled());
     const GpuSceneStatistics before = render.scene.Statistics();
     Seen();
@@ -61,7 +61,7 @@ TEST_F(GpuSceneTest, TlasIsLeftAloneWhenNothingMoved) {
 
 TEST_F(GpuSceneTest, CulledRefreshStaysPending) {
     render.scene.SetScene(SceneOf({BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))}, {Translation({-1, 0, 0})}));
-    for (int frame = 0; frame < 8; frame++) Seen();
+    for (int frame = 0; frame < 8; ++frame) Seen();
     render.scene.SetTransform(0, Translation({1, 0, 0}));
     // A frame that reads the instance records alone: the TLAS refresh leads to no root
     render.renderer.BeginFrame();
@@ -97,7 +97,7 @@ TEST_F(GpuSceneTest, ManyMovedInstancesAreAllSeenWhereTheyAre) {
     constexpr uint32_t kCount = 999;
     scene::SceneData scene = SceneOf({BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))});
     scene.instances.clear();
-    for (uint32_t i = 0; i < kCount; i++)
+    for (uint32_t i = 0; i < kCount; ++i)
         scene.instances.push_back(
             {.mesh = 0, .objectToWorld = Translation({float(i * 37 % kCount), 100.0f + float(i % 7), 0})});
     render.scene.SetScene(std::move(scene));
@@ -106,14 +106,14 @@ TEST_F(GpuSceneTest, ManyMovedInstancesAreAllSeenWhereTheyAre) {
     render.scene.SetTransform(3, Translation({0, 0, 0}));
     render.scene.SetTransform(998, Translation({1, 0, 0}));
     EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{700, 3, 998}));
-    for (uint32_t i = 0; i < kCount; i++) render.scene.SetTransform(i, Translation({50.0f + float(i), 0, 0}));
+    for (uint32_t i = 0; i < kCount; ++i) render.scene.SetTransform(i, Translation({50.0f + float(i), 0, 0}));
     render.scene.SetTransform(42, Translation({0, 0, 0}));
     EXPECT_EQ(Seen(), (std::array<uint32_t, 3>{kMiss, 42, kMiss}));
 }
 
 TEST_F(GpuSceneTest, InstancesShareTheirMeshsBlas) {
     scene::SceneData scene = SceneOf({BoxMesh(0.3f), QuadMesh(0.2f)}, {Lambert(glm::vec3(0.5f))});
-    for (int i = 0; i < 10; i++)
+    for (int i = 0; i < 10; ++i)
         scene.instances.push_back({.mesh = 0, .objectToWorld = Translation({0, float(i), 0})});
     render.scene.SetScene(std::move(scene));
     Seen();
@@ -128,7 +128,7 @@ TEST_F(GpuSceneTest, InstancesShareTheirMeshsBlas) {
 
 TEST_F(GpuSceneTest, MeshOfSeveralPrimitivesShowsThemAllWithTheirMaterials) {
     scene::Mesh mesh = QuadMesh(0.3f, 0);
-    for (uint32_t i = 1; i < 3; i++) {
+    for (uint32_t i = 1; i < 3; ++i) {
         scene::Primitive primitive = QuadMesh(0.3f, i).primitives[0];
         primitive.bounds = {};
         for (glm::vec3& position : primitive.positions) {
@@ -150,7 +150,7 @@ TEST_F(GpuSceneTest, MeshOfSeveralPrimitivesShowsThemAllWithTheirMaterials) {
 
     passes::TraceSettings settings = LookAt({0, 0, 5}, {0, 0, 0}, 0.5f, 33);
     const SceneRender::Hits hits = render.PrimaryHits(settings);
-    for (uint32_t i = 0; i < 3; i++) {
+    for (uint32_t i = 0; i < 3; ++i) {
         const size_t pixel = size_t{16} * 33 + (i == 0 ? 3 : i == 1 ? 16 : 29);
         EXPECT_EQ(hits.ids[pixel].y, i);
         EXPECT_LT(hits.ids[pixel].z, 2u) << "triangles are numbered within their primitive";
@@ -165,7 +165,7 @@ TEST_F(GpuSceneTest, Compaction_IsPolledAndKeepsEveryHit) {
     render.scene.SetScene(SceneOf({SphereMesh(0.4f, 24), SphereMesh(0.4f, 24)}, {Lambert(glm::vec3(0.5f))},
                                   {Translation({-1, 0, 0}), Translation({1, 0, 0})}));
     const auto before = Seen();
-    for (int frame = 0; frame < 8; frame++) EXPECT_EQ(Seen(), before);
+    for (int frame = 0; frame < 8; ++frame) EXPECT_EQ(Seen(), before);
     const GpuSceneStatistics& statistics = render.scene.Statistics();
     EXPECT_EQ(statistics.compactionsPending, 0u);
     if (statistics.isCompactionOff)
@@ -216,7 +216,7 @@ TEST_F(CompactionTest, NoRayReadsTheOldStructures) {
     const GpuSceneStatistics statistics = render.scene.Statistics();
     std::vector<rhi::Buffer> others;
     rhi::CommandList commands = Device().BeginCommands("write over what is free");
-    for (int i = 0; i < 16; i++) {
+    for (int i = 0; i < 16; ++i) {
         others.push_back(Device().CreateBuffer(
             {.name = "other",
              .size = statistics.blasBytesBuilt / statistics.blasCount,
@@ -241,7 +241,7 @@ TEST_F(CompactionTest, OldStructuresAreFreed) {
             return int64_t(Device().Memory().usedBytes);
         };
         const int64_t before = used();
-        for (int frame = 0; frame < 6; frame++) used();
+        for (int frame = 0; frame < 6; ++frame) used();
         EXPECT_EQ(other.scene.Statistics().compactionsPending, 0u);
         structureBytes = int64_t(other.scene.Statistics().blasBytesBuilt);
         return used() - before;
@@ -252,7 +252,7 @@ TEST_F(CompactionTest, OldStructuresAreFreed) {
 }
 
 TEST_F(GpuSceneTest, SetScene_ReplacesTheSceneInFlight) {
-    for (int i = 0; i < 6; i++) {
+    for (int i = 0; i < 6; ++i) {
         const float x = float(i % 3 - 1);
         render.scene.SetScene(SceneOf({BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))}, {Translation({x, 0, 0})}));
         std::array<uint32_t, 3> expected{kMiss, kMiss, kMiss};
@@ -357,9 +357,9 @@ TEST_F(GpuSceneTest, SetViewpoint_ThoseThatTakeTurnsLeaveTheOrigin) {
     scene.instances.push_back({.mesh = 0, .objectToWorld = Translation({600, 0, 0})});
     render.scene.SetScene(std::move(scene));
     const auto rebuilds = [&](std::initializer_list<double> places, int rounds) {
-        for (int frame = 0; frame < 4; frame++) Seen();
+        for (int frame = 0; frame < 4; ++frame) Seen();
         const uint64_t before = render.scene.Statistics().tlasRebuilds;
-        for (int round = 0; round < rounds; round++)
+        for (int round = 0; round < rounds; ++round)
             for (const double x : places) {
                 render.scene.SetViewpoint({x, 0.0, 5.0});
                 Seen();

@@ -136,7 +136,7 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
 TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
     GltfDocument document;
     document.AddTriangle()["material"] = 0;
-    for (uint32_t i = 0; i < 7; i++) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
+    for (uint32_t i = 0; i < 7; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
     const auto ref = [](int index, int set) { return Json{{"index", index}, {"texCoord", set}}; };
     Json material{
         {"pbrMetallicRoughness", {{"baseColorTexture", ref(0, 1)}, {"metallicRoughnessTexture", ref(1, 0)}}},
@@ -160,7 +160,7 @@ TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
                                record.specularTexture,    record.specularColorTexture,
                                record.transmissionTexture};
     const uint32_t firstSlot = fields[0] & ~gpu::kSecondTexCoord;
-    for (uint32_t i = 0; i < 7; i++) {
+    for (uint32_t i = 0; i < 7; ++i) {
         ASSERT_TRUE(refs[i].IsPresent()) << i;
         const scene::Texture& texture = scene.textures.at(static_cast<size_t>(refs[i].texture));
         EXPECT_EQ(scene.images.at(texture.image).width, i + 1);
@@ -185,7 +185,7 @@ TEST_F(ImportedScene, EveryFieldOfAPunctualLightIsInItsRecord) {
     ])"_json;
     // A quarter turn about +x carries -z to +y
     const double half = std::numbers::sqrt2 / 2.0;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; ++i)
         document.AddNode({{"extensions", {{"KHR_lights_punctual", {{"light", i}}}}},
                           {"translation", {1 + i, 2, 3}},
                           {"rotation", {half, 0, 0, half}}});
@@ -223,7 +223,7 @@ TEST_F(ImportedScene, EveryKindOfPunctualLightLightsAsItsFileSays) {
     const double share = (cosine - std::cos(0.5)) / (std::cos(0.2) - std::cos(0.5));
     const double kExpected[] = {4.0 / pi, 8.0 * cosine / (pi * square),
                                 8.0 * cosine * share * share / (pi * square), 0.0};
-    for (size_t i = 0; i < 4; i++) {
+    for (size_t i = 0; i < 4; ++i) {
         GltfDocument document;
         document.AddMaterial(Json::object());
         document.AddNode({{"mesh", document.AddMesh(Square(document, {}, 0))}});
@@ -246,7 +246,7 @@ TEST_F(ImportedScene, EveryFieldOfACameraIsInItsRecord) {
     ])"_json;
     // A quarter turn about +y carries -z to -x and +x to -z; scale does not count
     const double half = std::numbers::sqrt2 / 2.0;
-    for (int i = 0; i < 2; i++)
+    for (int i = 0; i < 2; ++i)
         document.AddNode({{"camera", i},
                           {"translation", {5 + i, 6, 7}},
                           {"rotation", {0, half, 0, half}},
@@ -365,9 +365,9 @@ TEST_F(ImportedScene, SamplersOfTheFileWrapAndFilterWhatIsSeen) {
                 sampler);
             document.AddMaterial({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}});
             const float places[] = {-0.375f, 0.375f, 0.875f, 1.375f};
-            for (size_t i = 0; i < 4; i++) {
+            for (size_t i = 0; i < 4; ++i) {
                 std::vector<float> uv;
-                for (int corner = 0; corner < 4; corner++) {
+                for (int corner = 0; corner < 4; ++corner) {
                     uv.push_back(isAlongU ? places[i] : 0.5f);
                     uv.push_back(isAlongU ? 0.5f : places[i]);
                 }
@@ -376,7 +376,7 @@ TEST_F(ImportedScene, SamplersOfTheFileWrapAndFilterWhatIsSeen) {
             }
             render.scene.SetScene(test::Load(document));
             const FloatImage albedo = render.PrimaryHits(Facing(8.0f, 8)).albedo;
-            for (uint32_t i = 0; i < 4; i++)
+            for (uint32_t i = 0; i < 4; ++i)
                 EXPECT_NEAR(albedo.At(2 * i, 3).y, expected.at[i], 0.01f)
                     << "wrap " << expected.wrap << ", filter " << expected.filter << ", at " << places[i]
                     << (isAlongU ? " along u" : " along v");

@@ -122,7 +122,7 @@ TEST_F(LightSetTest, TablesOnTheDeviceAreThoseOfTheScene) {
     EXPECT_EQ(render.scene.Statistics().emissiveTriangleCount, 4u);
     EXPECT_EQ(render.scene.Statistics().lightCount, 5u);
     ASSERT_EQ(tables.lights.size(), 5u);
-    for (uint32_t light = 0; light < 4; light++) {
+    for (uint32_t light = 0; light < 4; ++light) {
         const gpu::LightRecord& record = tables.lights[light];
         EXPECT_EQ(record.kind, gpu::kLightTriangle);
         EXPECT_EQ(record.p0.z, 1.0f);
@@ -137,7 +137,7 @@ TEST_F(LightSetTest, TablesOnTheDeviceAreThoseOfTheScene) {
     EXPECT_EQ(tables.instances[0].triangleLights, 0u) << "a wall has no lights";
     EXPECT_EQ(tables.nodes[0].boundsMax.x, 5.5f);
     float sum = 0.0f;
-    for (size_t i = 0; i < 6; i++) sum += tables.alias[i].probability;
+    for (size_t i = 0; i < 6; ++i) sum += tables.alias[i].probability;
     EXPECT_NEAR(sum, 1.0f, 1e-6f);
     ASSERT_EQ(tables.environment.size(), 2u);
     EXPECT_EQ(tables.environment[1].probability, 1.0f);
@@ -188,14 +188,14 @@ TEST_F(LightSetTest, OriginThatMovesPlacesTheLightsAgain) {
     const Tables built = Frame();
     EXPECT_EQ(Rebuilds(), 2u);
     ASSERT_EQ(moved.lights.size(), built.lights.size());
-    for (size_t i = 0; i < moved.lights.size(); i++) {
+    for (size_t i = 0; i < moved.lights.size(); ++i) {
         EXPECT_EQ(moved.lights[i].p0, built.lights[i].p0) << i;
         EXPECT_EQ(moved.lights[i].spotOffsetOrClearance, built.lights[i].spotOffsetOrClearance) << i;
         EXPECT_EQ(moved.lights[i].bitTrail, before.lights[i].bitTrail) << i;
         EXPECT_NEAR(before.lights[i].p0.x - moved.lights[i].p0.x, 39 * 128.0, 1e-3) << i;
     }
     ASSERT_EQ(moved.set.nodeCount, 9u);
-    for (uint32_t i = 0; i < moved.set.nodeCount; i++) {
+    for (uint32_t i = 0; i < moved.set.nodeCount; ++i) {
         EXPECT_EQ(moved.nodes[i].link, built.nodes[i].link) << i;
         EXPECT_EQ(moved.nodes[i].boundsMin, built.nodes[i].boundsMin) << i;
         EXPECT_EQ(moved.nodes[i].boundsMax, built.nodes[i].boundsMax) << i;
@@ -220,7 +220,7 @@ TEST_F(LightSetTest, EnvironmentIsOneMoreLight) {
     EXPECT_EQ(Rebuilds(), 2u) << "turning it changes no power";
 
     image::ImageF map{.width = 4, .height = 2, .rgba = std::vector<float>(32, 0.0f)};
-    for (size_t c = 0; c < 4; c++) map.rgba[c] = 100'000.0f;
+    for (size_t c = 0; c < 4; ++c) map.rgba[c] = 100'000.0f;
     render.scene.SetEnvironmentMap(map);
     tables = Frame();
     EXPECT_EQ(tables.set.environmentWidth, 4u);

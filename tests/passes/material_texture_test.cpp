@@ -50,7 +50,7 @@ TraceSettings Orthographic(float height, Extent2D extent) {
 // 4 x 3 texels, no two alike in any channel.
 scene::ImageData TwelveTexels() {
     scene::ImageData image{.name = "twelve texels", .width = 4, .height = 3, .rgba = {}};
-    for (uint32_t i = 0; i < 12; i++)
+    for (uint32_t i = 0; i < 12; ++i)
         for (const uint32_t step : {83u, 131u, 37u, 59u})
             image.rgba.push_back(static_cast<uint8_t>((20 + step * i) % 256));
     return image;
@@ -80,7 +80,7 @@ void AddTwoTexels(scene::SceneData& scene) {
 // A texel as a material's slot reads it.
 glm::vec4 Texel(int set, ColorSpace space) {
     glm::dvec4 value;
-    for (int channel = 0; channel < 4; channel++) {
+    for (int channel = 0; channel < 4; ++channel) {
         const double stored = kTexels[set][channel] / 255.0;
         value[channel] = space == ColorSpace::Srgb && channel < 3 ? test::DecodeSrgb(stored) : stored;
     }
@@ -146,8 +146,8 @@ scene::SceneData QuadOf(const Material& material) {
 
 double MeanDifference(const FloatImage& a, const FloatImage& b) {
     double sum = 0.0;
-    for (size_t i = 0; i < a.values.size(); i++)
-        for (int channel = 0; channel < 3; channel++)
+    for (size_t i = 0; i < a.values.size(); ++i)
+        for (int channel = 0; channel < 3; ++channel)
             sum += std::abs(double{a.values[i][channel]} - double{b.values[i][channel]});
     return sum / (3.0 * double(a.values.size()));
 }
@@ -167,7 +167,7 @@ TEST_F(MaterialTextures, EverySlotIsMultipliedWithItsFactorByChannelSpaceAndUvSe
         for (const Slot& slot : kSlots) {
             if (alphaMode == scene::AlphaMode::Blend && slot.texture != &Material::baseColorTexture) continue;
             FloatImage bySet[2];
-            for (int set = 0; set < 2; set++) {
+            for (int set = 0; set < 2; ++set) {
                 SCOPED_TRACE(std::string(slot.name) + ", set " + std::to_string(set));
                 Material expected = plain, textured = plain;
                 slot.apply(expected, Texel(set, slot.space));
@@ -195,7 +195,7 @@ TEST_F(MaterialTextures, EveryWrapModeAndFilterReadsWhatItsDefinitionSays) {
     std::vector<scene::Mesh> meshes;
     std::vector<Material> materials;
     std::vector<glm::mat4x3> transforms;
-    for (uint32_t tile = 0; tile < kColumns * kRows; tile++) {
+    for (uint32_t tile = 0; tile < kColumns * kRows; ++tile) {
         const int set = int(tile / 18);
         scene.textures.push_back(
             {.name = "tile",
@@ -224,18 +224,18 @@ TEST_F(MaterialTextures, EveryWrapModeAndFilterReadsWhatItsDefinitionSays) {
     render.scene.SetScene(std::move(placed));
     const FloatImage albedo =
         render.PrimaryHits(Orthographic(float(kRows), {kColumns * kTile, kRows * kTile})).albedo;
-    for (uint32_t tile = 0; tile < kColumns * kRows; tile++) {
+    for (uint32_t tile = 0; tile < kColumns * kRows; ++tile) {
         const bool isLinear = tile / 9 % 2 != 0;
         // A device may round the weights of a linear filter to 8 bits, and its result to as many
         const double tolerance = isLinear ? 3.0 / 255.0 : kDecoding;
         double worst = 0.0;
-        for (uint32_t y = 0; y < kTile; y++)
-            for (uint32_t x = 0; x < kTile; x++) {
+        for (uint32_t y = 0; y < kTile; ++y)
+            for (uint32_t x = 0; x < kTile; ++x) {
                 const glm::dvec2 share((x + 0.5) / kTile, (y + 0.5) / kTile);
                 const glm::dvec2 uv = glm::dvec2(first) + share * glm::dvec2(last - first);
                 const glm::dvec4 expected = test::ReadTexture(scene, tile, uv);
                 const glm::vec4& seen = albedo.At(tile % kColumns * kTile + x, tile / kColumns * kTile + y);
-                for (int channel = 0; channel < 3; channel++)
+                for (int channel = 0; channel < 3; ++channel)
                     worst = std::max(worst, std::abs(double{seen[channel]} - expected[channel]));
             }
         EXPECT_LT(worst, tolerance) << "wrap " << tile % 3 << " by " << tile / 3 % 3

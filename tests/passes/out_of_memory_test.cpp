@@ -69,7 +69,7 @@ TEST_F(OutOfMemoryTest, SetScene_LeavesTheSceneThatWasThere_WhicheverAllocationF
             isSet = true;
         } catch (const Error& error) {
             EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
-            failureCount++;
+            ++failureCount;
         }
         const FloatImage after = render.TraceOnce(settings);
         ASSERT_EQ(after.values == before.values, !isSet) << failureCount;

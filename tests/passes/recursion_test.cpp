@@ -36,8 +36,8 @@ class LambertPathTest : public VulkanTest {
 // Largest difference of a component, relative to the larger of the two.
 double LargestRelativeDifference(const FloatImage& a, const FloatImage& b) {
     double largest = 0.0;
-    for (size_t i = 0; i < a.values.size(); i++)
-        for (int c = 0; c < 3; c++) {
+    for (size_t i = 0; i < a.values.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
             const double x = double{a.values[i][c]}, y = double{b.values[i][c]};
             if (x != y) largest = std::max(largest, std::abs(x - y) / std::max(std::abs(x), std::abs(y)));
         }

@@ -97,14 +97,14 @@ TEST_F(SceneMemoryTest, SetScene_TakesWhatItsStructuresNeedOrLeavesTheOldScene) 
             isSet = true;
         } catch (const Error& error) {
             EXPECT_EQ(error.Kind(), ErrorKind::OutOfMemory);
-            failureCount++;
+            ++failureCount;
         }
         LeaveMemory(kOfFrames);
         ASSERT_EQ(Seen(render), isSet ? newScene : oldScene) << failureCount;
         Device().LimitMemory(0);
     }
     EXPECT_GE(failureCount, 2u);
-    for (int frame = 0; frame < 8; frame++) EXPECT_EQ(Seen(render), newScene);
+    for (int frame = 0; frame < 8; ++frame) EXPECT_EQ(Seen(render), newScene);
 }
 
 // What is in flight still uses the old scene when the empty one comes.
@@ -123,9 +123,9 @@ TEST_F(SceneMemoryTest, EmptyScene_MakesRoomForOneThatDidNotFitBesideTheOld) {
             render.scene.SetScene(Sphere(1.0f, 64));
             fitsBeside = true;
         } catch (const Error&) {
-            failureCount++;
+            ++failureCount;
             rhi::CommandList fills = Device().BeginCommands("in flight");
-            for (uint32_t i = 0; i < 64; i++) {
+            for (uint32_t i = 0; i < 64; ++i) {
                 fills.FullBarrier();
                 fills.Fill(large, i);
             }
@@ -159,13 +159,13 @@ TEST_F(SceneMemoryTest, DataThatDidNotFitIsSpentAndRefused) {
 TEST_F(SceneMemoryTest, SetMaterial_TakesWhatItsStructuresNeedOrChangesNothing) {
     const std::array<uint32_t, 2> there{0, kMiss}, gone{kMiss, kMiss};
     render.scene.SetScene(Sphere(-1.0f, 64));
-    for (int frame = 0; frame < 8; frame++) ASSERT_EQ(Seen(render), there);
+    for (int frame = 0; frame < 8; ++frame) ASSERT_EQ(Seen(render), there);
     scene::Material clear = Lambert(glm::vec3(0.5f));
     clear.alphaMode = scene::AlphaMode::Mask;
     clear.baseColorFactor.a = 0.0f;
     const SceneRevisions before = render.scene.Revisions();
     LeaveMemory(64u << 10);
-    for (int attempt = 0; attempt < 2; attempt++) {
+    for (int attempt = 0; attempt < 2; ++attempt) {
         EXPECT_EQ(ErrorOf([&] { render.scene.SetMaterial(0, clear); }).Kind(), ErrorKind::OutOfMemory);
         EXPECT_EQ(render.scene.Revisions(), before);
         EXPECT_EQ(Seen(render), there);

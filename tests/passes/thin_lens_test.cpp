@@ -48,8 +48,8 @@ class ThinLens : public VulkanTest {
     static Light Measure(const FloatImage& image) {
         Light light;
         const auto each = [&](auto&& add) {
-            for (uint32_t y = 0; y < kHeight; y++)
-                for (uint32_t x = 0; x < kWidth; x++)
+            for (uint32_t y = 0; y < kHeight; ++y)
+                for (uint32_t x = 0; x < kWidth; ++x)
                     add(glm::dvec2(x + 0.5 - 0.5 * kWidth, 0.5 * kHeight - y - 0.5) * kPixel,
                         double{image.At(x, y).y});
         };
@@ -76,7 +76,7 @@ TEST_F(ThinLens, Trace_BlursPointsBeforeAndBehindTheFocusByTheCircleOfConfusion)
         const glm::vec3 place(0.05f * distance, 0.02f * distance, -distance);
         const Light sharp = Seen(place, 0.0f, 16), blurred = Seen(place, kRadius);
         const double radius = kRadius * std::abs(1.0 / kFocus - 1.0 / distance);
-        for (int axis = 0; axis < 2; axis++) {
+        for (int axis = 0; axis < 2; ++axis) {
             EXPECT_NEAR(blurred.variance[axis] - sharp.variance[axis], 0.25 * radius * radius,
                         0.1 * 0.25 * radius * radius)
                 << "axis " << axis << " at " << distance;
@@ -90,7 +90,7 @@ TEST_F(ThinLens, Trace_IsSharpOnAPlaneAcrossTheView) {
     for (const glm::vec2 off : {glm::vec2(0.0f), glm::vec2(0.4f, 0.0f), glm::vec2(-0.35f, 0.15f)}) {
         const glm::vec3 place(kFocus * off, -kFocus);
         const Light sharp = Seen(place, 0.0f, 16), seen = Seen(place, 0.5f, 16);
-        for (int axis = 0; axis < 2; axis++) {
+        for (int axis = 0; axis < 2; ++axis) {
             EXPECT_NEAR(seen.mean[axis], off[axis], 0.1 * kPixel);
             EXPECT_NEAR(seen.variance[axis], sharp.variance[axis], 0.1 * kPixel * kPixel);
         }

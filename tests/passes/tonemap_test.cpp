@@ -27,9 +27,9 @@ constexpr float kCode = 1.0f / 255.0f + 1e-4f;
 // Colors from far below to far above the displayable range, of every hue.
 std::vector<float> Colors() {
     std::vector<float> values;
-    for (uint32_t i = 0; i < kWidth; i++) {
+    for (uint32_t i = 0; i < kWidth; ++i) {
         const float luminance = std::exp2(-12.0f + 20.0f * float(i) / kWidth);
-        for (uint32_t channel = 0; channel < 3; channel++)
+        for (uint32_t channel = 0; channel < 3; ++channel)
             values.push_back(luminance * (0.2f + 0.8f * float((i * (channel + 3)) % 7) / 6.0f));
         values.push_back(float(i % 5) / 4.0f);
     }
@@ -47,11 +47,11 @@ TEST_F(TonemapTest, Tonemap_EveryOperatorIsTheCpusWithinOneCode) {
                 const TextureId radiance = h.Texture("radiance", {kWidth, 1}, Format::Rgba32Float, colors);
                 return passes::Tonemap(h.Graph(), radiance, {exposure, op});
             });
-            for (uint32_t i = 0; i < kWidth; i++) {
+            for (uint32_t i = 0; i < kWidth; ++i) {
                 const shading::vec3 expected =
                     shading::Tonemap(shading::vec3(colors[4 * i], colors[4 * i + 1], colors[4 * i + 2]),
                                      exposure, uint32_t(op));
-                for (uint32_t channel = 0; channel < 3; channel++)
+                for (uint32_t channel = 0; channel < 3; ++channel)
                     EXPECT_NEAR(shown.At(i, 0)[channel], expected[int(channel)], kCode)
                         << "operator " << int(op) << ", exposure " << exposure << ", color " << i;
                 EXPECT_NEAR(shown.At(i, 0)[3], colors[4 * i + 3], kCode);
@@ -65,8 +65,8 @@ TEST_F(TonemapTest, Tonemap_NanAndNegativeAreBlack) {
                                              {NAN, -1.0f, 0.0f, 1.0f, 1e30f, INFINITY, 1.0f, 1.0f});
         return passes::Tonemap(h.Graph(), radiance, {0.0f, TonemapOperator::Srgb});
     });
-    for (uint32_t channel = 0; channel < 3; channel++) EXPECT_EQ(shown.At(0, 0)[channel], 0.0f);
-    for (uint32_t channel = 0; channel < 3; channel++) EXPECT_EQ(shown.At(1, 0)[channel], 1.0f);
+    for (uint32_t channel = 0; channel < 3; ++channel) EXPECT_EQ(shown.At(0, 0)[channel], 0.0f);
+    for (uint32_t channel = 0; channel < 3; ++channel) EXPECT_EQ(shown.At(1, 0)[channel], 1.0f);
 }
 
 TEST_F(TonemapTest, Tonemap_EveryOptionChangesColorOrAlphaAndNotTheOther) {
@@ -95,7 +95,7 @@ TEST_F(TonemapTest, Tonemap_EveryOptionChangesColorOrAlphaAndNotTheOther) {
                                    settings);
         });
         Shown shown;
-        for (uint32_t i = 0; i < 4 * kWidth; i++)
+        for (uint32_t i = 0; i < 4 * kWidth; ++i)
             (i % 4 == 3 ? shown.alpha : shown.color).push_back(texels.values[i]);
         return shown;
     };

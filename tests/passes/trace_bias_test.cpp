@@ -25,10 +25,10 @@ class TraceBias : public VulkanTest {
         const Readback radiance = render.renderer.ReadBack(traced.radiance);
         const Readback counts = render.renderer.ReadBack(traced.counts);
         std::array<Readback, passes::kPathPartCount> parts;
-        for (size_t i = 0; i < parts.size(); i++) parts[i] = render.renderer.ReadBack(traced.parts[i]);
+        for (size_t i = 0; i < parts.size(); ++i) parts[i] = render.renderer.ReadBack(traced.parts[i]);
         render.renderer.Execute();
         Counted result{.radiance = ToFloatImage(radiance), .parts = {}, .counts = {}};
-        for (size_t i = 0; i < parts.size(); i++) result.parts[i] = ToFloatImage(parts[i]);
+        for (size_t i = 0; i < parts.size(); ++i) result.parts[i] = ToFloatImage(parts[i]);
         counts.Wait();
         std::memcpy(&result.counts, counts.Bytes().data(), sizeof result.counts);
         return result;
@@ -48,13 +48,13 @@ TEST_F(TraceBias, Trace_InfiniteSampleIsBlackAndCounted) {
     settings.lights.isOn = false;
     const Counted traced = TraceCounted(settings);
     uint32_t black = 0;
-    for (size_t i = 0; i < traced.radiance.values.size(); i++) {
+    for (size_t i = 0; i < traced.radiance.values.size(); ++i) {
         const glm::vec4& texel = traced.radiance.values[i];
         const bool isOnSurface = texel.w == 1.0f;
         black += isOnSurface ? 1 : 0;
         ASSERT_EQ(glm::vec3(texel), glm::vec3(isOnSurface ? 0.0f : 2e38f)) << i;
         for (const FloatImage& part : traced.parts)
-            for (int c = 0; c < 3; c++) ASSERT_TRUE(std::isfinite(part.values[i][c])) << i;
+            for (int c = 0; c < 3; ++c) ASSERT_TRUE(std::isfinite(part.values[i][c])) << i;
     }
     EXPECT_GT(black, 20u);
     EXPECT_LT(black, 16u * 16u);
@@ -86,8 +86,8 @@ TEST_F(TraceBias, Trace_ClampIndirectCutsWhatWasScatteredTwiceOrMore) {
     const Counted clamped = TraceCounted(settings);
     EXPECT_EQ(part(clamped, passes::PathPart::Emission), part(free, passes::PathPart::Emission));
     EXPECT_EQ(part(clamped, passes::PathPart::Direct), part(free, passes::PathPart::Direct));
-    for (size_t i = 0; i < clamped.radiance.values.size(); i++)
-        for (int c = 0; c < 3; c++) {
+    for (size_t i = 0; i < clamped.radiance.values.size(); ++i)
+        for (int c = 0; c < 3; ++c) {
             ASSERT_NEAR(part(free, passes::PathPart::Indirect)[i][c], 0.375f * emitted[c], 1e-4f);
             ASSERT_NEAR(part(clamped, passes::PathPart::Indirect)[i][c], 0.325f * emitted[c], 1e-4f);
             ASSERT_NEAR(clamped.radiance.values[i][c], 1.825f * emitted[c], 1e-4f);
@@ -141,7 +141,7 @@ TEST_F(TraceBias, Trace_ShadowTerminatorBrightensWhereLightGrazesASphereOfFewTri
     const FloatImage truth = picture(96, false), off = picture(8, false), on = picture(8, true);
     const float brightest = 0.8f / 3.14159265f;
     glm::dvec3 grazed(0.0), lit(0.0);  // sums of the three
-    for (size_t i = 0; i < truth.values.size(); i++)
+    for (size_t i = 0; i < truth.values.size(); ++i)
         (truth.values[i].y > 0.25f * brightest ? lit : grazed) +=
             glm::dvec3(truth.values[i].y, off.values[i].y, on.values[i].y);
     EXPECT_GT(grazed.z, 1.1 * grazed.y);

@@ -26,7 +26,7 @@ class TraceBoundary : public VulkanTest {
 // Side by side: an opaque sheet, one that lets light through, and the face of a volume.
 TEST_F(TraceBoundary, Trace_IndexZeroReflectsAllAndWithAVolumeToo) {
     std::vector<scene::Material> materials(3);
-    for (size_t i = 0; i < materials.size(); i++) {
+    for (size_t i = 0; i < materials.size(); ++i) {
         materials[i].baseColorFactor = {0.1f, 0.2f, 0.3f, 1.0f};
         materials[i].metallicFactor = 0.0f;
         materials[i].roughnessFactor = 0.0f;
@@ -43,7 +43,7 @@ TEST_F(TraceBoundary, Trace_IndexZeroReflectsAllAndWithAVolumeToo) {
         settings.scattering.fresnel = model;
         // Where no sheet is the environment is, and as bright
         for (const glm::vec4& texel : render.Render(settings, 4).mean.values)
-            for (int c = 0; c < 3; c++) ASSERT_NEAR(texel[c], 1.0f, 1e-4f) << static_cast<int>(model);
+            for (int c = 0; c < 3; ++c) ASSERT_NEAR(texel[c], 1.0f, 1e-4f) << static_cast<int>(model);
     }
 }
 

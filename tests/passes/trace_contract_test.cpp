@@ -84,7 +84,7 @@ TEST_F(TraceContract, Trace_CountsItsRays) {
     render.renderer.Execute();
     counts.Wait();
     const auto* rays = reinterpret_cast<const float*>(counts.Bytes().data());
-    for (size_t i = 0; i < counts.Bytes().size() / sizeof(float); i++)
+    for (size_t i = 0; i < counts.Bytes().size() / sizeof(float); ++i)
         ASSERT_EQ(rays[i], 3.0f) << "a closed box ends every path at the depth limit";
     EXPECT_TRUE(SameBits(ToFloatImage(counted), render.TraceOnce(settings)))
         << "counting must not change the picture";
@@ -96,9 +96,9 @@ TEST_F(TraceContract, PrimaryHits_NameInstanceMaterialAndTheFilesPrimitive) {
     scene::Primitive& primitive = sphere.primitives[0];
     const size_t count = primitive.TriangleCount();
     std::vector<uint32_t> shuffled;
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count; ++i) {
         const size_t source = i * 997 % count;  // 997 is prime: a permutation
-        for (size_t corner = 0; corner < 3; corner++)
+        for (size_t corner = 0; corner < 3; ++corner)
             shuffled.push_back(primitive.indices[3 * source + corner]);
     }
     primitive.indices = shuffled;
@@ -109,12 +109,12 @@ TEST_F(TraceContract, PrimaryHits_NameInstanceMaterialAndTheFilesPrimitive) {
                                   {Translation({9, 9, 9}), Translation(offset)}));
     const SceneRender::Hits hits = render.PrimaryHits(LookAt({0, 0, 4}, {0, 0, 0}, 0.7f, 48));
     uint32_t hitCount = 0;
-    for (size_t i = 0; i < hits.ids.size(); i++) {
+    for (size_t i = 0; i < hits.ids.size(); ++i) {
         if (hits.ids[i].x == 0xFFFFFFFFu) {
             EXPECT_TRUE(std::isinf(hits.position.values[i].w));
             continue;
         }
-        hitCount++;
+        ++hitCount;
         ASSERT_EQ(hits.ids[i].x, 1u);
         ASSERT_EQ(hits.ids[i].y, 1u);
         ASSERT_LT(hits.ids[i].z, count);
@@ -154,9 +154,9 @@ TEST_F(TraceContract, PrimaryHits_OrthographicRaysAreParallel) {
     settings.camera = ToRecord(view);
     const SceneRender::Hits hits = render.PrimaryHits(settings);
     uint32_t covered = 0;
-    for (size_t i = 0; i < hits.ids.size(); i++) {
+    for (size_t i = 0; i < hits.ids.size(); ++i) {
         if (hits.ids[i].x == 0xFFFFFFFFu) continue;
-        covered++;
+        ++covered;
         EXPECT_EQ(glm::vec3(hits.normal.values[i]), glm::vec3(0, 0, 1)) << "only the front face is seen";
     }
     EXPECT_EQ(covered, 32u * 32u) << "half the height, half the width";
@@ -168,9 +168,9 @@ TEST_F(TraceContract, PrimaryHits_MirroredInstanceKeepsItsFront) {
     render.scene.SetScene(SceneOf({SphereMesh(1.0f, 32)}, {Lambert(glm::vec3(0.5f))}, {mirrored}));
     const SceneRender::Hits hits = render.PrimaryHits(LookAt({0, 0, 5}, {0, 0, 0}, 0.5f, 32));
     uint32_t hitCount = 0;
-    for (size_t i = 0; i < hits.ids.size(); i++) {
+    for (size_t i = 0; i < hits.ids.size(); ++i) {
         if (hits.ids[i].x == 0xFFFFFFFFu) continue;
-        hitCount++;
+        ++hitCount;
         const glm::vec3 p(hits.position.values[i]);
         const glm::vec3 expected =
             glm::normalize(glm::vec3(p.x / 4.0f, p.y, p.z));  // gradient of the ellipsoid

@@ -25,10 +25,10 @@ class TraceGroups : public VulkanTest {
         const FloatImage all = ToFloatImage(tiles);
         const Extent2D across = passes::LightGroupTiles(scene.lightGroupCount), size = settings.extent;
         std::vector<FloatImage> pictures;
-        for (uint32_t group = 0; group < scene.lightGroupCount; group++) {
+        for (uint32_t group = 0; group < scene.lightGroupCount; ++group) {
             FloatImage& picture = pictures.emplace_back(FloatImage{size, {}});
-            for (uint32_t y = 0; y < size.height; y++)
-                for (uint32_t x = 0; x < size.width; x++)
+            for (uint32_t y = 0; y < size.height; ++y)
+                for (uint32_t x = 0; x < size.width; ++x)
                     picture.values.push_back(all.At(group % across.width * size.width + x,
                                                     group / across.width * size.height + y));
         }
@@ -68,10 +68,10 @@ TEST_F(TraceGroups, Trace_EveryLightIsInItsGroupAloneAndTheyAreTheRadiance) {
     EXPECT_TRUE(blue.x == 0.0 && blue.y == 0.0 && blue.z > 0.0);
     EXPECT_TRUE(sky.x > 0.0 && sky.x == sky.y && sky.y == sky.z);
     EXPECT_EQ(pictures[kRest].Mean(), glm::dvec3(0.0));
-    for (size_t i = 0; i < pictures[0].values.size(); i++) {
+    for (size_t i = 0; i < pictures[0].values.size(); ++i) {
         glm::dvec4 sum(0.0);
-        for (size_t group = 0; group < 5; group++) sum += glm::dvec4(pictures[group].values[i]);
-        for (int c = 0; c < 3; c++)
+        for (size_t group = 0; group < 5; ++group) sum += glm::dvec4(pictures[group].values[i]);
+        for (int c = 0; c < 3; ++c)
             ASSERT_NEAR(sum[c], pictures[5].values[i][c], 1e-5 * std::max(1e-3, sum[c])) << i;
     }
     const FloatImage alone = render.TraceOnce(settings);

@@ -155,7 +155,7 @@ TEST_F(TraceLights, Trace_SunDiscInTheEnvironmentGivesItsSolidAngle) {
     map.rgba.assign(size_t{4} * width * height, 0.0f);
     const uint32_t column = 3 * width / 4, row = height / 2 - 30;
     const float radiance = 90000.0f;  // above the half-float range
-    for (int channel = 0; channel < 3; channel++)
+    for (int channel = 0; channel < 3; ++channel)
         map.rgba[4 * (size_t{row} * width + column) + size_t(channel)] = radiance;
     const double theta = M_PI * (row + 0.5) / height;
     const double phi = 2.0 * M_PI * ((column + 0.5) / width - 0.75);  // from +z towards -x

@@ -240,7 +240,7 @@ TEST_F(TraceMaterials, Trace_MediumAbsorbsAsBeerAndLambertSay) {
     medium.attenuationDistance = 4.0f;
     const TraceSettings settings = Gltf({0, 0, 20}, {0, 0, 0}, 0.01f, 16);
     const glm::dvec3 seen = InUnitEnvironment(BoxMesh(1.0f), medium, settings, 16);
-    for (int channel = 0; channel < 3; channel++)
+    for (int channel = 0; channel < 3; ++channel)
         EXPECT_NEAR(seen[channel], std::sqrt(double{medium.attenuationColor[channel]}), 0.005);
 }
 

@@ -34,9 +34,9 @@ class TraceParts : public VulkanTest {
     SplitImage Split(TraceSettings settings, uint32_t sampleCount = 1) {
         passes::Accumulation sum("whole");
         std::vector<passes::Accumulation> sums;
-        for (size_t i = 0; i < kPathPartCount; i++) sums.emplace_back("part" + std::to_string(i));
+        for (size_t i = 0; i < kPathPartCount; ++i) sums.emplace_back("part" + std::to_string(i));
         SplitImage image;
-        for (uint32_t sample = 1; sample <= sampleCount; sample++, settings.sampleIndex++) {
+        for (uint32_t sample = 1; sample <= sampleCount; ++sample, ++settings.sampleIndex) {
             Renderer& renderer = render.renderer;
             renderer.BeginFrame();
             const SceneIds scene = render.scene.Declare(renderer);
@@ -50,7 +50,7 @@ class TraceParts : public VulkanTest {
                 return Readback();
             };
             whole = take(passes::Accumulate(renderer, traced.radiance, sum).mean);
-            for (size_t i = 0; i < kPathPartCount; i++) {
+            for (size_t i = 0; i < kPathPartCount; ++i) {
                 const passes::AccumulatedIds kept =
                     passes::Accumulate(renderer, traced.parts[i], sums[i], true);
                 means.push_back(take(kept.mean));
@@ -60,7 +60,7 @@ class TraceParts : public VulkanTest {
             if (!isLast) continue;
             image.radiance = ToFloatImage(whole);
             image.sampleCount = sampleCount;
-            for (size_t i = 0; i < kPathPartCount; i++) {
+            for (size_t i = 0; i < kPathPartCount; ++i) {
                 image.parts[i] = ToFloatImage(means[i]);
                 image.variances[i] = ToFloatImage(variances[i]);
             }
@@ -119,13 +119,13 @@ void ExpectNothingIn(const SplitImage& image, const std::vector<PathPart>& parts
 // That this part is all of the radiance.
 void ExpectAllIn(const SplitImage& image, PathPart part) {
     ASSERT_GT(image.radiance.Mean().y, 0.0);
-    for (size_t i = 0; i < image.radiance.values.size(); i++)
+    for (size_t i = 0; i < image.radiance.values.size(); ++i)
         ASSERT_EQ(glm::vec3(image[part].values[i]), glm::vec3(image.radiance.values[i])) << Name(part);
 }
 
 void ExpectSumsAreTheRadiance(const SplitImage& image) {
-    for (size_t i = 0; i < image.radiance.values.size(); i++)
-        for (int channel = 0; channel < 3; channel++) {
+    for (size_t i = 0; i < image.radiance.values.size(); ++i)
+        for (int channel = 0; channel < 3; ++channel) {
             const auto at = [&](PathPart part) { return double{image[part].values[i][channel]}; };
             const double radiance = image.radiance.values[i][channel];
             const double tolerance = 1e-5 * radiance;
@@ -160,7 +160,7 @@ TEST_F(TraceParts, Trace_TellingPartsApartLeavesTheRadiance) {
     // Other drivers may compile the longer shader with other roundings; few of them decide where a path goes.
     const bool isExact = Device().Info().isLavapipe;
     size_t same = 0;
-    for (size_t i = 0; i < alone.values.size(); i++) {
+    for (size_t i = 0; i < alone.values.size(); ++i) {
         const glm::vec4 difference = glm::abs(alone.values[i] - image.radiance.values[i]);
         const glm::vec4 limit = isExact ? glm::vec4(0.0f) : 1e-5f * glm::abs(alone.values[i]) + 1e-7f;
         same += glm::all(glm::lessThanEqual(difference, limit));

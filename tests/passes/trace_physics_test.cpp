@@ -23,7 +23,7 @@ class TracePhysics : public VulkanTest {
 void ExpectMean(const RenderedImage& image, double expected, double tolerance) {
     const glm::dvec3 mean = image.mean.Mean();
     const glm::dvec3 error = image.StandardErrorOfMean();
-    for (int channel = 0; channel < 3; channel++) {
+    for (int channel = 0; channel < 3; ++channel) {
         EXPECT_NEAR(mean[channel], expected, tolerance * expected) << "channel " << channel;
         EXPECT_LT(3.0 * error[channel], tolerance * expected) << "too noisy to prove anything";
     }
@@ -82,13 +82,13 @@ TEST_F(TracePhysics, Trace_TwoPlatesExchangeLightAsTheirViewFactorSays) {
 TEST_F(TracePhysics, Trace_EnvironmentMapPointsAlongItsAxes) {
     // A map of 64 x 32 texels whose color is the direction itself, and six cameras along the axes
     image::ImageF map{.width = 64, .height = 32, .rgba = {}};
-    for (uint32_t row = 0; row < map.height; row++)
-        for (uint32_t column = 0; column < map.width; column++) {
+    for (uint32_t row = 0; row < map.height; ++row)
+        for (uint32_t column = 0; column < map.width; ++column) {
             const double phi = 2.0 * M_PI * ((column + 0.5) / map.width - 0.5);
             const double theta = M_PI * (row + 0.5) / map.height;
             const glm::dvec3 d(std::sin(theta) * std::cos(phi), std::cos(theta),
                                std::sin(theta) * std::sin(phi));
-            for (int channel = 0; channel < 3; channel++) map.rgba.push_back(float(d[channel] + 1.0));
+            for (int channel = 0; channel < 3; ++channel) map.rgba.push_back(float(d[channel] + 1.0));
             map.rgba.push_back(1.0f);
         }
     render.scene.SetEnvironmentMap(map);

@@ -21,7 +21,7 @@ class TracePrecision : public VulkanTest {
         render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
         double largest = 0.0;
         for (const glm::vec4& texel : render.Render(settings, 4).mean.values)
-            for (int channel = 0; channel < 3; channel++)
+            for (int channel = 0; channel < 3; ++channel)
                 largest = std::max(
                     largest, std::abs(double{texel[channel]} / std::pow(kPassing[channel], thick) - 1.0));
         return largest;
@@ -137,7 +137,7 @@ TEST_F(TracePrecision, Trace_LitQuadWhosePlaceCancelsDoesNotShadowItself) {
             settings.roulette.kind = Roulette::Off;
             int darkCount = 0;
             for (const glm::vec4& texel : render.Render(settings, 4).mean.values)
-                if (texel.y < 0.4999f) darkCount++;
+                if (texel.y < 0.4999f) ++darkCount;
             EXPECT_EQ(darkCount, 0) << "vertices at " << far << ", tilted by " << tilt;
         }
     }

@@ -78,7 +78,7 @@ class TraceThinWalls : public VulkanTest {
     }
     void ExpectRadiance(const TraceSettings& settings, uint32_t samples, const glm::dvec3& expected) {
         const RenderedImage image = render.Render(settings, samples);
-        for (int channel = 0; channel < 3; channel++)
+        for (int channel = 0; channel < 3; ++channel)
             EXPECT_NEAR(image.mean.Mean()[channel], expected[channel], kTolerance * expected[channel])
                 << "channel " << channel;
         EXPECT_LE(3.0 * image.StandardErrorOfMean().y, kTolerance * expected.y)
@@ -93,7 +93,7 @@ class TraceThinWalls : public VulkanTest {
 TEST_F(TraceThinWalls, Trace_SunThroughPanesIsDimmedByTheReflectionAndTintOfEach) {
     for (const int count : {1, 2, 5}) {
         std::vector<float> heights;
-        for (int i = 0; i < count; i++) heights.push_back(0.5f + 0.1f * float(i));
+        for (int i = 0; i < count; ++i) heights.push_back(0.5f + 0.1f * float(i));
         SetFloorUnder(heights, Sun(3.0f));
         const glm::dvec3 passed = glm::pow(glm::dvec3(kTint) * 0.96, glm::dvec3(count));
         ExpectRadiance(View(), 1, glm::dvec3(kAlbedo) * passed * (3.0 / M_PI));

@@ -80,7 +80,7 @@ TEST_F(FailingCallTest, SubmissionThatHasNotArrived_LeavesTheTimeline) {
 template <typename Make>
 uint32_t FailEach(rhi::Device& device, Make&& make) {
     const uint64_t used = device.Memory().usedBytes;
-    for (uint32_t failures = 0;; failures++) {
+    for (uint32_t failures = 0;; ++failures) {
         InjectFailure(InjectedFailure{.number = failures + 1, .lasts = true});
         try {
             make();

@@ -136,7 +136,7 @@ TEST_F(SeparateMemoryTest, AccelerationStructuresAreInTheDevicesOwnMemoryOrWaitF
         rest.pop_back();
     }
     ASSERT_EQ(device->Memory().fallbackBytes, 0u);
-    for (uint32_t i = 0; i < 2 * rhi::BlasBuilder::kRetryPolls; i++) EXPECT_FALSE(builder.Poll());
+    for (uint32_t i = 0; i < 2 * rhi::BlasBuilder::kRetryPolls; ++i) EXPECT_FALSE(builder.Poll());
     EXPECT_EQ(builder.Statistics().pending, 1u);
     const std::shared_ptr<rhi::Blas> another = builder.Add(desc);
     EXPECT_EQ(ErrorOf([&] { builder.Reserve(); }).Kind(), ErrorKind::OutOfMemory);
@@ -144,7 +144,7 @@ TEST_F(SeparateMemoryTest, AccelerationStructuresAreInTheDevicesOwnMemoryOrWaitF
 
     loader.Tell().deviceBytesLeft = ~uint64_t{0};
     bool hasWork = false;
-    for (uint32_t i = 0; i < rhi::BlasBuilder::kRetryPolls && !hasWork; i++) hasWork = builder.Poll();
+    for (uint32_t i = 0; i < rhi::BlasBuilder::kRetryPolls && !hasWork; ++i) hasWork = builder.Poll();
     EXPECT_TRUE(hasWork);
     EXPECT_NO_THROW(builder.Reserve());
     EXPECT_EQ(device->Memory().fallbackBytes, 0u);

@@ -260,7 +260,7 @@ TEST(BufferView, StrideNeedNotBeAMultipleOfFour) {
     const std::vector<glm::vec3> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     constexpr size_t kStride = 14;
     Bytes bytes(2 * kStride + sizeof(glm::vec3));
-    for (size_t i = 0; i < positions.size(); i++)
+    for (size_t i = 0; i < positions.size(); ++i)
         std::memcpy(&bytes[kStride * i], &positions[i], sizeof(glm::vec3));
     GltfDocument document;
     Json& primitive = document.AddTriangle();

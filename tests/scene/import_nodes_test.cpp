@@ -130,7 +130,7 @@ TEST(Nodes, PlacesFarFromTheOriginKeepTheDigitsOfTheFile) {
     const glm::dvec3 expected(far + near, 0.1, -far);  // of which float would keep 10000.0127
     const scene::Instance& instance = scene.instances[0];
     const scene::PlacedTransform placed{instance.objectToWorld, instance.translationRest};
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; ++i) {
         EXPECT_NEAR(placed.Place()[i], expected[i], 1e-9) << i;
         EXPECT_EQ(instance.objectToWorld[3][i], static_cast<float>(expected[i])) << i;
         EXPECT_NEAR(placed.RelativeTo(glm::dvec3(9984, 0, -9984))[3][i],

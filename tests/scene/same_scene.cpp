@@ -55,7 +55,7 @@ void ExpectSameCamera(const scene::Camera& a, const scene::Camera& b) {
 
 float Apart(const glm::mat4x3& a, const glm::mat4x3& b) {
     float most = 0.0f;
-    for (int i = 0; i < 4; i++) most = std::max(most, glm::length(a[i] - b[i]));
+    for (int i = 0; i < 4; ++i) most = std::max(most, glm::length(a[i] - b[i]));
     return most;
 }
 
@@ -63,38 +63,38 @@ void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tole
     EXPECT_EQ(a.name, b.name);
     EXPECT_EQ(a.nodeOrder, b.nodeOrder);
     ASSERT_EQ(a.nodes.size(), b.nodes.size());
-    for (size_t i = 0; i < a.nodes.size(); i++) {
+    for (size_t i = 0; i < a.nodes.size(); ++i) {
         EXPECT_EQ(a.nodes[i].name, b.nodes[i].name);
         EXPECT_EQ(a.nodes[i].parent, b.nodes[i].parent);
         EXPECT_EQ(a.nodes[i].mesh, b.nodes[i].mesh);
         EXPECT_LE(Apart(a.nodes[i].LocalTransform(), b.nodes[i].LocalTransform()), tolerance) << "node " << i;
     }
     ASSERT_EQ(a.meshes.size(), b.meshes.size());
-    for (size_t i = 0; i < a.meshes.size(); i++) {
+    for (size_t i = 0; i < a.meshes.size(); ++i) {
         ASSERT_EQ(a.meshes[i].primitives.size(), b.meshes[i].primitives.size());
-        for (size_t k = 0; k < a.meshes[i].primitives.size(); k++)
+        for (size_t k = 0; k < a.meshes[i].primitives.size(); ++k)
             ExpectSamePrimitive(a.meshes[i].primitives[k], b.meshes[i].primitives[k]);
     }
     ASSERT_EQ(a.materials.size(), b.materials.size());
-    for (size_t i = 0; i < a.materials.size(); i++) ExpectSameMaterial(a.materials[i], b.materials[i]);
+    for (size_t i = 0; i < a.materials.size(); ++i) ExpectSameMaterial(a.materials[i], b.materials[i]);
     ASSERT_EQ(a.textures.size(), b.textures.size());
-    for (size_t i = 0; i < a.textures.size(); i++) {
+    for (size_t i = 0; i < a.textures.size(); ++i) {
         EXPECT_EQ(a.textures[i].image, b.textures[i].image);
         EXPECT_EQ(a.textures[i].sampler, b.textures[i].sampler);
     }
     ASSERT_EQ(a.images.size(), b.images.size());
-    for (size_t i = 0; i < a.images.size(); i++) EXPECT_EQ(a.images[i].rgba, b.images[i].rgba);
+    for (size_t i = 0; i < a.images.size(); ++i) EXPECT_EQ(a.images[i].rgba, b.images[i].rgba);
     ASSERT_EQ(a.instances.size(), b.instances.size());
-    for (size_t i = 0; i < a.instances.size(); i++) {
+    for (size_t i = 0; i < a.instances.size(); ++i) {
         EXPECT_EQ(a.instances[i].mesh, b.instances[i].mesh);
         // What is saved of a node is rounded to float: a few steps of it where places are large
         const float steps = 4e-7f * glm::length(a.instances[i].objectToWorld[3]);
         EXPECT_LE(Apart(a.instances[i].objectToWorld, b.instances[i].objectToWorld), tolerance + steps);
     }
     ASSERT_EQ(a.cameras.size(), b.cameras.size());
-    for (size_t i = 0; i < a.cameras.size(); i++) ExpectSameCamera(a.cameras[i], b.cameras[i]);
+    for (size_t i = 0; i < a.cameras.size(); ++i) ExpectSameCamera(a.cameras[i], b.cameras[i]);
     ASSERT_EQ(a.lights.size(), b.lights.size());
-    for (size_t i = 0; i < a.lights.size(); i++) {
+    for (size_t i = 0; i < a.lights.size(); ++i) {
         EXPECT_EQ(a.lights[i].name, b.lights[i].name);
         EXPECT_EQ(a.lights[i].node, b.lights[i].node);
         ASSERT_EQ(a.lights[i].type, b.lights[i].type);

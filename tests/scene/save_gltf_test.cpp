@@ -63,7 +63,7 @@ TEST_F(SaveGltf, OwnScenesComeBackToTheBitAndTheSecondSaveIsTheFirst) {
         scene::SaveGltf(Target("saved.gltf"), scene, Target("again.gltf"));
         EXPECT_TRUE(first == TextOf(Target("again.gltf")));
         ExpectSame(scene, Save(entry.path(), scene, Target("saved.glb")));
-        count++;
+        ++count;
     }
     EXPECT_GE(count, 8u);
 }
@@ -91,7 +91,7 @@ TEST_F(SaveGltf, PublishedScenesComeBack) {
         const fs::path name = entry.path().stem().string() + extension.string();
         fs::create_directories(Target(std::to_string(count).c_str()));
         ExpectSame(edited, Save(entry.path(), edited, Target(std::to_string(count).c_str()) / name), 1e-5f);
-        count++;
+        ++count;
     }
     EXPECT_GE(count, 10u);
 }

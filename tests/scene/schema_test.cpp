@@ -179,7 +179,7 @@ TEST(Model, EachListIsCounted) {
         GltfDocument document;
         document.json.merge_patch(many.around);
         Json list = Json::array();
-        for (int i = 0; i < 20000; i++) list.push_back(many.element);
+        for (int i = 0; i < 20000; ++i) list.push_back(many.element);
         document.json[Json::json_pointer(many.list)] = std::move(list);
         const std::string text = document.Text();
         SceneFolder folder;

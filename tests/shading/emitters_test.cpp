@@ -29,8 +29,8 @@ class Emitters : public ::testing::Test {
     template <typename Lit>
     void SetTexture(uint32_t size, Lit&& lit, scene::WrapMode wrap = scene::WrapMode::Repeat) {
         scene::ImageData image{.name = {}, .width = size, .height = size, .rgba = {}};
-        for (uint32_t y = 0; y < size; y++)
-            for (uint32_t x = 0; x < size; x++)
+        for (uint32_t y = 0; y < size; ++y)
+            for (uint32_t x = 0; x < size; ++x)
                 image.rgba.insert(image.rgba.end(), 4, lit(x, y) ? uint8_t{255} : uint8_t{0});
         scene.images = {image};
         scene.textures = {{.name = {}, .image = 0, .sampler = {.wrapU = wrap, .wrapV = wrap}}};
@@ -41,7 +41,7 @@ class Emitters : public ::testing::Test {
     std::vector<Emitter> Find(std::vector<scene::Primitive> primitives) {
         std::vector<scene::Primitive*> pointers;
         GroupTriangles triangles;
-        for (uint32_t i = 0; i < primitives.size(); i++) {
+        for (uint32_t i = 0; i < primitives.size(); ++i) {
             const scene::Primitive& primitive = primitives[i];
             const auto first = static_cast<uint32_t>(triangles.positions.size());
             triangles.firstVertices.push_back(first);

@@ -246,7 +246,7 @@ TEST(Gltf, SmoothSurfacesAreDeltas) {
 TEST(Gltf, StraightShareIsWhatASmoothThinWallPasses) {
     std::mt19937 random(5u);
     std::uniform_real_distribution<float> unit(0.0f, 1.0f);
-    for (int i = 0; i < 200; i++) {
+    for (int i = 0; i < 200; ++i) {
         GltfBxDF lobe = Blend(0.0f);
         lobe.isThin = true;
         lobe.metallic = 0.8f * unit(random);
@@ -262,7 +262,7 @@ TEST(Gltf, StraightShareIsWhatASmoothThinWallPasses) {
         EXPECT_LT(length(through.wi + wo), 1e-6f);
         const vec3 share = StraightShare(lobe, lobe.eta, wo.z);
         EXPECT_EQ(StraightShare(wall), share);
-        for (int channel = 0; channel < 3; channel++)
+        for (int channel = 0; channel < 3; ++channel)
             EXPECT_NEAR(through.f[channel] * wo.z, share[channel], 2e-6f);
         // The rest of the wall: the same lobes, chosen as before among the samples that do not go straight
         const GltfBSDF rest = WithoutStraight(wall, chance);
@@ -272,7 +272,7 @@ TEST(Gltf, StraightShareIsWhatASmoothThinWallPasses) {
             EXPECT_EQ(before.flags, after.flags);
             EXPECT_LT(length(before.wi - after.wi), 1e-6f);
             EXPECT_NEAR(before.pdf, after.pdf * (1.0f - chance), 1e-5f * before.pdf);
-            for (int channel = 0; channel < 3; channel++)
+            for (int channel = 0; channel < 3; ++channel)
                 EXPECT_NEAR(before.f[channel], after.f[channel], 1e-5f * before.f[channel]);
         }
     }

@@ -23,7 +23,7 @@ struct Estimate {
 Estimate Irradiance(vec3 position, vec3 normal, uint sampleCount, uint seed = 1) {
     const LightContext context{position, normal};
     double sum = 0.0, squares = 0.0;
-    for (uint i = 0; i < sampleCount; i++) {
+    for (uint i = 0; i < sampleCount; ++i) {
         Sampler rng = StartPixelSample(uvec2(3u, 5u), i, seed);
         const float uc = Get1D(rng);
         const LightSample s = SampleLight(context, uc, Get2D(rng));
@@ -113,8 +113,8 @@ TEST(Irradiance, SphereOfTrianglesGivesPiTimesTheSquareOfItsSine) {
         const float phi = kTwoPi * float(segment % kSegments) / float(kSegments);
         return vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
     };
-    for (int ring = 0; ring < kRings; ring++)
-        for (int segment = 0; segment < kSegments; segment++) {
+    for (int ring = 0; ring < kRings; ++ring)
+        for (int segment = 0; segment < kSegments; ++segment) {
             testLights.AddTriangle(at(ring, segment), at(ring + 1, segment), at(ring + 1, segment + 1),
                                    vec3(1.5f));
             testLights.AddTriangle(at(ring, segment), at(ring + 1, segment + 1), at(ring, segment + 1),
@@ -136,8 +136,8 @@ TEST(Irradiance, ConstantEnvironmentGivesPiTimesItsRadiance) {
 // A dim sky with a disc of 2 degrees' radius, far above what a half float holds, about `sun` (rotation 0).
 image::ImageF SkyWithDisc(vec3 sun) {
     image::ImageF map{.width = 512, .height = 256, .rgba = {}};
-    for (uint32_t y = 0; y < map.height; y++)
-        for (uint32_t x = 0; x < map.width; x++) {
+    for (uint32_t y = 0; y < map.height; ++y)
+        for (uint32_t x = 0; x < map.width; ++x) {
             const vec2 uv((float(x) + 0.5f) / float(map.width), (float(y) + 0.5f) / float(map.height));
             const bool isSun = dot(DirectionFromEquirect(uv, 0.0f), sun) > std::cos(0.035f);
             const float value = isSun ? 2e5f : 0.1f + 0.1f * uv.y;
@@ -150,10 +150,10 @@ image::ImageF SkyWithDisc(vec3 sun) {
 double EnvironmentIrradiance(vec3 normal) {
     const uint32_t columns = 4 * testLights.map.width, rows = 4 * testLights.map.height;
     double sum = 0.0;
-    for (uint32_t row = 0; row < rows; row++) {
+    for (uint32_t row = 0; row < rows; ++row) {
         const float v = (float(row) + 0.5f) / float(rows);
         const double solidAngle = 2.0 * M_PI * M_PI / columns / rows * std::sin(M_PI * double(v));
-        for (uint32_t column = 0; column < columns; column++) {
+        for (uint32_t column = 0; column < columns; ++column) {
             const vec2 uv((float(column) + 0.5f) / float(columns), v);
             const vec3 d = DirectionFromEquirect(uv, testLights.scene.environmentRotation);
             sum += solidAngle * std::max(0.0, double(dot(d, normal))) * double(EnvironmentRadiance(d).y);
@@ -202,19 +202,19 @@ TEST(Irradiance, TreeHasAQuarterOfTheVarianceOfUniformChoiceInASceneOfManyLights
     const auto uniform = [&] { return float(random() >> 8) * 0x1p-24f; };
     const auto place = [&] { return 20.0f * vec3(uniform(), uniform(), 0.4f * uniform()); };
     testLights = {};
-    for (int i = 0; i < 2000; i++) {
+    for (int i = 0; i < 2000; ++i) {
         const vec3 p = place();
         const Frame frame = FrameFromZ(SampleUniformSphere(vec2(uniform(), uniform())));
         testLights.AddTriangle(p, p + 0.1f * frame.x, p + 0.1f * frame.y, vec3(20.0f + 200.0f * uniform()));
     }
-    for (int i = 0; i < 200; i++)
+    for (int i = 0; i < 200; ++i)
         testLights.AddPunctual(scene::LightType::Point, place(), kUp, vec3(0.2f + uniform()));
     testLights.Build();
     double relativeVariance[3] = {};
     for (const LightSampler sampler : kSamplers) {
         threadLightSampler = sampler;
         std::mt19937 places(22);
-        for (uint i = 0; i < 64; i++) {
+        for (uint i = 0; i < 64; ++i) {
             const auto coordinate = [&] { return 20.0f * float(places() >> 8) * 0x1p-24f; };
             const vec3 position(coordinate(), coordinate(), 0.0f);
             const Estimate estimate = Irradiance(position, kUp, 1u << 14, i);

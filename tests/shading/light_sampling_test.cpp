@@ -29,7 +29,7 @@ vec3 DirectionIn(std::mt19937& random) {
 
 image::ImageF RandomMap(uint32_t width, uint32_t height, std::mt19937& random) {
     image::ImageF map{.width = width, .height = height, .rgba = {}};
-    for (uint32_t i = 0; i < 4 * width * height; i++) map.rgba.push_back(float(random() % 1000) * 0.001f);
+    for (uint32_t i = 0; i < 4 * width * height; ++i) map.rgba.push_back(float(random() % 1000) * 0.001f);
     return map;
 }
 
@@ -38,12 +38,12 @@ void MakeMixedScene() {
     std::mt19937 random(11);
     testLights = {};
     testLights.scene.radius = 2.0f;
-    for (int i = 0; i < 40; i++) {
+    for (int i = 0; i < 40; ++i) {
         const vec3 p = PointIn(random, 3.0f);
         testLights.AddTriangle(p, p + PointIn(random, 0.5f), p + PointIn(random, 0.5f),
                                vec3(i == 7 ? 0.0f : 5.0f * Uniform(random)), i % 4 == 0);
     }
-    for (int i = 0; i < 10; i++)
+    for (int i = 0; i < 10; ++i)
         testLights.AddPunctual(i % 2 == 0 ? scene::LightType::Point : scene::LightType::Spot,
                                PointIn(random, 3.0f), DirectionIn(random), vec3(3.0f * Uniform(random)), 0.2f,
                                1.2f);
@@ -84,7 +84,7 @@ TEST_P(LightSampling, FrequenciesAreTheProbabilitiesWhichSumToOne) {
     for (const LightContext& context : Contexts()) {
         std::vector<double> expected(count + 1), observed(count + 1, 0.0);
         double sum = 0.0;
-        for (uint light = 0; light < count; light++) {
+        for (uint light = 0; light < count; ++light) {
             const double p = Probability(context, light);
             expected[light] = 1e6 * p;
             sum += p;
@@ -97,7 +97,7 @@ TEST_P(LightSampling, FrequenciesAreTheProbabilitiesWhichSumToOne) {
         EXPECT_GT(sum, 0.5);
         expected[count] = 1e6 * std::max(0.0, 1.0 - sum);
         if (expected[count] < 10.0) expected[count] = 0.0;  // rounding
-        for (int i = 0; i < 1'000'000; i++) {
+        for (int i = 0; i < 1'000'000; ++i) {
             float uc = Uniform(random), ux = Uniform(random);
             const ChosenLight chosen = ChooseLight(LightSet(), context, uc, ux);
             const bool isChosen = chosen.probability > 0.0f;
@@ -117,7 +117,7 @@ TEST_P(LightSampling, NumbersLeftOverAreUniform) {
     const LightContext context = Contexts()[1];
     double sumC = 0.0, sumX = 0.0;
     constexpr int kCount = 200'000;
-    for (int i = 0; i < kCount; i++) {
+    for (int i = 0; i < kCount; ++i) {
         float uc = Uniform(random), ux = Uniform(random);
         ChooseLight(LightSet(), context, uc, ux);
         ASSERT_TRUE(uc >= 0.0f && uc < 1.0f && ux >= 0.0f && ux < 1.0f);
@@ -146,13 +146,13 @@ TEST_P(LightSampling, SamplesHaveTheDensityOfWhatTheirRayHits) {
     std::mt19937 random(14);
     int triangles = 0, environments = 0, deltas = 0, disagreements = 0;
     for (const LightContext& context : Contexts()) {
-        for (int i = 0; i < 50'000; i++) {
+        for (int i = 0; i < 50'000; ++i) {
             const float uc = Uniform(random);
             const LightSample s = SampleLight(context, uc, vec2(Uniform(random), Uniform(random)));
             if (s.pdf == 0.0f) continue;
             ASSERT_NEAR(length(s.wi), 1.0f, 1e-5f);
             if (s.light == LightSet().lightCount) {
-                environments++;
+                ++environments;
                 ASSERT_EQ(s.distance, kInfinity);
                 // A direction may fall off the edge of its cell by rounding
                 disagreements += std::abs(LightPDF(context, LightSet().lightCount, s.wi, kInfinity) / s.pdf -
@@ -161,12 +161,12 @@ TEST_P(LightSampling, SamplesHaveTheDensityOfWhatTheirRayHits) {
             }
             const LightRecord light = LightAt(s.light);
             if (light.kind != kLightTriangle) {
-                deltas++;
+                ++deltas;
                 ASSERT_EQ(s.isDelta, 1u);
                 ASSERT_NEAR(double(s.pdf), Probability(context, s.light), 1e-5 * double(s.pdf));
                 continue;
             }
-            triangles++;
+            ++triangles;
             const double distance = Meet(light, context.position, s.wi);
             ASSERT_NEAR(distance, double(s.distance), 1e-3 * double(s.distance));
             ASSERT_EQ(s.radiance, TriangleEmission(light, vec2(0.0f), -s.wi));
@@ -236,9 +236,9 @@ TEST(TriangleLight, DirectionsAreUniformInSolidAngle) {
         // Cells of barycentrics, each cut in a lower and an upper triangle
         std::vector<double> expected, observed;
         std::map<std::array<uint, 3>, size_t> cells;
-        for (uint i = 0; i < kCuts; i++)
-            for (uint j = 0; i + j < kCuts; j++)
-                for (uint upper = 0; upper < (i + j + 1 < kCuts ? 2u : 1u); upper++) {
+        for (uint i = 0; i < kCuts; ++i)
+            for (uint j = 0; i + j < kCuts; ++j)
+                for (uint upper = 0; upper < (i + j + 1 < kCuts ? 2u : 1u); ++upper) {
                     const auto at = [&](uint a, uint b) {
                         return p0 + (double(a) * e1 + double(b) * e2) / double(kCuts);
                     };
@@ -249,7 +249,7 @@ TEST(TriangleLight, DirectionsAreUniformInSolidAngle) {
                     expected.push_back(1e6 * (isByAngle ? angle / whole : 1.0 / (kCuts * kCuts)));
                 }
         observed.resize(expected.size(), 0.0);
-        for (int n = 0; n < 1'000'000; n++) {
+        for (int n = 0; n < 1'000'000; ++n) {
             const vec2 b =
                 SampleTriangleLight(light, seen, vec3(0.0f), vec2(Uniform(random), Uniform(random)));
             ASSERT_TRUE(b.x >= 0.0f && b.y >= 0.0f && b.x + b.y <= 1.0f + 1e-6f);
@@ -272,8 +272,8 @@ TEST(TriangleLight, PDFIntegratesToOne) {
         light.flags = kLightDoubleSided;
         double integral = 0.0;
         constexpr int kCount = 400;
-        for (int i = 0; i < kCount; i++)
-            for (int j = 0; j < kCount; j++) {
+        for (int i = 0; i < kCount; ++i)
+            for (int j = 0; j < kCount; ++j) {
                 const vec3 b = SampleUniformTriangle((vec2(float(i), float(j)) + 0.5f) / float(kCount));
                 const vec3 p = light.p0 + b.y * light.e1 + b.z * light.e2;
                 const float d = length(p);
@@ -291,7 +291,7 @@ TEST(TriangleLight, PointsInItsPlaneAndAtItsCornersGiveNoNumbersThatAreNot) {
     testLights.Build();
     for (const vec3 position : {vec3(0, 0, 0), vec3(0.5f, 0, 0), vec3(0.2f, 0.2f, 0), vec3(2, 2, 0),
                                 vec3(0.2f, 0.2f, 1e-7f), vec3(0.2f, 0.2f, 1e-30f)})
-        for (int i = 0; i < 64; i++) {
+        for (int i = 0; i < 64; ++i) {
             const vec2 u((float(i % 8)) / 8.0f, float(i) / 64.0f);
             const LightSample s = SampleLight({position, vec3(0.0f)}, 0.5f, u);
             ASSERT_TRUE(s.pdf >= 0.0f && std::isfinite(s.pdf)) << s.pdf;
@@ -308,11 +308,11 @@ TEST(EnvironmentLight, DirectionsFollowTheDensityOfTheCells) {
     // Quarters of cells: halves in azimuth and in cos theta
     constexpr uint kColumns = 32, kRows = 16;
     std::vector<double> observed(kColumns * kRows, 0.0), expected(kColumns * kRows);
-    for (uint row = 0; row < kRows; row++)
-        for (uint column = 0; column < kColumns; column++)
+    for (uint row = 0; row < kRows; ++row)
+        for (uint column = 0; column < kColumns; ++column)
             expected[row * kColumns + column] =
                 0.25e6 * double(EnvironmentAliasAt(8u + row / 2u * 16u + column / 2u).probability);
-    for (int i = 0; i < 1'000'000; i++) {
+    for (int i = 0; i < 1'000'000; ++i) {
         const float choice = Uniform(random);
         const EnvironmentSample s =
             SampleEnvironmentLight(LightSet(), choice, vec2(Uniform(random), Uniform(random)));
@@ -334,8 +334,8 @@ TEST(EnvironmentLight, PDFIntegratesToOne) {
         testLights.Build();
         double integral = 0.0;
         constexpr int kCount = 1000;
-        for (int i = 0; i < kCount; i++)
-            for (int j = 0; j < kCount; j++) {
+        for (int i = 0; i < kCount; ++i)
+            for (int j = 0; j < kCount; ++j) {
                 const vec3 d = SampleUniformSphere((vec2(float(i), float(j)) + 0.5f) / float(kCount));
                 integral += double(LightPDF({d, d}, LightSet().lightCount, vec3(d.x, d.z, d.y), kInfinity));
             }
@@ -348,14 +348,14 @@ TEST(LightTree, ImportanceIsNoughtOnlyWhereNoLightArrives) {
     MakeMixedScene();
     std::mt19937 random(18);
     int ruledOut = 0;
-    for (int i = 0; i < 2000; i++) {
+    for (int i = 0; i < 2000; ++i) {
         const LightContext context{PointIn(random, 4.0f), DirectionIn(random)};
-        for (uint light = 0; light < LightSet().boundedCount; light++) {
+        for (uint light = 0; light < LightSet().boundedCount; ++light) {
             const LightRecord record = LightAt(light);
             if (LightAliasAt(light).probability == 0.0f) continue;
             if (LightTreeProbability(context, record.bitTrail) > 0.0f) continue;
-            ruledOut++;
-            for (int k = 0; k < 8; k++) {
+            ++ruledOut;
+            for (int k = 0; k < 8; ++k) {
                 const LightSample s =
                     record.kind == kLightTriangle
                         ? SampleTriangle(record, context, vec2(Uniform(random), Uniform(random)))

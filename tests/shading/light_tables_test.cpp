@@ -14,7 +14,7 @@ namespace {
 // What a table's slots come to, outcome by outcome.
 std::vector<double> Outcomes(std::span<const AliasEntry> slots) {
     std::vector<double> result(slots.size(), 0.0);
-    for (size_t i = 0; i < slots.size(); i++) {
+    for (size_t i = 0; i < slots.size(); ++i) {
         result[i] += double(slots[i].keep) / double(slots.size());
         result[slots[i].alias] += (1.0 - double(slots[i].keep)) / double(slots.size());
     }
@@ -34,7 +34,7 @@ TEST(AliasTable, OutcomesHaveTheSharesOfTheWeights) {
         std::vector<AliasEntry> slots(count);
         EXPECT_NEAR(BuildAliasTable(weights, slots), sum, 1e-9 * sum);
         const std::vector<double> outcomes = Outcomes(slots);
-        for (size_t i = 0; i < count; i++) {
+        for (size_t i = 0; i < count; ++i) {
             EXPECT_NEAR(outcomes[i], weights[i] / sum, 1e-6 / double(count));
             EXPECT_NEAR(double(slots[i].probability), weights[i] / sum, 1e-6 * weights[i] / sum);
             if (weights[i] == 0.0) {
@@ -55,7 +55,7 @@ image::ImageF BlackMap(uint32_t width, uint32_t height) {
 }
 
 void SetTexel(image::ImageF& map, uint32_t x, uint32_t y, vec3 color) {
-    for (int c = 0; c < 3; c++) map.rgba[4 * (y * map.width + x) + size_t(c)] = color[c];
+    for (int c = 0; c < 3; ++c) map.rgba[4 * (y * map.width + x) + size_t(c)] = color[c];
 }
 
 TEST(EnvironmentAlias, WhereInterpolationLeavesLightThereIsDensity) {
@@ -68,7 +68,7 @@ TEST(EnvironmentAlias, WhereInterpolationLeavesLightThereIsDensity) {
         testLights.Build();
         std::mt19937 random(2);
         int litCount = 0;
-        for (int i = 0; i < 100'000; i++) {
+        for (int i = 0; i < 100'000; ++i) {
             const vec3 wi =
                 SampleUniformSphere(vec2(float(random() >> 8) * 0x1p-24f, float(random() >> 8) * 0x1p-24f));
             const bool isLit = MaxComponent(EnvironmentRadiance(wi)) > 0.0f;
@@ -83,8 +83,8 @@ TEST(EnvironmentAlias, WhereInterpolationLeavesLightThereIsDensity) {
 
 TEST(EnvironmentAlias, MeanRadianceIsThatOverTheSphere) {
     image::ImageF map = BlackMap(64, 32);
-    for (uint32_t y = 0; y < 16; y++)
-        for (uint32_t x = 0; x < 64; x++) SetTexel(map, x, y, vec3(2.0f, 4.0f, 100'000.0f));
+    for (uint32_t y = 0; y < 16; ++y)
+        for (uint32_t x = 0; x < 64; ++x) SetTexel(map, x, y, vec3(2.0f, 4.0f, 100'000.0f));
     const EnvironmentAlias alias = BuildEnvironmentAlias(map);
     EXPECT_NEAR(alias.meanRadiance.x, 1.0f, 1e-4f);
     EXPECT_NEAR(alias.meanRadiance.z, 50'000.0f, 5.0f) << "beyond half floats";
@@ -99,8 +99,8 @@ TEST(EnvironmentAlias, LargeMapsShareCells) {
     ASSERT_EQ(coarse.width, 16u);
     ASSERT_EQ(coarse.height, 8u);
     double sum = 0.0;
-    for (uint32_t y = 0; y < 4; y++)
-        for (uint32_t x = 0; x < 4; x++) sum += double(fine.entries[32 + (8 + y) * 64 + 20 + x].probability);
+    for (uint32_t y = 0; y < 4; ++y)
+        for (uint32_t x = 0; x < 4; ++x) sum += double(fine.entries[32 + (8 + y) * 64 + 20 + x].probability);
     EXPECT_NEAR(double(coarse.entries[8 + 2 * 16 + 5].probability), sum, 1e-6);
     EXPECT_NEAR(coarse.meanRadiance.y, fine.meanRadiance.y, 1e-4f);
 }
@@ -119,9 +119,9 @@ uint32_t CheckNode(const std::vector<LightNode>& nodes, std::span<const LightRec
     const uint32_t first = node.link & kLightNodeIndex;
     EXPECT_GT(first, index);
     double power = 0.0;
-    for (uint32_t child = first; child < first + 2; child++) {
+    for (uint32_t child = first; child < first + 2; ++child) {
         power += double(nodes.at(child).power);
-        for (int axis = 0; axis < 3; axis++) {
+        for (int axis = 0; axis < 3; ++axis) {
             EXPECT_LE(node.boundsMin[axis], nodes[child].boundsMin[axis]);
             EXPECT_GE(node.boundsMax[axis], nodes[child].boundsMax[axis]);
         }
@@ -151,7 +151,7 @@ TEST(LightTree, NodesBoundWhatIsBelowAndTrailsLeadToTheLeaves) {
     std::vector<LightRecord> lights;
     std::vector<float> power;
     uint32_t shiningCount = 0;
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < 3000; ++i) {
         LightRecord light = PointAt(vec3(coordinate(), coordinate(), coordinate()));
         light.kind = uint(i % 3);
         light.e1 = normalize(vec3(coordinate(), coordinate(), coordinate()));
@@ -172,7 +172,7 @@ TEST(LightTree, DepthStaysWithinATrailForTheWorstOfScenes) {
     // All in one place; and each a fiftieth nearer to a corner than the last
     for (const bool isOnePlace : {true, false}) {
         std::vector<LightRecord> lights;
-        for (int i = 0; i < 4000; i++)
+        for (int i = 0; i < 4000; ++i)
             lights.push_back(PointAt(vec3(isOnePlace ? 1.0f : float(std::pow(0.98, i) * 1e6), 0.0f, 0.0f)));
         const std::vector<float> power(lights.size(), 1.0f);
         const std::vector<LightNode> nodes = BuildLightTree(lights, power);
@@ -202,7 +202,7 @@ TEST(LightTable, HiddenAndDarkTrianglesKeepTheirNumberAndNeverShine) {
     EXPECT_EQ(table.lights[5].primitive, 2u);
     EXPECT_EQ(table.emissiveTriangleCount, 1u);
     EXPECT_EQ(table.set.activeCount, 1u);
-    for (uint light = 0; light < 6; light++)
+    for (uint light = 0; light < 6; ++light)
         EXPECT_EQ(table.alias[light].probability, light == 5 ? 1.0f : 0.0f);
     EXPECT_EQ(table.nodes.size(), 1u);
 }
@@ -229,14 +229,14 @@ TEST(LightTable, PowersAreThoseOfRadiometry) {
     testLights.environmentTint = vec3(1.0f);
     testLights.Build();
     double spot = 0.0;  // by quadrature over the sphere
-    for (int i = 0; i < 100'000; i++) {
+    for (int i = 0; i < 100'000; ++i) {
         const double c = (i + 0.5) / 100'000;
         const double falloff = std::clamp((c - std::cos(0.9)) / (std::cos(0.3) - std::cos(0.9)), 0.0, 1.0);
         spot += 2.0 * M_PI * falloff * falloff / 100'000;
     }
     const double powers[] = {4.0 * M_PI, spot, M_PI * 9.0, 4.0 * M_PI * M_PI * 9.0};
     const double sum = powers[0] + powers[1] + powers[2] + powers[3];
-    for (size_t i = 0; i < 4; i++)
+    for (size_t i = 0; i < 4; ++i)
         EXPECT_NEAR(double(testLights.table.alias[i].probability), powers[i] / sum, 2e-6) << i;
     EXPECT_NEAR(double(testLights.table.set.unboundedShare), 1.0 - kMinLightShare, 1e-6);
 }
@@ -256,7 +256,7 @@ TEST(LightTable, ScalesAndPlacesBeyondReasonGiveNoNumbersThatAreNot) {
             EXPECT_NEAR(length(light.e1), 1.0f, 1e-6f);
         }
     }
-    for (int i = 0; i < 10'000; i++) {
+    for (int i = 0; i < 10'000; ++i) {
         const vec3 u(float(i % 100) * 0.01f, float(i / 100) * 0.01f, float(i * 37 % 100) * 0.01f);
         const LightSample s = SampleLight({vec3(0.0f), vec3(0, 1, 0)}, u.x, vec2(u.y, u.z));
         ASSERT_FALSE(std::isnan(s.pdf) || std::isnan(s.radiance.x) || std::isnan(s.wi.x)) << s.light;
@@ -271,7 +271,7 @@ TEST(LightTable, ManyEmittersTakeNoMoreThanSortingDoes) {
     testLights.AddTriangle(vec3(0.0f), vec3(0, 1, 0), vec3(0, 0, 1), vec3(1.0f));
     testLights.scene.placements.clear();
     testLights.scene.instances.clear();
-    for (uint32_t i = 0; i < 65'536; i++) {
+    for (uint32_t i = 0; i < 65'536; ++i) {
         testLights.scene.placements.push_back({.record = i, .instance = i});
         testLights.scene.instances.push_back(
             {.objectToWorld = glm::mat4x3(vec3(1, 0, 0), vec3(0, 1, 0), vec3(0, 0, 1),

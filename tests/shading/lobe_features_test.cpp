@@ -45,7 +45,7 @@ void ExpectSame(const Outcome& a, const Outcome& b, const std::string& where) {
     EXPECT_EQ(std::bit_cast<uint>(a.pdf), std::bit_cast<uint>(b.pdf)) << where;
     EXPECT_EQ(std::bit_cast<uint>(a.sample.pdf), std::bit_cast<uint>(b.sample.pdf)) << where;
     EXPECT_EQ(a.sample.flags, b.sample.flags) << where;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; ++i) {
         EXPECT_EQ(std::bit_cast<uint>(a.value[i]), std::bit_cast<uint>(b.value[i])) << where;
         EXPECT_EQ(std::bit_cast<uint>(a.sample.f[i]), std::bit_cast<uint>(b.sample.f[i])) << where;
         EXPECT_EQ(std::bit_cast<uint>(a.sample.wi[i]), std::bit_cast<uint>(b.sample.wi[i])) << where;

@@ -31,7 +31,7 @@ namespace {
 // Media of these priorities, of indices 1.1, 1.2, ...
 void SetMedia(std::vector<uint> priorities) {
     media.clear();
-    for (size_t i = 0; i < priorities.size(); i++)
+    for (size_t i = 0; i < priorities.size(); ++i)
         media.push_back({.absorption = vec3(0.0f), .ior = 1.1f + 0.1f * float(i), .priority = priorities[i]});
 }
 
@@ -79,7 +79,7 @@ TEST(Media, AmongEqualsTheLastEnteredIsThere) {
 TEST(Media, OrderOfEnteringDoesNotMatterWherePrioritiesDiffer) {
     SetMedia({3, 0, 7, 5});
     std::mt19937 random(1);
-    for (int trial = 0; trial < 200; trial++) {
+    for (int trial = 0; trial < 200; ++trial) {
         std::vector<uint> order{0, 1, 2, 3};
         std::shuffle(order.begin(), order.end(), random);
         MediumStack stack = NoMedia();
@@ -104,9 +104,9 @@ TEST(Media, VolumeThatWasNeverEnteredIsLeftFromWithin) {
 TEST(Media, MoreVolumesThanFitLoseTheOutermost) {
     SetMedia({0, 0, 0, 0, 0});
     MediumStack stack = NoMedia();
-    for (uint material = 0; material < 5; material++) stack = EnterMedium(stack, material);
+    for (uint material = 0; material < 5; ++material) stack = EnterMedium(stack, material);
     EXPECT_FALSE(IsInMedium(stack, 0));
-    for (uint material = 4; material > 0; material--) {
+    for (uint material = 4; material > 0; --material) {
         EXPECT_EQ(CurrentMedium(stack), material);
         stack = LeaveMedium(stack, material);
     }

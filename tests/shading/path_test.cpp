@@ -61,7 +61,7 @@ Hit Intersect(Ray ray, uint) {
         const float t = (height - ray.origin.z) / ray.direction.z;
         if (!(t > 0.0f) || (hit.t >= 0.0f && t > hit.t)) return;
         const vec3 at = ray.origin + t * ray.direction;
-        for (int i = 0; instance == kLamp && i < 3; i++) {
+        for (int i = 0; instance == kLamp && i < 3; ++i) {
             const vec3 side = kLampCorners[(i + 1) % 3] - kLampCorners[i];
             if (cross(side, at - kLampCorners[i]).z < 0.0f) return;
         }
@@ -162,7 +162,7 @@ struct Mean {
 
 Mean MeanRadiance(Ray ray, PathSettings settings, uint sampleCount) {
     double sum = 0.0, squares = 0.0, rays = 0.0;
-    for (uint i = 0; i < sampleCount; i++) {
+    for (uint i = 0; i < sampleCount; ++i) {
         Sampler rng = StartPixelSample(uvec2(7u, 11u), i, 42u);
         PathState path = StartPath(ray, rng);
         while (ExtendPath(path, settings)) {
@@ -242,7 +242,7 @@ Ray FromAbove() {
 TEST(Path, LightSamplingFindsTheLightThatChanceFinds) {
     SetScene({.albedo = vec3(0.7f)});
     image::ImageF sky{.width = 16, .height = 8, .rgba = {}};
-    for (uint32_t texel = 0; texel < 16 * 8; texel++) {
+    for (uint32_t texel = 0; texel < 16 * 8; ++texel) {
         const float value = texel % 16 == 3 && texel / 16 == 2 ? 40.0f : 0.2f;
         sky.rgba.insert(sky.rgba.end(), {value, value, value, 1.0f});
     }
@@ -302,7 +302,7 @@ TEST(Path, PointLightThroughWallsIsDimmedByEach) {
         }
         mediumIor = 1.0f;
         const double passed = std::pow(Passed(1.5 / ior, 1.0), 2.0);
-        for (int channel = 0; channel < 3; channel++) {
+        for (int channel = 0; channel < 3; ++channel) {
             const double expected = 0.7 * double(kInvPi) * passed * std::pow(double(kWallTint[channel]), 2.0);
             EXPECT_NEAR(path.radiance[channel], expected, 1e-4 * expected) << "index " << ior;
         }
@@ -314,7 +314,7 @@ TEST(Path, LightSamplingFindsThroughWallsWhatChanceFinds) {
     SetScene({.albedo = vec3(0.7f), .walls = {1.5f, 1.7f}, .hasLamp = true});
     testLights.AddTriangle(kLampCorners[0], kLampCorners[1], kLampCorners[2], kLampRadiance, true);
     image::ImageF sky{.width = 16, .height = 8, .rgba = {}};
-    for (uint32_t texel = 0; texel < 16 * 8; texel++) {
+    for (uint32_t texel = 0; texel < 16 * 8; ++texel) {
         const float value = texel % 16 == 3 && texel / 16 == 2 ? 40.0f : 0.2f;
         sky.rgba.insert(sky.rgba.end(), {value, value, value, 1.0f});
     }

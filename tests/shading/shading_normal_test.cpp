@@ -34,14 +34,14 @@ float MirrorHeight(vec3 n, vec3 ng, vec3 wo) {
 TEST(ShadingNormal, ViewerAndMirrorDirectionAreAboveTheSurface) {
     std::mt19937 random(7);
     int bentCount = 0;
-    for (int trial = 0; trial < 200'000; trial++) {
+    for (int trial = 0; trial < 200'000; ++trial) {
         const auto [ng, ns, wo] = RandomViews(random);
         const vec3 adapted = AdaptShadingNormal(ns, ng, wo);
         ASSERT_NEAR(length(adapted), 1.0f, 1e-5f);
         ASSERT_GT(dot(adapted, wo), 0.0f);
         // Of grazing viewers, halfway vectors are short and carry rounding
         ASSERT_GT(MirrorHeight(adapted, ng, wo), -2e-4f) << "the mirror direction is inside of the body";
-        if (adapted != ns) bentCount++;
+        if (adapted != ns) ++bentCount;
     }
     EXPECT_GT(bentCount, 10'000) << "the test does not try what it is for";
 }
@@ -49,10 +49,10 @@ TEST(ShadingNormal, ViewerAndMirrorDirectionAreAboveTheSurface) {
 TEST(ShadingNormal, LegalOnesAreLeftAlone) {
     std::mt19937 random(8);
     int legalCount = 0;
-    for (int trial = 0; trial < 100'000; trial++) {
+    for (int trial = 0; trial < 100'000; ++trial) {
         const auto [ng, ns, wo] = RandomViews(random);
         if (dot(ns, wo) <= 0.0f || MirrorHeight(ns, ng, wo) < 0.011f) continue;
-        legalCount++;
+        ++legalCount;
         ASSERT_EQ(AdaptShadingNormal(ns, ng, wo), ns);
     }
     EXPECT_GT(legalCount, 10'000);

@@ -19,7 +19,7 @@ int64_t Wrapped(int64_t texel, int64_t size, scene::WrapMode mode) {
 
 glm::dvec4 Texel(const scene::ImageData& image, scene::ColorSpace space, int64_t column, int64_t row) {
     glm::dvec4 value;
-    for (int channel = 0; channel < 4; channel++) {
+    for (int channel = 0; channel < 4; ++channel) {
         const size_t index = 4 * (static_cast<size_t>(row) * image.width + static_cast<size_t>(column)) +
                              static_cast<size_t>(channel);
         const double stored = image.rgba[index] / 255.0;
@@ -73,7 +73,7 @@ void DirectLightReference::AddPrimitive(const scene::Primitive& primitive, const
     for (size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
         Triangle triangle;
         triangle.material = &m_scene.materials.at(primitive.material);
-        for (size_t corner = 0; corner < 3; corner++) {
+        for (size_t corner = 0; corner < 3; ++corner) {
             const uint32_t vertex = primitive.indices[i + corner];
             triangle.corners[corner] = toWorld * glm::dvec4(glm::dvec3(primitive.positions[vertex]), 1.0);
             if (!primitive.uv0.empty()) triangle.uv[0][corner] = primitive.uv0[vertex];
@@ -98,7 +98,7 @@ std::vector<DirectLightReference::Crossing> DirectLightReference::Crossings(
         // Weights as shares of the triangle's area
         const glm::dvec3 place = origin + distance * direction;
         glm::dvec3 weights;
-        for (int i = 0; i < 3; i++) {
+        for (int i = 0; i < 3; ++i) {
             const glm::dvec3& from = triangle.corners[(i + 1) % 3];
             const glm::dvec3& to = triangle.corners[(i + 2) % 3];
             weights[i] = glm::dot(glm::cross(to - from, place - from), triangle.normal);
@@ -177,10 +177,10 @@ std::vector<glm::dvec4> DirectLightReference::Picture(const scene::CameraView& c
     const glm::dvec3 right = halfHeight * static_cast<double>(camera.aspect) * glm::dvec3(camera.right);
     const glm::dvec3 up = halfHeight * glm::dvec3(camera.up), forward(camera.forward), eye(camera.eye);
     std::vector<glm::dvec4> pixels;
-    for (uint32_t y = 0; y < height; y++)
-        for (uint32_t x = 0; x < width; x++) {
+    for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x) {
             glm::dvec4 sum(0.0);
-            for (uint32_t i = 0; i < raysAcross * raysAcross; i++) {
+            for (uint32_t i = 0; i < raysAcross * raysAcross; ++i) {
                 const double column = x + (i % raysAcross + 0.5) / raysAcross;
                 const double row = y + (i / raysAcross + 0.5) / raysAcross;
                 const glm::dvec3 offset =

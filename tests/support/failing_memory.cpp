@@ -11,7 +11,7 @@ thread_local size_t successesLeft = 0;
 bool Succeeds(size_t bytes) {
     if (bytes <= largestAllocation) return true;
     if (successesLeft == 0) return false;
-    successesLeft--;
+    --successesLeft;
     return true;
 }
 

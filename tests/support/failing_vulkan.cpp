@@ -143,7 +143,7 @@ VKAPI_ATTR void VKAPI_CALL GetDeviceQueue(VkDevice device, uint32_t family, uint
 void MakeSmall(VkPhysicalDeviceMemoryProperties& properties) {
     constexpr VkDeviceSize kSmall = 1024;  // blocks of an eighth
     if (!Current().areHeapsSmall) return;
-    for (uint32_t i = 0; i < properties.memoryHeapCount; i++) properties.memoryHeaps[i].size = kSmall;
+    for (uint32_t i = 0; i < properties.memoryHeapCount; ++i) properties.memoryHeaps[i].size = kSmall;
 }
 
 VKAPI_ATTR void VKAPI_CALL Memory(VkPhysicalDevice device, VkPhysicalDeviceMemoryProperties* properties) {

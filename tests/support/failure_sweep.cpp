@@ -96,7 +96,7 @@ void EditMaterials(SweptScenario& steps) {
     steps.push_back({"material", [](SweptWorld& world) {
                          // Their sides change, and so the draws
                          const scene::SceneData data = Load();
-                         for (uint32_t i = 0; i < data.materials.size(); i++) {
+                         for (uint32_t i = 0; i < data.materials.size(); ++i) {
                              scene::Material material = data.materials[i];
                              material.isDoubleSided = !material.isDoubleSided;
                              material.baseColorFactor.r = 0.25f;
@@ -181,7 +181,7 @@ uint32_t TakeStep(SweptWorld& world, const SweptStep& step, const Picture& befor
     failure.number = std::max<uint64_t>(1, first);
     first = 0;
     std::set<std::string> seen;
-    for (uint32_t failures = 0;; failures++) {
+    for (uint32_t failures = 0;; ++failures) {
         InjectFailure(failure);
         std::string problem;
         try {
@@ -210,7 +210,7 @@ uint32_t TakeStep(SweptWorld& world, const SweptStep& step, const Picture& befor
 
 void ExpectPictures(const SweptWorld& world, const Undisturbed& expected) {
     ASSERT_EQ(world.pictures.size(), expected.pictures.size());
-    for (size_t i = 0; i < world.pictures.size(); i++)
+    for (size_t i = 0; i < world.pictures.size(); ++i)
         EXPECT_TRUE(world.pictures[i] == expected.pictures[i]) << "picture " << i;
 }
 
@@ -219,7 +219,7 @@ void ExpectPictures(const SweptWorld& world, const Undisturbed& expected) {
 SweptScenario RendererScenario() {
     SweptScenario steps;
     Start(steps);
-    for (int frame = 0; frame < 3; frame++) {
+    for (int frame = 0; frame < 3; ++frame) {
         steps.push_back({"frame", TraceFrame});
         steps.push_back({"read", Read});
     }
@@ -283,7 +283,7 @@ uint32_t SweepOutOfMemory(const SweptScenario& scenario, std::optional<FailingCa
         SweptWorld world;
         MakeDevice(world);
         isDone = true;
-        for (size_t i = 0; i < scenario.size(); i++) {
+        for (size_t i = 0; i < scenario.size(); ++i) {
             if (first[i] == 0) {
                 scenario[i].run(world);
                 continue;
@@ -300,13 +300,13 @@ uint32_t SweepOutOfMemory(const SweptScenario& scenario, std::optional<FailingCa
 
 uint32_t SweepDeviceLoss(const SweptScenario& scenario, std::optional<FailingCall> call, uint64_t stride) {
     InjectedFailure failure{.call = call, .result = VK_ERROR_DEVICE_LOST};
-    for (uint32_t losses = 0;; losses++, failure.number += stride) {
+    for (uint32_t losses = 0;; ++losses, failure.number += stride) {
         SweptWorld world;
         MakeDevice(world);
         InjectFailure(failure);
         const SweptStep* step = scenario.data();
         try {
-            for (; step != scenario.data() + scenario.size(); step++) step->run(world);
+            for (; step != scenario.data() + scenario.size(); ++step) step->run(world);
         } catch (const Error& error) {
             EXPECT_EQ(error.Kind(), ErrorKind::DeviceLost) << error.what();
         }

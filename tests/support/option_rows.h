@@ -49,8 +49,8 @@ class OptionRows {
             Note(m_values[index], valueBefore);
             Note(m_values[index], valueAfter);
             if (IsSame(valueBefore, valueAfter)) return;
-            changed++;
-            m_rowCounts[index]++;
+            ++changed;
+            ++m_rowCounts[index];
         });
         EXPECT_EQ(changed, 1u) << "the row \"" << name << "\" is to change one field";
     }

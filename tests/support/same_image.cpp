@@ -23,8 +23,8 @@ struct BlockSums {
 
 BlockSums SumsOf(const RenderedImage& image, uint32_t left, uint32_t top) {
     BlockSums sums;
-    for (uint32_t y = top; y < std::min(top + kBlock, image.mean.extent.height); y++)
-        for (uint32_t x = left; x < std::min(left + kBlock, image.mean.extent.width); x++) {
+    for (uint32_t y = top; y < std::min(top + kBlock, image.mean.extent.height); ++y)
+        for (uint32_t x = left; x < std::min(left + kBlock, image.mean.extent.width); ++x) {
             sums.mean += glm::dvec3(image.mean.At(x, y));
             const glm::dvec3 squared = glm::dvec3(image.variance.At(x, y)) / double(image.sampleCount);
             sums.squaredError += squared;
@@ -48,18 +48,18 @@ void ExpectSameImage(const RenderedImage& image, const RenderedImage& reference,
     for (uint32_t top = 0; top < image.mean.extent.height; top += kBlock)
         for (uint32_t left = 0; left < image.mean.extent.width; left += kBlock) {
             const BlockSums a = SumsOf(image, left, top), b = SumsOf(reference, left, top);
-            for (int channel = 0; channel < 3; channel++) {
+            for (int channel = 0; channel < 3; ++channel) {
                 const double sigma =
                     std::hypot(ErrorOf(a, errors, channel), ErrorOf(b, PixelErrors::Independent, channel));
-                count++;
-                if (std::abs(a.mean[channel] - b.mean[channel]) <= kSigmas * sigma + 1e-6) passed++;
+                ++count;
+                if (std::abs(a.mean[channel] - b.mean[channel]) <= kSigmas * sigma + 1e-6) ++passed;
             }
             all.mean += a.mean, all.squaredError += a.squaredError, all.error += a.error;
             allOfReference.mean += b.mean, allOfReference.squaredError += b.squaredError;
         }
     EXPECT_GE(double(passed), kMinShare * double(count))
         << name << ": of " << count << " blocks and channels";
-    for (int channel = 0; channel < 3; channel++) {
+    for (int channel = 0; channel < 3; ++channel) {
         const double error = ErrorOf(all, errors, channel);
         const double sigma = std::hypot(error, ErrorOf(allOfReference, PixelErrors::Independent, channel));
         EXPECT_LE(std::abs(all.mean[channel] - allOfReference.mean[channel]), kSigmas * sigma)
@@ -94,8 +94,8 @@ scene::SceneData RoomUnderALamp() {
 
 image::ImageF EveningSky() {
     image::ImageF sky{.width = 32, .height = 16, .rgba = {}};
-    for (uint32_t y = 0; y < sky.height; y++)
-        for (uint32_t x = 0; x < sky.width; x++) {
+    for (uint32_t y = 0; y < sky.height; ++y)
+        for (uint32_t x = 0; x < sky.width; ++x) {
             const bool isSun = y >= 4 && y < 7 && x >= 8 && x < 12;
             const float glow = y < 8 ? 0.05f + 0.3f * float(x) / 32.0f : 0.0f;
             sky.rgba.insert(sky.rgba.end(), {isSun ? 4.0f : glow, isSun ? 3.0f : 0.8f * glow, glow, 1.0f});

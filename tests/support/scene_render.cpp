@@ -64,7 +64,7 @@ FloatImage ToFloatImage(const Readback& readback) {
 RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampleCount) {
     passes::Accumulation accumulation("test");
     RenderedImage image;
-    for (uint32_t i = 0; i < sampleCount; i++) {
+    for (uint32_t i = 0; i < sampleCount; ++i) {
         renderer.BeginFrame();
         const SceneIds ids = scene.Declare(renderer);
         const passes::AccumulatedIds accumulated =
@@ -78,7 +78,7 @@ RenderedImage SceneRender::Render(passes::TraceSettings settings, uint32_t sampl
             renderer.Present(accumulated.mean);
         }
         renderer.Execute();
-        settings.sampleIndex++;
+        ++settings.sampleIndex;
         if (isLast) image = {ToFloatImage(mean), ToFloatImage(variance), accumulation.SampleCount()};
     }
     return image;
@@ -143,7 +143,7 @@ scene::Mesh QuadMesh(float halfSize, uint32_t material) {
 
 scene::Mesh BoxMesh(float halfSize, uint32_t material) {
     scene::Primitive primitive;
-    for (int axis = 0; axis < 3; axis++)
+    for (int axis = 0; axis < 3; ++axis)
         for (const float side : {-1.0f, 1.0f}) {
             glm::vec3 n(0.0f), u(0.0f), v(0.0f);
             n[axis] = side * halfSize;
@@ -157,8 +157,8 @@ scene::Mesh BoxMesh(float halfSize, uint32_t material) {
 scene::Mesh SphereMesh(float radius, uint32_t rings, uint32_t material) {
     scene::Primitive primitive;
     const uint32_t segments = 2 * rings;
-    for (uint32_t ring = 0; ring <= rings; ring++)
-        for (uint32_t segment = 0; segment <= segments; segment++) {
+    for (uint32_t ring = 0; ring <= rings; ++ring)
+        for (uint32_t segment = 0; segment <= segments; ++segment) {
             const float theta = glm::pi<float>() * float(ring) / float(rings);
             const float phi = glm::two_pi<float>() * float(segment) / float(segments);
             const glm::vec3 n(std::sin(theta) * std::cos(phi), std::cos(theta),
@@ -166,8 +166,8 @@ scene::Mesh SphereMesh(float radius, uint32_t rings, uint32_t material) {
             primitive.normals.push_back(n);
             primitive.positions.push_back(radius * n);
         }
-    for (uint32_t ring = 0; ring < rings; ring++)
-        for (uint32_t segment = 0; segment < segments; segment++) {
+    for (uint32_t ring = 0; ring < rings; ++ring)
+        for (uint32_t segment = 0; segment < segments; ++segment) {
             const uint32_t a = ring * (segments + 1) + segment;
             const uint32_t b = a + segments + 1;
             if (ring > 0) primitive.indices.insert(primitive.indices.end(), {a, b, a + 1});
@@ -194,7 +194,7 @@ scene::SceneData SceneOf(std::vector<scene::Mesh> meshes, std::vector<scene::Mat
                          std::vector<glm::mat4x3> transforms) {
     scene::SceneData scene;
     transforms.resize(meshes.size(), glm::mat4x3(1.0f));
-    for (uint32_t i = 0; i < meshes.size(); i++) {
+    for (uint32_t i = 0; i < meshes.size(); ++i) {
         scene.instances.push_back({.mesh = i, .objectToWorld = transforms[i]});
         for (const scene::Primitive& primitive : meshes[i].primitives)
             scene.bounds.Extend(primitive.bounds.Transformed(transforms[i]));

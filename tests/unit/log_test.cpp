@@ -40,7 +40,7 @@ TEST(Log, WhatTheCallbackThrowsIsDropped) {
     int calls = 0;
     const Log log(
         [&](const LogMessage&) {
-            calls++;
+            ++calls;
             throw 17;  // not even an exception
         },
         LogLevel::Info);

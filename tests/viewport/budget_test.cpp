@@ -18,7 +18,7 @@ TEST(FrameBudgetTest, Tiles_GrowStepByStepToWhatTheLimitAllows) {
     // A device of 10,000 pixels a millisecond
     TileCursor cursor;
     uint64_t last = 0;
-    for (int frame = 0; frame < 8; frame++) {
+    for (int frame = 0; frame < 8; ++frame) {
         const Region tile = cursor.Next(picture, budget.Affordable(picture, cursor, budget.TracingMs()));
         EXPECT_LE(double(tile.PixelCount()) / 1e4, 10.0);
         EXPECT_LE(tile.PixelCount(), std::max<uint64_t>(4 * last, FrameBudget::kFirstPixels));
@@ -146,7 +146,7 @@ TEST_F(ViewportBudget, PictureInTiles_IsThatOfWholeSamples) {
     ViewedScene tiled(Device(), kSize);
     tiled.viewport.SetBudget({.frameMs = 4.0, .maxSamples = 2});
     uint32_t frames = 0;
-    for (; frames < 2000 && tiled.Samples() < 2; frames++) tiled.RenderFrames(1);
+    for (; frames < 2000 && tiled.Samples() < 2; ++frames) tiled.RenderFrames(1);
     EXPECT_GT(frames, 1u);
     EXPECT_EQ(tiled.Samples(), 2u);
     EXPECT_EQ(tiled.viewport.Progress().pathTracedShare, 0.0);
@@ -159,10 +159,10 @@ TEST_F(ViewportBudget, FirstPictures_LookLikeTheLastOne) {
     ViewedScene tiled(Device(), kSize);
     tiled.viewport.SetBudget({.frameMs = 4.0});
     double worst = 0.0;
-    for (int frame = 0; frame < 2000 && tiled.Samples() < 1; frame++) {
+    for (int frame = 0; frame < 2000 && tiled.Samples() < 1; ++frame) {
         const std::vector<uint8_t> picture = tiled.Picture();
         double mean = 0.0, sum = 0.0;
-        for (size_t i = 0; i < done.size(); i++) {
+        for (size_t i = 0; i < done.size(); ++i) {
             mean += double(done[i]);
             sum += double(picture[i]);
         }
@@ -181,7 +181,7 @@ TEST_F(ViewportBudget, WithoutTimes_AFrameStillAddsSomething) {
     untimed.SetCamera(InsideBoxes());
     untimed.SetPaths(viewed.viewport.Paths());
     untimed.SetBudget({.frameMs = 1.0});
-    for (int frame = 0; frame < 8; frame++) untimed.RenderFrame();
+    for (int frame = 0; frame < 8; ++frame) untimed.RenderFrame();
     EXPECT_GE(untimed.Progress().pathTracedSamples, 1u);
 }
 

@@ -29,7 +29,7 @@ std::vector<float> Grays(const std::vector<float>& values) {
 
 std::vector<float> Ramp(size_t count, float from, float step) {
     std::vector<float> values(count);
-    for (size_t i = 0; i < count; i++) values[i] = from + step * float(i);
+    for (size_t i = 0; i < count; ++i) values[i] = from + step * float(i);
     return values;
 }
 
@@ -42,7 +42,7 @@ TEST_F(Compare, Wipe_ShowsOnePictureOnEitherSideOfTheLine) {
                                 h.Texture("right", {8, 2}, Format::Rgba8Unorm, {0, 0, 1, 1}), position);
         });
         std::string row;
-        for (uint32_t x = 0; x < 8; x++) {
+        for (uint32_t x = 0; x < 8; ++x) {
             const auto texel = texels.At(x, 1);
             row += texel[0] > 0.5f ? '|' : texel[2] > 0.5f ? 'R' : 'L';
         }
@@ -127,7 +127,7 @@ TEST_F(Compare, Heat_IsLighterTheGreaterTheValue) {
         const auto c = texels.At(x, 0);
         return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
     };
-    for (uint32_t x = 1; x < 32; x++) EXPECT_GT(lightness(x), lightness(x - 1)) << x;
+    for (uint32_t x = 1; x < 32; ++x) EXPECT_GT(lightness(x), lightness(x - 1)) << x;
     EXPECT_EQ(lightness(32), lightness(0));
     EXPECT_GT(lightness(31), 0.8f);
 }
@@ -141,8 +141,8 @@ TEST_F(Compare, Overlay_ShowsWhatIsDoneOverWhatIsCoarse) {
                                h.Texture("fine", {4, 4}, Format::Rgba32Float, {8, 0, 0, 1}), cursor);
     });
     std::string rows;
-    for (uint32_t y = 0; y < 4; y++)
-        for (uint32_t x = 0; x < 4; x++) rows += texels.At(x, y)[0] == 8.0f ? 'F' : '.';
+    for (uint32_t y = 0; y < 4; ++y)
+        for (uint32_t x = 0; x < 4; ++x) rows += texels.At(x, y)[0] == 8.0f ? 'F' : '.';
     EXPECT_EQ(rows, "FFFFFF..FF......");
     // Linear between the centers of coarse pixels
     const Texels scaled = harness.Run([&](PassHarness& h) {
@@ -150,7 +150,7 @@ TEST_F(Compare, Overlay_ShowsWhatIsDoneOverWhatIsCoarse) {
             h.Graph(), h.Texture("coarse", {2, 1}, Format::Rgba32Float, {0, 0, 0, 1, 8, 0, 0, 1}), {8, 3});
     });
     const float expected[8] = {0, 0, 1, 3, 5, 7, 8, 8};
-    for (uint32_t x = 0; x < 8; x++) EXPECT_NEAR(scaled.At(x, 2)[0], expected[x], 1e-5f);
+    for (uint32_t x = 0; x < 8; ++x) EXPECT_NEAR(scaled.At(x, 2)[0], expected[x], 1e-5f);
 }
 
 TEST_F(Compare, Viewport_GivesTheNumbersOfWhatItShows) {
@@ -181,7 +181,7 @@ TEST_F(Compare, Viewport_ShowsEverySurfaceView) {
     ViewedScene viewed(Device());
     std::set<std::string> seen;
     size_t count = 0;
-    for (uint32_t i = 0; i < passes::kViewCount; i++) {
+    for (uint32_t i = 0; i < passes::kViewCount; ++i) {
         const auto view = static_cast<passes::View>(i);
         if (passes::ShowsLight(view) || view == passes::View::RayCost) continue;
         viewport::ShowSettings show;
@@ -190,7 +190,7 @@ TEST_F(Compare, Viewport_ShowsEverySurfaceView) {
         viewed.viewport.SetShow(show);
         const std::vector<uint8_t> picture = viewed.Picture();
         seen.emplace(picture.begin(), picture.end());
-        count++;
+        ++count;
     }
     EXPECT_GE(count, 8u);
     // Nothing is rougher than another here, or of metal: those may be alike, the others differ

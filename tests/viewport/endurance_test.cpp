@@ -63,7 +63,7 @@ TEST_F(ViewportEndurance, Toggle_TheFirstFrameCostsNoMoreThanTheSecond) {
     for (const View view : {View::Raster, View::PathTraced}) {
         const View other = view == View::Raster ? View::PathTraced : View::Raster;
         double first = 1e9, second = 1e9;
-        for (int toggle = 0; toggle < 12; toggle++) {
+        for (int toggle = 0; toggle < 12; ++toggle) {
             show(other);
             viewed.RenderFrames(2);
             Device().WaitIdle();
@@ -94,7 +94,7 @@ TEST_F(ViewportEndurance, TwoThousandFrames_LeaveMemoryAsItWas) {
     };
     constexpr int kFrames = 2000, kSettled = 400;
     uint64_t deviceBytes = 0, residentBytes = 0;
-    for (int frame = 0; frame < kFrames; frame++) {
+    for (int frame = 0; frame < kFrames; ++frame) {
         visit(frame);
         if (frame != kSettled - 1 && frame != kFrames - 1) continue;
         Device().WaitIdle();

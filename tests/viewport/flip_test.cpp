@@ -28,8 +28,8 @@ struct Picture {
 
 Picture MakePicture(int width, int height, const std::function<glm::ivec3(int x, int y)>& color) {
     Picture picture{width, height, {}};
-    for (int y = 0; y < height; y++)
-        for (int x = 0; x < width; x++) picture.texels.emplace_back(color(x, y), 255);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) picture.texels.emplace_back(color(x, y), 255);
     return picture;
 }
 
@@ -85,16 +85,16 @@ dvec3 Filtered(const Picture& picture, int x, int y, double ppd) {
         const double a[3][2] = {{1.0, 0.0}, {1.0, 0.0}, {34.1, 13.5}};
         const double b[3][2] = {{0.0047, 1e-5}, {0.0053, 1e-5}, {0.04, 0.025}};
         double sum = 0.0;
-        for (int i = 0; i < 2; i++)
+        for (int i = 0; i < 2; ++i)
             sum += a[channel][i] * std::sqrt(kPi / b[channel][i]) * std::exp(-kPi * kPi * d2 / b[channel][i]);
         return sum;
     };
     const int radius = int(std::ceil(3.0 * std::sqrt(0.04 / (2.0 * kPi * kPi)) * ppd));
     dvec3 sum(0.0), weights(0.0);
-    for (int j = -radius; j <= radius; j++)
-        for (int i = -radius; i <= radius; i++) {
+    for (int j = -radius; j <= radius; ++j)
+        for (int i = -radius; i <= radius; ++i) {
             const dvec3 c = YCxCz(Linear(picture.At(x + i, y + j)));
-            for (int channel = 0; channel < 3; channel++) {
+            for (int channel = 0; channel < 3; ++channel) {
                 const double w = weight(channel, double(i * i + j * j) / (ppd * ppd));
                 sum[channel] += w * c[channel];
                 weights[channel] += w;
@@ -115,16 +115,16 @@ dvec2 Features(const Picture& picture, int x, int y, double ppd) {
         return isPoint ? (double(i * i) / (sd * sd) - 1.0) * g : -double(i) * g;
     };
     dvec2 result;
-    for (int isPoint = 0; isPoint < 2; isPoint++) {
+    for (int isPoint = 0; isPoint < 2; ++isPoint) {
         double positive = 0.0, negative = 0.0;
-        for (int j = -radius; j <= radius; j++)
-            for (int i = -radius; i <= radius; i++) {
+        for (int j = -radius; j <= radius; ++j)
+            for (int i = -radius; i <= radius; ++i) {
                 const double k = kernel(isPoint == 1, i, j);
                 (k > 0.0 ? positive : negative) += std::abs(k);
             }
         dvec2 response(0.0);
-        for (int j = -radius; j <= radius; j++)
-            for (int i = -radius; i <= radius; i++) {
+        for (int j = -radius; j <= radius; ++j)
+            for (int i = -radius; i <= radius; ++i) {
                 const double v = (YCxCz(Linear(picture.At(x + i, y + j))).x + 16.0) / 116.0;
                 const double along = kernel(isPoint == 1, i, j), across = kernel(isPoint == 1, j, i);
                 response.x += v * along / (along > 0.0 ? positive : negative);
@@ -151,7 +151,7 @@ class FlipTest : public VulkanTest {
         const auto floats = [](const Picture& picture) {
             std::vector<float> values;
             for (const glm::u8vec4& t : picture.texels)
-                for (int i = 0; i < 4; i++) values.push_back(float(t[i]) / 255.0f);
+                for (int i = 0; i < 4; ++i) values.push_back(float(t[i]) / 255.0f);
             return values;
         };
         const Extent2D extent{uint32_t(reference.width), uint32_t(reference.height)};

@@ -30,7 +30,7 @@ class HostImageTest : public VulkanTest {
                                                           .size = 4 * kSize.width * kSize.height,
                                                           .usage = rhi::BufferUsage::CopyDestination,
                                                           .memory = rhi::MemoryKind::Readback});
-        for (uint32_t i = 0; i < frames; i++) {
+        for (uint32_t i = 0; i < frames; ++i) {
             viewed.renderer.BeginFrame();
             target.Show(viewed.renderer, viewed.viewport.Declare());
             viewed.renderer.Execute();
@@ -59,7 +59,7 @@ TEST_F(HostImageTest, EveryFormatOfAScreen_ShowsThePicture) {
         const std::vector<uint8_t> shown = ShownIn(viewed, format, 3);
         int greatest = 0;
         for (size_t i = 0; i < shown.size(); i += 4)
-            for (size_t c = 0; c < 3; c++)
+            for (size_t c = 0; c < 3; ++c)
                 greatest = std::max(greatest, std::abs(int(shown[i + 2 - c]) - int(expected[i + c])));
         // Decoded and encoded again, a code may round to its neighbor
         EXPECT_LE(greatest, format == rhi::Format::Bgra8Unorm ? 0 : 1) << rhi::Name(format);

@@ -116,7 +116,7 @@ TEST_F(ViewportOptions, EverySettingOfWhatIsShownShowsInItsViewsAlone) {
 
     // Of all surface views, those of light are refused
     std::map<Picture, std::string> pictures;
-    for (size_t i = 0; i < passes::kViewCount; i++) {
+    for (size_t i = 0; i < passes::kViewCount; ++i) {
         ShowSettings show = Of(View::Surface);
         show.surface = static_cast<passes::View>(i);
         if (show.surface != ShowSettings{}.surface)
@@ -209,7 +209,7 @@ TEST_F(ViewportOptions, EverySettingOfTheBudgetHasItsCounter) {
         viewport.SetRaster(PlainRaster());
         viewport.SetBudget(after);
         viewport.SetView(moves ? View::PathTraced : View::Wipe);
-        for (int frame = 0; frame < 2; frame++) viewport.RenderFrame();
+        for (int frame = 0; frame < 2; ++frame) viewport.RenderFrame();
         if (moves) {
             scene::CameraView camera = InsideBoxes();
             camera.eye.x += 0.1f;

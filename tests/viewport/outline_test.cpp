@@ -36,7 +36,7 @@ class Outline : public VulkanTest {
 
 std::string Row(const Texels& line, uint32_t y) {
     std::string row;
-    for (uint32_t x = 0; x < line.extent.width; x++) {
+    for (uint32_t x = 0; x < line.extent.width; ++x) {
         const float share = line.At(x, y)[0];
         row += share == 0.0f ? '.' : share == 1.0f ? '#' : '+';
     }

@@ -33,7 +33,7 @@ TEST_F(Pixel, Pick_IsWhatPrimaryHitsSays) {
     for (const View view : {View::PathTraced, View::Raster}) {
         viewed.viewport.SetView(view);
         std::vector<viewport::Pick> picks;
-        for (uint32_t i = 0; i < 12; i++) picks.push_back(viewed.viewport.RequestPick({2 * i + 1, i}));
+        for (uint32_t i = 0; i < 12; ++i) picks.push_back(viewed.viewport.RequestPick({2 * i + 1, i}));
         EXPECT_FALSE(picks[0].IsReady());
         EXPECT_THROW(std::ignore = picks[0].Result(), Error);
         viewed.RenderFrames(1);
@@ -129,7 +129,7 @@ TEST_F(Pixel, Error_IsThatOfAllPixels) {
     ASSERT_TRUE(capture.IsReady());
     const viewport::CaptureResult all = capture.Result();
     double mean = 0.0, variance = 0.0;
-    for (size_t i = 0; i < all.mean.size(); i++) {
+    for (size_t i = 0; i < all.mean.size(); ++i) {
         if (i % 4 == 3) continue;
         mean += all.mean[i];
         variance += all.variance[i];

@@ -22,7 +22,7 @@ class Viewed {
     // The scene, and all else as it was at first.
     void Set(scene::SceneData data);
     void RenderFrames(uint32_t count) {
-        for (uint32_t i = 0; i < count; i++) viewport.RenderFrame();
+        for (uint32_t i = 0; i < count; ++i) viewport.RenderFrame();
     }
     std::vector<uint8_t> Picture() {
         m_renderer.BeginFrame();
@@ -34,7 +34,7 @@ class Viewed {
     uint32_t Samples() const { return viewport.Progress().pathTracedSamples; }
     uint32_t AllResets() const {
         uint32_t count = 0;
-        for (uint32_t i = 0; i < static_cast<uint32_t>(ResetCause::Count); i++)
+        for (uint32_t i = 0; i < static_cast<uint32_t>(ResetCause::Count); ++i)
             count += viewport.ResetCount(static_cast<ResetCause>(i));
         return count;
     }
@@ -55,7 +55,7 @@ struct Edit {
 
 image::ImageF TwoColoredMap(const glm::vec3& left, const glm::vec3& right) {
     image::ImageF map{.width = 8, .height = 4, .rgba = {}};
-    for (uint32_t i = 0; i < 32; i++) {
+    for (uint32_t i = 0; i < 32; ++i) {
         const glm::vec3& color = i % 8 < 4 ? left : right;
         map.rgba.insert(map.rgba.end(), {color.x, color.y, color.z, 1.0f});
     }

@@ -177,7 +177,7 @@ TEST_F(ViewportReset, SceneRevisions_CountEditsByKind) {
     EXPECT_FALSE(viewed.scene.IsVisible(0));
     SceneRevisions expected = before;
     expected.transforms += 2;
-    expected.geometry++;
+    ++expected.geometry;
     EXPECT_EQ(viewed.scene.Revisions(), expected);
 }
 
@@ -185,7 +185,7 @@ TEST_F(ViewportReset, SetLight_IsSeenAndRebuildsTheLightTablesAlone) {
     viewed.RenderFrames(2);
     const std::vector<uint8_t> dim = viewed.Picture();
     // Compaction, which ends when the device has told the sizes, rebuilds the instances' structure
-    for (int frame = 0; frame < 16 && !viewed.scene.IsSettled(); frame++) {
+    for (int frame = 0; frame < 16 && !viewed.scene.IsSettled(); ++frame) {
         Device().WaitIdle();
         viewed.RenderFrames(1);
     }
@@ -196,7 +196,7 @@ TEST_F(ViewportReset, SetLight_IsSeenAndRebuildsTheLightTablesAlone) {
     viewed.scene.SetLight(0, light);
     const std::vector<uint8_t> bright = viewed.Picture();
     uint64_t dimSum = 0, brightSum = 0;
-    for (size_t i = 0; i < dim.size(); i++) {
+    for (size_t i = 0; i < dim.size(); ++i) {
         dimSum += dim[i];
         brightSum += bright[i];
     }

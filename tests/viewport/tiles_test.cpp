@@ -22,8 +22,8 @@ TEST(TileCursorTest, Tiles_CoverEveryPixelOnceWhateverTheirSize) {
                 ASSERT_LE(tile.x + tile.width, picture.width);
                 ASSERT_LE(tile.y + tile.height, picture.height);
                 ASSERT_TRUE(cursor.IsNext(picture, tile));
-                for (uint32_t y = tile.y; y < tile.y + tile.height; y++)
-                    for (uint32_t x = tile.x; x < tile.x + tile.width; x++) {
+                for (uint32_t y = tile.y; y < tile.y + tile.height; ++y)
+                    for (uint32_t x = tile.x; x < tile.x + tile.width; ++x) {
                         EXPECT_FALSE(cursor.Has(x, y));
                         seen[size_t{y} * picture.width + x]++;
                     }
@@ -74,7 +74,7 @@ class Tiles : public VulkanTest {
             const SceneIds ids = render.scene.Declare(render.renderer);
             // Two tiles a frame: the second begins where the first ends
             passes::AccumulatedIds sums;
-            for (int i = 0; i < 2; i++) {
+            for (int i = 0; i < 2; ++i) {
                 const passes::Accumulation::Progress at = accumulation.Declared();
                 if (at.sampleCount == 2) break;
                 passes::TraceSettings settings = Settings();
@@ -112,8 +112,8 @@ TEST_F(Tiles, PrimaryHitsOfARegion_AreThoseOfThePicture) {
     settings.region = {11, 7, 3, 2};
     const SceneRender::Hits part = render.PrimaryHits(settings);
     ASSERT_EQ(part.ids.size(), 6u);
-    for (uint32_t y = 0; y < 2; y++)
-        for (uint32_t x = 0; x < 3; x++) {
+    for (uint32_t y = 0; y < 2; ++y)
+        for (uint32_t x = 0; x < 3; ++x) {
             EXPECT_EQ(part.ids[y * 3 + x], whole.ids[(y + 7) * kPicture.width + x + 11]);
             EXPECT_EQ(part.position.At(x, y), whole.position.At(x + 11, y + 7));
         }

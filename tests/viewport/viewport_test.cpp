@@ -86,7 +86,7 @@ TEST_F(ViewportTest, TwoViewportsOfTwoScenes_ShareNothing) {
 
     // The same names, interleaved
     ViewedScene a(Device()), b = makeOther();
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 2; ++i) {
         a.RenderFrames(1);
         b.RenderFrames(1);
     }
@@ -103,7 +103,7 @@ TEST_F(ViewportTest, TwoViewportsOfOneScene_ShareAFrame) {
     beside.SetPaths(viewed.viewport.Paths());
     beside.SetRaster(PlainRaster());
     beside.SetView(View::Raster);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 3; ++i) {
         viewed.renderer.BeginFrame();
         const SceneIds ids = viewed.scene.Declare(viewed.renderer);
         const TextureId first = viewed.viewport.Declare(ids), second = beside.Declare(ids);

@@ -51,7 +51,7 @@ class ViewedScene {
     }
 
     void RenderFrames(uint32_t count) {
-        for (uint32_t i = 0; i < count; i++) viewport.RenderFrame();
+        for (uint32_t i = 0; i < count; ++i) viewport.RenderFrame();
     }
     // A frame, and what it shows.
     std::vector<uint8_t> Picture() {
@@ -66,7 +66,7 @@ class ViewedScene {
     uint32_t Samples() const { return viewport.Progress().pathTracedSamples; }
     uint32_t AllResets() const {
         uint32_t count = 0;
-        for (uint32_t i = 0; i < static_cast<uint32_t>(passes::ResetCause::Count); i++)
+        for (uint32_t i = 0; i < static_cast<uint32_t>(passes::ResetCause::Count); ++i)
             count += viewport.ResetCount(static_cast<passes::ResetCause>(i));
         return count;
     }

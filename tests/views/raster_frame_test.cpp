@@ -22,7 +22,7 @@ class RasterFrame : public VulkanTest {
     Cost Measure(const TraceSettings& settings, const passes::RasterSettings& raster) {
         std::vector<double> times;
         size_t passCount = 0;
-        for (int frame = 0; frame < 12; frame++) {
+        for (int frame = 0; frame < 12; ++frame) {
             render.renderer.BeginFrame();
             const SceneIds ids = render.scene.Declare(render.renderer);
             const passes::RasterVisibility seen =
@@ -43,8 +43,8 @@ class RasterFrame : public VulkanTest {
     // Boxes in a square, under a sun and a sky.
     void SetBoxes(int perSide) {
         std::vector<glm::mat4x3> places;
-        for (int y = 0; y < perSide; y++)
-            for (int x = 0; x < perSide; x++)
+        for (int y = 0; y < perSide; ++y)
+            for (int x = 0; x < perSide; ++x)
                 places.push_back(Translation({float(x - perSide / 2), 0, float(y - perSide / 2)}));
         scene::SceneData scene;
         scene.meshes = {BoxMesh(0.3f)};

@@ -70,18 +70,18 @@ class RasterHits : public VulkanTest {
         const auto width = static_cast<int>(settings.extent.width);
         const auto height = static_cast<int>(settings.extent.height);
         const auto isBeside = [&](const std::vector<glm::uvec4>& ids, int x, int y, uint32_t instance) {
-            for (int j = std::max(0, y - 1); j <= std::min(height - 1, y + 1); j++)
-                for (int i = std::max(0, x - 1); i <= std::min(width - 1, x + 1); i++)
+            for (int j = std::max(0, y - 1); j <= std::min(height - 1, y + 1); ++j)
+                for (int i = std::max(0, x - 1); i <= std::min(width - 1, x + 1); ++i)
                     if (ids[size_t(j * width + i)].x == instance) return true;
             return false;
         };
         uint32_t surfaces = 0, different = 0, misplaced = 0, bent = 0;
-        for (int y = 0; y < height; y++)
-            for (int x = 0; x < width; x++) {
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x) {
                 const auto i = size_t(y * width + x);
                 surfaces += traced.ids[i].x != kMiss;
                 if (traced.ids[i] != drawn.ids[i]) {
-                    different++;
+                    ++different;
                     misplaced += !isBeside(traced.ids, x, y, drawn.ids[i].x) ||
                                  !isBeside(drawn.ids, x, y, traced.ids[i].x);
                     continue;
@@ -150,11 +150,11 @@ TEST_F(RasterHits, OwnScenesAreSeenAsRaysSeeThem) {
 TEST_F(RasterHits, ManyLayersOfLargeTrianglesShowTheNearest) {
     constexpr uint32_t kTilesEach = 32;  // of the two triangles of a layer, in a row of tiles
     std::vector<glm::mat4x3> places(gpu::kTileCapacity / kTilesEach + 100);
-    for (size_t i = 0; i < places.size(); i++)
+    for (size_t i = 0; i < places.size(); ++i)
         places[i] = Translation({0, 0, -1.0f - 1e-3f * float(places.size() - i)});
     scene::SceneData scene = SceneOf({QuadMesh(9.0f)}, {OneSided(glm::vec3(0.5f))}, {places[0]});
     scene.instances.resize(places.size(), scene.instances[0]);
-    for (size_t i = 1; i < places.size(); i++) scene.instances[i].objectToWorld = places[i];
+    for (size_t i = 1; i < places.size(); ++i) scene.instances[i].objectToWorld = places[i];
     render.scene.SetScene(std::move(scene));
     TraceSettings settings = LookAt({0, 0, 1}, {0, 0, 0}, 0.6f, 64);
     settings.extent = {kTilesEach * gpu::kTileSize, 1};
@@ -315,7 +315,7 @@ TEST_F(RasterHits, RaysSeeWhatMovedWhileOnlyTheRasterViewWasShown) {
     const TraceSettings settings = LookAt({0, 0, 5}, {0, 0, 0}, 0.2f, 8);
     render.scene.SetScene(SceneOf({BoxMesh(0.4f), BoxMesh(0.4f)}, {OneSided(glm::vec3(0.5f))},
                                   {Translation({0, 0, 0}), Translation({5, 0, 0})}));
-    for (int frame = 0; frame < 8; frame++) render.PrimaryHits(settings);  // past compaction: updates follow
+    for (int frame = 0; frame < 8; ++frame) render.PrimaryHits(settings);  // past compaction: updates follow
     EXPECT_EQ(render.PrimaryHits(settings).ids[36].x, 0u);
     render.scene.SetTransform(0, Translation({-5, 0, 0}));
     EXPECT_EQ(Draw(settings).ids[36].x, kMiss);

@@ -57,9 +57,9 @@ class RasterOptions : public VulkanTest {
     };
     Change Compare(const FloatImage& a, const FloatImage& b, uint32_t instance = kMiss) const {
         Change change;
-        for (size_t i = 0; i < a.values.size(); i++) {
+        for (size_t i = 0; i < a.values.size(); ++i) {
             if (a.values[i] == b.values[i]) continue;
-            change.pixels++;
+            ++change.pixels;
             const uint32_t seen = surfaces[i].x;
             change.elsewhere += instance == kMiss ? seen == kMiss : seen != instance;
             EXPECT_EQ(a.values[i].w, b.values[i].w);

@@ -26,7 +26,7 @@ class RasterScreen : public VulkanTest {
     template <typename Declare>
     FloatImage Mean(TraceSettings settings, uint32_t samples, FilmPosition film, Declare&& declare) {
         FloatImage sum;
-        for (uint32_t i = 0; i < samples; i++) {
+        for (uint32_t i = 0; i < samples; ++i) {
             render.renderer.BeginFrame();
             const SceneIds ids = render.scene.Declare(render.renderer);
             const RasterVisibility seen = passes::DrawVisibility(render.renderer, ids, settings, film);
@@ -34,8 +34,8 @@ class RasterScreen : public VulkanTest {
             render.renderer.Execute();
             const FloatImage sample = ToFloatImage(readback);
             if (i == 0) sum = {sample.extent, std::vector<glm::vec4>(sample.values.size())};
-            for (size_t j = 0; j < sum.values.size(); j++) sum.values[j] += sample.values[j] / float(samples);
-            settings.sampleIndex++;
+            for (size_t j = 0; j < sum.values.size(); ++j) sum.values[j] += sample.values[j] / float(samples);
+            ++settings.sampleIndex;
         }
         return sum;
     }
@@ -134,7 +134,7 @@ TEST_F(RasterScreen, WithOcclusionACreaseUnderAnEvenSkyIsMoreAsPathTraced) {
     const FloatImage without = Draw(settings, 1, {.shadows = kScreen.shadows, .hasOcclusion = false}),
                      with = Draw(settings, 16, kScreen);
     double errorWithout = 0.0, errorWith = 0.0;
-    for (size_t i = 0; i < traced.values.size(); i++) {
+    for (size_t i = 0; i < traced.values.size(); ++i) {
         if (traced.values[i].w < 1.0f) continue;
         errorWithout += std::abs(without.values[i].y - traced.values[i].y);
         errorWith += std::abs(with.values[i].y - traced.values[i].y);
@@ -147,7 +147,7 @@ TEST_F(RasterScreen, ClearGlassShowsWhatIsBehindItInItsColor) {
     render.scene.SetScene(Window(0.0f));
     const FloatImage drawn = Draw(ViewOfWindow(), 4, kScreen);
     const FloatImage traced = render.Render(ViewOfWindow(), 16).mean;
-    for (int c = 0; c < 3; c++) {
+    for (int c = 0; c < 3; ++c) {
         EXPECT_NEAR(drawn.At(22, 32)[c], 1.0f, 0.02f) << "through the pane";
         EXPECT_NEAR(traced.At(22, 32)[c], 1.0f, 0.02f);
         EXPECT_NEAR(drawn.At(40, 32)[c], traced.At(40, 32)[c], 1e-3f) << "beside it";
@@ -174,7 +174,7 @@ TEST_F(RasterScreen, BlurredLevelsKeepTheMean) {
     PassHarness harness{Device()};
     const uint32_t width = 37, height = 21;
     std::vector<float> values;
-    for (uint32_t i = 0; i < width * height; i++) {
+    for (uint32_t i = 0; i < width * height; ++i) {
         const float alpha = i % 3 == 0 ? 0.0f : 1.0f;
         values.insert(values.end(), {2.0f, 1.0f, 0.5f, alpha});
     }
@@ -182,11 +182,11 @@ TEST_F(RasterScreen, BlurredLevelsKeepTheMean) {
         return passes::BlurLevels(h.Graph(),
                                   h.Texture("picture", {width, height}, Format::Rgba32Float, values));
     });
-    for (uint32_t level = 1; level <= gpu::kBlurLevels; level++) {
+    for (uint32_t level = 1; level <= gpu::kBlurLevels; ++level) {
         glm::vec2 sum(0.0f);
         const uint32_t w = gpu::BlurSize(width, level), h = gpu::BlurSize(height, level);
-        for (uint32_t y = 0; y < h; y++)
-            for (uint32_t x = 0; x < w; x++) {
+        for (uint32_t y = 0; y < h; ++y)
+            for (uint32_t x = 0; x < w; ++x) {
                 const auto texel = levels.At(x, gpu::BlurRow(height, level) + y);
                 EXPECT_NEAR(texel[0], 2.0f * texel[3], 1e-5f) << "multiplied by alpha";
                 sum += glm::vec2(texel[0], texel[3]);

@@ -21,7 +21,7 @@ class RasterShade : public VulkanTest {
     FloatImage Draw(TraceSettings settings, uint32_t samples = kSamples,
                     FilmPosition film = FilmPosition::Jittered) {
         passes::Accumulation accumulation("drawn");
-        for (uint32_t i = 0;; i++) {
+        for (uint32_t i = 0;; ++i) {
             render.renderer.BeginFrame();
             const SceneIds ids = render.scene.Declare(render.renderer);
             const passes::RasterVisibility seen =
@@ -31,7 +31,7 @@ class RasterShade : public VulkanTest {
                                                                           seen, environment, kUnshadowed),
                                                       accumulation)
                                        .mean;
-            settings.sampleIndex++;
+            ++settings.sampleIndex;
             if (i + 1 == samples) {
                 const Readback readback = render.renderer.ReadBack(mean);
                 render.renderer.Execute();
@@ -48,7 +48,7 @@ class RasterShade : public VulkanTest {
         settings.biases.maxDepth = 1;
         const glm::dvec3 traced = render.Render(settings, 16).mean.Mean();
         const glm::dvec3 drawn = Draw(settings, 16).Mean();
-        for (int c = 0; c < 3; c++) EXPECT_NEAR(drawn[c], traced[c], 0.003 * traced[c]);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(drawn[c], traced[c], 0.003 * traced[c]);
 
         // One place each: so narrow a view that it does not matter where in a pixel it is sampled
         uint32_t lit = 0, edges = 0;
@@ -64,7 +64,7 @@ class RasterShade : public VulkanTest {
                 const glm::vec4 b = Draw(narrow, 1).At(0, 0);
                 edges += a.w != b.w;
                 if (a.w != 1.0f || b.w != 1.0f) continue;
-                for (int c = 0; c < 3; c++)
+                for (int c = 0; c < 3; ++c)
                     EXPECT_NEAR(a[c], b[c], 0.01 * a[c] + 1e-3 * traced[c]) << x << ", " << y;
                 lit += a.y > 0.1 * traced.y;
             }
@@ -77,20 +77,20 @@ class RasterShade : public VulkanTest {
     void ExpectSameSurfaces(TraceSettings settings, uint32_t count, double tolerance) {
         settings.biases.maxDepth = 1;
         const uint32_t all = render.scene.Statistics().instanceCount;
-        for (uint32_t instance = 0; instance < count; instance++) {
-            for (uint32_t i = 0; i < all; i++) render.scene.SetVisible(i, i == instance);
+        for (uint32_t instance = 0; instance < count; ++instance) {
+            for (uint32_t i = 0; i < all; ++i) render.scene.SetVisible(i, i == instance);
             const FloatImage traced = render.Render(settings, 16).mean;
             const FloatImage drawn = Draw(settings, 16);
             const std::vector<glm::uvec4> ids = render.PrimaryHits(settings).ids;
             glm::dvec3 a[2] = {}, b[2] = {};
-            for (size_t i = 0; i < ids.size(); i++) {
+            for (size_t i = 0; i < ids.size(); ++i) {
                 if (ids[i].x != instance) continue;
                 const bool isLower = i / settings.extent.width >= settings.extent.height / 2;
                 a[isLower] += glm::dvec3(traced.values[i]);
                 b[isLower] += glm::dvec3(drawn.values[i]);
             }
-            for (int part = 0; part < 2; part++)
-                for (int c = 0; c < 3; c++)
+            for (int part = 0; part < 2; ++part)
+                for (int c = 0; c < 3; ++c)
                     EXPECT_NEAR(b[part][c], a[part][c], tolerance * a[part][c])
                         << "instance " << instance << ", half " << part;
         }
@@ -112,7 +112,7 @@ scene::Material Glossy(const glm::vec3& color, float metallic, float roughness) 
 scene::SceneData Row(std::vector<scene::Light> lights) {
     std::vector<scene::Mesh> meshes;
     std::vector<glm::mat4x3> transforms;
-    for (uint32_t i = 0; i < 4; i++) {
+    for (uint32_t i = 0; i < 4; ++i) {
         meshes.push_back(SphereMesh(0.45f, 64, i));
         transforms.push_back(Translation({1.3f * (float(i) - 1.5f), 0, 0}));
     }
@@ -190,8 +190,8 @@ TEST_F(RasterShade, AnEnvironmentMapLightsAboutAsPathTraced) {
     // A bright patch in a blue sky over a dark ground
     const uint32_t width = 64, height = 32;
     image::ImageF map{.width = width, .height = height, .rgba = {}};
-    for (uint32_t y = 0; y < height; y++)
-        for (uint32_t x = 0; x < width; x++) {
+    for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x) {
             glm::vec3 value = y < 16 ? glm::vec3(0.4f, 0.6f, 1.0f) : glm::vec3(0.1f);
             if (y >= 8 && y < 12 && x >= 40 && x < 46) value = glm::vec3(30.0f);
             map.rgba.insert(map.rgba.end(), {value.x, value.y, value.z, 1.0f});
@@ -209,7 +209,7 @@ TEST_F(RasterShade, AnEnvironmentMapLightsAboutAsPathTraced) {
 TEST_F(RasterShade, WhatFacesTheNadirReflectsNoZenith) {
     const uint32_t width = 8, height = 4;
     image::ImageF map{.width = width, .height = height, .rgba = {}};
-    for (uint32_t texel = 0; texel < width * height; texel++) {
+    for (uint32_t texel = 0; texel < width * height; ++texel) {
         const float value = texel < width ? 40.0f : 1.0f;
         map.rgba.insert(map.rgba.end(), {value, value, value, 1.0f});
     }
@@ -261,9 +261,9 @@ TEST_F(RasterShade, LightsAddUp) {
     const FloatImage all = drawn({PointLight(), SpotLight(), Sun()});
     const FloatImage parts[] = {drawn({PointLight()}), drawn({SpotLight()}), drawn({Sun()})};
     EXPECT_GT(all.Mean().y, 0.05);
-    for (size_t i = 0; i < all.values.size(); i++) {
+    for (size_t i = 0; i < all.values.size(); ++i) {
         const glm::vec4 sum = parts[0].values[i] + parts[1].values[i] + parts[2].values[i];
-        for (int c = 0; c < 3; c++) ASSERT_NEAR(all.values[i][c], sum[c], 1e-4f * (1.0f + sum[c]));
+        for (int c = 0; c < 3; ++c) ASSERT_NEAR(all.values[i][c], sum[c], 1e-4f * (1.0f + sum[c]));
     }
 }
 
@@ -279,7 +279,7 @@ TEST_F(RasterShade, EmittingSurfacesLightAsPathTracedWithoutOccluders) {
     settings.biases.maxDepth = 1;
     const RenderedImage traced = render.Render(settings, 64);
     const glm::dvec3 drawn = Draw(settings, 64).Mean();
-    for (int c = 0; c < 3; c++) EXPECT_NEAR(drawn[c], traced.mean.Mean()[c], 0.01 * traced.mean.Mean()[c]);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(drawn[c], traced.mean.Mean()[c], 0.01 * traced.mean.Mean()[c]);
     EXPECT_LT(3.0 * traced.StandardErrorOfMean().y, 0.01 * traced.mean.Mean().y) << "too noisy";
 }
 
@@ -295,7 +295,7 @@ TEST_F(RasterShade, EmissionUnlitColorAndBackgroundAreShownAsTheyAre) {
     render.scene.SetEnvironment({.radiance = {0.1f, 0.2f, 0.3f}});
     const FloatImage drawn = Draw(LookAt({0, 0, 4}, {0, 0, 0}, 0.9f, 64), 1);
     const auto expect = [&](uint32_t x, uint32_t y, const glm::vec4& value) {
-        for (int c = 0; c < 4; c++) EXPECT_NEAR(drawn.At(x, y)[c], value[c], 1e-5f) << x << ", " << c;
+        for (int c = 0; c < 4; ++c) EXPECT_NEAR(drawn.At(x, y)[c], value[c], 1e-5f) << x << ", " << c;
     };
     expect(15, 32, {0.5f, 0.25f, 0.75f, 1});
     expect(48, 32, {0.2f, 0.4f, 0.6f, 1});
@@ -326,7 +326,7 @@ TEST_F(RasterShade, JitteredSamplesSmoothEdgesAsTracedOnesDo) {
     TraceSettings settings = LookAt({0.3f, 0.2f, 6}, {0.1f, 0, 0}, 0.6f, 48);
     const FloatImage drawn = Draw(settings, 64);
     const FloatImage traced = render.Render(settings, 64).mean;
-    for (size_t i = 0; i < drawn.values.size(); i++)
+    for (size_t i = 0; i < drawn.values.size(); ++i)
         ASSERT_NEAR(drawn.values[i].x, traced.values[i].x, 0.06f) << "pixel " << i;
 }
 

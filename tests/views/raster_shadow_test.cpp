@@ -20,7 +20,7 @@ class RasterShadow : public VulkanTest {
     FloatImage Draw(TraceSettings settings, RasterShadows shadows, uint32_t samples = 1) {
         const FilmPosition film = samples > 1 ? FilmPosition::Jittered : FilmPosition::Center;
         passes::Accumulation accumulation("drawn");
-        for (uint32_t i = 0;; i++) {
+        for (uint32_t i = 0;; ++i) {
             render.renderer.BeginFrame();
             const SceneIds ids = render.scene.Declare(render.renderer);
             const passes::RasterVisibility seen =
@@ -31,7 +31,7 @@ class RasterShadow : public VulkanTest {
             const Readback mean =
                 render.renderer.ReadBack(passes::Accumulate(render.renderer, radiance, accumulation).mean);
             render.renderer.Execute();
-            settings.sampleIndex++;
+            ++settings.sampleIndex;
             if (i + 1 == samples) return ToFloatImage(mean);
         }
     }
@@ -39,9 +39,9 @@ class RasterShadow : public VulkanTest {
     // Whether light arrives somewhere else in the square of so many pixels about a pixel, or is seen there.
     static bool IsNearEdge(const FloatImage& image, uint32_t x, uint32_t y, uint32_t reach) {
         const glm::vec4& here = image.At(x, y);
-        for (uint32_t j = y < reach ? 0 : y - reach; j <= std::min(y + reach, image.extent.height - 1); j++)
+        for (uint32_t j = y < reach ? 0 : y - reach; j <= std::min(y + reach, image.extent.height - 1); ++j)
             for (uint32_t i = x < reach ? 0 : x - reach; i <= std::min(x + reach, image.extent.width - 1);
-                 i++)
+                 ++i)
                 if (std::abs(image.At(i, j).y - here.y) > 0.15f * std::max(image.At(i, j).y, here.y))
                     return true;
         return false;
@@ -55,10 +55,10 @@ class RasterShadow : public VulkanTest {
     static Difference Compare(const FloatImage& a, const FloatImage& b, float tolerance, uint32_t reach) {
         const double brightest = b.Mean().y;
         Difference difference;
-        for (uint32_t y = 0; y < b.extent.height; y++)
-            for (uint32_t x = 0; x < b.extent.width; x++) {
+        for (uint32_t y = 0; y < b.extent.height; ++y)
+            for (uint32_t x = 0; x < b.extent.width; ++x) {
                 bool isSame = true;
-                for (int c = 0; c < 3; c++)
+                for (int c = 0; c < 3; ++c)
                     isSame = isSame && std::abs(a.At(x, y)[c] - b.At(x, y)[c]) <=
                                            tolerance * b.At(x, y)[c] + 1e-3 * brightest;
                 difference.shadowed += b.At(x, y).w > 0.0f && b.At(x, y).y == 0.0f;
@@ -185,7 +185,7 @@ TEST_F(RasterShadow, APointLightIsShadowedOnAllSides) {
     // A room with a box between the lamp and the middle of each wall
     std::vector<scene::Mesh> meshes{BoxMesh(2.0f)};
     std::vector<glm::mat4x3> transforms{Translation({0, 0, 0})};
-    for (int axis = 0; axis < 3; axis++)
+    for (int axis = 0; axis < 3; ++axis)
         for (const float side : {-1.0f, 1.0f}) {
             glm::vec3 at(0.0f);
             at[axis] = side;
@@ -195,7 +195,7 @@ TEST_F(RasterShadow, APointLightIsShadowedOnAllSides) {
     scene::SceneData room = SceneOf(std::move(meshes), {Lambert(glm::vec3(0.5f))}, std::move(transforms));
     room.lights = {Punctual(scene::LightType::Point, 10.0f, Translation({0.05f, 0.1f, -0.05f}))};
     render.scene.SetScene(std::move(room));
-    for (int axis = 0; axis < 3; axis++)
+    for (int axis = 0; axis < 3; ++axis)
         for (const float side : {-1.0f, 1.0f}) {
             glm::vec3 target(0.0f);
             target[axis] = side;
@@ -257,9 +257,9 @@ TEST_F(RasterShadow, CascadesMoveInWholeTexelsAndKeepTheirSize) {
     const std::vector<gpu::ShadowView> before = views({0, 0, 0});
     EXPECT_LT(before[0].texel, before[3].texel);
     double moved = 0.0;
-    for (int step = 1; step <= 8; step++) {
+    for (int step = 1; step <= 8; ++step) {
         const std::vector<gpu::ShadowView> after = views(0.013f * float(step) * glm::vec3(1, 0.7f, -0.4f));
-        for (size_t i = 0; i < after.size(); i++) {
+        for (size_t i = 0; i < after.size(); ++i) {
             EXPECT_EQ(after[i].texel, before[i].texel);
             const glm::vec3 way = after[i].camera.origin - before[i].camera.origin;
             for (const glm::vec3& axis : {after[i].camera.right, after[i].camera.up}) {
@@ -274,7 +274,7 @@ TEST_F(RasterShadow, CascadesMoveInWholeTexelsAndKeepTheirSize) {
 
 TEST_F(RasterShadow, LightsBeyondTheAtlasCastNoShadow) {
     std::vector<scene::Light> lights;
-    for (int i = 0; i < 12; i++)
+    for (int i = 0; i < 12; ++i)
         lights.push_back(
             Punctual(scene::LightType::Point, i < 11 ? 1e-6f : 40.0f, Translation({1.2f, 2.5f, 1.5f})));
     render.scene.SetScene(Table(lights));

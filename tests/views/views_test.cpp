@@ -54,7 +54,7 @@ class PaintedViews : public VulkanTest {
     // Display values are stored as codes of 8 bits, and Vulkan lets a device take either of the two nearest
     // ("Conversion From Floating-Point to Normalized Fixed-Point").
     static void ExpectNear(const glm::vec3& a, const glm::vec3& b) {
-        for (int c = 0; c < 3; c++) EXPECT_NEAR(a[c], b[c], 1.0f / 255.0f + 1e-4f);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1.0f / 255.0f + 1e-4f);
     }
     PassHarness harness{Device()};
 };
@@ -64,8 +64,8 @@ class PaintedViews : public VulkanTest {
 TEST(ViewNames, EachViewHasANameOfItsOwn) {
     EXPECT_STREQ(passes::Name(View::PathTraced), "path-traced");
     EXPECT_STREQ(passes::Name(View::RayCost), "ray-cost");
-    for (size_t i = 0; i < passes::kViewCount; i++)
-        for (size_t j = 0; j < i; j++)
+    for (size_t i = 0; i < passes::kViewCount; ++i)
+        for (size_t j = 0; j < i; ++j)
             EXPECT_STRNE(passes::Name(static_cast<View>(i)), passes::Name(static_cast<View>(j)));
 }
 
@@ -102,7 +102,7 @@ TEST_F(SurfaceViews, AreTheSameOfDrawnAndOfTracedHits) {
     for (const View view : {View::Normals, View::Depth, View::Instance, View::Wireframe}) {
         const FloatImage drawn = Values(settings, view), traced = Values(settings, view, true);
         uint32_t different = 0, surfaces = 0;
-        for (size_t i = 0; i < drawn.values.size(); i++) {
+        for (size_t i = 0; i < drawn.values.size(); ++i) {
             surfaces += traced.values[i].w > 0.0f;
             different += glm::distance(drawn.values[i], traced.values[i]) > 0.02f;
         }
@@ -115,7 +115,7 @@ TEST_F(SurfaceViews, WireframeIsOnTheEdgesOfTriangles) {
     render.scene.SetScene(SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))}));
     const FloatImage values = Values(LookAt({0, 0, 4}, {0, 0, 0}, 0.6f, 65), View::Wireframe);
     float diagonal[2] = {};
-    for (uint32_t i = 12; i < 53; i++) {  // in the quad, off its sides
+    for (uint32_t i = 12; i < 53; ++i) {  // in the quad, off its sides
         diagonal[0] = std::max(diagonal[0], values.At(i, i).x);
         diagonal[1] = std::max(diagonal[1], values.At(i, 64 - i).x);
     }
@@ -146,7 +146,7 @@ TEST_F(PaintedViews, CountsAreSpreadOverTheChannels) {
     const Texels values = harness.Run([&](PassHarness& h) {
         return passes::SpreadCounts(h.Graph(), h.Texture("counts", {2, 1}, Format::R32Float, {7, 2049}));
     });
-    for (uint32_t c = 0; c < 3; c++) {
+    for (uint32_t c = 0; c < 3; ++c) {
         EXPECT_EQ(values.At(0, 0)[c], 7.0f);
         EXPECT_EQ(values.At(1, 0)[c], 2049.0f);
     }
@@ -178,10 +178,10 @@ TEST_F(PaintedViews, NearIsBrighterThanFarAndAMissIsBlack) {
 
 TEST_F(PaintedViews, EachIdHasAColorOfItsOwn) {
     std::vector<float> ids;
-    for (int i = 0; i < 8; i++) ids.insert(ids.end(), {float(i), float(i), float(i), 1.0f});
+    for (int i = 0; i < 8; ++i) ids.insert(ids.end(), {float(i), float(i), float(i), 1.0f});
     const Texels shown = Paint(View::Instance, ids);
-    for (uint32_t i = 0; i < 8; i++)
-        for (uint32_t j = 0; j < i; j++) {
+    for (uint32_t i = 0; i < 8; ++i)
+        for (uint32_t j = 0; j < i; ++j) {
             const glm::vec3 difference = glm::abs(Rgb(shown, i) - Rgb(shown, j));
             EXPECT_GT(difference.x + difference.y + difference.z, 40.0f / 255.0f) << i << " and " << j;
         }
@@ -190,7 +190,7 @@ TEST_F(PaintedViews, EachIdHasAColorOfItsOwn) {
 TEST_F(PaintedViews, HeatMapsAreTheRampOfTheLogarithm) {
     const Texels rays = Paint(View::RayCost, {0, 0, 0, 1, 31, 31, 31, 1, 1023, 0, 0, 1, 9999, 0, 0, 1});
     const float steps[] = {0.0f, 0.5f, 1.0f, 1.0f};
-    for (uint32_t i = 0; i < 4; i++)
+    for (uint32_t i = 0; i < 4; ++i)
         ExpectNear(Rgb(rays, i), shading::SrgbEncode(shading::HeatColor(steps[i])));
     ExpectNear(Rgb(Paint(View::Overdraw, {31, 0, 0, 1}), 0), shading::SrgbEncode(shading::HeatColor(1.0f)));
     EXPECT_THROW(Paint(View::Raster, {0, 0, 0, 1}), Error);
@@ -199,13 +199,13 @@ TEST_F(PaintedViews, HeatMapsAreTheRampOfTheLogarithm) {
 TEST(HeatColor, GrowsEvenlyLighterAndStaysWithinTheScreensColors) {
     // CIE L* of its luminance rises all along; OKLab's lightness is what the ramp is made of
     float last = -1.0f;
-    for (int i = 0; i <= 100; i++) {
+    for (int i = 0; i <= 100; ++i) {
         const float t = float(i) / 100.0f;
         const shading::vec3 color = shading::HeatColor(t);
         const float luminance = shading::Luminance(color);
         EXPECT_GT(luminance, last);
         last = luminance;
-        for (int c = 0; c < 3; c++) {
+        for (int c = 0; c < 3; ++c) {
             EXPECT_GT(color[c], 0.0f) << "cut at " << t;
             EXPECT_LT(color[c], 1.0f) << "cut at " << t;
         }
