@@ -214,6 +214,7 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
 }
 
 void Document::Put(const Edit& edit, GpuScene& gpu) {
+    ++m_changes;
     std::visit(Overloaded{
                    [&](const TransformEdit& e) { PutTransform(e, gpu); },
                    [&](const MaterialEdit& e) {

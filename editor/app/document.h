@@ -83,6 +83,8 @@ class Document {
     void Redo(GpuScene& gpu);
     // The number of edits that are applied, not undone.
     size_t EditCount() const { return m_done; }
+    // Grows with every edit, undo and redo, so that equal counts are equal states.
+    uint64_t ChangeCount() const { return m_changes; }
     // Whether they differ from the saved ones.
     bool IsEdited() const { return m_done != m_saved; }
     // Writes the file with its edits to another, or over it (scene::SaveGltf), which then is the document's.
@@ -122,8 +124,9 @@ class Document {
     std::vector<scene::Bounds> m_meshBounds;                // by mesh
     std::vector<scene::Bounds> m_instanceBounds;            // by instance
     std::vector<Step> m_steps;
-    size_t m_saved = 0;     // m_done when it was saved; kNeverSaved: no state equals the saved one
-    size_t m_done = 0;      // steps that are in effect; those after it can be redone
+    size_t m_saved = 0;  // m_done when it was saved; kNeverSaved: no state equals the saved one
+    size_t m_done = 0;   // steps that are in effect; those after it can be redone
+    uint64_t m_changes = 0;
     bool m_isOpen = false;  // the last step may be extended
 };
 

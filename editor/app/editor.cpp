@@ -47,10 +47,7 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     ignored.extent = given.extent;
     ignored.scale = given.scale;
     const FrameInput& input = m_isLeaving ? ignored : given;
-    if (m_work.FinishLoading()) {
-        m_isPicking = false;  // of what is gone
-        KeepSettings();       // with the file among the recent ones
-    }
+    FinishLoading();
     for (const std::filesystem::path& file : input.dropped) Open(file);
     TakePick();
     FinishSaving();

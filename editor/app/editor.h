@@ -87,8 +87,10 @@ class Editor {
     // While quitting, after a frame: whether a picture is still to be written.
     bool IsStillSaving(bool hasDrawn);
     void Leave();
-    // Calls `then` when there are no unsaved edits or the user discards them.
-    void BeforeLoss(std::function<void()> then);
+    // Calls `then` when there are no unsaved edits, or once the user has saved or discards them. `loss` says in
+    // the question by what they would be lost: "closing the editor".
+    void BeforeLoss(const std::string& loss, std::function<void()> then);
+    void FinishLoading();
 
     Workspace m_work;
     Ui m_ui;
@@ -98,6 +100,8 @@ class Editor {
     Extent2D m_windowSize{};         // points, as of the last frame
     PathDialog m_dialog;
     UnsavedDialog m_unsaved;
+    std::optional<LoadedScene> m_loaded;  // until an open question is answered
+    uint64_t m_changesToLose = 0;         // those of the scene when opening the one that loads was agreed to
     // The picture's place in the window, pixels, as of the last frame
     glm::ivec2 m_viewOrigin{0};
     GizmoView m_gizmo;

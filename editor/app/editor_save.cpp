@@ -26,29 +26,50 @@ bool IsExr(const std::filesystem::path& file) {
 
 }  // namespace
 
-void Editor::BeforeLoss(std::function<void()> then) {
+void Editor::BeforeLoss(const std::string& loss, std::function<void()> then) {
     if (!m_work.document.IsEdited()) {
         then();
         return;
     }
     const std::filesystem::path file = m_work.document.File();
-    m_unsaved.Ask(file.string(), [this, file, then = std::move(then)](UnsavedDialog::Answer answer) {
-        if (answer == UnsavedDialog::Answer::Cancel) return;
-        // What cannot be saved is not lost either: the message says why
-        if (answer == UnsavedDialog::Answer::Save && !SaveScene(file)) return;
-        then();
-    });
+    m_unsaved.Ask(Text("{} has edits that are not saved; they are lost by {}. Save writes over the file.",
+                       file.string(), loss),
+                  [this, file, then = std::move(then)](UnsavedDialog::Answer answer) {
+                      if (answer == UnsavedDialog::Answer::Cancel) return;
+                      // What cannot be saved is not lost either: the message says why
+                      if (answer == UnsavedDialog::Answer::Save && !SaveScene(file)) return;
+                      then();
+                  });
 }
 
 void Editor::Open(const std::filesystem::path& file) {
     if (Workspace::IsEnvironment(file))
         m_work.Open(file);
     else
-        BeforeLoss([this, file] { m_work.Open(file); });
+        BeforeLoss("opening " + file.string(), [this, file] {
+            if (!m_work.loader.IsLoading()) m_changesToLose = m_work.document.ChangeCount();
+            m_work.Open(file);
+        });
+}
+
+void Editor::FinishLoading() {
+    if (std::optional<LoadedScene> loaded = m_work.FinishLoading()) m_loaded = std::move(loaded);
+    if (!m_loaded || IsAsking() || m_isLeaving) return;
+    const auto loaded = std::make_shared<LoadedScene>(std::move(*m_loaded));
+    m_loaded.reset();
+    const auto show = [this, loaded] {
+        if (!m_work.Show(std::move(*loaded))) return;
+        m_isPicking = false;  // of what is gone
+        KeepSettings();       // with the file among the recent ones
+    };
+    if (m_work.document.ChangeCount() == m_changesToLose)
+        show();
+    else  // edited since Open asked
+        BeforeLoss("opening " + loaded->file.string(), show);
 }
 
 void Editor::Leave() {
-    BeforeLoss([this] { m_isLeaving = true; });
+    BeforeLoss("closing the editor", [this] { m_isLeaving = true; });
 }
 
 void Editor::AskToOpen() {

@@ -8,8 +8,8 @@
 
 namespace raygraph::editor {
 
-void UnsavedDialog::Ask(std::string file, std::function<void(Answer)> use) {
-    m_file = std::move(file);
+void UnsavedDialog::Ask(std::string question, std::function<void(Answer)> use) {
+    m_question = std::move(question);
     m_use = std::move(use);
     m_isNew = true;
 }
@@ -21,7 +21,7 @@ void UnsavedDialog::Draw(const FrameInput& input) {
     // Also after another dialog has closed it
     if (!ImGui::IsPopupOpen(kTitle)) ImGui::OpenPopup(kTitle);
     if (!ImGui::BeginPopupModal(kTitle, nullptr, ImGuiWindowFlags_AlwaysAutoResize)) return;
-    ImGui::Text("%s has edits that are not saved. Save writes over it.", m_file.c_str());
+    ImGui::TextUnformatted(m_question.c_str());
     // Keys of the frame that asked are not the answer
     const auto isPressed = [&](Key key) { return !isNew && std::ranges::count(input.pressed, key) > 0; };
     std::optional<Answer> answer;

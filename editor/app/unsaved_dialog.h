@@ -12,13 +12,13 @@ class UnsavedDialog {
   public:
     enum class Answer : unsigned char { Save, Discard, Cancel };
     // Open from the next Draw until the user has answered by a button or S, D or Escape; an open question is
-    // replaced. Draw calls `use` with the answer. `file` is the file that would be written.
-    void Ask(std::string file, std::function<void(Answer)> use);
+    // replaced. Draw calls `use` with the answer. `question` names the file that would be written.
+    void Ask(std::string question, std::function<void(Answer)> use);
     bool IsAsking() const { return static_cast<bool>(m_use); }
     void Draw(const FrameInput& input);
 
   private:
-    std::string m_file;
+    std::string m_question;
     std::function<void(Answer)> m_use;
     bool m_isNew = false;  // since the last Draw
 };

@@ -165,15 +165,18 @@ session::SceneInput Workspace::Source() const {
             .environmentHash = m_environmentHash};
 }
 
-bool Workspace::FinishLoading() {
+std::optional<LoadedScene> Workspace::FinishLoading() {
     FinishLoadingEnvironment();
     std::optional<LoadResult> result = loader.Take();
-    if (!result) return false;
+    if (!result) return std::nullopt;
     if (const LoadFailure* failure = std::get_if<LoadFailure>(&*result)) {
         Refuse(failure->message);
-        return false;
+        return std::nullopt;
     }
-    LoadedScene& loaded = std::get<LoadedScene>(*result);
+    return std::get<LoadedScene>(std::move(*result));
+}
+
+bool Workspace::Show(LoadedScene loaded) {
     Document opened(loaded.file, loaded.data, loaded.stamp, std::move(loaded.hash));
     try {
         gpu.SetScene(std::move(loaded.data));

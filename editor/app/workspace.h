@@ -59,9 +59,12 @@ class Workspace {
     // Document::Content has.
     session::SceneInput Source() const;
     bool IsLoading() const { return loader.IsLoading() || m_environment.valid(); }
-    // Opens a scene that has been loaded, or reports why not: then nothing changes. True: there is a
-    // new scene.
-    bool FinishLoading();
+    // Takes what has been loaded, and reports what could not be. An environment map is shown at once; a scene
+    // is returned.
+    std::optional<LoadedScene> FinishLoading();
+    // Replaces the open scene, whose unsaved edits are lost. False: the device refuses the new one, and the
+    // message says why; then nothing changes.
+    bool Show(LoadedScene loaded);
     // The open scene with its edits, .gltf or .glb; that file is open then. The message reports the result;
     // false: it failed.
     bool SaveScene(const std::filesystem::path& file);

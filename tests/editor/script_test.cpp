@@ -303,6 +303,33 @@ TEST_F(ScriptTest, AsksBeforeEditsAreLost) {
     EXPECT_FALSE(editor.Work().document.IsEdited());
 }
 
+// Nothing was edited when they were opened.
+TEST_F(ScriptTest, AsksAboutEditsThatWereMadeWhileAnotherSceneWasLoaded) {
+    const std::filesystem::path cornell = test::SourceFile("scenes/cornell.gltf");
+    const std::filesystem::path other = test::SourceFile("scenes/furnace_sphere.gltf");
+    Play(OpenCornell() + "view raster\n");
+    Workspace& work = editor.Work();
+    const auto editWhileLoading = [&] {
+        editor.Open(other);
+        scene::Material material = work.document.Scene().materials[0];
+        material.baseColorFactor = {0.25f, 0.5f, 1.0f, 1.0f};
+        work.Apply(MaterialEdit{0, material});
+        work.document.Settle();
+    };
+    editWhileLoading();
+    Play("size 640x400\nwait\nframes 2\nexpect asking yes\nexpect edits 1\nkey escape\n");
+    EXPECT_EQ(work.document.File(), cornell);
+    Play("size 640x400\nwait\nframes 2\nexpect asking no\nexpect edits 1\nkey ctrl+z\n");
+    // Another question is answered first
+    editWhileLoading();
+    Play("size 640x400\nwait\nkey escape\nclose\nexpect asking yes\n");
+    work.Open(other);
+    Play("size 640x400\nwait\nframes 2\nexpect asking yes\nkey escape\nframes 2\nexpect asking yes\n");
+    EXPECT_EQ(work.document.File(), cornell);
+    Play("size 640x400\nkey d\nframes 2\nexpect asking no\nexpect edits 0\n");
+    EXPECT_EQ(work.document.File(), other);
+}
+
 TEST_F(ScriptTest, NothingIsAskedWhereNothingIsLost) {
     Play("size 320x200\nclose\nexpect asking no\nexpect leaving yes\n");
 }
