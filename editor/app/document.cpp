@@ -256,6 +256,19 @@ void Document::Save(const std::filesystem::path& to) {
     m_saved = m_done;
 }
 
+std::filesystem::path Document::SaveBeside() const {
+    const std::string name = m_file.stem().string() + "-recovered", extension = m_file.extension().string();
+    const auto isThere = [](const std::filesystem::path& file) {
+        std::error_code unknown;
+        return std::filesystem::exists(std::filesystem::symlink_status(file, unknown));
+    };
+    std::filesystem::path to = m_file;
+    to.replace_filename(name + extension);
+    for (int number = 2; isThere(to); ++number) to.replace_filename(Text("{}-{}{}", name, number, extension));
+    scene::SaveGltf(m_file, m_scene, to);
+    return to;
+}
+
 FileContent Document::Content() const {
     if (m_file.empty() || IsEdited()) return {};
     return {m_file, m_stamp, m_hash};

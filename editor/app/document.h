@@ -90,6 +90,9 @@ class Document {
     // Writes the file with its edits to another, or over it (scene::SaveGltf), which then is the document's.
     // Error{BadInput} if the file has changed since it was loaded, and as SaveGltf.
     void Save(const std::filesystem::path& to);
+    // Writes it with its edits to a new file beside its own, NAME-recovered.gltf or .glb, and returns that.
+    // The document stays as it is. Errors as SaveGltf.
+    std::filesystem::path SaveBeside() const;
     // What is in the file, if it is what is open. Its hash is not known when edits were saved since it was
     // read; Know keeps it, unless the file is another by now.
     FileContent Content() const;

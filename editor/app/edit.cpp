@@ -1,6 +1,7 @@
 #include "editor/app/edit.h"
 
-#include "editor/app/editor.h"
+#include "base/out_of_memory.h"
+#include "base/text.h"
 #include "editor/app/script.h"
 #include "editor/app/settings.h"
 #include "editor/app/window.h"
@@ -31,19 +32,43 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     window.ShareClipboard();
     if (!config.empty()) editor.UseConfig(config);
     if (!options.scene.empty()) editor.Work().Open(options.scene);
-    std::string title;
-    for (FrameInput input = window.Poll(); editor.Frame(input, screen);) {
-        const Document& document = editor.Work().document;
-        const std::string name = document.File().filename().string();
-        const std::string wanted =
-            (name.empty() ? "" : name + (document.IsEdited() ? " (edited) - " : " - ")) + "Raygraph";
-        if (wanted != title) window.SetTitle(title = wanted);
-        input = window.Poll(input.extent.IsEmpty() ? 0.1 : 0.0);
-    }
+    RunFrames(editor, screen,
+              {.poll = [&](double seconds) { return window.Poll(seconds); },
+               .setTitle = [&](const std::string& title) { window.SetTitle(title); }});
     editor.KeepSettings();
 }
 
+std::string TitleOf(const Document& document) {
+    const std::string name = document.File().filename().string();
+    return (name.empty() ? "" : name + (document.IsEdited() ? " (edited) - " : " - ")) + "Raygraph";
+}
+
+// What became of the edits, to be added to a message.
+std::string AfterRescue(const Document& document) {
+    if (!document.IsEdited()) return "";
+    try {
+        return "; unsaved edits are in " + document.SaveBeside().string();
+    } catch (const std::exception& error) {
+        return Text("; unsaved edits are lost: {}", error.what());
+    }
+}
+
 }  // namespace
+
+void RunFrames(Editor& editor, Screen& screen, const FrameSource& window) {
+    try {
+        WithMemoryErrors("the editor", [&] {
+            std::string title;
+            for (FrameInput input = window.poll(0.0); editor.Frame(input, screen);) {
+                const std::string wanted = TitleOf(editor.Work().document);
+                if (wanted != title) window.setTitle(title = wanted);
+                input = window.poll(input.extent.IsEmpty() ? 0.1 : 0.0);
+            }
+        });
+    } catch (const Error& error) {
+        throw Error(error.Kind(), error.what() + AfterRescue(editor.Work().document), error.Result());
+    }
+}
 
 void RunEditor(const EditOptions& options, const OpenDevice& openDevice) {
     if (options.script.empty())

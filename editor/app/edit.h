@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "editor/app/editor.h"
 #include "editor/app/log_history.h"
 #include "rhi/device.h"
 
@@ -22,6 +23,15 @@ struct EditOptions {
 
 // Opens the device, with these extensions as DeviceDesc::surfaceExtensions.
 using OpenDevice = std::function<std::unique_ptr<rhi::Device>(std::vector<std::string> surfaceExtensions)>;
+
+// The window of RunFrames.
+struct FrameSource {
+    std::function<FrameInput(double seconds)> poll;  // as Window::Poll
+    std::function<void(const std::string&)> setTitle;
+};
+// Frames until the user quits. The Error of a frame (a lost device, exhausted memory) ends them; unsaved
+// edits are then written beside the scene's file (Document::SaveBeside), and the Error says so.
+void RunFrames(Editor& editor, Screen& screen, const FrameSource& window);
 
 // Runs until the user quits, or the script ends. Error{NoDevice} without a display or a device,
 // Error{BadInput} for a script that is malformed or whose expectation does not hold.

@@ -87,8 +87,8 @@ class Editor {
     // While quitting, after a frame: whether a picture is still to be written.
     bool IsStillSaving(bool hasDrawn);
     void Leave();
-    // Calls `then` when there are no unsaved edits, or once the user has saved or discards them. `loss` says in
-    // the question by what they would be lost: "closing the editor".
+    // Calls `then` when there are no unsaved edits, or once the user has saved or discarded them. `loss` says
+    // in the question by what they would be lost: "closing the editor".
     void BeforeLoss(const std::string& loss, std::function<void()> then);
     void FinishLoading();
 

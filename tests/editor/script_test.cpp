@@ -9,42 +9,23 @@
 #include <span>
 #include <string>
 
-#include "base/error.h"
 #include "editor/session/content_hash.h"
 #include "editor/session/session.h"
 #include "renderer/image/image.h"
 #include "renderer/scene/load_gltf.h"
-#include "tests/support/source_file.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/vulkan_test.h"
+#include "tests/editor/editor_test.h"
+#include "tests/support/error_of.h"
 
 namespace raygraph::editor {
 
 namespace {
 
-class ScriptTest : public testing::VulkanTest {
+class ScriptTest : public EditorTest {
   protected:
-    void Play(const std::string& text) {
-        const std::filesystem::path file = folder.Path() / "script.txt";
-        std::ofstream(file) << text;
-        Script(file).Play(editor, screen);
-    }
     // The message of the error that playing ends with.
     std::string Failure(const std::string& text) {
-        try {
-            Play(text);
-        } catch (const Error& error) {
-            return error.what();
-        }
-        return "";
+        return testing::ErrorOf([&] { Play(text); }).what();
     }
-    std::string OpenCornell() const {
-        return "size 640x400\nopen " + test::SourceFile("scenes/cornell.gltf").string() + "\nwait\n";
-    }
-
-    test::TemporaryFolder folder;
-    Editor editor{Device()};
-    PictureScreen screen;
 };
 
 }  // namespace
@@ -208,13 +189,13 @@ TEST_F(ScriptTest, FailedSavesAreInTheLog) {
         return Log().Text(before).find(part) != std::string::npos;
     };
     const std::string none = (folder.Path() / "none" / "a").string();
-    EXPECT_NE(Failure("picture " + none + ".png\n"), "");
+    Failure("picture " + none + ".png\n");
     EXPECT_TRUE(logged(none + ".png"));
-    EXPECT_NE(Failure("scene " + none + ".gltf\n"), "");
+    Failure("scene " + none + ".gltf\n");
     EXPECT_TRUE(logged(none + ".gltf"));
-    EXPECT_NE(Failure("picture " + none + ".exr\n"), "");
+    Failure("picture " + none + ".exr\n");
     EXPECT_TRUE(logged(none + ".exr"));
-    EXPECT_NE(Failure("picture " + (folder.Path() / "a.tga").string() + "\n"), "");
+    Failure("picture " + (folder.Path() / "a.tga").string() + "\n");
     EXPECT_TRUE(logged("must end in .png or .exr"));
     std::ofstream(folder.Path() / "config") << "no folder";
     Play("config " + (folder.Path() / "config").string() + "\nkey T\n");
@@ -268,70 +249,7 @@ TEST_F(ScriptTest, SavesTheSceneWithItsEdits) {
     // Whoever wrote it meanwhile is not overwritten
     std::ofstream(file, std::ios::app) << " ";
     EXPECT_NE(Failure("scene " + file + "\n").find("has changed since it was opened"), std::string::npos);
-    EXPECT_NE(Failure("scene /nowhere/at/all.gltf\n"), "");
-}
-
-TEST_F(ScriptTest, AsksBeforeEditsAreLost) {
-    const std::string file = (folder.Path() / "saved.gltf").string();
-    const std::string other = test::SourceFile("scenes/furnace_sphere.gltf").string();
-    Play(OpenCornell() + "view raster\nmouse 320 120\nclick left\nwait\nscene " + file + "\n");
-    const uint32_t material = *editor.Work().selectedMaterial;
-    const std::string edit = "material base 0.25 0.5 1\n";
-    // Escape keeps everything, whatever was about to lose it
-    Play(edit);
-    for (const std::string& loss :
-         {std::string("close\n"), std::string("key ctrl+q\n"), "open " + other + "\nwait\n"})
-        Play("size 640x400\n" + loss +
-             "expect asking yes\nexpect leaving no\nkey escape\nexpect asking no\n");
-    Play("wait\nexpect leaving no\nexpect edits 1\nopen " + (folder.Path() / "sky.hdr").string() +
-         "\nexpect asking no\nwait\n");
-    EXPECT_EQ(editor.Work().document.File(), file);
-    EXPECT_NE(scene::LoadGltf(file).materials[material].baseColorFactor.x, 0.25f);
-    // A file that cannot be written keeps everything, too
-    std::ofstream(file, std::ios::app) << " ";
-    Play(
-        "size 640x400\nkey ctrl+q\nkey s\nexpect asking no\nexpect leaving no\nexpect edits 1\n"
-        "expect message has changed\n");
-    // Discarded
-    Play("size 640x400\nopen " + other +
-         "\nexpect asking yes\nkey d\nwait\nexpect asking no\nexpect edits 0\n");
-    EXPECT_EQ(editor.Work().document.File(), other);
-    // Saved
-    Play(OpenCornell() + "mouse 320 120\nclick left\nwait\nscene " + file + ".gltf\n" + edit +
-         "close\nkey s\nexpect leaving yes\n");
-    EXPECT_EQ(scene::LoadGltf(file + ".gltf").materials[material].baseColorFactor.x, 0.25f);
-    EXPECT_FALSE(editor.Work().document.IsEdited());
-}
-
-// Nothing was edited when they were opened.
-TEST_F(ScriptTest, AsksAboutEditsThatWereMadeWhileAnotherSceneWasLoaded) {
-    const std::filesystem::path cornell = test::SourceFile("scenes/cornell.gltf");
-    const std::filesystem::path other = test::SourceFile("scenes/furnace_sphere.gltf");
-    Play(OpenCornell() + "view raster\n");
-    Workspace& work = editor.Work();
-    const auto editWhileLoading = [&] {
-        editor.Open(other);
-        scene::Material material = work.document.Scene().materials[0];
-        material.baseColorFactor = {0.25f, 0.5f, 1.0f, 1.0f};
-        work.Apply(MaterialEdit{0, material});
-        work.document.Settle();
-    };
-    editWhileLoading();
-    Play("size 640x400\nwait\nframes 2\nexpect asking yes\nexpect edits 1\nkey escape\n");
-    EXPECT_EQ(work.document.File(), cornell);
-    Play("size 640x400\nwait\nframes 2\nexpect asking no\nexpect edits 1\nkey ctrl+z\n");
-    // Another question is answered first
-    editWhileLoading();
-    Play("size 640x400\nwait\nkey escape\nclose\nexpect asking yes\n");
-    work.Open(other);
-    Play("size 640x400\nwait\nframes 2\nexpect asking yes\nkey escape\nframes 2\nexpect asking yes\n");
-    EXPECT_EQ(work.document.File(), cornell);
-    Play("size 640x400\nkey d\nframes 2\nexpect asking no\nexpect edits 0\n");
-    EXPECT_EQ(work.document.File(), other);
-}
-
-TEST_F(ScriptTest, NothingIsAskedWhereNothingIsLost) {
-    Play("size 320x200\nclose\nexpect asking no\nexpect leaving yes\n");
+    Failure("scene /nowhere/at/all.gltf\n");
 }
 
 // As a window does it: frames until there is none to follow.

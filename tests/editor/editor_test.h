@@ -1,0 +1,39 @@
+// EditorTest: an editor that scripts are played in, without a window.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+
+#include "editor/app/editor.h"
+#include "editor/app/screen.h"
+#include "editor/app/script.h"
+#include "tests/support/source_file.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::editor {
+
+// Plays the text as `folder`/script.txt.
+inline void PlayText(const std::string& text, const std::filesystem::path& folder, Editor& editor,
+                     Screen& screen) {
+    const std::filesystem::path file = folder / "script.txt";
+    std::ofstream(file) << text;
+    Script(file).Play(editor, screen);
+}
+
+class EditorTest : public testing::VulkanTest {
+  protected:
+    explicit EditorTest(EditorOptions options = {}) : editor(Device(), std::move(options)) {}
+    void Play(const std::string& text) { PlayText(text, folder.Path(), editor, screen); }
+    static std::string OpenCornell() {
+        return "size 640x400\nopen " + test::SourceFile("scenes/cornell.gltf").string() + "\nwait\n";
+    }
+
+    test::TemporaryFolder folder;
+    Editor editor;
+    PictureScreen screen;
+};
+
+}  // namespace raygraph::editor
