@@ -32,7 +32,7 @@ CommandFiles FilesOf(const BenchArguments& arguments) {
     return {.inputs = Given({arguments.scene, arguments.environment}),
             .updated = Given({arguments.compare}),
             .outputs = Given({arguments.json}),
-            .replacing = Given({arguments.json})};
+            .replacing = {}};
 }
 
 CommandFiles FilesOf(const InfoArguments& arguments) {
