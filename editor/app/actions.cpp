@@ -18,12 +18,14 @@ constexpr ActionRow kActions[] = {
     {Action::Redo, Menu::EditMenu, "Redo", {KeyPress{Key::Y, true}, KeyPress{Key::Z, true, true}}, "redo"},
     {Action::Frame, Menu::CameraMenu, "Frame", {KeyPress{Key::F}}, "frame the selection or the whole scene"},
     {Action::SceneCamera, Menu::None, "", {KeyPress{Key::Home}}, "the scene's camera"},
-    {Action::Hierarchy, Menu::PanelMenu, "Hierarchy"},
-    {Action::Inspector, Menu::PanelMenu, "Inspector"},
-    {Action::Statistics, Menu::PanelMenu, "Statistics", {KeyPress{Key::T}}, "statistics"},
-    {Action::Graph, Menu::PanelMenu, "Render graph", {KeyPress{Key::G}}, "the frame's plan"},
-    {Action::Log, Menu::PanelMenu, "Log", {KeyPress{Key::L}}, "the log"},
-    {Action::Help, Menu::PanelMenu, "Help", {KeyPress{Key::F1}}, "this help"},
+    {Action::Hierarchy, Menu::PanelMenu, "Hierarchy", {}, "", false, &Panels::hierarchy},
+    {Action::Inspector, Menu::PanelMenu, "Inspector", {}, "", false, &Panels::inspector},
+    {Action::Statistics, Menu::PanelMenu, "Statistics", {KeyPress{Key::T}}, "statistics", false,
+     &Panels::statistics},
+    {Action::Graph, Menu::PanelMenu, "Render graph", {KeyPress{Key::G}}, "the frame's plan", false,
+     &Panels::graph},
+    {Action::Log, Menu::PanelMenu, "Log", {KeyPress{Key::L}}, "the log", false, &Panels::log},
+    {Action::Help, Menu::PanelMenu, "Help", {KeyPress{Key::F1}}, "this help", false, &Panels::help},
     {Action::Raster, Menu::None, "", {KeyPress{Key::R}}, "raster or path-traced"},
     {Action::Wipe, Menu::None, "", {KeyPress{Key::W}}, "wipe between raster and path-traced"},
     {Action::NextView, Menu::None, "", {KeyPress{Key::Tab}}, "next view"},
@@ -45,6 +47,18 @@ constexpr bool IsEveryActionInItsPlace() {
     return place == static_cast<size_t>(Action::Count);
 }
 static_assert(IsEveryActionInItsPlace(), "each action needs its row, in the order of the enumerators");
+
+constexpr bool IsEachPanelInTheMenu() {
+    size_t panels = 0;
+    for (const ActionRow& row : kActions) panels += row.menu == Menu::PanelMenu && row.panel != nullptr;
+    for (const PanelName& panel : kPanels) {
+        size_t count = 0;
+        for (const ActionRow& row : kActions) count += row.panel == panel.isShown;
+        if (count != 1) return false;
+    }
+    return panels == std::size(kPanels);
+}
+static_assert(IsEachPanelInTheMenu(), "each panel needs one action, in the menu of panels");
 
 constexpr bool HasEachKeyOnce() {
     for (const ActionRow& a : kActions)

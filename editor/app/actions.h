@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "editor/app/input.h"
+#include "editor/app/settings.h"
 
 namespace raygraph::editor {
 
@@ -59,6 +60,7 @@ struct ActionRow {
     std::array<std::optional<KeyPress>, 2> keys = {};  // any of them
     const char* help = "";                             // of one with keys
     bool beginsGroup = false;                          // a line above it in its menu
+    bool Panels::*panel = nullptr;                     // that it shows or hides
 };
 // By Action; the order in each menu.
 std::span<const ActionRow> Actions();

@@ -30,7 +30,7 @@ void Editor::Do(Action action) {
     const auto toggle = [&](viewport::View to) {
         m_work.view.SetView(view == to ? viewport::View::PathTraced : to);
     };
-    const auto flip = [](bool& isOn) { isOn = !isOn; };
+    if (bool Panels::*const panel = Row(action).panel) m_work.panels.*panel ^= true;
     switch (action) {
         case Action::Open:
             return AskToOpen();
@@ -52,17 +52,12 @@ void Editor::Do(Action action) {
             return m_work.UseCamera(m_work.document.Scene().cameras.empty() ? std::nullopt
                                                                             : std::optional<uint32_t>(0));
         case Action::Hierarchy:
-            return flip(m_work.panels.hierarchy);
         case Action::Inspector:
-            return flip(m_work.panels.inspector);
         case Action::Statistics:
-            return flip(m_work.panels.statistics);
         case Action::Graph:
-            return flip(m_work.panels.graph);
         case Action::Log:
-            return flip(m_work.panels.log);
         case Action::Help:
-            return flip(m_work.panels.help);
+            return;  // done above
         case Action::Raster:
             return toggle(viewport::View::Raster);
         case Action::Wipe:
@@ -117,22 +112,8 @@ bool Editor::CanDo(Action action) const {
 }
 
 bool Editor::IsOn(Action action) const {
-    switch (action) {
-        case Action::Hierarchy:
-            return m_work.panels.hierarchy;
-        case Action::Inspector:
-            return m_work.panels.inspector;
-        case Action::Statistics:
-            return m_work.panels.statistics;
-        case Action::Graph:
-            return m_work.panels.graph;
-        case Action::Log:
-            return m_work.panels.log;
-        case Action::Help:
-            return m_work.panels.help;
-        default:
-            return false;
-    }
+    bool Panels::*const panel = Row(action).panel;
+    return panel && m_work.panels.*panel;
 }
 
 void Editor::Keys(const FrameInput& input) {

@@ -30,12 +30,7 @@ constexpr Range kWindowRange{320.0f, 16384.0f};
 template <typename Visitor, typename Kept>
 void Visit(const Visitor& visitor, Kept& settings) {
     visitor.In("panels", [&](const Visitor& panels) {
-        panels.Flag("hierarchy", settings.panels.hierarchy);
-        panels.Flag("inspector", settings.panels.inspector);
-        panels.Flag("statistics", settings.panels.statistics);
-        panels.Flag("graph", settings.panels.graph);
-        panels.Flag("log", settings.panels.log);
-        panels.Flag("help", settings.panels.help);
+        for (const PanelName& panel : kPanels) panels.Flag(panel.name, settings.panels.*panel.isShown);
     });
     visitor.In("window", [&](const Visitor& window) {
         window.Number("width", settings.window.width, kWindowRange);

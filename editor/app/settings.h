@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,20 @@ struct Panels {
 
     bool operator==(const Panels&) const = default;
 };
+// Each with its name in the file.
+struct PanelName {
+    const char* name;
+    bool Panels::*isShown;
+};
+inline constexpr PanelName kPanels[] = {
+    {"hierarchy", &Panels::hierarchy},
+    {"inspector", &Panels::inspector},
+    {"statistics", &Panels::statistics},
+    {"graph", &Panels::graph},
+    {"log", &Panels::log},
+    {"help", &Panels::help},
+};
+static_assert(std::size(kPanels) * sizeof(bool) == sizeof(Panels), "each panel needs its name");
 
 // Their ranges, in the file and in the panel.
 struct Range {

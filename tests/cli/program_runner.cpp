@@ -115,18 +115,6 @@ ProgramResult RunProgramOnTerminal(
     return result;
 }
 
-EnvironmentVariable::EnvironmentVariable(const char* name, const std::string& value) : m_name(name) {
-    if (const char* old = std::getenv(name)) m_old = old;
-    setenv(name, value.c_str(), 1);
-}
-
-EnvironmentVariable::~EnvironmentVariable() {
-    if (m_old)
-        setenv(m_name, m_old->c_str(), 1);
-    else
-        unsetenv(m_name);
-}
-
 std::string SceneFile(const char* name) {
     return (SourceFile("scenes") / name).string();
 }

@@ -4,10 +4,10 @@
 #include <sys/types.h>
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <string_view>
 
+#include "tests/support/environment_variable.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::test {
@@ -28,19 +28,6 @@ ProgramResult RunProgram(const TemporaryFolder& folder, std::string_view line);
 ProgramResult RunProgramOnTerminal(
     const TemporaryFolder& folder, std::string_view line,
     const std::function<void(pid_t process, const std::string& shown)>& onText);
-
-// A variable of the environment for as long as it lives, for programs that are started meanwhile.
-class EnvironmentVariable {
-  public:
-    EnvironmentVariable(const char* name, const std::string& value);
-    ~EnvironmentVariable();
-    EnvironmentVariable(const EnvironmentVariable&) = delete;
-    EnvironmentVariable& operator=(const EnvironmentVariable&) = delete;
-
-  private:
-    const char* m_name;
-    std::optional<std::string> m_old;
-};
 
 // A scene of the source tree: "cornell.gltf".
 std::string SceneFile(const char* name);

@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <string>
 
 #include "base/error.h"
+#include "tests/support/environment_variable.h"
 #include "tests/support/temporary_folder.h"
 
 namespace raygraph::editor {
@@ -29,8 +29,7 @@ class SettingsTest : public ::testing::Test {
 
 TEST_F(SettingsTest, ComeBackAsTheyWere) {
     Settings settings;
-    settings.panels = {
-        .hierarchy = false, .inspector = true, .statistics = true, .graph = true, .log = true, .help = true};
+    for (const PanelName& panel : kPanels) settings.panels.*panel.isShown ^= true;
     settings.window = {1234, 777};
     settings.show.view = viewport::View::Wipe;
     settings.show.wipePosition = 0.3f;
@@ -49,10 +48,9 @@ TEST_F(SettingsTest, ComeBackAsTheyWere) {
 }
 
 TEST_F(SettingsTest, EachPanelHasItsOwn) {
-    for (bool Panels::*panel : {&Panels::hierarchy, &Panels::inspector, &Panels::statistics, &Panels::graph,
-                                &Panels::log, &Panels::help}) {
+    for (const PanelName& panel : kPanels) {
         Settings settings;
-        settings.panels.*panel = !(settings.panels.*panel);
+        settings.panels.*panel.isShown ^= true;
         WriteSettings(folder.Path(), settings);
         EXPECT_EQ(ReadSettings(folder.Path(), message), settings);
     }
@@ -112,17 +110,12 @@ TEST_F(SettingsTest, RecentFilesAreFewAndTheNewestComesFirst) {
 }
 
 TEST_F(SettingsTest, FolderIsTheUsersOrTheOneThatIsSet) {
-    const char* before = std::getenv("XDG_CONFIG_HOME");
-    const std::string kept = before ? before : "";
-    setenv("XDG_CONFIG_HOME", "/somewhere", 1);
-    EXPECT_EQ(ConfigFolder(), "/somewhere/raygraph");
-    setenv("XDG_CONFIG_HOME", "relative", 1);
-    const char* home = std::getenv("HOME");
-    EXPECT_EQ(ConfigFolder(), home ? std::filesystem::path(home) / ".config" / "raygraph" : "");
-    if (before)
-        setenv("XDG_CONFIG_HOME", kept.c_str(), 1);
-    else
-        unsetenv("XDG_CONFIG_HOME");
+    {
+        const test::EnvironmentVariable config("XDG_CONFIG_HOME", "/somewhere");
+        EXPECT_EQ(ConfigFolder(), "/somewhere/raygraph");
+    }
+    const test::EnvironmentVariable config("XDG_CONFIG_HOME", "relative"), home("HOME", "/home/somebody");
+    EXPECT_EQ(ConfigFolder(), "/home/somebody/.config/raygraph");
 }
 
 TEST_F(SettingsTest, FolderThatCannotBeWrittenIsAnError) {
