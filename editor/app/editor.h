@@ -46,6 +46,8 @@ class Editor {
     bool IsBusy() const;
     // Why the last frame was not drawn, one line; empty: it was.
     const std::string& FrameError() const { return m_frameError; }
+    // How many pictures, of the view or of the window, have been written so far.
+    uint64_t SavedCount() const { return m_savedCount; }
     // Saves the shown picture as .png, or its linear data with AOVs as .exr; the message reports the result
     // when it is written. That is done by another thread: frames go on.
     void SavePicture(const std::filesystem::path& file);
@@ -84,6 +86,7 @@ class Editor {
     // Hands to the worker what has arrived, and says what it has written.
     void FinishSaving();
     void WriteBeside(Worker::Task write);
+    void NoteSaved(std::string text);
     // While quitting, after a frame: whether a picture is still to be written.
     bool IsStillSaving(bool hasDrawn);
     void Leave();
@@ -126,7 +129,8 @@ class Editor {
         bool isTaken = false;
     };
     std::vector<SavingRender> m_savingRenders;
-    Worker m_worker;             // writes pictures; after what its tasks refer to
+    Worker m_worker;  // writes pictures; after what its tasks refer to
+    uint64_t m_savedCount = 0;
     std::string m_frameError;    // of the last frame; "": it was drawn
     std::string m_droppedFrame;  // why the last one with a target was dropped, as logged
 };

@@ -164,13 +164,18 @@ void Editor::WriteBeside(Worker::Task write) {
     m_worker.Add(std::move(write), [this](const std::string& why) { m_work.Refuse(why); });
 }
 
+void Editor::NoteSaved(std::string text) {
+    ++m_savedCount;
+    m_work.Say(std::move(text));
+}
+
 void Editor::FinishSaving() {
     m_worker.FinishTasks();
     std::erase_if(m_saving, [&](const Saving& saving) {
         if (!saving.texels.IsReady()) return false;
         WriteBeside([this, saving]() -> Worker::Finish {
             image::WritePng(saving.file, ToImage(saving.texels, saving.isSwapped));
-            return [this, file = saving.file] { m_work.Say("saved " + file.string()); };
+            return [this, file = saving.file] { NoteSaved("saved " + file.string()); };
         });
         return true;
     });
@@ -186,7 +191,7 @@ void Editor::FinishSaving() {
                 session::WriteRenderFile(saving.file, render);
                 return [this, content, file = saving.file, samples = SampleCount(render.samples)] {
                     m_work.document.Know(content);
-                    m_work.Say(Text("saved {}, {} samples", file.string(), samples));
+                    NoteSaved(Text("saved {}, {} samples", file.string(), samples));
                 };
             });
         return true;

@@ -135,12 +135,14 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                               until("there", [&] { return HasSamples(editor.Work().view, command.count); });
                           },
                           [&](const SaveShown& command) {
+                              const uint64_t before = editor.SavedCount();
                               if (command.isWindow)
                                   editor.SaveWindow(command.file);
                               else
                                   editor.SavePicture(command.file);
                               until("saved", [&] { return !editor.IsBusy(); });
-                              if (!std::filesystem::exists(command.file)) Fail(line, editor.Work().message);
+                              // That the file is there does not say so: it may be an old one
+                              if (editor.SavedCount() == before) Fail(line, editor.Work().message);
                           },
                           [&](const SetBudget& command) {
                               viewport::BudgetSettings budget = editor.Work().view.Budget();

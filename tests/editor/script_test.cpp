@@ -2,7 +2,6 @@
 #include "editor/app/script.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "renderer/image/image.h"
 #include "renderer/scene/load_gltf.h"
 #include "tests/editor/editor_test.h"
+#include "tests/support/environment_variable.h"
 #include "tests/support/error_of.h"
 
 namespace raygraph::editor {
@@ -202,6 +202,17 @@ TEST_F(ScriptTest, FailedSavesAreInTheLog) {
     EXPECT_TRUE(logged((folder.Path() / "config").string()));
 }
 
+// What an earlier run has left there.
+TEST_F(ScriptTest, AnOldFileIsNoPictureThatWasSaved) {
+    const std::string render = (folder / "old.exr").string(), taken = (folder / "old.png").string();
+    std::ofstream(render) << "old";
+    std::filesystem::create_directory(taken);
+    Play("size 320x200\nview surface\n");
+    EXPECT_NE(Failure("picture " + render + "\n").find("shows no light"), std::string::npos);
+    EXPECT_NE(Failure(OpenCornell() + "window " + taken + "\n").find("old.png"), std::string::npos);
+    EXPECT_NE(Failure("picture " + taken + "\n").find("old.png"), std::string::npos);
+}
+
 TEST_F(ScriptTest, SavesTheWindow) {
     const std::filesystem::path file = folder.Path() / "window.png";
     Play(OpenCornell() + "view raster\nkey F1\nkey G\nkey T\nframes 4\nwindow " + file.string() + "\n");
@@ -217,11 +228,10 @@ TEST_F(ScriptTest, SavesTheWindow) {
 
 TEST_F(ScriptTest, SettingsAreKeptWhereTheScriptSaysAndNowhereElse) {
     const std::filesystem::path config = folder.Path() / "config";
-    setenv("XDG_CONFIG_HOME", (folder.Path() / "home").c_str(), 1);
+    const test::EnvironmentVariable home("XDG_CONFIG_HOME", folder / "home");
     Play(OpenCornell() + "view raster\nkey T\nframes 1\n");
     EXPECT_FALSE(std::filesystem::exists(folder.Path() / "home"));
     Play("config " + config.string() + "\n" + OpenCornell() + "view wipe\nkey T\nkey X\nframes 1\n");
-    unsetenv("XDG_CONFIG_HOME");
     std::string message;
     const Settings kept = ReadSettings(config, message);
     EXPECT_EQ(kept.show.view, viewport::View::Wipe);

@@ -3,31 +3,11 @@
 #include <sstream>
 #include <string>
 
-#include "editor/app/editor.h"
-#include "editor/app/screen.h"
-#include "editor/app/script.h"
-#include "tests/support/source_file.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/support/vulkan_test.h"
+#include "tests/editor/editor_test.h"
 
 namespace raygraph::editor {
 
-namespace {
-
-class VisitTest : public testing::VulkanTest {
-  protected:
-    void Play(const std::string& text) {
-        const std::filesystem::path file = folder.Path() / "script.txt";
-        std::ofstream(file) << text;
-        Script(file).Play(editor, screen);
-    }
-
-    test::TemporaryFolder folder;
-    Editor editor{Device()};
-    PictureScreen screen;
-};
-
-}  // namespace
+class VisitTest : public EditorTest {};
 
 TEST_F(VisitTest, OpensOrbitsTogglesEditsUndoesPicksSavesResizesAndForgivesABrokenFile) {
     const std::string broken = (folder.Path() / "broken.glb").string();
