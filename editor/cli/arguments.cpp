@@ -5,6 +5,8 @@
 
 #include "base/printable.h"
 #include "base/text.h"
+#include "editor/cli/command_files.h"
+#include "editor/cli/exit_code.h"
 #include "editor/cli/version.h"
 #include "editor/session/parse.h"
 #include "editor/session/setting_table.h"
@@ -99,11 +101,11 @@ void AddEnvironment(CLI::App& app, std::filesystem::path& environment) {
     AddPath(app, "--env", "FILE", "Equirectangular environment map, .hdr or .exr", environment);
 }
 
-// "albedo, normal": from one to another.
-std::string ListOf(Aov first, Aov last) {
+// "albedo, normal": from one up to another, which is not in it; without another all the rest.
+std::string ListOf(Aov first, std::optional<Aov> end) {
     std::string list;
     for (const Aov aov : kAovs)
-        if (first <= aov && aov <= last) list += std::string(list.empty() ? "" : ", ") + Name(aov);
+        if (first <= aov && (!end || aov < *end)) list += std::string(list.empty() ? "" : ", ") + Name(aov);
     return list;
 }
 
@@ -142,13 +144,14 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     AddOption(*render, "--exposure", "EV", "Stops of exposure of a .png (0)", [&](const std::string& text) {
         arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
     });
-    AddOption(*render, "--tonemap", "OP", "Tone curve of a .png: " + ListForHelp(arguments.tonemap),
+    AddOption(*render, "--tonemap", "OP",
+              "Tone curve of a .png: " + ListForHelp(passes::TonemapSettings{}.tonemapOperator),
               [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); });
     AddOption(*render, "--aov", "LIST",
-              "Further channels of an .exr: " + ListOf(Aov::Albedo, Aov::Material) +
-                  "; the light by its path: " + ListOf(Aov::Emission, Aov::Indirect) +
-                  ", and by what scattered it first: " + ListOf(Aov::Diffuse, Aov::Transmission) +
-                  "; what a bias took: " + ListOf(AovOf(kBiases.front()), AovOf(kBiases.back())) +
+              "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
+                  "; the light by its path: " + ListOf(Aov::Emission, Aov::Diffuse) +
+                  ", and by what scattered it first: " + ListOf(Aov::Diffuse, AovOf(kBiases.front())) +
+                  "; what a bias took: " + ListOf(AovOf(kBiases.front()), std::nullopt) +
                   "; or all. Samples and variance are always there",
               [&](const std::string& text) { arguments.aovs = ParseAovs(text); });
     AddPath(*render, "--resume", "FILE.exr",
@@ -243,14 +246,27 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     throw Error(ErrorKind::Usage, message);
 }
 
+void CheckEnvironment(const SettingTexts& given, bool hasMap) {
+    if (given.contains("background") && hasMap) Refuse("--background and --env exclude each other");
+    if (given.contains("env-rotation") && !hasMap) Refuse("--env-rotation turns a map: it needs --env");
+    if (given.contains("env-tint") && !hasMap) Refuse("--env-tint is of a map: it needs --env");
+}
+
 void CheckRender(const RenderArguments& arguments) {
     if (arguments.samples && arguments.seconds) Refuse("--spp and --time exclude each other");
-    if (arguments.given.contains("background") && !arguments.environment.empty())
-        Refuse("--background and --env exclude each other");
-    if (arguments.given.contains("env-rotation") && arguments.environment.empty() && arguments.resume.empty())
-        Refuse("--env-rotation turns a map: it needs --env");
-    if (arguments.given.contains("env-tint") && arguments.environment.empty() && arguments.resume.empty())
-        Refuse("--env-tint is of a map: it needs --env");
+    // A resumed render may have a map, which is not looked at here
+    if (arguments.resume.empty() || !arguments.environment.empty())
+        CheckEnvironment(arguments.given, !arguments.environment.empty());
+    if (!arguments.exposureEv && !arguments.tonemap) return;
+    for (const OutputFile& picture : PicturesOf(arguments))
+        if (picture.kind == OutputKind::Png) return;
+    Refuse(Text("{} is of a .png, and none is written", arguments.exposureEv ? "--exposure" : "--tonemap"));
+}
+
+void CheckBench(const BenchArguments& arguments) {
+    CheckEnvironment(arguments.given, !arguments.environment.empty());
+    if (arguments.tolerance && arguments.compare.empty())
+        Refuse("--tolerance is of a comparison: it needs --compare");
 }
 
 void CheckMerge(const MergeArguments& arguments) {
@@ -263,6 +279,8 @@ void CheckMerge(const MergeArguments& arguments) {
 void CheckInfo(const InfoArguments& arguments) {
     if (arguments.isListingDevices != arguments.scene.empty())
         Refuse("info needs either a scene file or --devices");
+    if (arguments.isListingDevices && !arguments.sceneChoice.empty())
+        Refuse("--scene is one of a scene file, and --devices lists none");
 }
 
 std::string OneLine(std::string text) {
@@ -273,6 +291,13 @@ std::string OneLine(std::string text) {
 
 }  // namespace
 
+passes::TonemapSettings DisplayOf(const RenderArguments& arguments) {
+    passes::TonemapSettings display;
+    if (arguments.exposureEv) display.exposureEv = *arguments.exposureEv;
+    if (arguments.tonemap) display.tonemapOperator = *arguments.tonemap;
+    return display;
+}
+
 Arguments ParseArguments(int argc, const char* const* argv) {
     CLI::App app("Raygraph: path-traces glTF scenes on Vulkan devices.", "raygraph");
     app.require_subcommand(0, 1);  // none is our own error: CLI11's would hide a misspelt one
@@ -282,8 +307,8 @@ Arguments ParseArguments(int argc, const char* const* argv) {
     app.set_version_flag("--version", std::string("raygraph ") + kVersion);
     app.footer(
         "raygraph COMMAND --help shows a command's options.\n"
-        "Exit status: 0 done, 1 failure, 2 usage, 3 no suitable device, 4 bad input, 5 device lost or out "
-        "of memory, 6 slower than the stored run (bench --compare).");
+        "Exit status: " +
+        ListOfExitCodes() + ".");
 
     RenderArguments renderArguments;
     BenchArguments benchArguments;
@@ -314,8 +339,7 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return renderArguments;
     }
     if (*bench) {
-        if (benchArguments.given.contains("background") && !benchArguments.environment.empty())
-            Refuse("--background and --env exclude each other");
+        CheckBench(benchArguments);
         return benchArguments;
     }
     if (*info) {

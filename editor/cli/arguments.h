@@ -12,7 +12,7 @@
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
 #include "editor/session/picture_settings.h"
-#include "shaders/shared/tonemap_operators.h"
+#include "passes/tonemap.h"
 
 namespace raygraph::cli {
 
@@ -27,14 +27,17 @@ struct RenderArguments : OutputArguments {
     std::optional<double> seconds;
     std::optional<double> error;  // relative, of the whole picture
     std::optional<uint32_t> sampleOffset;
-    float exposureEv = 0.0f;
-    TonemapOperator tonemap = TonemapOperator::Neutral;
+    std::optional<float> exposureEv;
+    std::optional<TonemapOperator> tonemap;
     std::optional<AovRequest> aovs;
     std::string device;
     bool isValidating = false;
     std::filesystem::path report;  // "": none
     std::filesystem::path resume;  // "": from the start
 };
+
+// How a .png shows the picture: as given, else the defaults.
+passes::TonemapSettings DisplayOf(const RenderArguments& arguments);
 
 struct BenchArguments : OutputArguments {
     std::filesystem::path scene;
@@ -43,9 +46,9 @@ struct BenchArguments : OutputArguments {
     uint32_t frames = 8;  // timed ones of each kind in a round
     uint32_t rounds = 5;
     std::string device;
-    std::filesystem::path json;     // "": stdout alone
-    std::filesystem::path compare;  // results to compare with; "": none
-    double tolerance = 0.05;        // that a cost may rise relative to the stored one
+    std::filesystem::path json;       // "": stdout alone
+    std::filesystem::path compare;    // results to compare with; "": none
+    std::optional<double> tolerance;  // that a cost may rise relative to the stored one
 };
 
 struct InfoArguments : OutputArguments {

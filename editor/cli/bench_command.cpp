@@ -18,6 +18,7 @@ namespace raygraph::cli {
 namespace {
 
 constexpr uint32_t kDefaultDepth = 16;
+constexpr double kDefaultTolerance = 0.05;
 
 using Json = nlohmann::ordered_json;
 
@@ -108,7 +109,8 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     if (!arguments.isQuiet) PrintForPeople(result, device->Info());
     PrintLine(line);
     if (arguments.compare.empty()) return ExitCode::Done;
-    const BenchChange change = CompareBench(arguments.compare, stored, json, arguments.tolerance);
+    const BenchChange change =
+        CompareBench(arguments.compare, stored, json, arguments.tolerance.value_or(kDefaultTolerance));
     std::fprintf(stderr, "%s\n", ToText(change, json).c_str());
     return change.IsWorse() ? ExitCode::Slower : ExitCode::Done;
 }

@@ -1,5 +1,7 @@
 #include "editor/cli/exit_code.h"
 
+#include "base/text.h"
+
 namespace raygraph::cli {
 
 ExitCode ExitCodeFor(ErrorKind kind) {
@@ -18,6 +20,13 @@ ExitCode ExitCodeFor(ErrorKind kind) {
             return ExitCode::Failure;
     }
     return ExitCode::Failure;
+}
+
+std::string ListOfExitCodes() {
+    std::string list;
+    for (const ExitCode code : Values<ExitCode>())
+        list += Text("{}{} {}", list.empty() ? "" : ", ", static_cast<int>(code), Name(code));
+    return list;
 }
 
 }  // namespace raygraph::cli

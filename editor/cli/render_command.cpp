@@ -12,6 +12,7 @@
 #include "editor/cli/render_report.h"
 #include "editor/cli/resume_settings.h"
 #include "editor/session/parse.h"
+#include "editor/session/setting_table.h"
 
 namespace raygraph::cli {
 
@@ -33,6 +34,13 @@ bool WritesKind(const RenderArguments& arguments, OutputKind kind) {
     return std::ranges::any_of(arguments.outputs, [&](const OutputFile& o) { return o.kind == kind; });
 }
 
+// The option of the first setting that is not the same; "": all are.
+std::string FirstOther(const PictureSettings& a, const PictureSettings& b) {
+    for (const PictureSetting& setting : PictureSettingTable())
+        if (setting.text(a) != setting.text(b)) return std::string("--") + setting.name;
+    return "";
+}
+
 // Views other than the path-traced one have no use for some options and outputs: they are refused, not
 // ignored.
 void CheckView(const RenderArguments& arguments, const PictureSettings& settings) {
@@ -44,9 +52,21 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
     if (settings.view == View::PathTraced) return;
     if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
     if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
-    for (const Bias bias : kBiases)
-        if (IsOn(settings.paths.biases, bias) && settings.view != View::RayCost)
-            refuse("only path-traced renders know " + Option(bias));
+    if (settings.view != View::RayCost) {
+        // The settings that the view has
+        PictureSettings its = settings;
+        its.paths = {.sampler = settings.paths.sampler, .seed = settings.paths.seed};
+        if (const std::string option = FirstOther(its, settings); !option.empty())
+            refuse("only path-traced renders know " + option);
+        if (!ShowsLight(settings.view)) {
+            its.environmentRotation = PictureSettings{}.environmentRotation;
+            its.environmentTint = PictureSettings{}.environmentTint;
+            its.background = PictureSettings{}.background;
+            if (!arguments.environment.empty()) refuse("there is no light that --env could give");
+            if (const std::string option = FirstOther(its, settings); !option.empty())
+                refuse("there is no light for " + option);
+        }
+    }
     if (settings.view == View::Raster) {
         if (arguments.error) refuse("give --spp; --error is for path-traced renders");
         return;
@@ -56,7 +76,8 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
         refuse("it is not averaged over samples; leave out --spp, --time and --error");
     if (arguments.error) refuse("only light has an error to estimate");
     if (WritesKind(arguments, OutputKind::Hdr)) refuse("an .hdr holds radiance; write an .exr");
-    if (arguments.exposureEv != 0.0f) refuse("there is no light that --exposure could scale");
+    if (arguments.exposureEv) refuse("there is no light that --exposure could scale");
+    if (arguments.tonemap) refuse("there is no light that --tonemap could map");
 }
 
 // Channels that were asked for, or that the resumed file has, are not dropped without a word.
@@ -168,7 +189,7 @@ void RenderCommand(RenderArguments arguments, Console& console) {
                      .withVariance = hasExr || !arguments.report.empty() || progress.IsOn() ||
                                      arguments.error.has_value(),
                      .withSums = hasExr,
-                     .tonemap = {.exposureEv = arguments.exposureEv, .tonemapOperator = arguments.tonemap},
+                     .tonemap = DisplayOf(arguments),
                      .resumed = job.resumed ? &*job.resumed : nullptr});
     job.resumed.reset();
 

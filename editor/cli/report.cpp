@@ -122,8 +122,8 @@ session::SettingTexts SettingsForReport(const RenderArguments& arguments, const 
     if (samplesWanted) texts["spp"] = std::to_string(*samplesWanted);
     if (arguments.seconds) texts["time"] = ToText(static_cast<float>(*arguments.seconds));
     if (!render.environmentFile.empty()) texts["env"] = render.environmentFile;
-    texts["exposure"] = ToText(arguments.exposureEv);
-    texts["tonemap"] = Name(arguments.tonemap);
+    texts["exposure"] = ToText(DisplayOf(arguments).exposureEv);
+    texts["tonemap"] = Name(DisplayOf(arguments).tonemapOperator);
     return texts;
 }
 

@@ -7,6 +7,8 @@
 #include <regex>
 #include <sstream>
 
+#include "base/text.h"
+#include "editor/cli/exit_code.h"
 #include "editor/session/setting_table.h"
 #include "passes/tonemap.h"
 #include "passes/trace.h"
@@ -47,8 +49,8 @@ TEST(Arguments, RenderTakesEveryOption) {
     EXPECT_EQ(a.samples, 8u);
     EXPECT_EQ(a.sampleOffset, 16u);
     EXPECT_EQ(a.environment, "sky.hdr");
-    EXPECT_EQ(a.exposureEv, -1.5f);
-    EXPECT_EQ(a.tonemap, TonemapOperator::AgX);
+    EXPECT_EQ(DisplayOf(a).exposureEv, -1.5f);
+    EXPECT_EQ(DisplayOf(a).tonemapOperator, TonemapOperator::AgX);
     ASSERT_TRUE(a.aovs);
     EXPECT_EQ(a.aovs->named, (AovSet{Aov::Albedo, Aov::Depth}));
     EXPECT_FALSE(a.aovs->isAll);
@@ -72,8 +74,7 @@ TEST(Arguments, WhatIsNotGivenStaysOpen) {
     const RenderArguments a = ParseRender("box.gltf");
     EXPECT_TRUE(a.outputs.empty() && a.given.empty() && a.environment.empty() && a.resume.empty());
     EXPECT_FALSE(a.samples || a.seconds || a.sampleOffset || a.aovs);
-    EXPECT_EQ(a.tonemap, passes::TonemapSettings{}.tonemapOperator);
-    EXPECT_EQ(a.exposureEv, passes::TonemapSettings{}.exposureEv);
+    EXPECT_EQ(DisplayOf(a), passes::TonemapSettings{});
 }
 
 TEST(Arguments, EveryTonemapAndSamplerNameIsTheOperatorOfThatName) {
@@ -126,10 +127,16 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("render a.gltf --background 1,1,1 --env a.hdr", "--background", "--env");
     ExpectUsage("render a.gltf --env-rotation 90", "--env-rotation", "--env");
     ExpectUsage("render a.gltf --env-tint 1,1,0", "--env-tint", "--env");
+    ExpectUsage("render a.gltf -o a.exr --exposure 1", "--exposure", ".png");
+    ExpectUsage("render a.gltf --resume a.exr --tonemap agx", "--tonemap", ".png");
     ExpectUsage("render a.gltf --camera '0 1 5 0 0'", "--camera", "0 1 5 0 0");
     ExpectUsage("render a.gltf --camera '0 1 5 0 1 5 0 1 0 40'", "--camera", "differ");
     ExpectUsage("render a.gltf --max-depth -1", "--max-depth");
     ExpectUsage("bench a.gltf --spp 4", "--spp");
+    ExpectUsage("bench a.gltf --tolerance 0.1", "--tolerance", "--compare");
+    ExpectUsage("bench a.gltf --env-rotation 90", "--env-rotation", "--env");
+    ExpectUsage("bench a.gltf --env-tint 1,1,0", "--env-tint", "--env");
+    ExpectUsage("info --devices --scene 1", "--scene", "--devices");
     ExpectUsage("info", "--devices");
     ExpectUsage("info a.gltf --devices", "--devices");
     ExpectUsage("merge a.exr -o c.exr", "two or more");
@@ -143,9 +150,13 @@ TEST(Arguments, HelpNamesEveryOptionAndTheExitCodes) {
         EXPECT_NE(help.find(std::string("--") + setting.name + " " + setting.operand), std::string::npos)
             << setting.name;
     EXPECT_NE(help.find("--resume FILE.exr"), std::string::npos) << help;
+    for (const Aov aov : kAovs) EXPECT_NE(help.find(Name(aov)), std::string::npos) << Name(aov);
     const std::string overview = std::get<ShowText>(Parse("--help")).text;
-    for (const char* text : {"render", "edit", "bench", "info", "graph", "merge", "Exit status"})
+    for (const char* text : {"render", "edit", "bench", "info", "graph", "merge"})
         EXPECT_NE(overview.find(text), std::string::npos) << text;
+    for (const ExitCode code : Values<ExitCode>())
+        EXPECT_NE(overview.find(Text(" {} {}", static_cast<int>(code), Name(code))), std::string::npos)
+            << Name(code);
     EXPECT_EQ(std::get<ShowText>(Parse("--version")).text,
               std::string("raygraph ") + RAYGRAPH_VERSION + "\n");
 }

@@ -3,6 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "tests/support/source_file.h"
+
 namespace raygraph::cli {
 namespace {
 
@@ -15,6 +21,21 @@ TEST(ExitStatus, OfEachKindOfError) {
     EXPECT_EQ(status(ErrorKind::BadInput), 4);
     EXPECT_EQ(status(ErrorKind::DeviceLost), 5);
     EXPECT_EQ(status(ErrorKind::OutOfMemory), 5);
+}
+
+TEST(ExitStatus, DocsHaveARowForEach) {
+    std::ifstream file(test::SourceFile("docs/cli.md"));
+    const std::string page{std::istreambuf_iterator<char>(file), {}};
+    const std::string title = "| exit status | |\n|---|---|\n";
+    const size_t table = page.find(title);
+    ASSERT_NE(table, std::string::npos);
+    std::istringstream rows(page.substr(table + title.size()));
+    std::string row;
+    for (const ExitCode code : Values<ExitCode>()) {
+        std::getline(rows, row);
+        EXPECT_EQ(row.rfind("| " + std::to_string(static_cast<int>(code)) + " | ", 0), 0u) << row;
+    }
+    EXPECT_FALSE(std::getline(rows, row) && row.starts_with("|")) << row;
 }
 
 }  // namespace

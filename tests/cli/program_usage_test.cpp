@@ -55,6 +55,14 @@ TEST(Program, WrongUsageIsTwo) {
     ExpectFailure(folder, "render @cornell.gltf -o a.png --view depth --spp 4", 2, "depth", "--spp");
     ExpectFailure(folder, "render @cornell.gltf -o a.png --view normals --exposure 1", 2, "normals",
                   "--exposure");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view normals --tonemap agx", 2, "normals",
+                  "--tonemap");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view normals --nee off", 2, "normals", "--nee");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view raster --brdf lambert", 2, "raster",
+                  "--brdf");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view albedo --background 1,1,1", 2, "albedo",
+                  "--background");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view albedo --env sky.hdr", 2, "albedo", "--env");
     ExpectFailure(folder, "render @cornell.gltf --sample-offset 4294967295 --spp 2 -o a.exr", 2,
                   "--sample-offset");
 }
