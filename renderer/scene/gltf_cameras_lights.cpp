@@ -42,7 +42,7 @@ Camera ReadCamera(GltfContext& context, const gltf::Camera& file, const Place& w
     return camera;
 }
 
-Light ReadLight(const GltfContext& context, const gltf::Light& file, const Place& where) {
+Light ReadLight(GltfContext& context, const gltf::Light& file, const Place& where) {
     Light light;
     light.name = file.name;
     for (size_t i = 0; i < file.color.size(); ++i) light.color[static_cast<int>(i)] = ToFloat(file.color[i]);
@@ -56,6 +56,13 @@ Light ReadLight(const GltfContext& context, const gltf::Light& file, const Place
     if (light.type == LightType::Spot) {
         light.innerConeAngle = ToFloat(file.spot.innerConeAngle);
         light.outerConeAngle = ToFloat(file.spot.outerConeAngle);
+        // Exporters mean a cone without a soft edge
+        if (light.innerConeAngle == light.outerConeAngle && light.outerConeAngle > 0.0f) {
+            context.Warn(
+                where[light_fields::kSpot]["innerConeAngle"], "cone",
+                Text("is {}, which outerConeAngle is too, taken as just below it", light.innerConeAngle));
+            light.innerConeAngle = std::nextafter(light.outerConeAngle, 0.0f);
+        }
         if (!HasCone(light)) context.Fail(where[light_fields::kSpot], kConeRule);
     }
     return light;
@@ -70,7 +77,7 @@ std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model) 
     return cameras;
 }
 
-std::vector<Light> ReadLights(const GltfContext& context, const gltf::Model& model) {
+std::vector<Light> ReadLights(GltfContext& context, const gltf::Model& model) {
     const Place lights = Place("extensions")["KHR_lights_punctual"]["lights"];
     std::vector<Light> read;
     for (size_t i = 0; i < model.lights.size(); ++i)

@@ -18,6 +18,6 @@ void PlaceInstances(GltfContext& context, SceneData& scene);
 
 // The file's cameras and lights, not yet placed. gltf_cameras_lights.cpp.
 std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model);
-std::vector<Light> ReadLights(const GltfContext& context, const gltf::Model& model);
+std::vector<Light> ReadLights(GltfContext& context, const gltf::Model& model);
 
 }  // namespace raygraph::scene

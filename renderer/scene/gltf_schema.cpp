@@ -247,11 +247,18 @@ class Checker {
     }
 
     bool CheckNumber(Json& value, const Property& row) {
+        // Exporters write infinity as null
+        if (value.is_null() && row.misfit == Misfit::LeaveOut)
+            return LeaveOut(value, row, TypeNeeded(row.type));
         if (!value.is_number()) return Refuse(value, row);
+        constexpr double kMax = std::numeric_limits<float>::max();
         const double number = value.get<double>();
-        if (!(std::abs(number) <= static_cast<double>(std::numeric_limits<float>::max())))
-            FailValue(value, "too large for a float");
-        const auto rounded = static_cast<float>(number);
+        if (!(std::abs(number) <= kMax)) {
+            const float end = number < 0.0 ? row.min : row.max;
+            const bool hasEnd = row.misfit == Misfit::PutIntoRange && std::abs(double{end}) < kMax;
+            if (!hasEnd) return LeaveOut(value, row, "too large for a float");
+        }
+        const auto rounded = static_cast<float>(std::clamp(number, -kMax, kMax));
         if (!IsInRange(row, rounded)) {
             if (row.misfit != Misfit::PutIntoRange) return LeaveOut(value, row, NumberNeeded(row, rounded));
             m_context.Warn(Path(), row.topic, Text("is {}, out of range, put into it", Shown(value)));
@@ -332,7 +339,7 @@ class Checker {
 
     // A value of the row's type and out of its range.
     bool LeaveOut(const Json& value, const Property& row, const std::string& needed) {
-        if (row.misfit == Misfit::Refuse) FailValue(value, needed);
+        if (row.misfit == Misfit::Refuse || row.misfit == Misfit::PutIntoRange) FailValue(value, needed);
         if (row.topic)
             m_context.Warn(Path(), row.topic, Text("is {}, {}, {}", Shown(value), needed, row.remedy));
         return false;

@@ -138,9 +138,10 @@ consteval auto LightRow(T Light::*member) {
 }
 constexpr auto kSpot = Table(LightRow(&Light::innerConeAngle), LightRow(&Light::outerConeAngle));
 constexpr std::array<std::string_view, 3> kLightTypes{"directional", "point", "spot"};
-constexpr auto kLight = Table(Text("name"), Text("type").OneOf(kLightTypes).Required(),
-                              LightRow(&Light::color), LightRow(&Light::intensity), LightRow(&Light::range),
-                              Object(light_fields::kSpot, kSpot).OfType("spot"));
+constexpr auto kLight =
+    Table(Text("name"), Text("type").OneOf(kLightTypes).Required(), LightRow(&Light::color),
+          LightRow(&Light::intensity), LightRow(&Light::range).OrLeftOut("range", "taken as infinite"),
+          Object(light_fields::kSpot, kSpot).OfType("spot"));
 constexpr auto kLights = Table(Objects("lights", kLight).PointedAtAs(Target::Lights));
 constexpr auto kNodeLight = Table(Index("light", Target::Lights).Required());
 

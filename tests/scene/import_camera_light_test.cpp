@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <glm/gtc/constants.hpp>
@@ -121,6 +122,26 @@ TEST(Lights, DirectionalOnesAndConesAreRead) {
     EXPECT_EQ(spot.outerConeAngle, 0.5f);
 }
 
+// three.js writes so: a light of which no penumbra was asked.
+TEST(Lights, ConeWithoutASoftEdgeIsRead) {
+    const scene::SceneData scene =
+        Load(WithLight({{"type", "spot"}, {"spot", {{"innerConeAngle", 0.5}, {"outerConeAngle", 0.5}}}}));
+    const scene::Light& spot = scene.lights.at(0);
+    EXPECT_EQ(spot.outerConeAngle, 0.5f);
+    EXPECT_EQ(spot.innerConeAngle, std::nextafter(0.5f, 0.0f));
+    ASSERT_EQ(scene.warnings.size(), 1u);
+    EXPECT_THAT(scene.warnings[0],
+                ::testing::HasSubstr("spot.innerConeAngle: is 0.5, which outerConeAngle is too"));
+}
+
+TEST(Lights, RangeThatIsNoneIsInfinite) {
+    for (const Json& range : {Json(0), Json(-1), Json(nullptr), Json(1e300)}) {
+        const scene::SceneData scene = Load(WithLight({{"type", "point"}, {"range", range}}));
+        EXPECT_EQ(scene.lights.at(0).range, 0.0f) << range;
+        EXPECT_EQ(scene.warnings.size(), 1u) << range;
+    }
+}
+
 TEST(Lights, DefaultsAreTheExtensions) {
     const scene::Light light = Load(WithLight({{"type", "spot"}, {"spot", Json::object()}})).lights.at(0);
     EXPECT_EQ(light.type, scene::LightType::Spot);
@@ -140,6 +161,8 @@ TEST(Lights, MalformedOnesAreRefused) {
         {{{"type", "point"}, {"intensity", -1}}, ".intensity: is -1, must not be negative"},
         {{{"type", "spot"}}, ".spot: is absent, must be an object"},
         {{{"type", "spot"}, {"spot", {{"innerConeAngle", 1}, {"outerConeAngle", 0.5}}}},
+         ".spot: innerConeAngle must be below outerConeAngle"},
+        {{{"type", "spot"}, {"spot", {{"innerConeAngle", 0}, {"outerConeAngle", 0}}}},
          ".spot: innerConeAngle must be below outerConeAngle"},
         {{{"type", "spot"}, {"spot", {{"outerConeAngle", 1.6}}}},
          ".spot.outerConeAngle: is 1.6, must be at most 1.570806"},

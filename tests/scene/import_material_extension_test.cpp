@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -126,7 +127,9 @@ TEST(MaterialExtensions, MalformedOnesAreRefused) {
     } rows[] = {
         {"ior", 1.5, ": is 1.5, must be an object"},
         {"ior", {{"ior", "glass"}}, ".ior: is \"glass\", must be a number"},
-        {"ior", {{"ior", 1e60}}, ".ior: is 1e+60, too large for a float"},
+        {"specular",
+         {{"specularColorFactor", {1e60, 1, 1}}},
+         ".specularColorFactor[0]: is 1e+60, too large for a float"},
         {"specular", {{"specularFactor", nullptr}}, ".specularFactor: is null, must be a number"},
         {"specular", {{"specularColorFactor", {1, 1}}}, ".specularColorFactor: has 2 elements, must have 3"},
         {"specular",
@@ -162,6 +165,8 @@ TEST(MaterialExtensions, FactorsOutOfRangeAreClampedWithAWarning) {
     EXPECT_EQ(clamped("KHR_materials_ior", {{"ior", 0.5}}).ior, 1.0f);
     EXPECT_EQ(clamped("KHR_materials_ior", {{"ior", -2}}).ior, 1.0f);
     EXPECT_EQ(clamped("KHR_materials_ior", {{"ior", 1e30}}).ior, 1e4f);
+    EXPECT_EQ(clamped("KHR_materials_ior", {{"ior", 1e60}}).ior, 1e4f);
+    EXPECT_EQ(clamped("KHR_materials_ior", {{"ior", -1e60}}).ior, 1.0f);
     EXPECT_EQ(clamped("KHR_materials_specular", {{"specularFactor", 2}}).specularFactor, 1.0f);
     EXPECT_EQ(clamped("KHR_materials_specular", {{"specularColorFactor", {-1, 1, 3}}}).specularColorFactor,
               vec3(0, 1, 3));
@@ -171,6 +176,19 @@ TEST(MaterialExtensions, FactorsOutOfRangeAreClampedWithAWarning) {
               vec3(0.5f, 1.0f, 0.0f));
     EXPECT_EQ(clamped("KHR_materials_volume", {{"attenuationDistance", 0}}).attenuationDistance, 0.0f);
     EXPECT_EQ(clamped("KHR_materials_volume", {{"attenuationDistance", -3}}).attenuationDistance, 0.0f);
+}
+
+// What exporters write for it: JSON has no infinity.
+TEST(MaterialExtensions, InfiniteDistanceIsNullOrTheLargestDouble) {
+    for (const Json& infinite : {Json(nullptr), Json(std::numeric_limits<double>::max())}) {
+        const scene::SceneData scene = LoadExtensions(
+            {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+             {"KHR_materials_volume", {{"thicknessFactor", 1}, {"attenuationDistance", infinite}}}});
+        EXPECT_EQ(scene.materials.at(0).attenuationDistance, 0.0f) << infinite;
+        EXPECT_EQ(scene.materials.at(0).thicknessFactor, 1.0f) << infinite;
+        ASSERT_EQ(scene.warnings.size(), 1u) << infinite;
+        EXPECT_THAT(scene.warnings[0], ::testing::HasSubstr("taken as infinite")) << infinite;
+    }
 }
 
 TEST(MaterialExtensions, IorZeroIsLegal) {
