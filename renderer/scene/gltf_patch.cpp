@@ -24,6 +24,15 @@ Json JsonVector(const glm::vec<Length, float>& vector) {
     return array;
 }
 
+// With the digits that its rest adds (scene_data.h).
+Json JsonPlace(const glm::vec3& rounded, const glm::vec3& rest) {
+    Json array = Json::array();
+    for (int i = 0; i < 3; ++i)
+        array.push_back(rest[i] == 0.0f ? JsonNumber(rounded[i])
+                                        : Json(double{rounded[i]} + double{rest[i]}));
+    return array;
+}
+
 // Names the extension in extensionsUsed.
 void Use(Json& root, const char* extension) {
     Json& used = root["extensionsUsed"];
@@ -83,8 +92,9 @@ std::optional<Parts> PartsOf(const glm::mat4x3& local, const Node& own) {
 }
 
 // `isMoved`: its place is another than that of the file, whose numbers may have more digits.
-void PutMatrix(Json& node, const glm::mat4x3& local, bool isMoved) {
-    Json place = JsonVector(local[3]);
+void PutMatrix(Json& node, const Node& edited, bool isMoved) {
+    const glm::mat4x3 local = edited.LocalTransform();
+    Json place = JsonPlace(local[3], edited.translationRest);
     for (size_t i = 0; i < 3 && !isMoved; ++i) {
         if (node.contains("matrix"))
             place[i] = node["matrix"][12 + i];
@@ -101,13 +111,16 @@ void PutMatrix(Json& node, const glm::mat4x3& local, bool isMoved) {
     node["matrix"] = std::move(matrix);
 }
 
-void PatchNode(Json& node, const Node& loaded, const glm::mat4x3& local) {
+void PatchNode(Json& node, const Node& loaded, const Node& edited) {
+    const glm::mat4x3 local = edited.LocalTransform(), before = loaded.LocalTransform();
+    const bool isMoved = local[3] != before[3] || edited.translationRest != loaded.translationRest;
+    if (local == before && !isMoved) return;
     const std::optional<Parts> parts = loaded.matrix ? std::nullopt : PartsOf(local, loaded);
     if (!parts) {
-        PutMatrix(node, local, local[3] != loaded.LocalTransform()[3]);
+        PutMatrix(node, edited, isMoved);
         return;
     }
-    if (parts->translation != loaded.translation) node["translation"] = JsonVector(parts->translation);
+    if (isMoved) node["translation"] = JsonPlace(parts->translation, edited.translationRest);
     if (parts->scale != loaded.scale) node["scale"] = JsonVector(parts->scale);
     const glm::quat& q = parts->rotation;
     if (q != loaded.rotation) node["rotation"] = JsonVector(glm::vec4(q.x, q.y, q.z, q.w));
@@ -278,8 +291,7 @@ void PatchNodes(Json& root, const SceneData& loaded, const SceneData& edited) {
     for (size_t i = 0; i < loaded.nodes.size(); ++i) {
         if (loaded.nodes[i].parent != edited.nodes[i].parent)
             throw MakeError(ErrorKind::Usage, "nodes[{}]: its parent cannot be exchanged", i);
-        const glm::mat4x3 local = edited.nodes[i].LocalTransform();
-        if (local != loaded.nodes[i].LocalTransform()) PatchNode(root["nodes"][i], loaded.nodes[i], local);
+        PatchNode(root["nodes"][i], loaded.nodes[i], edited.nodes[i]);
     }
 }
 

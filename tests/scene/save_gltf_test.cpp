@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <sstream>
 
+#include "renderer/scene/split_place.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/reference_assets.h"
@@ -144,6 +145,32 @@ TEST_F(SaveGltf, MovedNodeKeepsItsRotationScaleAndAllElse) {
     expected["nodes"][0]["translation"] = {0.1, 7.0, -1.5};
     expected["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 9, 8, 7, 1};
     EXPECT_EQ(JsonOf(Target("moved.gltf")), expected);
+}
+
+// A place has more digits than a float.
+TEST_F(SaveGltf, PlacesFarAwayKeepTheirRest) {
+    GltfDocument document;
+    document.AddTriangle();
+    document.AddNode({{"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 4, 5, 6, 1}}, {"mesh", 0}});
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    scene::SceneData edited = scene::LoadGltf(source);
+    const scene::SplitPlace far = scene::Split({10'000.5003, -6e6 + 0.125, 3.0});
+    edited.nodes[0].translation = far.rounded;
+    edited.nodes[0].translationRest = far.rest;
+    glm::mat4x3 moved = edited.nodes[1].LocalTransform();
+    moved[3] = far.rounded;
+    edited.nodes[1].matrix = moved;
+    edited.nodes[1].translationRest = far.rest;
+    scene::UpdateWorldTransforms(edited);
+    const scene::SceneData saved = Save(source, edited, Target("far.gltf"));
+    ExpectSame(edited, saved);
+    for (const scene::Node& node : saved.nodes) EXPECT_EQ(node.translationRest, far.rest);
+    // The rest alone
+    edited = saved;
+    edited.nodes[0].translationRest += glm::vec3(1e-4f, 0, 0);
+    scene::UpdateWorldTransforms(edited);
+    EXPECT_EQ(Save(Target("far.gltf"), edited, Target("farther.gltf")).nodes[0].translationRest,
+              edited.nodes[0].translationRest);
 }
 
 TEST_F(SaveGltf, TurnedAndShearedNodes) {
