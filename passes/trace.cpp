@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/error.h"
+#include "base/text.h"
 #include "passes/scene_bindings.h"
 
 namespace raygraph::passes {
@@ -50,6 +50,9 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
                TraceOutputs outputs) {
     if (outputs.rayCounts && (outputs.parts || outputs.lightGroups))
         throw Error(ErrorKind::Usage, "Trace: ray counts and parts were asked for; it gives one of them");
+    if (const float survival = settings.roulette.survival; !(survival > 0.0f && survival <= 1.0f))
+        throw MakeError(ErrorKind::Usage, "Trace: roulette.survival is {}, must be above 0 and at most 1",
+                        survival);
     const Extent2D traced = RegionOf(settings).Extent();
     TraceIds ids{.radiance = renderer.CreateTexture("radiance", {traced, Format::Rgba32Float})};
     if (outputs.rayCounts) ids.rayCounts = renderer.CreateTexture("rayCounts", {traced, Format::R32Float});

@@ -1,7 +1,10 @@
 // What Trace and PrimaryHits promise besides the physics: same bits, ids, cameras, transforms.
+#include <gmock/gmock.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -177,6 +180,19 @@ TEST_F(TraceContract, PrimaryHits_MirroredInstanceKeepsItsFront) {
         EXPECT_GT(glm::dot(glm::vec3(hits.normal.values[i]), expected), 0.995f);
     }
     EXPECT_GT(hitCount, 300u);
+}
+
+TEST_F(TraceContract, Trace_RefusesChancesThatAreNone) {
+    for (const float survival : {0.0f, -0.5f, 1.5f, std::nanf("")}) {
+        Renderer renderer(Device());
+        GpuScene scene(renderer);
+        TraceSettings settings = InsideBoxes();
+        settings.roulette = {.kind = Roulette::Frame, .start = 1, .survival = survival};
+        renderer.BeginFrame();
+        const SceneIds ids = scene.Declare(renderer);
+        EXPECT_THAT(ErrorTextOf([&] { (void)passes::Trace(renderer, ids, settings); }),
+                    ::testing::HasSubstr("roulette.survival is"));
+    }
 }
 
 }  // namespace raygraph::testing
