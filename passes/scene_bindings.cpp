@@ -143,7 +143,9 @@ void BindLights(PassBuilder& pass, const SceneIds& scene) {
 }
 
 void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
-    SpecializeModels(pass, settings, FeaturesOf(scene, {}));
+    TraceSettings direct;
+    direct.scattering = settings.scattering;
+    SpecializeModels(pass, settings, FeaturesOf(scene, direct));
 }
 
 void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {

@@ -410,7 +410,8 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     ids.placementCount = draws.placementCount;
     ids.chunkCount = draws.chunkCount;
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
-    for (const gpu::MaterialRecord& material : resources->materialRecords) {
+    for (const uint32_t used : resources->usedMaterials) {
+        const gpu::MaterialRecord& material = resources->materialRecords[used];
         ids.lobeFeatures |= LobeFeatures(material);
         ids.hasVolumes |= (material.flags & gpu::kMaterialVolume) != 0u;
     }

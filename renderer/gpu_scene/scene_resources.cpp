@@ -392,7 +392,7 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
         material.metallic < 1.0f || material.metallicRoughnessTexture != gpu::kNoTexture;
     const bool isOpaque = material.transmission < 1.0f || material.transmissionTexture != gpu::kNoTexture;
     uint32_t features = 0;
-    if (material.transmission > 0.0f) features |= kTraceGlass;
+    if (isDielectric && material.transmission > 0.0f) features |= kTraceGlass;
     if (material.metallic > 0.0f) features |= kTraceMetals;
     if (isDielectric && isOpaque) features |= kTraceOpaque;
     return features;
@@ -428,6 +428,11 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
     resources->materialRecords = MaterialRecords(scene.materials, {});
     for (scene::Mesh& mesh : scene.meshes)
         resources->meshes.push_back(UploadMesh(device, uploader, builder, mesh, finder, *resources, records));
+    std::vector<bool> isUsed(scene.materials.size());
+    for (const GroupResources& group : resources->groups)
+        for (const GroupPart& part : group.parts) isUsed[part.material] = true;
+    for (uint32_t i = 0; i < isUsed.size(); ++i)
+        if (isUsed[i]) resources->usedMaterials.push_back(i);
     UploadTextures(device, uploader, scene, *resources);
     resources->materialRecords = MaterialRecords(scene.materials, resources->textures);
     resources->geometryCount = static_cast<uint32_t>(records.size());

@@ -69,8 +69,9 @@ struct SceneResources {
     std::vector<rhi::Sampler> samplers;
     std::vector<TextureResources> textures;
     std::vector<gpu::MaterialRecord> materialRecords;
-    rhi::Buffer geometries;  // gpu::GeometryRecord[]
-    rhi::Buffer materials;   // gpu::MaterialRecord[]
+    std::vector<uint32_t> usedMaterials;  // by some triangle, ascending
+    rhi::Buffer geometries;               // gpu::GeometryRecord[]
+    rhi::Buffer materials;                // gpu::MaterialRecord[]
     uint32_t geometryCount = 0;
     uint64_t geometryBytes = 0;
     uint64_t textureBytes = 0;

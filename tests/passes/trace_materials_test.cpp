@@ -175,6 +175,30 @@ TEST_F(TraceMaterials, Trace_ModelsWithoutLobesAndUnlitMaterialsNeedNoOtherPipel
     EXPECT_GT(pipelines(plastic, BrdfModel::Gltf), withUnlit);
 }
 
+// Files carry materials that no triangle of theirs has.
+TEST_F(TraceMaterials, Trace_MaterialsThatNothingUsesNeedNoOtherPipeline) {
+    Renderer renderer(Device());
+    GpuScene scene(renderer);
+    const auto pipelines = [&](std::vector<scene::Material> materials) {
+        scene.SetScene(SceneOf({QuadMesh(10.0f)}, std::move(materials)));
+        scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+        renderer.BeginFrame();
+        const SceneIds ids = scene.Declare(renderer);
+        renderer.ReadBack(passes::Trace(renderer, ids, Gltf(EyeAt(0.8f), {0, 0, 0}, 1e-4f, 8)).radiance);
+        renderer.Execute();
+        return renderer.PipelineCount();
+    };
+    scene::Material volume = Glass(0.0f, 1.5f, 1.0f);
+    ASSERT_TRUE(volume.BoundsMedium());
+    const uint32_t metal = pipelines({Metal(0.4f)});
+    EXPECT_EQ(pipelines({Metal(0.4f), volume}), metal);
+    scene::Material metalOnly = Metal(0.4f);
+    metalOnly.transmissionFactor = 1.0f;  // of its dielectric share, which is 0
+    metalOnly.roughnessFactor = 0.9f;
+    EXPECT_EQ(pipelines({metalOnly}), metal);
+    EXPECT_GT(pipelines({volume}), metal);
+}
+
 TEST_F(TraceMaterials, Trace_SmoothGlassSphereVanishesInUnitEnvironment) {
     const TraceSettings settings = Gltf({0, 0, 4}, {0, 0, 0}, 0.7f, 48);
     for (const float ior : {1.1f, 1.5f, 2.4f}) {
