@@ -32,7 +32,9 @@ gpu::TraceParameters RasterParameters(const SceneIds& scene, const TraceSettings
 }
 
 uint32_t GroupsFor(uint32_t count) {
-    return (count + kGroupSize - 1) / kGroupSize;
+    // Of the 65535 that every device takes
+    constexpr uint32_t kMaxGroups = 4096;
+    return std::min((count + kGroupSize - 1) / kGroupSize, kMaxGroups);
 }
 
 uint32_t DrawCount(const SceneIds& scene) {

@@ -36,7 +36,7 @@ DrawClasses ClassesOf(const SceneIds& scene);
 gpu::TraceParameters RasterParameters(const SceneIds& scene, const TraceSettings& settings);
 
 uint32_t DrawCount(const SceneIds& scene);
-// Groups of a shader that takes one invocation a record, 64 a group.
+// Groups of a shader that takes record after record, 64 at once a group (raster/invocation_stride.glsl).
 uint32_t GroupsFor(uint32_t count);
 
 // The position in each pixel that a sample draws, from its upper left corner: the center is (0.5, 0.5).

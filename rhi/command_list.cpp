@@ -207,6 +207,11 @@ void CommandList::PushConstants(std::span<const std::byte> bytes) {
 void CommandList::Dispatch(uint32_t groupsX, uint32_t groupsY, uint32_t groupsZ) {
     if (!m_compute) throw Error(ErrorKind::Usage, "Dispatch: no compute pipeline is bound");
     if (groupsX == 0 || groupsY == 0 || groupsZ == 0) return;
+    const std::array<uint32_t, 3>& max = m_device->Info().maxGroupCounts;
+    if (groupsX > max[0] || groupsY > max[1] || groupsZ > max[2])
+        throw MakeError(ErrorKind::Usage,
+                        "Dispatch: pipeline '{}': {} x {} x {} groups, the device takes {} x {} x {}",
+                        m_compute->Name(), groupsX, groupsY, groupsZ, max[0], max[1], max[2]);
     Vk().vkCmdDispatch(m_commands, groupsX, groupsY, groupsZ);
 }
 

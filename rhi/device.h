@@ -7,6 +7,7 @@
 // one thread at a time.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -97,7 +98,8 @@ struct DeviceInfo {
     uint32_t shaderGroupBaseAlignment = 0;
     uint32_t maxShaderGroupStride = 0;
     uint32_t maxRayRecursionDepth = 0;
-    uint64_t maxRayInvocationCount = 0;  // width * height of one TraceRays
+    uint64_t maxRayInvocationCount = 0;        // width * height of one TraceRays
+    std::array<uint32_t, 3> maxGroupCounts{};  // of one Dispatch
     // Acceleration structures
     uint32_t scratchAlignment = 0;
     uint64_t maxInstanceCount = 0;

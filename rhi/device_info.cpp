@@ -1,4 +1,6 @@
 // Reads the properties of a physical device; names of results and types.
+#include <algorithm>
+
 #include "base/text.h"
 #include "rhi/device.h"
 #include "rhi/device_impl.h"
@@ -96,6 +98,7 @@ DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, 
     info.maxShaderGroupStride = tracing.maxShaderGroupStride;
     info.maxRayRecursionDepth = tracing.maxRayRecursionDepth;
     info.maxRayInvocationCount = tracing.maxRayDispatchInvocationCount;
+    std::copy_n(properties.limits.maxComputeWorkGroupCount, 3, info.maxGroupCounts.begin());
     info.scratchAlignment = acceleration.minAccelerationStructureScratchOffsetAlignment;
     info.maxInstanceCount = acceleration.maxInstanceCount;
     info.timestampValidBits = families.at(queueFamily).queueFamilyProperties.timestampValidBits;

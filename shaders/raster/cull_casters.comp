@@ -4,22 +4,19 @@
 #define NO_TLAS
 #include "scene/extensions.glsl"
 
+#include "raster/invocation_stride.glsl"
 #include "raster/projection.glsl"
 #include "scene/bindings.glsl"
 #include "shared/draw_records.h"
 #include "shared/shadow_records.h"
 
-layout(local_size_x = 64) in;
 layout(set = 0, binding = 16, scalar) writeonly buffer Casters { ShadowCaster at[]; } casters;
 layout(set = 0, binding = 17, scalar) readonly buffer Draws { DrawRecord at[]; } draws;
 layout(set = 0, binding = 18, scalar) buffer Commands { DrawCommand at[]; } commands;
 layout(set = 0, binding = 19, scalar) readonly buffer ShadowViews { ShadowView at[]; } shadowViews;
 layout(push_constant, scalar) uniform Constants { uint count; uint viewSlots; } constants;
 
-void main() {
-    uint placement = gl_GlobalInvocationID.x;
-    uint view = gl_WorkGroupID.y;
-    if (placement >= constants.count || shadowViews.at[view].light == kNoLight) return;
+void CullPlacement(uint placement, uint view) {
     uint draw = instances.at[placement].draw;
     if (draw == kNotDrawn) return;
     DrawRecord record = draws.at[draw];
@@ -31,4 +28,10 @@ void main() {
     caster.view = view;
     uint place = atomicAdd(commands.at[draw].instanceCount, 1u);
     casters.at[record.firstSlot * constants.viewSlots + place] = caster;
+}
+
+void main() {
+    uint view = gl_WorkGroupID.y;
+    if (shadowViews.at[view].light == kNoLight) return;
+    for (uint i = gl_GlobalInvocationID.x; i < constants.count; i += InvocationStride()) CullPlacement(i, view);
 }

@@ -5,19 +5,17 @@
 #define NO_TLAS
 #include "scene/extensions.glsl"
 
+#include "raster/invocation_stride.glsl"
 #include "raster/projection.glsl"
 #include "scene/bindings.glsl"
 #include "shared/draw_records.h"
 
-layout(local_size_x = 64) in;
 layout(set = 0, binding = 16, scalar) writeonly buffer VisiblePlacements { uint at[]; } visiblePlacements;
 layout(set = 0, binding = 17, scalar) readonly buffer Draws { DrawRecord at[]; } draws;
 layout(set = 0, binding = 18, scalar) buffer Commands { DrawCommand at[]; } commands;
 layout(push_constant, scalar) uniform Constants { vec2 shift; uint count; } constants;
 
-void main() {
-    uint placement = gl_GlobalInvocationID.x;
-    if (placement >= constants.count) return;
+void CullPlacement(uint placement) {
     uint draw = instances.at[placement].draw;
     if (draw == kNotDrawn) return;
     DrawRecord record = draws.at[draw];
@@ -26,4 +24,8 @@ void main() {
         return;
     uint place = atomicAdd(commands.at[draw].instanceCount, 1u);
     visiblePlacements.at[record.firstSlot + place] = placement;
+}
+
+void main() {
+    for (uint i = gl_GlobalInvocationID.x; i < constants.count; i += InvocationStride()) CullPlacement(i);
 }

@@ -4,11 +4,11 @@
 #define NO_TLAS
 #include "scene/extensions.glsl"
 
+#include "raster/invocation_stride.glsl"
 #include "raster/scene_bounds.glsl"
 #include "scene/bindings.glsl"
 #include "shared/draw_records.h"
 
-layout(local_size_x = 64) in;
 layout(set = 0, binding = 16, scalar) readonly buffer Draws { DrawRecord at[]; } draws;
 layout(set = 0, binding = 17, scalar) buffer Bounds { SceneBoundsRecord value; } bounds;  // starts at 0
 layout(push_constant, scalar) uniform Constants { uint count; } constants;
@@ -19,8 +19,9 @@ void main() {
     uint lane = gl_LocalInvocationIndex;
     if (lane < 6u) groupBounds[lane] = 0u;
     barrier();
-    uint placement = gl_GlobalInvocationID.x;
-    if (placement < constants.count && instances.at[placement].draw != kNotDrawn) {
+    for (uint placement = gl_GlobalInvocationID.x; placement < constants.count;
+         placement += InvocationStride()) {
+        if (instances.at[placement].draw == kNotDrawn) continue;
         mat4x3 objectToWorld = instances.at[placement].objectToWorld;
         DrawRecord draw = draws.at[instances.at[placement].draw];
         // Of the box turned along with the object: center, and half its size along each axis of the world

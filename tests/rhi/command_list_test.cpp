@@ -184,6 +184,18 @@ TEST_F(CommandListTest, EmptyExtent_RecordsNothing) {
     Device().WaitFor(Device().Submit(std::move(commands)));
 }
 
+TEST_F(CommandListTest, MoreGroupsThanTheDeviceTakes_AreRefused) {
+    const rhi::ComputePipeline pipeline = CountingPipeline();
+    CommandList commands = Device().BeginCommands("nothing");
+    commands.Bind(pipeline);
+    const uint32_t max = Device().Info().maxGroupCounts[1];
+    ASSERT_GE(max, 65535u) << "Vulkan's minimum";
+    ASSERT_LT(max, ~0u);
+    EXPECT_THAT(ErrorTextOf([&] { commands.Dispatch(1, max + 1); }),
+                ::testing::HasSubstr("1 x " + std::to_string(max + 1) + " x 1 groups, the device takes"));
+    Device().WaitFor(Device().Submit(std::move(commands)));
+}
+
 TEST_F(CommandListTest, CallsWithoutTheirPipeline_AreRefused) {
     const rhi::ComputePipeline pipeline = CountingPipeline();
     const rhi::Buffer buffer = Device().CreateBuffer({.name = "b", .size = 64});

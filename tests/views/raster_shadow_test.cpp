@@ -139,6 +139,24 @@ TEST_F(RasterShadow, WithRaysDirectLightIsAsPathTraced) {
     }
 }
 
+// More placements than the invocations of one dispatch, before those that are seen.
+TEST_F(RasterShadow, EveryPlacementIsDrawnAndCastsItsShadowHoweverManyThereAre) {
+    const auto drawn = [&](size_t count) {
+        scene::SceneData table = Table({Lights()[0]});
+        const uint32_t speck = static_cast<uint32_t>(table.meshes.size());
+        table.meshes.push_back(QuadMesh(1e-3f, 0));
+        scene::Instance hidden;  // under the floor
+        hidden.mesh = speck;
+        hidden.objectToWorld = Translation({0, -0.01f, 0});
+        table.instances.insert(table.instances.begin(), count, hidden);
+        render.scene.SetScene(std::move(table));
+        return Draw(ViewOfTable(64), RasterShadows::Maps);
+    };
+    const FloatImage few = drawn(1), many = drawn((1u << 18) + 100);
+    EXPECT_EQ(few.values, many.values);
+    EXPECT_GT(few.Mean().y, 0.1);
+}
+
 TEST_F(RasterShadow, WithRaysLightComesThroughThinWallsAsPathTraced) {
     scene::Material glass;
     glass.baseColorFactor = {0.9f, 0.5f, 0.7f, 1.0f};
