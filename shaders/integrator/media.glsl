@@ -13,11 +13,8 @@
 
 SHADING_BEGIN
 
-// A path in more volumes at once than this forgets those of lowest precedence.
-CONST uint kMediumCapacity = 4u;
-
-// Materials of the volumes around a point, last entered first, kVacuum after them. (A vector would need a
-// dynamic index.)
+// Materials of the volumes around a point, last entered first, kVacuum after them. A path in more than these
+// forgets those of lowest precedence. (A vector would need a dynamic index.)
 struct MediumStack {
     uint m0, m1, m2, m3;
 };

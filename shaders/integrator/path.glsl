@@ -33,18 +33,17 @@
 #include "integrator/path_parts.glsl"
 #include "integrator/segment.glsl"
 #include "lights/lights.glsl"
+#include "lights/shadow_ray.glsl"
 #include "scene/ray.glsl"
 #include "shared/scene_records.h"
 
 SHADING_BEGIN
 
-CONST uint kCameraDimensions = 4u;  // 0, 1: film; 2, 3: lens
 // 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
 CONST uint kBounceDimensions = 7u;
 CONST uint kStraightDimensions = 0x40000000u;
-CONST float kMaxSurvival = 0.99f;    // even a path without losses must end
-CONST float kShadowShare = 0.99999f;  // of the segment to a light that must be free: less rounding
-CONST uint kMaxRays = 4096u;          // of one path: a guard against rooms that cannot be left
+CONST float kMaxSurvival = 0.99f;  // even a path without losses must end
+CONST uint kMaxRays = 4096u;       // of one path: a guard against rooms that cannot be left
 
 struct PathSettings {
     uint maxDepth;        // bounces
@@ -189,28 +188,13 @@ struct Vertex {
     Frame frame;
 };
 
-INLINE vec3 OriginTowards(SurfaceInteraction surface, float side) {
-    return OffsetRayOrigin(surface.position,
-                           side > 0.0f ? surface.geometricNormal : -surface.geometricNormal,
-                           surface.clearance);
-}
-
 // The contribution of a light, with `scattered` = f |cos| towards it and `scatterPDF` the density of
 // its direction.
 INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light, vec3 scattered,
                                 float scatterPDF) {
     DirectLight direct;
     float side = dot(light.wi, vertex.surface.geometricNormal);
-    direct.ray.origin = OriginTowards(vertex.surface, side);
-    direct.ray.direction = light.wi;
-    direct.distance = kInfinity;
-    if (light.distance < kInfinity) {
-        // From an offset point to an offset point: however close the surfaces are, the ray hits neither
-        vec3 way = light.target - direct.ray.origin;
-        float distance = max(length(way), 1e-20f);
-        direct.ray.direction = way / distance;
-        direct.distance = distance * kShadowShare;
-    }
+    direct.ray = ShadowRayTo(vertex.surface, light, direct.distance);
     direct.lobe = path.lobe;
     direct.light = light.light;
     direct.radiance =
@@ -239,7 +223,7 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
     if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(vertex.surface, path.ray.origin);
-    if (HasTraceFeature(kTraceGlass) && IsTransmissive(scattered.flags)) {
+    if (HasTraceFeature(kTraceTransmission) && IsTransmissive(scattered.flags)) {
         path.etaScale *= scattered.eta * scattered.eta;
         if (HasTraceFeature(kTraceVolumes)) path.media = vertex.beyond;
     }

@@ -16,9 +16,9 @@
 
 #include "bxdf/bsdf.glsl"
 #include "core/frame.glsl"
-#include "core/ray_offset.glsl"
 #include "core/rng.glsl"
 #include "lights/lights.glsl"
+#include "lights/shadow_ray.glsl"
 #include "shared/shade_options.h"
 
 #include "raster/environment_lobes.glsl"
@@ -32,8 +32,6 @@
 
 layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
 layout(set = 0, binding = 22) uniform sampler2D openShare;
-
-const uint kCameraDimensions = 4u;  // of integrator/path.glsl
 
 // As seen from vacuum.
 SurfaceSetting SettingOf(SurfaceInteraction surface, uint seed) {
@@ -68,20 +66,8 @@ LightSample SampleEmitter(SurfaceInteraction surface, uint bsdfFlags, Sampler rn
 // Share of a light that reaches the surface. `ordinal` is that of a punctual light, or their count.
 vec3 FreeShare(SurfaceInteraction surface, LightSample light, uint ordinal, uint alphaSeed) {
 #ifdef SHADOW_RAYS
-    // As integrator/path.glsl does
-    float side = dot(light.wi, surface.geometricNormal);
-    Ray ray;
-    ray.origin = OffsetRayOrigin(surface.position,
-                                 side > 0.0f ? surface.geometricNormal : -surface.geometricNormal,
-                                 surface.clearance);
-    ray.direction = light.wi;
     float distance = kInfinity;
-    if (light.distance < kInfinity) {
-        vec3 way = light.target - ray.origin;
-        float reach = max(length(way), 1e-20f);
-        ray.direction = way / reach;
-        distance = 0.99999f * reach;
-    }
+    Ray ray = ShadowRayTo(surface, light, distance);
     return UnblockedShare(ray, distance, 1.0f, alphaSeed);
 #else
 #ifdef SHADOW_MAPS
