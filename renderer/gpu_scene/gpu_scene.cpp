@@ -15,6 +15,7 @@
 #include "renderer/gpu_scene/environment_upload.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_set.h"
+#include "renderer/gpu_scene/material_features.h"
 #include "renderer/gpu_scene/scene_origin.h"
 #include "renderer/gpu_scene/scene_resources.h"
 #include "renderer/scene/check.h"
@@ -410,11 +411,8 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     ids.placementCount = draws.placementCount;
     ids.chunkCount = draws.chunkCount;
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
-    for (const uint32_t used : resources->usedMaterials) {
-        const gpu::MaterialRecord& material = resources->materialRecords[used];
-        ids.lobeFeatures |= LobeFeatures(material);
-        ids.hasVolumes |= (material.flags & gpu::kMaterialVolume) != 0u;
-    }
+    ids.lobeFeatures = LobeFeatures(*resources);
+    ids.hasVolumes = HasVolumes(*resources);
     for (const GroupResources& group : resources->groups) {
         ids.hasAlpha |= !group.kind.isOpaque;
         ids.hasThinWalls |= group.kind.isThinWall;

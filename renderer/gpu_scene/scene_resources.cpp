@@ -7,7 +7,6 @@
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/spatial_order.h"
 #include "shaders/shared/microfacet_models.h"
-#include "shaders/shared/trace_options.h"
 
 namespace raygraph {
 
@@ -383,19 +382,6 @@ KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder,
         change.group.blas = std::move(change.blas);
     }
     return changes;
-}
-
-uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
-    if ((material.flags & gpu::kMaterialUnlit) != 0u) return 0;
-    // Textures scale their factors down
-    const bool isDielectric =
-        material.metallic < 1.0f || material.metallicRoughnessTexture != gpu::kNoTexture;
-    const bool isOpaque = material.transmission < 1.0f || material.transmissionTexture != gpu::kNoTexture;
-    uint32_t features = 0;
-    if (isDielectric && material.transmission > 0.0f) features |= kTraceGlass;
-    if (material.metallic > 0.0f) features |= kTraceMetals;
-    if (isDielectric && isOpaque) features |= kTraceOpaque;
-    return features;
 }
 
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures) {

@@ -90,10 +90,6 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
 // Whether back faces are culled for rays.
 bool IsBackCulled(const gpu::MaterialRecord& material);
 
-// What lobes a material may have at some point of it (shaders/bxdf/gltf_lobes.glsl): bits of kTraceFeatures.
-// Unlit ones have none.
-uint32_t LobeFeatures(const gpu::MaterialRecord& material);
-
 // Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
 // is added to the builder again, with the memory for its build. On an Error nothing has changed. Returns
 // what has:

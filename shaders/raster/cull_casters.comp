@@ -33,5 +33,6 @@ void CullPlacement(uint placement, uint view) {
 void main() {
     uint view = gl_WorkGroupID.y;
     if (shadowViews.at[view].light == kNoLight) return;
-    for (uint i = gl_GlobalInvocationID.x; i < constants.count; i += InvocationStride()) CullPlacement(i, view);
+    for (uint i = gl_GlobalInvocationID.x; i < constants.count; i += InvocationStride())
+        CullPlacement(i, view);
 }

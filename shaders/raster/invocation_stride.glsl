@@ -1,5 +1,6 @@
-// For compute shaders that take one record after the other: devices bound the groups of a dispatch, so that an
-// invocation takes every InvocationStride()-th record. The groups are those of GroupsFor (passes/draw_list.h).
+// For compute shaders that take one record after the other: devices bound the groups of a dispatch, so that
+// an invocation takes every InvocationStride()-th record. The groups are those of GroupsFor
+// (passes/draw_list.h).
 #ifndef RAYGRAPH_RASTER_INVOCATION_STRIDE_GLSL
 #define RAYGRAPH_RASTER_INVOCATION_STRIDE_GLSL
 

@@ -1,0 +1,40 @@
+#include "renderer/gpu_scene/material_features.h"
+
+#include <algorithm>
+
+#include "renderer/gpu_scene/scene_resources.h"
+#include "shaders/shared/trace_options.h"
+
+namespace raygraph {
+
+namespace {
+
+uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
+    if ((material.flags & gpu::kMaterialUnlit) != 0u) return 0;
+    // Textures scale their factors down
+    const bool isDielectric =
+        material.metallic < 1.0f || material.metallicRoughnessTexture != gpu::kNoTexture;
+    const bool isOpaque = material.transmission < 1.0f || material.transmissionTexture != gpu::kNoTexture;
+    uint32_t features = 0;
+    if (isDielectric && material.transmission > 0.0f) features |= kTraceGlass;
+    if (material.metallic > 0.0f) features |= kTraceMetals;
+    if (isDielectric && isOpaque) features |= kTraceOpaque;
+    return features;
+}
+
+}  // namespace
+
+uint32_t LobeFeatures(const SceneResources& resources) {
+    uint32_t features = 0;
+    for (const uint32_t used : resources.usedMaterials)
+        features |= LobeFeatures(resources.materialRecords[used]);
+    return features;
+}
+
+bool HasVolumes(const SceneResources& resources) {
+    return std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
+        return (resources.materialRecords[used].flags & gpu::kMaterialVolume) != 0u;
+    });
+}
+
+}  // namespace raygraph

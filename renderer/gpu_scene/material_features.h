@@ -1,0 +1,17 @@
+// What the materials of a scene need of pipelines: what they do not need is compiled out. For
+// renderer/gpu_scene alone. Threads: pure functions, for any thread.
+#pragma once
+
+#include <cstdint>
+
+namespace raygraph {
+
+struct SceneResources;  // renderer/gpu_scene/scene_resources.h
+
+// What lobes the materials in use may have at some point of them (shaders/bxdf/gltf_lobes.glsl): bits of
+// kTraceFeatures. Unlit ones have none.
+uint32_t LobeFeatures(const SceneResources& resources);
+// Whether surfaces of some material in use bound a medium.
+bool HasVolumes(const SceneResources& resources);
+
+}  // namespace raygraph
