@@ -30,17 +30,23 @@ Region Scaled(const Region& texels, Extent2D from, Extent2D to) {
 
 // True if only this frame's tiles are missing.
 bool KeptDisplay::IsValid(const Source& source, const Key& now) const {
-    return m_made && m_made->extent == now.extent && m_made->tonemap == now.tonemap &&
-           m_made->resetCount == now.resetCount && m_made->progress == source.before &&
-           (now.progress.sampleCount > 0 || m_made->baseScale == now.baseScale);
+    if (!m_made) return false;
+    Key before = now;
+    before.progress = source.before;
+    // The tiles that complete the first sample cover the last of the base
+    if (now.progress.sampleCount > 0) before.baseScale = m_made->baseScale;
+    return *m_made == before;
 }
 
 TextureId KeptDisplay::Declare(Renderer& renderer, const Source& source,
                                const passes::TonemapSettings& tonemap) {
     const Extent2D extent = renderer.Desc(source.mean).extent;
     TextureId display = renderer.Persist(m_name, {extent, Format::Rgba8Unorm});
-    const Key now{extent, tonemap, source.resetCount, source.after,
-                  source.after.sampleCount > 0 ? 1 : source.baseScale};
+    const Key now{.extent = extent,
+                  .tonemap = tonemap,
+                  .resetCount = source.resetCount,
+                  .progress = source.after,
+                  .baseScale = source.after.sampleCount > 0 ? 1 : source.baseScale};
     const auto made = [this, now] { m_made = now; };
     std::vector<Region> changed = source.tiles;
     if (renderer.IsFresh(display) || !IsValid(source, now)) {

@@ -39,7 +39,9 @@ class KeptDisplay {
         passes::TonemapSettings tonemap;
         uint64_t resetCount = 0;
         passes::Accumulation::Progress progress;
-        uint32_t baseScale = 1;
+        uint32_t baseScale = 1;  // 1 with a whole sample
+
+        bool operator==(const Key&) const = default;
     };
     bool IsValid(const Source& source, const Key& now) const;
 
