@@ -7,14 +7,15 @@
 
 namespace raygraph::cli {
 
-void MergeCommand(const MergeArguments& arguments, Console&) {
+void MergeCommand(const MergeArguments& arguments, Console& console) {
+    const Log log = console.log.ForLibraries();
     CheckWritable(FilesOf(arguments));
     std::vector<NamedRender> parts;
     for (const std::filesystem::path& path : arguments.inputs)
-        parts.push_back({path.string(), ReadRenderFile(path)});
+        parts.push_back({path.string(), ReadRenderFile(path, log)});
     const size_t count = parts.size();
     const RenderFile merged = Merge(std::move(parts));
-    WriteRenderFile(arguments.output, merged);
+    WriteRenderFile(arguments.output, merged, log);
     if (arguments.isQuiet) return;
     PrintLine(arguments.output.string());
     PrintLine(Text("{} samples a pixel ({}) from {} renders", SampleCount(merged.samples),

@@ -92,10 +92,10 @@ void RequireExrForChannels(const RenderArguments& arguments, const Job& job) {
     if (!job.settings.lightGroups.empty()) refuse("--light-group", "groups of lights");
 }
 
-Job PlanJob(const RenderArguments& arguments) {
+Job PlanJob(const RenderArguments& arguments, const Log& log) {
     Job job;
     if (!arguments.resume.empty()) {
-        job.resumed = ReadResumedRender(arguments.resume);
+        job.resumed = ReadResumedRender(arguments.resume, log);
         const RenderFile& render = job.resumed->render;
         job.settings = SettingsOf(*job.resumed, arguments);
         job.aovs = AovsOf(render);
@@ -130,14 +130,15 @@ void WarnOfDarkness(ProgramLog& log, const Job& job, const SceneInput& input) {
                  "--background R,G,B");
 }
 
-void WriteOutputs(const RenderArguments& arguments, const Session& session, const RenderFile& render) {
+void WriteOutputs(const RenderArguments& arguments, const Session& session, const RenderFile& render,
+                  const Log& log) {
     for (const OutputFile& output : arguments.outputs) {
         switch (output.kind) {
             case OutputKind::Png:
                 image::WritePng(output.path, session.Display());
                 break;
             case OutputKind::Exr:
-                WriteRenderFile(output.path, render);
+                WriteRenderFile(output.path, render, log);
                 break;
             case OutputKind::Hdr:
                 image::WriteHdr(output.path, {render.size.width, render.size.height, render.radiance});
@@ -168,10 +169,10 @@ void RenderCommand(RenderArguments arguments, Console& console) {
     arguments.outputs = PicturesOf(arguments);
     // Before anything else: an hour of rendering must not end in a file that cannot be written
     CheckWritable(FilesOf(arguments));
-    Job job = PlanJob(arguments);
+    const Log log = console.log.ForLibraries();
+    Job job = PlanJob(arguments, log);
 
     Progress& progress = console.progress;
-    const Log log = console.log.ForLibraries();
     SceneInput input = LoadInput(arguments.scene, {.scene = job.settings.scene,
                                                    .environment = arguments.environment,
                                                    .log = log,
@@ -219,7 +220,7 @@ void RenderCommand(RenderArguments arguments, Console& console) {
     }
     console.log.RequireValid();  // before anything is written: an invalid run leaves the old files
 
-    WriteOutputs(arguments, session, result.render);
+    WriteOutputs(arguments, session, result.render, log);
     if (report) WriteTextFile(arguments.report, ToJson(*report));
     if (run.wasStopped) {
         std::string text = Text("stopped after {}", session.SampleCount());

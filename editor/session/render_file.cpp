@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "base/printable.h"
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "editor/session/as_input.h"
 #include "editor/session/parse.h"
@@ -177,6 +178,14 @@ void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
     }
 }
 
+// `done`: "read" or "written".
+void SayHow(const Log& log, const std::filesystem::path& path, const RenderFile& render, const char* done,
+            const Stopwatch& watch) {
+    Say(log, LogLevel::Info, log_category::kScene, "{}: {} samples of {} pixels {} in {}",
+        Printable(path.filename().string()), SampleCount(render.samples), ToText(render.size), done,
+        DurationText(watch.Seconds()));
+}
+
 RenderFile FromExr(const image::ExrImage& file) {
     RenderFile render;
     RequireFormat(file);
@@ -296,7 +305,8 @@ void KeepOnly(RenderFile& render, const AovSet& aovs) {
     if (!aovs.Has(Aov::Material)) render.material.clear();
 }
 
-void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render) {
+void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render, const Log& log) {
+    const Stopwatch watch;
     if (const std::string flaw = FirstFlaw(render); !flaw.empty())
         throw MakeError(ErrorKind::Usage, "{}: the render cannot be written: {}", path.string(), flaw);
     std::vector<image::ExrPlane> planes;
@@ -362,12 +372,16 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     if (hasRemoved) attributes[kAttributeRemovedSamples] = std::to_string(render.removedSamples);
     for (const auto& [name, text] : render.settings) attributes[std::string(kSettingPrefix) + name] = text;
     image::WriteExr(path, render.size.width, render.size.height, planes, attributes);
+    SayHow(log, path, render, "written", watch);
 }
 
-RenderFile ReadRenderFile(const std::filesystem::path& path) {
+RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log) {
+    const Stopwatch watch;
     const image::ExrImage file = AsInput([&] { return image::ReadExr(path); });
     try {
-        return FromExr(file);
+        RenderFile render = FromExr(file);
+        SayHow(log, path, render, "read", watch);
+        return render;
     } catch (const Error& error) {
         throw MakeError(error.Kind(), "{}: {}", path.string(), Printable(error.what(), 1024));
     }

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "base/api.h"
+#include "base/log.h"
 #include "editor/session/aovs.h"
 #include "editor/session/picture_settings.h"
 #include "editor/session/sample_ranges.h"
@@ -91,12 +92,14 @@ RAYGRAPH_API void KeepOnly(RenderFile& render, const AovSet& aovs);
 
 // An .exr, replaced as a whole or not at all. Error{Usage} for a render that could not be read back: without
 // samples or radiance, with planes of another size, with settings that no option takes. Error{Io}.
-RAYGRAPH_API void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render);
+// `log` is told how long it took, here and below.
+RAYGRAPH_API void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render,
+                                  const Log& log = {});
 
 // Error{BadInput} naming the path: for a file that cannot be read, is no EXR, or is no render of this program
 // in this format (a channel or an attribute is missing or malformed, or it is of an older or newer version,
 // as one with a setting that is not known here).
-RAYGRAPH_API RenderFile ReadRenderFile(const std::filesystem::path& path);
+RAYGRAPH_API RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log = {});
 
 // "scene: cornell.gltf against box.gltf": the first thing for which samples of `a` and `b` do not belong in
 // one picture, apart from which samples they are; empty when they do belong together.

@@ -23,8 +23,8 @@ void RequireResumable(const ResumedRender& resumed) {
     if (!missing.empty()) refuse("it lacks sums of samples: there is no channel " + missing);
 }
 
-ResumedRender ReadResumedRender(const std::filesystem::path& path) {
-    ResumedRender resumed{path, ReadRenderFile(path)};
+ResumedRender ReadResumedRender(const std::filesystem::path& path, const Log& log) {
+    ResumedRender resumed{path, ReadRenderFile(path, log)};
     RequireResumable(resumed);
     return resumed;
 }

@@ -18,6 +18,6 @@ struct ResumedRender {
 RAYGRAPH_API void RequireResumable(const ResumedRender& resumed);
 
 // Reads one, and requires the same.
-RAYGRAPH_API ResumedRender ReadResumedRender(const std::filesystem::path& path);
+RAYGRAPH_API ResumedRender ReadResumedRender(const std::filesystem::path& path, const Log& log = {});
 
 }  // namespace raygraph::session

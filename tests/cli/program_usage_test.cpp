@@ -101,6 +101,10 @@ TEST(Program, MergeNeedsNoDevice) {
     const ProgramResult merged = RunProgram(folder, "merge a.exr b.exr -o m.exr");
     EXPECT_EQ(merged.exitCode, 0) << merged.messages;
     EXPECT_NE(merged.output.find("64 samples"), std::string::npos) << merged.output;
+    EXPECT_EQ(merged.messages, "");
+    const std::string told = RunProgram(folder, "merge a.exr b.exr -o m.exr -v").messages;
+    for (const char* text : {" a.exr: 16 samples of ", " b.exr: 48 samples of ", " m.exr: 64 samples of "})
+        EXPECT_NE(told.find(text), std::string::npos) << told << "lacks" << text;
     EXPECT_EQ(session::ReadRenderFile(folder / "m.exr").samples, (session::SampleRanges{{0, 64}}));
 
     ExpectFailure(folder, "merge m.exr c.exr -o n.exr", 4, "m.exr", "c.exr", "0-63", "63-66");
