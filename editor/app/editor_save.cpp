@@ -1,6 +1,7 @@
 // What the editor reads and writes: the dialogs that ask where, and pictures on their way to a file.
 #include <utility>
 
+#include "base/extension.h"
 #include "base/text.h"
 #include "editor/app/editor.h"
 #include "editor/app/saved_render.h"
@@ -18,10 +19,6 @@ image::Image8 ToImage(const Readback& texels, bool isSwapped) {
         picture.rgba[i + 3] = 255;
     }
     return picture;
-}
-
-bool IsExr(const std::filesystem::path& file) {
-    return file.extension() == ".exr" || file.extension() == ".EXR";
 }
 
 }  // namespace
@@ -116,8 +113,9 @@ void Editor::KeepSettings() {
 }
 
 void Editor::SavePicture(const std::filesystem::path& file) {
-    if (!IsExr(file)) {
-        if (file.extension() != ".png" && file.extension() != ".PNG")
+    const std::string extension = LowerExtension(file);
+    if (extension != ".exr") {
+        if (extension != ".png")
             m_work.Refuse(file.string() + ": must end in .png or .exr");
         else
             m_pictureFile = file;
@@ -188,7 +186,7 @@ void Editor::FinishSaving() {
                 session::SceneInput source = saving.source;
                 source.hash = content.hash;
                 const session::RenderFile render = RenderOf(saving.capture.Result(), source, device);
-                session::WriteRenderFile(saving.file, render);
+                session::WriteRenderFile(saving.file, render, log);
                 return [this, content, file = saving.file, samples = SampleCount(render.samples)] {
                     m_work.document.Know(content);
                     NoteSaved(Text("saved {}, {} samples", file.string(), samples));

@@ -5,15 +5,14 @@
 #include <exception>
 #include <utility>
 
+#include "base/extension.h"
 #include "base/text.h"
 #include "editor/session/content_hash.h"
 
 namespace raygraph::editor {
 
 bool Workspace::IsEnvironment(const std::filesystem::path& file) {
-    std::string extension = file.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+    const std::string extension = LowerExtension(file);
     return extension == ".hdr" || extension == ".exr";
 }
 

@@ -112,6 +112,7 @@ std::string ListOf(Aov first, std::optional<Aov> end) {
 CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
     CLI::App* render = app.add_subcommand("render", "Path-trace a glTF scene to pictures");
     AddScene(*render, arguments.scene)->required();
+    constexpr auto kEndings = Texts(OutputKind{}), kNotes = Notes(OutputKind{});
     render
         ->add_option_function<std::vector<std::string>>(
             "-o,--output",
@@ -124,8 +125,11 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                     }
                 }
             },
-            Wrapped("Picture to write: .png (tone-mapped), .exr (linear, with AOVs, can be resumed) or "
-                    ".hdr; may be given several times. Default: render.png, or the file that is resumed"))
+            Wrapped("Picture to write: " +
+                    ListForHelp({kEndings.begin(), kEndings.end()}, {kNotes.begin(), kNotes.end()},
+                                kEndings.size()) +
+                    "; may be given several times. Default: " + kDefaultPicture +
+                    ", or the file that is resumed"))
         ->type_name("OUT")
         ->allow_extra_args(false);
     AddOption(*render, "--spp", "N", "Samples a pixel (64); with --resume the total to reach",

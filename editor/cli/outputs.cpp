@@ -1,12 +1,13 @@
 #include "editor/cli/outputs.h"
 
 #include <algorithm>
-#include <cctype>
 #include <string>
 
 #include "base/atomic_file.h"
+#include "base/extension.h"
 #include "base/printable.h"
 #include "base/text.h"
+#include "editor/session/parse.h"
 
 namespace raygraph::cli {
 
@@ -29,13 +30,13 @@ void CheckFolder(const std::filesystem::path& path) {
 }  // namespace
 
 OutputFile ParseOutput(const std::filesystem::path& path) {
-    std::string extension = path.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (extension == ".png") return {path, OutputKind::Png};
-    if (extension == ".exr") return {path, OutputKind::Exr};
-    if (extension == ".hdr") return {path, OutputKind::Hdr};
-    throw MakeError(ErrorKind::Usage, "{} does not end in .png, .exr or .hdr", Quoted(path.string(), 1024));
+    const std::string extension = LowerExtension(path);
+    for (const OutputKind kind : Values<OutputKind>())
+        if (extension == Name(kind)) return {path, kind};
+    constexpr auto kTexts = Texts(OutputKind{});
+    throw MakeError(ErrorKind::Usage, "{} does not end in {}", Quoted(path.string(), 1024),
+                    session::ListForHelp({kTexts.begin(), kTexts.end()},
+                                         std::vector<std::string_view>(kTexts.size()), kTexts.size()));
 }
 
 void CheckWritable(std::span<const std::filesystem::path> paths,

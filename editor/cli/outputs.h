@@ -6,13 +6,18 @@
 #include <span>
 #include <vector>
 
+#include "shaders/shared/choice.h"
+
 namespace raygraph::cli {
 
-enum class OutputKind : uint8_t {
-    Png,  // 8-bit, tone-mapped
-    Exr,  // linear float32 with channels and settings
-    Hdr,  // linear RGBE
-};
+//   Png: 8-bit, tone-mapped
+//   Exr: linear float32 with channels and settings
+//   Hdr: linear RGBE
+#define RAYGRAPH_OUTPUT_KINDS(X, Of)                           \
+    X(Of, Png, 0, ".png", "tone-mapped")                       \
+    X(Of, Exr, 1, ".exr", "linear, with AOVs, can be resumed") \
+    X(Of, Hdr, 2, ".hdr", "linear")
+RAYGRAPH_CHOICE(OutputKind, RAYGRAPH_OUTPUT_KINDS)
 
 struct OutputFile {
     std::filesystem::path path;

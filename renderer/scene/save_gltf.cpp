@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/atomic_file.h"
+#include "base/extension.h"
 #include "base/out_of_memory.h"
 #include "base/printable.h"
 #include "base/text.h"
@@ -125,9 +126,7 @@ std::span<const std::byte> AsBytes(const std::string& text) {
 }
 
 bool IsGlb(const fs::path& target) {
-    std::string extension = target.extension().string();
-    std::ranges::transform(extension, extension.begin(),
-                           [](char c) { return c >= 'A' && c <= 'Z' ? char(c + 32) : c; });
+    const std::string extension = LowerExtension(target);
     if (extension != ".glb" && extension != ".gltf")
         throw MakeError(ErrorKind::Usage, "{}: must end in .gltf or .glb", Printable(target.string(), 1024));
     return extension == ".glb";

@@ -347,6 +347,8 @@ TEST_F(ScriptTest, SavesAnExr) {
     EXPECT_GE(SampleCount(saved.samples), 1u);
     EXPECT_EQ(saved.size, editor.Work().view.Size());
     EXPECT_EQ(settings.camera, session::CameraText(editor.Work().camera.View()));
+    Play("size 320x200\npicture " + (folder / "Other.Exr").string() + "\n");
+    EXPECT_EQ(session::ReadRenderFile(folder / "Other.Exr").size, saved.size);
     EXPECT_NE(Failure("picture " + (folder.Path() / "picture.bmp").string() + "\n").find(".png or .exr"),
               std::string::npos);
     EXPECT_NE(Failure("picture " + (folder.Path() / "missing" / "a.exr").string() + "\n").find("missing"),
