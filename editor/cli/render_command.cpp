@@ -56,6 +56,9 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
         // The settings that the view has
         PictureSettings its = settings;
         its.paths = {.sampler = settings.paths.sampler, .seed = settings.paths.seed};
+        its.aperture = PictureSettings{}.aperture;  // they see through a pinhole
+        its.focusDistance = PictureSettings{}.focusDistance;
+        if (settings.view == View::Raster) its.paths.scattering = settings.paths.scattering;
         if (const std::string option = FirstOther(its, settings); !option.empty())
             refuse("only path-traced renders know " + option);
         if (!ShowsLight(settings.view)) {

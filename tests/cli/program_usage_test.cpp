@@ -58,11 +58,18 @@ TEST(Program, WrongUsageIsTwo) {
     ExpectFailure(folder, "render @cornell.gltf -o a.png --view normals --tonemap agx", 2, "normals",
                   "--tonemap");
     ExpectFailure(folder, "render @cornell.gltf -o a.png --view normals --nee off", 2, "normals", "--nee");
-    ExpectFailure(folder, "render @cornell.gltf -o a.png --view raster --brdf lambert", 2, "raster",
-                  "--brdf");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view raster --mis off", 2, "raster", "--mis");
+    ExpectFailure(folder, "render @cornell.gltf -o a.png --view raster --aperture 1", 2, "raster",
+                  "--aperture");
     ExpectFailure(folder, "render @cornell.gltf -o a.png --view albedo --background 1,1,1", 2, "albedo",
                   "--background");
     ExpectFailure(folder, "render @cornell.gltf -o a.png --view albedo --env sky.hdr", 2, "albedo", "--env");
+    // These have an effect: what is missing is the scene
+    for (const char* line : {"render none.gltf --view raster --brdf lambert --multiscatter off",
+                             "render none.gltf --view raster --background 1,1,1 --shadows maps",
+                             "render none.gltf --view ray-cost --nee off --max-depth 2 --background 1,1,1",
+                             "render none.gltf --view normals --spp 4 --sampler pcg --seed 2"})
+        ExpectFailure(folder, line, 4, "none.gltf");
     ExpectFailure(folder, "render @cornell.gltf --sample-offset 4294967295 --spp 2 -o a.exr", 2,
                   "--sample-offset");
 }
