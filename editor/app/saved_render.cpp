@@ -10,7 +10,12 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const session::S
     settings.size = picture.extent;
     settings.view = picture.isRaster ? session::View::Raster : session::View::PathTraced;
     settings.camera = session::CameraText(picture.camera);
+    if (picture.lens.radius > 0.0f) {
+        settings.aperture = picture.lens.radius;
+        settings.focusDistance = picture.lens.focusDistance;
+    }
     settings.paths = picture.paths;
+    settings.raster = picture.raster;
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
     const glm::vec3& radiance = picture.environment.radiance;
     (source.environmentFile.empty() ? settings.background : settings.environmentTint) = {

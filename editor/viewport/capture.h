@@ -10,6 +10,7 @@
 #include "editor/viewport/pending.h"
 #include "editor/viewport/view_settings.h"
 #include "passes/accumulate.h"
+#include "passes/raster.h"
 #include "passes/trace.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
@@ -22,8 +23,11 @@ struct CaptureResult {
     Extent2D extent;
     bool isRaster = false;     // else path-traced
     uint32_t sampleCount = 0;  // of every pixel
-    scene::CameraView camera;  // of the captured frame
-    PathSettings paths;        // likewise
+    // Of the captured frame
+    scene::CameraView camera;
+    LensSettings lens;
+    PathSettings paths;
+    passes::RasterSettings raster;
     EnvironmentSettings environment;
     passes::ExactSums sums;       // of the samples, with squares: another renderer may go on with them
     std::vector<float> mean;      // w: coverage
@@ -48,7 +52,9 @@ class RAYGRAPH_API CaptureRequests {
         passes::Accumulation::Progress progress;
         bool isRaster = false;
         scene::CameraView camera;
+        LensSettings lens;
         PathSettings paths;
+        passes::RasterSettings raster;
         EnvironmentSettings environment;
     };
     // Answers the pending requests, if that is a whole number of samples.

@@ -177,13 +177,22 @@ TextureId Viewport::Impl::Declare(const SceneIds& ids) {
     if (ShowsPathTraced(shownAs.view))
         errors.Declare(renderer, traced.samples.mean, traced.samples.variance,
                        tracedSamples.Declared().sampleCount);
-    if (ShowsPathTraced(show.view) && ShowsPathTraced(shownAs.view))
-        captures.Declare(
-            renderer, ids, settings,
-            {traced.samples, tracedSamples.Declared(), false, camera, paths, scene->Environment()});
-    else if (show.view == View::Raster)
+    const auto answerCaptures = [&](const passes::AccumulatedIds& samples,
+                                    const passes::Accumulation::Progress& progress, bool isRaster) {
         captures.Declare(renderer, ids, settings,
-                         {drawn.samples, drawnSamples.Declared(), true, camera, paths, scene->Environment()});
+                         {.samples = samples,
+                          .progress = progress,
+                          .isRaster = isRaster,
+                          .camera = camera,
+                          .lens = lens,
+                          .paths = paths,
+                          .raster = rasterSettings,
+                          .environment = scene->Environment()});
+    };
+    if (ShowsPathTraced(show.view) && ShowsPathTraced(shownAs.view))
+        answerCaptures(traced.samples, tracedSamples.Declared(), false);
+    else if (show.view == View::Raster)
+        answerCaptures(drawn.samples, drawnSamples.Declared(), true);
 
     TimedFrame timed{.frame = renderer.FrameNumber()};
     if (shownAs.view == View::Raster && isDrawn)

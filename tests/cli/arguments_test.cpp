@@ -201,7 +201,7 @@ TEST(Arguments, DocsListWhatEachOptionTakes) {
     const auto operators = Texts(TonemapOperator{});
     expect("tonemap", {operators.begin(), operators.end()});
     expect("rr", {"throughput", "constant:P", "frame:P", "off"});
-    EXPECT_EQ(lists, 12u);
+    EXPECT_GE(lists, 12u) << "choices of the table are there";
     for (const Aov aov : kAovs) EXPECT_NE(page.find(Name(aov)), std::string::npos) << Name(aov);
 }
 

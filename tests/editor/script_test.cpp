@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "editor/app/saved_render.h"
 #include "editor/session/content_hash.h"
 #include "editor/session/session.h"
 #include "renderer/image/image.h"
@@ -316,6 +317,18 @@ TEST_F(ScriptTest, ExrNamesTheFilesAndTheSkyOfTheFrameThatWasSaved) {
     EXPECT_EQ(saved.environmentFile + saved.environmentHash, "");
     settings = session::SettingsFrom(saved.settings);
     EXPECT_EQ(settings.background, (std::array{0.25f, 0.5f, 1.0f}));
+}
+
+TEST_F(ScriptTest, ExrNamesLensAndRasterSettingsOfItsFrame) {
+    viewport::Viewport& view = editor.Work().view;
+    view.SetRaster({.shadows = passes::RasterShadows::Maps});
+    Play(OpenCornell() + "view raster\nsamples 1\npicture " + (folder / "picture.exr").string() + "\n");
+    EXPECT_EQ(session::SettingsFrom(session::ReadRenderFile(folder / "picture.exr").settings).raster,
+              view.Raster());
+    viewport::CaptureResult picture{.extent = {4, 2}, .lens = {.radius = 0.125f, .focusDistance = 2.5f}};
+    const session::SettingTexts texts = RenderOf(std::move(picture), {}, Device().Info()).settings;
+    EXPECT_EQ(session::SettingsFrom(texts).aperture, 0.125f);
+    EXPECT_EQ(session::SettingsFrom(texts).focusDistance, 2.5f);
 }
 
 TEST_F(ScriptTest, ExrIsOfTheFileWhereNoEditsAreUnsaved) {
