@@ -83,10 +83,11 @@ void SampleFrames::ReadBack(const passes::AccumulatedIds& ids, Accumulated& into
     if (m_plan.withSums) into.sums = passes::SumsReadback(m_renderer, ids);
 }
 
-void SampleFrames::Keep(TextureId sample, Accumulated& into, bool isLast) {
+TextureId SampleFrames::Keep(TextureId sample, Accumulated& into, bool isLast) {
     const passes::AccumulatedIds ids = passes::Accumulate(m_renderer, sample, into.accumulation);
     m_renderer.Present(ids.sums[0]);
     if (isLast) ReadBack(ids, into);
+    return ids.mean;
 }
 
 passes::TraceIds SampleFrames::DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings) {
@@ -99,8 +100,8 @@ passes::TraceIds SampleFrames::DeclareSample(const SceneIds& ids, const passes::
                 passes::RasterShade(m_renderer, ids, settings, seen, m_filteredEnvironment, m_plan.raster)};
 }
 
-void SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
-                                   bool isMeasuring) {
+TextureId SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings,
+                                        bool isLast, bool isMeasuring) {
     const passes::TraceIds sample = DeclareSample(ids, settings);
     if (TracesPaths()) m_counts.push_back(m_renderer.ReadBack(sample.counts));
     for (KeptPart& part : m_parts) Keep(sample.parts[part.index], part.sum, isLast);
@@ -113,11 +114,11 @@ void SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSetti
     if (isLast) {
         ReadBack(sums, m_radiance);
         if (m_plan.withVariance) m_variance = m_renderer.ReadBack(sums.variance);
-        m_display = m_renderer.ReadBack(passes::Tonemap(m_renderer, sums.mean, m_plan.tonemap));
     } else if (isMeasuring && m_plan.withVariance && !m_measurement) {
         m_measurement =
             Measurement{m_submitted + 1, m_renderer.ReadBack(sums.mean), m_renderer.ReadBack(sums.variance)};
     }
+    return sums.mean;
 }
 
 void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
@@ -132,11 +133,14 @@ void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSetting
     m_display = m_renderer.ReadBack(passes::PaintView(m_renderer, sums.mean, m_plan.view));
 }
 
-void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
+SampleFrames::Guides SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings,
+                                                   bool isLast) {
     const passes::PrimaryHitIds hits =
         passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    if (m_isKeepingAlbedo) Keep(hits.albedo, m_albedo, isLast);
-    if (m_isKeepingNormal) Keep(hits.normal, m_normal, isLast);
+    Guides guides;
+    if (m_isKeepingAlbedo) guides.albedo = Keep(hits.albedo, m_albedo, isLast);
+    if (m_isKeepingNormal) guides.normal = Keep(hits.normal, m_normal, isLast);
+    return guides;
 }
 
 void SampleFrames::DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings) {
@@ -150,11 +154,14 @@ void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.Scene().Declare(m_renderer);
     const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample + m_submitted);
+    TextureId mean;
     if (ShowsLight())
-        DeclareRadiance(ids, settings, isLast, isMeasuring);
+        mean = DeclareRadiance(ids, settings, isLast, isMeasuring);
     else
         DeclareValues(ids, settings, isLast);
     if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings, isLast);
+    if (ShowsLight() && isLast)
+        m_display = m_renderer.ReadBack(passes::Tonemap(m_renderer, mean, m_plan.tonemap));
     if (m_isKeepingCenter && isLast) DeclareCenterRay(ids, settings);
     m_pending.push_back(m_renderer.Execute());
     ++m_submitted;

@@ -90,13 +90,18 @@ class SampleFrames {
     void RestoreFrom(const RenderFile& render);
     // One sample of the radiance, by the pipeline of all samples.
     passes::TraceIds DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings);
-    void DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
-                         bool isMeasuring);
+    // Its mean.
+    TextureId DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast,
+                              bool isMeasuring);
     // Of a view that shows no light.
     void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
-    void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
+    // Means over the samples, of what is kept.
+    struct Guides {
+        TextureId albedo, normal;
+    };
+    Guides DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
     void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
-    void Keep(TextureId sample, Accumulated& into, bool isLast);
+    TextureId Keep(TextureId sample, Accumulated& into, bool isLast);  // the mean
     void ReadBack(const passes::AccumulatedIds& ids, Accumulated& into);
     void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
 
