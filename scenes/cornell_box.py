@@ -1,6 +1,6 @@
 """The Cornell box as it was measured: Cornell University Program of Computer Graphics, "Cornell Box Data".
 
-Lengths are in millimetres, x to the left of the camera, y up, z away from it. Reflectances run from 400 to
+Lengths are in millimeters, x to the left of the camera, y up, z away from it. Reflectances run from 400 to
 700 nm in steps of 4 nm.
 """
 
@@ -89,12 +89,12 @@ def reflectance(samples):
 
 
 def placed(point):
-    """Metres, the middle of the box at x = z = 0, the camera looking along -z: half a turn about y."""
+    """Meters, the middle of the box at x = z = 0, the camera looking along -z: half a turn about y."""
     return ((278.0 - point[0]) / 1000.0, point[1] / 1000.0, (279.6 - point[2]) / 1000.0)
 
 
 def facing(quad, target):
-    """The quad with its front towards a point (millimetres)."""
+    """The quad with its front towards a point (millimeters)."""
     a, b, c, _ = quad
     u = [b[i] - a[i] for i in range(3)]
     v = [c[i] - a[i] for i in range(3)]

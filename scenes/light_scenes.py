@@ -97,7 +97,7 @@ def shard(pick):
 
 def many_lights():
     """2,000 emissive triangles of 40 colors and strengths and 200 point lights over a floor of 30 by 30
-    metres, with walls and columns between them: each place is lit by few of them."""
+    meters, with walls and columns between them: each place is lit by few of them."""
     writer = GltfWriter()
     pick = Picker(7)
     ground = writer.material("ground", [0.6, 0.6, 0.6])

@@ -63,8 +63,8 @@ void CameraController::Dolly(float notches) {
     m_view.eye = pivot - glm::dvec3(m_distance * m_view.forward);
 }
 
-void CameraController::Fly(glm::vec3 metres) {
-    m_view.eye += metres.x * m_view.right + metres.y * m_view.up + metres.z * m_view.forward;
+void CameraController::Fly(glm::vec3 meters) {
+    m_view.eye += meters.x * m_view.right + meters.y * m_view.up + meters.z * m_view.forward;
 }
 
 void CameraController::Frame(const scene::Bounds& bounds) {

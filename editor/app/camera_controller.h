@@ -24,7 +24,7 @@ class CameraController {
     // Notches of a wheel: each takes 15 % off the distance to the pivot. An orthographic view narrows.
     void Dolly(float notches);
     // Meters along right, up and forward; the pivot comes along.
-    void Fly(glm::vec3 metres);
+    void Fly(glm::vec3 meters);
     // Frames all of `bounds`, keeping the direction of the view. An empty box counts as one meter about
     // its middle.
     void Frame(const scene::Bounds& bounds);

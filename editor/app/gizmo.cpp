@@ -70,7 +70,7 @@ Ray PictureMap::RayAt(glm::vec2 place) const {
                                        film.y * half * m_view.up)};
 }
 
-float PictureMap::MetresAt(const glm::vec3& point, float points) const {
+float PictureMap::MetersAt(const glm::vec3& point, float points) const {
     if (m_view.projection == scene::Projection::Orthographic) return m_view.height * points / m_size.y;
     const float depth = glm::dot(glm::vec3(glm::dvec3(point) - m_view.eye), m_view.forward);
     return std::max(2.0f * depth * std::tan(0.5f * m_view.yFov) * points / m_size.y, 0.0f);
@@ -111,7 +111,7 @@ std::optional<glm::vec3> MeetPlane(const glm::vec3& origin, const glm::vec3& nor
 std::optional<GizmoFrame> FrameOf(const glm::mat4x3& nodeToWorld, GizmoTool tool, GizmoSpace space,
                                   const PictureMap& map, const std::optional<glm::vec3>& pivot) {
     GizmoFrame frame{.origin = pivot.value_or(nodeToWorld[3])};
-    frame.size = map.MetresAt(frame.origin, kArm);
+    frame.size = map.MetersAt(frame.origin, kArm);
     if (!(frame.size > 0.0f)) return std::nullopt;
     if (space == GizmoSpace::World && tool != GizmoTool::Scale) return frame;
     for (int i = 0; i < 3; ++i) {

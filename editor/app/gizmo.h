@@ -37,7 +37,7 @@ class PictureMap {
     // Nullopt behind the eye.
     std::optional<glm::vec2> PlaceOf(const glm::vec3& point) const;
     // Meters that cover this many points at the depth of `point`; 0 behind the eye.
-    float MetresAt(const glm::vec3& point, float points) const;
+    float MetersAt(const glm::vec3& point, float points) const;
     // From `point` to the eye, unit length.
     glm::vec3 ToEye(const glm::vec3& point) const;
     const scene::CameraView& View() const { return m_view; }

@@ -38,11 +38,11 @@ bool Counts(const scene::Material& material, std::string_view object, std::strin
 
 NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_view unit, bool zeroIsInfinite) {
     NumberStyle style;
-    style.least = range.HasLeast() ? range.least : -kMaxDragged;
-    style.most = range.HasMost() ? range.most : kMaxDragged;
-    if (zeroIsInfinite) style.least = std::max(style.least, kMinFinite);
+    style.min = range.HasMin() ? range.min : -kMaxDragged;
+    style.max = range.HasMax() ? range.max : kMaxDragged;
+    if (zeroIsInfinite) style.min = std::max(style.min, kMinFinite);
     style.isAngle = unit == "rad";
-    style.isSlider = style.isAngle || (range.HasLeast() && range.HasMost() && range.most <= 1.0f);
+    style.isSlider = style.isAngle || (range.HasMin() && range.HasMax() && range.max <= 1.0f);
     style.isInfinite = zeroIsInfinite && value == 0.0f;
     style.format = unit.empty() ? "%.3f" : Text("%.3f {}", unit);
     if (style.isAngle) style.format = "%.1f deg";

@@ -18,11 +18,11 @@ bool Counts(const scene::Material& material, std::string_view object, std::strin
 
 // The widget of a number.
 struct NumberStyle {
-    float least = 0.0f, most = 0.0f;  // that it can be dragged or typed to
-    bool isSlider = false;            // else it is dragged at a speed
-    bool isAngle = false;             // the number in radians, shown in degrees
-    bool isInfinite = false;          // not a number: the format shows a word, and there is nothing to drag
-    std::string format;               // as of printf
+    float min = 0.0f, max = 0.0f;  // that it can be dragged or typed to
+    bool isSlider = false;         // else it is dragged at a speed
+    bool isAngle = false;          // the number in radians, shown in degrees
+    bool isInfinite = false;       // not a number: the format shows a word, and there is nothing to drag
+    std::string format;            // as of printf
 };
 NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_view unit, bool zeroIsInfinite);
 
@@ -39,8 +39,8 @@ template <int Length>
 glm::vec<Length, float> Bounded(const glm::vec<Length, float>& before, const glm::vec<Length, float>& asked,
                                 const scene::FieldRange& range) {
     using Vector = glm::vec<Length, float>;
-    const Vector most = glm::min(glm::max(before, Vector(range.mostOffered)), Vector(range.most));
-    return glm::clamp(asked, Vector(range.least), most);
+    const Vector max = glm::min(glm::max(before, Vector(range.maxOffered)), Vector(range.max));
+    return glm::clamp(asked, Vector(range.min), max);
 }
 
 }  // namespace raygraph::editor

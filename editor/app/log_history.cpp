@@ -21,7 +21,7 @@ bool Has(const std::string& text, const std::string& part) {
 }  // namespace
 
 bool LogFilter::Lets(const LogEntry& entry) const {
-    if (entry.level < least || (!category.empty() && entry.category != category)) return false;
+    if (entry.level < minLevel || (!category.empty() && entry.category != category)) return false;
     return Has(entry.text, text) || Has(entry.category, text);
 }
 

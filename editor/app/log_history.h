@@ -21,7 +21,7 @@ struct LogEntry {
 
 // What the panel shows.
 struct LogFilter {
-    LogLevel least = LogLevel::Debug;
+    LogLevel minLevel = LogLevel::Debug;
     std::string category;  // "": all
     std::string text;      // that category or text have in them, whatever the case; "": all
 

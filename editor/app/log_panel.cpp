@@ -26,12 +26,12 @@ ImVec4 ColorOf(LogLevel level) {
     }
 }
 
-// With a name of its own for each level, "from warning on".
+// Messages of the chosen level, and of more severe ones, are shown.
 void LevelChoice(LogFilter& filter) {
     ImGui::SetNextItemWidth(96.0f);
-    if (!ImGui::BeginCombo("##level", Name(filter.least))) return;
+    if (!ImGui::BeginCombo("##level", Name(filter.minLevel))) return;
     for (const LogLevel level : kLevels)
-        if (ImGui::Selectable(Name(level), level == filter.least)) filter.least = level;
+        if (ImGui::Selectable(Name(level), level == filter.minLevel)) filter.minLevel = level;
     ImGui::EndCombo();
 }
 

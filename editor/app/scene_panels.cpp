@@ -76,15 +76,15 @@ bool Widget(const char* label, float& value, const scene::Field<Owner, float>& f
     const char* const format = style.format.c_str();
     if (style.isAngle) {
         float shown = value;  // rounded even if it is not edited
-        const bool isEdited = ImGui::SliderAngle(label, &shown, glm::degrees(style.least),
-                                                 glm::degrees(style.most), format, kBounded);
-        if (isEdited) value = std::clamp(shown, style.least, style.most);
+        const bool isEdited = ImGui::SliderAngle(label, &shown, glm::degrees(style.min),
+                                                 glm::degrees(style.max), format, kBounded);
+        if (isEdited) value = std::clamp(shown, style.min, style.max);
         return isEdited;
     }
-    if (style.isSlider) return ImGui::SliderFloat(label, &value, style.least, style.most, format, kBounded);
+    if (style.isSlider) return ImGui::SliderFloat(label, &value, style.min, style.max, format, kBounded);
     ImGui::BeginDisabled(style.isInfinite);
     const float speed = std::max(0.01f * std::abs(value), 0.005f);
-    bool isEdited = ImGui::DragFloat(label, &value, speed, style.least, style.most, format, kBounded);
+    bool isEdited = ImGui::DragFloat(label, &value, speed, style.min, style.max, format, kBounded);
     ImGui::EndDisabled();
     if (!field.ZeroIsInfinite()) return isEdited;
     bool isInfinite = style.isInfinite;

@@ -68,8 +68,7 @@ class Reader {
     void Number(const char* key, T& value, const Range& range) const {
         const Json* json = Find(key, &Json::is_number, "a number");
         if (json && std::isfinite(json->get<double>()))
-            value =
-                static_cast<T>(std::clamp(static_cast<float>(json->get<double>()), range.least, range.most));
+            value = static_cast<T>(std::clamp(static_cast<float>(json->get<double>()), range.min, range.max));
     }
     // By name; one that is not known leaves it as it is: it may be a newer program's.
     template <typename Enum>

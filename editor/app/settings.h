@@ -38,9 +38,9 @@ inline constexpr PanelName kPanels[] = {
 };
 static_assert(std::size(kPanels) * sizeof(bool) == sizeof(Panels), "each panel needs its name");
 
-// Their ranges, in the file and in the panel.
+// Of numbers among the view settings, in the file and in the panel.
 struct Range {
-    float least, most;
+    float min, max;
 };
 inline constexpr Range kExposureRange{-8.0f, 8.0f};
 inline constexpr Range kWipeRange{0.0f, 1.0f};

@@ -50,11 +50,11 @@ void SettingsPanel(Workspace& work) {
     viewport::ShowSettings show = work.view.Show();
     Choose("view", show.view);
     if (show.view == viewport::View::Wipe)
-        ImGui::SliderFloat("wipe", &show.wipePosition, kWipeRange.least, kWipeRange.most);
+        ImGui::SliderFloat("wipe", &show.wipePosition, kWipeRange.min, kWipeRange.max);
     if (show.view == viewport::View::RelativeError)
-        ImGui::SliderFloat("error", &show.greatestError, kErrorRange.least, kErrorRange.most, "%.2f",
+        ImGui::SliderFloat("error", &show.greatestError, kErrorRange.min, kErrorRange.max, "%.2f",
                            ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
-    ImGui::SliderFloat("exposure", &show.tonemap.exposureEv, kExposureRange.least, kExposureRange.most,
+    ImGui::SliderFloat("exposure", &show.tonemap.exposureEv, kExposureRange.min, kExposureRange.max,
                        "%+.1f EV", ImGuiSliderFlags_AlwaysClamp);
     Choose("tone", show.tonemap.tonemapOperator);
     if (!(show == work.view.Show())) work.view.SetShow(show);

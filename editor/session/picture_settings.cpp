@@ -87,7 +87,7 @@ const std::vector<PictureSetting>& Table() {
             "view", "VIEW", "What the picture shows", [](auto& settings) -> auto& { return settings.view; }),
         {"camera", "CAMERA",
          "A camera of the scene by name or index, or \"eye target up fov\" as ten numbers, fov the vertical "
-         "angle in degrees, or with m the height that is seen, in metres, without perspective. Default: the "
+         "angle in degrees, or with m the height that is seen, in meters, without perspective. Default: the "
          "scene's first camera, else one that frames the scene",
          [](PictureSettings& settings, std::string_view text) {
              if (scene::IsViewText(text))
@@ -174,12 +174,12 @@ const std::vector<PictureSetting>& Table() {
         Choice(
             "shadows", "SHADOWS", "Shadows of the raster view",
             [](auto& settings) -> auto& { return settings.raster.shadows; }),
-        {"aperture", "RADIUS", "Radius of the camera's lens in metres (0: a pinhole, all is sharp)",
+        {"aperture", "RADIUS", "Radius of the camera's lens in meters (0: a pinhole, all is sharp)",
          [](PictureSettings& settings, std::string_view text) {
              settings.aperture = static_cast<float>(ParseNumber(text, 0.0, 1e6));
          },
          [](const PictureSettings& settings) { return ToText(settings.aperture); }},
-        {"focus", "DISTANCE", "Distance that is sharp, in metres (0: to the middle of the scene's bounds)",
+        {"focus", "DISTANCE", "Distance that is sharp, in meters (0: to the middle of the scene's bounds)",
          [](PictureSettings& settings, std::string_view text) {
              settings.focusDistance = static_cast<float>(ParseNumber(text, 0.0, 1e9));
          },

@@ -26,8 +26,8 @@ struct PictureSettings {
     View view = View::PathTraced;
     std::string camera;          // as of scene::ChooseView; CameraText makes it of a view
     std::string scene;           // glTF scene by name or index; "": the file's default
-    float aperture = 0.0f;       // lens radius, metres; 0: a pinhole
-    float focusDistance = 0.0f;  // metres; 0: to what is seen in the middle of the scene's bounds
+    float aperture = 0.0f;       // lens radius, meters; 0: a pinhole
+    float focusDistance = 0.0f;  // meters; 0: to what is seen in the middle of the scene's bounds
     passes::PathSettings paths{};
     passes::RasterSettings raster{};
     float environmentRotation = 0.0f;                        // degrees about +y

@@ -48,7 +48,7 @@ std::optional<std::vector<double>> Numbers(std::string_view text) {
 }
 
 // `text` without the m of a height that ends it; true if there was one.
-bool TakeMetres(std::string_view& text) {
+bool TakeMeters(std::string_view& text) {
     while (text.ends_with(' ')) text.remove_suffix(1);
     if (text.size() < 2 || text.back() != 'm' ||
         !(std::isdigit(text[text.size() - 2]) || text[text.size() - 2] == '.'))
@@ -112,7 +112,7 @@ CameraView ViewFromText(std::string_view text, float aspect) {
         throw MakeError(ErrorKind::Usage, "camera {}: {}", Quoted(text), why);
     };
     std::string_view digits = text;
-    const bool isHeight = TakeMetres(digits);
+    const bool isHeight = TakeMeters(digits);
     const auto numbers = Numbers(digits);
     if (!numbers) return fail("must be numbers: eye target up fov");
     const std::vector<double>& n = *numbers;
@@ -122,7 +122,7 @@ CameraView ViewFromText(std::string_view text, float aspect) {
     const glm::dvec3 target(n[3], n[4], n[5]);
     const glm::vec3 up = n.size() >= 9 ? glm::vec3(n[6], n[7], n[8]) : glm::vec3(0, 1, 0);
     const bool hasFov = n.size() == 7 || n.size() == 10;
-    if (isHeight && !hasFov) return fail("a height in metres has the place of the fov");
+    if (isHeight && !hasFov) return fail("a height in meters has the place of the fov");
     const auto last = static_cast<float>(n.back());
     if (isHeight && !(last > 0.0f)) return fail("the height must be above 0");
     const float fovDegrees = hasFov && !isHeight ? last : 40.0f;
@@ -139,7 +139,7 @@ CameraView ViewFromText(std::string_view text, float aspect) {
 }
 
 bool IsViewText(std::string_view text) {
-    TakeMetres(text);
+    TakeMeters(text);
     const auto numbers = Numbers(text);
     return numbers && numbers->size() > 1;
 }

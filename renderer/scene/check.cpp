@@ -70,13 +70,13 @@ struct Subject {
 template <typename Owner>
 void CheckField(float value, const Field<Owner, float>& field, const Subject& subject) {
     if (!(value == 0.0f && field.range.mayBeZero))
-        subject.RequireRange(field.name, value, field.range.least, field.range.most);
+        subject.RequireRange(field.name, value, field.range.min, field.range.max);
 }
 template <typename Owner, int Length>
 void CheckField(const glm::vec<Length, float>& value, const Field<Owner, glm::vec<Length, float>>& field,
                 const Subject& subject) {
     for (int i = 0; i < Length; ++i)
-        subject.RequireRange(field.name, value[i], field.range.least, field.range.most);
+        subject.RequireRange(field.name, value[i], field.range.min, field.range.max);
 }
 void CheckField(bool, const MaterialField<bool>&, const Subject&) {}
 void CheckField(AlphaMode, const MaterialField<AlphaMode>&, const Subject&) {}

@@ -15,13 +15,13 @@ inline constexpr float kUnboundedField = std::numeric_limits<float>::max();
 
 // Numbers of a field, of a vector each.
 struct FieldRange {
-    float least = 0.0f, most = 0.0f;
-    bool mayBeZero = false;  // though it is below the least
+    float min = 0.0f, max = 0.0f;
+    bool mayBeZero = false;  // though it is below the minimum
     // What an editor offers, where more has a field of its own; a file's more is kept.
-    float mostOffered = kUnboundedField;
+    float maxOffered = kUnboundedField;
 
-    constexpr bool HasLeast() const { return least > -kUnboundedField; }
-    constexpr bool HasMost() const { return most < kUnboundedField; }
+    constexpr bool HasMin() const { return min > -kUnboundedField; }
+    constexpr bool HasMax() const { return max < kUnboundedField; }
 };
 inline constexpr FieldRange kShare{0.0f, 1.0f};
 inline constexpr FieldRange kNotNegative{0.0f, kUnboundedField};

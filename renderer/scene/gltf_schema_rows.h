@@ -174,8 +174,7 @@ constexpr ObjectRow Extras(std::span<const Property> rows) {
 
 template <typename RangedRow>
 constexpr RangedRow InRange(const RangedRow& row, const FieldRange& range) {
-    return range.mayBeZero ? row.Between(range.least, range.most).OrZero()
-                           : row.Between(range.least, range.most);
+    return range.mayBeZero ? row.Between(range.min, range.max).OrZero() : row.Between(range.min, range.max);
 }
 template <typename Owner>
 constexpr NumberRow RowFor(const Field<Owner, float>& field) {

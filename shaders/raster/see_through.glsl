@@ -55,9 +55,9 @@ vec3 SeenThrough(vec3 position, vec3 through, float spread, float roughness) {
     vec2 film = 0.5f * clip.xy / clip.w + 0.5f;
     if (any(lessThan(film, vec2(0.0f))) || any(greaterThan(film, vec2(1.0f)))) return environment;
     vec2 place = film * size - constants.filmOffset + 0.5f;
-    float pixelsPerMetre =
+    float pixelsPerMeter =
         0.5f * size.y / (length(camera.up) * (camera.orthographic != 0u ? 1.0f : far));
-    float level = clamp(log2(max(2.0f * spread * way * pixelsPerMetre, 1.0f)), 0.0f, float(kBlurLevels));
+    float level = clamp(log2(max(2.0f * spread * way * pixelsPerMeter, 1.0f)), 0.0f, float(kBlurLevels));
     uint lower = min(uint(level), kBlurLevels - 1u);
     vec4 value = mix(BehindLevel(place, lower), BehindLevel(place, lower + 1u), level - float(lower));
     return value.xyz + (1.0f - value.w) * environment;

@@ -53,7 +53,7 @@ TEST(GizmoMaths, PlacesAndRaysAreInverse) {
         const glm::vec3 way = point - ray.origin;
         EXPECT_NEAR(glm::length(ray.direction), 1.0f, 1e-6f);
         ExpectNear(way - glm::dot(way, ray.direction) * ray.direction, glm::vec3(0.0f));
-        const glm::vec3 beside = point + map.View().up * map.MetresAt(point, 10.0f);
+        const glm::vec3 beside = point + map.View().up * map.MetersAt(point, 10.0f);
         EXPECT_NEAR(map.PlaceOf(point)->y - map.PlaceOf(beside)->y, 10.0f, 1e-2f);
     }
     EXPECT_FALSE(FrontMap().PlaceOf({1, 2, 9})) << "behind the eye";

@@ -60,12 +60,12 @@ TEST(InspectorFields, InfinityIsShownAsAWordAndNotAsZero) {
         const NumberStyle finite = Style(2.0f, field);
         EXPECT_FALSE(finite.isInfinite);
         EXPECT_EQ(finite.format, finiteFormat);
-        EXPECT_GT(finite.least, 0.0f) << "dragging does not end there";
+        EXPECT_GT(finite.min, 0.0f) << "dragging does not end there";
     };
     expectInfinite(FieldOf(&Material::ior), "%.3f");
     expectInfinite(FieldOf(&Material::attenuationDistance), "%.3f m");
     expectInfinite(FieldOf(&Light::range), "%.3f m");
-    EXPECT_EQ(Style(1.5f, FieldOf(&Material::ior)).least, 1.0f);
+    EXPECT_EQ(Style(1.5f, FieldOf(&Material::ior)).min, 1.0f);
     EXPECT_EQ(Style(0.0f, FieldOf(&Material::thicknessFactor)).format, "%.3f m") << "a zero that is one";
     EXPECT_EQ(Style(0.0f, FieldOf(&Light::intensity)).format, "%.3f cd");
 }

@@ -14,8 +14,8 @@ LogEntry Entry(LogLevel level, const char* category, const char* text) {
 TEST(LogFilter, LetsThroughByLevelCategoryAndText) {
     const LogEntry entry = Entry(LogLevel::Warning, "shaders", "Tonemap.comp:12: 'lumi'");
     EXPECT_TRUE(LogFilter{}.Lets(entry));
-    EXPECT_TRUE(LogFilter{.least = LogLevel::Warning}.Lets(entry));
-    EXPECT_FALSE(LogFilter{.least = LogLevel::Error}.Lets(entry));
+    EXPECT_TRUE(LogFilter{.minLevel = LogLevel::Warning}.Lets(entry));
+    EXPECT_FALSE(LogFilter{.minLevel = LogLevel::Error}.Lets(entry));
     EXPECT_TRUE(LogFilter{.category = "shaders"}.Lets(entry));
     EXPECT_FALSE(LogFilter{.category = "shader"}.Lets(entry)) << "categories are whole";
     EXPECT_TRUE(LogFilter{.text = "tonemap.COMP"}.Lets(entry)) << "case does not matter";
@@ -48,7 +48,7 @@ TEST(LogHistory, TextIsWhatTheFilterLetsThrough) {
     LogHistory history;
     history.Add({LogLevel::Info, log_category::kScene, "a.gltf"});
     history.Add({LogLevel::Warning, log_category::kCache, "is ignored"});
-    const std::string text = history.Text({.least = LogLevel::Warning});
+    const std::string text = history.Text({.minLevel = LogLevel::Warning});
     EXPECT_TRUE(text.ends_with(" warning cache: is ignored\n")) << text;
     EXPECT_EQ(text.find("a.gltf"), std::string::npos);
 }

@@ -45,8 +45,8 @@ class LogPanelTest : public EditorTest {
 TEST_F(LogPanelTest, CopyTakesWhatTheFilterShowsAndClearForgetsAll) {
     ASSERT_TRUE(editor.Work().panels.log);
     EXPECT_EQ(Copied(), log->Text({})) << "all three";
-    editor.Work().logFilter.least = LogLevel::Warning;
-    EXPECT_EQ(Copied(), log->Text({.least = LogLevel::Warning}));
+    editor.Work().logFilter.minLevel = LogLevel::Warning;
+    EXPECT_EQ(Copied(), log->Text({.minLevel = LogLevel::Warning}));
     editor.Work().logFilter = {};
     Play(At(320) + "click left\nframes 2\ntext RGEN\nframes 2\n");
     EXPECT_EQ(editor.Work().logFilter.text, "RGEN");

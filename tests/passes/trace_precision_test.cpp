@@ -80,7 +80,7 @@ TEST_F(TracePrecision, Trace_PaneAbsorbsTheSameNearAndFar) {
     }
 }
 
-TEST_F(TracePrecision, Trace_PaneOfAMillimetreAbsorbsTheSameUpToAKilometre) {
+TEST_F(TracePrecision, Trace_PaneOfAMillimeterAbsorbsTheSameUpToAKilometer) {
     // Alone, and in a scene that reaches to the camera, so that the pane is 1 km from where coordinates begin
     for (const bool isAlone : {true, false}) {
         for (const float x : {0.0f, 300.0f, 1000.0f}) {

@@ -85,10 +85,9 @@ TEST(MaterialFields, CheckRefusesWhatIsOutOfTheRangeOfEachAndNamesIt) {
             };
             refused(std::nanf(""));
             refused(std::numeric_limits<float>::infinity());
-            if (field.range.most < kUnboundedField)
-                refused(std::nextafter(field.range.most, kUnboundedField));
-            if (field.range.least > -kUnboundedField)
-                refused(std::nextafter(field.range.least, -kUnboundedField));
+            if (field.range.max < kUnboundedField) refused(std::nextafter(field.range.max, kUnboundedField));
+            if (field.range.min > -kUnboundedField)
+                refused(std::nextafter(field.range.min, -kUnboundedField));
         }
     });
 }
@@ -204,15 +203,15 @@ TEST(MaterialFields, EachIsReadFromItsPlaceAndPutIntoItsRange) {
                 return LoadGltf(path).materials.at(0).*field.member;
             };
             const FieldRange& range = field.range;
-            const float within = range.least > 0.625f ? range.least + 0.25f : 0.625f;
+            const float within = range.min > 0.625f ? range.min + 0.25f : 0.625f;
             EXPECT_EQ(read(within), Value(within));
-            if (range.HasLeast()) {
-                EXPECT_EQ(read(range.least), Value(range.least));
-                EXPECT_EQ(read(range.least - 0.5f), Value(range.least));
+            if (range.HasMin()) {
+                EXPECT_EQ(read(range.min), Value(range.min));
+                EXPECT_EQ(read(range.min - 0.5f), Value(range.min));
             }
-            if (range.HasMost()) {
-                EXPECT_EQ(read(range.most), Value(range.most));
-                EXPECT_EQ(read(1.5f * range.most), Value(range.most));
+            if (range.HasMax()) {
+                EXPECT_EQ(read(range.max), Value(range.max));
+                EXPECT_EQ(read(1.5f * range.max), Value(range.max));
             }
             if (range.mayBeZero) {
                 EXPECT_EQ(read(0.0f), Value(0.0f));
@@ -275,8 +274,8 @@ TEST(LightFields, CheckRefusesWhatIsOutOfTheRangeOfEachAndNamesIt) {
                 << value << ": " << message;
         };
         refused(std::nanf(""));
-        refused(std::nextafter(field.range.least, -1.0f));
-        if (field.range.HasMost()) refused(std::nextafter(field.range.most, kUnboundedField));
+        refused(std::nextafter(field.range.min, -1.0f));
+        if (field.range.HasMax()) refused(std::nextafter(field.range.max, kUnboundedField));
     });
     Light point = Spot();
     point.type = LightType::Point;

@@ -68,7 +68,7 @@ EmissiveTriangles Emissive(const scene::SceneData& scene) {
     return result;
 }
 
-TEST(OwnScenes, SmallLightIsAnEightyTriangleSphereOfTwoCentimetres) {
+TEST(OwnScenes, SmallLightIsAnEightyTriangleSphereOfTwoCentimeters) {
     const EmissiveTriangles light = Emissive(OwnScene("small_light.gltf"));
     EXPECT_EQ(light.count, 80u);
     EXPECT_NEAR(0.5f * (light.bounds.max.x - light.bounds.min.x), 0.02f, 1e-3f);
