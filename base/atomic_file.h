@@ -33,8 +33,7 @@ class RAYGRAPH_API AtomicFile {
     // For libraries that write to a stdio stream. Owned by this object; errors on it are found by Commit().
     std::FILE* Stream() const { return m_stream; }
 
-    // Flushes to the disk and renames. Fails if any earlier write failed. At most once, as the
-    // last call.
+    // Flushes to the disk and renames. Fails if any earlier write failed. At most once, as the last call.
     void Commit();
 
   private:

@@ -100,8 +100,7 @@ struct AccumulatedIds {
                                                          const Region& region, Accumulation& accumulation,
                                                          bool withVariance = false);
 
-// The stored state without a new sample: mean and variance as of the last frame that used them, and
-// the sums.
+// The stored state without a new sample: mean and variance as of the last frame that used them, and the sums.
 [[nodiscard]] RAYGRAPH_API AccumulatedIds Kept(Renderer& renderer, const Accumulation& accumulation,
                                                Extent2D extent, bool withVariance);
 

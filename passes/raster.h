@@ -61,7 +61,7 @@ struct RasterVisibility {
                                                     const RasterVisibility& seen);
 
 // How shadows are found.
-//   Off:  it always does
+//   Off:  there are none: light passes through whatever is in its way
 //   Maps: passes/shadow_maps.h: of punctual lights; emitting triangles cast no shadow
 //   Rays: one ray a light, as the path tracer does; builds the acceleration structures that rays need
 #define RAYGRAPH_RASTER_SHADOWS(X, Of)                                          \
@@ -77,8 +77,8 @@ struct RasterSettings {
     RasterShadows shadows = RasterShadows::Rays;
     uint32_t shadowAtlasSize = 4096;  // texels a side
     bool hasOcclusion = true;         // of the environment, in screen space (passes/occlusion.h)
-    bool hasTransmission =
-        true;  // glass shows what is behind it (passes/see_through.h), else the environment
+    // Glass shows what is behind it (passes/see_through.h), else the environment.
+    bool hasTransmission = true;
 
     bool operator==(const RasterSettings&) const = default;
 };

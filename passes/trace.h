@@ -142,15 +142,14 @@ struct TraceIds {
 [[nodiscard]] RAYGRAPH_API TraceIds Trace(Renderer& renderer, const SceneIds& scene,
                                           const TraceSettings& settings, TraceOutputs outputs = {});
 
-// The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray
-// per pixel.
+// The camera's first hits, without light: for AOVs and the diagnostic views. All from one ray per pixel.
 struct PrimaryHitIds {
-    TextureId albedo;    // rgba32f, base color; the environment's radiance is not in it: 0 on a miss
-    TextureId normal;    // rgba32f, shading normal in world space, w = 0; 0 on a miss
-    TextureId position;  // rgba32f, hit position in world space, w = depth along the camera's forward; inf on
-                         // a miss
-    TextureId
-        ids;  // rgba32ui: instance, material, primitive (in the file's order), geometry; 0xFFFFFFFF on a miss
+    TextureId albedo;  // rgba32f, base color; the environment's radiance is not in it: 0 on a miss
+    TextureId normal;  // rgba32f, shading normal in world space, w = 0; 0 on a miss
+    // rgba32f, hit position in world space, w = depth along the camera's forward; inf on a miss
+    TextureId position;
+    // rgba32ui: instance, material, primitive (in the file's order), geometry; 0xFFFFFFFF on a miss
+    TextureId ids;
 };
 
 enum class FilmPosition : uint8_t {

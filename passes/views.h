@@ -56,8 +56,7 @@ enum class SurfacesBy : uint8_t {
 //   Instance, Material     a color for each, the same in every picture
 //   Wireframe              edges over gray
 //   Overdraw, RayCost      a heat map: HeatColor (shaders/core/ramp.glsl) of log2(1 + count) / 5 for
-//   overdraw,
-//                          31 at the top, and / 10 for rays, 1023 at the top
+//                          overdraw, 31 at the top, and / 10 for rays, 1023 at the top
 // Black where there is no surface. Error{Usage} for a view of light.
 [[nodiscard]] RAYGRAPH_API TextureId PaintView(Renderer& renderer, TextureId values, View view);
 

@@ -171,8 +171,7 @@ Device::~Device() {
         m_impl->Close();
         return;
     }
-    // Objects that the device may still use cannot be freed, nor the loader, nor anything that is
-    // retired.
+    // Objects that the device may still use cannot be freed, nor the loader, nor anything that is retired.
     Say(Log(), LogLevel::Error, log_category::kDevice, "device '{}' hangs: nothing of it is freed",
         m_impl->name);
     m_impl->Silence();

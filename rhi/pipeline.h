@@ -4,8 +4,7 @@
 //   set 1  the bindless textures (rhi/texture_table.h), if a stage declares set 1
 //   push constants: one range from 0, visible to all stages
 // Owners as in rhi/resources.h: move-only, freed once the timeline has passed every submission made before.
-// Threads: CreateComputePipeline, CreateRasterPipeline and CreateRayTracingPipeline may be called
-// from any.
+// Threads: CreateComputePipeline, CreateRasterPipeline and CreateRayTracingPipeline may be called from any.
 #pragma once
 
 #include <span>

@@ -17,8 +17,8 @@ struct EditOptions {
     std::filesystem::path scene;    // "": opens empty
     std::filesystem::path script;   // "": a window; else runs this script without one
     std::filesystem::path shaders;  // folder of sources to reload from; "": none
-    std::shared_ptr<LogHistory> log =
-        {};  // what the log panel shows: it is given what devices say; null: nothing
+    // What the log panel shows: it is given what devices say; null: nothing.
+    std::shared_ptr<LogHistory> log = {};
 };
 
 // Opens the device, with these extensions as DeviceDesc::surfaceExtensions.

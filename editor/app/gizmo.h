@@ -47,8 +47,7 @@ class PictureMap {
     glm::vec2 m_size;
 };
 
-// Along the axis from `origin` (unit `axis`), the point nearest to the ray; nullopt if they
-// are parallel.
+// Along the axis from `origin` (unit `axis`), the point nearest to the ray; nullopt if they are parallel.
 std::optional<float> NearestAlong(const glm::vec3& origin, const glm::vec3& axis, const Ray& ray);
 // The intersection of the ray with the plane; nullopt if it is parallel to it, or leads away.
 std::optional<glm::vec3> MeetPlane(const glm::vec3& origin, const glm::vec3& normal, const Ray& ray);

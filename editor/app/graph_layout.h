@@ -1,6 +1,5 @@
 // The layout of a frame's plan: passes as boxes in their order, each resource a lane below them,
-// from the first pass that uses it to the last. Pure; in points, from the upper left corner of
-// the drawing.
+// from the first pass that uses it to the last. Pure; in points, from the upper left corner of the drawing.
 #pragma once
 
 #include <cstdint>

@@ -168,8 +168,7 @@ const std::vector<PictureSetting>& Table() {
         Switch(
             "shadow-terminator",
             "Bias: shade opaque surfaces where their vertex normals bend them to, so that the shadow which a "
-            "smooth "
-            "body throws on itself shows no triangles (off)",
+            "smooth body throws on itself shows no triangles (off)",
             [](auto& settings) -> auto& { return settings.paths.biases.shadowTerminator; }),
         Choice(
             "shadows", "SHADOWS", "Shadows of the raster view",

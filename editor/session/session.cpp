@@ -151,7 +151,7 @@ struct Session::Impl {
         if (rule.relativeError && !(*rule.relativeError > 0.0))
             Refuse(Text("no render gets to a relative error of {}", *rule.relativeError));
         if (rule.seconds && !std::isfinite(*rule.seconds))
-            Refuse(Text("{} seconds are no time that ends", *rule.seconds));
+            Refuse(Text("a run of {} seconds has no end", *rule.seconds));
         const uint32_t before = frames.SamplesSubmitted();
         if (rule.samples && *rule.samples <= before)
             Refuse(Text("{} samples are asked for, and there are {}", *rule.samples, before));

@@ -23,7 +23,7 @@ TextureId OutlineView::Declare(Renderer& renderer, const SceneIds& scene, const 
     const Extent2D extent = settings.extent;
     TextureId line = renderer.Persist(m_name, {extent, Format::R32Float});
     Key now{revisions, camera, extent, look.width, m_selection};
-    // No shape hangs on these
+    // No outline depends on lights and environment, nor, without alpha, on materials
     now.revisions.lights = now.revisions.environment = 0;
     if (!scene.hasAlpha) now.revisions.materials = 0;
     const bool isThere = m_made && m_made->key == now && (!m_made->isCoarse || isMoving);

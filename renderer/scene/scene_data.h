@@ -56,18 +56,19 @@ struct RAYGRAPH_API Bounds {
 // (empty).
 struct Primitive {
     std::vector<glm::vec3> positions;
-    std::vector<glm::vec3>
-        normals;  // Unit length. Never empty after import: flat ones are made, vertices then split.
-    std::vector<glm::vec4>
-        tangents;  // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w. There if the
-                   // material has a normal map and there are the texture coordinates to read it by.
+    // Unit length. Never empty after import: flat ones are made, vertices then split.
+    std::vector<glm::vec3> normals;
+    // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w. There if the material has a
+    // normal map and there are the texture coordinates to read it by.
+    std::vector<glm::vec4> tangents;
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;
-    std::vector<glm::vec4>
-        colors;  // Linear; multiplies the base color. Alpha 1 where the file has three channels.
-    std::vector<uint32_t> indices;  // Triangle list, three a triangle, counter-clockwise seen from the front.
-    uint32_t material = 0;          // Into SceneData::materials; always valid.
-    Bounds bounds;                  // Of `positions`, object space.
+    // Linear; multiplies the base color. Alpha 1 where the file has three channels.
+    std::vector<glm::vec4> colors;
+    // Triangle list, three a triangle, counter-clockwise seen from the front.
+    std::vector<uint32_t> indices;
+    uint32_t material = 0;  // Into SceneData::materials; always valid.
+    Bounds bounds;          // Of `positions`, object space.
 
     size_t TriangleCount() const { return indices.size() / 3; }
 };

@@ -82,8 +82,7 @@ INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf, OUT(vec3) diffus
     return Evaluate(bsdf.gltf, wi, pdf, diffuse);
 }
 
-// Sample_f without its evaluation: f and pdf of the sample come from Evaluate, unless isEvaluated
-// is set.
+// Sample_f without its evaluation: f and pdf of the sample come from Evaluate, unless isEvaluated is set.
 INLINE BSDFSample SampleDirection(SurfaceBSDF bsdf, float uc, vec2 u, OUT(bool) isEvaluated) {
     isEvaluated = true;
     if (ActiveBrdf() == kBrdfLambert) return Sample_f(bsdf.lambert, bsdf.wo, uc, u);

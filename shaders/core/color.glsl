@@ -1,5 +1,4 @@
-// Color is linear, with Rec. 709 / sRGB primaries and white D65, everywhere except in
-// displayed images.
+// Color is linear, with Rec. 709 / sRGB primaries and white D65, everywhere except in displayed images.
 #ifndef RAYGRAPH_CORE_COLOR_GLSL
 #define RAYGRAPH_CORE_COLOR_GLSL
 

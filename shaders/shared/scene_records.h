@@ -48,10 +48,10 @@ struct InstanceRecord {
     mat4x3 objectToWorld;        // columns: x, y, z axes and translation, from the scene's origin
     RAYGRAPH_ADDRESS positions;  // vec3 a vertex of the group
     RAYGRAPH_ADDRESS indices;    // uint, three a triangle, in the order of the BLAS
-    RAYGRAPH_ADDRESS
-    triangleGeometries;  // uint a triangle: its geometry, from firstGeometry; 0: the first for all
-    RAYGRAPH_ADDRESS
-    triangleLights;      // uint a triangle: its light, from firstLight, or kNoLight; 0: no lights
+    // uint a triangle: its geometry, from firstGeometry; 0: the first for all
+    RAYGRAPH_ADDRESS triangleGeometries;
+    // uint a triangle: its light, from firstLight, or kNoLight; 0: no lights
+    RAYGRAPH_ADDRESS triangleLights;
     uint firstGeometry;  // index of the group's first GeometryRecord
     uint instance;       // index of the scene's instance
     uint firstLight;     // number of the group's first light
@@ -64,8 +64,8 @@ struct GeometryRecord {
     RAYGRAPH_ADDRESS uv0;       // vec2
     RAYGRAPH_ADDRESS uv1;       // vec2
     RAYGRAPH_ADDRESS colors;    // vec4, linear
-    RAYGRAPH_ADDRESS
-    primitives;  // uint a triangle of the group: its index in the file's primitive; 0: the same
+    // uint a triangle of the group: its index in the file's primitive; 0: the same
+    RAYGRAPH_ADDRESS primitives;
     uint material;
     uint padding;  // C++ aligns an address to 8 bytes, GLSL to 4
 };
