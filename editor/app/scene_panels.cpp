@@ -114,8 +114,9 @@ bool Widget(const char* label, uint32_t& value, const scene::MaterialField<uint3
 }
 bool Widget(const char* label, scene::AlphaMode& value, const scene::MaterialField<scene::AlphaMode>&,
             std::string_view) {
+    static constexpr auto kTexts = Texts(scene::AlphaMode{});
     int chosen = static_cast<int>(value);
-    const bool isEdited = ImGui::Combo(label, &chosen, "opaque\0mask\0blend\0");
+    const bool isEdited = ImGui::Combo(label, &chosen, kTexts.data(), static_cast<int>(kTexts.size()));
     value = static_cast<scene::AlphaMode>(chosen);
     return isEdited;
 }

@@ -68,8 +68,7 @@ std::string Describe(const scene::Material& material) {
         text += Text(", emits {}", VectorText(material.EmittedRadiance()));
         if (material.emissiveTexture.IsPresent()) text += " x texture";
     }
-    if (material.alphaMode == scene::AlphaMode::Mask) text += ", alpha mask";
-    if (material.alphaMode == scene::AlphaMode::Blend) text += ", alpha blend";
+    if (material.alphaMode != scene::AlphaMode::Opaque) text += Text(", alpha {}", Name(material.alphaMode));
     return text;
 }
 

@@ -83,16 +83,25 @@ glm::vec3 DirectionOf(const scene::Light& light) {
     return length > 0.0 ? glm::vec3(direction / length) : glm::vec3(0.0f, 0.0f, -1.0f);
 }
 
+uint32_t KindOf(scene::LightType type) {
+    switch (type) {
+        case scene::LightType::Directional:
+            return gpu::kLightDirectional;
+        case scene::LightType::Point:
+            return gpu::kLightPoint;
+        case scene::LightType::Spot:
+            return gpu::kLightSpot;
+    }
+    return gpu::kLightPoint;
+}
+
 // Falloff by KHR_lights_punctual, inner and outer cone angle.
 gpu::LightRecord PunctualLight(const scene::Light& light) {
     const float cosOuter = std::cos(light.outerConeAngle);
     const float scale = 1.0f / std::max(0.001f, std::cos(light.innerConeAngle) - cosOuter);
     const bool isSpot = light.type == scene::LightType::Spot;
-    const bool isDirectional = light.type == scene::LightType::Directional;
     return {.p0 = light.lightToWorld[3],
-            .kind = isDirectional ? gpu::kLightDirectional
-                    : isSpot      ? gpu::kLightSpot
-                                  : gpu::kLightPoint,
+            .kind = KindOf(light.type),
             .e1 = DirectionOf(light),
             .flags = 0,
             .e2 = light.color * light.intensity,

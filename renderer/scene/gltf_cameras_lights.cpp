@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "renderer/scene/gltf_choice.h"
 #include "renderer/scene/gltf_nodes.h"
 #include "renderer/scene/light_fields.h"
 
@@ -47,12 +48,9 @@ Light ReadLight(GltfContext& context, const gltf::Light& file, const Place& wher
     light.name = file.name;
     for (size_t i = 0; i < file.color.size(); ++i) light.color[static_cast<int>(i)] = ToFloat(file.color[i]);
     light.intensity = ToFloat(file.intensity);
-    if (file.type == "directional") {
-        light.type = LightType::Directional;  // a range would mean nothing
-        return light;
-    }
+    ReadChoice(file.type, light.type);
+    if (light.type == LightType::Directional) return light;  // a range would mean nothing
     light.range = ToFloat(file.range);
-    light.type = file.type == "point" ? LightType::Point : LightType::Spot;
     if (light.type == LightType::Spot) {
         light.innerConeAngle = ToFloat(file.spot.innerConeAngle);
         light.outerConeAngle = ToFloat(file.spot.outerConeAngle);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "renderer/scene/gltf_choice.h"
 #include "renderer/scene/material_fields.h"
 
 namespace raygraph::scene {
@@ -189,8 +190,7 @@ class MaterialImporter {
         material.occlusionStrength = ToFloat(file.occlusionTexture.strength);
         ReadColor(file.emissiveFactor, material.emissiveFactor);
         Read(FieldOf(&Material::emissiveTexture), file.emissiveTexture, where, material);
-        if (file.alphaMode == "MASK") material.alphaMode = AlphaMode::Mask;
-        if (file.alphaMode == "BLEND") material.alphaMode = AlphaMode::Blend;
+        ReadChoice(file.alphaMode, material.alphaMode);
         material.alphaCutoff = ToFloat(file.alphaCutoff);
         material.isDoubleSided = file.doubleSided;
         const Place extensions = where["extensions"];

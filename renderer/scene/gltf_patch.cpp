@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "base/text.h"
+#include "renderer/scene/gltf_choice.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 
@@ -138,7 +139,7 @@ Json JsonOf(uint32_t value) {
     return value;
 }
 Json JsonOf(AlphaMode mode) {
-    return mode == AlphaMode::Opaque ? "OPAQUE" : mode == AlphaMode::Mask ? "MASK" : "BLEND";
+    return GltfName(mode);
 }
 template <int Length>
 Json JsonOf(const glm::vec<Length, float>& vector) {
@@ -205,8 +206,7 @@ bool HasSameTextures(const Material& a, const Material& b) {
     bool isSame = true;
     ForEachMaterialField([&](const auto& field) {
         if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
-            isSame &= (a.*field.member).texture == (b.*field.member).texture &&
-                      (a.*field.member).texCoord == (b.*field.member).texCoord;
+            isSame &= a.*field.member == b.*field.member;
     });
     return isSame;
 }

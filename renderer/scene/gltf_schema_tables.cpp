@@ -2,6 +2,7 @@
 #include <array>
 #include <glm/gtc/constants.hpp>
 
+#include "renderer/scene/gltf_choice.h"
 #include "renderer/scene/gltf_schema.h"
 #include "renderer/scene/gltf_schema_rows.h"
 #include "renderer/scene/light_fields.h"
@@ -85,14 +86,13 @@ constexpr auto kMaterialExtras = Table(Whole(FieldOf(&Material::priority).key)
                                            .Between(0, std::numeric_limits<uint32_t>::max())
                                            .OrLeftOutWhateverItIs("priority", "taken as 0"));
 
-constexpr std::array<std::string_view, 3> kAlphaModes{"OPAQUE", "MASK", "BLEND"};
 constexpr auto kMaterial = Table(
     Text("name"), Object(material_fields::kPbr, kPbr),
     TextureOf(&Material::normalTexture, kNormalTextureInfo),
     TextureOf(&Material::occlusionTexture, kOcclusionTextureInfo),
     // Above 1 is out of the standard's range, but files from before KHR_materials_emissive_strength mean it.
     Factor(&Material::emissiveFactor), TextureOf(&Material::emissiveTexture),
-    Text(FieldOf(&Material::alphaMode).key).OneOf(kAlphaModes), Factor(&Material::alphaCutoff),
+    Text(FieldOf(&Material::alphaMode).key).OneOf(kGltfNames<AlphaMode>), Factor(&Material::alphaCutoff),
     RowFor(FieldOf(&Material::isDoubleSided)), Extensions(ExtensionPlace::Material), Extras(kMaterialExtras));
 
 constexpr auto kEmissiveStrength = Table(Factor(&Material::emissiveStrength));
@@ -137,11 +137,10 @@ consteval auto LightRow(T Light::*member) {
     return RowFor(FieldOf(member));
 }
 constexpr auto kSpot = Table(LightRow(&Light::innerConeAngle), LightRow(&Light::outerConeAngle));
-constexpr std::array<std::string_view, 3> kLightTypes{"directional", "point", "spot"};
 constexpr auto kLight =
-    Table(Text("name"), Text("type").OneOf(kLightTypes).Required(), LightRow(&Light::color),
+    Table(Text("name"), Text("type").OneOf(kGltfNames<LightType>).Required(), LightRow(&Light::color),
           LightRow(&Light::intensity), LightRow(&Light::range).OrLeftOut("range", "taken as infinite"),
-          Object(light_fields::kSpot, kSpot).OfType("spot"));
+          Object(light_fields::kSpot, kSpot).OfType(GltfName(LightType::Spot)));
 constexpr auto kLights = Table(Objects("lights", kLight).PointedAtAs(Target::Lights));
 constexpr auto kNodeLight = Table(Index("light", Target::Lights).Required());
 

@@ -31,6 +31,7 @@
 #include <vector>
 
 #include "base/api.h"
+#include "shaders/shared/alpha_modes.h"
 
 namespace raygraph::scene {
 
@@ -86,9 +87,9 @@ struct TextureRef {
     int32_t texCoord = 0;  // 0 or 1: uv0 or uv1. The primitive may lack that stream: (0, 0) then.
 
     bool IsPresent() const { return texture >= 0; }
-};
 
-enum class AlphaMode : uint8_t { Opaque, Mask, Blend };
+    bool operator==(const TextureRef&) const = default;
+};
 
 // glTF's metallic-roughness material with those of its extensions that are read. Each texture is multiplied
 // with the factor beside it.
@@ -226,7 +227,12 @@ struct Camera {
     glm::vec3 translationRest{0.0f};
 };
 
-enum class LightType : uint8_t { Directional, Point, Spot };
+// The notes are glTF's names.
+#define RAYGRAPH_LIGHT_TYPES(X, Of)                     \
+    X(Of, Directional, 0, "directional", "directional") \
+    X(Of, Point, 1, "point", "point")                   \
+    X(Of, Spot, 2, "spot", "spot")
+RAYGRAPH_CHOICE(LightType, RAYGRAPH_LIGHT_TYPES)
 
 // A light of KHR_lights_punctual placed by a node, along the node's -z where it has a direction.
 struct Light {

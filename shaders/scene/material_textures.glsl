@@ -4,6 +4,7 @@
 
 #include "core/trace_options.glsl"
 #include "scene/bindings.glsl"
+#include "shared/alpha_modes.h"
 
 struct Triangle {
     uvec3 vertices;
@@ -58,9 +59,6 @@ vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triang
     if (IsPresent(geometry.colors)) color *= InterpolateVec4(Vec4Stream(geometry.colors), triangle);
     return color;
 }
-
-const uint kAlphaOpaque = 0u;
-const uint kAlphaMask = 1u;
 
 // Share of rays that a surface stops.
 float Opacity(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {

@@ -88,7 +88,7 @@ struct MaterialRecord {
     float roughness;
     float normalScale;
     float alphaCutoff;
-    uint alphaMode;  // 0 opaque, 1 mask, 2 blend
+    uint alphaMode;  // kAlpha* (alpha_modes.h)
     uint flags;      // kMaterial*
     float ior;       // kInfiniteIor: reflects all
     float specular;

@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/gltf_choice.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/save_gltf.h"
@@ -186,6 +187,24 @@ TEST(MaterialFields, DefaultsAreThoseOfTheStruct) {
     }
 }
 
+// By glTF's name of each mode, from any other.
+TEST(MaterialFields, EachAlphaModeIsReadAndSaved) {
+    EXPECT_EQ(std::vector(kGltfNames<AlphaMode>.begin(), kGltfNames<AlphaMode>.end()),
+              (std::vector<std::string_view>{"OPAQUE", "MASK", "BLEND"}));
+    const test::TemporaryFolder folder;
+    const std::filesystem::path source = folder.Path() / "source.gltf", target = folder.Path() / "saved.gltf";
+    for (const AlphaMode mode : Values<AlphaMode>()) {
+        Write(source, {{"alphaMode", GltfName(mode)}});
+        SceneData edited = LoadGltf(source);
+        EXPECT_EQ(edited.materials.at(0).alphaMode, mode) << Name(mode);
+        for (const AlphaMode other : Values<AlphaMode>()) {
+            edited.materials[0].alphaMode = other;
+            SaveGltf(source, edited, target);
+            EXPECT_EQ(LoadGltf(target).materials.at(0).alphaMode, other) << Name(mode) << ", " << Name(other);
+        }
+    }
+}
+
 // What is in the range is read, and what is out of it is put to the end of the range that is nearest.
 TEST(MaterialFields, EachIsReadFromItsPlaceAndPutIntoItsRange) {
     const test::TemporaryFolder folder;
@@ -285,6 +304,17 @@ TEST(LightFields, CheckRefusesWhatIsOutOfTheRangeOfEachAndNamesIt) {
     sun.type = LightType::Directional;
     sun.range = -1.0f;
     EXPECT_EQ(Refusal(sun), "accepted") << "it has no range";
+}
+
+TEST(LightFields, EachTypeOfLightIsRead) {
+    EXPECT_EQ(std::vector(kGltfNames<LightType>.begin(), kGltfNames<LightType>.end()),
+              (std::vector<std::string_view>{"directional", "point", "spot"}));
+    const test::TemporaryFolder folder;
+    const std::filesystem::path path = folder.Path() / "scene.gltf";
+    for (const LightType type : Values<LightType>()) {
+        WriteLight(path, {{"type", GltfName(type)}, {"spot", nlohmann::json::object()}});
+        EXPECT_EQ(LoadGltf(path).lights.at(0).type, type) << Name(type);
+    }
 }
 
 TEST(LightFields, EachIsReadFromItsPlaceAndComesBackFromAFile) {
