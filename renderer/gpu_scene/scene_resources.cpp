@@ -385,23 +385,30 @@ KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder,
 }
 
 gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures) {
+    // Names all fields: one that is added to Material does not compile until it is added here, and to the
+    // record, or to MaterialRecords if it is a texture
+    const auto& [name, baseColorFactor, baseColorTexture, metallicFactor, roughnessFactor,
+                 metallicRoughnessTexture, normalTexture, normalScale, occlusionTexture, occlusionStrength,
+                 emissiveFactor, emissiveStrength, emissiveTexture, alphaMode, alphaCutoff, isDoubleSided,
+                 ior, specularFactor, specularTexture, specularColorFactor, specularColorTexture,
+                 transmissionFactor, transmissionTexture, thicknessFactor, attenuationColor,
+                 attenuationDistance, isUnlit, priority] = values;
     gpu::MaterialRecord record = textures;
-    record.baseColor = values.baseColorFactor;
+    record.baseColor = baseColorFactor;
     record.emission = values.EmittedRadiance();
-    record.metallic = values.metallicFactor;
-    record.roughness = values.roughnessFactor;
-    record.normalScale = values.normalScale;
-    record.alphaCutoff = values.alphaCutoff;
-    record.alphaMode = static_cast<uint32_t>(values.alphaMode);
-    record.flags = (values.isDoubleSided ? gpu::kMaterialDoubleSided : 0u) |
-                   (values.isUnlit ? gpu::kMaterialUnlit : 0u) |
+    record.metallic = metallicFactor;
+    record.roughness = roughnessFactor;
+    record.normalScale = normalScale;
+    record.alphaCutoff = alphaCutoff;
+    record.alphaMode = static_cast<uint32_t>(alphaMode);
+    record.flags = (isDoubleSided ? gpu::kMaterialDoubleSided : 0u) | (isUnlit ? gpu::kMaterialUnlit : 0u) |
                    (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
-    record.ior = values.ior > 0.0f ? values.ior : gpu::kInfiniteIor;
-    record.specular = values.specularFactor;
-    record.specularColor = values.specularColorFactor;
-    record.transmission = values.transmissionFactor;
+    record.ior = ior > 0.0f ? ior : gpu::kInfiniteIor;
+    record.specular = specularFactor;
+    record.specularColor = specularColorFactor;
+    record.transmission = transmissionFactor;
     record.absorption = values.Absorption();
-    record.priority = values.priority;
+    record.priority = priority;
     return record;
 }
 

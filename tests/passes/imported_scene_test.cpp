@@ -4,6 +4,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "renderer/scene/material_fields.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -27,7 +28,11 @@ class ImportedScene : public VulkanTest {
   protected:
     template <typename T>
     std::vector<T> TableOf(const GltfDocument& document, BufferId SceneIds::*table) {
-        render.scene.SetScene(test::Load(document));
+        return TableOf<T>(test::Load(document), table);
+    }
+    template <typename T>
+    std::vector<T> TableOf(scene::SceneData scene, BufferId SceneIds::*table) {
+        render.scene.SetScene(std::move(scene));
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
         const Readback readback = render.renderer.ReadBack(ids.*table);
@@ -36,6 +41,27 @@ class ImportedScene : public VulkanTest {
     }
     SceneRender render{Device()};
 };
+
+// A value that no default is, and that every field of its type may have.
+void Change(float& value) {
+    value = 0.625f;
+}
+template <int Length>
+void Change(glm::vec<Length, float>& value) {
+    value = glm::vec<Length, float>(0.625f);
+}
+void Change(bool& value) {
+    value = true;
+}
+void Change(uint32_t& value) {
+    value = 7;
+}
+void Change(scene::AlphaMode& value) {
+    value = scene::AlphaMode::Blend;
+}
+void Change(scene::TextureRef& value) {
+    value = {0, 1};
+}
 
 size_t AddTexture(GltfDocument& document, const test::Bytes& png, const Json& sampler = {}) {
     const size_t image = document.Add("images", {{"uri", test::DataUri(png)}});
@@ -129,6 +155,32 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
     EXPECT_EQ(record.priority, 7u);
     EXPECT_EQ(records[2].alphaMode, 2u);
     EXPECT_EQ(records[2].flags, gpu::kMaterialUnlit);
+}
+
+// Over the list of the fields, so that a field which is added and then forgotten is found: a record changes with
+// each, but for those that path tracer and raster view have no use for.
+TEST_F(ImportedScene, EveryFieldOfAMaterialChangesItsRecord) {
+    scene::SceneData scene;
+    scene.images.push_back({"", 1, 1, {1, 2, 3, 4}});
+    scene.textures.push_back({});
+    scene::Material medium;
+    medium.emissiveFactor = medium.attenuationColor = glm::vec3(0.5f);
+    medium.transmissionFactor = medium.attenuationDistance = 0.5f;
+    scene.materials.push_back(medium);
+    std::vector<std::string> names;
+    scene::ForEachMaterialField([&](const auto& field) {
+        const std::string name = field.name;
+        if (name.starts_with("occlusion")) return;
+        scene::Material changed = medium;
+        Change(changed.*field.member);
+        if (name == "ior") changed.ior = 1.25f;
+        scene.materials.push_back(changed);
+        names.push_back(name);
+    });
+    const auto records = TableOf<gpu::MaterialRecord>(std::move(scene), &SceneIds::materials);
+    ASSERT_EQ(records.size(), names.size() + 1);
+    for (size_t i = 0; i < names.size(); ++i)
+        EXPECT_NE(std::memcmp(&records[i + 1], records.data(), sizeof(gpu::MaterialRecord)), 0) << names[i];
 }
 
 // The slots of the table are numbered by the device: what tells textures apart here is that each is in one
