@@ -18,6 +18,7 @@ set(public
     renderer/image/exr.h
     renderer/image/image.h
     renderer/scene/camera_view.h
+    renderer/scene/check.h
     renderer/scene/file_access.h
     renderer/scene/load_gltf.h
     renderer/scene/save_gltf.h

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "embed.cpp"  // as it stands on the page
+#include "renderer/scene/check.h"
 #include "rhi/command_list.h"
 #include "rhi/readback.h"
 
@@ -92,7 +93,9 @@ void RunPage(HostVulkan& host, const char* cornell, const char* closedBox) {
     Require(!Open(right, "missing.gltf", line), "a missing file is not opened");
     Require(line.find("missing.gltf") != std::string::npos, "the line names the file");
     Require(Open(right, closedBox, line), "the closed box is opened");
-    left.Show(loading.get());
+    scene::SceneData loaded = loading.get();
+    scene::Check(loaded);
+    left.Show(std::move(loaded));
 
     for (int i = 0; i < 3; ++i) {
         Frame(renderer, left, right, turns.Before(), turns.After());
