@@ -18,7 +18,8 @@ namespace raygraph::session {
 namespace {
 
 // Of the channels and attributes together. 1, which had no such attribute: means alone, without sums.
-constexpr std::string_view kFormat = "2";
+// 2: scenes had another hash.
+constexpr std::string_view kFormat = "3";
 
 // Attributes. Settings are stored as the texts of their options: "raygraph.setting.seed" = "1".
 constexpr const char* kAttributeFormat = "raygraph.format";

@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "editor/session/content_hasher.h"
 #include "tests/cli/cli_test.h"
 
 namespace raygraph::session {
@@ -170,8 +171,72 @@ TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
     ExpectEachChangeSeen("light", [](SceneData& s) -> Light& { return s.lights[0]; });
 }
 
-// An .exr has the hash of its scene, and is resumed and merged only with another of the same: the order in which
-// fields are hashed stays as it is, or kFormat of render_file.cpp goes up.
+template <typename Owner, typename Fields>
+std::string HashOfChanged(const Owner& owner, const Fields& fields) {
+    ContentHasher hasher;
+    hasher.AddChanged(owner, fields);
+    return hasher.Text();
+}
+
+// The list without its entry I, as it was in a version that did not have the field.
+template <size_t I, typename... Fields>
+auto Without(const std::tuple<Fields...>& fields) {
+    const auto keep = [&]<size_t K>() {
+        if constexpr (K == I)
+            return std::tuple<>();
+        else
+            return std::tuple{std::get<K>(fields)};
+    };
+    return [&]<size_t... K>(std::index_sequence<K...>) {
+        return std::tuple_cat(keep.template operator()<K>()...);
+    }
+    (std::index_sequence_for<Fields...>());
+}
+
+// For each field of the list: whether the version before it had another hash of what does not use it.
+template <typename Owner, typename... Fields>
+void ExpectEachMayBeAdded(const std::tuple<Fields...>& fields) {
+    const auto look = [&]<size_t I>() {
+        const auto before = Without<I>(fields);
+        const auto& field = std::get<I>(fields);
+        Owner owner;
+        EXPECT_EQ(HashOfChanged(owner, fields), HashOfChanged(owner, before)) << field.name;
+        // With all others changed
+        std::apply([&](const auto&... others) { (Change(owner.*others.member), ...); }, before);
+        const std::string hash = HashOfChanged(owner, before);
+        EXPECT_EQ(HashOfChanged(owner, fields), hash) << field.name;
+        Change(owner.*field.member);
+        EXPECT_EQ(HashOfChanged(owner, before), hash) << field.name;
+        EXPECT_NE(HashOfChanged(owner, fields), hash) << field.name;
+    };
+    [&]<size_t... I>(std::index_sequence<I...>) {
+        (look.template operator()<I>(), ...);
+    }
+    (std::index_sequence_for<Fields...>());
+}
+
+TEST(ContentHash, StaysWhenAFieldIsAddedThatTheSceneDoesNotUse) {
+    ExpectEachMayBeAdded<Material>(material_fields::kAll);
+    ExpectEachMayBeAdded<Light>(light_fields::kAll);
+}
+
+// The same value in another field, of the same material or of the next, is another scene.
+TEST(ContentHash, KnowsWhoseValueItIs) {
+    const auto hash = [](const Material& first, const Material& second) {
+        SceneData scene;
+        scene.materials = {first, second};
+        return HashOf(scene);
+    };
+    Material cut;
+    cut.alphaCutoff = 0.25f;
+    Material rough;
+    rough.roughnessFactor = 0.25f;
+    EXPECT_NE(hash(cut, {}), hash(rough, {}));
+    EXPECT_NE(hash(cut, {}), hash({}, cut));
+}
+
+// An .exr has the hash of its scene, and is resumed and merged only with another of the same: the fields' names
+// and the order in which they are hashed stay as they are, or kFormat of render_file.cpp goes up.
 TEST(ContentHash, IsTheOneOfEarlierVersions) {
     SceneData scene = OneOfEach();
     Material& material = scene.materials[0];
@@ -203,7 +268,7 @@ TEST(ContentHash, IsTheOneOfEarlierVersions) {
     light.range = 0.5f;
     light.innerConeAngle = 0.6f;
     light.outerConeAngle = 0.7f;
-    EXPECT_EQ(HashOf(scene), "bb6eead97a131c6b");
+    EXPECT_EQ(HashOf(scene), "0642739f33f5d43d");
 }
 
 TEST(ContentHash, SeesWhatIsWithinAList) {

@@ -86,7 +86,7 @@ TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {
     ASSERT_NE(samples, nullptr);
     EXPECT_EQ((*samples)[7], 48u);
     const auto text = [&](const char* name) { return std::get<std::string>(file.attributes.at(name)); };
-    EXPECT_EQ(text("raygraph.format"), "2");
+    EXPECT_EQ(text("raygraph.format"), "3");
     EXPECT_EQ(text("raygraph.samples"), "48");
     EXPECT_EQ(text("raygraph.sampleOffset"), "16");
     EXPECT_EQ(text("raygraph.sampleRanges"), "16-63");
@@ -193,10 +193,10 @@ TEST(RenderFile, WhatIsNoRenderIsBadInputNamingTheFile) {
     file.attributes["raygraph.sampleRanges"] = "0-3";
     image::WriteExr(path, file);
     ExpectError(ErrorKind::BadInput, read, "a.exr", "older version");
-    file.attributes["raygraph.format"] = "3";
-    image::WriteExr(path, file);
-    ExpectError(ErrorKind::BadInput, read, "a.exr", "raygraph.format is 3");
     file.attributes["raygraph.format"] = "2";
+    image::WriteExr(path, file);
+    ExpectError(ErrorKind::BadInput, read, "a.exr", "raygraph.format is 2");
+    file.attributes["raygraph.format"] = "3";
 
     file.attributes["raygraph.sampleRanges"] = "0-x";
     image::WriteExr(path, file);

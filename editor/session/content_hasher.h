@@ -1,0 +1,151 @@
+// What of a scene is hashed, and how: content_hash.h. Not installed. Whoever changes what is hashed raises
+// kFormat in render_file.cpp. Threads: exclusive access.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "renderer/image/image.h"
+#include "renderer/scene/light_fields.h"
+#include "renderer/scene/material_fields.h"
+
+namespace raygraph::session {
+
+// A number, or a vector or matrix of numbers: without padding.
+template <typename T>
+concept Plain = std::is_arithmetic_v<T> || std::is_enum_v<T> || requires {
+    typename T::value_type;
+    { T::length() } -> std::convertible_to<int>;
+};
+
+class ContentHasher {
+  public:
+    ContentHasher();
+    ~ContentHasher();
+
+    // Sixteen hexadecimal digits.
+    std::string Text() const;
+
+    template <typename... Values>
+    void AddAll(const Values&... values) {
+        (Add(values), ...);
+    }
+
+    void Add(const Plain auto& value) { AddBytes(&value, sizeof value); }
+    void Add(std::string_view text) { AddRun(std::span(text)); }
+    template <typename T>
+    void Add(const std::optional<T>& value) {
+        Add(value.has_value());
+        if (value) Add(*value);
+    }
+    template <typename T>
+    void Add(const std::vector<T>& values) {
+        if constexpr (Plain<T>) {
+            AddRun(std::span(values));
+        } else {
+            Add(uint64_t{values.size()});
+            for (const T& value : values) Add(value);
+        }
+    }
+
+    // Those of `fields`, a list of fields, that are not at their default, each with its name. So a field that
+    // is added to Material leaves the hashes of scenes without it as they are, and their renders resumable.
+    template <typename Owner, typename... Fields>
+    void AddChanged(const Owner& owner, const std::tuple<Fields...>& fields) {
+        const Owner atDefault;
+        const auto addIfChanged = [&](const auto& field) {
+            if (owner.*field.member == atDefault.*field.member) return;
+            Add(std::string_view(field.name));
+            Add(owner.*field.member);
+        };
+        std::apply([&](const auto&... field) { (addIfChanged(field), ...); }, fields);
+        Add(std::string_view());  // the end: no field's name
+    }
+
+    // Each names all fields of its struct: one that is added to the struct does not compile until it is added
+    // here, and to the hash if a picture can depend on it.
+    void Add(const scene::Bounds& bounds) {
+        const auto& [min, max] = bounds;
+        AddAll(min, max);
+    }
+    void Add(const scene::Primitive& primitive) {
+        const auto& [positions, normals, tangents, uv0, uv1, colors, indices, material, bounds] = primitive;
+        AddAll(positions, normals, tangents, uv0, uv1, colors, indices, material, bounds);
+    }
+    void Add(const scene::Mesh& mesh) {
+        const auto& [name, primitives] = mesh;
+        Add(primitives);
+    }
+    void Add(const scene::TextureRef& reference) {
+        const auto& [texture, texCoord] = reference;
+        AddAll(texture, texCoord);
+    }
+    void Add(const scene::Material& material) {
+        Add(material.name);
+        AddChanged(material, scene::material_fields::kAll);
+    }
+    void Add(const scene::Sampler& sampler) {
+        const auto& [wrapU, wrapV, magFilter, minFilter, mipFilter, usesMips] = sampler;
+        AddAll(wrapU, wrapV, magFilter, minFilter, mipFilter, usesMips);
+    }
+    void Add(const scene::Texture& texture) {
+        const auto& [name, image, sampler, colorSpace] = texture;
+        AddAll(image, sampler, colorSpace);
+    }
+    void Add(const scene::ImageData& image) {
+        const auto& [name, width, height, rgba] = image;
+        AddAll(width, height, rgba);
+    }
+    void Add(const scene::Node& node) {
+        const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh] = node;
+        AddAll(name, parent, translation, translationRest, rotation, scale, matrix, mesh);
+    }
+    void Add(const scene::Instance& instance) {
+        const auto& [mesh, node, objectToWorld, translationRest] = instance;
+        AddAll(mesh, node, objectToWorld, translationRest);
+    }
+    void Add(const scene::Camera& camera) {
+        const auto& [name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld,
+                     translationRest] = camera;
+        AddAll(name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld,
+               translationRest);
+    }
+    void Add(const scene::Light& light) {
+        const auto& [name, node, type, color, intensity, range, innerConeAngle, outerConeAngle, lightToWorld,
+                     translationRest] = light;
+        AddAll(name, node, type, lightToWorld, translationRest);
+        AddChanged(light, scene::light_fields::kAll);
+    }
+    void Add(const scene::SceneData& scene) {
+        const auto& [name, meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights,
+                     bounds, warnings] = scene;
+        AddAll(meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights, bounds);
+    }
+    void Add(const image::ImageF& image) {
+        const auto& [width, height, rgba] = image;
+        AddAll(width, height, rgba);
+    }
+
+  private:
+    // With its length, so that what lies in neighboring lists is not mixed up.
+    template <typename T>
+    void AddRun(std::span<T> values) {
+        Add(uint64_t{values.size()});
+        AddBytes(values.data(), values.size_bytes());
+    }
+
+    void AddBytes(const void* bytes, size_t size);
+
+    struct State;
+    std::unique_ptr<State> m_state;
+};
+
+}  // namespace raygraph::session
