@@ -25,7 +25,7 @@ class ErrorGoal {
     explicit ErrorGoal(const std::optional<double>& wanted) : m_wanted(wanted) {}
 
     bool IsMeasuringAt(uint32_t samples) const {
-        return m_wanted && samples >= kMin && (std::has_single_bit(samples) || samples == m_needed);
+        return m_wanted && samples >= kMin && std::has_single_bit(samples);
     }
     void Measured(uint32_t samples, const std::optional<double>& error, bool isBlack) {
         if (isBlack) m_needed = kMin;  // nothing says that there is light to be found
