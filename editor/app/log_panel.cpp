@@ -11,8 +11,6 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr std::array kLevels{LogLevel::Debug, LogLevel::Info, LogLevel::Warning, LogLevel::Error};
-
 ImVec4 ColorOf(LogLevel level) {
     switch (level) {
         case LogLevel::Error:
@@ -30,8 +28,10 @@ ImVec4 ColorOf(LogLevel level) {
 void LevelChoice(LogFilter& filter) {
     ImGui::SetNextItemWidth(96.0f);
     if (!ImGui::BeginCombo("##level", Name(filter.minLevel))) return;
-    for (const LogLevel level : kLevels)
+    for (int i = 0; i < static_cast<int>(LogLevel::Off); ++i) {
+        const auto level = static_cast<LogLevel>(i);
         if (ImGui::Selectable(Name(level), level == filter.minLevel)) filter.minLevel = level;
+    }
     ImGui::EndCombo();
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <vector>
 
 #include "base/printable.h"
@@ -13,13 +12,14 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr std::array kLevels{LogLevel::Debug, LogLevel::Info, LogLevel::Warning, LogLevel::Error,
-                             LogLevel::Off};
-
 LogLevel ParseLevel(std::string_view text) {
-    for (const LogLevel level : kLevels)
+    std::vector<std::string_view> names;
+    for (int i = 0; i <= static_cast<int>(LogLevel::Off); ++i) {
+        const auto level = static_cast<LogLevel>(i);
         if (text == Name(level)) return level;
-    throw MakeError(ErrorKind::BadInput, "{} is no level: debug, info, warning, error or off", Quoted(text));
+        names.emplace_back(Name(level));
+    }
+    throw MakeError(ErrorKind::BadInput, "{} is no level: {}", Quoted(text), fmt::join(names, ", "));
 }
 
 void RequireCategory(std::string_view text) {

@@ -32,10 +32,12 @@ spdlog::level::level_enum ToSpdlog(LogLevel level) {
     return spdlog::level::off;
 }
 
+// The highest of ours that is not above it: spdlog has more levels.
 LogLevel FromSpdlog(spdlog::level::level_enum level) {
-    if (level >= spdlog::level::err) return LogLevel::Error;
-    if (level == spdlog::level::warn) return LogLevel::Warning;
-    return level == spdlog::level::info ? LogLevel::Info : LogLevel::Debug;
+    LogLevel highest = LogLevel::Debug;
+    for (int i = 0; i < static_cast<int>(LogLevel::Off); ++i)
+        if (ToSpdlog(static_cast<LogLevel>(i)) <= level) highest = static_cast<LogLevel>(i);
+    return highest;
 }
 
 LogMessage MessageOf(const spdlog::details::log_msg& message) {

@@ -128,7 +128,7 @@ TEST_F(ProgramMessages, WhatCannotBeIsOneLine) {
     expect("info warned.gltf --log ''", 2, "--log");
     expect("info warned.gltf --quiet -v", 2, "--quiet");
     const EnvironmentVariable levels("RAYGRAPH_LOG", "loud");
-    expect("info warned.gltf", 4, "RAYGRAPH_LOG: \"loud\" is no level");
+    expect("info warned.gltf", 4, "RAYGRAPH_LOG: \"loud\" is no level: debug, info, warning, error, off");
 }
 
 // A log is appended to as soon as it is opened, so it has to be refused before.
