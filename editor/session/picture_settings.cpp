@@ -77,10 +77,18 @@ std::string RouletteHelp() {
                        static_cast<size_t>(passes::RouletteSettings{}.kind));
 }
 
+// With what each is by default in the place of {} in its help.
+std::vector<PictureSetting> WithDefaults(std::vector<PictureSetting> table) {
+    for (PictureSetting& setting : table)
+        if (const size_t place = setting.help.find("{}"); place != std::string::npos)
+            setting.help.replace(place, 2, setting.text(PictureSettings{}));
+    return table;
+}
+
 // Not a plain constant: its help is put together.
 const std::vector<PictureSetting>& Table() {
-    static const std::vector<PictureSetting> kTable{
-        {"size", "WxH", "Pixels of the picture (640x360)",
+    static const std::vector<PictureSetting> kTable = WithDefaults({
+        {"size", "WxH", "Pixels of the picture ({})",
          [](PictureSettings& settings, std::string_view text) { settings.size = ParseSize(text); },
          [](const PictureSettings& settings) { return ToText(settings.size); }},
         Choice(
@@ -98,7 +106,7 @@ const std::vector<PictureSetting>& Table() {
         {"scene", "SCENE", "Which scene of the glTF file, by name or index (the file's default)",
          [](PictureSettings& settings, std::string_view text) { settings.scene = text; },
          [](const PictureSettings& settings) { return settings.scene; }},
-        {"seed", "N", "Seed of the random numbers (0)",
+        {"seed", "N", "Seed of the random numbers ({})",
          [](PictureSettings& settings, std::string_view text) { settings.paths.seed = ParseCount(text); },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.seed); }},
         Choice(
@@ -120,7 +128,7 @@ const std::vector<PictureSetting>& Table() {
             "multiscatter", "M", "Light between microfacets",
             [](auto& settings) -> auto& { return settings.paths.scattering.multiscatter; }),
         Switch(
-            "nee", "Sample the lights (on); off finds light by chance alone, and no punctual light",
+            "nee", "Sample the lights ({}); off finds light by chance alone, and no punctual light",
             [](auto& settings) -> auto& { return settings.paths.lights.isOn; }),
         Choice(
             "light-sampler", "L", "How a light is chosen",
@@ -131,13 +139,12 @@ const std::vector<PictureSetting>& Table() {
         {"rr", "ROULETTE", "How paths end: " + RouletteHelp(),
          [](PictureSettings& settings, std::string_view text) { SetRoulette(settings.paths.roulette, text); },
          [](const PictureSettings& settings) { return RouletteText(settings.paths.roulette); }},
-        {"rr-start", "N", "First bounce at which Russian roulette may end a path (2)",
+        {"rr-start", "N", "First bounce at which Russian roulette may end a path ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.paths.roulette.start = ParseCount(text);
          },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.roulette.start); }},
-        {"max-depth", "N",
-         "Bias: end paths after N bounces; this darkens the picture. Default: none, no limit",
+        {"max-depth", "N", "Bias: end paths after N bounces; this darkens the picture. Default: {}, no limit",
          [](PictureSettings& settings, std::string_view text) {
              settings.paths.biases.maxDepth =
                  text == "none" ? passes::kNoDepthLimit : ParseCount(text, 0, passes::kNoDepthLimit - 1);
@@ -148,7 +155,7 @@ const std::vector<PictureSetting>& Table() {
                         : std::to_string(settings.paths.biases.maxDepth);
          }},
         {"clamp-indirect", "RADIANCE",
-         "Bias: cut at this radiance what light that was scattered twice or more brings. Default: none",
+         "Bias: cut at this radiance what light that was scattered twice or more brings. Default: {}",
          [](PictureSettings& settings, std::string_view text) {
              settings.paths.biases.clampIndirect = text == "none"
                                                        ? std::numeric_limits<float>::infinity()
@@ -160,7 +167,7 @@ const std::vector<PictureSetting>& Table() {
                         : ToText(settings.paths.biases.clampIndirect);
          }},
         {"regularize", "ALPHA",
-         "Bias: roughen surfaces behind the first bounce to at least this GGX alpha (0)",
+         "Bias: roughen surfaces behind the first bounce to at least this GGX alpha ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.paths.biases.regularize = static_cast<float>(ParseNumber(text, 0.0, 1.0));
          },
@@ -168,44 +175,43 @@ const std::vector<PictureSetting>& Table() {
         Switch(
             "shadow-terminator",
             "Bias: shade opaque surfaces where their vertex normals bend them to, so that the shadow which a "
-            "smooth body throws on itself shows no triangles (off)",
+            "smooth body throws on itself shows no triangles ({})",
             [](auto& settings) -> auto& { return settings.paths.biases.shadowTerminator; }),
         Choice(
             "shadows", "SHADOWS", "Shadows of the raster view",
             [](auto& settings) -> auto& { return settings.raster.shadows; }),
-        {"aperture", "RADIUS", "Radius of the camera's lens in meters (0: a pinhole, all is sharp)",
+        {"aperture", "RADIUS", "Radius of the camera's lens in meters ({}: a pinhole, all is sharp)",
          [](PictureSettings& settings, std::string_view text) {
              settings.aperture = static_cast<float>(ParseNumber(text, 0.0, 1e6));
          },
          [](const PictureSettings& settings) { return ToText(settings.aperture); }},
-        {"focus", "DISTANCE", "Distance that is sharp, in meters (0: to the middle of the scene's bounds)",
+        {"focus", "DISTANCE", "Distance that is sharp, in meters ({}: to the middle of the scene's bounds)",
          [](PictureSettings& settings, std::string_view text) {
              settings.focusDistance = static_cast<float>(ParseNumber(text, 0.0, 1e9));
          },
          [](const PictureSettings& settings) { return ToText(settings.focusDistance); }},
-        {"env-rotation", "DEG", "Turns the environment map about +y (0)",
+        {"env-rotation", "DEG", "Turns the environment map about +y ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.environmentRotation = static_cast<float>(ParseNumber(text, -36000.0, 36000.0));
          },
          [](const PictureSettings& settings) { return ToText(settings.environmentRotation); }},
-        {"env-tint", "R,G,B", "Factor on the radiance of the environment map (1,1,1)",
+        {"env-tint", "R,G,B", "Factor on the radiance of the environment map ({})",
          [](PictureSettings& settings, std::string_view text) {
              settings.environmentTint = ParseRadiance(text);
          },
          [](const PictureSettings& settings) { return ToText(settings.environmentTint); }},
-        {"background", "R,G,B", "Constant radiance of the environment, instead of a map (0,0,0)",
+        {"background", "R,G,B", "Constant radiance of the environment, instead of a map ({})",
          [](PictureSettings& settings, std::string_view text) { settings.background = ParseRadiance(text); },
          [](const PictureSettings& settings) { return ToText(settings.background); }},
         {"light-group", "NAME=PATTERN,...",
          "Keep the light of a group of lights apart, as light.NAME.R and so on in an .exr: those whose "
-         "material, "
-         "light or node has a name like a PATTERN (* and ? as in a shell). May be given eight times; "
-         "light.environment and light.rest hold the others",
+         "material, light or node has a name like a PATTERN (* and ? as in a shell). May be given eight "
+         "times; light.environment and light.rest hold the others",
          [](PictureSettings& settings, std::string_view text) {
              settings.lightGroups = ParseLightGroups(text);
          },
          [](const PictureSettings& settings) { return ToText(settings.lightGroups); }, true},
-    };
+    });
     return kTable;
 }
 
@@ -252,7 +258,7 @@ std::string FirstDifference(const SettingTexts& a, const SettingTexts& b) {
         const std::string &inA = textsA.at(setting.name), &inB = textsB.at(setting.name);
         if (inA == inB) continue;
         const auto quoted = [](const std::string& text) { return text.empty() ? "the default" : text; };
-        return std::string(setting.name) + ": " + quoted(inA) + " against " + quoted(inB);
+        return Text("{}: {} against {}", setting.name, quoted(inA), quoted(inB));
     }
     return {};
 }

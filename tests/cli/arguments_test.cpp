@@ -217,6 +217,16 @@ TEST(Arguments, HelpListsWhatAnOptionTakesWithItsDefault) {
         EXPECT_NE(help.find(text), std::string::npos) << text << "\n" << help;
 }
 
+// The help of a setting is put together from its default, which no text can then contradict.
+TEST(PictureSettings, HelpSaysTheDefault) {
+    const SettingTexts defaults = Texts(PictureSettings{});
+    for (const PictureSetting& setting : PictureSettingTable()) {
+        EXPECT_EQ(setting.help.find("{}"), std::string::npos) << setting.name;
+        EXPECT_NE(setting.help.find(defaults.at(setting.name)), std::string::npos)
+            << setting.name << ": " << setting.help;
+    }
+}
+
 TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {
     const auto a = std::get<RenderArguments>(
         Parse("render a.gltf --light-group key=lamp*,bulb --light-group fill=window"));
