@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "base/stopwatch.h"
 #include "base/text.h"
 #include "editor/app/panels.h"
 
@@ -58,13 +58,13 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
         return static_cast<uint32_t>(std::lround(static_cast<float>(pixels) / input.scale));
     };
     m_windowSize = {points(input.extent.width), points(input.extent.height)};
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     m_ui.Begin(input);
     Keys(input);
     Mouse(input);
     BuildUi(input);
     m_ui.End();
-    m_work.uiMs = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    m_work.uiMs = watch.Milliseconds();
     const bool hasDrawn = Draw(screen, input);
     return !m_isLeaving || IsStillSaving(hasDrawn);
 }

@@ -187,6 +187,17 @@ void SayHow(const Log& log, const std::filesystem::path& path, const RenderFile&
         DurationText(watch.Seconds()));
 }
 
+// The one of an AOV: a RenderFile has the means and RenderSums their sums in members of the same names.
+template <typename Owner>
+auto MemberOf(Owner& owner, Aov aov) -> decltype(&owner.albedo) {
+    const auto from = [&](Aov first) { return static_cast<size_t>(aov) - static_cast<size_t>(first); };
+    if (aov == Aov::Albedo) return &owner.albedo;
+    if (aov == Aov::Normal) return &owner.normal;
+    if (aov < Aov::Emission) return nullptr;
+    if (aov >= Aov::RemovedMaxDepth) return &owner.removed[from(Aov::RemovedMaxDepth)];
+    return &owner.parts[from(Aov::Emission)];
+}
+
 RenderFile FromExr(const image::ExrImage& file) {
     RenderFile render;
     RequireFormat(file);
@@ -242,25 +253,19 @@ RenderFile FromExr(const image::ExrImage& file) {
 }  // namespace
 
 Texels* MeanOf(RenderFile& render, Aov aov) {
-    if (aov == Aov::Albedo) return &render.albedo;
-    if (aov == Aov::Normal) return &render.normal;
-    if (aov < Aov::Emission) return nullptr;
-    if (aov >= Aov::RemovedMaxDepth)
-        return &render.removed[static_cast<size_t>(aov) - static_cast<size_t>(Aov::RemovedMaxDepth)];
-    return &render.parts[static_cast<size_t>(aov) - static_cast<size_t>(Aov::Emission)];
+    return MemberOf(render, aov);
 }
 
 const Texels* MeanOf(const RenderFile& render, Aov aov) {
-    return MeanOf(const_cast<RenderFile&>(render), aov);
+    return MemberOf(render, aov);
 }
 
 passes::ExactSums* SumsOf(RenderSums& sums, Aov aov) {
-    if (aov == Aov::Albedo) return &sums.albedo;
-    if (aov == Aov::Normal) return &sums.normal;
-    if (aov < Aov::Emission) return nullptr;
-    if (aov >= Aov::RemovedMaxDepth)
-        return &sums.removed[static_cast<size_t>(aov) - static_cast<size_t>(Aov::RemovedMaxDepth)];
-    return &sums.parts[static_cast<size_t>(aov) - static_cast<size_t>(Aov::Emission)];
+    return MemberOf(sums, aov);
+}
+
+const passes::ExactSums* SumsOf(const RenderSums& sums, Aov aov) {
+    return MemberOf(sums, aov);
 }
 
 std::string FirstMissingChannel(const RenderFile& render, const AovSet& others) {
@@ -270,8 +275,7 @@ std::string FirstMissingChannel(const RenderFile& render, const AovSet& others) 
         return WordChannel(kRadianceNames[0], "squares", 0);
     for (const Aov aov : kAovs)
         if (const Texels* mean = MeanOf(render, aov);
-            mean && !mean->empty() && !others.Has(aov) &&
-            SumsOf(const_cast<RenderSums&>(render.sums), aov)->IsEmpty())
+            mean && !mean->empty() && !others.Has(aov) && SumsOf(render.sums, aov)->IsEmpty())
             return WordChannel(MeanChannels(aov)[0], "sum", 0);
     for (size_t i = 0; i < render.lightGroups.size(); ++i)
         if (i >= render.sums.lightGroups.size() || render.sums.lightGroups[i].IsEmpty())
@@ -333,7 +337,7 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
         const Texels* mean = MeanOf(render, aov);
         if (mean == nullptr || mean->empty()) continue;
         for (size_t c = 0; c < 3; ++c) add(MeanChannels(aov)[c], *mean, c);
-        addSums(MeanChannels(aov), *SumsOf(const_cast<RenderSums&>(render.sums), aov));
+        addSums(MeanChannels(aov), *SumsOf(render.sums, aov));
     }
     if (!render.lightGroups.empty()) {
         const std::vector<ChannelNames> names = GroupChannels(render.settings);

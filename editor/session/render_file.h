@@ -77,6 +77,7 @@ RAYGRAPH_API const Texels* MeanOf(const RenderFile& render, Aov aov);
 
 // Its sums; nullptr likewise.
 RAYGRAPH_API passes::ExactSums* SumsOf(RenderSums& sums, Aov aov);
+RAYGRAPH_API const passes::ExactSums* SumsOf(const RenderSums& sums, Aov aov);
 
 // Of the sums that all means but `others` need, the first channel that is not there: "albedo.sum0.R"; empty:
 // they are there.

@@ -56,7 +56,7 @@ std::string FlawOfPlanes(const RenderFile& render) {
         const Texels* mean = MeanOf(render, aov);
         if (mean == nullptr) continue;
         check(Name(aov), *mean, texels);
-        check(Name(aov), *SumsOf(const_cast<RenderSums&>(render.sums), aov), texels);
+        check(Name(aov), *SumsOf(render.sums, aov), texels);
     }
     for (const Bias bias : kBiases) {
         const size_t i = static_cast<size_t>(bias);

@@ -12,14 +12,6 @@ namespace raygraph::session {
 
 namespace {
 
-// One channel of four.
-template <typename T>
-std::vector<T> ChannelOf(const std::vector<T>& texels, size_t channel) {
-    std::vector<T> values(texels.size() / 4);
-    for (size_t i = 0; i < values.size(); ++i) values[i] = texels[4 * i + channel];
-    return values;
-}
-
 bool HasNoColor(const Texels& texels) {
     for (size_t i = 0; i < texels.size(); ++i)
         if (i % 4 != 3 && texels[i] != 0.0f) return false;

@@ -4,19 +4,6 @@
 
 namespace raygraph::viewport {
 
-namespace {
-
-// One channel of texels of four.
-template <typename T>
-std::vector<T> ChannelOf(const std::vector<T>& texels, size_t channel) {
-    std::vector<T> values;
-    values.reserve(texels.size() / 4);
-    for (size_t i = channel; i < texels.size(); i += 4) values.push_back(texels[i]);
-    return values;
-}
-
-}  // namespace
-
 void CaptureRequests::Declare(Renderer& renderer, const SceneIds& scene,
                               const passes::TraceSettings& settings, const Shown& shown) {
     if (!m_captures.HasOpen() || shown.progress.sampleCount == 0 || !shown.progress.cursor.IsAtStart())

@@ -28,4 +28,12 @@ std::vector<T> WaitForValues(const Readback& readback) {
     return ValuesOf<T>(readback);
 }
 
+// One channel of texels of four.
+template <typename T>
+std::vector<T> ChannelOf(const std::vector<T>& texels, size_t channel) {
+    std::vector<T> values(texels.size() / 4);
+    for (size_t i = 0; i < values.size(); ++i) values[i] = texels[4 * i + channel];
+    return values;
+}
+
 }  // namespace raygraph
