@@ -95,4 +95,11 @@ struct RasterSettings {
                                                  FilteredEnvironment& environment,
                                                  const RasterSettings& raster = {});
 
+// RasterShade of AnyVisibility, with as much of `raster` as the device can do: no occlusion or transmission
+// where it cannot draw, and rays in place of shadow maps where it lacks drawIndirectFirstInstance.
+[[nodiscard]] RAYGRAPH_API TextureId AnyRasterShade(Renderer& renderer, const SceneIds& scene,
+                                                    const TraceSettings& settings, FilmPosition film,
+                                                    FilteredEnvironment& environment,
+                                                    const RasterSettings& raster);
+
 }  // namespace raygraph::passes

@@ -107,4 +107,14 @@ TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSett
     return ShadePixels(renderer, scene, settings, seen, shading, "RasterShade");
 }
 
+TextureId AnyRasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                         FilmPosition film, FilteredEnvironment& environment, const RasterSettings& raster) {
+    RasterSettings possible = raster;
+    if (possible.shadows == RasterShadows::Maps &&
+        !renderer.Device().Info().optional.drawIndirectFirstInstance)
+        possible.shadows = RasterShadows::Rays;
+    return RasterShade(renderer, scene, settings, AnyVisibility(renderer, scene, settings, film), environment,
+                       possible);
+}
+
 }  // namespace raygraph::passes

@@ -86,10 +86,8 @@ passes::TraceIds SampleFrames::DeclareSample(const SceneIds& ids, const passes::
     if (TracesPaths())
         return passes::Trace(m_renderer, ids, settings,
                              {.parts = !m_parts.empty(), .lightGroups = m_plan.lightGroupCount > 0});
-    const passes::RasterVisibility seen =
-        passes::DrawVisibility(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    return {.radiance =
-                passes::RasterShade(m_renderer, ids, settings, seen, m_filteredEnvironment, m_plan.raster)};
+    return {.radiance = passes::AnyRasterShade(m_renderer, ids, settings, passes::FilmPosition::Jittered,
+                                               m_filteredEnvironment, m_plan.raster)};
 }
 
 TextureId SampleFrames::DeclareRadiance(const SceneIds& ids, const passes::TraceSettings& settings,

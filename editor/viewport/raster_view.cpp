@@ -16,15 +16,8 @@ RasterView::Ids RasterView::Declare(Renderer& renderer, const SceneIds& scene, p
     const Extent2D extent = settings.extent;
     const auto declareSample = [&](uint32_t sampleIndex) {
         settings.sampleIndex = sampleIndex;
-        const passes::RasterVisibility seen =
-            passes::AnyVisibility(renderer, scene, settings, passes::FilmPosition::Jittered);
-        passes::RasterSettings possible = raster;
-        if (!passes::CanDrawVisibility(renderer, scene, settings.extent))
-            possible.hasOcclusion = possible.hasTransmission = false;
-        const bool hasMaps = renderer.Device().Info().optional.drawIndirectFirstInstance;
-        if (possible.shadows == passes::RasterShadows::Maps && !hasMaps)
-            possible.shadows = passes::RasterShadows::Rays;
-        return passes::RasterShade(renderer, scene, settings, seen, m_environment, possible);
+        return passes::AnyRasterShade(renderer, scene, settings, passes::FilmPosition::Jittered,
+                                      m_environment, raster);
     };
     const uint32_t count = m_samples.SampleCount();
     m_wantedSamples = maxSamples;

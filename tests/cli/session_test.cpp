@@ -8,6 +8,7 @@
 #include "editor/session/merge.h"
 #include "tests/cli/cli_test.h"
 #include "tests/cli/program_runner.h"
+#include "tests/rhi/fake_loader.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/vulkan_test.h"
 
@@ -55,6 +56,36 @@ static_assert(CanResume<const ResumedRender&> && CanResume<ResumedRender&>);
 static_assert(!CanResume<ResumedRender> && !CanResume<const ResumedRender>, "it would be gone at once");
 
 }  // namespace
+
+// As in a viewport: rays find what they would draw, and the shadows that maps would.
+TEST_F(SessionTest, RasterViewIsThereOnADeviceThatCannotDrawIt) {
+    const auto render = [](rhi::Device& device, const passes::RasterSettings& raster) {
+        SessionDesc desc;
+        desc.settings.size = {24, 24};
+        desc.settings.view = View::Raster;
+        desc.settings.raster = raster;
+        Session session(device, LoadInput(test::SceneFile("terrace.gltf")), desc);
+        session.Run({.samples = 1});
+        return session.Result().render.radiance;
+    };
+    const Texels drawn = render(
+        Device(), {.shadows = passes::RasterShadows::Rays, .hasOcclusion = false, .hasTransmission = false});
+    testing::FakeLoader loader;
+    loader.Tell().cannotDraw = true;
+    const std::unique_ptr<rhi::Device> device =
+        rhi::Device::Create({.savePipelineCache = false, .getInstanceProcAddr = loader.Entry()});
+    const Texels traced = render(*device, {.shadows = passes::RasterShadows::Rays});
+    EXPECT_EQ(render(*device, {.shadows = passes::RasterShadows::Maps}), traced);
+    ASSERT_EQ(traced.size(), drawn.size());
+    size_t differing = 0;
+    double sum = 0.0;
+    for (size_t i = 0; i < traced.size(); ++i) {
+        sum += static_cast<double>(traced[i]);
+        differing += std::abs(traced[i] - drawn[i]) > 0.01f * std::max(1.0f, drawn[i]) ? 1 : 0;
+    }
+    EXPECT_GT(sum, 0.1 * static_cast<double>(traced.size()));
+    EXPECT_LE(differing, traced.size() / 50) << "edges, where either surface may be seen";
+}
 
 // The file records one of them, and a resumed render would load that.
 TEST_F(SessionTest, SceneThatWasLoadedMustBeTheOneOfTheSettings) {

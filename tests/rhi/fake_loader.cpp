@@ -61,9 +61,14 @@ VKAPI_ATTR VkResult VKAPI_CALL EnumerateExtensions(VkPhysicalDevice device, cons
 
 VKAPI_ATTR void VKAPI_CALL Features(VkPhysicalDevice device, VkPhysicalDeviceFeatures2* features) {
     activeState->features(device, features);
-    if (!activeState->lies.hasNoScalarBlockLayout) return;
+    const Lies& lies = activeState->lies;
+    if (lies.cannotDraw) features->features.drawIndirectFirstInstance = VK_FALSE;
     ForEach<VkPhysicalDeviceVulkan12Features>(features, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
-                                              [](auto& f) { f.scalarBlockLayout = VK_FALSE; });
+                                              [&](auto& f) {
+                                                  if (lies.hasNoScalarBlockLayout)
+                                                      f.scalarBlockLayout = VK_FALSE;
+                                                  if (lies.cannotDraw) f.shaderBufferInt64Atomics = VK_FALSE;
+                                              });
 }
 
 VKAPI_ATTR void VKAPI_CALL Properties(VkPhysicalDevice device, VkPhysicalDeviceProperties2* properties) {
