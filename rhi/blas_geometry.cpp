@@ -14,8 +14,7 @@ constexpr uint64_t kMaxPrimitives = (uint64_t{1} << 29) - 1;
 }
 
 std::string At(const char* list, size_t index) {
-    std::string text = list;
-    return text.append("[").append(std::to_string(index)).append("]");
+    return Text("{}[{}]", list, index);
 }
 
 void CheckSame(const BlasDesc& desc, const std::string& what, uint64_t built, uint64_t next) {

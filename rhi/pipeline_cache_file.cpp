@@ -6,8 +6,8 @@
 #include <system_error>
 
 #include "base/atomic_file.h"
-#include "base/error.h"
 #include "base/read_file.h"
+#include "base/text.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -73,8 +73,7 @@ std::string PipelineCacheFile::Refusal(std::span<const std::byte> file) const {
     std::memcpy(&header, file.data(), sizeof(header));
     if (header.magic != ours.magic) return "it is no pipeline cache of this version";
     const std::span<const std::byte> bytes = file.subspan(sizeof(header));
-    if (bytes.size() != header.size)
-        return "it has " + std::to_string(bytes.size()) + " bytes instead of " + std::to_string(header.size);
+    if (bytes.size() != header.size) return Text("it has {} bytes instead of {}", bytes.size(), header.size);
     if (Checksum(bytes) != header.checksum) return "its checksum is wrong";
     if (bytes.size() < sizeof(m_expected) || std::memcmp(bytes.data(), &m_expected, sizeof(m_expected)) != 0)
         return "it is of another device or driver";

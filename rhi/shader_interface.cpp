@@ -11,10 +11,9 @@ constexpr uint32_t kPassSet = 0;
 constexpr uint32_t kTextureTableSet = 1;
 
 std::string Describe(const Binding& binding) {
-    std::string text = std::string(Name(binding.kind)) + " '" + binding.name + "'";
-    if (binding.count == 0) text += "[]";
-    if (binding.count > 1) text.append("[").append(std::to_string(binding.count)).append("]");
-    return text;
+    const std::string text = Text("{} '{}'", Name(binding.kind), binding.name);
+    if (binding.count == 1) return text;
+    return binding.count == 0 ? text + "[]" : Text("{}[{}]", text, binding.count);
 }
 
 [[noreturn]] void Fail(const std::string& text) {

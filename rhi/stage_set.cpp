@@ -14,10 +14,11 @@ StageSet::StageSet(Device& device, const std::string& pipeline, const ShaderInte
     for (const SpecializationValue& value : specialization) {
         const auto& known = interface.specialization;
         if (std::none_of(known.begin(), known.end(), [&](const auto& c) { return c.id == value.id; })) {
-            std::string text = Text("{}: specialization constant {}", pipeline, value.id);
-            text += " is in none of its shaders, which have";
-            for (const SpecializationConstant& c : known) text += ' ' + std::to_string(c.id);
-            throw Error(ErrorKind::Usage, known.empty() ? text + " none" : text);
+            std::string ids;
+            for (const SpecializationConstant& c : known) ids += Text(" {}", c.id);
+            throw MakeError(ErrorKind::Usage,
+                            "{}: specialization constant {} is in none of its shaders, which have{}",
+                            pipeline, value.id, known.empty() ? " none" : ids);
         }
         m_entries.push_back(
             {value.id, static_cast<uint32_t>(m_values.size() * sizeof(uint32_t)), sizeof(uint32_t)});

@@ -8,9 +8,7 @@ namespace {
 
 // Vulkan's packing of versions: major in 7 bits from 22, minor in 10 from 12.
 std::string VersionText(uint32_t version) {
-    std::string text = std::to_string((version >> 22) & 0x7Fu);
-    text += '.';
-    return text + std::to_string((version >> 12) & 0x3FFu);
+    return Text("{}.{}", (version >> 22) & 0x7Fu, (version >> 12) & 0x3FFu);
 }
 
 }  // namespace

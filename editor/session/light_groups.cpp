@@ -30,7 +30,7 @@ LightGroupPatterns ParseGroup(std::string_view text) {
     if (group.name.empty() || !std::ranges::all_of(group.name, IsOfName))
         Refuse(text, "the name of a group is of letters, digits, _ and -");
     if (group.name == kRest || group.name == kEnvironment)
-        Refuse(text, group.name + " is a group of its own already");
+        Refuse(text, Text("{} is a group of its own already", group.name));
     for (const std::string_view pattern : ParseList(text.substr(equals + 1)))
         group.patterns.emplace_back(pattern);
     return group;
@@ -84,7 +84,7 @@ std::vector<LightGroupPatterns> ParseLightGroups(std::string_view text) {
         const size_t end = std::min(text.find(';'), text.size());
         LightGroupPatterns group = ParseGroup(text.substr(0, end));
         if (std::ranges::any_of(groups, [&](const auto& other) { return other.name == group.name; }))
-            Refuse(text, "there are two groups of the name " + group.name);
+            Refuse(text, Text("there are two groups of the name {}", group.name));
         groups.push_back(std::move(group));
         text.remove_prefix(std::min(end + 1, text.size()));
     }

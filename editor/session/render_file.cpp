@@ -66,7 +66,7 @@ ChannelNames VarianceChannels(Bias bias) {
 // "albedo.R" becomes "albedo.sum0.R", "R" becomes "sum0.R".
 std::string WordChannel(const std::string& channel, const char* what, size_t word) {
     std::string name = channel;
-    return name.insert(name.rfind('.') + 1, what + std::to_string(word) + '.');
+    return name.insert(name.rfind('.') + 1, Text("{}{}.", what, word));
 }
 
 // Word k of the squares of channel c lies in this plane, in component c or, of the highest word, 3.
@@ -394,8 +394,7 @@ RenderFile ReadRenderFile(const std::filesystem::path& path, const Log& log) {
 
 std::string FirstMismatch(const RenderFile& a, const RenderFile& b) {
     const auto differ = [](const char* what, const std::string& inA, const std::string& inB) {
-        return std::string(what) + ": " + (inA.empty() ? "none" : inA) + " against " +
-               (inB.empty() ? "none" : inB);
+        return Text("{}: {} against {}", what, inA.empty() ? "none" : inA, inB.empty() ? "none" : inB);
     };
     if (std::string difference = FirstDifference(a.settings, b.settings); !difference.empty())
         return difference;
@@ -403,10 +402,10 @@ std::string FirstMismatch(const RenderFile& a, const RenderFile& b) {
     if (a.environmentFile != b.environmentFile)
         return differ("environment", a.environmentFile, b.environmentFile);
     if (a.sceneHash.empty() || b.sceneHash.empty())
-        return "scene: " + a.sceneFile + " was saved by the editor, perhaps with edits that are in no file";
-    if (a.sceneHash != b.sceneHash) return "scene: the content of " + a.sceneFile + " has changed";
+        return Text("scene: {} was saved by the editor, perhaps with edits that are in no file", a.sceneFile);
+    if (a.sceneHash != b.sceneHash) return Text("scene: the content of {} has changed", a.sceneFile);
     if (a.environmentHash != b.environmentHash)
-        return "environment: the content of " + a.environmentFile + " has changed";
+        return Text("environment: the content of {} has changed", a.environmentFile);
     return {};
 }
 

@@ -16,7 +16,8 @@ std::string FlawOf(const SampleRanges& samples) {
     uint64_t end = 0;
     for (const SampleRange& range : samples) {
         if (range.count == 0) return "it has a range of no samples";
-        if (range.first < end) return "its sample ranges are out of order or overlap: " + ToText(samples);
+        if (range.first < end)
+            return Text("its sample ranges are out of order or overlap: {}", ToText(samples));
         end = range.End();
     }
     if (end > uint64_t{1} << 32) return Text("its sample {} is beyond the last, 4294967295", end - 1);
@@ -38,7 +39,7 @@ std::string FlawOf(const std::string& name, const passes::ExactSums& sums, uint6
     if (std::ranges::all_of(sums.sums, isOfSize(sums.IsEmpty() ? 0 : size)) &&
         std::ranges::all_of(sums.squares, isOfSize(sums.HasSquares() ? size : 0)))
         return {};
-    return "its sums of " + name + " are not of its pixels";
+    return Text("its sums of {} are not of its pixels", name);
 }
 
 // All planes, each with its sums.

@@ -16,11 +16,11 @@ void RequireResumable(const ResumedRender& resumed) {
     const View view = SettingsFrom(render.settings).view;
     if (view != View::PathTraced) refuse(std::string("it shows the view ") + Name(view));
     if (render.samples.size() != 1)
-        refuse("it was merged from separate sample ranges, " + ToText(render.samples));
+        refuse(Text("it was merged from separate sample ranges, {}", ToText(render.samples)));
     if (render.variance.empty()) refuse("it has no channel variance.R");
     // Where albedo and normals are of the pixels' centers, a session traces those of the samples again
     const std::string missing = FirstMissingChannel(render, {Aov::Albedo, Aov::Normal});
-    if (!missing.empty()) refuse("it lacks sums of samples: there is no channel " + missing);
+    if (!missing.empty()) refuse(Text("it lacks sums of samples: there is no channel {}", missing));
 }
 
 ResumedRender ReadResumedRender(const std::filesystem::path& path, const Log& log) {

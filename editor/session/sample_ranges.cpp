@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "base/check.h"
-#include "base/error.h"
 #include "base/printable.h"
+#include "base/text.h"
 #include "editor/session/parse.h"
 
 namespace raygraph::session {
@@ -17,12 +17,8 @@ uint64_t SampleCount(const SampleRanges& ranges) {
 
 std::string ToText(const SampleRanges& ranges) {
     std::string text;
-    for (const SampleRange& range : ranges) {
-        if (!text.empty()) text += ' ';
-        text += std::to_string(range.first);
-        text += '-';
-        text += std::to_string(range.End() - 1);
-    }
+    for (const SampleRange& range : ranges)
+        text += Text("{}{}-{}", text.empty() ? "" : " ", range.first, range.End() - 1);
     return text;
 }
 

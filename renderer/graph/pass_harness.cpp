@@ -131,7 +131,7 @@ void EncodeComponent(std::byte* to, Component component, float value) {
 }
 
 std::string SizeText(Extent2D extent, rhi::Format format) {
-    return std::to_string(extent.width) + 'x' + std::to_string(extent.height) + ' ' + rhi::Name(format);
+    return Text("{}x{} {}", extent.width, extent.height, rhi::Name(format));
 }
 
 // Where channel c of a texel lies: BGRA formats keep red third.

@@ -19,7 +19,7 @@ std::string Escaped(const std::string& text) {
 }
 
 std::string Node(const char* prefix, uint32_t index) {
-    return prefix + std::to_string(index);
+    return Text("{}{}", prefix, index);
 }
 
 std::string VersionNode(uint32_t resource, uint32_t version) {

@@ -18,7 +18,7 @@ std::string Padded(std::string text, size_t width) {
 }
 
 std::string Counted(size_t count, const char* noun, const char* plural) {
-    return std::to_string(count) + ' ' + (count == 1 ? noun : plural);
+    return Text("{} {}", count, count == 1 ? noun : plural);
 }
 
 // "ComputeShader write"; reads that nothing has to be made available for have no access.
@@ -128,8 +128,8 @@ void PlanWriter::WriteCulled() {
 
 std::string PlanWriter::LifetimeText(const Lifetime& lifetime) const {
     if (!lifetime.IsUsed()) return "unused";
-    if (lifetime.last == m_plan.passes.size()) return "passes " + std::to_string(lifetime.first + 1) + "-end";
-    if (lifetime.first == lifetime.last) return "pass " + std::to_string(lifetime.first + 1);
+    if (lifetime.last == m_plan.passes.size()) return Text("passes {}-end", lifetime.first + 1);
+    if (lifetime.first == lifetime.last) return Text("pass {}", lifetime.first + 1);
     return Text("passes {}-{}", lifetime.first + 1, lifetime.last + 1);
 }
 
@@ -190,13 +190,12 @@ std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier) 
 }
 
 std::string ResourceText(const GraphResource& resource) {
-    std::string what = Name(resource.kind);
+    const char* const kind = Name(resource.kind);
     if (resource.kind == ResourceKind::Texture)
-        what += ' ' + std::to_string(resource.extent.width) + 'x' + std::to_string(resource.extent.height) +
-                ' ' + rhi::Name(resource.format);
-    else if (resource.kind == ResourceKind::Buffer)
-        what += ' ' + BytesText(resource.bytes);
-    return what;
+        return Text("{} {}x{} {}", kind, resource.extent.width, resource.extent.height,
+                    rhi::Name(resource.format));
+    if (resource.kind == ResourceKind::Buffer) return Text("{} {}", kind, BytesText(resource.bytes));
+    return kind;
 }
 
 std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled) {

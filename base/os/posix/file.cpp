@@ -6,7 +6,8 @@
 
 #include <atomic>
 #include <cerrno>
-#include <string>
+
+#include "base/text.h"
 
 namespace raygraph::os {
 
@@ -51,7 +52,7 @@ size_t InputFile::Read(std::span<std::byte> bytes, std::error_code& error) {
 
 std::filesystem::path TemporaryName(const std::filesystem::path& folder) {
     static std::atomic<uint32_t> counter{0};
-    return folder / (".raygraph-" + std::to_string(getpid()) + '-' + std::to_string(counter++) + ".tmp");
+    return folder / Text(".raygraph-{}-{}.tmp", getpid(), counter++);
 }
 
 std::FILE* CreateNew(const std::filesystem::path& path, std::optional<std::filesystem::perms> permissions,
