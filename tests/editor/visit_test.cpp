@@ -1,8 +1,14 @@
 // A whole visit to the editor: everything that a user does in turn, and more often than a user would.
+#include <array>
 #include <fstream>
+#include <set>
 #include <sstream>
 #include <string>
 
+#include "base/read_file.h"
+#include "editor/session/content_hash.h"
+#include "renderer/image/image.h"
+#include "renderer/scene/load_gltf.h"
 #include "tests/editor/editor_test.h"
 
 namespace raygraph::editor {
@@ -27,9 +33,30 @@ TEST_F(VisitTest, OpensOrbitsTogglesEditsUndoesPicksSavesResizesAndForgivesABrok
     script << "size 400x260\nopen " << broken
            << "\nwait\nexpect message broken.glb\nview path-traced\nsamples 2\nexpect edits 0\n";
     Play(script.str());
-    for (const char* name : {"picture.png", "scene.glb", "window.png"})
-        EXPECT_GT(std::filesystem::file_size(file(name)), 100u) << name;
-    EXPECT_FALSE(editor.Work().document.Scene().nodes.empty());
+    const auto colors = [](const image::Image8& picture) {
+        std::set<std::array<uint8_t, 3>> seen;
+        for (size_t i = 0; i < picture.rgba.size(); i += 4)
+            seen.insert({picture.rgba[i], picture.rgba[i + 1], picture.rgba[i + 2]});
+        return seen.size();
+    };
+    const auto read = [&](const char* name) { return image::DecodeImage8(ReadFile(file(name)), name); };
+    const image::Image8 picture = read("picture.png"), window = read("window.png");
+    EXPECT_EQ(window.width, 400u);
+    EXPECT_EQ(window.height, 260u);
+    const glm::ivec2 origin = editor.PictureOrigin();
+    EXPECT_EQ(int(picture.width), 400 - 2 * origin.x) << "panels of one width on both sides";
+    EXPECT_LT(int(picture.height), 260 - origin.y) << "and a status line";
+    EXPECT_GT(colors(picture), 100u) << "a room";
+    EXPECT_GT(colors(window), colors(picture)) << "and panels around it";
+    // Nothing of the edit that was undone is left, here or in the file
+    const scene::SceneData original = scene::LoadGltf(test::SourceFile("scenes/cornell.gltf"));
+    EXPECT_EQ(session::HashOf(scene::LoadGltf(file("scene.glb"))), session::HashOf(original));
+    const Document& document = editor.Work().document;
+    EXPECT_EQ(document.File(), file("scene.glb"));
+    EXPECT_FALSE(document.IsEdited());
+    EXPECT_EQ(document.Scene().nodes.size(), original.nodes.size());
+    for (size_t i = 0; i < original.materials.size(); ++i)
+        EXPECT_EQ(document.Scene().materials.at(i).baseColorFactor, original.materials[i].baseColorFactor);
 }
 
 }  // namespace raygraph::editor

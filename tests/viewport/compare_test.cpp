@@ -2,7 +2,6 @@
 #include "passes/compare.h"
 
 #include <limits>
-#include <set>
 #include <string>
 
 #include "base/error.h"
@@ -175,28 +174,6 @@ TEST_F(Compare, Viewport_GivesTheNumbersOfWhatItShows) {
     EXPECT_LT(means[1], 1.0);
     EXPECT_GT(means[2], 0.01);
     EXPECT_LT(means[2], 0.95);
-}
-
-TEST_F(Compare, Viewport_ShowsEverySurfaceView) {
-    ViewedScene viewed(Device());
-    std::set<std::string> seen;
-    size_t count = 0;
-    for (uint32_t i = 0; i < passes::kViewCount; ++i) {
-        const auto view = static_cast<passes::View>(i);
-        if (passes::ShowsLight(view) || view == passes::View::RayCost) continue;
-        viewport::ShowSettings show;
-        show.view = View::Surface;
-        show.surface = view;
-        viewed.viewport.SetShow(show);
-        const std::vector<uint8_t> picture = viewed.Picture();
-        seen.emplace(picture.begin(), picture.end());
-        ++count;
-    }
-    EXPECT_GE(count, 8u);
-    // Nothing is rougher than another here, or of metal: those may be alike, the others differ
-    EXPECT_GE(seen.size(), 6u);
-    EXPECT_EQ(viewed.Samples(), 0u);
-    EXPECT_EQ(viewed.viewport.Progress().rasterSamples, 0u);
 }
 
 TEST_F(Compare, Viewport_MakesAMapAnewOnlyWhenItsPicturesChange) {
