@@ -39,7 +39,7 @@ float DistanceToSegment(glm::vec2 place, glm::vec2 a, glm::vec2 b) {
 
 bool IsWithin(const std::vector<glm::vec2>& corners, glm::vec2 place) {
     bool isWithin = false;
-    for (size_t i = 0, j = corners.size() - 1; i < corners.size(); j = ++i) {
+    for (size_t i = 0, j = corners.size() - 1; i < corners.size(); j = i, ++i) {
         const glm::vec2 a = corners[i], b = corners[j];
         if ((a.y > place.y) != (b.y > place.y) && place.x < (b.x - a.x) * (place.y - a.y) / (b.y - a.y) + a.x)
             isWithin = !isWithin;
