@@ -24,6 +24,8 @@ const char* FormatName(FileFormat format) {
             return "a JPEG";
         case FileFormat::Webp:
             return "a WebP";
+        case FileFormat::Dds:
+            return "a DDS";
         case FileFormat::Hdr:
             return "a Radiance HDR";
         case FileFormat::Exr:
@@ -93,6 +95,7 @@ FileFormat SniffFormat(std::span<const std::byte> bytes) {
     if (StartsWith(bytes, "\x89PNG\r\n\x1a\n")) return FileFormat::Png;
     if (StartsWith(bytes, "\xff\xd8\xff")) return FileFormat::Jpeg;
     if (StartsWith(bytes, "RIFF") && StartsWith(bytes, "WEBP", 8)) return FileFormat::Webp;
+    if (StartsWith(bytes, "DDS ")) return FileFormat::Dds;
     if (StartsWith(bytes, "#?")) return FileFormat::Hdr;
     if (StartsWith(bytes, "\x76\x2f\x31\x01")) return FileFormat::Exr;
     return FileFormat::Unknown;
@@ -108,12 +111,14 @@ Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name, con
             return DecodeJpeg(bytes, name, limits);
         case FileFormat::Webp:
             return DecodeWebp(bytes, name, limits);
+        case FileFormat::Dds:
+            return DecodeDds(bytes, name, limits);
         case FileFormat::Hdr:
         case FileFormat::Exr:
         case FileFormat::Unknown:
             break;
     }
-    Refuse(name, std::string("is ") + FormatName(format) + ", not PNG, JPEG or WebP");
+    Refuse(name, std::string("is ") + FormatName(format) + ", not PNG, JPEG, WebP or DDS");
 }
 
 Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,

@@ -21,6 +21,7 @@ void CheckSize(std::string_view name, uint64_t width, uint64_t height, const Dec
 Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
+Image8 DecodeDds(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 ImageF DecodeHdr(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits,
                  std::vector<std::string>& warnings);
 // R G B [A] or Y of an EXR as RGBA, numbers as they stand.

@@ -1,10 +1,10 @@
 // Pictures in and out of files: 8-bit textures, environment maps, finished renders. For multichannel OpenEXR
 // see renderer/image/exr.h.
 //
-// Input is hostile: the size that a file claims is checked against the limits before anything of that size is
-// allocated, and every failure is one Error{BadInput} of one line that starts with the file's name (Error{Io}
-// when the file cannot be read, Error{OutOfMemory} when memory runs out). Threads: every function may be
-// called from any; nothing here has global state.
+// Input is hostile: the size that a file claims is checked against the limits before anything of that size
+// is allocated, and every failure is one Error{BadInput} of one line that starts with the file's name
+// (Error{Io} when the file cannot be read, Error{OutOfMemory} when memory runs out). Threads: every function
+// may be called from any; nothing here has global state.
 #pragma once
 
 #include <cstddef>
@@ -41,15 +41,17 @@ struct DecodeLimits {
 // An environment has four times the bytes of a texture: 16384 x 8192 is 2 GiB.
 inline constexpr DecodeLimits kEnvironmentLimits{.maxPixels = uint64_t{1} << 27};
 
-enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Hdr, Exr };
+enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Dds, Hdr, Exr };
 
 // The format by its first bytes; names and extensions are ignored.
 RAYGRAPH_API FileFormat SniffFormat(std::span<const std::byte> bytes);
 
-// PNG, JPEG or WebP, as SniffFormat() says. `name` is for error messages. Color profiles, gamma chunks and
-// EXIF orientation are ignored, as glTF asks. Gray becomes R = G = B, missing alpha 255, 16-bit PNG is
-// rounded to 8, CMYK JPEG is converted by the plain formula (no profile). A truncated or corrupt file is an
-// error even where the decoder could invent the rest; animated WebP is an error.
+// PNG, JPEG, WebP or DDS, as SniffFormat() says. `name` is for error messages. Color profiles, gamma chunks,
+// EXIF orientation and whether a texel format is one of sRGB are ignored, as glTF asks. Gray becomes R = G =
+// B, missing alpha 255, 16-bit PNG is rounded to 8, CMYK JPEG is converted by the plain formula (no
+// profile). Of textures with levels the largest is read; channels that a format of one or two lacks are 0. A
+// truncated or corrupt file is an error even where the decoder could invent the rest; animated WebP, cube
+// maps, arrays, volumes and premultiplied alpha are errors.
 RAYGRAPH_API Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name,
                                  const DecodeLimits& limits = {});
 

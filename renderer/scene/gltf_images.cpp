@@ -17,8 +17,10 @@ const char* FormatName(std::span<const std::byte> bytes) {
             return "PNG";
         case image::FileFormat::Jpeg:
             return "JPEG";
-        default:
+        case image::FileFormat::Webp:
             return "WebP";
+        default:
+            return "DDS";
     }
 }
 

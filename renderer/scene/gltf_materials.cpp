@@ -134,9 +134,13 @@ class MaterialImporter {
         texture.name = file.name;
         if (file.sampler >= 0)
             texture.sampler = ReadSampler(m_model.samplers[static_cast<size_t>(file.sampler)]);
-        // The extension's image is the better one; `source` is there for readers without WebP.
-        const int webp = ExtensionReader(file.extensions, "EXT_texture_webp").Index("source");
-        texture.image = static_cast<uint32_t>(webp >= 0 ? webp : file.source);
+        // An extension's image is the better one; `source` is there for readers without it. Of several the
+        // one that lost least: they are decoded to whole texels, so that a smaller one saves nothing here.
+        int image = file.source;
+        for (const char* extension : {"MSFT_texture_dds", "EXT_texture_webp"})
+            if (const int better = ExtensionReader(file.extensions, extension).Index("source"); better >= 0)
+                image = better;
+        texture.image = static_cast<uint32_t>(image);
         return texture;
     }
 

@@ -52,7 +52,7 @@ constexpr auto kSampler = Table(Whole("wrapS").OneOf(kWraps), Whole("wrapT").One
 constexpr auto kTexture = Table(Text("name"), Index("sampler", Target::Samplers),
                                 Index("source", Target::Images), Extensions(ExtensionPlace::Texture));
 
-// Of EXT_texture_webp.
+// Of the extensions that name another file of the same picture.
 constexpr auto kTextureSource = Table(Index("source", Target::Images));
 
 // --- Materials ---
@@ -194,6 +194,7 @@ constexpr std::array kExtensions{
     Extension{"KHR_lights_punctual", ExtensionPlace::Root, kLights},
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
     Extension{"EXT_texture_webp", ExtensionPlace::Texture, kTextureSource},
+    Extension{"MSFT_texture_dds", ExtensionPlace::Texture, kTextureSource},
     Extension{"KHR_materials_emissive_strength", ExtensionPlace::Material, kEmissiveStrength},
     Extension{"KHR_materials_ior", ExtensionPlace::Material, kIor},
     Extension{material_fields::kSpecular, ExtensionPlace::Material, kSpecular},

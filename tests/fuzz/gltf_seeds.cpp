@@ -27,7 +27,7 @@ Bytes ToBytes(std::string_view text) {
 
 // All that is read, in one small file.
 constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0"}, "scene": 0,
-"extensionsUsed": ["KHR_lights_punctual", "EXT_texture_webp", "X_unknown"],
+"extensionsUsed": ["KHR_lights_punctual", "EXT_texture_webp", "MSFT_texture_dds", "X_unknown"],
 "extensionsRequired": ["KHR_mesh_quantization"],
 "scenes": [{"name": "one", "nodes": [0, 1]}, {"nodes": []}],
 "nodes": [{"name": "a", "camera": 0, "children": [2, 3], "rotation": [0, 0, 0, 1], "translation": [1e3, 2.5, -3]},
@@ -58,7 +58,8 @@ constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0
  {"uri": "data:application/octet-stream;base64,AAECAwQF", "byteLength": 6}],
 "images": [{"uri": "i.png", "name": "picture"}, {"uri": "./i.png", "mimeType": "image/png"}],
 "samplers": [{"minFilter": 9987, "magFilter": 9728, "wrapS": 33071, "wrapT": 33648}],
-"textures": [{"source": 0, "sampler": 0}, {"extensions": {"EXT_texture_webp": {"source": 1}}}],
+"textures": [{"source": 0, "sampler": 0}, {"extensions": {"EXT_texture_webp": {"source": 1},
+ "MSFT_texture_dds": {"source": 0}}}],
 "materials": [{"name": "m", "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": 0.5,
    "roughnessFactor": 0.5, "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}},
   "normalTexture": {"index": 0, "scale": 2}, "occlusionTexture": {"index": 1, "strength": 0.5, "texCoord": 1},

@@ -1,6 +1,7 @@
 // Seeds of pictures: a small one of every kind that is read.
 #include "tests/fuzz/seeds.h"
 #include "tests/image/image_files.h"
+#include "tests/image/texture_files.h"
 
 namespace raygraph::fuzz {
 
@@ -42,6 +43,18 @@ std::vector<Seed> ImageSeeds() {
         {"adobe_cmyk.jpg", test::MakeJpeg(test::JpegKind::AdobeCmyk, kWidth, kHeight, pattern.rgba)},
         {"lossless.webp", test::MakeLosslessWebp(pattern)},
         {"lossy.webp", test::MakeLossyWebp(pattern, 80.0f)},
+        {"plain.dds", test::MakeDds({.width = kWidth, .height = kHeight}, pattern.rgba)},
+        {"gray.dds",
+         test::MakeDds({.width = 5, .height = 1, .bitCount = 8, .masks = {0xFF}, .formatFlags = 0x20000},
+                       bits)},
+        {"bc1.dds", test::MakeDds({.width = kWidth, .height = kHeight, .fourCc = "DXT1"},
+                                  std::span(pattern.rgba).first(32))},
+        {"bc3.dds", test::MakeDds({.width = kWidth, .height = kHeight, .fourCc = "DXT5"},
+                                  std::span(pattern.rgba).first(64))},
+        {"bc5.dds", test::MakeDds({.width = kWidth, .height = kHeight, .fourCc = "ATI2"},
+                                  std::span(pattern.rgba).first(64))},
+        {"bc7.dds", test::MakeDds({.width = kWidth, .height = kHeight, .dxgiFormat = test::kDxgiBc7},
+                                  std::span(pattern.rgba).first(64))},
     };
 }
 

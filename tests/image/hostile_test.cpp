@@ -9,6 +9,7 @@
 #include "base/error.h"
 #include "renderer/image/exr.h"
 #include "tests/image/image_files.h"
+#include "tests/image/texture_files.h"
 
 namespace raygraph::test {
 namespace {
@@ -48,6 +49,13 @@ std::vector<Sample> Samples() {
         {"cmyk.jpg", MakeJpeg(JpegKind::AdobeCmyk, 12, 9, pattern.rgba)},
         {"lossless.webp", MakeLosslessWebp(pattern)},
         {"lossy.webp", MakeLossyWebp(pattern, 80.0f)},
+        {"plain.dds", MakeDds({.width = 12, .height = 9}, pattern.rgba)},
+        {"gray.dds",
+         MakeDds({.width = 12, .height = 9, .bitCount = 8, .masks = {0xFF}, .formatFlags = 0x20000},
+                 std::span(pattern.rgba).first(12 * 9))},
+        {"bc1.dds", MakeDds({.width = 12, .height = 9, .fourCc = "DXT1"}, std::span(pattern.rgba).first(72))},
+        {"bc7.dds",
+         MakeDds({.width = 12, .height = 9, .dxgiFormat = kDxgiBc7}, std::span(pattern.rgba).first(144))},
         {"flat.hdr", MakeHdr(12, 9, flat)},
         {"rle.hdr", MakeHdr(12, 9, newRle)},
     };
@@ -189,6 +197,8 @@ TEST(Hostile, HugeSizesAreRefusedByTheHeaderAlone) {
         {"a.jpg", JpegClaiming(65500, 65500)},
         {"b.jpg", JpegClaiming(16384, 16384)},
         {"a.webp", WebpClaiming(16384, 16384)},
+        {"a.dds", MakeDds({.width = 16384, .height = 16384, .fourCc = "DXT1"}, texels)},
+        {"b.dds", MakeDds({.width = 4294967295u, .height = 4294967295u}, texels)},
         {"a.hdr", MakeHdr(60000, 60000, texels)},
         {"b.hdr", MakeHdr(16384, 8192, texels)},
         {"c.hdr", MakeHdr(4294967295u, 4294967295u, texels)},

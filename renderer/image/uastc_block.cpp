@@ -1,0 +1,193 @@
+#include "renderer/image/uastc_block.h"
+
+#include <algorithm>
+
+#include "renderer/image/uastc_tables.h"
+
+namespace raygraph::image {
+namespace {
+
+// Numbers of an endpoint are so many bits below a digit of base 1 (none), 3 or 5; digits are stored
+// together.
+struct Mode {
+    uint8_t code, codeBits;  // What a block of the mode starts with.
+    uint8_t hintBits;        // For transcoders to other formats.
+    uint8_t parts, partBits;
+    uint8_t channels;  // 2: luminance and alpha.
+    bool hasSecondPlane;
+    uint8_t base, numberBits, weightBits;
+};
+
+// By the mode's index. The eighth is of one color; its other fields are not used.
+constexpr uint32_t kModeCount = 19, kSolidMode = 8, kNoMode = 255;
+constexpr std::array<Mode, kModeCount> kModes{{
+    {0x01, 4, 15, 1, 0, 3, false, 3, 6, 4}, {0x35, 6, 15, 1, 0, 3, false, 1, 8, 2},
+    {0x1D, 5, 15, 2, 5, 3, false, 1, 4, 3}, {0x03, 5, 15, 3, 4, 3, false, 3, 2, 2},
+    {0x13, 5, 15, 2, 5, 3, false, 5, 3, 2}, {0x0B, 5, 15, 1, 0, 3, false, 1, 8, 3},
+    {0x1B, 5, 15, 1, 0, 3, true, 5, 5, 2},  {0x07, 5, 15, 2, 5, 3, false, 5, 3, 2},
+    {0x17, 5, 0, 1, 0, 4, false, 1, 8, 0},  {0x0F, 5, 23, 2, 5, 4, false, 1, 4, 2},
+    {0x02, 3, 17, 1, 0, 4, false, 3, 4, 4}, {0x00, 2, 17, 1, 0, 4, true, 3, 4, 2},
+    {0x06, 3, 17, 1, 0, 4, false, 3, 6, 3}, {0x1F, 5, 23, 1, 0, 4, true, 1, 8, 1},
+    {0x0D, 5, 23, 1, 0, 4, false, 1, 8, 2}, {0x05, 7, 23, 1, 0, 2, false, 1, 8, 4},
+    {0x15, 6, 23, 2, 5, 2, false, 1, 8, 2}, {0x25, 6, 23, 1, 0, 2, true, 1, 8, 2},
+    {0x09, 4, 15, 1, 0, 3, false, 1, 5, 5},
+}};
+
+// The mode by the lowest seven bits of a block.
+constexpr std::array<uint8_t, 128> kModeOfBits = [] {
+    std::array<uint8_t, 128> modes;
+    for (uint32_t bits = 0; bits < modes.size(); ++bits) {
+        modes[bits] = kNoMode;
+        for (uint8_t mode = 0; mode < kModeCount; ++mode)
+            if ((bits & ((1u << kModes[mode].codeBits) - 1)) == kModes[mode].code) modes[bits] = mode;
+    }
+    return modes;
+}();
+
+// ASTC's color unquantization: a number to 8 bits. `upper` and `lowest` are its bits, `digit` stands above
+// them.
+constexpr uint8_t Unquantized(uint32_t base, uint32_t numberBits, uint32_t number) {
+    if (base == 1) {
+        uint32_t value = number << (8 - numberBits);
+        for (uint32_t filled = numberBits; filled < 8; filled *= 2) value |= value >> filled;
+        return static_cast<uint8_t>(value);
+    }
+    const uint32_t digit = number >> numberBits, upper = (number & ((1u << numberBits) - 1)) >> 1;
+    const uint32_t flip = (number & 1) * 0x1FF;
+    uint32_t spread = 0, scale = 0;
+    switch (10 * base + numberBits) {
+        case 32:
+            spread = upper * 0b100010110, scale = 93;
+            break;
+        case 34:
+            spread = upper << 6 | upper, scale = 22;
+            break;
+        case 36:
+            spread = upper << 4 | upper >> 4, scale = 5;
+            break;
+        case 53:
+            spread = upper << 7 | upper << 1 | upper >> 1, scale = 26;
+            break;
+        default:
+            spread = upper << 5 | upper >> 3, scale = 6;
+            break;
+    }
+    const uint32_t value = (digit * scale + spread) ^ flip;
+    return static_cast<uint8_t>((flip & 0x80) | value >> 2);
+}
+
+// All numbers that a mode's endpoints may have.
+constexpr auto kUnquantized = [] {
+    std::array<std::array<uint8_t, 256>, kModeCount> tables = {};
+    for (uint32_t mode = 0; mode < kModeCount; ++mode)
+        for (uint32_t number = 0; number < (uint32_t{kModes[mode].base} << kModes[mode].numberBits); ++number)
+            tables[mode][number] = Unquantized(kModes[mode].base, kModes[mode].numberBits, number);
+    return tables;
+}();
+
+// An index of 1 to 5 bits to 64ths of the second endpoint.
+constexpr uint32_t Weight(uint32_t index, uint32_t bits) {
+    uint32_t weight = index << (6 - bits);
+    for (uint32_t filled = bits; filled < 6; filled *= 2) weight |= weight >> filled;
+    return weight + (weight > 32 ? 1 : 0);
+}
+
+// Two ends of up to three parts.
+using Endpoints = std::array<std::array<uint8_t, 4>, 6>;
+
+Endpoints ReadEndpoints(uint32_t modeNumber, BlockBits& bits) {
+    const Mode& mode = kModes[modeNumber];
+    const uint32_t count = 2u * mode.parts * mode.channels;
+    std::array<uint8_t, 18> digits = {};
+    const uint32_t digitsPerGroup = mode.base == 3 ? 5 : 3;
+    for (uint32_t first = 0; mode.base > 1 && first < count; first += digitsPerGroup) {
+        const uint32_t inGroup = std::min(count - first, digitsPerGroup);
+        constexpr std::array<uint8_t, 6> kBitsOfTrits{0, 2, 4, 5, 7, 8};
+        uint32_t group = bits.Take(mode.base == 3 ? kBitsOfTrits[inGroup] : 7);
+        for (uint32_t i = 0; i < inGroup; ++i, group /= mode.base)
+            digits[first + i] = static_cast<uint8_t>(group % mode.base);
+    }
+    Endpoints endpoints = {};
+    uint32_t at = 0;
+    for (size_t part = 0; part < mode.parts; ++part) {
+        auto& low = endpoints[2 * part];
+        auto& high = endpoints[2 * part + 1];
+        low[3] = high[3] = 255;
+        for (size_t c = 0; c < mode.channels; ++c) {
+            const size_t channel = mode.channels == 2 ? 3 * c : c;
+            for (auto* end : {&low, &high}) {
+                const uint32_t number =
+                    uint32_t{digits[at++]} << mode.numberBits | bits.Take(mode.numberBits);
+                (*end)[channel] = kUnquantized[modeNumber][number];
+            }
+        }
+        if (mode.channels == 2)
+            for (auto* end : {&low, &high}) (*end)[1] = (*end)[2] = (*end)[0];
+    }
+    return endpoints;
+}
+
+struct Parts {
+    std::array<uint8_t, 16> ofTexel = {};
+    uint32_t anchors = 1;  // A bit for each first texel of a part; its index has one bit less.
+};
+
+// False: there is no such division.
+bool ReadParts(uint32_t modeNumber, BlockBits& bits, Parts& parts) {
+    const Mode& mode = kModes[modeNumber];
+    const uint32_t number = bits.Take(mode.partBits);
+    if (mode.parts == 1) return true;
+    const size_t known = mode.parts == 3   ? uastc::kThreeParts.size()
+                         : modeNumber == 7 ? uastc::kTwoPartsOfMode7.size()
+                                           : uastc::kTwoParts.size();
+    if (number >= known) return false;
+    parts.anchors = 0;
+    uint32_t seen = 0;
+    for (unsigned i = 0; i < 16; ++i) {
+        const uint32_t part = mode.parts == 3   ? uastc::kThreeParts[number] >> 2 * i & 3
+                              : modeNumber == 7 ? uint32_t{uastc::kTwoPartsOfMode7[number]} >> i & 1
+                                                : uint32_t{uastc::kTwoParts[number]} >> i & 1;
+        parts.ofTexel[i] = static_cast<uint8_t>(part);
+        if ((seen >> part & 1) == 0) parts.anchors |= 1u << i;
+        seen |= 1u << part;
+    }
+    return true;
+}
+
+}  // namespace
+
+bool DecodeUastc(std::span<const std::byte, 16> block, bool isSrgb, BlockTexels& texels) {
+    const uint32_t modeNumber = kModeOfBits[std::to_integer<uint8_t>(block[0]) & 127];
+    if (modeNumber == kNoMode) return false;
+    const Mode& mode = kModes[modeNumber];
+    BlockBits bits(block);
+    bits.Take(mode.codeBits);
+    if (modeNumber == kSolidMode) {
+        const uint32_t color = bits.Take(32);
+        for (unsigned i = 0; i < texels.size(); ++i) texels[i] = static_cast<uint8_t>(color >> 8 * (i % 4));
+        return true;
+    }
+    bits.Take(mode.hintBits);
+    Parts parts;
+    if (!ReadParts(modeNumber, bits, parts)) return false;
+    // The channel of the second plane: alpha where there is nothing to choose
+    const bool isChosen = mode.hasSecondPlane && mode.channels > 2;
+    const uint32_t ofSecondPlane = isChosen ? bits.Take(2) : 3;
+    const Endpoints endpoints = ReadEndpoints(modeNumber, bits);
+    for (size_t i = 0; i < 16; ++i) {
+        const uint32_t weightBits = mode.weightBits - (parts.anchors >> i & 1);
+        const uint32_t weight = Weight(bits.Take(weightBits), mode.weightBits);
+        const uint32_t second = mode.hasSecondPlane ? Weight(bits.Take(weightBits), mode.weightBits) : weight;
+        const auto& low = endpoints[2u * parts.ofTexel[i]];
+        const auto& high = endpoints[2u * parts.ofTexel[i] + 1u];
+        for (size_t c = 0; c < 4; ++c) {
+            const uint32_t w = c == ofSecondPlane ? second : weight;
+            const uint32_t a = uint32_t{low[c]} << 8 | (isSrgb ? 0x80 : low[c]);
+            const uint32_t b = uint32_t{high[c]} << 8 | (isSrgb ? 0x80 : high[c]);
+            texels[4 * i + c] = static_cast<uint8_t>((a * (64 - w) + b * w + 32) >> 14);
+        }
+    }
+    return true;
+}
+
+}  // namespace raygraph::image

@@ -1,0 +1,285 @@
+// BC1 to BC5 and BC7, against values worked out from the Khronos Data Format Specification.
+#include "renderer/image/bc_blocks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "renderer/image/bc7_tables.h"
+#include "tests/image/block_writer.h"
+
+namespace raygraph::test {
+namespace {
+
+using image::Bc1Alpha;
+using image::BlockTexels;
+using image::DecodeBc2, image::DecodeBc3, image::DecodeBc4, image::DecodeBc5, image::DecodeBc7;
+
+constexpr uint32_t Pack565(uint32_t r, uint32_t g, uint32_t b) {
+    return r << 11 | g << 5 | b;
+}
+
+// Texel i has code i mod 4.
+BlockTexels Bc1(uint32_t first, uint32_t second, Bc1Alpha alpha) {
+    BlockWriter<8> block;
+    block.Put(first, 16).Put(second, 16);
+    for (uint32_t i = 0; i < 16; ++i) block.Put(i % 4, 2);
+    BlockTexels texels;
+    DecodeBc1(block.Block(), alpha, texels);
+    for (size_t i = 4; i < 16; ++i) EXPECT_EQ(TexelOf(texels, i), TexelOf(texels, i % 4)) << i;
+    return texels;
+}
+
+// The two colors of the specification's figure of BC1: 31sts and 63rds, and thirds of them.
+constexpr uint32_t kGreater = Pack565(29, 60, 1), kLess = Pack565(20, 2, 30);
+
+TEST(Bc1, GreaterColorFirstMakesFourColors) {
+    for (const Bc1Alpha alpha : {Bc1Alpha::None, Bc1Alpha::PunchThrough}) {
+        const BlockTexels texels = Bc1(kGreater, kLess, alpha);
+        EXPECT_EQ(TexelOf(texels, 0), (Color{239, 243, 8, 255}));
+        EXPECT_EQ(TexelOf(texels, 1), (Color{165, 8, 247, 255}));
+        EXPECT_EQ(TexelOf(texels, 2), (Color{214, 165, 88, 255}));
+        EXPECT_EQ(TexelOf(texels, 3), (Color{189, 86, 167, 255}));
+    }
+}
+
+TEST(Bc1, OtherOrderMakesTheMeanAndAHole) {
+    const BlockTexels texels = Bc1(kLess, kGreater, Bc1Alpha::PunchThrough);
+    EXPECT_EQ(TexelOf(texels, 0), (Color{165, 8, 247, 255}));
+    EXPECT_EQ(TexelOf(texels, 1), (Color{239, 243, 8, 255}));
+    EXPECT_EQ(TexelOf(texels, 2), (Color{202, 125, 128, 255}));
+    EXPECT_EQ(TexelOf(texels, 3), (Color{0, 0, 0, 0}));
+    EXPECT_EQ(TexelOf(Bc1(kLess, kGreater, Bc1Alpha::None), 3), (Color{0, 0, 0, 255}));
+    EXPECT_EQ(TexelOf(Bc1(kLess, kLess, Bc1Alpha::PunchThrough), 3), (Color{0, 0, 0, 0}));
+}
+
+TEST(Bc1, EndsAreTheNearestOfEightBits) {
+    for (uint32_t i = 0; i < 32; ++i) {
+        const BlockTexels texels = Bc1(Pack565(i, 2 * i, 31 - i), 0, Bc1Alpha::None);
+        EXPECT_EQ(texels[0], std::lround(i * 255 / 31.0)) << i;
+        EXPECT_EQ(texels[1], std::lround(2 * i * 255 / 63.0)) << i;
+        EXPECT_EQ(texels[2], std::lround((31 - i) * 255 / 31.0)) << i;
+    }
+}
+
+TEST(Bc2, HasAlphaOfFourBitsAndAlwaysFourColors) {
+    BlockWriter<16> block;
+    for (uint32_t i = 0; i < 16; ++i) block.Put(i, 4);
+    block.Put(kLess, 16).Put(kGreater, 16).Put(0xE4E4E4E4, 32);
+    BlockTexels texels;
+    DecodeBc2(block.Block(), texels);
+    for (int i = 0; i < 16; ++i) EXPECT_EQ(TexelOf(texels, static_cast<size_t>(i))[3], 17 * i);
+    EXPECT_EQ(TexelOf(texels, 2), (Color{189, 86, 167, 34}));
+    EXPECT_EQ(TexelOf(texels, 7), (Color{214, 165, 88, 119}));
+}
+
+// Texel i has code i mod 8.
+template <size_t byteCount>
+void PutChannel(BlockWriter<byteCount>& block, uint32_t first, uint32_t second) {
+    block.Put(first, 8).Put(second, 8);
+    for (uint32_t i = 0; i < 16; ++i) block.Put(i % 8, 3);
+}
+// Of 255 and 0: sevenths, and fifths between the extremes.
+constexpr std::array<int, 8> kSevenths{255, 0, 219, 182, 146, 109, 73, 36};
+constexpr std::array<int, 8> kFifths{0, 255, 51, 102, 153, 204, 0, 255};
+
+TEST(Bc3, HasBc4sAlphaAndAlwaysFourColors) {
+    BlockWriter<16> block;
+    PutChannel(block, 255, 0);
+    block.Put(kLess, 16).Put(kGreater, 16).Put(0xFFFFFFFF, 32);
+    BlockTexels texels;
+    DecodeBc3(block.Block(), texels);
+    for (size_t i = 0; i < 16; ++i)
+        EXPECT_EQ(TexelOf(texels, i), (Color{214, 165, 88, kSevenths[i % 8]})) << i;
+}
+
+TEST(Bc4, OrderOfTheValuesSaysSeventhsOrFifths) {
+    for (const bool isGreaterFirst : {true, false}) {
+        BlockWriter<8> block;
+        PutChannel(block, isGreaterFirst ? 255 : 0, isGreaterFirst ? 0 : 255);
+        BlockTexels texels;
+        DecodeBc4(block.Block(), texels);
+        for (size_t i = 0; i < 16; ++i) {
+            const int red = (isGreaterFirst ? kSevenths : kFifths)[i % 8];
+            EXPECT_EQ(TexelOf(texels, i), (Color{red, 0, 0, 255})) << i;
+        }
+    }
+    BlockWriter<8> equal;
+    PutChannel(equal, 9, 9);
+    BlockTexels texels;
+    DecodeBc4(equal.Block(), texels);
+    EXPECT_EQ(TexelOf(texels, 5)[0], 9);
+    EXPECT_EQ(TexelOf(texels, 6)[0], 0);
+    EXPECT_EQ(TexelOf(texels, 7)[0], 255);
+}
+
+TEST(Bc5, IsTwoOfBc4) {
+    BlockWriter<16> block;
+    PutChannel(block, 0, 255);
+    PutChannel(block, 255, 0);
+    BlockTexels texels;
+    DecodeBc5(block.Block(), texels);
+    for (size_t i = 0; i < 16; ++i)
+        EXPECT_EQ(TexelOf(texels, i), (Color{kFifths[i % 8], kSevenths[i % 8], 0, 255})) << i;
+}
+
+// What the specification's table of bit layouts says of a mode, as it lists it.
+struct Bc7Layout {
+    unsigned parts, partBits, rotationBits, selectionBits, colorBits, alphaBits, ownBits, sharedBits,
+        indexBits, secondIndexBits;
+};
+constexpr std::array<Bc7Layout, 8> kLayouts{{
+    {3, 4, 0, 0, 4, 0, 6, 0, 3, 0},
+    {2, 6, 0, 0, 6, 0, 0, 2, 3, 0},
+    {3, 6, 0, 0, 5, 0, 0, 0, 2, 0},
+    {2, 6, 0, 0, 7, 0, 4, 0, 2, 0},
+    {1, 0, 2, 1, 5, 6, 0, 0, 2, 3},
+    {1, 0, 2, 0, 7, 8, 0, 0, 2, 2},
+    {1, 0, 0, 0, 7, 7, 2, 0, 4, 0},
+    {2, 6, 0, 0, 5, 5, 4, 0, 2, 0},
+}};
+
+// The part of a texel, and whether its index is an anchor.
+unsigned PartOf(const Bc7Layout& layout, unsigned number, unsigned texel) {
+    if (layout.parts == 1) return 0;
+    return layout.parts == 2 ? image::bc7::kTwoParts[number] >> texel & 1
+                             : image::bc7::kThreeParts[number] >> 2 * texel & 3;
+}
+bool IsAnchor(const Bc7Layout& layout, unsigned number, unsigned texel) {
+    return texel == 0 || (layout.parts == 2 && texel == image::bc7::kSecondAnchorOfTwo[number]) ||
+           (layout.parts == 3 && (texel == image::bc7::kSecondAnchorOfThree[number] ||
+                                  texel == image::bc7::kThirdAnchorOfThree[number]));
+}
+
+// The specification's formulas of the weights, not its table.
+int Weight(int index, unsigned bits) {
+    if (bits == 2) return index * 21 + (index >> 1);
+    if (bits == 3) return index * 9 + (index >> 2);
+    return (index << 2) + (index >> 2) + (index >> 1 & 1);
+}
+
+class Bc7Block {
+  public:
+    Bc7Block(unsigned modeNumber, std::mt19937& random) : m_layout(kLayouts[modeNumber]) {
+        const auto any = [&](unsigned bits) {
+            return bits == 0 ? 0u : static_cast<unsigned>(random() >> (32 - bits));
+        };
+        m_writer.Put(1u << modeNumber, modeNumber + 1);
+        m_part = Put(any(m_layout.partBits), m_layout.partBits);
+        m_rotation = Put(any(m_layout.rotationBits), m_layout.rotationBits);
+        m_selection = Put(any(m_layout.selectionBits), m_layout.selectionBits);
+        for (size_t c = 0; c < 4; ++c) {
+            const unsigned bits = c < 3 ? m_layout.colorBits : m_layout.alphaBits;
+            for (size_t e = 0; e < 2 * m_layout.parts; ++e) m_numbers[c][e] = Put(any(bits), bits);
+        }
+        for (size_t e = 0; e < m_layout.ownBits; ++e) m_lowest[e] = Put(any(1), 1);
+        for (size_t p = 0; p < m_layout.sharedBits; ++p)
+            m_lowest[2 * p] = m_lowest[2 * p + 1] = Put(any(1), 1);
+        for (unsigned i = 0; i < 16; ++i) {
+            const unsigned bits = m_layout.indexBits - (IsAnchor(m_layout, m_part, i) ? 1 : 0);
+            m_indices[i] = static_cast<int>(Put(any(bits), bits));
+        }
+        for (unsigned i = 0; i < 16 && m_layout.secondIndexBits > 0; ++i) {
+            const unsigned bits = m_layout.secondIndexBits - (i == 0 ? 1 : 0);
+            m_secondIndices[i] = static_cast<int>(Put(any(bits), bits));
+        }
+        EXPECT_EQ(m_writer.BitCount(), 128u) << modeNumber;
+    }
+
+    std::span<const std::byte, 16> Bits() const { return m_writer.Block(); }
+
+    Color Expected(unsigned texel) const {
+        const size_t part = PartOf(m_layout, m_part, texel);
+        int colorWeight = Weight(m_indices[texel], m_layout.indexBits), alphaWeight = colorWeight;
+        if (m_layout.secondIndexBits > 0) {
+            alphaWeight = Weight(m_secondIndices[texel], m_layout.secondIndexBits);
+            if (m_selection == 1) std::swap(colorWeight, alphaWeight);
+        }
+        Color color;
+        for (size_t c = 0; c < 4; ++c) {
+            const int weight = c < 3 ? colorWeight : alphaWeight;
+            color[c] = ((64 - weight) * End(c, 2 * part) + weight * End(c, 2 * part + 1) + 32) / 64;
+        }
+        if (m_rotation > 0) std::swap(color[3], color[m_rotation - 1]);
+        return color;
+    }
+
+  private:
+    unsigned Put(unsigned value, unsigned bits) {
+        m_writer.Put(value, bits);
+        return value;
+    }
+    int End(size_t channel, size_t end) const {
+        unsigned bits = channel < 3 ? m_layout.colorBits : m_layout.alphaBits;
+        if (bits == 0) return 255;
+        if (m_layout.ownBits + m_layout.sharedBits == 0) return Repeated(m_numbers[channel][end], bits);
+        return Repeated(2 * m_numbers[channel][end] + m_lowest[end], bits + 1);
+    }
+
+    const Bc7Layout& m_layout;
+    BlockWriter<16> m_writer;
+    unsigned m_part = 0, m_rotation = 0, m_selection = 0;
+    std::array<std::array<unsigned, 6>, 4> m_numbers = {};
+    std::array<unsigned, 6> m_lowest = {};
+    std::array<int, 16> m_indices = {}, m_secondIndices = {};
+};
+
+class Bc7Mode : public testing::TestWithParam<unsigned> {};
+
+TEST_P(Bc7Mode, DecodesWhatItsFieldsSay) {
+    std::mt19937 random(GetParam());
+    for (int round = 0; round < 500; ++round) {
+        const Bc7Block block(GetParam(), random);
+        BlockTexels texels;
+        DecodeBc7(block.Bits(), texels);
+        for (unsigned i = 0; i < 16; ++i)
+            ASSERT_EQ(TexelOf(texels, i), block.Expected(i)) << "round " << round << ", texel " << i;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Bc7Mode, testing::Range(0u, 8u));
+
+// A block of mode 6 by hand: red from 0 to 255, green constant, blue falling, alpha 255; indices 0 to 15.
+TEST(Bc7, BlockOfModeSixByHand) {
+    BlockWriter<16> block;
+    block.Put(0x40, 7).Put(0, 7).Put(127, 7).Put(64, 7).Put(64, 7).Put(127, 7).Put(0, 7).Put(127, 7).Put(127,
+                                                                                                         7);
+    block.Put(0, 1).Put(1, 1).Put(0, 3);
+    for (uint64_t i = 1; i < 16; ++i) block.Put(i, 4);
+    BlockTexels texels;
+    DecodeBc7(block.Block(), texels);
+    EXPECT_EQ(TexelOf(texels, 0), (Color{0, 128, 254, 254}));
+    EXPECT_EQ(TexelOf(texels, 15), (Color{255, 129, 1, 255}));
+    // 26 of 64: 103.6, 128.4, 151.2, 254.4
+    EXPECT_EQ(TexelOf(texels, 6), (Color{104, 128, 151, 254}));
+}
+
+TEST(Bc7, ReservedModeIsTransparentBlack) {
+    BlockWriter<16> block;
+    block.Put(0, 8).Put(~uint64_t{0}, 64).Put((uint64_t{1} << 56) - 1, 56);
+    BlockTexels texels;
+    texels.fill(7);
+    DecodeBc7(block.Block(), texels);
+    for (size_t i = 0; i < 16; ++i) EXPECT_EQ(TexelOf(texels, i), (Color{0, 0, 0, 0}));
+}
+
+// The specification's example of a texel's place: mode 2, partition 6, texel 9 is of the second part, and the
+// parts' anchors are 0, 15 and 3.
+TEST(Bc7, TablesAgreeWithTheSpecificationsExample) {
+    EXPECT_EQ(PartOf(kLayouts[2], 6, 9), 1u);
+    for (unsigned i = 0; i < 16; ++i)
+        EXPECT_EQ(IsAnchor(kLayouts[2], 6, i), i == 0 || i == 3 || i == 15) << i;
+}
+
+TEST(Bc7, AnchorsLieInTheirParts) {
+    for (unsigned number = 0; number < 64; ++number) {
+        EXPECT_EQ(PartOf(kLayouts[1], number, 0), 0u);
+        EXPECT_EQ(PartOf(kLayouts[2], number, 0), 0u);
+        EXPECT_EQ(PartOf(kLayouts[1], number, image::bc7::kSecondAnchorOfTwo[number]), 1u) << number;
+        EXPECT_EQ(PartOf(kLayouts[2], number, image::bc7::kSecondAnchorOfThree[number]), 1u) << number;
+        EXPECT_EQ(PartOf(kLayouts[2], number, image::bc7::kThirdAnchorOfThree[number]), 2u) << number;
+    }
+}
+
+}  // namespace
+}  // namespace raygraph::test
