@@ -32,7 +32,7 @@ TEST(LogLevels, OneForAllAndOthersByCategory) {
 TEST(LogLevels, WhatIsNoneIsRefusedWithWhatThereIs) {
     for (const char* text : {"", "loud", "info,", "Info", "scene=", "info;debug", "info,loud"})
         ExpectError(
-            ErrorKind::BadInput, [&] { ParseLogLevels(text); }, "debug, info, warning, error or off");
+            ErrorKind::BadInput, [&] { ParseLogLevels(text); }, "debug, info, warning, error, off");
     ExpectError(
         ErrorKind::BadInput, [] { ParseLogLevels("info,sound=debug"); }, "\"sound\"", "scene, device");
 }
