@@ -35,7 +35,7 @@ uint32_t FrameDepth(const TraceSettings& settings) {
 
 // The shader features that lights and materials need; bits of kTraceFeatures.
 uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
-    uint32_t features = LobeFeatures(scene, settings);
+    uint32_t features = LobeFeatures(scene, settings) | scene.textureFeatures;
     const gpu::LightSetRecord& lights = scene.lightSet;
     if (settings.lights.isOn && lights.activeCount > 0) {
         features |= kTraceLightSampling;
@@ -43,7 +43,6 @@ uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
         if (scene.punctualLights > 0) features |= kTracePunctualLights;
         if (lights.hasEnvironment != 0u) features |= kTraceEnvironmentLight;
     }
-    if (scene.hasTextures) features |= kTraceTextures;
     if (scene.hasThinWalls) features |= kTraceThinWalls;
     if (scene.hasAlpha) features |= kTraceAnyHit;
     return features;

@@ -1,6 +1,7 @@
 #include "editor/app/inspector_fields.h"
 
 #include <algorithm>
+#include <glm/gtc/constants.hpp>
 
 #include "base/text.h"
 #include "renderer/scene/material_fields.h"
@@ -9,7 +10,8 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kMaxDragged = 1e7f;   // of what has no bound of its own
+constexpr float kMaxDragged = 1e7f;  // of what has no bound of its own
+constexpr float kMaxTurn = 2.0f * glm::pi<float>();
 constexpr float kMinFinite = 0.001f;  // the last that the format shows; dragging does not end in infinity
 
 }  // namespace
@@ -42,6 +44,10 @@ NumberStyle StyleOf(float value, const scene::FieldRange& range, std::string_vie
     style.max = range.HasMax() ? range.max : kMaxDragged;
     if (zeroIsInfinite) style.min = std::max(style.min, kMinFinite);
     style.isAngle = unit == "rad";
+    if (style.isAngle) {
+        style.min = std::max(style.min, -kMaxTurn);
+        style.max = std::min(style.max, kMaxTurn);
+    }
     style.isSlider = style.isAngle || (range.HasMin() && range.HasMax() && range.max <= 1.0f);
     style.isInfinite = zeroIsInfinite && value == 0.0f;
     style.format = unit.empty() ? "%.3f" : Text("%.3f {}", unit);

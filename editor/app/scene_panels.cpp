@@ -106,6 +106,13 @@ bool Widget(const char* label, glm::vec<Length, float>& value,
     if (isEdited) value = Bounded(before, value, field.range);
     return isEdited;
 }
+bool Widget(const char* label, glm::vec2& value, const scene::TransformField<glm::vec2>& field,
+            std::string_view) {
+    const glm::vec2 before = value;
+    if (!ImGui::DragFloat2(label, glm::value_ptr(value), 0.005f, 0.0f, 0.0f, "%.3f")) return false;
+    value = Bounded(before, value, field.range);
+    return true;
+}
 bool Widget(const char* label, bool& value, const scene::MaterialField<bool>&, std::string_view) {
     return ImGui::Checkbox(label, &value);
 }
@@ -139,22 +146,31 @@ bool Edits(Workspace& work, Value& value, const Field& field, std::string_view u
     return isEdited;
 }
 
+// A texture's name, and its transform below it.
+bool TextureFields(Workspace& work, const char* fieldName, scene::TextureRef& texture) {
+    if (!texture.IsPresent()) return false;
+    const std::string& name = work.document.Scene().textures[static_cast<size_t>(texture.texture)].name;
+    const std::string label = Text("{} {}###{}", LabelOf(fieldName),
+                                   name.empty() ? std::to_string(texture.texture) : name, fieldName);
+    if (!ImGui::TreeNode(label.c_str())) return false;
+    bool isEdited = false;
+    scene::ForEachTransformField([&](const auto& field) {
+        isEdited |= Edits(work, texture.transform.*field.member, field, field.unit);
+    });
+    ImGui::TreePop();
+    return isEdited;
+}
+
 void MaterialFields(Workspace& work, uint32_t index) {
     scene::Material material = work.document.Scene().materials[index];
     ImGui::PushID(static_cast<int>(index));
     bool isEdited = false;
     scene::ForEachMaterialField([&](const auto& field) {
         if (!Counts(material, field.object, field.name)) return;
-        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>) {
-            const scene::TextureRef& texture = material.*field.member;
-            if (!texture.IsPresent()) return;
-            const scene::SceneData& scene = work.document.Scene();
-            const std::string& name = scene.textures[static_cast<size_t>(texture.texture)].name;
-            ImGui::TextDisabled("%s %s", LabelOf(field.name).c_str(),
-                                name.empty() ? std::to_string(texture.texture).c_str() : name.c_str());
-        } else {
+        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>)
+            isEdited |= TextureFields(work, field.name, material.*field.member);
+        else
             isEdited |= Edits(work, material.*field.member, field, field.unit);
-        }
     });
     if (isEdited) work.Apply(MaterialEdit{index, material});
     ImGui::PopID();

@@ -85,8 +85,9 @@ class ContentHasher {
         Add(primitives);
     }
     void Add(const scene::TextureRef& reference) {
-        const auto& [texture, texCoord] = reference;
+        const auto& [texture, texCoord, transform] = reference;
         AddAll(texture, texCoord);
+        if (transform != scene::TextureTransform{}) AddChanged(transform, scene::kTransformFields);
     }
     void Add(const scene::Material& material) {
         Add(material.name);

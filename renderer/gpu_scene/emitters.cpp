@@ -162,6 +162,7 @@ std::vector<Emitter> EmitterFinder::Find(const GroupTriangles& triangles,
             glm::vec2 uv[3]{};
             if (!stream.empty())
                 for (size_t i = 0; i < 3; ++i) uv[i] = stream[corners[i] - triangles.firstVertices[part]];
+            for (glm::vec2& place : uv) place = material.emissiveTexture.transform.Apply(place);
             const auto texture = static_cast<size_t>(material.emissiveTexture.texture);
             emitter.meanTexture =
                 Mean(m_scene.textures[texture], uv, triangleCount <= kFewTriangles ? kManyCuts : kFewCuts);

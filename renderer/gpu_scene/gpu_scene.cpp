@@ -316,7 +316,7 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     CheckIndex("material", material, records.size());
     scene::Check(values, Text("GpuScene: SetMaterial: material {}", material));
     const gpu::MaterialRecord record = ToRecord(values, records[material]);
-    static_assert(sizeof(record) == 30 * 4, "the comparison sees no padding");
+    // There is no padding that differs: scene_records.h asserts the size
     if (std::memcmp(&record, &records[material], sizeof(record)) == 0) return;
     WithMemoryErrors("SetMaterial", [&] { m_impl->SetMaterial(material, record); });
 }
@@ -412,12 +412,12 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     ids.chunkCount = draws.chunkCount;
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
     ids.lobeFeatures = LobeFeatures(*resources);
+    ids.textureFeatures = TextureFeatures(*resources);
     ids.hasVolumes = HasVolumes(*resources);
     for (const GroupResources& group : resources->groups) {
         ids.hasAlpha |= !group.kind.isOpaque;
         ids.hasThinWalls |= group.kind.isThinWall;
     }
-    ids.hasTextures = !resources->textures.empty();
     ids.textures = renderer.Import("textures", *textureTable);
     ids.blases = renderer.ImportBlasSet("BLASes", blasState);
     DeclareBlasWork(renderer, ids);

@@ -57,13 +57,13 @@ struct SceneIds {
     BufferId lightAlias;              // "lightAlias": gpu::AliasEntry[]
     BufferId environmentAlias;        // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
-    BufferId energyTables;        // "energyTables": float[], see shaders/shared/energy_tables.h
-    bool hasAlpha = false;        // an any-hit shader decides whether rays hit some surfaces
-    bool hasTextures = false;     // a material has one
-    uint32_t lobeFeatures = 0;    // bits of kTraceFeatures: LobeFeatures of all materials
-    bool hasVolumes = false;      // a material bounds a medium
-    bool hasThinWalls = false;    // light passes straight through some surfaces: smooth thin walls
-    uint32_t triangleLights = 0;  // of the lights, dark ones included
+    BufferId energyTables;         // "energyTables": float[], see shaders/shared/energy_tables.h
+    bool hasAlpha = false;         // an any-hit shader decides whether rays hit some surfaces
+    uint32_t lobeFeatures = 0;     // bits of kTraceFeatures: LobeFeatures of all materials
+    uint32_t textureFeatures = 0;  // bits of kTraceFeatures: TextureFeatures of all materials
+    bool hasVolumes = false;       // a material bounds a medium
+    bool hasThinWalls = false;     // light passes straight through some surfaces: smooth thin walls
+    uint32_t triangleLights = 0;   // of the lights, dark ones included
     uint32_t punctualLights = 0;
     uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
     BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles

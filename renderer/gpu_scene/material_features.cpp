@@ -22,6 +22,16 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     return features;
 }
 
+bool HasTextureTransform(const gpu::MaterialRecord& material) {
+    const glm::mat3x2 none = scene::TextureTransform{}.Matrix();
+    const auto isTransformed = [&](uint32_t texture, const glm::mat3x2& transform) {
+        return texture != gpu::kNoTexture && transform != none;
+    };
+#define RAYGRAPH_OR_IS_TRANSFORMED(name) || isTransformed(material.name##Texture, material.name##Transform)
+    return false RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_OR_IS_TRANSFORMED);
+#undef RAYGRAPH_OR_IS_TRANSFORMED
+}
+
 }  // namespace
 
 uint32_t LobeFeatures(const SceneResources& resources) {
@@ -29,6 +39,14 @@ uint32_t LobeFeatures(const SceneResources& resources) {
     for (const uint32_t used : resources.usedMaterials)
         features |= LobeFeatures(resources.materialRecords[used]);
     return features;
+}
+
+uint32_t TextureFeatures(const SceneResources& resources) {
+    if (resources.textures.empty()) return 0;
+    const bool areTransformed = std::ranges::any_of(resources.usedMaterials, [&](uint32_t used) {
+        return HasTextureTransform(resources.materialRecords[used]);
+    });
+    return kTraceTextures | (areTransformed ? kTraceTextureTransforms : 0u);
 }
 
 bool HasVolumes(const SceneResources& resources) {

@@ -282,7 +282,7 @@ void UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneDa
 }
 
 // Until there is a slot, 0 stands for any.
-uint32_t TextureField(const scene::TextureRef& reference, std::span<const TextureResources> textures) {
+uint32_t TextureSlot(const scene::TextureRef& reference, std::span<const TextureResources> textures) {
     if (!reference.IsPresent()) return gpu::kNoTexture;
     const uint32_t slot = textures.empty() ? 0u : textures[static_cast<size_t>(reference.texture)].slot;
     return slot | (reference.texCoord == 1 ? gpu::kSecondTexCoord : 0u);
@@ -293,13 +293,9 @@ std::vector<gpu::MaterialRecord> MaterialRecords(std::span<const scene::Material
     std::vector<gpu::MaterialRecord> records;
     for (const scene::Material& material : materials) {
         gpu::MaterialRecord fields{};
-        fields.baseColorTexture = TextureField(material.baseColorTexture, textures);
-        fields.metallicRoughnessTexture = TextureField(material.metallicRoughnessTexture, textures);
-        fields.normalTexture = TextureField(material.normalTexture, textures);
-        fields.emissiveTexture = TextureField(material.emissiveTexture, textures);
-        fields.specularTexture = TextureField(material.specularTexture, textures);
-        fields.specularColorTexture = TextureField(material.specularColorTexture, textures);
-        fields.transmissionTexture = TextureField(material.transmissionTexture, textures);
+#define RAYGRAPH_SLOT(name) fields.name##Texture = TextureSlot(material.name##Texture, textures);
+        RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_SLOT)
+#undef RAYGRAPH_SLOT
         records.push_back(ToRecord(material, fields));
     }
     return records;
@@ -394,6 +390,9 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
                  transmissionFactor, transmissionTexture, thicknessFactor, attenuationColor,
                  attenuationDistance, isUnlit, priority] = values;
     gpu::MaterialRecord record = textures;
+#define RAYGRAPH_TRANSFORM(name) record.name##Transform = name##Texture.transform.Matrix();
+    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TRANSFORM)
+#undef RAYGRAPH_TRANSFORM
     record.baseColor = baseColorFactor;
     record.emission = values.EmittedRadiance();
     record.metallic = metallicFactor;

@@ -96,6 +96,8 @@ void CheckTextures(const Material& material, size_t textureCount, const Subject&
             if (!ref.IsPresent()) return;
             subject.RequireIndex("a texture", static_cast<uint32_t>(ref.texture), textureCount);
             subject.Require(ref.texCoord == 0 || ref.texCoord == 1, "a texCoord is neither 0 nor 1");
+            ForEachTransformField(
+                [&](const auto& part) { CheckField(ref.transform.*part.member, part, subject); });
         }
     });
 }

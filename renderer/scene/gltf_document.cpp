@@ -116,7 +116,11 @@ class ModelSize {
         AddList(root, "buffers", sizeof(gltf::Buffer));
         AddList(root, "cameras", sizeof(gltf::Camera));
         AddList(root, "images", sizeof(gltf::Image));
-        AddList(root, "materials", sizeof(gltf::Material));
+        AddList(root, "materials", sizeof(gltf::Material), [this](Json& material) {
+            AddTextureInfos(material);
+            if (const auto pbr = material.find("pbrMetallicRoughness"); pbr != material.end())
+                AddTextureInfos(*pbr);
+        });
         AddList(root, "nodes", sizeof(gltf::Node));
         AddList(root, "samplers", sizeof(gltf::Sampler));
         AddList(root, "scenes", sizeof(gltf::Scene));
@@ -159,6 +163,11 @@ class ModelSize {
     }
     void AddMembers(const Json& object, size_t pairBytes) {
         m_bytes += object.size() * (pairBytes + kNodeBytes);
+    }
+    // Of the members of `object` that may have extensions.
+    void AddTextureInfos(const Json& object) {
+        for (const auto& [name, member] : object.items())
+            if (name.ends_with("Texture")) AddExtensions(member);
     }
     void AddExtensions(const Json& object) {
         for (const char* name : {"extensions", "extras"})

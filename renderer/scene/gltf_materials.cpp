@@ -75,21 +75,36 @@ struct FileTexture {
     Sampler sampler;
 };
 
+// A texture as a material names it.
+struct FileTextureInfo {
+    int index = -1;
+    int texCoord = 0;
+    TextureTransform transform;
+};
+
 // The properties of an extension, which tinygltf keeps as values of the types that the schema has checked.
 class ExtensionReader {
   public:
     ExtensionReader(const gltf::ExtensionMap& extensions, const char* name) {
         if (const auto found = extensions.find(name); found != extensions.end()) m_extension = &found->second;
     }
+    // The one of an object that is itself in an extension.
+    ExtensionReader(const gltf::Value& object, const char* name) {
+        if (!object.Has("extensions")) return;
+        const gltf::Value& extensions = object.Get("extensions");
+        if (extensions.Has(name)) m_extension = &extensions.Get(name);
+    }
 
-    // -1 is none.
-    int Index(const char* key) const { return Has(key) ? m_extension->Get(key).GetNumberAsInt() : -1; }
     // What is absent leaves the value as it is.
+    void Read(const char* key, int& value) const {
+        if (Has(key)) value = m_extension->Get(key).GetNumberAsInt();
+    }
     void Read(const char* key, float& value) const {
         if (Has(key)) value = ToFloat(m_extension->Get(key).GetNumberAsDouble());
     }
-    void Read(const char* key, glm::vec3& value) const {
-        for (int i = 0; Has(key) && i < 3; ++i)
+    template <int Length>
+    void Read(const char* key, glm::vec<Length, float>& value) const {
+        for (int i = 0; Has(key) && i < Length; ++i)
             value[i] = ToFloat(m_extension->Get(key).Get(i).GetNumberAsDouble());
     }
     // Without a key: whether the extension is there.
@@ -97,16 +112,21 @@ class ExtensionReader {
         if (*key == 0) value = m_extension != nullptr;
     }
     // Of no extension.
-    void Read(const char*, glm::vec4&) const {}
     void Read(const char*, uint32_t&) const {}
     void Read(const char*, AlphaMode&) const {}
-    gltf::TextureInfo Texture(const char* key) const {
-        gltf::TextureInfo info;
+    FileTextureInfo Texture(const char* key) const {
+        FileTextureInfo info;
         if (!Has(key)) return info;
         const gltf::Value& value = m_extension->Get(key);
         info.index = value.Get("index").GetNumberAsInt();
         if (value.Has("texCoord")) info.texCoord = value.Get("texCoord").GetNumberAsInt();
+        ExtensionReader(value, kTextureTransform).ReadTransform(info);
         return info;
+    }
+    // Of KHR_texture_transform, whose set of texture coordinates is the one to be transformed.
+    void ReadTransform(FileTextureInfo& info) const {
+        ForEachTransformField([&](const auto& field) { Read(field.key, info.transform.*field.member); });
+        Read("texCoord", info.texCoord);
     }
 
   private:
@@ -114,6 +134,14 @@ class ExtensionReader {
 
     const gltf::Value* m_extension = nullptr;
 };
+
+// `info`: any of tinygltf's kinds of them.
+template <typename Info>
+FileTextureInfo ReadTextureInfo(const Info& info) {
+    FileTextureInfo read{.index = info.index, .texCoord = info.texCoord, .transform = {}};
+    ExtensionReader(info.extensions, kTextureTransform).ReadTransform(read);
+    return read;
+}
 
 class MaterialImporter {
   public:
@@ -138,18 +166,16 @@ class MaterialImporter {
         // one that lost least: they are decoded to whole texels, so that a smaller one saves nothing here.
         int image = file.source;
         for (const char* extension : {"MSFT_texture_dds", "EXT_texture_webp"})
-            if (const int better = ExtensionReader(file.extensions, extension).Index("source"); better >= 0)
-                image = better;
+            ExtensionReader(file.extensions, extension).Read("source", image);
         texture.image = static_cast<uint32_t>(image);
         return texture;
     }
 
-    // `info`: any of tinygltf's kinds of them.
-    template <typename Info>
-    TextureRef ReadTexture(const Info& info, ColorSpace colorSpace, const Place& where) {
+    TextureRef ReadTexture(const FileTextureInfo& info, ColorSpace colorSpace, const Place& where) {
         TextureRef ref;
         if (info.index < 0) return ref;
         ref.texCoord = info.texCoord;
+        ref.transform = info.transform;
         const auto index = static_cast<uint32_t>(info.index);
         const FileTexture& file = m_fileTextures[index];
         if (file.image == kNone) {
@@ -172,8 +198,8 @@ class MaterialImporter {
     }
 
     // The texture of a field; `info` is what its place in the file says.
-    template <typename Info>
-    void Read(const TextureField& field, const Info& info, const Place& where, Material& material) {
+    void Read(const TextureField& field, const FileTextureInfo& info, const Place& where,
+              Material& material) {
         const Place object = *field.object == 0 ? where : where[field.object];
         material.*field.member = ReadTexture(info, field.colorSpace, object[field.key]);
     }
@@ -182,18 +208,21 @@ class MaterialImporter {
     Material ReadMaterial(const gltf::Material& file, const Place& where) {
         const gltf::PbrMetallicRoughness& pbr = file.pbrMetallicRoughness;
         Material material;
+        const auto readTexture = [&](const TextureField& field, const auto& info) {
+            Read(field, ReadTextureInfo(info), where, material);
+        };
         material.name = file.name;
         ReadColor(pbr.baseColorFactor, material.baseColorFactor);
-        Read(FieldOf(&Material::baseColorTexture), pbr.baseColorTexture, where, material);
+        readTexture(FieldOf(&Material::baseColorTexture), pbr.baseColorTexture);
         material.metallicFactor = ToFloat(pbr.metallicFactor);
         material.roughnessFactor = ToFloat(pbr.roughnessFactor);
-        Read(FieldOf(&Material::metallicRoughnessTexture), pbr.metallicRoughnessTexture, where, material);
-        Read(FieldOf(&Material::normalTexture), file.normalTexture, where, material);
+        readTexture(FieldOf(&Material::metallicRoughnessTexture), pbr.metallicRoughnessTexture);
+        readTexture(FieldOf(&Material::normalTexture), file.normalTexture);
         material.normalScale = ToFloat(file.normalTexture.scale);
-        Read(FieldOf(&Material::occlusionTexture), file.occlusionTexture, where, material);
+        readTexture(FieldOf(&Material::occlusionTexture), file.occlusionTexture);
         material.occlusionStrength = ToFloat(file.occlusionTexture.strength);
         ReadColor(file.emissiveFactor, material.emissiveFactor);
-        Read(FieldOf(&Material::emissiveTexture), file.emissiveTexture, where, material);
+        readTexture(FieldOf(&Material::emissiveTexture), file.emissiveTexture);
         ReadChoice(file.alphaMode, material.alphaMode);
         material.alphaCutoff = ToFloat(file.alphaCutoff);
         material.isDoubleSided = file.doubleSided;

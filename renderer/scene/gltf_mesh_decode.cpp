@@ -102,12 +102,18 @@ class PrimitiveDecoder {
     // For a normal map and the texture coordinates it is read by; without either nothing wants tangents.
     void MakeTangents(Primitive& primitive) {
         const TextureRef& map = m_material.normalTexture;
-        const std::vector<glm::vec2>& uv = map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
-        if (!map.IsPresent() || uv.empty() || primitive.indices.empty()) return;
+        const std::vector<glm::vec2>& stream = map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
+        if (!map.IsPresent() || stream.empty() || primitive.indices.empty()) return;
         // What its working tables take, and at most as many vertices as there are indices.
         constexpr uint64_t kBytesAnIndex = 64, kBytesAVertex = 64;
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * kBytesAnIndex +
                                                      primitive.positions.size() * kBytesAVertex);
+        // Along the axes of the image as it lies on the surface
+        std::vector<glm::vec2> uv = stream;
+        if (map.transform != TextureTransform{}) {
+            const glm::mat3x2 transform = map.transform.Matrix();
+            for (glm::vec2& place : uv) place = transform * glm::vec3(place, 1.0f);
+        }
         TangentMesh mesh = GenerateTangents(primitive.positions, primitive.normals, uv, primitive.indices);
         const std::span<const uint32_t> added = std::span(mesh.sources).subspan(primitive.positions.size());
         AppendVertices(primitive.positions, added);

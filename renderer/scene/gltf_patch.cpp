@@ -163,12 +163,23 @@ class MaterialPatch {
 
     void Put(const Material& loaded, const Material& edited) {
         ForEachMaterialField([&](const auto& field) {
-            if constexpr (!std::is_same_v<decltype(field.member), TextureRef Material::*>)
-                if (loaded.*field.member != edited.*field.member) Put(field, edited.*field.member);
+            if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
+                PutTransform(field, (loaded.*field.member).transform, (edited.*field.member).transform);
+            else if (loaded.*field.member != edited.*field.member)
+                Put(field, edited.*field.member);
         });
     }
 
   private:
+    void PutTransform(const TextureField& field, const TextureTransform& loaded,
+                      const TextureTransform& edited) {
+        if (loaded == edited) return;
+        Json& extension = Extension(Object(field.object)[field.key], kTextureTransform);
+        ForEachTransformField([&](const auto& part) {
+            if (loaded.*part.member != edited.*part.member) PutField(extension, part, edited.*part.member);
+        });
+    }
+
     template <typename T>
     void Put(const MaterialField<T>& field, const T& value) {
         const std::string_view object = field.object;
@@ -186,27 +197,31 @@ class MaterialPatch {
     Json& Object(const char* name) {
         const std::string_view object = name;
         if (object.empty()) return m_material;
-        if (object.starts_with("KHR_")) {
-            Use(m_root, name);
-            Json& extension = m_material["extensions"][name];
-            if (extension.is_null()) extension = Json::object();
-            return extension;
-        }
+        if (object.starts_with("KHR_")) return Extension(m_material, name);
         Json& inner = m_material[name];
         if (object == "extras" && !inner.is_null() && !inner.is_object())
             throw Error(ErrorKind::Usage, "a material's extras are no object: no priority can be put there");
         return inner;
     }
 
+    Json& Extension(Json& object, const char* name) {
+        Use(m_root, name);
+        Json& extension = object["extensions"][name];
+        if (extension.is_null()) extension = Json::object();
+        return extension;
+    }
+
     Json& m_root;
     Json& m_material;
 };
 
+// But for their transforms.
 bool HasSameTextures(const Material& a, const Material& b) {
     bool isSame = true;
     ForEachMaterialField([&](const auto& field) {
         if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
-            isSame &= a.*field.member == b.*field.member;
+            isSame &= (a.*field.member).texture == (b.*field.member).texture &&
+                      (a.*field.member).texCoord == (b.*field.member).texCoord;
     });
     return isSame;
 }

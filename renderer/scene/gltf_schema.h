@@ -60,7 +60,7 @@ enum class Misfit : uint8_t {
 };
 
 // Where an extension stands.
-enum class ExtensionPlace : uint8_t { Nowhere, Root, Node, Material, Texture };
+enum class ExtensionPlace : uint8_t { Nowhere, Root, Node, Material, Texture, TextureInfo };
 
 struct Property {
     std::string_view name;

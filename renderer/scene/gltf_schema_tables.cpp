@@ -61,21 +61,29 @@ constexpr Row kTextureIndex = Index("index", Target::Textures).Required();
 constexpr WholeRow kTexCoord =
     Whole("texCoord").Between(0, 1).OrLeftOut("texCoord", "taken as 0: TEXCOORD_0 and TEXCOORD_1 are read");
 
-constexpr auto kTextureInfo = Table(kTextureIndex, kTexCoord);
+constexpr Row kTextureInfoExtensions = Extensions(ExtensionPlace::TextureInfo);
+
+constexpr auto kTextureInfo = Table(kTextureIndex, kTexCoord, kTextureInfoExtensions);
 // Of a texture that nothing reads.
 constexpr auto kUnreadTextureInfo = Table(kTextureIndex, Whole("texCoord"));
 
-// Of a field of Material. What is out of its range is put into it.
-template <typename T>
-consteval auto Factor(T Material::*member) {
+// Of a field of a material or a texture's transform. What is out of its range is put into it.
+template <typename Owner, typename T>
+consteval auto Factor(T Owner::*member) {
     return RowFor(FieldOf(member)).PutIntoRange();
 }
+constexpr auto kTextureTransformRows =
+    Table(Factor(&TextureTransform::offset), Factor(&TextureTransform::rotation),
+          Factor(&TextureTransform::scale), kTexCoord);
+
 consteval ObjectRow TextureOf(TextureRef Material::*member, std::span<const Property> rows = kTextureInfo) {
     return Object(FieldOf(member).key, rows);
 }
 
-constexpr auto kNormalTextureInfo = Table(kTextureIndex, kTexCoord, Factor(&Material::normalScale));
-constexpr auto kOcclusionTextureInfo = Table(kTextureIndex, kTexCoord, Factor(&Material::occlusionStrength));
+constexpr auto kNormalTextureInfo =
+    Table(kTextureIndex, kTexCoord, Factor(&Material::normalScale), kTextureInfoExtensions);
+constexpr auto kOcclusionTextureInfo =
+    Table(kTextureIndex, kTexCoord, Factor(&Material::occlusionStrength), kTextureInfoExtensions);
 
 constexpr auto kPbr = Table(Factor(&Material::baseColorFactor), TextureOf(&Material::baseColorTexture),
                             Factor(&Material::metallicFactor), Factor(&Material::roughnessFactor),
@@ -195,6 +203,7 @@ constexpr std::array kExtensions{
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
     Extension{"EXT_texture_webp", ExtensionPlace::Texture, kTextureSource},
     Extension{"MSFT_texture_dds", ExtensionPlace::Texture, kTextureSource},
+    Extension{kTextureTransform, ExtensionPlace::TextureInfo, kTextureTransformRows},
     Extension{"KHR_materials_emissive_strength", ExtensionPlace::Material, kEmissiveStrength},
     Extension{"KHR_materials_ior", ExtensionPlace::Material, kIor},
     Extension{material_fields::kSpecular, ExtensionPlace::Material, kSpecular},

@@ -75,6 +75,31 @@ inline size_t CountMembers(const Material& material) {
 
 }  // namespace material_fields
 
+// The fields of a TextureTransform, in the extension of that name of a texture's place in the file.
+template <typename T>
+using TransformField = Field<TextureTransform, T>;
+
+inline constexpr const char* kTextureTransform = "KHR_texture_transform";
+// Far above any use, and no product with a texture coordinate of the same size is infinite.
+inline constexpr FieldRange kTextureSteps{-1e9f, 1e9f};
+inline constexpr auto kTransformFields = std::tuple{
+    TransformField<glm::vec2>{{&TextureTransform::offset, "offset", "", "offset"}, kTextureSteps},
+    TransformField<float>{{&TextureTransform::rotation, "rotation", "", "rotation"}, kTextureSteps, "rad"},
+    TransformField<glm::vec2>{{&TextureTransform::scale, "scale", "", "scale"}, kTextureSteps},
+};
+
+// Calls visit(field) for each.
+template <typename Visit>
+constexpr void ForEachTransformField(Visit&& visit) {
+    std::apply([&](const auto&... field) { (visit(field), ...); }, kTransformFields);
+}
+
+// The one of a member.
+template <typename T>
+consteval auto FieldOf(T TextureTransform::*member) {
+    return FindField(member, kTransformFields);
+}
+
 // Calls visit(field) for each, in the order of Material; `visit` has to take every type of field.
 template <typename Visit>
 constexpr void ForEachMaterialField(Visit&& visit) {

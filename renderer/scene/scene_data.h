@@ -21,6 +21,7 @@
 // Threads: plain values; pure functions, for any thread. Editing one needs exclusive access.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -80,11 +81,28 @@ struct Mesh {
     std::vector<Primitive> primitives;
 };
 
+// KHR_texture_transform: from a primitive's texture coordinates to those that a texture is read at.
+struct TextureTransform {
+    glm::vec2 offset{0.0f};
+    float rotation = 0.0f;  // Radians, about the corner (0, 0), from +v to +u: the image turns clockwise.
+    glm::vec2 scale{1.0f};
+
+    // Scales, then rotates, then moves: matrix * (u, v, 1).
+    glm::mat3x2 Matrix() const {
+        const float c = std::cos(rotation), s = std::sin(rotation);
+        return {glm::vec2(c, -s) * scale.x, glm::vec2(s, c) * scale.y, offset};
+    }
+    glm::vec2 Apply(const glm::vec2& uv) const { return Matrix() * glm::vec3(uv, 1.0f); }
+
+    bool operator==(const TextureTransform&) const = default;
+};
+
 // How a material reads one texture. `texture` indexes SceneData::textures, -1 is none: the factor alone
 // counts.
 struct TextureRef {
     int32_t texture = -1;
     int32_t texCoord = 0;  // 0 or 1: uv0 or uv1. The primitive may lack that stream: (0, 0) then.
+    TextureTransform transform = {};
 
     bool IsPresent() const { return texture >= 0; }
 

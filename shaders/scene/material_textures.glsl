@@ -46,16 +46,20 @@ vec4 InterpolateVec4(Vec4Stream values, Triangle triangle) {
            triangle.weights.z * values.at[triangle.vertices.z];
 }
 
+// A material's texture of the name as SampleTexture takes it.
+#define TEXTURE_OF(material, name) material.name##Texture, material.name##Transform
+
 // One texture of a material; white where it has none.
-vec4 SampleTexture(uint slot, GeometryRecord geometry, Triangle triangle) {
+vec4 SampleTexture(uint slot, mat3x2 transform, GeometryRecord geometry, Triangle triangle) {
     if (!HasTraceFeature(kTraceTextures) || slot == kNoTexture) return vec4(1.0f);
     uvec2 stream = (slot & kSecondTexCoord) != 0u ? geometry.uv1 : geometry.uv0;
     vec2 uv = IsPresent(stream) ? InterpolateVec2(Vec2Stream(stream), triangle) : vec2(0.0f);
+    if (HasTraceFeature(kTraceTextureTransforms)) uv = transform * vec3(uv, 1.0f);
     return textureLod(textures[nonuniformEXT(slot & ~kSecondTexCoord)], uv, 0.0f);
 }
 
 vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
-    vec4 color = material.baseColor * SampleTexture(material.baseColorTexture, geometry, triangle);
+    vec4 color = material.baseColor * SampleTexture(TEXTURE_OF(material, baseColor), geometry, triangle);
     if (IsPresent(geometry.colors)) color *= InterpolateVec4(Vec4Stream(geometry.colors), triangle);
     return color;
 }
@@ -71,7 +75,7 @@ float Opacity(GeometryRecord geometry, MaterialRecord material, Triangle triangl
 vec3 EmissionAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     vec3 emission = material.emission;
     if (material.emissiveTexture != kNoTexture)
-        emission *= SampleTexture(material.emissiveTexture, geometry, triangle).xyz;
+        emission *= SampleTexture(TEXTURE_OF(material, emissive), geometry, triangle).xyz;
     return emission;
 }
 

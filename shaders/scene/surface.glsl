@@ -25,7 +25,7 @@ vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialR
     vec3 n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
     if (material.normalTexture != kNoTexture && IsPresent(geometry.tangents)) {
         vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
-        vec3 bend = 2.0f * SampleTexture(material.normalTexture, geometry, triangle).xyz - 1.0f;
+        vec3 bend = 2.0f * SampleTexture(TEXTURE_OF(material, normal), geometry, triangle).xyz - 1.0f;
         bend.xy *= material.normalScale;
         // In object space, where the file's tangent frame is orthogonal: a normal goes over to world space by
         // the inverse transpose, however it was computed
@@ -41,15 +41,15 @@ vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialR
 SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     SurfaceMaterial result;
     result.baseColor = BaseColor(geometry, material, triangle).xyz;
-    vec4 metallicRoughness = SampleTexture(material.metallicRoughnessTexture, geometry, triangle);
+    vec4 metallicRoughness = SampleTexture(TEXTURE_OF(material, metallicRoughness), geometry, triangle);
     result.metallic = material.metallic * metallicRoughness.z;
     result.roughness = material.roughness * metallicRoughness.y;
-    result.specular = material.specular * SampleTexture(material.specularTexture, geometry, triangle).w;
+    result.specular = material.specular * SampleTexture(TEXTURE_OF(material, specular), geometry, triangle).w;
     result.specularColor =
-        material.specularColor * SampleTexture(material.specularColorTexture, geometry, triangle).xyz;
+        material.specularColor * SampleTexture(TEXTURE_OF(material, specularColor), geometry, triangle).xyz;
     result.ior = material.ior;
     result.transmission =
-        material.transmission * SampleTexture(material.transmissionTexture, geometry, triangle).x;
+        material.transmission * SampleTexture(TEXTURE_OF(material, transmission), geometry, triangle).x;
     result.flags = material.flags;
     result.id = geometry.material;
     return result;

@@ -19,6 +19,7 @@
 #include <glm/glm.hpp>
 
 namespace raygraph::gpu {
+using glm::mat3x2;
 using glm::mat4x3;
 using glm::uvec2;
 using glm::vec2;
@@ -80,7 +81,22 @@ RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;        // emits its base color, scat
 // The surface bounds a medium; else transmission is thin-walled.
 RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
 
-// Texture fields are slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
+// The textures that shaders read; those of the same names of scene::Material.
+//   metallicRoughness: roughness in green, metallic in blue
+//   specular:          alpha
+//   transmission:      red
+#define RAYGRAPH_MATERIAL_TEXTURES(X) \
+    X(baseColor)                      \
+    X(metallicRoughness)              \
+    X(normal)                         \
+    X(emissive)                       \
+    X(specular)                       \
+    X(specularColor)                  \
+    X(transmission)
+
+#define RAYGRAPH_TEXTURE_FIELD(name)   uint name##Texture;
+#define RAYGRAPH_TRANSFORM_FIELD(name) mat3x2 name##Transform;
+
 struct MaterialRecord {
     vec4 baseColor;  // linear; alpha
     vec3 emission;   // radiance, W/(sr m^2)
@@ -96,14 +112,14 @@ struct MaterialRecord {
     float transmission;
     vec3 absorption;  // of the medium inside, 1/m: the share that passes d meters is exp(-absorption d)
     uint priority;    // where media overlap, the one of higher priority is present
-    uint baseColorTexture;
-    uint metallicRoughnessTexture;
-    uint normalTexture;
-    uint emissiveTexture;
-    uint specularTexture;       // alpha: specular
-    uint specularColorTexture;  // sRGB rgb: specularColor
-    uint transmissionTexture;   // red: transmission
+    // Slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
+    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TEXTURE_FIELD)
+    // From (u, v, 1) to where the texture is read. Only scenes with such transforms read them.
+    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TRANSFORM_FIELD)
 };
+
+#undef RAYGRAPH_TEXTURE_FIELD
+#undef RAYGRAPH_TRANSFORM_FIELD
 
 struct CameraRecord {
     // On the device, relative to the scene's origin. As returned by ToRecord and passed to passes, in world
@@ -152,7 +168,7 @@ struct TraceParameters {
 
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
-static_assert(sizeof(MaterialRecord) == 30 * 4);
+static_assert(sizeof(MaterialRecord) == 72 * 4);
 static_assert(sizeof(TraceParameters) == 49 * 4);
 }  // namespace raygraph::gpu
 #endif

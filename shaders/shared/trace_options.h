@@ -36,6 +36,7 @@
 //   LightSampling:    lights are sampled, of which there are
 //   TriangleLights, PunctualLights, EnvironmentLight
 //   Textures:         materials have textures
+//   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates
 //   Glass, Metals, Opaque: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit light, are metal,
 //                     are a layer over a diffuse base
 //   Volumes:          surfaces enclose media
@@ -57,7 +58,8 @@
     X(AnyHit, 512)                 \
     X(ShadowTerminator, 1024)      \
     X(Metals, 2048)                \
-    X(Opaque, 4096)
+    X(Opaque, 4096)                \
+    X(TextureTransforms, 8192)
 
 #ifdef __cplusplus
 namespace raygraph {

@@ -65,6 +65,9 @@ void Change(glm::mat4x3& value) {
 void Change(std::optional<glm::mat4x3>& value) {
     value.emplace(1.0f);
 }
+void Change(TextureTransform& value) {
+    Change(value.rotation);
+}
 void Change(TextureRef& value) {
     Change(value.texture);
 }
@@ -92,9 +95,13 @@ auto FieldsOf(Mesh& s) {
     auto& [name, a] = s;
     return std::tie(a);
 }
+auto FieldsOf(TextureTransform& s) {
+    auto& [a, b, c] = s;
+    return std::tie(a, b, c);
+}
 auto FieldsOf(TextureRef& s) {
-    auto& [a, b] = s;
-    return std::tie(a, b);
+    auto& [a, b, c] = s;
+    return std::tie(a, b, c);
 }
 auto FieldsOf(Material& s) {
     auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, bb, cc] = s;
@@ -162,6 +169,9 @@ TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
     ExpectEachChangeSeen("material", [](SceneData& s) -> Material& { return s.materials[0]; });
     ExpectEachChangeSeen("reference",
                          [](SceneData& s) -> TextureRef& { return s.materials[0].transmissionTexture; });
+    ExpectEachChangeSeen("transform", [](SceneData& s) -> TextureTransform& {
+        return s.materials[0].transmissionTexture.transform;
+    });
     ExpectEachChangeSeen("texture", [](SceneData& s) -> Texture& { return s.textures[0]; });
     ExpectEachChangeSeen("sampler", [](SceneData& s) -> Sampler& { return s.textures[0].sampler; });
     ExpectEachChangeSeen("image", [](SceneData& s) -> ImageData& { return s.images[0]; });
@@ -261,7 +271,7 @@ TEST(ContentHash, IsTheOneOfEarlierVersions) {
          {&Material::baseColorTexture, &Material::metallicRoughnessTexture, &Material::normalTexture,
           &Material::occlusionTexture, &Material::emissiveTexture, &Material::specularTexture,
           &Material::specularColorTexture, &Material::transmissionTexture})
-        material.*texture = {++index, 0};
+        material.*texture = {.texture = ++index, .texCoord = 0};
     Light& light = scene.lights[0];
     light.color = {0.1f, 0.2f, 0.3f};
     light.intensity = 0.4f;

@@ -181,6 +181,14 @@ TEST_F(MaterialTextures, EverySlotIsMultipliedWithItsFactorByChannelSpaceAndUvSe
                 EXPECT_LT(MeanDifference(bySet[set], byFactor), 0.003 * change);
             }
             EXPECT_GT(MeanDifference(bySet[0], bySet[1]), 2e-3) << slot.name << ": the set does not matter";
+            // From the left texel to the right one
+            Material moved = plain;
+            moved.*slot.texture = {.texture = slot.space == ColorSpace::Srgb ? 1 : 0,
+                                   .texCoord = 0,
+                                   .transform = {.offset = {0.5f, 0.0f}}};
+            render.scene.SetScene(QuadOf(moved));
+            EXPECT_LT(MeanDifference(render.TraceOnce(settings), bySet[1]), 1e-5)
+                << slot.name << ": its transform";
         }
     }
 }
@@ -243,6 +251,47 @@ TEST_F(MaterialTextures, EveryWrapModeAndFilterReadsWhatItsDefinitionSays) {
     }
 }
 
+// KHR_texture_transform: T * R * S of (u, v), as its example of a quarter of the image has the rotation.
+// Seen by a path, by the raster view, and after an edit.
+TEST_F(MaterialTextures, TransformsScaleThenRotateThenMove) {
+    constexpr uint32_t kTile = 32;
+    const scene::TextureTransform kTransforms[] = {
+        {.offset = {0.3f, -0.2f}},
+        {.rotation = 0.7f},
+        {.scale = {1.7f, -0.6f}},
+        {.offset = {0.3f, -0.2f}, .rotation = -0.7f, .scale = {0.4f, 2.0f}}};
+    Material material = Lambert(glm::vec3(1.0f));
+    material.baseColorTexture = {.texture = 0, .texCoord = 0};
+    scene::Mesh mesh = QuadMesh(0.5f, 0);
+    mesh.primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    scene::SceneData data = SceneOf({mesh}, {material});
+    data.textures = {{.name = "twelve", .image = 0, .sampler = kNearest, .colorSpace = ColorSpace::Srgb}};
+    data.images = {TwelveTexels()};
+    render.scene.SetScene(scene::SceneData(data));
+    const TraceSettings settings = Orthographic(1.0f, {kTile, kTile});
+    for (const scene::TextureTransform& transform : kTransforms) {
+        material.baseColorTexture.transform = transform;
+        render.scene.SetMaterial(0, material);
+        const FloatImage pictures[] = {render.PrimaryHits(settings).albedo,
+                                       Values(settings, passes::View::Albedo)};
+        const double c = std::cos(double{transform.rotation}), s = std::sin(double{transform.rotation});
+        for (const FloatImage& albedo : pictures) {
+            uint32_t differing = 0;
+            for (uint32_t y = 0; y < kTile; ++y)
+                for (uint32_t x = 0; x < kTile; ++x) {
+                    const glm::dvec2 uv =
+                        glm::dvec2((x + 0.5) / kTile, (y + 0.5) / kTile) * glm::dvec2(transform.scale);
+                    const glm::dvec2 read =
+                        glm::dvec2(c * uv.x + s * uv.y, -s * uv.x + c * uv.y) + glm::dvec2(transform.offset);
+                    const glm::dvec3 expected(test::ReadTexture(data, 0, read));
+                    differing += glm::distance(glm::dvec3(albedo.At(x, y)), expected) > 2.0 * kDecoding;
+                }
+            // Where rounding decides between two texels
+            EXPECT_LE(differing, 4u) << transform.rotation << ' ' << transform.scale.x;
+        }
+    }
+}
+
 // glTF 2.0, 3.8.3: a primitive may lack the set that its material names; then (0, 0) is read.
 TEST_F(MaterialTextures, TextureWithoutItsCoordinatesIsReadAtItsCorner) {
     Material material = Lambert(glm::vec3(1.0f));
@@ -292,6 +341,9 @@ TEST_F(MaterialTextures, NormalMapBendsTheNormalAlongItsTangents) {
                 for (const int set : {0, 1}) {
                     Material material = Lambert(glm::vec3(1.0f));
                     material.normalTexture = {.texture = 0, .texCoord = set};
+                    if (scale != 1.0f)  // the other set, moved to this one's texel
+                        material.normalTexture = {
+                            .texture = 0, .texCoord = 1 - set, .transform = {.offset = {0.5f, 0}}};
                     material.normalScale = scale;
                     scene::Mesh mesh = TwoTexelQuad();
                     const glm::vec3 tangent(0.8f, 0.6f, 0.0f), normal(0.0f, 0.0f, 1.0f);

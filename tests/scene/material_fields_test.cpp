@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <fstream>
+#include <glm/gtc/constants.hpp>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -13,7 +15,6 @@
 #include "base/error.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/gltf_choice.h"
-#include "renderer/scene/light_fields.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/save_gltf.h"
 #include "tests/scene/same_scene.h"
@@ -112,7 +113,7 @@ void Change(AlphaMode& value) {
 void Change(uint32_t& value) {
     value = 7;
 }
-void Change(TextureRef&) {}  // not edited
+void Change(TextureRef&) {}  // its transform alone is edited: below
 
 // A file with a triangle of one material.
 void Write(const std::filesystem::path& path, const nlohmann::json& material) {
@@ -147,6 +148,11 @@ TEST(MaterialFields, EachComesBackFromAFile) {
         SaveGltf(source, edited, target);
         test::ExpectSame(edited, LoadGltf(target));
     });
+}
+
+std::string TextOf(const std::filesystem::path& path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 // The JSON of a material with one thing in the place of a field.
@@ -261,84 +267,105 @@ TEST(MaterialFields, EachTextureIsReadFromItsPlaceInItsColorSpace) {
     EXPECT_EQ(FieldOf(&Material::specularTexture).colorSpace, ColorSpace::Linear);
 }
 
-// --- Lights ---
+// --- Texture transforms ---
 
-std::string Refusal(const Light& light) {
-    return testing::ErrorTextOf([&] { Check(light, "lamp"); });
+void Change(glm::vec2& value) {
+    value = {-0.25f, 1.5f};
 }
 
-Light Spot() {
-    Light spot;
-    spot.type = LightType::Spot;
-    return spot;
-}
-
-void WriteLight(const std::filesystem::path& path, const nlohmann::json& light) {
-    std::ofstream(path) << nlohmann::json{
-        {"asset", {{"version", "2.0"}}},
-        {"extensionsUsed", {"KHR_lights_punctual"}},
-        {"extensions", {{"KHR_lights_punctual", {{"lights", {light}}}}}},
-        {"nodes", {{{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}}}}};
-}
-
-TEST(LightFields, CheckRefusesWhatIsOutOfTheRangeOfEachAndNamesIt) {
-    EXPECT_EQ(Refusal(Spot()), "accepted") << "the defaults";
-    ForEachLightField(LightType::Spot, [&](const auto& field) {
-        using Value = typename std::decay_t<decltype(field)>::Value;
-        const auto refused = [&](float value) {
-            Light light = Spot();
-            light.*field.member = Value(value);
-            const std::string message = Refusal(light);
-            EXPECT_TRUE(message.starts_with("lamp: " + std::string(field.name) + " is "))
-                << value << ": " << message;
-        };
-        refused(std::nanf(""));
-        refused(std::nextafter(field.range.min, -1.0f));
-        if (field.range.HasMax()) refused(std::nextafter(field.range.max, kUnboundedField));
+// The name of each texture of a material, with what the file has there.
+template <typename Visit>
+void ForEachTexture(Visit&& visit) {
+    ForEachMaterialField([&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>) visit(field);
     });
-    Light point = Spot();
-    point.type = LightType::Point;
-    point.innerConeAngle = 3.0f;
-    EXPECT_EQ(Refusal(point), "accepted") << "it has no cone";
-    Light sun;
-    sun.type = LightType::Directional;
-    sun.range = -1.0f;
-    EXPECT_EQ(Refusal(sun), "accepted") << "it has no range";
 }
 
-TEST(LightFields, EachTypeOfLightIsRead) {
-    EXPECT_EQ(std::vector(kGltfNames<LightType>.begin(), kGltfNames<LightType>.end()),
-              (std::vector<std::string_view>{"directional", "point", "spot"}));
+// The textures of every place in the file: those of glTF itself and those in extensions.
+TEST(TextureTransforms, AreReadFromEveryTextureWithTheirSetOfCoordinates) {
     const test::TemporaryFolder folder;
     const std::filesystem::path path = folder.Path() / "scene.gltf";
-    for (const LightType type : Values<LightType>()) {
-        WriteLight(path, {{"type", GltfName(type)}, {"spot", nlohmann::json::object()}});
-        EXPECT_EQ(LoadGltf(path).lights.at(0).type, type) << Name(type);
-    }
+    ForEachTexture([&](const auto& field) {
+        SCOPED_TRACE(field.name);
+        const nlohmann::json transform = {
+            {"offset", {0.25, -3}}, {"rotation", 0.5}, {"scale", {2, -0.5}}, {"texCoord", 1}};
+        Write(path, With(field, nlohmann::json{{"index", 0},
+                                               {"extensions", {{"KHR_texture_transform", transform}}}}));
+        const SceneData scene = LoadGltf(path);
+        const TextureRef& read = scene.materials.at(0).*field.member;
+        EXPECT_EQ(read.transform.offset, glm::vec2(0.25f, -3.0f));
+        EXPECT_EQ(read.transform.rotation, 0.5f);
+        EXPECT_EQ(read.transform.scale, glm::vec2(2.0f, -0.5f));
+        EXPECT_EQ(read.texCoord, 1) << "the extension's comes before the texture's own";
+        for (const std::string& warning : scene.warnings)
+            EXPECT_EQ(warning.find("KHR_texture_transform"), std::string::npos) << warning;
+        Write(path, With(field, nlohmann::json{
+                                    {"index", 0},
+                                    {"texCoord", 1},
+                                    {"extensions", {{"KHR_texture_transform", nlohmann::json::object()}}}}));
+        const SceneData bare = LoadGltf(path);
+        EXPECT_EQ((bare.materials.at(0).*field.member).texCoord, 1);
+        EXPECT_EQ((bare.materials.at(0).*field.member).transform, TextureTransform{});
+    });
 }
 
-TEST(LightFields, EachIsReadFromItsPlaceAndComesBackFromAFile) {
+TEST(TextureTransforms, AreSavedWhereTheFileHasThemAndWhereItHasNone) {
     const test::TemporaryFolder folder;
     const std::filesystem::path source = folder.Path() / "source.gltf", target = folder.Path() / "saved.gltf";
-    WriteLight(source, {{"type", "spot"}, {"range", 3}, {"spot", nlohmann::json::object()}});
-    const SceneData loaded = LoadGltf(source);
-    ForEachLightField(LightType::Spot, [&](const auto& field) {
-        SCOPED_TRACE(field.name);
-        SceneData edited = loaded;
-        Change(edited.lights.at(0).*field.member);
-        SaveGltf(source, edited, target);
-        test::ExpectSame(edited, LoadGltf(target));
-        const nlohmann::json saved =
-            nlohmann::json::parse(std::ifstream(target))["extensions"]["KHR_lights_punctual"]["lights"][0];
-        const nlohmann::json& object = *field.object == 0 ? saved : saved[field.object];
-        EXPECT_TRUE(object.contains(field.key)) << saved;
+    ForEachTexture([&](const auto& field) {
+        for (const bool isThere : {true, false}) {
+            nlohmann::json info = {{"index", 0}, {"extras", "kept"}};
+            if (isThere) info["extensions"]["KHR_texture_transform"] = {{"rotation", 0.25}, {"other", 1}};
+            Write(source, With(field, info));
+            const SceneData loaded = LoadGltf(source);
+            ForEachTransformField([&](const auto& part) {
+                SCOPED_TRACE(std::string(field.name) + ", " + part.name);
+                SceneData edited = loaded;
+                Change((edited.materials.at(0).*field.member).transform.*part.member);
+                SaveGltf(source, edited, target);
+                const SceneData saved = LoadGltf(target);
+                test::ExpectSame(edited, saved);
+                EXPECT_EQ((saved.materials.at(0).*field.member), (edited.materials.at(0).*field.member));
+                const std::string text = TextOf(target);
+                EXPECT_NE(text.find("\"kept\""), std::string::npos);
+                EXPECT_EQ(text.find("\"other\"") != std::string::npos, isThere);
+                const nlohmann::json used = nlohmann::json::parse(text).at("extensionsUsed");
+                EXPECT_NE(std::find(used.begin(), used.end(), "KHR_texture_transform"), used.end());
+            });
+        }
     });
-    SceneData endless = loaded;
-    endless.lights.at(0).range = 0.0f;
-    SaveGltf(source, endless, target);
-    EXPECT_EQ(LoadGltf(target).lights.at(0).range, 0.0f) << "left out, for want of a number";
-    WriteLight(source, {{"type", "directional"}, {"range", 3}});
-    EXPECT_EQ(LoadGltf(source).lights.at(0).range, 0.0f) << "there is none of it";
+}
+
+TEST(TextureTransforms, NumbersThatAreNoneAreRefused) {
+    for (const float value : {std::nanf(""), std::numeric_limits<float>::infinity()})
+        ForEachTransformField([&](const auto& part) {
+            SceneData scene;
+            scene.images = {{.name = "one", .width = 1, .height = 1, .rgba = {0, 0, 0, 255}}};
+            scene.textures.resize(1);
+            scene.materials.resize(1);
+            TextureRef& texture = scene.materials[0].emissiveTexture;
+            texture.texture = 0;
+            texture.transform.*part.member = std::decay_t<decltype(texture.transform.*part.member)>(value);
+            const std::string message = testing::ErrorTextOf([&] { Check(scene, "scene"); });
+            EXPECT_TRUE(message.starts_with("scene: materials[0]: " + std::string(part.name) + " is "))
+                << message;
+        });
+}
+
+TEST(TextureTransforms, TakeAQuarterOfTheImageAsTheExtensionsExampleSays) {
+    // "Only the lower left quadrant of the source image, rotated clockwise 90 degrees"; v points down
+    const TextureTransform transform{
+        .offset = {0.0f, 1.0f}, .rotation = glm::half_pi<float>(), .scale = glm::vec2(0.5f)};
+    const auto expect = [&](const glm::vec2& uv, const glm::vec2& expected) {
+        EXPECT_LT(glm::distance(transform.Apply(uv), expected), 1e-6f) << uv.x << ", " << uv.y;
+    };
+    expect({0, 0}, {0, 1});  // what was the lower left corner is at the upper left
+    expect({1, 0}, {0, 0.5});
+    expect({0, 1}, {0.5, 1});
+    expect({1, 1}, {0.5, 0.5});
+    // Scaled before it is rotated
+    const TextureTransform stretched{.offset = {}, .rotation = glm::half_pi<float>(), .scale = {3.0f, 1.0f}};
+    EXPECT_LT(glm::distance(stretched.Apply({1, 0}), glm::vec2(0, -3)), 1e-6f);
 }
 
 }  // namespace

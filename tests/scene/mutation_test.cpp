@@ -30,7 +30,11 @@ GltfDocument RichDocument() {
     primitive["mode"] = 5;
     primitive["material"] = document.AddMaterial(
         {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}, {"metallicFactor", 0.5}}},
-         {"normalTexture", {{"index", 0}, {"scale", 2}}},
+         {"normalTexture",
+          {{"index", 0},
+           {"scale", 2},
+           {"extensions",
+            {{"KHR_texture_transform", {{"offset", {0, 1}}, {"rotation", 1}, {"scale", {1, 2}}}}}}}},
          {"alphaMode", "MASK"},
          {"extensions",
           {{"KHR_materials_ior", {{"ior", 1.3}}},

@@ -275,6 +275,26 @@ TEST(ImportTangents, AreMadeForTheTextureCoordinatesOfTheNormalMap) {
     EXPECT_EQ(OnlyPrimitive(second).tangents, std::vector<vec4>(3, vec4(-1, 0, 0, -1)));
 }
 
+// They lie along the axes of the image, wherever its transform puts it.
+TEST(ImportTangents, FollowTheTransformOfTheNormalMap) {
+    GltfDocument document = QuadWithNormalMap(0);
+    Json& map = document.json["materials"][0]["normalTexture"];
+    map["extensions"]["KHR_texture_transform"] = {{"rotation", glm::half_pi<double>()}};
+    const auto expectAll = [&](const vec4& expected) {
+        const scene::SceneData scene = Load(document);
+        ASSERT_EQ(OnlyPrimitive(scene).tangents.size(), 3u);
+        for (const vec4& tangent : OnlyPrimitive(scene).tangents)
+            EXPECT_LT(glm::distance(tangent, expected), 1e-6f)
+                << tangent.x << ' ' << tangent.y << ' ' << tangent.z << ' ' << tangent.w;
+    };
+    // u of the image grows with v of the triangle, which is downwards
+    expectAll({0, -1, 0, 1});
+    map["extensions"]["KHR_texture_transform"] = {{"scale", {-1, 1}}};
+    expectAll({-1, 0, 0, -1});
+    map["extensions"]["KHR_texture_transform"] = {{"texCoord", 1}};
+    expectAll({-1, 0, 0, -1});
+}
+
 TEST(ImportTangents, AreLeftOutWithoutANormalMapOrItsTextureCoordinates) {
     GltfDocument document = QuadWithNormalMap(0);
     document.json["materials"][0] = Json::object();

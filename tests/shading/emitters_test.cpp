@@ -73,6 +73,23 @@ TEST_F(Emitters, AreTheTrianglesOfMaterialsThatEmit) {
     EXPECT_TRUE(TriangleLights({}, 6).empty());
 }
 
+TEST_F(Emitters, TextureIsReadWhereItsTransformSays) {
+    // The left half is lit
+    SetTexture(64, [](uint32_t x, uint32_t) { return x < 32; });
+    scene::TextureTransform& transform = scene.materials[0].emissiveTexture.transform;
+    transform.scale = glm::vec2(0.25f);
+    EXPECT_EQ(Find({Square(0, 1)}).size(), 2u);
+    transform.offset = {0.625f, 0.0f};
+    EXPECT_TRUE(Find({Square(0, 1)}).empty());
+    transform.offset = {0.125f, 0.625f};
+    EXPECT_EQ(Find({Square(0, 1)}).size(), 2u);
+    // A quarter turn: u of the image is v of the square, and v goes against its u
+    transform.rotation = 1.5707963f;
+    EXPECT_EQ(Find({Square(0, 1)}).size(), 2u);
+    transform.offset = {0.625f, 0.625f};
+    EXPECT_TRUE(Find({Square(0, 1)}).empty());
+}
+
 TEST_F(Emitters, TextureCountsByItsMeanOverTheTriangle) {
     // White above the diagonal from (0, 0) to (1, 1), which is the edge between the two triangles
     SetTexture(64, [](uint32_t x, uint32_t y) { return x > y; });
