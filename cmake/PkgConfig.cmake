@@ -3,7 +3,7 @@
 
 # Which pkg-config package an imported target is.
 set(packageOfTarget
-    PNG::PNG libpng JPEG::JPEG libjpeg OpenEXR::OpenEXR OpenEXR PkgConfig::WEBP libwebp glm::glm glm
+    PNG::PNG libpng JPEG::JPEG libjpeg OpenEXR::OpenEXR OpenEXR PkgConfig::WEBP libwebp PkgConfig::ZSTD libzstd glm::glm glm
     fmt::fmt fmt Vulkan::Headers vulkan)
 
 # The linker's name of an imported library, by its file.

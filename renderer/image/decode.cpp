@@ -26,6 +26,8 @@ const char* FormatName(FileFormat format) {
             return "a WebP";
         case FileFormat::Dds:
             return "a DDS";
+        case FileFormat::Ktx2:
+            return "a KTX2";
         case FileFormat::Hdr:
             return "a Radiance HDR";
         case FileFormat::Exr:
@@ -96,6 +98,7 @@ FileFormat SniffFormat(std::span<const std::byte> bytes) {
     if (StartsWith(bytes, "\xff\xd8\xff")) return FileFormat::Jpeg;
     if (StartsWith(bytes, "RIFF") && StartsWith(bytes, "WEBP", 8)) return FileFormat::Webp;
     if (StartsWith(bytes, "DDS ")) return FileFormat::Dds;
+    if (StartsWith(bytes, "\xabKTX 20\xbb\r\n\x1a\n")) return FileFormat::Ktx2;
     if (StartsWith(bytes, "#?")) return FileFormat::Hdr;
     if (StartsWith(bytes, "\x76\x2f\x31\x01")) return FileFormat::Exr;
     return FileFormat::Unknown;
@@ -113,12 +116,14 @@ Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name, con
             return DecodeWebp(bytes, name, limits);
         case FileFormat::Dds:
             return DecodeDds(bytes, name, limits);
+        case FileFormat::Ktx2:
+            return DecodeKtx2(bytes, name, limits);
         case FileFormat::Hdr:
         case FileFormat::Exr:
         case FileFormat::Unknown:
             break;
     }
-    Refuse(name, std::string("is ") + FormatName(format) + ", not PNG, JPEG, WebP or DDS");
+    Refuse(name, std::string("is ") + FormatName(format) + ", not PNG, JPEG, WebP, DDS or KTX2");
 }
 
 Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,

@@ -22,6 +22,7 @@ Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const 
 Image8 DecodeJpeg(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 Image8 DecodeDds(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
+Image8 DecodeKtx2(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits);
 ImageF DecodeHdr(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits,
                  std::vector<std::string>& warnings);
 // R G B [A] or Y of an EXR as RGBA, numbers as they stand.

@@ -41,14 +41,14 @@ struct DecodeLimits {
 // An environment has four times the bytes of a texture: 16384 x 8192 is 2 GiB.
 inline constexpr DecodeLimits kEnvironmentLimits{.maxPixels = uint64_t{1} << 27};
 
-enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Dds, Hdr, Exr };
+enum class FileFormat : uint8_t { Unknown, Png, Jpeg, Webp, Dds, Ktx2, Hdr, Exr };
 
 // The format by its first bytes; names and extensions are ignored.
 RAYGRAPH_API FileFormat SniffFormat(std::span<const std::byte> bytes);
 
-// PNG, JPEG, WebP or DDS, as SniffFormat() says. `name` is for error messages. Color profiles, gamma chunks,
-// EXIF orientation and whether a texel format is one of sRGB are ignored, as glTF asks. Gray becomes R = G =
-// B, missing alpha 255, 16-bit PNG is rounded to 8, CMYK JPEG is converted by the plain formula (no
+// PNG, JPEG, WebP, DDS or KTX2, as SniffFormat() says. `name` is for error messages. Color profiles, gamma
+// chunks, EXIF orientation and whether a texel format is one of sRGB are ignored, as glTF asks. Gray becomes
+// R = G = B, missing alpha 255, 16-bit PNG is rounded to 8, CMYK JPEG is converted by the plain formula (no
 // profile). Of textures with levels the largest is read; channels that a format of one or two lacks are 0. A
 // truncated or corrupt file is an error even where the decoder could invent the rest; animated WebP, cube
 // maps, arrays, volumes and premultiplied alpha are errors.

@@ -19,8 +19,10 @@ const char* FormatName(std::span<const std::byte> bytes) {
             return "JPEG";
         case image::FileFormat::Webp:
             return "WebP";
-        default:
+        case image::FileFormat::Dds:
             return "DDS";
+        default:
+            return "KTX2";
     }
 }
 

@@ -165,7 +165,7 @@ class MaterialImporter {
         // An extension's image is the better one; `source` is there for readers without it. Of several the
         // one that lost least: they are decoded to whole texels, so that a smaller one saves nothing here.
         int image = file.source;
-        for (const char* extension : {"MSFT_texture_dds", "EXT_texture_webp"})
+        for (const char* extension : {"KHR_texture_basisu", "MSFT_texture_dds", "EXT_texture_webp"})
             ExtensionReader(file.extensions, extension).Read("source", image);
         texture.image = static_cast<uint32_t>(image);
         return texture;

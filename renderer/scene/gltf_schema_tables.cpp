@@ -203,6 +203,7 @@ constexpr std::array kExtensions{
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
     Extension{"EXT_texture_webp", ExtensionPlace::Texture, kTextureSource},
     Extension{"MSFT_texture_dds", ExtensionPlace::Texture, kTextureSource},
+    Extension{"KHR_texture_basisu", ExtensionPlace::Texture, kTextureSource},
     Extension{kTextureTransform, ExtensionPlace::TextureInfo, kTextureTransformRows},
     Extension{"KHR_materials_emissive_strength", ExtensionPlace::Material, kEmissiveStrength},
     Extension{"KHR_materials_ior", ExtensionPlace::Material, kIor},

@@ -27,7 +27,8 @@ Bytes ToBytes(std::string_view text) {
 
 // All that is read, in one small file.
 constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0"}, "scene": 0,
-"extensionsUsed": ["KHR_lights_punctual", "EXT_texture_webp", "MSFT_texture_dds", "X_unknown"],
+"extensionsUsed": ["KHR_lights_punctual", "EXT_texture_webp", "MSFT_texture_dds",
+ "KHR_texture_basisu", "X_unknown"],
 "extensionsRequired": ["KHR_mesh_quantization"],
 "scenes": [{"name": "one", "nodes": [0, 1]}, {"nodes": []}],
 "nodes": [{"name": "a", "camera": 0, "children": [2, 3], "rotation": [0, 0, 0, 1], "translation": [1e3, 2.5, -3]},
@@ -59,7 +60,7 @@ constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0
 "images": [{"uri": "i.png", "name": "picture"}, {"uri": "./i.png", "mimeType": "image/png"}],
 "samplers": [{"minFilter": 9987, "magFilter": 9728, "wrapS": 33071, "wrapT": 33648}],
 "textures": [{"source": 0, "sampler": 0}, {"extensions": {"EXT_texture_webp": {"source": 1},
- "MSFT_texture_dds": {"source": 0}}}],
+ "MSFT_texture_dds": {"source": 0}, "KHR_texture_basisu": {"source": 1}}}],
 "materials": [{"name": "m", "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": 0.5,
    "roughnessFactor": 0.5, "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 1}},
   "normalTexture": {"index": 0, "scale": 2,

@@ -1,7 +1,15 @@
 // Seeds of pictures: a small one of every kind that is read.
+#include <zstd.h>
+
+#include <algorithm>
+#include <iterator>
+#include <random>
+
 #include "tests/fuzz/seeds.h"
+#include "tests/image/basis_files.h"
 #include "tests/image/image_files.h"
 #include "tests/image/texture_files.h"
+#include "tests/image/uastc_writer.h"
 
 namespace raygraph::fuzz {
 
@@ -16,6 +24,49 @@ std::vector<uint8_t> WithoutAlpha(const image::Image8& image) {
     return rgb;
 }
 
+// Two by two blocks, of four modes.
+std::vector<uint8_t> UastcLevel(size_t firstMode) {
+    std::mt19937 random(1);
+    std::vector<uint8_t> level;
+    for (size_t mode = firstMode; mode < firstMode + 4; ++mode)
+        for (const std::byte byte : test::Pack(test::RandomUastcBlock(mode % 19, random)))
+            level.push_back(std::to_integer<uint8_t>(byte));
+    return level;
+}
+
+Bytes Zstandard(test::Ktx2Desc desc, std::span<const uint8_t> level) {
+    std::vector<uint8_t> packed(ZSTD_compressBound(level.size()));
+    packed.resize(ZSTD_compress(packed.data(), packed.size(), level.data(), level.size(), 3));
+    desc.supercompression = 2;
+    desc.inflatedBytes = level.size();
+    return test::MakeKtx2(desc, packed);
+}
+
+std::vector<Seed> Ktx2Seeds() {
+    const std::vector<uint8_t> texels(size_t{4} * kWidth * kHeight, 99);
+    const test::Ktx2Desc plain{.vkFormat = test::kVkRgba8, .width = kWidth, .height = kHeight};
+    test::Ktx2Desc swizzled = plain;
+    swizzled.keys = {{"KTXorientation", "rd"}, {"KTXswizzle", "rrr1"}};
+    test::Ktx2Desc bc1 = plain, uastc = plain;
+    bc1.vkFormat = test::kVkBc1Rgb;
+    uastc.vkFormat = 0;
+    uastc.model = test::kUastc;
+    uastc.channels = {3};
+    std::vector<Seed> seeds = {
+        {"plain.ktx2", test::MakeKtx2(plain, texels)},
+        {"swizzled.ktx2", test::MakeKtx2(swizzled, texels)},
+        {"bc1.ktx2", test::MakeKtx2(bc1, std::span(texels).first(32))},
+        {"zstd.ktx2", Zstandard(plain, texels)},
+        {"uastc_zstd.ktx2", Zstandard(uastc, UastcLevel(0))},
+    };
+    for (size_t mode = 0; mode < 19; mode += 4)
+        seeds.push_back({"uastc" + std::to_string(mode) + ".ktx2", test::MakeKtx2(uastc, UastcLevel(mode))});
+    for (const uint32_t seed : {1, 2, 3, 4, 5, 6})
+        seeds.push_back({"etc1s" + std::to_string(seed) + ".ktx2",
+                         test::MakeBasisLz(test::RandomBasisPicture(12 + seed, 9, seed % 2 == 0, seed))});
+    return seeds;
+}
+
 }  // namespace
 
 std::vector<Seed> ImageSeeds() {
@@ -23,7 +74,7 @@ std::vector<Seed> ImageSeeds() {
     const std::vector<uint8_t> rgb = WithoutAlpha(pattern);
     const std::vector<uint8_t> bits{0, 1, 2, 3, 4};
     const std::vector<uint8_t> wide(size_t{8} * kWidth * kHeight, 77);
-    return {
+    std::vector<Seed> seeds = {
         {"rgba.png", test::MakePng({.width = kWidth, .height = kHeight}, pattern.rgba)},
         {"interlaced.png",
          test::MakePng({.width = kWidth, .height = kHeight, .isInterlaced = true}, pattern.rgba)},
@@ -56,6 +107,8 @@ std::vector<Seed> ImageSeeds() {
         {"bc7.dds", test::MakeDds({.width = kWidth, .height = kHeight, .dxgiFormat = test::kDxgiBc7},
                                   std::span(pattern.rgba).first(64))},
     };
+    std::ranges::move(Ktx2Seeds(), std::back_inserter(seeds));
+    return seeds;
 }
 
 std::vector<Seed> EnvironmentSeeds() {

@@ -1,6 +1,7 @@
 // Malformed files: wrong sizes, wrong lengths, broken contents.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <zstd.h>
 
 #include <ctime>
 #include <map>
@@ -8,8 +9,10 @@
 
 #include "base/error.h"
 #include "renderer/image/exr.h"
+#include "tests/image/basis_files.h"
 #include "tests/image/image_files.h"
 #include "tests/image/texture_files.h"
+#include "tests/image/uastc_writer.h"
 
 namespace raygraph::test {
 namespace {
@@ -20,6 +23,27 @@ struct Sample {
     std::string name;
     Bytes bytes;
 };
+
+// Blocks of every mode in turn.
+std::vector<uint8_t> RandomUastc(size_t blockCount) {
+    std::mt19937 random(1);
+    std::vector<uint8_t> bytes;
+    for (size_t i = 0; i < blockCount; ++i)
+        for (const std::byte byte : Pack(RandomUastcBlock(i % 19, random)))
+            bytes.push_back(std::to_integer<uint8_t>(byte));
+    return bytes;
+}
+
+Bytes Zstandard(const image::Image8& image) {
+    std::vector<uint8_t> packed(ZSTD_compressBound(image.rgba.size()));
+    packed.resize(ZSTD_compress(packed.data(), packed.size(), image.rgba.data(), image.rgba.size(), 3));
+    return MakeKtx2({.vkFormat = kVkRgba8,
+                     .width = image.width,
+                     .height = image.height,
+                     .supercompression = 2,
+                     .inflatedBytes = image.rgba.size()},
+                    packed);
+}
 
 // A small valid file of every kind that is read.
 std::vector<Sample> Samples() {
@@ -56,6 +80,14 @@ std::vector<Sample> Samples() {
         {"bc1.dds", MakeDds({.width = 12, .height = 9, .fourCc = "DXT1"}, std::span(pattern.rgba).first(72))},
         {"bc7.dds",
          MakeDds({.width = 12, .height = 9, .dxgiFormat = kDxgiBc7}, std::span(pattern.rgba).first(144))},
+        {"plain.ktx2", MakeKtx2({.vkFormat = kVkRgba8, .width = 12, .height = 9}, pattern.rgba)},
+        {"bc7.ktx2",
+         MakeKtx2({.vkFormat = kVkBc7, .width = 12, .height = 9}, std::span(pattern.rgba).first(144))},
+        {"zstd.ktx2", Zstandard(pattern)},
+        {"uastc.ktx2",
+         MakeKtx2({.width = 12, .height = 9, .model = kUastc, .channels = {3}}, RandomUastc(9))},
+        {"etc1s.ktx2", MakeBasisLz(RandomBasisPicture(12, 9, false, 1))},
+        {"etc1s_alpha.ktx2", MakeBasisLz(RandomBasisPicture(12, 9, true, 2))},
         {"flat.hdr", MakeHdr(12, 9, flat)},
         {"rle.hdr", MakeHdr(12, 9, newRle)},
     };
@@ -180,6 +212,14 @@ Bytes ExrClaiming(ExrDesc desc, uint32_t width, uint32_t height, std::optional<u
     return bytes;
 }
 
+// A picture of 12 x 9 that claims to be larger.
+BasisFile HugeBasis() {
+    BasisFile file = CompressBasis(RandomBasisPicture(12, 9, false, 1));
+    file.desc.width = 16384;
+    file.desc.height = 8192;
+    return file;
+}
+
 // Greatest resident size of this process so far, in bytes.
 uint64_t PeakBytes() {
     rusage usage = {};
@@ -199,6 +239,15 @@ TEST(Hostile, HugeSizesAreRefusedByTheHeaderAlone) {
         {"a.webp", WebpClaiming(16384, 16384)},
         {"a.dds", MakeDds({.width = 16384, .height = 16384, .fourCc = "DXT1"}, texels)},
         {"b.dds", MakeDds({.width = 4294967295u, .height = 4294967295u}, texels)},
+        {"a.ktx2", MakeKtx2({.vkFormat = kVkRgba8, .width = 60000, .height = 60000}, texels)},
+        {"b.ktx2", MakeKtx2({.vkFormat = kVkBc7, .width = 16384, .height = 16384}, texels)},
+        {"c.ktx2", MakeKtx2({.vkFormat = kVkBc7,
+                             .width = 16384,
+                             .height = 8192,
+                             .supercompression = 2,
+                             .inflatedBytes = uint64_t{1} << 27},
+                            texels)},
+        {"d.ktx2", MakeKtx2(HugeBasis().desc, HugeBasis().level)},
         {"a.hdr", MakeHdr(60000, 60000, texels)},
         {"b.hdr", MakeHdr(16384, 8192, texels)},
         {"c.hdr", MakeHdr(4294967295u, 4294967295u, texels)},

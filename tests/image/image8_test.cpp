@@ -202,9 +202,10 @@ TEST(DecodeWebp, AnimationIsRefused) {
 TEST(DecodeImage8, OtherFilesAreRefusedByTheirContent) {
     const auto refusal = [](const Bytes& bytes) { return Refusal("x", [&] { DecodeImage8(bytes, "x"); }); };
     EXPECT_EQ(refusal({}), "x: the file is empty");
-    EXPECT_EQ(refusal(ToBytes("GIF89a.....")), "x: is of an unknown format, not PNG, JPEG, WebP or DDS");
-    EXPECT_EQ(refusal(ToBytes("#?RADIANCE\n")), "x: is a Radiance HDR, not PNG, JPEG, WebP or DDS");
-    EXPECT_EQ(refusal(ToBytes("\x76\x2f\x31\x01")), "x: is an OpenEXR, not PNG, JPEG, WebP or DDS");
+    EXPECT_EQ(refusal(ToBytes("GIF89a.....")),
+              "x: is of an unknown format, not PNG, JPEG, WebP, DDS or KTX2");
+    EXPECT_EQ(refusal(ToBytes("#?RADIANCE\n")), "x: is a Radiance HDR, not PNG, JPEG, WebP, DDS or KTX2");
+    EXPECT_EQ(refusal(ToBytes("\x76\x2f\x31\x01")), "x: is an OpenEXR, not PNG, JPEG, WebP, DDS or KTX2");
 }
 
 TEST(DecodeImage8, NameWithControlCharactersStaysOnOneLine) {

@@ -48,4 +48,54 @@ std::vector<std::byte> MakePlainDds(uint32_t width, uint32_t height, const std::
     return MakeDds({.width = width, .height = height}, texels);
 }
 
+std::vector<std::byte> MakeKtx2(const Ktx2Desc& desc, std::span<const uint8_t> level) {
+    return MakeKtx2(desc, std::as_bytes(level));
+}
+
+std::vector<std::byte> MakeKtx2(const Ktx2Desc& desc, std::span<const std::byte> level) {
+    std::vector<std::byte> descriptor;
+    const auto blockBytes = static_cast<uint32_t>(24 + 16 * desc.channels.size());
+    PutNumber(descriptor, 4 + blockBytes);
+    PutNumber(descriptor, 0);
+    PutNumber(descriptor, 2 | blockBytes << 16);
+    PutNumber(descriptor, desc.model | 1 << 8 | (desc.isSrgb ? 2u : 1u) << 16 | desc.flags << 24);
+    for (int i = 0; i < 3; ++i) PutNumber(descriptor, 0);  // Sizes of blocks and planes.
+    for (const uint32_t channel : desc.channels) {
+        PutNumber(descriptor, 127 << 16 | channel << 24);
+        for (int i = 0; i < 3; ++i) PutNumber(descriptor, 0);
+    }
+    std::vector<std::byte> keys;
+    for (const auto& [key, value] : desc.keys) {
+        const std::string entry = key + '\0' + value + '\0';
+        PutNumber(keys, entry.size());
+        for (const char character : entry) keys.push_back(static_cast<std::byte>(character));
+        keys.resize((keys.size() + 3) / 4 * 4);
+    }
+    std::vector<std::byte> bytes;
+    for (const char character : std::string_view("\xabKTX 20\xbb\r\n\x1a\n"))
+        bytes.push_back(static_cast<std::byte>(character));
+    const auto put = [&](uint64_t value) { PutNumber(bytes, value); };
+    for (const uint32_t value : {desc.vkFormat, 1u, desc.width, desc.height, desc.depth, desc.layers,
+                                 desc.faces, desc.levels, desc.supercompression})
+        put(value);
+    const uint64_t levelCount = desc.levels == 0 ? 1 : desc.levels;
+    const uint64_t descriptorAt = 80 + 24 * levelCount, keysAt = descriptorAt + descriptor.size();
+    const uint64_t globalAt = keysAt + keys.size(), levelAt = globalAt + desc.global.size();
+    put(descriptorAt);
+    put(descriptor.size());
+    put(keys.empty() ? 0 : keysAt);
+    put(keys.size());
+    PutNumber(bytes, desc.global.empty() ? 0 : globalAt, 8);
+    PutNumber(bytes, desc.global.size(), 8);
+    for (uint64_t i = 0; i < levelCount; ++i) {
+        PutNumber(bytes, levelAt, 8);
+        PutNumber(bytes, level.size(), 8);
+        PutNumber(bytes, desc.inflatedBytes.value_or(desc.supercompression == 1 ? 0 : level.size()), 8);
+    }
+    for (const auto& part : {std::span<const std::byte>(descriptor), std::span<const std::byte>(keys),
+                             std::span<const std::byte>(desc.global), level})
+        bytes.insert(bytes.end(), part.begin(), part.end());
+    return bytes;
+}
+
 }  // namespace raygraph::test

@@ -4,8 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace raygraph::test {
@@ -29,6 +32,28 @@ std::vector<std::byte> MakeDds(const DdsDesc& desc, std::span<const uint8_t> tex
 
 // A DDS of one texel, plain RGBA, repeated.
 std::vector<std::byte> MakePlainDds(uint32_t width, uint32_t height, const std::array<uint8_t, 4>& color);
+
+// Khronos' color models of what has no Vulkan format, and Vulkan's numbers of some that have.
+inline constexpr uint32_t kEtc1s = 163, kUastc = 166;
+inline constexpr uint32_t kVkR8 = 9, kVkRg8 = 16, kVkRgb8 = 23, kVkBgr8 = 30, kVkRgba8 = 37,
+                          kVkRgba8Srgb = 43, kVkBgra8 = 44, kVkBc1Rgb = 131, kVkBc1Rgba = 133, kVkBc2 = 135,
+                          kVkBc3 = 137, kVkBc4 = 139, kVkBc5 = 141, kVkBc7 = 145, kVkBc7Srgb = 146;
+
+struct Ktx2Desc {
+    uint32_t vkFormat = 0;
+    uint32_t width = 4, height = 4, depth = 0, layers = 0, faces = 1, levels = 1;
+    uint32_t supercompression = 0;  // 1: BasisLZ, 2: Zstandard.
+    uint32_t model = 1;             // RGBSDA.
+    bool isSrgb = false;
+    uint32_t flags = 0;                   // 1: premultiplied alpha.
+    std::vector<uint32_t> channels = {};  // Of the samples.
+    std::vector<std::pair<std::string, std::string>> keys = {};
+    std::vector<std::byte> global = {};
+    std::optional<uint64_t> inflatedBytes = {};  // Else the level's size.
+};
+// The level is stored as it is given.
+std::vector<std::byte> MakeKtx2(const Ktx2Desc& desc, std::span<const std::byte> level);
+std::vector<std::byte> MakeKtx2(const Ktx2Desc& desc, std::span<const uint8_t> level);
 
 // Appends a number, the lowest byte first.
 void PutNumber(std::vector<std::byte>& bytes, uint64_t value, size_t count = 4);

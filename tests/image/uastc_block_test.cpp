@@ -103,8 +103,8 @@ uint32_t Scrambled(uint32_t p) {
     return p;
 }
 
-// The partition function of ASTC (Khronos Data Format Specification, chapter ASTC), of 2 or 3 parts of a block
-// of fewer than 31 texels.
+// The partition function of ASTC (Khronos Data Format Specification, chapter ASTC), of 2 or 3 parts of a
+// block of fewer than 31 texels.
 uint32_t AstcPart(uint32_t number, uint32_t parts, uint32_t texel) {
     const uint32_t x = texel % 4 * 2, y = texel / 4 * 2;
     const uint32_t seed = number + (parts - 1) * 1024, scrambled = Scrambled(seed);

@@ -1,5 +1,5 @@
-// Blocks of UASTC from their fields, and what they show. The rules are the Khronos Data Format Specification's,
-// written down a second time.
+// Blocks of UASTC from their fields, and what they show. The rules are the Khronos Data Format
+// Specification's, written down a second time.
 #pragma once
 
 #include <algorithm>

@@ -1,8 +1,10 @@
 // Extensions of textures that name another file of the same picture.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "renderer/scene/save_gltf.h"
-#include "tests/image/texture_files.h"
+#include "tests/image/basis_files.h"
 #include "tests/scene/gltf_document.h"
 
 namespace raygraph::test {
@@ -51,12 +53,38 @@ Bytes MakeWebp(uint32_t width, uint32_t height, const std::array<uint8_t, 4>& co
 struct Kind {
     const char* extension;
     const char* file;
-    Bytes bytes;  // 8 x 4 texels of kColor.
+    Bytes bytes;  // 8 x 4 texels of the color.
+    std::array<uint8_t, 4> color;
 };
 
+// UASTC's blocks of one color: a mode of 5 bits, and RGBA.
+Bytes MakeUastc(uint32_t width, uint32_t height, const std::array<uint8_t, 4>& color) {
+    Bytes level;
+    for (uint32_t i = 0; i < (width + 3) / 4 * ((height + 3) / 4); ++i) {
+        uint64_t bits = 0x17;
+        for (unsigned c = 0; c < 4; ++c) bits |= uint64_t{color[c]} << (5 + 8 * c);
+        PutNumber(level, bits, 8);
+        PutNumber(level, 0, 8);
+    }
+    return MakeKtx2({.width = width, .height = height, .model = kUastc, .channels = {3}}, level);
+}
+
+// Colors of ETC1S have 5 bits and a modifier: 8 is 66 - 8, 58; and so on.
+constexpr std::array<uint8_t, 4> kEtc1sColor{58, 8, 124, 25};
+Bytes MakeEtc1s(uint32_t width, uint32_t height) {
+    BasisPicture picture{
+        .width = width, .height = height, .colors = {{{8, 2, 16}, 0}, {{4, 4, 4}, 0}}, .patterns = {0}};
+    const size_t blockCount = (width + 3) / 4 * ((height + 3) / 4);
+    picture.color = {std::vector<uint32_t>(blockCount, 0), std::vector<uint32_t>(blockCount, 0)};
+    picture.alpha = {std::vector<uint32_t>(blockCount, 1), std::vector<uint32_t>(blockCount, 0)};
+    return MakeBasisLz(picture);
+}
+
 std::vector<Kind> Kinds() {
-    return {{"EXT_texture_webp", "a.webp", MakeWebp(8, 4, kColor)},
-            {"MSFT_texture_dds", "a.dds", MakePlainDds(8, 4, kColor)}};
+    return {{"EXT_texture_webp", "a.webp", MakeWebp(8, 4, kColor), kColor},
+            {"MSFT_texture_dds", "a.dds", MakePlainDds(8, 4, kColor), kColor},
+            {"KHR_texture_basisu", "uastc.ktx2", MakeUastc(8, 4, kColor), kColor},
+            {"KHR_texture_basisu", "etc1s.ktx2", MakeEtc1s(8, 4), kEtc1sColor}};
 }
 
 // A triangle with a texture whose `source` is a PNG of 2 x 2 texels, if it has one.
@@ -77,7 +105,7 @@ void AddKind(GltfDocument& document, const Kind& kind, const std::string& uri) {
 
 TEST(TextureExtensions, ImageOfTheExtensionIsReadAndRequiredOnesLoad) {
     for (const Kind& kind : Kinds()) {
-        SCOPED_TRACE(kind.extension);
+        SCOPED_TRACE(kind.file);
         for (const bool isRequired : {false, true}) {
             GltfDocument document = WithTexture(!isRequired);
             AddKind(document, kind, DataUri(kind.bytes));
@@ -89,7 +117,7 @@ TEST(TextureExtensions, ImageOfTheExtensionIsReadAndRequiredOnesLoad) {
             EXPECT_EQ(scene.images[0].height, 4u);
             ASSERT_EQ(scene.images[0].rgba.size(), 4u * 8 * 4);
             for (size_t i = 0; i < scene.images[0].rgba.size(); ++i)
-                ASSERT_EQ(scene.images[0].rgba[i], kColor[i % 4]) << i;
+                ASSERT_EQ(scene.images[0].rgba[i], kind.color[i % 4]) << i;
         }
     }
 }
@@ -108,18 +136,31 @@ TEST(TextureExtensions, OfSeveralTheOneThatLostLeastIsRead) {
     const std::vector<std::pair<const char*, Bytes>> order{
         {"EXT_texture_webp", MakeWebp(11, 1, kColor)},
         {"MSFT_texture_dds", MakePlainDds(12, 1, kColor)},
+        {"KHR_texture_basisu", MakeUastc(13, 1, kColor)},
     };
     for (size_t first = 0; first < order.size(); ++first) {
         GltfDocument document = WithTexture(true);
         for (size_t i = order.size(); i-- > first;)
-            AddKind(document, {order[i].first, "", {}}, DataUri(order[i].second));
+            AddKind(document, {order[i].first, "", {}, {}}, DataUri(order[i].second));
         EXPECT_EQ(Load(document).images.at(0).width, 11 + first) << order[first].first;
     }
 }
 
+// Not what the extension allows, but what it says without it is clear.
+TEST(TextureExtensions, PlainKtx2IsAnImageLikeOthers) {
+    GltfDocument document = WithTexture(true);
+    const Bytes texels = MakePlainDds(3, 3, kColor);
+    const Bytes ktx2 = MakeKtx2({.vkFormat = kVkRgba8, .width = 3, .height = 3},
+                                std::span<const std::byte>(texels).last(4 * 3 * 3));
+    document.json["images"][0]["uri"] = DataUri(ktx2);
+    const scene::SceneData scene = Load(document);
+    EXPECT_EQ(scene.images.at(0).width, 3u);
+    EXPECT_TRUE(std::ranges::equal(std::span(scene.images[0].rgba).first(4), kColor));
+}
+
 TEST(TextureExtensions, FilesAreSavedAlong) {
     for (const Kind& kind : Kinds()) {
-        SCOPED_TRACE(kind.extension);
+        SCOPED_TRACE(kind.file);
         SceneFolder folder;
         folder.Write(kind.file, kind.bytes);
         GltfDocument document = WithTexture(true);

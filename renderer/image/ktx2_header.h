@@ -1,0 +1,39 @@
+// The header of a KTX2 file, after the KTX File Format Specification 2.0. Private to renderer/image. Threads:
+// any.
+#pragma once
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "renderer/image/texels.h"
+
+namespace raygraph::image {
+
+enum class Supercompression : uint8_t { None = 0, BasisLz = 1, Zstd = 2 };
+
+// What the data format descriptor says of files without a Vulkan format.
+struct BasisFormat {
+    bool isUastc = false;  // Otherwise ETC1S.
+    bool isSrgb = false;
+    bool hasSecondSlice = false;
+    Swizzle channels = kIdentity;  // Where the picture's channels are in what is decoded.
+};
+
+struct Ktx2Header {
+    uint32_t width = 0, height = 0;
+    uint32_t levelCount = 1;
+    uint32_t vkFormat = 0;  // 0: `basis` says what it is.
+    BasisFormat basis;
+    Supercompression supercompression = Supercompression::None;
+    std::span<const std::byte> level;  // The largest one, as stored.
+    uint64_t inflatedBytes = 0;        // Its size without Zstandard, by the file.
+    std::span<const std::byte> global;
+    Swizzle swizzle = kIdentity;  // That the file wishes for.
+};
+
+// Of a 2D texture, neither array nor cube map. Refuses all others, and what lies outside the file.
+Ktx2Header ReadKtx2Header(std::span<const std::byte> bytes, std::string_view name,
+                          const DecodeLimits& limits);
+
+}  // namespace raygraph::image
