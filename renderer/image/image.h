@@ -7,6 +7,7 @@
 // may be called from any; nothing here has global state.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -37,6 +38,8 @@ struct ImageF {
 struct DecodeLimits {
     uint32_t maxWidth = 16384, maxHeight = 16384;
     uint64_t maxPixels = uint64_t{1} << 28;  // width * height
+    // What several pictures that are decoded at once may have together: each takes its pixels from it.
+    std::atomic<uint64_t>* pixelsLeft = nullptr;
 };
 // An environment has four times the bytes of a texture: 16384 x 8192 is 2 GiB.
 inline constexpr DecodeLimits kEnvironmentLimits{.maxPixels = uint64_t{1} << 27};

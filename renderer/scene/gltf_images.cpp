@@ -1,10 +1,20 @@
+#include "renderer/scene/gltf_images.h"
+
 #include <algorithm>
+#include <atomic>
+#include <deque>
+#include <exception>
+#include <future>
+#include <optional>
+#include <semaphore>
+#include <span>
+#include <thread>
+#include <utility>
 
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "renderer/image/image.h"
-#include "renderer/scene/gltf_materials.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {
@@ -26,35 +36,130 @@ const char* FormatName(std::span<const std::byte> bytes) {
     }
 }
 
+// Files are read here, one after another, and decoded by tasks, of which so many run at once and twice as
+// many are begun, lest one large image stops the others. A task only tries: what it cannot do is done again
+// here, in the list's order and within what is left by then, so that every failure is the one that a single
+// thread meets.
+class ImageDecoder {
+  public:
+    ImageDecoder(GltfContext& context, const std::vector<ImageSource>& sources, GltfBuffers& buffers)
+        : m_context(context),
+          m_sources(sources),
+          m_buffers(buffers),
+          m_threads(ThreadCount(context.options.maxThreads)),
+          m_running(m_threads),
+          m_texelsLeft(context.options.limits.maxAllImageTexels) {}
+
+    std::vector<ImageData> Decode(const std::vector<uint32_t>& images) {
+        const size_t begunAtOnce = m_threads == 1 ? 1 : size_t{2} * m_threads;
+        std::vector<ImageData> decoded;
+        for (size_t begun = 0; decoded.size() < images.size();) {
+            while (begun < images.size() && m_tasks.size() < begunAtOnce) Begin(images[begun++]);
+            const auto done = static_cast<float>(decoded.size()) / static_cast<float>(images.size());
+            m_context.Progress("images", 0.5f + 0.5f * done);
+            decoded.push_back(Finish(m_tasks.front()));
+            m_tasks.pop_front();
+        }
+        return decoded;
+    }
+
+  private:
+    struct Attempt {
+        std::optional<image::Image8> image;  // None: it failed, for whatever reason.
+        double seconds = 0.0;
+    };
+    struct Task {
+        ImageData data;     // No texels yet.
+        std::string label;  // For messages.
+        std::vector<std::byte> file;
+        std::span<const std::byte> bytes;
+        std::exception_ptr unread;     // Why there are no bytes.
+        std::future<Attempt> attempt;  // Last: it reads the others.
+    };
+
+    static unsigned ThreadCount(uint32_t wanted) {
+        return std::max(1u, wanted != 0 ? wanted : std::thread::hardware_concurrency());
+    }
+
+    void Begin(uint32_t image) {
+        Task& task = m_tasks.emplace_back();
+        const ImageSource& source = m_sources[image];
+        const Place where = Place("images")[image];
+        task.data.name = source.name;
+        try {
+            if (task.data.name.empty() && source.uri && !IsDataUri(*source.uri))
+                task.data.name = PercentDecode(*source.uri);
+            if (source.uri) task.file = m_context.ReadUri(*source.uri, where["uri"]);
+            task.bytes = source.uri ? std::span<const std::byte>(task.file) : m_buffers.View(source.view);
+        } catch (...) {
+            task.unread = std::current_exception();
+            return;
+        }
+        task.label = Text("{}: {}", m_context.label, where.Path());
+        if (!task.data.name.empty()) task.label += Text(" {}", Quoted(task.data.name, 60));
+        if (m_threads == 1) return;
+        // Deferred where there are no more threads to be had: then Finish() runs it
+        task.attempt =
+            std::async(std::launch::async | std::launch::deferred, [this, &task] { return Try(task); });
+    }
+
+    Attempt Try(const Task& task) {
+        m_running.acquire();
+        Attempt attempt;
+        const Stopwatch watch;
+        try {
+            image::DecodeLimits limits = Limits(m_context.options.limits.maxImageTexels);
+            limits.pixelsLeft = &m_texelsLeft;
+            attempt.image = image::DecodeImage8(task.bytes, task.label, limits);
+        } catch (...) {
+            attempt.image.reset();
+        }
+        attempt.seconds = watch.Seconds();
+        m_running.release();
+        return attempt;
+    }
+
+    ImageData Finish(Task& task) {
+        if (task.unread) std::rethrow_exception(task.unread);
+        const uint64_t texelsLeft = m_context.options.limits.maxAllImageTexels - m_context.imageTexels;
+        Attempt attempt;
+        if (task.attempt.valid()) attempt = task.attempt.get();
+        const std::optional<image::Image8>& image = attempt.image;
+        if (!image || uint64_t{image->width} * image->height > texelsLeft) {
+            const Stopwatch watch;
+            const uint64_t maxTexels = std::min(m_context.options.limits.maxImageTexels, texelsLeft);
+            attempt.image = image::DecodeImage8(task.bytes, task.label, Limits(maxTexels));
+            attempt.seconds = watch.Seconds();
+        }
+        Say(m_context.options.log, LogLevel::Debug, log_category::kScene,
+            "{}: {} x {} {} of {} decoded in {}", task.label, image->width, image->height,
+            FormatName(task.bytes), BytesText(task.bytes.size()), DurationText(attempt.seconds));
+        task.data.width = image->width;
+        task.data.height = image->height;
+        task.data.rgba = std::move(attempt.image->rgba);
+        m_context.imageTexels += uint64_t{task.data.width} * task.data.height;
+        return std::move(task.data);
+    }
+
+    image::DecodeLimits Limits(uint64_t maxTexels) const {
+        const uint32_t extent = m_context.options.limits.maxImageExtent;
+        return {.maxWidth = extent, .maxHeight = extent, .maxPixels = maxTexels};
+    }
+
+    GltfContext& m_context;
+    const std::vector<ImageSource>& m_sources;
+    GltfBuffers& m_buffers;
+    const unsigned m_threads;
+    std::counting_semaphore<> m_running;
+    std::atomic<uint64_t> m_texelsLeft;  // Of all tasks together.
+    std::deque<Task> m_tasks;            // Last: they are waited for before the others go.
+};
+
 }  // namespace
 
-ImageData DecodeImage(GltfContext& context, const ImageSource& source, uint32_t image, GltfBuffers& buffers) {
-    const Place where = Place("images")[image];
-    ImageData data;
-    data.name = source.name;
-    if (data.name.empty() && source.uri && !IsDataUri(*source.uri)) data.name = PercentDecode(*source.uri);
-    std::vector<std::byte> file;
-    if (source.uri) file = context.ReadUri(*source.uri, where["uri"]);
-    const std::span<const std::byte> bytes =
-        source.uri ? std::span<const std::byte>(file) : buffers.View(source.view);
-
-    const LoadLimits& limits = context.options.limits;
-    const uint64_t texelsLeft = limits.maxAllImageTexels - context.imageTexels;
-    const image::DecodeLimits decodeLimits{.maxWidth = limits.maxImageExtent,
-                                           .maxHeight = limits.maxImageExtent,
-                                           .maxPixels = std::min(limits.maxImageTexels, texelsLeft)};
-    std::string label = Text("{}: {}", context.label, where.Path());
-    if (!data.name.empty()) label += Text(" {}", Quoted(data.name, 60));
-    const Stopwatch watch;
-    image::Image8 decoded = image::DecodeImage8(bytes, label, decodeLimits);
-    Say(context.options.log, LogLevel::Debug, log_category::kScene, "{}: {} x {} {} of {} decoded in {}",
-        label, decoded.width, decoded.height, FormatName(bytes), BytesText(bytes.size()),
-        DurationText(watch.Seconds()));
-    data.width = decoded.width;
-    data.height = decoded.height;
-    data.rgba = std::move(decoded.rgba);
-    context.imageTexels += uint64_t{data.width} * data.height;
-    return data;
+std::vector<ImageData> DecodeImages(GltfContext& context, const std::vector<ImageSource>& sources,
+                                    const std::vector<uint32_t>& images, GltfBuffers& buffers) {
+    return ImageDecoder(context, sources, buffers).Decode(images);
 }
 
 }  // namespace raygraph::scene

@@ -11,7 +11,4 @@ namespace raygraph::scene {
 // will have. Texture::image already indexes that list.
 std::vector<uint32_t> ReadMaterials(GltfContext& context, const gltf::Model& model, SceneData& scene);
 
-// Decodes one of the file's images; its index is for messages. gltf_images.cpp.
-ImageData DecodeImage(GltfContext& context, const ImageSource& source, uint32_t image, GltfBuffers& buffers);
-
 }  // namespace raygraph::scene

@@ -12,6 +12,7 @@
 #include "renderer/scene/gltf_buffers.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_images.h"
 #include "renderer/scene/gltf_materials.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/gltf_nodes.h"
@@ -55,11 +56,7 @@ SceneData Import(GltfContext& context, const GltfContainer& container) {
     AccessorReader reader(context, outline.tables, buffers);
     DecodeMeshes(context, reader, outline, scene);
     PlaceInstances(context, scene);
-    const std::vector<uint32_t>& images = outline.images;
-    for (size_t i = 0; i < images.size(); ++i) {
-        context.Progress("images", 0.5f + 0.5f * static_cast<float>(i) / static_cast<float>(images.size()));
-        scene.images.push_back(DecodeImage(context, outline.imageSources[images[i]], images[i], buffers));
-    }
+    scene.images = DecodeImages(context, outline.imageSources, outline.images, buffers);
     Check(scene, context.label, ErrorKind::BadInput);
     context.Progress("done", 1.0f);
     scene.warnings = context.warnings.Take();

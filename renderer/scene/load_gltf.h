@@ -42,6 +42,9 @@ struct LoadOptions {
     // Called on the loading thread: what is being done and the part of the whole already done, 0 to 1.
     std::function<void(std::string_view stage, float fraction)> progress;
     FileReader* reader = nullptr;  // nullptr: the disk.
+    // Images are decoded on so many threads, which end before the call does; 0: as many as there are cores.
+    // The scene, or the error, is the same for any number.
+    uint32_t maxThreads = 0;
     // Warnings, as in SceneData::warnings; how long it took; for debugging, how long each image took.
     Log log = {};
 };
