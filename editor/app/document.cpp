@@ -94,7 +94,11 @@ Document::Document(std::filesystem::path file, const scene::SceneData& data,
         for (uint32_t i = 0; i < things.size(); ++i)
             if (things[i].node != scene::kNone) m_placed[things[i].node].*index = i;
     };
-    place(m_scene.instances, &Placed::instance);
+    for (uint32_t i = 0; i < m_scene.instances.size(); ++i) {
+        if (m_scene.instances[i].node == scene::kNone) continue;
+        Placed& placed = m_placed[m_scene.instances[i].node];
+        if (placed.instanceCount++ == 0) placed.firstInstance = i;
+    }
     place(m_scene.lights, &Placed::light);
     place(m_scene.cameras, &Placed::camera);
     m_worldTransforms = scene::WorldTransforms(m_scene);
@@ -120,7 +124,8 @@ std::vector<uint32_t> Document::Subtree(uint32_t node) const {
 std::vector<uint32_t> Document::InstancesUnder(uint32_t node) const {
     std::vector<uint32_t> instances;
     for (const uint32_t below : Subtree(node))
-        if (m_placed[below].instance != scene::kNone) instances.push_back(m_placed[below].instance);
+        for (uint32_t i = m_placed[below].firstInstance; i < m_placed[below].InstanceEnd(); ++i)
+            instances.push_back(i);
     return instances;
 }
 
@@ -170,8 +175,10 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
     for (const uint32_t node : moved) before.push_back(m_worldTransforms[node]);
     // Only what lies below the node moves
     const auto place = [&](uint32_t node, const scene::PlacedTransform& nodeToWorld) {
-        if (m_placed[node].instance != scene::kNone)
-            scene::CheckTransform(nodeToWorld, Text("node {}", node));
+        const Placed& placed = m_placed[node];
+        for (uint32_t i = placed.firstInstance; i < placed.InstanceEnd(); ++i)
+            scene::CheckTransform(scene::PlaceInstance(nodeToWorld, m_scene.instances[i]),
+                                  Text("node {}", node));
         m_worldTransforms[node] = nodeToWorld;
         const uint32_t light = m_placed[node].light;
         if (light == scene::kNone) return;
@@ -203,11 +210,13 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
             m_scene.cameras[placed.camera].cameraToWorld = nodeToWorld.matrix;
             m_scene.cameras[placed.camera].translationRest = nodeToWorld.rest;
         }
-        if (placed.instance == scene::kNone) continue;
-        m_scene.instances[placed.instance].objectToWorld = nodeToWorld.matrix;
-        m_scene.instances[placed.instance].translationRest = nodeToWorld.rest;
-        m_instanceBounds[placed.instance] = InstanceBounds(placed.instance);
-        gpu.SetTransform(placed.instance, nodeToWorld);
+        for (uint32_t i = placed.firstInstance; i < placed.InstanceEnd(); ++i) {
+            const scene::PlacedTransform instance = scene::PlaceInstance(nodeToWorld, m_scene.instances[i]);
+            m_scene.instances[i].objectToWorld = instance.matrix;
+            m_scene.instances[i].translationRest = instance.rest;
+            m_instanceBounds[i] = InstanceBounds(i);
+            gpu.SetTransform(i, instance);
+        }
     }
     m_scene.bounds = {};
     for (const scene::Bounds& bounds : m_instanceBounds) m_scene.bounds.Extend(bounds);

@@ -111,9 +111,11 @@ class Document {
     std::string m_hash;  // of what is in the file; "": not known
     scene::SceneData m_scene;
     scene::SceneStatistics m_statistics;
-    // The instance of a node; scene::kNone: none.
+    // What a node places: instances, which are neighbors; light and camera: scene::kNone for none.
     struct Placed {
-        uint32_t instance = scene::kNone, light = scene::kNone, camera = scene::kNone;
+        uint32_t firstInstance = 0, instanceCount = 0, light = scene::kNone, camera = scene::kNone;
+
+        uint32_t InstanceEnd() const { return firstInstance + instanceCount; }
     };
     // The node, and all below it, parents first.
     std::vector<uint32_t> Subtree(uint32_t node) const;

@@ -110,7 +110,8 @@ class ContentHasher {
         AddAll(name, parent, translation, translationRest, rotation, scale, matrix, mesh);
     }
     void Add(const scene::Instance& instance) {
-        const auto& [mesh, node, objectToWorld, translationRest] = instance;
+        // Without objectToNode: objectToWorld follows from it
+        const auto& [mesh, node, objectToWorld, translationRest, objectToNode] = instance;
         AddAll(mesh, node, objectToWorld, translationRest);
     }
     void Add(const scene::Camera& camera) {

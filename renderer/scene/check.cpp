@@ -202,6 +202,7 @@ void CheckAll(const SceneData& scene, const Subject& subject) {
         here.RequireIndex("mesh", scene.instances[i].mesh, scene.meshes.size());
         here.RequireIndex("node", scene.instances[i].node, scene.nodes.size(), true);
         CheckTransformOf({scene.instances[i].objectToWorld, scene.instances[i].translationRest}, here);
+        here.Require(IsFinite(scene.instances[i].objectToNode), "its objectToNode is not finite");
     }
     for (size_t i = 0; i < scene.cameras.size(); ++i) {
         subject.In("cameras", i).RequireIndex("node", scene.cameras[i].node, scene.nodes.size(), true);

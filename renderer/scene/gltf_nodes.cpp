@@ -220,19 +220,48 @@ class GraphReader {
     std::vector<uint32_t> m_children;
 };
 
+// The instances of one node: `one`, at each of the layout's transforms.
+void PlaceMany(GltfContext& context, AccessorReader& reader, const InstancingLayout& layout, Instance one,
+               const PlacedTransform& nodeToWorld, SceneData& scene) {
+    // And what GpuScene and its users keep of each
+    constexpr uint64_t kBytesAnInstance = 4 * sizeof(Instance);
+    context.ChargeGeometry(layout.where, layout.count * kBytesAnInstance);
+    const std::vector<glm::mat4x3> transforms = DecodeInstancing(context, reader, layout);
+    for (size_t i = 0; i < transforms.size(); ++i) {
+        one.objectToNode = transforms[i];
+        const PlacedTransform placed = PlaceInstance(nodeToWorld, one);
+        if (!IsFinite(placed.matrix))
+            context.Fail(layout.where, Text("the world transform of instance {} is not finite", i));
+        if (!CanInvert(placed.matrix)) {
+            context.Warn(layout.where, "singular instance",
+                         Text("instance {} is scaled to nothing or flat, left out", i));
+            continue;
+        }
+        one.objectToWorld = placed.matrix;
+        one.translationRest = placed.rest;
+        scene.instances.push_back(one);
+    }
+}
+
 }  // namespace
 
 void ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene) {
     GraphReader(context, model, scene).Read();
 }
 
-void PlaceInstances(GltfContext& context, SceneData& scene) {
+void PlaceInstances(GltfContext& context, AccessorReader& reader,
+                    const std::vector<InstancingLayout>& instancing, SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
     for (const uint32_t node : scene.nodeOrder) {
         const Place where = Place("nodes")[node];
         if (!IsFinite(transforms[node].matrix)) context.Fail(where, "its world transform is not finite");
         const uint32_t mesh = scene.nodes[node].mesh;
         if (mesh == kNone || scene.meshes[mesh].primitives.empty()) continue;
+        if (instancing[node].count > 0) {
+            PlaceMany(context, reader, instancing[node], {.mesh = mesh, .node = node}, transforms[node],
+                      scene);
+            continue;
+        }
         if (!CanInvert(transforms[node].matrix)) {
             context.Warn(where, "singular", "is scaled to nothing or flat, its mesh is left out");
             continue;

@@ -1,8 +1,12 @@
 // scenes, nodes, cameras, lights: the graph. Internal to renderer/scene.
 #pragma once
 
+#include <vector>
+
 #include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_instancing.h"
 #include "renderer/scene/gltf_model.h"
+#include "renderer/scene/gltf_reader.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::scene {
@@ -12,9 +16,10 @@ namespace raygraph::scene {
 // does not exist.
 void ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene);
 
-// Places an instance for every node of scene.nodeOrder with a mesh, then world transforms and bounds. Fails
-// if a transform or the bounds are not finite.
-void PlaceInstances(GltfContext& context, SceneData& scene);
+// Places an instance for every node of scene.nodeOrder with a mesh, or as many as `instancing` has of the
+// node, then world transforms and bounds. Fails if a transform or the bounds are not finite.
+void PlaceInstances(GltfContext& context, AccessorReader& reader,
+                    const std::vector<InstancingLayout>& instancing, SceneData& scene);
 
 // The file's cameras and lights, not yet placed. gltf_cameras_lights.cpp.
 std::vector<Camera> ReadCameras(GltfContext& context, const gltf::Model& model);

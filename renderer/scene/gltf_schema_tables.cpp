@@ -158,6 +158,11 @@ constexpr auto kNode =
     Table(Text("name"), Numbers("translation", 3), Numbers("rotation", 4), Numbers("scale", 3),
           Numbers("matrix", 16), Index("mesh", Target::Meshes), Index("camera", Target::Cameras),
           Index("skin", Target::Skins), Indices("children", Target::Nodes), Extensions(ExtensionPlace::Node));
+// Of EXT_mesh_gpu_instancing; others of its attributes belong to applications.
+constexpr auto kInstanceAttributes =
+    Table(Index("TRANSLATION", Target::Accessors), Index("ROTATION", Target::Accessors),
+          Index("SCALE", Target::Accessors));
+constexpr auto kInstancing = Table(Object("attributes", kInstanceAttributes));
 constexpr auto kScene = Table(Text("name"), Indices("nodes", Target::Nodes));
 
 // --- What is not read, but for its indices: a damaged file is refused whether or not it shows ---
@@ -201,6 +206,7 @@ constexpr std::array kExtensions{
     Extension{"KHR_mesh_quantization", ExtensionPlace::Nowhere, {}},
     Extension{"KHR_lights_punctual", ExtensionPlace::Root, kLights},
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
+    Extension{"EXT_mesh_gpu_instancing", ExtensionPlace::Node, kInstancing},
     Extension{"EXT_texture_webp", ExtensionPlace::Texture, kTextureSource},
     Extension{"MSFT_texture_dds", ExtensionPlace::Texture, kTextureSource},
     Extension{"KHR_texture_basisu", ExtensionPlace::Texture, kTextureSource},

@@ -55,7 +55,7 @@ SceneData Import(GltfContext& context, const GltfContainer& container) {
     GltfBuffers buffers(context, outline.bufferSources, outline.tables, container);
     AccessorReader reader(context, outline.tables, buffers);
     DecodeMeshes(context, reader, outline, scene);
-    PlaceInstances(context, scene);
+    PlaceInstances(context, reader, outline.instancing, scene);
     scene.images = DecodeImages(context, outline.imageSources, outline.images, buffers);
     Check(scene, context.label, ErrorKind::BadInput);
     context.Progress("done", 1.0f);
@@ -79,6 +79,7 @@ GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
     outline.tables = ReadAccessorTables(context, document);
     outline.images = ReadMaterials(context, document.model, outline.scene);
     outline.layouts = ReadMeshLayouts(context, document.model, outline.tables);
+    outline.instancing = ReadInstancing(context, document.model, outline.tables);
     ReadNodes(context, document.model, outline.scene);
     outline.defaultMaterial = AddDefaultMaterial(outline.layouts, outline.scene);
     outline.bufferSources = std::move(document.buffers);

@@ -1,10 +1,9 @@
 // glTF 2.0 files (.gltf with its buffers and images, .glb) to SceneData.
 //
-// Read: the static core, KHR_mesh_quantization, KHR_lights_punctual, KHR_texture_basisu, EXT_texture_webp,
-// MSFT_texture_dds and KHR_materials_emissive_strength, ior, specular, transmission, volume and unlit. Not
-// read: animations, skins and morph targets (meshes stand in their base pose; one warning each), other
-// extensions (one warning each; an error if the file requires them), points and lines (one warning). Threads:
-// any, also several at once; none of them touches a device.
+// Read: the static core and the extensions that docs/gltf.md lists. Not read: animations, skins and morph
+// targets (meshes stand in their base pose; one warning each), other extensions (one warning each; an error
+// if the file requires them), points and lines (one warning). Threads: any, also several at once; none of
+// them touches a device.
 #pragma once
 
 #include <cstdint>

@@ -78,6 +78,11 @@ std::vector<PlacedTransform> WorldTransforms(const SceneData& scene) {
     return transforms;
 }
 
+PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, const Instance& instance) {
+    if (instance.objectToNode == glm::mat4x3(1.0f)) return nodeToWorld;
+    return Compose(nodeToWorld, {instance.objectToNode, glm::vec3(0.0f)});
+}
+
 void UpdateWorldTransforms(SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
     const auto place = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
@@ -92,7 +97,11 @@ void UpdateWorldTransforms(SceneData& scene) {
     scene.bounds = {};
     for (Instance& instance : scene.instances) {
         RG_CHECK_LT(instance.mesh, scene.meshes.size());
-        place(instance.node, instance.objectToWorld, instance.translationRest);
+        if (instance.node != kNone) {
+            const PlacedTransform placed = PlaceInstance(transforms[instance.node], instance);
+            instance.objectToWorld = placed.matrix;
+            instance.translationRest = placed.rest;
+        }
         scene.bounds.Extend(meshBounds[instance.mesh].Transformed(instance.objectToWorld));
     }
     for (Camera& camera : scene.cameras) place(camera.node, camera.cameraToWorld, camera.translationRest);

@@ -214,7 +214,8 @@ struct RAYGRAPH_API Node {
     glm::mat4x3 LocalTransform() const;
 };
 
-// One placed mesh. The transform may mirror (negative determinant): the winding seen in world space is then
+// One placed mesh: that of a node, or one of those that the node has placed by EXT_mesh_gpu_instancing. The
+// transform may mirror (negative determinant): the winding seen in world space is then
 // reversed, but the front stays the front. So take the geometric normal in object space and carry it over by
 // the inverse transpose (which keeps sides), or cross the world-space edges and multiply by -1 if
 // IsMirrored(). LoadGltf leaves out a node whose mesh is scaled to nothing or flat (no inverse), with a
@@ -224,6 +225,7 @@ struct Instance {
     uint32_t node = kNone;  // The node that placed it; kNone for one without a node.
     glm::mat4x3 objectToWorld{1.0f};
     glm::vec3 translationRest{0.0f};
+    glm::mat4x3 objectToNode{1.0f};  // Moves with the node. The identity without EXT_mesh_gpu_instancing.
 
     bool IsMirrored() const { return glm::determinant(glm::mat3(objectToWorld)) < 0.0f; }
 };
@@ -276,8 +278,9 @@ struct SceneData {
     std::vector<ImageData> images;    // Only those that textures use.
     std::vector<Node> nodes;          // All of the file's nodes, in the file's order.
     std::vector<uint32_t> nodeOrder;  // The nodes of the loaded scene, every parent before its children.
-    // One per node of `nodeOrder` whose mesh has a primitive, in that order. A node whose mesh is scaled to
-    // nothing or flat (no inverse) is left out when loading, with a warning.
+    // One per node of `nodeOrder` whose mesh has a primitive, in that order; those of a node with
+    // EXT_mesh_gpu_instancing are neighbors. One that is scaled to nothing or flat (no inverse) is left out
+    // when loading, with a warning.
     std::vector<Instance> instances;
     std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
     std::vector<Light> lights;    // Those placed in the loaded scene, in order of the file's light index.
@@ -302,6 +305,9 @@ RAYGRAPH_API PlacedTransform Compose(const PlacedTransform& a, const PlacedTrans
 
 // Node to world, one per entry of `scene.nodes`; identity for nodes outside `nodeOrder`. Linear time.
 RAYGRAPH_API std::vector<PlacedTransform> WorldTransforms(const SceneData& scene);
+
+// Object to world, of an instance of a node with this transform.
+RAYGRAPH_API PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, const Instance& instance);
 
 // Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved.
 RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);

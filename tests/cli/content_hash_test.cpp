@@ -124,7 +124,7 @@ auto FieldsOf(Node& s) {
     return std::tie(a, b, c, d, e, f, g, h);
 }
 auto FieldsOf(Instance& s) {
-    auto& [a, b, c, d] = s;
+    auto& [a, b, c, d, objectToNode] = s;
     return std::tie(a, b, c, d);
 }
 auto FieldsOf(Camera& s) {

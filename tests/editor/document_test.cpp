@@ -34,6 +34,19 @@ class DocumentTest : public testing::VulkanTest {
     Document document;
 };
 
+// A mesh with nothing that places it.
+scene::SceneData OneTriangle() {
+    scene::SceneData data;
+    data.materials.resize(1);
+    data.meshes.resize(1);
+    scene::Primitive& triangle = data.meshes[0].primitives.emplace_back();
+    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    triangle.normals.assign(3, {0, 0, 1});
+    triangle.indices = {0, 1, 2};
+    for (const glm::vec3& position : triangle.positions) triangle.bounds.Extend(position);
+    return data;
+}
+
 const glm::mat4x3 kUp{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 5, 0}};
 
 }  // namespace
@@ -62,14 +75,7 @@ TEST_F(DocumentTest, TransformMovesInstanceAndBoundsAndIsUndone) {
 
 TEST_F(DocumentTest, TransformMovesAllBelowAndNothingElse) {
     // 0 -> 1 -> 2, and 3 beside them; a light and a camera below
-    scene::SceneData data;
-    data.materials.resize(1);
-    data.meshes.resize(1);
-    scene::Primitive& triangle = data.meshes[0].primitives.emplace_back();
-    triangle.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    triangle.normals.assign(3, {0, 0, 1});
-    triangle.indices = {0, 1, 2};
-    for (const glm::vec3& position : triangle.positions) triangle.bounds.Extend(position);
+    scene::SceneData data = OneTriangle();
     data.nodes.resize(4);
     data.nodes[1].parent = 0;
     data.nodes[2].parent = 1;
@@ -97,6 +103,29 @@ TEST_F(DocumentTest, TransformMovesAllBelowAndNothingElse) {
     EXPECT_EQ(moved.Scene().cameras[0].cameraToWorld, expected.cameras[0].cameraToWorld);
     EXPECT_EQ(moved.Scene().bounds.min, expected.bounds.min);
     EXPECT_EQ(moved.Scene().bounds.max, expected.bounds.max);
+}
+
+TEST_F(DocumentTest, TransformMovesAllInstancesOfTheNode) {
+    scene::SceneData data = OneTriangle();
+    data.nodes.resize(2);
+    data.nodeOrder = {0, 1};
+    const glm::mat4x3 turned{{0, 1, 0}, {-1, 0, 0}, {0, 0, 1}, {3, 0, 0}};
+    data.instances = {{.node = 0}, {.node = 1, .objectToNode = turned}, {.node = 1, .objectToNode = kUp}};
+    scene::UpdateWorldTransforms(data);
+    Document moved("", data);
+    gpu.SetScene(scene::SceneData(data));
+    EXPECT_EQ(moved.InstancesUnder(1), (std::vector<uint32_t>{1, 2}));
+    moved.Apply(TransformEdit{1, kUp}, gpu);
+    data.nodes[1].matrix = kUp;
+    scene::UpdateWorldTransforms(data);
+    EXPECT_EQ(data.instances[1].objectToWorld[3], glm::vec3(3, 5, 0));
+    for (uint32_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(moved.Scene().instances[i].objectToWorld, data.instances[i].objectToWorld) << i;
+        EXPECT_EQ(gpu.Transform(i).matrix, data.instances[i].objectToWorld) << i;
+    }
+    EXPECT_EQ(moved.BoundsOf(1).max, data.bounds.max);
+    moved.Undo(gpu);
+    EXPECT_EQ(gpu.Transform(1).matrix, turned);
 }
 
 TEST_F(DocumentTest, EachEditDoesTheSmallestWork) {

@@ -175,9 +175,7 @@ TEST(ReferenceScenes, HaveTheTriangleCountsOfTheirManifest) {
         }
         const scene::SceneStatistics statistics = scene::Statistics(scene::LoadGltf(path));
         EXPECT_EQ(statistics.uniqueTriangles, row.uniqueTriangles) << row.file;
-        // EXT_mesh_gpu_instancing is optional there and not read: one box in place of 125.
-        const uint64_t placed = row.file == "SimpleInstancing.glb" ? 12 : row.placedTriangles;
-        EXPECT_EQ(statistics.placedTriangles, placed) << row.file;
+        EXPECT_EQ(statistics.placedTriangles, row.placedTriangles) << row.file;
     }
     EXPECT_GE(count, 30u) << "the manifest was not understood";
 }

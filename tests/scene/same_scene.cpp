@@ -86,6 +86,8 @@ void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tole
     ASSERT_EQ(a.instances.size(), b.instances.size());
     for (size_t i = 0; i < a.instances.size(); ++i) {
         EXPECT_EQ(a.instances[i].mesh, b.instances[i].mesh);
+        EXPECT_EQ(a.instances[i].node, b.instances[i].node);
+        EXPECT_EQ(a.instances[i].objectToNode, b.instances[i].objectToNode);
         // What is saved of a node is rounded to float: a few steps of it where places are large
         const float steps = 4e-7f * glm::length(a.instances[i].objectToWorld[3]);
         EXPECT_LE(Apart(a.instances[i].objectToWorld, b.instances[i].objectToWorld), tolerance + steps);
