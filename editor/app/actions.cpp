@@ -16,6 +16,7 @@ constexpr ActionRow kActions[] = {
     {Action::Quit, Menu::FileMenu, "Quit", {KeyPress{Key::Q, true}}, "quit", true},
     {Action::Undo, Menu::EditMenu, "Undo", {KeyPress{Key::Z, true}}, "undo"},
     {Action::Redo, Menu::EditMenu, "Redo", {KeyPress{Key::Y, true}, KeyPress{Key::Z, true, true}}, "redo"},
+    {Action::Hide, Menu::EditMenu, "Hide or show", {KeyPress{Key::H}}, "hide or show the selection"},
     {Action::Frame, Menu::CameraMenu, "Frame", {KeyPress{Key::F}}, "frame the selection or the whole scene"},
     {Action::SceneCamera, Menu::None, "", {KeyPress{Key::Home}}, "the scene's camera"},
     {Action::Hierarchy, Menu::PanelMenu, "Hierarchy", {}, "", false, &Panels::hierarchy},

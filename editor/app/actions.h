@@ -22,6 +22,7 @@ enum class Action : uint8_t {
     Quit,
     Undo,
     Redo,
+    Hide,
     Frame,
     SceneCamera,
     Hierarchy,

@@ -46,6 +46,7 @@ bool IsSameTarget(const Edit& a, const Edit& b) {
     return std::visit(
         Overloaded{
             [&](const TransformEdit& e) { return e.node == std::get<TransformEdit>(b).node; },
+            [&](const VisibilityEdit& e) { return e.node == std::get<VisibilityEdit>(b).node; },
             [&](const MaterialEdit& e) { return e.material == std::get<MaterialEdit>(b).material; },
             [&](const LightEdit& e) { return e.light == std::get<LightEdit>(b).light; },
         },
@@ -102,6 +103,7 @@ Document::Document(std::filesystem::path file, const scene::SceneData& data,
     place(m_scene.lights, &Placed::light);
     place(m_scene.cameras, &Placed::camera);
     m_worldTransforms = scene::WorldTransforms(m_scene);
+    m_isVisible = scene::VisibleNodes(m_scene);
     for (const scene::Mesh& mesh : m_scene.meshes) {
         scene::Bounds& bounds = m_meshBounds.emplace_back();
         for (const scene::Primitive& primitive : mesh.primitives) bounds.Extend(primitive.bounds);
@@ -149,6 +151,9 @@ Edit Document::Current(const Edit& of) const {
                           [&](const TransformEdit& e) -> Edit {
                               const scene::Node& node = m_scene.nodes.at(e.node);
                               return TransformEdit{e.node, node.LocalTransform(), node.translationRest};
+                          },
+                          [&](const VisibilityEdit& e) -> Edit {
+                              return VisibilityEdit{e.node, m_scene.nodes.at(e.node).isVisible};
                           },
                           [&](const MaterialEdit& e) -> Edit {
                               return MaterialEdit{e.material, m_scene.materials.at(e.material)};
@@ -218,14 +223,34 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
             gpu.SetTransform(i, instance);
         }
     }
+    UpdateBounds();
+}
+
+void Document::UpdateBounds() {
     m_scene.bounds = {};
-    for (const scene::Bounds& bounds : m_instanceBounds) m_scene.bounds.Extend(bounds);
+    for (size_t i = 0; i < m_instanceBounds.size(); ++i) {
+        if (scene::IsVisible(m_isVisible, m_scene.instances[i].node))
+            m_scene.bounds.Extend(m_instanceBounds[i]);
+    }
+}
+
+void Document::PutVisibility(const VisibilityEdit& edit, GpuScene& gpu) {
+    m_scene.nodes.at(edit.node).isVisible = edit.isVisible;
+    m_isVisible = scene::VisibleNodes(m_scene);
+    for (const uint32_t node : Subtree(edit.node)) {
+        const Placed& placed = m_placed[node];
+        for (uint32_t i = placed.firstInstance; i < placed.InstanceEnd(); ++i)
+            gpu.SetVisible(i, m_isVisible[node]);
+        if (placed.light != scene::kNone) gpu.SetLightVisible(placed.light, m_isVisible[node]);
+    }
+    UpdateBounds();
 }
 
 void Document::Put(const Edit& edit, GpuScene& gpu) {
     ++m_changes;
     std::visit(Overloaded{
                    [&](const TransformEdit& e) { PutTransform(e, gpu); },
+                   [&](const VisibilityEdit& e) { PutVisibility(e, gpu); },
                    [&](const MaterialEdit& e) {
                        gpu.SetMaterial(e.material, e.values);
                        m_scene.materials.at(e.material) = e.values;

@@ -16,6 +16,10 @@
 namespace raygraph::editor {
 
 // The new value of a node, material or light. Indices are those of SceneData.
+struct VisibilityEdit {
+    uint32_t node = 0;
+    bool isVisible = true;
+};
 struct TransformEdit {
     uint32_t node = 0;
     glm::mat4x3 local{1.0f};
@@ -29,7 +33,7 @@ struct LightEdit {
     uint32_t light = 0;
     scene::Light values;
 };
-using Edit = std::variant<TransformEdit, MaterialEdit, LightEdit>;
+using Edit = std::variant<TransformEdit, VisibilityEdit, MaterialEdit, LightEdit>;
 
 // Detects that a file has been written since it was read.
 struct FileStamp {
@@ -67,6 +71,8 @@ class Document {
     // Node to world; that of the parent, the identity for a root.
     const glm::mat4x3& WorldTransform(uint32_t node) const { return m_worldTransforms.at(node).matrix; }
     glm::mat4x3 ParentTransform(uint32_t node) const;
+    // Whether the node and all above it are visible.
+    bool IsVisible(uint32_t node) const { return m_isVisible.at(node); }
     // Of a node and all below it, world space.
     scene::Bounds BoundsOf(uint32_t node) const;
     // The instances of the node and of its descendants.
@@ -105,6 +111,8 @@ class Document {
     Edit Current(const Edit& of) const;
     void Put(const Edit& edit, GpuScene& gpu);
     void PutTransform(const TransformEdit& edit, GpuScene& gpu);
+    void PutVisibility(const VisibilityEdit& edit, GpuScene& gpu);
+    void UpdateBounds();
 
     std::filesystem::path m_file;
     std::optional<FileStamp> m_stamp;
@@ -126,6 +134,7 @@ class Document {
     std::vector<Placed> m_placed;  // by node
     scene::PlacedTransform ParentPlace(uint32_t node) const;
     std::vector<scene::PlacedTransform> m_worldTransforms;  // by node
+    std::vector<bool> m_isVisible;                          // by node; those above it considered
     std::vector<scene::Bounds> m_meshBounds;                // by mesh
     std::vector<scene::Bounds> m_instanceBounds;            // by instance
     std::vector<Step> m_steps;

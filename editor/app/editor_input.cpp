@@ -46,6 +46,8 @@ void Editor::Do(Action action) {
             return m_work.Undo();
         case Action::Redo:
             return m_work.Redo();
+        case Action::Hide:
+            return m_work.ToggleVisibility();
         case Action::Frame:
             return m_work.FrameSelection();
         case Action::SceneCamera:
@@ -108,6 +110,7 @@ bool Editor::CanDo(Action action) const {
     if (action == Action::SaveScene) return !m_work.document.File().empty();
     if (action == Action::Undo) return m_work.document.CanUndo();
     if (action == Action::Redo) return m_work.document.CanRedo();
+    if (action == Action::Hide) return m_work.selectedNode.has_value();
     return true;
 }
 

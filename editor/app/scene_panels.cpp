@@ -37,8 +37,11 @@ void NodeRow(Workspace& work, const Hierarchy::Row& row) {
     const float indent = 14.0f * static_cast<float>(std::min(row.depth, 40u)) + 0.01f;
     ImGui::Indent(indent);
     ImGui::SetNextItemOpen(work.hierarchy.IsOpen(node));
+    const bool isHidden = !work.document.IsVisible(node);
+    if (isHidden) ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
     const bool isOpen = ImGui::TreeNodeEx(reinterpret_cast<void*>(uintptr_t{node} + 1), flags, "%s",
                                           NameOf(work.document.Scene(), node).c_str());
+    if (isHidden) ImGui::PopStyleColor();
     if (ImGui::IsItemToggledOpen())
         work.hierarchy.SetOpen(node, isOpen);
     else if (ImGui::IsItemClicked())
@@ -49,6 +52,18 @@ void NodeRow(Workspace& work, const Hierarchy::Row& row) {
 // Ends the history's step where the user lets go.
 void SettleAfterItem(Workspace& work) {
     if (ImGui::IsItemDeactivatedAfterEdit()) work.document.Settle();
+}
+
+void VisibilityField(Workspace& work, uint32_t node) {
+    bool isVisible = work.document.Scene().nodes[node].isVisible;
+    if (ImGui::Checkbox("visible", &isVisible)) {
+        work.Apply(VisibilityEdit{node, isVisible});
+        work.document.Settle();
+    }
+    if (isVisible && !work.document.IsVisible(node)) {
+        ImGui::SameLine();
+        ImGui::TextDisabled("hidden by a node above it");
+    }
 }
 
 void TransformFields(Workspace& work, uint32_t node) {
@@ -233,6 +248,7 @@ void InspectorPanel(Workspace& work) {
     const uint32_t node = *work.selectedNode;
     const scene::SceneData& scene = work.document.Scene();
     ImGui::TextUnformatted(NameOf(scene, node).c_str());
+    VisibilityField(work, node);
     ImGui::PushItemWidth(-90.0f);
     TransformFields(work, node);
     for (const uint32_t material : MaterialsOf(work, node)) {

@@ -56,6 +56,12 @@ void Workspace::Apply(const Edit& edit) {
     }
 }
 
+void Workspace::ToggleVisibility() {
+    if (!selectedNode) return;
+    Apply(VisibilityEdit{*selectedNode, !document.Scene().nodes[*selectedNode].isVisible});
+    document.Settle();
+}
+
 void Workspace::Undo() {
     Try([&] { document.Undo(gpu); });
 }
@@ -191,7 +197,7 @@ bool Workspace::Show(LoadedScene loaded) {
     bookmarks = {};
     const scene::SceneData& scene = document.Scene();
     // A scene without light of its own would be black
-    const bool isLit = !scene.lights.empty() || scene::HasEmission(scene);
+    const bool isLit = scene::HasVisibleLight(scene) || scene::HasEmission(scene);
     if (m_environmentFile.empty()) gpu.SetEnvironment({.radiance = glm::vec3(isLit ? 0.0f : 1.0f)});
     UseCamera(scene.cameras.empty() ? std::nullopt : std::optional<uint32_t>(0));
     Say(scene.warnings.empty() ? "" : scene.warnings.front());

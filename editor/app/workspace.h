@@ -76,6 +76,7 @@ class Workspace {
     void FrameSelection();
     // An edit that the scene refuses changes nothing; the message says why, and so does the log.
     void Apply(const Edit& edit);
+    void ToggleVisibility();  // of the selection
     void Undo();
     void Redo();
     // Records the times of the last frames; once a frame.

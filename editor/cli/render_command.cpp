@@ -123,7 +123,7 @@ Job PlanJob(const RenderArguments& arguments, const Log& log) {
 
 void WarnOfDarkness(ProgramLog& log, const Job& job, const SceneInput& input) {
     if (!ShowsLight(job.settings.view)) return;
-    const bool hasPunctual = !input.data.lights.empty();
+    const bool hasPunctual = scene::HasVisibleLight(input.data);
     if (job.settings.view == View::PathTraced && hasPunctual && !job.settings.paths.lights.isOn)
         log.Warn(input.file + ": --nee off finds no punctual light; they are not rendered");
     const bool hasBackground = job.settings.background != std::array<float, 3>{};

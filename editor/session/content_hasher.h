@@ -106,8 +106,10 @@ class ContentHasher {
         AddAll(width, height, rgba);
     }
     void Add(const scene::Node& node) {
-        const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh] = node;
+        const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh, isVisible] =
+            node;
         AddAll(name, parent, translation, translationRest, rotation, scale, matrix, mesh);
+        if (!isVisible) Add(std::string_view("hidden"));
     }
     void Add(const scene::Instance& instance) {
         // Without objectToNode: objectToWorld follows from it

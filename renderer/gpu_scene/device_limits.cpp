@@ -22,6 +22,12 @@ void RequireBindable(const rhi::Device& device, const std::string& what, uint64_
                     what, recordBytes, limit / recordBytes, limit);
 }
 
+void RequireIndex(const char* what, uint32_t index, size_t count) {
+    if (index >= count)
+        throw MakeError(ErrorKind::Usage, "GpuScene: {} {} does not exist; the scene has {}", what, index,
+                        count);
+}
+
 void RequirePlacements(const rhi::Device& device, uint64_t count) {
     const uint64_t limit = std::min(device.Info().maxInstanceCount, kMaxCustomIndices);
     if (count <= limit) return;

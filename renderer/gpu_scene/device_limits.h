@@ -19,6 +19,9 @@ void CheckLimits(rhi::Device& device, const rhi::TextureTable& table, const scen
 void RequireBindable(const rhi::Device& device, const std::string& what, uint64_t count,
                      uint64_t recordBytes);
 
+// Throws Error{Usage} if the scene has not so many: "GpuScene: light 3 does not exist; the scene has 2".
+void RequireIndex(const char* what, uint32_t index, size_t count);
+
 // Throws Error{Usage} if a TLAS cannot hold so many groups of instances.
 void RequirePlacements(const rhi::Device& device, uint64_t count);
 

@@ -4,11 +4,28 @@
 
 namespace raygraph {
 
+namespace {
+
+// `texel` has the format's size.
 rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const char* name, rhi::Format format,
                           std::span<const std::byte> texel) {
     rhi::Texture texture = device.CreateTexture({.name = name, .extent = {1, 1}, .format = format});
     uploader.UploadTexture(texture, texel);
     return texture;
+}
+
+}  // namespace
+
+rhi::Texture WhiteTexture(rhi::Device& device, rhi::Uploader& uploader) {
+    const uint32_t white = 0xFFFFFFFFu;
+    return SolidTexture(device, uploader, "white", rhi::Format::Rgba8Unorm,
+                        std::as_bytes(std::span(&white, 1)));
+}
+
+rhi::Texture BlackEnvironment(rhi::Device& device, rhi::Uploader& uploader) {
+    const glm::vec4 black(0.0f);
+    return SolidTexture(device, uploader, "no environment map", rhi::Format::Rgba32Float,
+                        std::as_bytes(std::span(&black, 1)));
 }
 
 rhi::Buffer UploadAlias(rhi::Device& device, rhi::Uploader& uploader, const EnvironmentAlias& alias) {

@@ -11,9 +11,9 @@
 
 namespace raygraph {
 
-// A 1x1 texture, for unused texture slots and a missing environment map. `texel` has the format's size.
-rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const char* name, rhi::Format format,
-                          std::span<const std::byte> texel);
+// Of one texel: for unused texture slots, and for a missing environment map.
+rhi::Texture WhiteTexture(rhi::Device& device, rhi::Uploader& uploader);
+rhi::Texture BlackEnvironment(rhi::Device& device, rhi::Uploader& uploader);
 
 // A storage buffer of the table's entries, filled once the uploader's work is done. Error{OutOfMemory} if the
 // device cannot bind that many, or has no memory for them.

@@ -11,7 +11,6 @@
 #include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
-#include "renderer/gpu_scene/environment_alias.h"
 #include "renderer/gpu_scene/environment_upload.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_set.h"
@@ -31,12 +30,6 @@ ResourceState SampledState() {
     return {.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
 }
 
-void CheckIndex(const char* what, uint32_t index, size_t count) {
-    if (index >= count)
-        throw MakeError(ErrorKind::Usage, "GpuScene: {} {} does not exist; the scene has {}", what, index,
-                        count);
-}
-
 }  // namespace
 
 struct GpuScene::Impl {
@@ -47,18 +40,13 @@ struct GpuScene::Impl {
                            .scratchBudget = desc.scratchBudget,
                            .compactsWithoutGain = desc.compactsWithoutGain,
                            .compactionBudget = desc.compactionBudget}) {
-        const uint32_t white = 0xFFFFFFFFu;
-        const glm::vec4 black(0.0f);
-        defaultTexture = SolidTexture(device, uploader, "white", rhi::Format::Rgba8Unorm,
-                                      std::as_bytes(std::span(&white, 1)));
-        blackEnvironment = SolidTexture(device, uploader, "no environment map", rhi::Format::Rgba32Float,
-                                        std::as_bytes(std::span(&black, 1)));
+        defaultTexture = WhiteTexture(device, uploader);
+        blackEnvironment = BlackEnvironment(device, uploader);
         defaultSampler = device.CreateSampler({.name = "default sampler"});
-        const std::span<const std::byte> tables = std::as_bytes(EnergyTables());
+        const auto tables = std::as_bytes(EnergyTables());
+        constexpr auto kTableUsage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination;
         energyTables =
-            device.CreateBuffer({.name = "energy tables",
-                                 .size = tables.size(),
-                                 .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+            device.CreateBuffer({.name = "energy tables", .size = tables.size(), .usage = kTableUsage});
         uploader.UploadBuffer(energyTables, 0, tables);
         textureTable.emplace(device, desc.textureCapacity, defaultTexture, defaultSampler);
         constantAlias = UploadAlias(device, uploader, ConstantEnvironmentAlias());
@@ -78,7 +66,7 @@ struct GpuScene::Impl {
         try {
             uploader.FlushAfter([&] {
                 newResources = UploadScene(device, uploader, builder, *textureTable, data);
-                newInstances = std::make_unique<InstanceSet>(device, *newResources, data.instances);
+                newInstances = std::make_unique<InstanceSet>(device, *newResources, data);
                 newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
                 newLights =
                     std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
@@ -277,7 +265,7 @@ void GpuScene::SetScene(scene::SceneData&& scene) {
 
 void GpuScene::SetTransform(uint32_t instance, const scene::PlacedTransform& objectToWorld) {
     m_impl->RequireNoFrame("SetTransform");
-    CheckIndex("instance", instance, m_impl->instances->Count());
+    RequireIndex("instance", instance, m_impl->instances->Count());
     if (m_impl->instances->Transform(instance) == objectToWorld) return;
     if (!scene::CanInvert(objectToWorld.matrix) || !scene::IsFinite(objectToWorld.rest))
         scene::CheckTransform(objectToWorld, Text("GpuScene: SetTransform: instance {}", instance));
@@ -287,7 +275,7 @@ void GpuScene::SetTransform(uint32_t instance, const scene::PlacedTransform& obj
 }
 
 const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
-    CheckIndex("instance", instance, m_impl->instances->Count());
+    RequireIndex("instance", instance, m_impl->instances->Count());
     return m_impl->instances->Transform(instance);
 }
 
@@ -298,7 +286,7 @@ void GpuScene::SetViewpoint(const glm::dvec3& eye) {
 
 void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
     m_impl->RequireNoFrame("SetVisible");
-    CheckIndex("instance", instance, m_impl->instances->Count());
+    RequireIndex("instance", instance, m_impl->instances->Count());
     if (m_impl->instances->IsVisible(instance) == isVisible) return;
     ++m_impl->revisions.geometry;
     m_impl->instances->SetVisible(instance, isVisible);
@@ -306,14 +294,14 @@ void GpuScene::SetVisible(uint32_t instance, bool isVisible) {
 }
 
 bool GpuScene::IsVisible(uint32_t instance) const {
-    CheckIndex("instance", instance, m_impl->instances->Count());
+    RequireIndex("instance", instance, m_impl->instances->Count());
     return m_impl->instances->IsVisible(instance);
 }
 
 void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     m_impl->RequireNoFrame("SetMaterial");
     std::vector<gpu::MaterialRecord>& records = m_impl->resources->materialRecords;
-    CheckIndex("material", material, records.size());
+    RequireIndex("material", material, records.size());
     scene::Check(values, Text("GpuScene: SetMaterial: material {}", material));
     const gpu::MaterialRecord record = ToRecord(values, records[material]);
     // There is no padding that differs: scene_records.h asserts the size
@@ -321,16 +309,29 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     WithMemoryErrors("SetMaterial", [&] { m_impl->SetMaterial(material, record); });
 }
 
+void GpuScene::SetLightVisible(uint32_t light, bool isVisible) {
+    m_impl->RequireNoFrame("SetLightVisible");
+    RequireIndex("light", light, m_impl->lights->PunctualCount());
+    if (m_impl->lights->IsPunctualVisible(light) == isVisible) return;
+    m_impl->lights->SetPunctualVisible(light, isVisible);
+    ++m_impl->revisions.lights;
+}
+
+bool GpuScene::IsLightVisible(uint32_t light) const {
+    RequireIndex("light", light, m_impl->lights->PunctualCount());
+    return m_impl->lights->IsPunctualVisible(light);
+}
+
 void GpuScene::SetLight(uint32_t light, const scene::Light& values) {
     m_impl->RequireNoFrame("SetLight");
-    CheckIndex("light", light, m_impl->lights->PunctualCount());
+    RequireIndex("light", light, m_impl->lights->PunctualCount());
     if (m_impl->lights->Punctual(light) == values) return;
     WithMemoryErrors("SetLight", [&] { m_impl->lights->SetPunctual(light, values); });
     ++m_impl->revisions.lights;
 }
 
 const scene::Light& GpuScene::Light(uint32_t light) const {
-    CheckIndex("light", light, m_impl->lights->PunctualCount());
+    RequireIndex("light", light, m_impl->lights->PunctualCount());
     return m_impl->lights->Punctual(light);
 }
 

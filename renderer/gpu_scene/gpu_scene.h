@@ -115,7 +115,7 @@ struct SceneRevisions {
     uint64_t geometry = 0;     // SetScene, SetVisible; SetMaterial where culling or alpha changes
     uint64_t transforms = 0;   // SetTransform
     uint64_t materials = 0;    // SetMaterial, emission included
-    uint64_t lights = 0;       // SetLight
+    uint64_t lights = 0;       // SetLight, SetLightVisible
     uint64_t environment = 0;  // SetEnvironment, SetEnvironmentMap, RemoveEnvironmentMap
 
     bool operator==(const SceneRevisions&) const = default;
@@ -163,7 +163,8 @@ class RAYGRAPH_API GpuScene {
     }
     // The current value: setting it again changes nothing.
     const scene::PlacedTransform& Transform(uint32_t instance) const;
-    // No ray hits an invisible instance. A change rebuilds the TLAS.
+    // No ray hits an invisible instance. SetScene makes those of invisible nodes invisible. A change rebuilds
+    // the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);
     bool IsVisible(uint32_t instance) const;
     // Changes factors; textures stay. Where rays treat the surface differently after that (culling, alpha,
@@ -178,6 +179,9 @@ class RAYGRAPH_API GpuScene {
     // negative color or intensity, cone angles that are not 0 <= inner < outer <= pi / 2.
     void SetLight(uint32_t light, const scene::Light& values);
     const scene::Light& Light(uint32_t light) const;
+    // An invisible light does not shine. A change rebuilds the light tables. Error{Usage} out of range.
+    void SetLightVisible(uint32_t light, bool isVisible);
+    bool IsLightVisible(uint32_t light) const;
 
     // The groups of lights that Trace renders separately. For the current scene: SetScene removes
     // them. Error{Usage} for lists that are neither empty nor of the scene's sizes, or a group that is

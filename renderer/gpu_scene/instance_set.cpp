@@ -46,17 +46,18 @@ void InstanceSet::MovedPlacements::Clear() {
     m_list.clear();
 }
 
-InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources,
-                         std::span<const scene::Instance> instances)
+InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data)
     : m_device(device), m_resources(resources) {
-    m_instances.reserve(instances.size());
+    m_instances.reserve(data.instances.size());
+    const std::vector<bool> isVisible = scene::VisibleNodes(data);
     uint32_t lightCount = 0;
-    for (const scene::Instance& instance : instances) {
+    for (const scene::Instance& instance : data.instances) {
         const MeshResources& mesh = resources.meshes[instance.mesh];
         const auto index = static_cast<uint32_t>(m_instances.size());
         m_instances.push_back({.objectToWorld = {instance.objectToWorld, instance.translationRest},
                                .mesh = instance.mesh,
-                               .firstPlacement = PlacementCount()});
+                               .firstPlacement = PlacementCount(),
+                               .isVisible = scene::IsVisible(isVisible, instance.node)});
         for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group) {
             m_placements.push_back({.instance = index, .group = group, .firstLight = lightCount});
             lightCount += static_cast<uint32_t>(resources.groups[group].emitters.size());

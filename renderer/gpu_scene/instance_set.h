@@ -24,9 +24,8 @@ class InstanceSet {
         uint32_t firstLight = 0;  // of the group's emitters, as numbered over all placements in their order
     };
 
-    // `resources` outlives the set, and still has its emitters.
-    InstanceSet(rhi::Device& device, const SceneResources& resources,
-                std::span<const scene::Instance> instances);
+    // `resources` outlives the set, and still has its emitters. `data` has lost its meshes by then.
+    InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data);
 
     std::span<const Placement> Placements() const { return m_placements; }
     uint32_t Count() const { return static_cast<uint32_t>(m_instances.size()); }

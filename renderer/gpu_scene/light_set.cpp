@@ -48,11 +48,15 @@ LightSet::LightSet(rhi::Device& device, SceneResources& resources,
                                       .firstLight = placement.firstLight});
         m_isEmitterInstance[placement.instance] = true;
     }
+    const std::vector<bool> isVisible = scene::VisibleNodes(data);
     for (const scene::Instance& instance : data.instances)
-        m_scene.instances.push_back({.objectToWorld = instance.objectToWorld});
+        m_scene.instances.push_back({.objectToWorld = instance.objectToWorld,
+                                     .isVisible = scene::IsVisible(isVisible, instance.node)});
     for (const scene::Material& material : data.materials)
         m_scene.emission.push_back(material.EmittedRadiance());
     m_scene.punctual = m_punctual = data.lights;
+    for (const scene::Light& light : data.lights)
+        m_scene.isPunctualHidden.push_back(!scene::IsVisible(isVisible, light.node));
     m_scene.radius = data.bounds.Radius();
 
     uint64_t lightCount = data.lights.size();
@@ -103,6 +107,12 @@ void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
     PlaceFromOrigin(fromOrigin, inWorld, m_origin);
     m_punctual[light] = std::move(inWorld);
     m_scene.punctual[light] = std::move(fromOrigin);
+    m_isTableDue = true;
+}
+
+void LightSet::SetPunctualVisible(uint32_t light, bool isVisible) {
+    if (IsPunctualVisible(light) == isVisible) return;
+    m_scene.isPunctualHidden[light] = !isVisible;
     m_isTableDue = true;
 }
 

@@ -32,6 +32,8 @@ class LightSet {
     // Error{Usage} for values that no file can have.
     void SetPunctual(uint32_t light, const scene::Light& values);
     const scene::Light& Punctual(uint32_t light) const { return m_punctual[light]; }
+    void SetPunctualVisible(uint32_t light, bool isVisible);
+    bool IsPunctualVisible(uint32_t light) const { return !m_scene.isPunctualHidden[light]; }
     // Reads all transforms again, after `instances` has been updated.
     void MoveOrigin(const glm::dvec3& origin, const InstanceSet& instances) noexcept;
     // Of the scene's sizes, and in range.

@@ -167,7 +167,8 @@ LightTable BuildLightTable(const LightScene& scene) {
         for (size_t i = 0; i < scene.punctual.size(); ++i) {
             const scene::Light& light = scene.punctual[i];
             if (isDirectional != (light.type == scene::LightType::Directional)) continue;
-            const gpu::LightRecord record = PunctualLight(light);
+            gpu::LightRecord record = PunctualLight(light);
+            if (i < scene.isPunctualHidden.size() && scene.isPunctualHidden[i]) record.e2 = glm::vec3(0.0f);
             add(record, GroupAt(scene.lightGroups.lights, i), PunctualPower(record, radius));
         }
         if (!isDirectional) table.set.boundedCount = static_cast<uint32_t>(table.lights.size());

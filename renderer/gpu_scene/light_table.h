@@ -39,7 +39,8 @@ struct LightScene {
     std::vector<Instance> instances;
     std::vector<glm::vec3> emission;  // by material: radiance, before the texture
     std::vector<scene::Light> punctual;
-    float radius = 0.0f;  // of the scene's bounding sphere, m: what infinite lights shine on
+    std::vector<bool> isPunctualHidden;  // empty: none is
+    float radius = 0.0f;                 // of the scene's bounding sphere, m: what infinite lights shine on
 
     LightGroups lightGroups;
 

@@ -74,6 +74,8 @@ class GraphReader {
         m_cameraOfNode[index] = static_cast<uint32_t>(file.camera);
         if (const auto light = file.extensions.find("KHR_lights_punctual"); light != file.extensions.end())
             m_lightOfNode[index] = static_cast<uint32_t>(light->second.Get("light").GetNumberAsInt());
+        if (const auto own = file.extensions.find("KHR_node_visibility"); own != file.extensions.end())
+            node.isVisible = !own->second.Has("visible") || own->second.Get("visible").Get<bool>();
         if (file.skin >= 0)
             m_context.Warn(NodeAt(index)["skin"], "skin", "skins are not read, the bind pose is shown");
         for (size_t i = 0; i < file.children.size(); ++i) {

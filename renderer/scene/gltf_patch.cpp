@@ -127,6 +127,14 @@ void PatchNode(Json& node, const Node& loaded, const Node& edited) {
     if (q != loaded.rotation) node["rotation"] = JsonVector(glm::vec4(q.x, q.y, q.z, q.w));
 }
 
+constexpr const char* kVisibility = "KHR_node_visibility";
+
+void PatchVisibility(Json& root, Json& node, const Node& loaded, const Node& edited) {
+    if (edited.isVisible == loaded.isVisible) return;
+    Use(root, kVisibility);
+    node["extensions"][kVisibility]["visible"] = edited.isVisible;
+}
+
 // --- Fields ---
 
 Json JsonOf(float value) {
@@ -307,6 +315,7 @@ void PatchNodes(Json& root, const SceneData& loaded, const SceneData& edited) {
         if (loaded.nodes[i].parent != edited.nodes[i].parent)
             throw MakeError(ErrorKind::Usage, "nodes[{}]: its parent cannot be exchanged", i);
         PatchNode(root["nodes"][i], loaded.nodes[i], edited.nodes[i]);
+        PatchVisibility(root, root["nodes"][i], loaded.nodes[i], edited.nodes[i]);
     }
 }
 

@@ -158,6 +158,7 @@ constexpr auto kNode =
     Table(Text("name"), Numbers("translation", 3), Numbers("rotation", 4), Numbers("scale", 3),
           Numbers("matrix", 16), Index("mesh", Target::Meshes), Index("camera", Target::Cameras),
           Index("skin", Target::Skins), Indices("children", Target::Nodes), Extensions(ExtensionPlace::Node));
+constexpr auto kNodeVisibility = Table(Flag("visible"));
 // Of EXT_mesh_gpu_instancing; others of its attributes belong to applications.
 constexpr auto kInstanceAttributes =
     Table(Index("TRANSLATION", Target::Accessors), Index("ROTATION", Target::Accessors),
@@ -207,6 +208,7 @@ constexpr std::array kExtensions{
     Extension{"KHR_lights_punctual", ExtensionPlace::Root, kLights},
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
     Extension{"EXT_mesh_gpu_instancing", ExtensionPlace::Node, kInstancing},
+    Extension{"KHR_node_visibility", ExtensionPlace::Node, kNodeVisibility},
     Extension{"EXT_texture_webp", ExtensionPlace::Texture, kTextureSource},
     Extension{"MSFT_texture_dds", ExtensionPlace::Texture, kTextureSource},
     Extension{"KHR_texture_basisu", ExtensionPlace::Texture, kTextureSource},

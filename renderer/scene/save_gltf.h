@@ -17,9 +17,10 @@ namespace raygraph::scene {
 // as far as it is written: values bit for bit, edited rotations and scales to rounding. Saved twice, it is
 // the same bytes.
 //
-// Written, where they differ from the file's: the nodes' local transforms; the materials' factors, alpha
-// mode and cutoff, flags, ior, volume and priority, but for normalScale and occlusionStrength of a material
-// without that texture, which have no place; color, intensity, range and cone angles of the light of a node.
+// Written, where they differ from the file's: the nodes' local transforms and visibility; the materials'
+// factors, alpha mode and cutoff, flags, ior, volume and priority, but for normalScale and occlusionStrength
+// of a material without that texture, which have no place; color, intensity, range and cone angles of the
+// light of a node.
 // Refused, as Usage: other parents, textures of materials, types of lights. Ignored without a word: all else,
 // as names, cameras, meshes and what nodes place (Node::mesh), instances, textures and images.
 //

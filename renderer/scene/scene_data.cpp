@@ -94,6 +94,7 @@ void UpdateWorldTransforms(SceneData& scene) {
     for (size_t i = 0; i < scene.meshes.size(); ++i)
         for (const Primitive& primitive : scene.meshes[i].primitives) meshBounds[i].Extend(primitive.bounds);
 
+    const std::vector<bool> isVisible = VisibleNodes(scene);
     scene.bounds = {};
     for (Instance& instance : scene.instances) {
         RG_CHECK_LT(instance.mesh, scene.meshes.size());
@@ -102,17 +103,33 @@ void UpdateWorldTransforms(SceneData& scene) {
             instance.objectToWorld = placed.matrix;
             instance.translationRest = placed.rest;
         }
-        scene.bounds.Extend(meshBounds[instance.mesh].Transformed(instance.objectToWorld));
+        if (IsVisible(isVisible, instance.node))
+            scene.bounds.Extend(meshBounds[instance.mesh].Transformed(instance.objectToWorld));
     }
     for (Camera& camera : scene.cameras) place(camera.node, camera.cameraToWorld, camera.translationRest);
     for (Light& light : scene.lights) place(light.node, light.lightToWorld, light.translationRest);
 }
 
+std::vector<bool> VisibleNodes(const SceneData& scene) {
+    std::vector<bool> isVisible(scene.nodes.size(), true);
+    for (const uint32_t node : scene.nodeOrder)
+        isVisible[node] = scene.nodes[node].isVisible && IsVisible(isVisible, scene.nodes[node].parent);
+    return isVisible;
+}
+
+bool HasVisibleLight(const SceneData& scene) {
+    const std::vector<bool> isVisible = VisibleNodes(scene);
+    return std::ranges::any_of(scene.lights,
+                               [&](const Light& light) { return IsVisible(isVisible, light.node); });
+}
+
 bool HasEmission(const SceneData& scene) {
+    const std::vector<bool> isVisible = VisibleNodes(scene);
     std::vector<bool> isEmitting(scene.materials.size());
     for (size_t i = 0; i < scene.materials.size(); ++i)
         isEmitting[i] = scene.materials[i].EmittedRadiance() != glm::vec3(0.0f);
     return std::ranges::any_of(scene.instances, [&](const Instance& instance) {
+        if (!IsVisible(isVisible, instance.node)) return false;
         return std::ranges::any_of(scene.meshes[instance.mesh].primitives,
                                    [&](const Primitive& p) { return isEmitting[p.material]; });
     });

@@ -209,6 +209,9 @@ struct RAYGRAPH_API Node {
     glm::vec3 scale{1.0f};
     std::optional<glm::mat4x3> matrix;
     uint32_t mesh = kNone;
+    // KHR_node_visibility. False: meshes and lights of the node and of all below it are neither seen nor
+    // shine (VisibleNodes).
+    bool isVisible = true;
 
     // Node space to parent space.
     glm::mat4x3 LocalTransform() const;
@@ -284,7 +287,7 @@ struct SceneData {
     std::vector<Instance> instances;
     std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
     std::vector<Light> lights;    // Those placed in the loaded scene, in order of the file's light index.
-    Bounds bounds;                // World space, of all instances.
+    Bounds bounds;                // World space, of all visible instances.
     std::vector<std::string> warnings;  // One line each: what was skipped or repaired while loading.
 };
 
@@ -312,8 +315,18 @@ RAYGRAPH_API PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, c
 // Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved.
 RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);
 
-// True if some placed surface emits light.
+// Whether a node and all above it are visible, one per entry of `scene.nodes`; true for nodes outside
+// `nodeOrder`. Linear time.
+RAYGRAPH_API std::vector<bool> VisibleNodes(const SceneData& scene);
+// By these, of what belongs to a node, or to none.
+inline bool IsVisible(const std::vector<bool>& visibleNodes, uint32_t node) {
+    return node == kNone || visibleNodes[node];
+}
+
+// True if some placed and visible surface emits light.
 RAYGRAPH_API bool HasEmission(const SceneData& scene);
+// True if some light is visible.
+RAYGRAPH_API bool HasVisibleLight(const SceneData& scene);
 
 struct SceneStatistics {
     uint64_t uniqueTriangles = 0;  // Each mesh that is placed at least once counted once.

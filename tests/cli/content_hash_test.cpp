@@ -120,8 +120,8 @@ auto FieldsOf(ImageData& s) {
     return std::tie(a, b, c);
 }
 auto FieldsOf(Node& s) {
-    auto& [a, b, c, d, e, f, g, h] = s;
-    return std::tie(a, b, c, d, e, f, g, h);
+    auto& [a, b, c, d, e, f, g, h, i] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i);
 }
 auto FieldsOf(Instance& s) {
     auto& [a, b, c, d, objectToNode] = s;

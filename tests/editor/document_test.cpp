@@ -128,6 +128,35 @@ TEST_F(DocumentTest, TransformMovesAllInstancesOfTheNode) {
     EXPECT_EQ(gpu.Transform(1).matrix, turned);
 }
 
+TEST_F(DocumentTest, VisibilityHidesAllBelowAndIsUndone) {
+    scene::SceneData data = OneTriangle();
+    data.nodes.resize(3);
+    data.nodes[1].parent = 0;
+    data.nodeOrder = {0, 1, 2};
+    data.instances = {{.node = 1}, {.node = 2, .objectToWorld = kUp, .objectToNode = kUp}};
+    data.lights = {scene::Light{.node = 1}};
+    scene::UpdateWorldTransforms(data);
+    Document edited("", data);
+    gpu.SetScene(std::move(data));
+    edited.Apply(VisibilityEdit{0, false}, gpu);
+    EXPECT_FALSE(gpu.IsVisible(0));
+    EXPECT_TRUE(gpu.IsVisible(1));
+    EXPECT_FALSE(gpu.IsLightVisible(0));
+    EXPECT_FALSE(edited.IsVisible(1));
+    EXPECT_TRUE(edited.Scene().nodes[1].isVisible) << "its own";
+    EXPECT_EQ(edited.Scene().bounds.min.y, 5.0f);
+    edited.Settle();
+    edited.Apply(VisibilityEdit{1, false}, gpu);
+    edited.Apply(VisibilityEdit{0, true}, gpu);
+    EXPECT_TRUE(edited.IsVisible(0));
+    EXPECT_FALSE(gpu.IsVisible(0)) << "hidden itself";
+    EXPECT_EQ(edited.EditCount(), 3u) << "another node is another step";
+    for (int i = 0; i < 3; ++i) edited.Undo(gpu);
+    EXPECT_TRUE(gpu.IsVisible(0));
+    EXPECT_TRUE(gpu.IsLightVisible(0));
+    EXPECT_EQ(edited.Scene().bounds.min.y, 0.0f);
+}
+
 TEST_F(DocumentTest, EachEditDoesTheSmallestWork) {
     const SceneRevisions before = gpu.Revisions();
     document.Apply(MaterialEdit{0, Red()}, gpu);

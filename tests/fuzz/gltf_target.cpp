@@ -25,6 +25,7 @@ void SaveEdited(SceneFolder& folder, scene::SceneData& scene, const std::filesys
         material.isDoubleSided = !material.isDoubleSided;
     }
     for (scene::Light& light : scene.lights) light.intensity = 2.0f;
+    for (scene::Node& node : scene.nodes) node.isVisible = !node.isVisible;
     const std::string name = target.filename().string();
     // The target itself, or a file beside it
     if (!Succeeds("", {ErrorKind::BadInput, ErrorKind::Io, ErrorKind::Usage},
@@ -41,6 +42,9 @@ void SaveEdited(SceneFolder& folder, scene::SceneData& scene, const std::filesys
                          Require(saved.materials.size() >= scene.materials.size(), "materials are lost");
                          for (size_t i = 0; i < scene.lights.size(); ++i)
                              Require(saved.lights[i].intensity == 2.0f, "a light's intensity is lost");
+                         for (size_t i = 0; i < scene.nodes.size(); ++i)
+                             Require(saved.nodes[i].isVisible == scene.nodes[i].isVisible,
+                                     "a node's visibility is lost");
                          for (size_t i = 0; i < scene.materials.size(); ++i) {
                              Require(saved.materials[i].baseColorFactor == glm::vec4(0.25f),
                                      "a base color is lost");

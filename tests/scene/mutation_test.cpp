@@ -59,7 +59,10 @@ GltfDocument RichDocument() {
         {{"type", "spot"}, {"spot", Json::object()}}};
     document.AddNode({{"camera", 0}, {"children", {2, 3}}, {"rotation", {0, 0, 0, 1}}});
     document.Add("nodes", {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
-    document.Add("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}, {"scale", {1, 2, -3}}});
+    document.Add("nodes",
+                 {{"extensions",
+                   {{"KHR_lights_punctual", {{"light", 0}}}, {"KHR_node_visibility", {{"visible", false}}}}},
+                  {"scale", {1, 2, -3}}});
     const size_t places = document.AddAccessor<float>({1, 2, 3, 4, 5, 6}, 3);
     const size_t turns = document.AddAccessor<int8_t>({0, 0, 0, 127, 127, 0, 0, 0}, 4, true);
     document.AddNode(

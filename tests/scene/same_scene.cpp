@@ -66,6 +66,7 @@ void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tole
         EXPECT_EQ(a.nodes[i].name, b.nodes[i].name);
         EXPECT_EQ(a.nodes[i].parent, b.nodes[i].parent);
         EXPECT_EQ(a.nodes[i].mesh, b.nodes[i].mesh);
+        EXPECT_EQ(a.nodes[i].isVisible, b.nodes[i].isVisible);
         EXPECT_LE(Apart(a.nodes[i].LocalTransform(), b.nodes[i].LocalTransform()), tolerance) << "node " << i;
     }
     ASSERT_EQ(a.meshes.size(), b.meshes.size());
