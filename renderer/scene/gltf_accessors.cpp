@@ -90,13 +90,32 @@ class TableReader {
         BufferView view{.buffer = static_cast<uint32_t>(file.buffer),
                         .byteOffset = file.byteOffset,
                         .byteLength = file.byteLength,
-                        .byteStride = m_document.strides[index]};
-        const uint64_t length = m_tables.bufferLengths[view.buffer];
-        if (view.byteOffset > length || view.byteLength > length - view.byteOffset)
-            m_context.Fail(Place("bufferViews")[index]["byteLength"],
-                           Text("{} bytes from {} exceed buffers[{}] ({} bytes)", view.byteLength,
-                                view.byteOffset, view.buffer, length));
+                        .byteStride = m_document.strides[index],
+                        .meshopt = ReadMeshoptView(m_context, m_model, index, m_document.strides[index])};
+        const Place where = Place("bufferViews")[index];
+        RequireInside(where, view.buffer, view.byteOffset, view.byteLength);
+        if (!view.meshopt) {
+            RequireBytes(where, view.buffer);
+        } else {
+            const Place compressed = where["extensions"][view.meshopt->extension];
+            RequireInside(compressed, view.meshopt->buffer, view.meshopt->byteOffset,
+                          view.meshopt->byteLength);
+            RequireBytes(compressed, view.meshopt->buffer);
+        }
         return view;
+    }
+
+    void RequireInside(const Place& where, uint32_t buffer, uint64_t byteOffset, uint64_t byteLength) const {
+        const uint64_t length = m_tables.bufferLengths[buffer];
+        if (byteOffset > length || byteLength > length - byteOffset)
+            m_context.Fail(where["byteLength"], Text("{} bytes from {} exceed buffers[{}] ({} bytes)",
+                                                     byteLength, byteOffset, buffer, length));
+    }
+
+    void RequireBytes(const Place& where, uint32_t buffer) const {
+        if (IsMeshoptFallback(m_model.buffers[buffer]))
+            m_context.Fail(where["buffer"],
+                           Text("buffers[{}] is a fallback, only compressed views may be in it", buffer));
     }
 
     Accessor ReadAccessor(size_t index) const {

@@ -1,5 +1,6 @@
 // bufferViews and accessors, checked: after ReadAccessorTables every byte that an accessor covers lies inside
-// its buffer view, and every view inside its buffer, whatever the file said. Internal to renderer/scene.
+// its buffer view, and every view, compressed or not, inside its buffer, whatever the file said. Internal
+// to renderer/scene.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "renderer/scene/gltf_document.h"
+#include "renderer/scene/gltf_meshopt.h"
 
 namespace raygraph::scene {
 
@@ -15,6 +17,8 @@ struct BufferView {
     uint64_t byteOffset = 0;
     uint64_t byteLength = 0;
     uint32_t byteStride = 0;  // 0: tightly packed.
+    // Where its bytes are, if they are not in `buffer`.
+    std::optional<MeshoptView> meshopt;
 };
 
 enum class ComponentType : uint8_t { Int8, Uint8, Int16, Uint16, Uint32, Float };

@@ -10,11 +10,18 @@ GltfBuffers::GltfBuffers(GltfContext& context, const std::vector<BufferSource>& 
       m_sources(sources),
       m_tables(tables),
       m_container(container),
-      m_files(tables.bufferLengths.size()) {}
+      m_files(tables.bufferLengths.size()),
+      m_decoded(tables.views.size()) {}
 
 std::span<const std::byte> GltfBuffers::View(uint32_t view) {
     const BufferView& info = m_tables.views[view];
-    return Buffer(info.buffer).subspan(info.byteOffset, info.byteLength);
+    if (!info.meshopt) return Buffer(info.buffer).subspan(info.byteOffset, info.byteLength);
+    const MeshoptView& source = *info.meshopt;
+    if (!m_decoded[view])
+        m_decoded[view] = DecodeMeshopt(m_context, source,
+                                        Buffer(source.buffer).subspan(source.byteOffset, source.byteLength),
+                                        Place("bufferViews")[view]);
+    return *m_decoded[view];
 }
 
 std::span<const std::byte> GltfBuffers::Buffer(uint32_t buffer) {

@@ -18,8 +18,8 @@ class GltfBuffers {
     GltfBuffers(GltfContext& context, const std::vector<BufferSource>& sources, const AccessorTables& tables,
                 const GltfContainer& container);
 
-    // The bytes of a view; they live as long as this object. Fails if its buffer cannot be read or is shorter
-    // than it claims.
+    // The bytes of a view, decoded if they are compressed; they live as long as this object. Fails if its
+    // buffer cannot be read or is shorter than it claims.
     std::span<const std::byte> View(uint32_t view);
 
   private:
@@ -29,7 +29,8 @@ class GltfBuffers {
     const std::vector<BufferSource>& m_sources;
     const AccessorTables& m_tables;
     const GltfContainer& m_container;
-    std::vector<std::optional<std::vector<std::byte>>> m_files;  // Those not in the .glb.
+    std::vector<std::optional<std::vector<std::byte>>> m_files;    // Those not in the .glb.
+    std::vector<std::optional<std::vector<std::byte>>> m_decoded;  // By view.
 };
 
 }  // namespace raygraph::scene

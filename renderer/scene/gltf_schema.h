@@ -60,7 +60,16 @@ enum class Misfit : uint8_t {
 };
 
 // Where an extension stands.
-enum class ExtensionPlace : uint8_t { Nowhere, Root, Node, Material, Texture, TextureInfo };
+enum class ExtensionPlace : uint8_t {
+    Nowhere,
+    Root,
+    Buffer,
+    BufferView,
+    Node,
+    Material,
+    Texture,
+    TextureInfo,
+};
 
 struct Property {
     std::string_view name;

@@ -15,11 +15,30 @@ using namespace schema;
 
 // --- Buffers and accessors ---
 
-constexpr auto kBuffer = Table(Whole("byteLength").AtLeast(1).Required(), Text("uri"));
+constexpr auto kBuffer =
+    Table(Whole("byteLength").AtLeast(1).Required(), Text("uri"), Extensions(ExtensionPlace::Buffer));
 
 constexpr auto kBufferView =
     Table(Index("buffer", Target::Buffers).Required(), Whole("byteOffset"),
-          Whole("byteLength").AtLeast(1).Required(), Whole("byteStride").Between(4, 252));
+          Whole("byteLength").AtLeast(1).Required(), Whole("byteStride").Between(4, 252),
+          Extensions(ExtensionPlace::BufferView));
+
+// Of EXT_meshopt_compression and KHR_meshopt_compression. tinygltf keeps numbers of extensions as doubles.
+constexpr uint64_t kMaxExact = uint64_t{1} << 53;
+constexpr auto kMeshoptBuffer = Table(Flag("fallback"));
+constexpr std::array<std::string_view, 3> kMeshoptModes{"ATTRIBUTES", "TRIANGLES", "INDICES"};
+constexpr std::array<std::string_view, 4> kExtFilters{"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL"};
+constexpr std::array<std::string_view, 5> kKhrFilters{"NONE", "OCTAHEDRAL", "QUATERNION", "EXPONENTIAL",
+                                                      "COLOR"};
+consteval auto MeshoptView(std::span<const std::string_view> filters) {
+    return Table(Index("buffer", Target::Buffers).Required(), Whole("byteOffset").Between(0, kMaxExact),
+                 Whole("byteLength").Between(1, kMaxExact).Required(),
+                 Whole("byteStride").Between(1, 256).Required(),
+                 Whole("count").Between(1, kMaxExact).Required(),
+                 Text("mode").OneOf(kMeshoptModes).Required(), Text("filter").OneOf(filters));
+}
+constexpr auto kExtMeshoptView = MeshoptView(kExtFilters);
+constexpr auto kKhrMeshoptView = MeshoptView(kKhrFilters);
 
 constexpr std::array<uint64_t, 6> kComponentTypes{5120, 5121, 5122, 5123, 5125, 5126};
 constexpr std::array<uint64_t, 3> kIndexTypes{5121, 5123, 5125};
@@ -205,6 +224,10 @@ constexpr auto kRoot =
 
 constexpr std::array kExtensions{
     Extension{"KHR_mesh_quantization", ExtensionPlace::Nowhere, {}},
+    Extension{"EXT_meshopt_compression", ExtensionPlace::Buffer, kMeshoptBuffer},
+    Extension{"EXT_meshopt_compression", ExtensionPlace::BufferView, kExtMeshoptView},
+    Extension{"KHR_meshopt_compression", ExtensionPlace::Buffer, kMeshoptBuffer},
+    Extension{"KHR_meshopt_compression", ExtensionPlace::BufferView, kKhrMeshoptView},
     Extension{"KHR_lights_punctual", ExtensionPlace::Root, kLights},
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
     Extension{"EXT_mesh_gpu_instancing", ExtensionPlace::Node, kInstancing},

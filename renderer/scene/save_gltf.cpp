@@ -97,6 +97,14 @@ fs::path PlaceFor(const std::string& uri, const fs::path& to) {
     return to / relative;
 }
 
+// Whether a buffer is for readers that do not decompress: it is not read, and may be missing.
+bool IsFallback(const Json& buffer) {
+    const auto isMarked = [&](const char* extension) {
+        return buffer.value(Json::json_pointer(Text("/extensions/{}/fallback", extension)), false);
+    };
+    return isMarked("EXT_meshopt_compression") || isMarked("KHR_meshopt_compression");
+}
+
 // What the file names: buffers, and images, of which some are read.
 void CopyFiles(const Json& root, const std::vector<uint32_t>& imagesRead, const ConfinedFolder& from,
                const fs::path& to, uint64_t maxBytes) {
@@ -111,11 +119,11 @@ void CopyFiles(const Json& root, const std::vector<uint32_t>& imagesRead, const 
             if (isRead) throw;
             return;  // nothing reads it: the scene was loaded without
         }
-        if (!isRead && image::SniffFormat(bytes) == image::FileFormat::Unknown) return;
+        if (!isRead && !IsFallback(thing) && image::SniffFormat(bytes) == image::FileFormat::Unknown) return;
         WriteBeside(PlaceFor(text, to), bytes);
     };
     if (const auto buffers = root.find("buffers"); buffers != root.end())
-        for (const Json& buffer : *buffers) copy(buffer, true);
+        for (const Json& buffer : *buffers) copy(buffer, !IsFallback(buffer));
     const std::set<uint32_t> read(imagesRead.begin(), imagesRead.end());
     if (const auto images = root.find("images"); images != root.end())
         for (uint32_t i = 0; i < images->size(); ++i) copy((*images)[i], read.contains(i));
