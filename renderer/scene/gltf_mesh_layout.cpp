@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 
 #include "base/text.h"
@@ -6,8 +7,9 @@
 namespace raygraph::scene {
 namespace {
 
-// Which accessors an attribute may be read from: the core's types and those KHR_mesh_quantization adds. Both
-// are taken whether or not the file declares the extension.
+constexpr const char* kQuantization = "KHR_mesh_quantization";
+
+// Which accessors an attribute may be read from: the core's types and those KHR_mesh_quantization adds.
 bool IsAllowed(Attribute attribute, const Accessor& accessor) {
     if (accessor.isMatrix || accessor.componentType == ComponentType::Uint32) return false;
     const bool isFloat = accessor.componentType == ComponentType::Float;
@@ -28,6 +30,15 @@ bool IsAllowed(Attribute attribute, const Accessor& accessor) {
             return (components == 3 || components == 4) && (isFloat || (!isSigned && accessor.isNormalized));
     }
     return false;
+}
+
+// Of those that are allowed: whether it takes KHR_mesh_quantization.
+bool IsQuantized(Attribute attribute, const Accessor& accessor) {
+    if (accessor.componentType == ComponentType::Float || attribute == Attribute::Color0) return false;
+    const bool isUnsigned =
+        accessor.componentType == ComponentType::Uint8 || accessor.componentType == ComponentType::Uint16;
+    const bool isTexCoord = attribute == Attribute::TexCoord0 || attribute == Attribute::TexCoord1;
+    return !(isTexCoord && isUnsigned && accessor.isNormalized);
 }
 
 const char* AllowedTypes(Attribute attribute) {
@@ -56,8 +67,11 @@ bool IsIndexAccessor(const Accessor& accessor) {
 
 class LayoutReader {
   public:
-    LayoutReader(const GltfContext& context, const AccessorTables& tables)
-        : m_context(context), m_tables(tables) {}
+    LayoutReader(GltfContext& context, const gltf::Model& model, const AccessorTables& tables)
+        : m_context(context),
+          m_tables(tables),
+          m_namesQuantization(std::ranges::count(model.extensionsUsed, kQuantization) > 0 ||
+                              std::ranges::count(model.extensionsRequired, kQuantization) > 0) {}
 
     PrimitiveLayout Read(const gltf::Primitive& primitive, const Place& where) const {
         PrimitiveLayout layout{.where = where, .accessors = {}};
@@ -86,6 +100,10 @@ class LayoutReader {
                                Text("accessors[{}] {}", index, why));
             };
             if (!IsAllowed(attribute, accessor)) fail(Text("must be {}", AllowedTypes(attribute)));
+            if (IsQuantized(attribute, accessor) && !m_namesQuantization)
+                m_context.Warn(layout.where["attributes"][AttributeName(attribute)], "quantization",
+                               Text("accessors[{}] takes {}, which the file does not name; read with it",
+                                    index, kQuantization));
             layout.accessors[i] = index;
             if (attribute == Attribute::Position) layout.vertexCount = accessor.count;
             if (layout.Has(Attribute::Position) && accessor.count != layout.vertexCount)
@@ -93,8 +111,9 @@ class LayoutReader {
         }
     }
 
-    const GltfContext& m_context;
+    GltfContext& m_context;
     const AccessorTables& m_tables;
+    bool m_namesQuantization;
 };
 
 }  // namespace
@@ -119,7 +138,7 @@ const char* AttributeName(Attribute attribute) {
 
 std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model& model,
                                         const AccessorTables& tables) {
-    const LayoutReader reader(context, tables);
+    const LayoutReader reader(context, model, tables);
     std::vector<MeshLayout> meshes;
     for (size_t m = 0; m < model.meshes.size(); ++m) {
         const gltf::Mesh& file = model.meshes[m];

@@ -231,6 +231,7 @@ constexpr std::array kExtensions{
     Extension{"KHR_lights_punctual", ExtensionPlace::Root, kLights},
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
     Extension{"EXT_mesh_gpu_instancing", ExtensionPlace::Node, kInstancing},
+    Extension{"KHR_xmp_json_ld", ExtensionPlace::Nowhere, {}},
     Extension{"KHR_node_visibility", ExtensionPlace::Node, kNodeVisibility},
     Extension{"EXT_texture_webp", ExtensionPlace::Texture, kTextureSource},
     Extension{"MSFT_texture_dds", ExtensionPlace::Texture, kTextureSource},

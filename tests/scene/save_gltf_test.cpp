@@ -97,6 +97,40 @@ TEST_F(SaveGltf, PublishedScenesComeBack) {
     EXPECT_GE(count, 10u);
 }
 
+// Metadata: what extras and KHR_xmp_json_ld hold, wherever it stands, in its order.
+TEST_F(SaveGltf, MetadataIsKeptWhereItWas) {
+    GltfDocument document;
+    document.AddTriangle()["material"] = document.AddMaterial({{"name", "m"}});
+    document.json["extensionsUsed"] = {"KHR_xmp_json_ld"};
+    document.json["extensions"]["KHR_xmp_json_ld"]["packets"] =
+        Json::array({{{"@context", {{"dc", "http://purl.org/dc/elements/1.1/"}}},
+                      {"dc:title", "z"},
+                      {"a", {1.5, true}}}});
+    for (const char* place : {"/asset", "/scenes/0", "/nodes/0", "/meshes/0", "/materials/0"}) {
+        Json& object = document.json[Json::json_pointer(place)];
+        object["extensions"]["KHR_xmp_json_ld"]["packet"] = 0;
+        object["extras"] = {{"of", place}, {"list", {1, "two", nullptr}}};
+    }
+    document.json["meshes"][0]["primitives"][0]["extras"] = "a text";
+    const fs::path source = from.Write("scene.gltf", document.Text());
+    scene::SceneData edited = scene::LoadGltf(source);
+    EXPECT_TRUE(edited.warnings.empty());
+    edited.nodes[0].translation = {1, 2, 3};
+    edited.materials[0].roughnessFactor = 0.5f;
+    edited.materials[0].priority = 2;
+    scene::UpdateWorldTransforms(edited);
+    for (const char* name : {"saved.gltf", "saved.glb"})
+        ExpectSame(edited, Save(source, edited, Target(name)));
+    Json expected = document.json;
+    expected["nodes"][0]["translation"] = {1.0, 2.0, 3.0};
+    expected["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] = 0.5;
+    expected["materials"][0]["extras"]["priority"] = 2;
+    EXPECT_EQ(JsonOf(Target("saved.gltf")), expected);
+    const std::string glb = TextOf(Target("saved.glb"));
+    const size_t end = glb.rfind('}');
+    EXPECT_EQ(Json::parse(glb.substr(20, end - 19)), expected);
+}
+
 TEST_F(SaveGltf, EditsOfOwnScenesComeBack) {
     const fs::path source = test::SourceFile("scenes/cornell.gltf");
     scene::SceneData edited = scene::LoadGltf(source);
