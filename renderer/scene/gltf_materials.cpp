@@ -207,22 +207,29 @@ class MaterialImporter {
     // In the order of the fields, which decides that of the textures.
     Material ReadMaterial(const gltf::Material& file, const Place& where) {
         const gltf::PbrMetallicRoughness& pbr = file.pbrMetallicRoughness;
+        // Constants: what a consteval function returns as a temporary is more than clang 14 can compile here
+        constexpr TextureField kBaseColor = FieldOf(&Material::baseColorTexture);
+        constexpr TextureField kMetallicRoughness = FieldOf(&Material::metallicRoughnessTexture);
+        constexpr TextureField kNormal = FieldOf(&Material::normalTexture);
+        constexpr TextureField kOcclusion = FieldOf(&Material::occlusionTexture);
+        constexpr TextureField kEmissive = FieldOf(&Material::emissiveTexture);
+        constexpr const char* kPriority = FieldOf(&Material::priority).key;
         Material material;
         const auto readTexture = [&](const TextureField& field, const auto& info) {
             Read(field, ReadTextureInfo(info), where, material);
         };
         material.name = file.name;
         ReadColor(pbr.baseColorFactor, material.baseColorFactor);
-        readTexture(FieldOf(&Material::baseColorTexture), pbr.baseColorTexture);
+        readTexture(kBaseColor, pbr.baseColorTexture);
         material.metallicFactor = ToFloat(pbr.metallicFactor);
         material.roughnessFactor = ToFloat(pbr.roughnessFactor);
-        readTexture(FieldOf(&Material::metallicRoughnessTexture), pbr.metallicRoughnessTexture);
-        readTexture(FieldOf(&Material::normalTexture), file.normalTexture);
+        readTexture(kMetallicRoughness, pbr.metallicRoughnessTexture);
+        readTexture(kNormal, file.normalTexture);
         material.normalScale = ToFloat(file.normalTexture.scale);
-        readTexture(FieldOf(&Material::occlusionTexture), file.occlusionTexture);
+        readTexture(kOcclusion, file.occlusionTexture);
         material.occlusionStrength = ToFloat(file.occlusionTexture.strength);
         ReadColor(file.emissiveFactor, material.emissiveFactor);
-        readTexture(FieldOf(&Material::emissiveTexture), file.emissiveTexture);
+        readTexture(kEmissive, file.emissiveTexture);
         ReadChoice(file.alphaMode, material.alphaMode);
         material.alphaCutoff = ToFloat(file.alphaCutoff);
         material.isDoubleSided = file.doubleSided;
@@ -232,9 +239,8 @@ class MaterialImporter {
                 ReadOfExtension(field, ExtensionReader(file.extensions, field.object), extensions, material);
         });
         // A double: an int does not hold all priorities
-        const char* const priority = FieldOf(&Material::priority).key;
-        if (file.extras.IsObject() && file.extras.Has(priority))
-            material.priority = static_cast<uint32_t>(file.extras.Get(priority).GetNumberAsDouble());
+        if (file.extras.IsObject() && file.extras.Has(kPriority))
+            material.priority = static_cast<uint32_t>(file.extras.Get(kPriority).GetNumberAsDouble());
         return material;
     }
 
