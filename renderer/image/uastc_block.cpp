@@ -1,6 +1,7 @@
 #include "renderer/image/uastc_block.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "renderer/image/uastc_tables.h"
 
@@ -85,12 +86,18 @@ constexpr auto kUnquantized = [] {
     return tables;
 }();
 
-// An index of 1 to 5 bits to 64ths of the second endpoint.
-constexpr uint32_t Weight(uint32_t index, uint32_t bits) {
-    uint32_t weight = index << (6 - bits);
-    for (uint32_t filled = bits; filled < 6; filled *= 2) weight |= weight >> filled;
-    return weight + (weight > 32 ? 1 : 0);
-}
+// By the bits of an index, 1 to 5: 64ths of the second endpoint.
+constexpr auto kWeights = [] {
+    std::array<std::array<uint8_t, 32>, 6> tables = {};
+    for (uint32_t bits = 1; bits < 6; ++bits) {
+        for (uint32_t index = 0; index < 1u << bits; ++index) {
+            uint32_t weight = index << (6 - bits);
+            for (uint32_t filled = bits; filled < 6; filled *= 2) weight |= weight >> filled;
+            tables[bits][index] = static_cast<uint8_t>(weight + (weight > 32 ? 1 : 0));
+        }
+    }
+    return tables;
+}();
 
 // Two ends of up to three parts.
 using Endpoints = std::array<std::array<uint8_t, 4>, 6>;
@@ -129,29 +136,40 @@ Endpoints ReadEndpoints(uint32_t modeNumber, BlockBits& bits) {
 
 struct Parts {
     std::array<uint8_t, 16> ofTexel = {};
-    uint32_t anchors = 1;  // A bit for each first texel of a part; its index has one bit less.
+    uint32_t anchors = 0;  // A bit for each first texel of a part; its index has one bit less.
 };
 
-// False: there is no such division.
-bool ReadParts(uint32_t modeNumber, BlockBits& bits, Parts& parts) {
-    const Mode& mode = kModes[modeNumber];
-    const uint32_t number = bits.Take(mode.partBits);
-    if (mode.parts == 1) return true;
-    const size_t known = mode.parts == 3   ? uastc::kThreeParts.size()
-                         : modeNumber == 7 ? uastc::kTwoPartsOfMode7.size()
-                                           : uastc::kTwoParts.size();
-    if (number >= known) return false;
-    parts.anchors = 0;
-    uint32_t seen = 0;
-    for (unsigned i = 0; i < 16; ++i) {
-        const uint32_t part = mode.parts == 3   ? uastc::kThreeParts[number] >> 2 * i & 3
-                              : modeNumber == 7 ? uint32_t{uastc::kTwoPartsOfMode7[number]} >> i & 1
-                                                : uint32_t{uastc::kTwoParts[number]} >> i & 1;
-        parts.ofTexel[i] = static_cast<uint8_t>(part);
-        if ((seen >> part & 1) == 0) parts.anchors |= 1u << i;
-        seen |= 1u << part;
+// Of a table of so many bits a texel.
+template <typename Numbers>
+constexpr auto Divisions(const Numbers& numbers, uint32_t bitsPerTexel) {
+    std::array<Parts, std::tuple_size_v<Numbers>> all;
+    for (size_t number = 0; number < all.size(); ++number) {
+        uint32_t seen = 0;
+        for (uint32_t i = 0; i < 16; ++i) {
+            const uint32_t part =
+                uint32_t{numbers[number]} >> (bitsPerTexel * i) & ((1u << bitsPerTexel) - 1);
+            all[number].ofTexel[i] = static_cast<uint8_t>(part);
+            if ((seen >> part & 1) == 0) all[number].anchors |= 1u << i;
+            seen |= 1u << part;
+        }
     }
-    return true;
+    return all;
+}
+constexpr std::array<Parts, 1> kWhole{Parts{{}, 1}};
+constexpr auto kTwoParts = Divisions(uastc::kTwoParts, 1);
+constexpr auto kTwoPartsOfMode7 = Divisions(uastc::kTwoPartsOfMode7, 1);
+constexpr auto kThreeParts = Divisions(uastc::kThreeParts, 2);
+
+std::span<const Parts> DivisionsOf(uint32_t modeNumber) {
+    switch (kModes[modeNumber].parts) {
+        case 1:
+            return kWhole;
+        case 3:
+            return kThreeParts;
+        default:
+            if (modeNumber == 7) return kTwoPartsOfMode7;
+            return kTwoParts;
+    }
 }
 
 }  // namespace
@@ -168,24 +186,34 @@ bool DecodeUastc(std::span<const std::byte, 16> block, bool isSrgb, BlockTexels&
         return true;
     }
     bits.Take(mode.hintBits);
-    Parts parts;
-    if (!ReadParts(modeNumber, bits, parts)) return false;
+    const std::span<const Parts> divisions = DivisionsOf(modeNumber);
+    const uint32_t division = bits.Take(mode.partBits);
+    if (division >= divisions.size()) return false;
+    const Parts& parts = divisions[division];
     // The channel of the second plane: alpha where there is nothing to choose
     const bool isChosen = mode.hasSecondPlane && mode.channels > 2;
     const uint32_t ofSecondPlane = isChosen ? bits.Take(2) : 3;
     const Endpoints endpoints = ReadEndpoints(modeNumber, bits);
+    // 64ths of 16 bits
+    std::array<std::array<int32_t, 4>, 3> starts, steps;
+    for (size_t part = 0; part < mode.parts; ++part) {
+        for (size_t c = 0; c < 4; ++c) {
+            const auto wide = [&](uint8_t value) { return value << 8 | (isSrgb ? 0x80 : value); };
+            const int32_t low = wide(endpoints[2 * part][c]), high = wide(endpoints[2 * part + 1][c]);
+            starts[part][c] = 64 * low + 32;
+            steps[part][c] = high - low;
+        }
+    }
+    const std::array<uint8_t, 32>& table = kWeights[mode.weightBits];
     for (size_t i = 0; i < 16; ++i) {
         const uint32_t weightBits = mode.weightBits - (parts.anchors >> i & 1);
-        const uint32_t weight = Weight(bits.Take(weightBits), mode.weightBits);
-        const uint32_t second = mode.hasSecondPlane ? Weight(bits.Take(weightBits), mode.weightBits) : weight;
-        const auto& low = endpoints[2u * parts.ofTexel[i]];
-        const auto& high = endpoints[2u * parts.ofTexel[i] + 1u];
-        for (size_t c = 0; c < 4; ++c) {
-            const uint32_t w = c == ofSecondPlane ? second : weight;
-            const uint32_t a = uint32_t{low[c]} << 8 | (isSrgb ? 0x80 : low[c]);
-            const uint32_t b = uint32_t{high[c]} << 8 | (isSrgb ? 0x80 : high[c]);
-            texels[4 * i + c] = static_cast<uint8_t>((a * (64 - w) + b * w + 32) >> 14);
-        }
+        std::array<int32_t, 4> weights;
+        weights.fill(table[bits.Take(weightBits)]);
+        if (mode.hasSecondPlane) weights[ofSecondPlane] = table[bits.Take(weightBits)];
+        const auto& start = starts[parts.ofTexel[i]];
+        const auto& step = steps[parts.ofTexel[i]];
+        for (size_t c = 0; c < 4; ++c)
+            texels[4 * i + c] = static_cast<uint8_t>((start[c] + step[c] * weights[c]) >> 14);
     }
     return true;
 }
