@@ -69,6 +69,13 @@ TEST(Ktx2, ZstandardIsInflated) {
     EXPECT_NE(Ktx2Refusal(desc, broken).find("a.ktx2: KTX2: Zstandard: "), std::string::npos);
     EXPECT_EQ(Ktx2Refusal(desc, Compressed(Texels(99))),
               "a.ktx2: KTX2: Zstandard: 99 bytes came out, 364 were expected");
+    const Ktx2Desc huge{.vkFormat = kVkRgba8,
+                        .width = 8192,
+                        .height = 8192,
+                        .supercompression = 2,
+                        .inflatedBytes = uint64_t{1} << 28};
+    EXPECT_EQ(Ktx2Refusal(huge, Texels(64)),
+              "a.ktx2: KTX2: 64 bytes of Zstandard cannot hold 8192 x 8192 pixels");
     desc.inflatedBytes = 300;
     EXPECT_EQ(Ktx2Refusal(desc, packed),
               "a.ktx2: KTX2: 13 x 7 pixels need 364 bytes, and the largest level has 300");
