@@ -2,6 +2,7 @@
 #include <numeric>
 
 #include "base/text.h"
+#include "renderer/scene/gltf_draco.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/tangents.h"
 
@@ -16,7 +17,10 @@ class PrimitiveDecoder {
 
     Primitive Decode() {
         Primitive primitive;
-        primitive.indices = Triangles();
+        if (m_layout.draco)
+            m_decoded =
+                DecodeDraco(m_context, m_layout, m_reader.Tables(), m_reader.View(m_layout.draco->view));
+        primitive.indices = m_layout.draco ? DecodedTriangles() : Triangles();
         const bool makesNormals = !m_layout.Has(Attribute::Normal);
         // The vertices to read. With flat normals no two triangles share one. An index list that names less
         // than half of its vertices (many primitives over one big buffer) gets only those it names: reading
@@ -55,6 +59,11 @@ class PrimitiveDecoder {
     }
 
   private:
+    std::vector<uint32_t> DecodedTriangles() {
+        m_context.ChargeGeometry(m_layout.where, m_decoded.indices.size() * sizeof(uint32_t));
+        return std::move(m_decoded.indices);
+    }
+
     // The primitive's triangles as indices into the file's vertices, all checked.
     std::vector<uint32_t> Triangles() {
         std::vector<uint32_t> indices;
@@ -96,7 +105,8 @@ class PrimitiveDecoder {
                                Vector fill = Vector(0.0f)) {
         if (!m_layout.Has(attribute)) return {};
         const Place where = m_layout.where["attributes"][AttributeName(attribute)];
-        return m_reader.ReadVectors<Vector>(m_layout.Accessor(attribute), vertices, where, fill);
+        return m_reader.ReadVectors<Vector>(m_layout.Accessor(attribute), vertices, where, fill,
+                                            m_decoded.attributes[static_cast<size_t>(attribute)]);
     }
 
     // For a normal map and the texture coordinates it is read by; without either nothing wants tangents.
@@ -153,6 +163,7 @@ class PrimitiveDecoder {
     AccessorReader& m_reader;
     const PrimitiveLayout& m_layout;
     const Material& m_material;
+    DracoPrimitive m_decoded;  // Empty if the layout is not compressed.
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 namespace raygraph::scene {
 namespace {
 
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr const char* kQuantization = "KHR_mesh_quantization";
 
 // Which accessors an attribute may be read from: the core's types and those KHR_mesh_quantization adds.
@@ -83,6 +84,7 @@ class LayoutReader {
         if (layout.indices != kNone && !IsIndexAccessor(m_tables.accessors[layout.indices]))
             m_context.Fail(where["indices"],
                            Text("accessors[{}] must be SCALAR of 5121, 5123 or 5125", layout.indices));
+        layout.draco = ReadDraco(primitive, layout);
         return layout;
     }
 
@@ -109,6 +111,30 @@ class LayoutReader {
             if (layout.Has(Attribute::Position) && accessor.count != layout.vertexCount)
                 fail(Text("has {} elements, POSITION has {}", accessor.count, layout.vertexCount));
         }
+    }
+
+    std::optional<DracoLayout> ReadDraco(const gltf::Primitive& primitive,
+                                         const PrimitiveLayout& layout) const {
+        const auto found = primitive.extensions.find(kDraco);
+        if (found == primitive.extensions.end()) return std::nullopt;
+        const bool isSolid =
+            layout.mode == PrimitiveMode::Triangles || layout.mode == PrimitiveMode::TriangleStrip;
+        if (!isSolid)
+            m_context.Fail(layout.where["extensions"][kDraco],
+                           "is of a primitive that is no list or strip of triangles");
+        DracoLayout draco{.view = static_cast<uint32_t>(found->second.Get("bufferView").GetNumberAsInt()),
+                          .ids = {}};
+        draco.ids.fill(kNone);
+        const gltf::Value& attributes = found->second.Get("attributes");
+        for (size_t i = 0; i < kAttributeCount; ++i) {
+            const char* const name = AttributeName(static_cast<Attribute>(i));
+            if (!attributes.Has(name)) continue;
+            if (!layout.Has(static_cast<Attribute>(i)))
+                m_context.Fail(layout.where["extensions"][kDraco]["attributes"][name],
+                               "is of an attribute that the primitive does not have");
+            draco.ids[i] = static_cast<uint32_t>(attributes.Get(name).GetNumberAsDouble());
+        }
+        return draco;
     }
 
     GltfContext& m_context;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,6 +19,12 @@ enum class Attribute : uint8_t { Position, Normal, Tangent, TexCoord0, TexCoord1
 inline constexpr size_t kAttributeCount = 6;
 const char* AttributeName(Attribute attribute);
 
+// Where a primitive's compressed data is (KHR_draco_mesh_compression), and which of its attributes are in it.
+struct DracoLayout {
+    uint32_t view = kNone;
+    std::array<uint32_t, kAttributeCount> ids;  // kNone: the attribute is read from its accessor.
+};
+
 // A primitive whose accessors are in range, of fitting types and of one count; nothing is decoded yet.
 struct PrimitiveLayout {
     Place where;
@@ -26,6 +33,7 @@ struct PrimitiveLayout {
     uint32_t indices = kNone;
     uint32_t material = kNone;
     uint64_t vertexCount = 0;
+    std::optional<DracoLayout> draco = {};
 
     uint32_t Accessor(Attribute attribute) const { return accessors[static_cast<size_t>(attribute)]; }
     bool Has(Attribute attribute) const { return Accessor(attribute) != kNone; }

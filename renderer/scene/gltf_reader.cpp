@@ -86,14 +86,18 @@ const std::byte* AccessorReader::RunBytes(const ElementRun& run) {
     return m_buffers.View(run.view).data() + run.byteOffset;
 }
 
-void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, size_t components,
-                          float* out) {
+void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out,
+                          std::span<const std::byte> packed) {
     const Accessor& info = Info(accessor);
     RG_CHECK_LE(info.componentCount, components);
     RG_CHECK(!info.isMatrix);
-    if (info.run.view != kNone) {
-        const Elements elements{RunBytes(info.run), info.run.byteStride, info.componentCount,
-                                info.isNormalized};
+    if (!packed.empty() || info.run.view != kNone) {
+        Elements elements{packed.data(), info.componentCount * ByteSize(info.componentType),
+                          info.componentCount, info.isNormalized};
+        if (packed.empty()) {
+            elements.bytes = RunBytes(info.run);
+            elements.stride = info.run.byteStride;
+        }
         const bool isPlain = info.componentType == ComponentType::Float &&
                              info.componentCount == components &&
                              elements.stride == components * sizeof(float) && !selection.ids;
@@ -107,7 +111,7 @@ void AccessorReader::Read(uint32_t accessor, const ElementSelection& selection, 
         for (size_t i = 0; i < selection.count; ++i)
             std::fill_n(out + i * components, info.componentCount, 0.0f);
     }
-    if (info.sparse) ApplySparse(accessor, selection, components, out);
+    if (info.sparse && packed.empty()) ApplySparse(accessor, selection, components, out);
     if (info.componentType != ComponentType::Float) return;
     for (size_t i = 0; i < selection.count * components; ++i)
         if (!std::isfinite(out[i]))

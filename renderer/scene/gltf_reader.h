@@ -31,17 +31,23 @@ class AccessorReader {
     // The selected elements, `components` floats each, into `out` (selection.count * components floats); an
     // accessor with fewer components leaves the others of each element as they were. Normalized integers
     // become [0, 1] or
-    // [-1, 1], others their value. Fails at the accessor if a value is not finite. No matrices.
-    void Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out);
+    // [-1, 1], others their value. Fails at the accessor if a value is not finite. No matrices. `packed`: all
+    // elements, in place of those that the accessor's view or sparse part has.
+    void Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out,
+              std::span<const std::byte> packed = {});
 
     template <typename Vector>
     std::vector<Vector> ReadVectors(uint32_t accessor, const ElementSelection& selection, const Place& where,
-                                    Vector fill = Vector(0.0f)) {
+                                    Vector fill = Vector(0.0f), std::span<const std::byte> packed = {}) {
         m_context.ChargeGeometry(where, uint64_t{selection.count} * sizeof(Vector));
         std::vector<Vector> vectors(selection.count, fill);
-        if (!vectors.empty()) Read(accessor, selection, Vector::length(), &vectors[0].x);
+        if (!vectors.empty()) Read(accessor, selection, Vector::length(), &vectors[0].x, packed);
         return vectors;
     }
+
+    // The bytes of a view.
+    std::span<const std::byte> View(uint32_t view) { return m_buffers.View(view); }
+    const AccessorTables& Tables() const { return m_tables; }
 
     // All elements of an accessor of unsigned scalars, which the caller has made sure it is. `where` (the
     // property that names it) is for messages.

@@ -65,6 +65,7 @@ enum class ExtensionPlace : uint8_t {
     Root,
     Buffer,
     BufferView,
+    Primitive,
     Node,
     Material,
     Texture,

@@ -142,9 +142,18 @@ constexpr auto kAttributes =
           Index("TEXCOORD_1", Target::Accessors), Index("COLOR_0", Target::Accessors));
 constexpr auto kMorphTarget = Table(Index("POSITION", Target::Accessors), Index("NORMAL", Target::Accessors),
                                     Index("TANGENT", Target::Accessors));
-constexpr auto kPrimitive = Table(Object("attributes", kAttributes).Required(),
-                                  Index("indices", Target::Accessors), Index("material", Target::Materials),
-                                  Whole("mode").Between(0, 6), Objects("targets", kMorphTarget));
+constexpr auto kPrimitive =
+    Table(Object("attributes", kAttributes).Required(), Index("indices", Target::Accessors),
+          Index("material", Target::Materials), Whole("mode").Between(0, 6), Objects("targets", kMorphTarget),
+          Extensions(ExtensionPlace::Primitive));
+// Of KHR_draco_mesh_compression: ids of the compressed attributes.
+consteval WholeRow UniqueId(const char* attribute) {
+    return Whole(attribute).Between(0, std::numeric_limits<uint32_t>::max() - 1);
+}
+constexpr auto kDracoAttributes = Table(UniqueId("POSITION"), UniqueId("NORMAL"), UniqueId("TANGENT"),
+                                        UniqueId("TEXCOORD_0"), UniqueId("TEXCOORD_1"), UniqueId("COLOR_0"));
+constexpr auto kDraco = Table(Index("bufferView", Target::BufferViews).Required(),
+                              Object("attributes", kDracoAttributes).Required());
 constexpr auto kMesh = Table(Text("name"), Objects("primitives", kPrimitive).Required());
 
 // --- Cameras and lights ---
@@ -228,6 +237,7 @@ constexpr std::array kExtensions{
     Extension{"EXT_meshopt_compression", ExtensionPlace::BufferView, kExtMeshoptView},
     Extension{"KHR_meshopt_compression", ExtensionPlace::Buffer, kMeshoptBuffer},
     Extension{"KHR_meshopt_compression", ExtensionPlace::BufferView, kKhrMeshoptView},
+    Extension{"KHR_draco_mesh_compression", ExtensionPlace::Primitive, kDraco},
     Extension{"KHR_lights_punctual", ExtensionPlace::Root, kLights},
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
     Extension{"EXT_mesh_gpu_instancing", ExtensionPlace::Node, kInstancing},

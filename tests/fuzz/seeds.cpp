@@ -22,7 +22,10 @@ bool EndsAs(std::string_view target, const std::filesystem::path& extension) {
 std::vector<Seed> Seeds(const Target& target, bool withAssets) {
     const std::string_view name = target.name;
     std::vector<Seed> seeds;
-    if (name.starts_with("gltf")) seeds = GltfSeeds(name);
+    if (name == "gltf_compressed")
+        seeds = CompressedSeeds();
+    else if (name.starts_with("gltf"))
+        seeds = GltfSeeds(name);
     if (name == "images") seeds = ImageSeeds();
     if (name == "environment") seeds = EnvironmentSeeds();
     if (name == "render_file") seeds = RenderFileSeeds();

@@ -19,6 +19,7 @@ std::vector<Seed> Seeds(const Target& target, bool withAssets);
 
 // By subject.
 std::vector<Seed> GltfSeeds(std::string_view target);
+std::vector<Seed> CompressedSeeds();
 std::vector<Seed> ImageSeeds();
 std::vector<Seed> EnvironmentSeeds();
 std::vector<Seed> RenderFileSeeds();

@@ -11,6 +11,7 @@ constexpr std::array kTargets{
     Target{"gltf_text", RunGltfText, 16384},
     Target{"gltf_container", RunGltfContainer, 16384, RepairGlb},
     Target{"gltf_accessors", RunGltfAccessors, 512},
+    Target{"gltf_compressed", RunGltfCompressed, 2048},
     Target{"gltf_save", RunGltfSave, 16384},
     Target{"images", RunImages, 4096, RepairPng},
     Target{"environment", RunEnvironment, 4096},

@@ -44,6 +44,7 @@ const Target* FindTarget(std::string_view name);
 void RunGltfText(Input input);
 void RunGltfContainer(Input input);
 void RunGltfAccessors(Input input);
+void RunGltfCompressed(Input input);
 void RunGltfSave(Input input);
 void RunImages(Input input);
 void RunEnvironment(Input input);
