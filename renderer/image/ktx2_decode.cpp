@@ -117,8 +117,8 @@ Image8 DecodeKtx2(std::span<const std::byte> bytes, std::string_view name, const
     if (isEtc1s != (header.supercompression == Supercompression::BasisLz))
         Refuse(name, "KTX2: ETC1S and BasisLZ go together, and this file has one of them");
     Image8 image = isEtc1s ? DecodeBasisLz(header, name) : DecodeStored(header, name);
-    if (header.vkFormat == 0) Apply(header.basis.channels, image);
-    Apply(header.swizzle, image);
+    const Swizzle channels = header.vkFormat == 0 ? header.basis.channels : kIdentity;
+    Apply(header.swizzle.value_or(channels), image);
     return image;
 }
 

@@ -138,7 +138,8 @@ class HeaderReader {
         constexpr std::string_view kLetters = "rgba01";
         if (value.size() != 4 || value.find_first_not_of(kLetters) != value.npos)
             Fail(Text("the swizzle {} is none", Quoted(value, 10)));
-        for (size_t c = 0; c < 4; ++c) m_header.swizzle[c] = static_cast<Source>(kLetters.find(value[c]));
+        Swizzle& swizzle = m_header.swizzle.emplace();
+        for (size_t c = 0; c < 4; ++c) swizzle[c] = static_cast<Source>(kLetters.find(value[c]));
     }
 
     std::span<const std::byte> m_bytes;

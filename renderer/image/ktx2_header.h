@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -29,7 +30,8 @@ struct Ktx2Header {
     std::span<const std::byte> level;  // The largest one, as stored.
     uint64_t inflatedBytes = 0;        // Its size without Zstandard, by the file.
     std::span<const std::byte> global;
-    Swizzle swizzle = kIdentity;  // That the file wishes for.
+    // That the file wishes for; of what is decoded, in place of BasisFormat::channels.
+    std::optional<Swizzle> swizzle;
 };
 
 // Of a 2D texture, neither array nor cube map. Refuses all others, and what lies outside the file.

@@ -67,6 +67,15 @@ TEST(BasisLz, SlicesOfOneChannelAreRedAndGreen) {
     }
 }
 
+// Writers give a file of two channels the swizzle of what comes out of its slices.
+TEST(BasisLz, SwizzleIsOfTheSlicesNotOfTheirChannels) {
+    BasisPicture two = RandomBasisPicture(8, 8, true, 5);
+    two.channels = {3, 4};
+    BasisFile file = CompressBasis(two);
+    file.desc.keys = {{"KTXswizzle", "ra01"}};
+    EXPECT_EQ(DecodeImage8(MakeKtx2(file.desc, file.level), "a.ktx2").rgba, Decode(two));
+}
+
 std::string BasisRefusal(const BasisFile& file) {
     return Refusal("a.ktx2", [&] { DecodeImage8(MakeKtx2(file.desc, file.level), "a.ktx2"); });
 }
