@@ -19,6 +19,7 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     if (isDielectric && material.transmission > 0.0f) features |= kTraceGlass;
     if (material.metallic > 0.0f) features |= kTraceMetals;
     if (isDielectric && isOpaque) features |= kTraceOpaque;
+    if (material.clearcoat > 0.0f) features |= kTraceClearcoat;
     return features;
 }
 

@@ -388,7 +388,8 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
                  emissiveFactor, emissiveStrength, emissiveTexture, alphaMode, alphaCutoff, isDoubleSided,
                  ior, specularFactor, specularTexture, specularColorFactor, specularColorTexture,
                  transmissionFactor, transmissionTexture, thicknessFactor, attenuationColor,
-                 attenuationDistance, isUnlit, priority] = values;
+                 attenuationDistance, isUnlit, clearcoatFactor, clearcoatTexture, clearcoatRoughnessFactor,
+                 clearcoatRoughnessTexture, clearcoatNormalTexture, clearcoatNormalScale, priority] = values;
     gpu::MaterialRecord record = textures;
 #define RAYGRAPH_TRANSFORM(name) record.name##Transform = name##Texture.transform.Matrix();
     RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TRANSFORM)
@@ -408,6 +409,9 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.transmission = transmissionFactor;
     record.absorption = values.Absorption();
     record.priority = priority;
+    record.clearcoat = isUnlit ? 0.0f : clearcoatFactor;
+    record.clearcoatRoughness = clearcoatRoughnessFactor;
+    record.clearcoatNormalScale = clearcoatNormalScale;
     return record;
 }
 

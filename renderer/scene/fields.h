@@ -4,6 +4,7 @@
 #pragma once
 
 #include <limits>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 
@@ -36,7 +37,8 @@ struct FieldPlace {
     T Owner::*member;
     const char* name;
     // Where it is in the object that glTF has for an Owner: `key` of `object`, which is "" (that object), one
-    // in it, an extension, or "extras". Of a flag without a key: whether the object is there.
+    // in it, an extension, or "extras". Of a flag without a key: whether the object is there. A key may go
+    // down a level, to what is in a texture of an extension: "clearcoatNormalTexture.scale".
     const char* object;
     const char* key;
 };
@@ -49,6 +51,16 @@ struct Field : FieldPlace<Owner, T> {
 
     constexpr bool ZeroIsInfinite() const { return zeroIsLeftOut || range.mayBeZero; }
 };
+
+// The parts of a key: "a" and "b" of "a.b"; "" and "b" of "b".
+struct KeyParts {
+    std::string_view object, key;
+};
+constexpr KeyParts KeyPartsOf(std::string_view key) {
+    const size_t dot = key.find('.');
+    if (dot == key.npos) return {"", key};
+    return {key.substr(0, dot), key.substr(dot + 1)};
+}
 
 // The one of a member in a list, which is a tuple. Not a constant if there is none.
 template <typename Owner, typename T, typename List>

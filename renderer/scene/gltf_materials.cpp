@@ -94,6 +94,12 @@ class ExtensionReader {
         const gltf::Value& extensions = object.Get("extensions");
         if (extensions.Has(name)) m_extension = &extensions.Get(name);
     }
+    explicit ExtensionReader(const gltf::Value* extension) : m_extension(extension) {}
+
+    // What is in one of its objects.
+    ExtensionReader In(const std::string& object) const {
+        return ExtensionReader(m_extension && m_extension->Has(object) ? &m_extension->Get(object) : nullptr);
+    }
 
     // What is absent leaves the value as it is.
     void Read(const char* key, int& value) const {
@@ -251,7 +257,11 @@ class MaterialImporter {
     template <typename T>
     void ReadOfExtension(const MaterialField<T>& field, const ExtensionReader& extension, const Place&,
                          Material& material) {
-        extension.Read(field.key, material.*field.member);
+        const KeyParts parts = KeyPartsOf(field.key);
+        if (parts.object.empty())
+            extension.Read(field.key, material.*field.member);
+        else
+            extension.In(std::string(parts.object)).Read(parts.key.data(), material.*field.member);
     }
 
     GltfContext& m_context;

@@ -111,7 +111,7 @@ class PrimitiveDecoder {
 
     // For a normal map and the texture coordinates it is read by; without either nothing wants tangents.
     void MakeTangents(Primitive& primitive) {
-        const TextureRef& map = m_material.normalTexture;
+        const TextureRef& map = m_material.TangentTexture();
         const std::vector<glm::vec2>& stream = map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
         if (!map.IsPresent() || stream.empty() || primitive.indices.empty()) return;
         // What its working tables take, and at most as many vertices as there are indices.

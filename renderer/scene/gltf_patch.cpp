@@ -193,7 +193,11 @@ class MaterialPatch {
         const std::string_view object = field.object;
         // Without the texture that it belongs to it has no place, and no effect
         if (object.ends_with("Texture") && !m_material.contains(object)) return;
-        if (*field.key != 0) {
+        if (const KeyParts parts = KeyPartsOf(field.key); !parts.object.empty()) {
+            Json& extension = Object(field.object);
+            const auto texture = extension.find(parts.object);
+            if (texture != extension.end()) (*texture)[parts.key] = JsonOf(value);
+        } else if (*field.key != 0) {
             PutField(Object(field.object), field, value);
         } else if (value != T{}) {
             Object(field.object);

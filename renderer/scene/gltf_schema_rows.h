@@ -179,8 +179,8 @@ constexpr RangedRow InRange(const RangedRow& row, const FieldRange& range) {
 template <typename Owner>
 constexpr NumberRow RowFor(const Field<Owner, float>& field) {
     // Where it is left out it is 0
-    return field.zeroIsLeftOut ? InRange(Number(field.key), field.range).Above(0.0f)
-                               : InRange(Number(field.key), field.range);
+    const NumberRow row(KeyPartsOf(field.key).key);
+    return field.zeroIsLeftOut ? InRange(row, field.range).Above(0.0f) : InRange(row, field.range);
 }
 template <typename Owner, int Length>
 constexpr NumbersRow RowFor(const Field<Owner, glm::vec<Length, float>>& field) {

@@ -134,6 +134,13 @@ constexpr auto kVolume =
           Factor(&Material::attenuationColor),
           RowFor(FieldOf(&Material::attenuationDistance)).OrLeftOut("distance", "taken as infinite"));
 
+constexpr auto kClearcoatNormalInfo =
+    Table(kTextureIndex, kTexCoord, Factor(&Material::clearcoatNormalScale), kTextureInfoExtensions);
+constexpr auto kClearcoat =
+    Table(Factor(&Material::clearcoatFactor), TextureOf(&Material::clearcoatTexture),
+          Factor(&Material::clearcoatRoughnessFactor), TextureOf(&Material::clearcoatRoughnessTexture),
+          TextureOf(&Material::clearcoatNormalTexture, kClearcoatNormalInfo));
+
 // --- Meshes ---
 
 constexpr auto kAttributes =
@@ -252,6 +259,7 @@ constexpr std::array kExtensions{
     Extension{material_fields::kSpecular, ExtensionPlace::Material, kSpecular},
     Extension{material_fields::kTransmission, ExtensionPlace::Material, kTransmission},
     Extension{material_fields::kVolume, ExtensionPlace::Material, kVolume},
+    Extension{material_fields::kClearcoat, ExtensionPlace::Material, kClearcoat},
     Extension{"KHR_materials_unlit", ExtensionPlace::Material, {}},
 };
 

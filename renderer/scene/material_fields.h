@@ -21,6 +21,7 @@ inline constexpr const char* kPbr = "pbrMetallicRoughness";
 inline constexpr const char* kSpecular = "KHR_materials_specular";
 inline constexpr const char* kTransmission = "KHR_materials_transmission";
 inline constexpr const char* kVolume = "KHR_materials_volume";
+inline constexpr const char* kClearcoat = "KHR_materials_clearcoat";
 using Texture = TextureField;
 using Number = MaterialField<float>;
 using Color = MaterialField<glm::vec3>;
@@ -61,16 +62,27 @@ inline constexpr auto kAll = std::tuple{
            "m",
            true},
     MaterialField<bool>{{&M::isUnlit, "isUnlit", "KHR_materials_unlit", ""}},
+    Number{{&M::clearcoatFactor, "clearcoatFactor", kClearcoat, "clearcoatFactor"}, kShare},
+    Texture{{&M::clearcoatTexture, "clearcoatTexture", kClearcoat, "clearcoatTexture"}, ColorSpace::Linear},
+    Number{{&M::clearcoatRoughnessFactor, "clearcoatRoughnessFactor", kClearcoat, "clearcoatRoughnessFactor"},
+           kShare},
+    Texture{
+        {&M::clearcoatRoughnessTexture, "clearcoatRoughnessTexture", kClearcoat, "clearcoatRoughnessTexture"},
+        ColorSpace::Linear},
+    Texture{{&M::clearcoatNormalTexture, "clearcoatNormalTexture", kClearcoat, "clearcoatNormalTexture"},
+            ColorSpace::Linear},
+    Number{{&M::clearcoatNormalScale, "clearcoatNormalScale", kClearcoat, "clearcoatNormalTexture.scale"},
+           kAnyNumber},
     MaterialField<uint32_t>{{&M::priority, "priority", "extras", "priority"}},
 };
 
 // A field more or less than these does not compile: list it above, then here.
 inline size_t CountMembers(const Material& material) {
     const auto& [name, f1, f2, f3, f4, f5, f6, f7, f8, f9, f10, f11, f12, f13, f14, f15, f16, f17, f18, f19,
-                 f20, f21, f22, f23, f24, f25, f26, f27] = material;
+                 f20, f21, f22, f23, f24, f25, f26, f27, f28, f29, f30, f31, f32, f33] = material;
     std::ignore = name;
-    static_assert(std::tuple_size_v<decltype(kAll)> == 27, "each field of Material is in the list, once");
-    return 28;
+    static_assert(std::tuple_size_v<decltype(kAll)> == 33, "each field of Material is in the list, once");
+    return 34;
 }
 
 }  // namespace material_fields

@@ -61,7 +61,7 @@ struct Primitive {
     // Unit length. Never empty after import: flat ones are made, vertices then split.
     std::vector<glm::vec3> normals;
     // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w. There if the material has a
-    // normal map and there are the texture coordinates to read it by.
+    // normal map, of its coat at least, and there are the texture coordinates to read it by.
     std::vector<glm::vec4> tangents;
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;
@@ -140,10 +140,20 @@ struct RAYGRAPH_API Material {
     glm::vec3 attenuationColor{1.0f};     // Color of white light after a path through the medium
     float attenuationDistance = 0.0f;     // of this length, meters; 0 = infinite.
     bool isUnlit = false;                 // KHR_materials_unlit: shows its base color and nothing else.
+    float clearcoatFactor = 0.0f;         // KHR_materials_clearcoat: weight of a layer over all of it,
+    TextureRef clearcoatTexture;          // r;
+    float clearcoatRoughnessFactor = 0.0f;
+    TextureRef clearcoatRoughnessTexture;  // g;
+    TextureRef clearcoatNormalTexture;     // the layer's own; without one it does not follow normalTexture.
+    float clearcoatNormalScale = 1.0f;
     // Where media of closed surfaces overlap, the one of higher priority is present. Not glTF's: a whole
     // number `priority` in the material's `extras`.
     uint32_t priority = 0;
 
+    // By which texture coordinates tangents are made; may be absent.
+    const TextureRef& TangentTexture() const {
+        return normalTexture.IsPresent() ? normalTexture : clearcoatNormalTexture;
+    }
     // Emitted radiance before the texture. An unlit material emits its base color instead.
     glm::vec3 EmittedRadiance() const {
         return isUnlit ? glm::vec3(0.0f) : emissiveFactor * emissiveStrength;

@@ -10,6 +10,7 @@
 #include "bxdf/diffuse.glsl"
 #include "bxdf/gltf.glsl"
 #include "bxdf/lafortune.glsl"
+#include "core/frame.glsl"
 #include "core/trace_options.glsl"
 #include "scene/ray.glsl"
 
@@ -32,6 +33,21 @@ INLINE LafortuneBxDF LafortuneOf(SurfaceMaterial material) {
     lobe.diffuse = material.baseColor * (1.0f - material.metallic) * (vec3(1.0f) - lobe.specular);
     lobe.exponent = LafortuneExponent(Sqr(material.roughness));
     return lobe;
+}
+
+// Of a surface in the frame of its shading normal.
+INLINE SurfaceSetting SettingOf(SurfaceInteraction surface, Frame frame, float eta, float minAlpha,
+                                uint seed) {
+    SurfaceSetting setting = SettingOf(surface.material, eta, minAlpha, seed);
+    if (HasTraceFeature(kTraceClearcoat)) setting.coatNormal = ToLocal(frame, surface.coatNormal);
+    return setting;
+}
+
+// The share of what a surface emits towards wo that its clear coat lets pass.
+INLINE float EmissionPassed(SurfaceInteraction surface, vec3 wo) {
+    SurfaceMaterial material = surface.material;
+    if (!HasTraceFeature(kTraceClearcoat) || !(material.clearcoat > 0.0f)) return 1.0f;
+    return PassedByClearcoat(material.clearcoat, material.clearcoatRoughness, dot(surface.coatNormal, wo));
 }
 
 INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting setting) {

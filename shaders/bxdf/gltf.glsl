@@ -39,11 +39,12 @@ INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
     sum.pdf = 0.0f;
     sum.diffuse = vec3(0.0f);
     sum.walkedPDF = 0.0f;
-    float passed = 1.0f;  // by the lobes so far
+    float passed = 1.0f;  // to diffuse lobes, by the lobes so far
 #define RAYGRAPH_ADD_LOBE_(Lobe, name, feature)                                   \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                      \
         float lobePDF = 0.0f;                                                     \
-        vec3 value = passed * Evaluate(g.name, g.view, pair, lobePDF);            \
+        vec3 value = Evaluate(g.name, g.view, pair, lobePDF);                     \
+        if (IsDiffuse(g.name)) value *= passed;                                   \
         lobePDF *= g.name##Chance;                                                \
         if (hasWalk && IsWalked(g.name)) {                                        \
             sum.walkedPDF += lobePDF;                                             \
@@ -85,8 +86,6 @@ INLINE BSDFSample EvaluateWalked(GltfBSDF g, BSDFSample s, uint walked) {
     if (walked == 0u) {
         s.f = sum.value;
         s.pdf = sum.pdf;
-    } else {
-        s.f *= PassedTo(g, walked, pair);
     }
     float pdf = WalkPDF(g, s.wi, sum.walkedPDF) + sum.pdf;
     s.f *= pdf / s.pdf;
@@ -212,17 +211,11 @@ INLINE GltfBSDF WithoutStraight(GltfBSDF g, float chance) {
     return g;
 }
 
-// The share of light at cosI to the normal of a smooth thin wall that passes straight through it, without the
-// rest of the BSDF. `eta` is the wall's index of refraction over that of the surrounding medium.
-INLINE vec3 StraightShare(SurfaceMaterial material, float eta, float cosI) {
+// The share of light from wo that passes straight through a smooth thin wall, without the rest of the BSDF.
+INLINE vec3 StraightShare(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
     vec3 sum = vec3(0.0f);
-    if (!(cosI > 0.0f)) return sum;
-    SurfaceSetting setting;
-    setting.eta = eta;
-    setting.isThin = true;
-    setting.alpha = vec2(0.0f);
-    setting.seed = 0u;
-    FacetView view = ViewOf(material, setting, vec3(SafeSqrt(1.0f - cosI * cosI), 0.0f, cosI));
+    if (!(wo.z > 0.0f)) return sum;
+    FacetView view = ViewOf(material, setting, wo);
     material.baseColor = clamp(material.baseColor, vec3(0.0f), vec3(1.0f));
     float share = 1.0f;
 #define RAYGRAPH_ADD_STRAIGHT_(Lobe, name, feature)         \

@@ -1,10 +1,12 @@
-// The material of glTF 2.0 (appendix B) with KHR_materials_ior, specular and transmission, as lobes:
-//     mix(dielectric, metal, metallic)
+// The material of glTF 2.0 (appendix B) with KHR_materials_ior, specular, transmission and clearcoat, as
+// lobes:
+//     a clear coat over mix(dielectric, metal, metallic)
 //     dielectric = mix(a Fresnel layer over diffuse, glass, transmission)
 // Metal, layer and glass are GGX facets of one roughness. baseColor colors metal, base and transmitted light.
 #ifndef RAYGRAPH_BXDF_GLTF_LOBES_GLSL
 #define RAYGRAPH_BXDF_GLTF_LOBES_GLSL
 
+#include "bxdf/clearcoat.glsl"
 #include "bxdf/conductor.glsl"
 #include "bxdf/dielectric_layer.glsl"
 #include "bxdf/diffuse.glsl"
@@ -12,9 +14,10 @@
 
 SHADING_BEGIN
 
-// From top to bottom: a lobe is covered by those before it (PassedTo). The struct, its name in GltfBSDF, and
+// From top to bottom: a lobe is covered by those before it. The struct, its name in GltfBSDF, and
 // the trace feature without which no material of the scene has it and all of its code folds away.
 #define GLTF_LOBES(X)                           \
+    X(ClearcoatBxDF, coat, kTraceClearcoat)     \
     X(GlassBxDF, glass, kTraceGlass)            \
     X(ConductorBxDF, metal, kTraceMetals)       \
     X(DielectricLayerBxDF, layer, kTraceOpaque) \

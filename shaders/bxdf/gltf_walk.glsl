@@ -53,29 +53,12 @@ INLINE LobeWalk WalkOf(GltfBSDF g, uint chosen) {
     return walk;
 }
 
-// The share of light from pair.wi that arrives at a walked lobe.
-INLINE float PassedTo(GltfBSDF g, uint chosen, FacetPair pair) {
-    float passed = 1.0f;
-    float result = 1.0f;
-    uint lobe = 0u;
-#define RAYGRAPH_PASS_TO_LOBE_(Lobe, name, feature)                             \
-    ++lobe;                                                                     \
-    if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                    \
-        if (IsWalked(g.name) && chosen == lobe) result = passed;                \
-        passed *= PassedTo(g.name, g.view, pair);                               \
-    }
-    GLTF_LOBES(RAYGRAPH_PASS_TO_LOBE_)
-#undef RAYGRAPH_PASS_TO_LOBE_
-    return result;
-}
-
 // The walks' estimate of f.
 INLINE vec3 EstimateWalk(GltfBSDF g, FacetPair pair, float walkedChance) {
     WalkRng rng = StartWalkRng(g.seed ^ 0x5bd1e995u);
     uint chosen = ChooseWalked(g, WalkGet1D(rng), walkedChance);
     LobeWalk walk = WalkOf(g, chosen);
     vec3 weight = (pair.wi.z < 0.0f ? walk.pass : walk.reflect) * walkedChance;
-    weight *= PassedTo(g, chosen, pair);
     return EstimateWalk(walk.surface, g.view.wo, pair.wi, rng.state) * weight / abs(pair.wi.z);
 }
 

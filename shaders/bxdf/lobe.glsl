@@ -16,10 +16,9 @@
 //     float Weight(lobe, view)         about its albedo: samples are distributed to lobes in proportion
 //     LobeMean Reflected(lobe, view)   directional albedo and shape, for light that has been filtered
 //     LobeMean Transmitted(lobe, view)
-//     float PassedTo(lobe, view, pair) the factor on the lobes below for light from pair.wi; its mean, by the
-//         cosine, is 1, so that a base under a layer has the albedo that PlaceLobe gave it. wi of a delta
-//         follows from wo, and there is no mean to take: for deltas it is 1, and `share` is all that those
-//         below lose. So it is for light from the other side of the surface
+//     float PassedTo(lobe, view, pair) the factor on the diffuse lobes below for light from pair.wi; its
+//         mean by the cosine is 1, so that a base under a layer has the albedo that PlaceLobe gave it. Lobes
+//         that scatter into few directions have no such mean: `share` is all that they lose
 //     bool IsWalked(lobe), LobeWalk WalkOf(lobe, view)
 //         whether a random walk between the facets takes the lobe's place where kMultiscatter asks for walks
 //         (bxdf/gltf_walk.glsl), and which
@@ -50,10 +49,20 @@ struct SurfaceSetting {
     bool isThin;  // there is no medium behind it: a thin wall of that index
     vec2 alpha;   // roughness of its facets along x and y
     uint seed;    // of the random walk; another one for each sample
+    vec3 coatNormal;  // of its clear coat, in the frame of the surface; not read without one
+    float coatAlpha;
 };
 
-INLINE vec2 AlphaOf(SurfaceMaterial material, float minAlpha) {
-    return vec2(max(Sqr(material.roughness), minAlpha));
+// `minAlpha`: no facets are less rough. For those that have no coat normal, which is the surface's.
+INLINE SurfaceSetting SettingOf(SurfaceMaterial material, float eta, float minAlpha, uint seed) {
+    SurfaceSetting setting;
+    setting.eta = eta;
+    setting.isThin = (material.flags & kMaterialVolume) == 0u;
+    setting.alpha = vec2(max(Sqr(material.roughness), minAlpha));
+    setting.seed = seed;
+    setting.coatNormal = vec3(0.0f, 0.0f, 1.0f);
+    setting.coatAlpha = max(Sqr(material.clearcoatRoughness), minAlpha);
+    return setting;
 }
 
 // The facets of a surface as seen from one direction.
@@ -68,17 +77,21 @@ struct FacetView {
     FacetEnergy energy;  // towards wo
 };
 
-INLINE FacetView ViewOf(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
+INLINE FacetView ViewOfFacets(vec2 alpha, bool isThin, float roughness, vec3 wo) {
     FacetView view;
     view.wo = wo;
-    view.facets = MakeMicrofacetDistribution(setting.alpha);
+    view.facets = MakeMicrofacetDistribution(alpha);
     view.isSmooth = IsEffectivelySmooth(view.facets);
-    view.isThin = setting.isThin;
-    view.roughness = material.roughness;
+    view.isThin = isThin;
+    view.roughness = roughness;
     view.row = EnergyRow(view.facets.alpha);
     view.laterCurve = LaterCurve(view.row);
     view.energy = FacetEnergyAt(view.row, wo.z);
     return view;
+}
+
+INLINE FacetView ViewOf(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
+    return ViewOfFacets(setting.alpha, setting.isThin, material.roughness, wo);
 }
 
 INLINE float Average(vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
@@ -114,6 +127,9 @@ INLINE FacetPair PairOf(FacetView view, vec3 wi, bool isDelta) {
     pair.reflectionPDF = 0.0f;
     if (isDelta != view.isSmooth || (wi.z < 0.0f && !view.isThin)) return pair;
     if (isDelta) {
+        // A coat has deltas of its own, in other directions
+        vec3 mirrored = vec3(-view.wo.x, -view.wo.y, view.wo.z);
+        if (HasTraceFeature(kTraceClearcoat) && wi.z > 0.0f && distance(wi, mirrored) > 1e-3f) return pair;
         pair.cosI = view.wo.z;
         pair.reflection = 1.0f / abs(wi.z);
         pair.reflectionPDF = 1.0f;

@@ -306,6 +306,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     SurfaceInteraction surface;
     if (isHit) {
         surface = SurfaceAt(hit, path.ray);
+        surface.emission *= EmissionPassed(surface, -path.ray.direction);
     } else {
         surface.emission = EnvironmentRadiance(path.ray.direction);
         surface.light = LightSet().lightCount;
@@ -345,11 +346,9 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     vertex.surface = surface;
     vertex.beyond = boundary.beyond;
     vertex.frame = FrameFromZ(surface.shadingNormal);
-    SurfaceSetting setting;
-    setting.eta = boundary.eta;
-    setting.isThin = !isVolume;
-    setting.alpha = AlphaOf(surface.material, path.depth > 0u && !isWall ? settings.regularize : 0.0f);
-    setting.seed = AlphaSeed(path.rng, path.rayCount);
+    float minAlpha = path.depth > 0u && !isWall ? settings.regularize : 0.0f;
+    SurfaceSetting setting =
+        SettingOf(surface, vertex.frame, boundary.eta, minAlpha, AlphaSeed(path.rng, path.rayCount));
     vertex.bsdf = BSDFOf(surface.material, ToLocal(vertex.frame, -path.ray.direction), setting);
     if (isWall) {
         if (GoesStraight(path, vertex)) {

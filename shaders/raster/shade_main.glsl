@@ -34,14 +34,9 @@ layout(set = 0, binding = 16, rgba32f) writeonly uniform image2D radiance;
 layout(set = 0, binding = 22) uniform sampler2D openShare;
 
 // As seen from vacuum.
-SurfaceSetting SettingOf(SurfaceInteraction surface, uint seed) {
+float EtaOf(SurfaceInteraction surface) {
     bool isVolume = (surface.material.flags & kMaterialVolume) != 0u;
-    SurfaceSetting setting;
-    setting.eta = isVolume && !surface.isFront ? 1.0f / surface.material.ior : surface.material.ior;
-    setting.isThin = !isVolume;
-    setting.alpha = AlphaOf(surface.material, 0.0f);
-    setting.seed = seed;
-    return setting;
+    return isVolume && !surface.isFront ? 1.0f / surface.material.ior : surface.material.ior;
 }
 
 // Light from one point of one emitting triangle, chosen by the light tree with the random numbers of the
@@ -133,15 +128,15 @@ vec4 Shade(Hit hit, Ray ray) {
     if ((surface.material.flags & kMaterialUnlit) != 0u) return vec4(surface.emission, 1.0f);
     Sampler rng = StartPixelSample(uvec2(Pixel()), parameters.value.sampleIndex, parameters.value.seed);
     Frame frame = FrameFromZ(surface.shadingNormal);
-    SurfaceBSDF bsdf =
-        BSDFOf(surface.material, ToLocal(frame, -ray.direction), SettingOf(surface, AlphaSeed(rng, 1u)));
+    SurfaceSetting setting = SettingOf(surface, frame, EtaOf(surface), 0.0f, AlphaSeed(rng, 1u));
+    SurfaceBSDF bsdf = BSDFOf(surface.material, ToLocal(frame, -ray.direction), setting);
     vec3 scattered = ScatteredLight(surface, frame, bsdf, rng);
     float open = (constants.option & kShadeOcclusion) != 0u ? texelFetch(openShare, Pixel(), 0).x : 1.0f;
     float roughness = surface.material.roughness;
     if (HasTraceFeature(kTraceEnvironmentLight))
         scattered += ReflectedEnvironment(bsdf, roughness, open, frame);
     if (ActiveBrdf() == kBrdfGltf) scattered += LightFromBehind(bsdf.gltf, surface.position, frame);
-    return vec4(surface.emission + scattered, 1.0f);
+    return vec4(surface.emission * EmissionPassed(surface, -ray.direction) + scattered, 1.0f);
 }
 
 void main() {

@@ -40,6 +40,8 @@ struct SurfaceMaterial {
     vec3 specularColor;
     float ior;
     float transmission;
+    float clearcoat;  // the coat's weight
+    float clearcoatRoughness;
     uint flags;  // kMaterial* of shared/scene_records.h
     uint id;     // index of the MaterialRecord
 };
@@ -60,6 +62,7 @@ struct SurfaceInteraction {
     float clearance;  // of a ray that leaves here, along the geometric normal: RayClearance
     vec3 geometricNormal;
     vec3 shadingNormal;
+    vec3 coatNormal;  // of the clear coat; set if kTraceClearcoat is
     vec3 emission;  // radiance towards wo
     uint light;     // index of the light that this is, or kNoLight: light sampling does not find it
     bool isFront;   // wo is on the front of the surface

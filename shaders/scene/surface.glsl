@@ -18,15 +18,23 @@ vec3 NormalToWorld(mat4x3 objectToWorld, vec3 normal) {
     return dot(x, yz) < 0.0f ? -result : result;
 }
 
-// The shading normal on the front of the surface: interpolated, and bent by the normal map. Unit length.
-vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                     Triangle triangle, vec3 ng) {
+// Of a triangle with those edges, on its front, unit length; a sliver, which has no normal of its own, faces
+// the viewer.
+vec3 GeometricNormalAt(InstanceRecord instance, vec3 e1, vec3 e2, vec3 wo) {
+    vec3 ng = NormalToWorld(instance.objectToWorld, cross(e1, e2));
+    float square = dot(ng, ng);
+    return square > 0.0f ? ng * inversesqrt(square) : wo;
+}
+
+// The normal on the front of the surface: interpolated, and bent by a normal map (TEXTURE_OF). Unit length.
+vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2 transform, float scale,
+              Triangle triangle, vec3 ng) {
     if (!IsPresent(geometry.normals)) return ng;
     vec3 n = InterpolateVec3(Vec3Stream(geometry.normals), triangle);
-    if (material.normalTexture != kNoTexture && IsPresent(geometry.tangents)) {
+    if (map != kNoTexture && IsPresent(geometry.tangents)) {
         vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
-        vec3 bend = 2.0f * SampleTexture(TEXTURE_OF(material, normal), geometry, triangle).xyz - 1.0f;
-        bend.xy *= material.normalScale;
+        vec3 bend = 2.0f * SampleTexture(map, transform, geometry, triangle).xyz - 1.0f;
+        bend.xy *= scale;
         // In object space, where the file's tangent frame is orthogonal: a normal goes over to world space by
         // the inverse transpose, however it was computed
         vec3 bitangent = cross(n, tangent.xyz) * tangent.w;
@@ -36,6 +44,28 @@ vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialR
     n = NormalToWorld(instance.objectToWorld, n);
     float square = dot(n, n);
     return square > 0.0f ? n * inversesqrt(square) : ng;
+}
+
+vec3 ShadingNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                     Triangle triangle, vec3 ng) {
+    return NormalAt(instance, geometry, TEXTURE_OF(material, normal), material.normalScale, triangle, ng);
+}
+
+// The clear coat's, on the side of wo, as `ng` is.
+vec3 CoatNormalAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                  Triangle triangle, vec3 ng, bool isFront, vec3 wo) {
+    vec3 n = NormalAt(instance, geometry, TEXTURE_OF(material, clearcoatNormal),
+                      material.clearcoatNormalScale, triangle, isFront ? ng : -ng);
+    return AdaptShadingNormal(isFront ? n : -n, ng, wo);
+}
+
+float ClearcoatAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
+    return material.clearcoat * SampleTexture(TEXTURE_OF(material, clearcoat), geometry, triangle).x;
+}
+
+float ClearcoatRoughnessAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
+    return material.clearcoatRoughness *
+           SampleTexture(TEXTURE_OF(material, clearcoatRoughness), geometry, triangle).y;
 }
 
 SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
@@ -50,6 +80,10 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
     result.ior = material.ior;
     result.transmission =
         material.transmission * SampleTexture(TEXTURE_OF(material, transmission), geometry, triangle).x;
+    if (HasTraceFeature(kTraceClearcoat)) {
+        result.clearcoat = ClearcoatAt(geometry, material, triangle);
+        result.clearcoatRoughness = ClearcoatRoughnessAt(geometry, material, triangle);
+    }
     result.flags = material.flags;
     result.id = geometry.material;
     return result;
@@ -112,9 +146,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
         RayClearance(mat3(instance.objectToWorld), instance.objectToWorld[3], p0, e1, e2, p);
 
     // Normals, on the side the ray came from
-    vec3 ng = NormalToWorld(instance.objectToWorld, cross(e1, e2));
-    float ngSquare = dot(ng, ng);
-    ng = ngSquare > 0.0f ? ng * inversesqrt(ngSquare) : -ray.direction;  // a sliver has no normal of its own
+    vec3 ng = GeometricNormalAt(instance, e1, e2, -ray.direction);
     vec3 ns = ShadingNormalAt(instance, geometry, material, triangle, ng);
     surface.isFront = dot(ng, ray.direction) <= 0.0f;
     if (!surface.isFront) {
@@ -127,6 +159,9 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.emission = EmissionAt(geometry, material, triangle);
     surface.light = LightOf(instance, hit.primitive);
     surface.material = MaterialInputs(geometry, material, triangle);
+    if (HasTraceFeature(kTraceClearcoat))
+        surface.coatNormal =
+            CoatNormalAt(instance, geometry, material, triangle, ng, surface.isFront, -ray.direction);
     if ((material.flags & kMaterialUnlit) != 0u) surface.emission += surface.material.baseColor;
     if (HasTraceFeature(kTraceShadowTerminator))
         BendSurface(surface, instance, geometry, triangle, p, p0, p0 + e1, p0 + e2, -ray.direction);

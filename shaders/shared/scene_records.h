@@ -85,6 +85,7 @@ RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
 //   metallicRoughness: roughness in green, metallic in blue
 //   specular:          alpha
 //   transmission:      red
+//   clearcoat:         red; its roughness: green
 #define RAYGRAPH_MATERIAL_TEXTURES(X) \
     X(baseColor)                      \
     X(metallicRoughness)              \
@@ -92,7 +93,10 @@ RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
     X(emissive)                       \
     X(specular)                       \
     X(specularColor)                  \
-    X(transmission)
+    X(transmission)                   \
+    X(clearcoat)                      \
+    X(clearcoatRoughness)             \
+    X(clearcoatNormal)
 
 #define RAYGRAPH_TEXTURE_FIELD(name)   uint name##Texture;
 #define RAYGRAPH_TRANSFORM_FIELD(name) mat3x2 name##Transform;
@@ -112,6 +116,9 @@ struct MaterialRecord {
     float transmission;
     vec3 absorption;  // of the medium inside, 1/m: the share that passes d meters is exp(-absorption d)
     uint priority;    // where media overlap, the one of higher priority is present
+    float clearcoat;  // weight of a layer over all of it
+    float clearcoatRoughness;
+    float clearcoatNormalScale;
     // Slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
     RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TEXTURE_FIELD)
     // From (u, v, 1) to where the texture is read. Only scenes with such transforms read them.
@@ -168,7 +175,7 @@ struct TraceParameters {
 
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
-static_assert(sizeof(MaterialRecord) == 72 * 4);
+static_assert(sizeof(MaterialRecord) == 96 * 4);
 static_assert(sizeof(TraceParameters) == 49 * 4);
 }  // namespace raygraph::gpu
 #endif

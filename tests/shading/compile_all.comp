@@ -56,17 +56,16 @@ SurfaceMaterial MaterialOf(vec3 wo, float uc, vec2 u) {
     material.specular = u.y;
     material.specularColor = wo;
     material.ior = 1.5f;
+    material.clearcoat = u.y;
+    material.clearcoatRoughness = uc;
     material.flags = 0u;
     material.id = 0u;
     return material;
 }
 
 SurfaceSetting SettingOf(SurfaceMaterial material, float uc, vec2 u) {
-    SurfaceSetting setting;
-    setting.eta = 1.0f + uc;
+    SurfaceSetting setting = SettingOf(material, 1.0f + uc, 0.01f, seed);
     setting.isThin = u.x < 0.5f;
-    setting.alpha = AlphaOf(material, 0.01f);
-    setting.seed = seed;
     return setting;
 }
 
@@ -77,7 +76,8 @@ vec3 GltfMaterial(vec3 wo, float uc, vec2 u) {
     float pdf = 0.0f;
     vec3 value = Evaluate(g, s.wi, pdf) + f(g, s.wi);
     float chance = StraightChance(g);
-    value += StraightShare(g) + f(WithoutStraight(g, chance), s.wi) + StraightShare(material, uc, wo.z);
+    value += StraightShare(g) + f(WithoutStraight(g, chance), s.wi) + 
+             StraightShare(material, SettingOf(material, uc, u), wo);
     return value * (PDF(g, s.wi) + pdf + float(g.flags));
 }
 

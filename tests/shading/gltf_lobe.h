@@ -55,6 +55,7 @@ inline GltfBxDF GltfLobe(float alpha) {
     lobe.eta = 1.5f;
     lobe.isThin = false;
     lobe.seed = 1u;
+    lobe.coatNormal = vec3(0.0f, 0.0f, 1.0f);
     return lobe;
 }
 

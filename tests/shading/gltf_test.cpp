@@ -260,7 +260,7 @@ TEST(Gltf, StraightShareIsWhatASmoothThinWallPasses) {
         ASSERT_TRUE(IsTransmissive(through.flags));
         EXPECT_NEAR(through.pdf, chance, 1e-6f);
         EXPECT_LT(length(through.wi + wo), 1e-6f);
-        const vec3 share = StraightShare(lobe, lobe.eta, wo.z);
+        const vec3 share = StraightShare(lobe, lobe, wo);
         EXPECT_EQ(StraightShare(wall), share);
         for (int channel = 0; channel < 3; ++channel)
             EXPECT_NEAR(through.f[channel] * wo.z, share[channel], 2e-6f);

@@ -63,6 +63,10 @@ std::vector<Case> Cases() {
     faint.specular = 1e-5f;
     GltfBxDF almostGlass = Glass(0.3f, 1.5f);
     almostGlass.transmission = 1.0f - 1e-6f;
+    GltfBxDF coated = Metal(0.3f, vec3(1.0f, 0.7f, 0.3f));
+    coated.clearcoat = 0.5f;
+    coated.clearcoatRoughness = 0.4f;
+    coated.coatAlpha = 0.16f;
     return {{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
             {"dielectric", GltfLobe(0.3f), kTraceOpaque},
             {"faint dielectric", faint, kTraceOpaque},
@@ -70,12 +74,13 @@ std::vector<Case> Cases() {
             {"almost glass", almostGlass, kTraceGlass | kTraceOpaque},
             {"thin wall", ThinGlass(0.3f), kTraceGlass},
             {"smooth thin wall", ThinGlass(0.0f), kTraceGlass},
-            {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals}};
+            {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals},
+            {"coated metal", coated, kTraceMetals | kTraceClearcoat}};
 }
 
 TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
     const uint all = threadTraceFeatures;
-    const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque;
+    const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat;
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);
@@ -86,7 +91,7 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
                     const vec3 wi = DirectionAt(uc < 0.5f ? 0.6f : -0.6f, 2.0f + uc);
                     const vec2 u(0.4f, 0.3f);
                     const Outcome whole = OutcomeOf(test.lobe, wo, wi, uc, u);
-                    for (const uint others : {0u, kTraceGlass, kTraceMetals, kTraceOpaque}) {
+                    for (const uint others : {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat}) {
                         const FeatureScope features((all & ~lobes) | test.features | others);
                         FillStack();
                         ExpectSame(OutcomeOf(test.lobe, wo, wi, uc, u), whole,

@@ -97,6 +97,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.clearance = 16.0f * gpu::kRoundoff * scene.radius;
     surface.geometricNormal = normal;
     surface.shadingNormal = normal;
+    surface.coatNormal = normal;
     surface.emission = scene.emission;
     surface.light = kNoLight;
     surface.isFront = normal == outward;
@@ -111,7 +112,8 @@ vec3 UnblockedShare(Ray ray, float distance, float ior, uint) {
         const Hit hit = Intersect(ray, 0u);
         if (!IsHit(hit) || hit.t > distance) return passed;
         if (hit.instance != kWall) return vec3(0.0f);
-        passed *= StraightShare(WallMaterial(), 1.5f / ior, abs(ray.direction.z));
+        passed *= StraightShare(WallMaterial(), SettingOf(WallMaterial(), 1.5f / ior, 0.0f, 0u),
+                                vec3(std::sqrt(1.0f - Sqr(ray.direction.z)), 0.0f, abs(ray.direction.z)));
         ray.origin += (hit.t + 1e-4f) * ray.direction;
         distance -= hit.t + 1e-4f;
     }
