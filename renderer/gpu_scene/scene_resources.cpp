@@ -1,4 +1,5 @@
 #include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/alpha_bounds.h"
 
 #include <algorithm>
 #include <cstring>
@@ -80,11 +81,15 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
 }
 
 // Whether no ray needs an alpha test: there is no alpha, or it is opaque everywhere.
-bool IsOpaque(const gpu::MaterialRecord& material, bool hasColors) {
+bool IsOpaque(const gpu::MaterialRecord& material, float lowestAlpha) {
     const auto mode = static_cast<scene::AlphaMode>(material.alphaMode);
     if (mode == scene::AlphaMode::Opaque) return true;
-    if (material.baseColorTexture != gpu::kNoTexture || hasColors) return false;
-    return material.baseColor.a >= (mode == scene::AlphaMode::Mask ? material.alphaCutoff : 1.0f);
+    // A product that is rounded may be opaque where the shader's is not
+    const float alpha = material.baseColor.a * lowestAlpha;
+    if (mode == scene::AlphaMode::Blend || lowestAlpha == 1.0f)
+        return alpha >= (mode == scene::AlphaMode::Mask ? material.alphaCutoff : 1.0f);
+    constexpr float kRounding = 1.0f / 512.0f;
+    return alpha >= material.alphaCutoff + kRounding;
 }
 
 // Whether light may pass straight through the surface somewhere (bxdf/bsdf.glsl, IsSmoothThinWall).
@@ -101,17 +106,13 @@ GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::Material
     bool isSomeBackCulled = false;
     for (const GroupPart& part : parts) {
         const gpu::MaterialRecord& material = materials[part.material];
-        kind.isOpaque &= IsOpaque(material, part.hasColors);
+        kind.isOpaque &= IsOpaque(material, part.lowestAlpha);
         kind.isThinWall |= IsThinWall(material);
         kind.isBackCulled &= IsBackCulled(material);
         isSomeBackCulled |= IsBackCulled(material);
     }
     kind.isOpaque &= kind.isBackCulled || !isSomeBackCulled;
     return kind;
-}
-
-GroupPart PartOf(const scene::Primitive& primitive) {
-    return {.material = primitive.material, .hasColors = !primitive.colors.empty()};
 }
 
 // Kinds of groups, of which a mesh has one each at most. Walls have both sides, and alpha needs
@@ -133,14 +134,12 @@ void SetFlags(rhi::TriangleGeometry& triangles, const GroupKind& kind) {
 // Uploads one group and appends its geometry records. Empties the primitives.
 GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
                            const std::string& name, std::span<scene::Primitive* const> primitives,
-                           const GroupKind& kind, EmitterFinder& finder,
+                           std::vector<GroupPart> parts, const GroupKind& kind, EmitterFinder& finder,
                            std::vector<gpu::GeometryRecord>& records) {
     GroupResources result;
     result.kind = kind;
-    for (const scene::Primitive* primitive : primitives) {
-        result.bounds.Extend(primitive->bounds);
-        result.parts.push_back(PartOf(*primitive));
-    }
+    result.parts = std::move(parts);
+    for (const scene::Primitive* primitive : primitives) result.bounds.Extend(primitive->bounds);
     const GroupTriangles triangles = MergeTriangles(primitives);
     result.triangleCount = triangles.indices.size() / 3;
     result.emitters = finder.Find(triangles, primitives, !kind.isBackCulled);
@@ -202,22 +201,27 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
 
 // Uploads the groups of one mesh.
 MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                         scene::Mesh& mesh, EmitterFinder& finder, SceneResources& resources,
-                         std::vector<gpu::GeometryRecord>& records) {
-    const auto kindOf = [&](const scene::Primitive& primitive) {
-        const GroupPart part = PartOf(primitive);
-        return KindOf({&part, 1}, resources.materialRecords);
-    };
+                         scene::Mesh& mesh, std::span<const float> textureAlphas, EmitterFinder& finder,
+                         SceneResources& resources, std::vector<gpu::GeometryRecord>& records) {
+    std::vector<GroupPart> parts;
+    for (const scene::Primitive& primitive : mesh.primitives)
+        parts.push_back({.material = primitive.material,
+                         .lowestAlpha = LowestAlpha(primitive.colors) * textureAlphas[primitive.material]});
     MeshResources result;
     result.firstGroup = static_cast<uint32_t>(resources.groups.size());
     for (const GroupKind& kind : kGroupKinds) {
         std::vector<scene::Primitive*> primitives;
-        for (scene::Primitive& primitive : mesh.primitives)
-            if (!primitive.indices.empty() && kind == kindOf(primitive)) primitives.push_back(&primitive);
+        std::vector<GroupPart> ofKind;
+        for (size_t i = 0; i < parts.size(); ++i) {
+            if (mesh.primitives[i].indices.empty()) continue;
+            if (KindOf({&parts[i], 1}, resources.materialRecords) != kind) continue;
+            primitives.push_back(&mesh.primitives[i]);
+            ofKind.push_back(parts[i]);
+        }
         if (primitives.empty()) continue;
         const std::string name = mesh.name.empty() ? "mesh" : mesh.name;
-        resources.groups.push_back(
-            UploadGroup(device, uploader, builder, name, primitives, kind, finder, records));
+        resources.groups.push_back(UploadGroup(device, uploader, builder, name, primitives, std::move(ofKind),
+                                               kind, finder, records));
         resources.geometryBytes += resources.groups.back().streams.Size();
         result.triangleCount += resources.groups.back().triangleCount;
     }
@@ -422,8 +426,10 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
     std::vector<gpu::GeometryRecord> records;
     EmitterFinder finder(scene);
     resources->materialRecords = MaterialRecords(scene.materials, {});
+    const std::vector<float> textureAlphas = LowestTextureAlphas(scene);
     for (scene::Mesh& mesh : scene.meshes)
-        resources->meshes.push_back(UploadMesh(device, uploader, builder, mesh, finder, *resources, records));
+        resources->meshes.push_back(
+            UploadMesh(device, uploader, builder, mesh, textureAlphas, finder, *resources, records));
     std::vector<bool> isUsed(scene.materials.size());
     for (const GroupResources& group : resources->groups)
         for (const GroupPart& part : group.parts) isUsed[part.material] = true;

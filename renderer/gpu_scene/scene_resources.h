@@ -28,7 +28,7 @@ struct GroupKind {
 // The inputs of a primitive's kind, kept after the primitive itself has been freed.
 struct GroupPart {
     uint32_t material = 0;
-    bool hasColors = false;
+    float lowestAlpha = 1.0f;  // of vertex colors times the base color's texture
 };
 
 // The primitives of a mesh that were of one kind when the scene was set, as one list of triangles in one

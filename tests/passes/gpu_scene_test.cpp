@@ -140,7 +140,8 @@ TEST_F(GpuSceneTest, MeshOfSeveralPrimitivesShowsThemAllWithTheirMaterials) {
     std::vector<scene::Material> materials{Lambert(glm::vec3(0.1f)), Lambert(glm::vec3(0.2f)),
                                            Lambert(glm::vec3(0.3f))};
     materials[1].alphaMode = scene::AlphaMode::Mask;            // another group, another BLAS
-    mesh.primitives[1].colors.assign(4, glm::vec4(1.0f));       // whose alpha has to be looked at
+    mesh.primitives[1].colors.assign(4, glm::vec4(1.0f));       // whose alpha has to be looked at:
+    mesh.primitives[1].colors[3].a = 0.0f;                      // a hole, beside what is looked at
     mesh.primitives[2].uv0 = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};  // a stream that the others lack
     mesh.primitives[2].colors.assign(4, glm::vec4(0.5f, 1.0f, 1.0f, 1.0f));
     render.scene.SetScene(SceneOf({mesh}, materials, {Translation({-1, 0, 0})}));

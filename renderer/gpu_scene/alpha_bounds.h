@@ -1,0 +1,18 @@
+// The lowest alpha of what a material's alpha is multiplied with: where the product stays opaque, no ray
+// needs an alpha test. Threads: pure functions.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph {
+
+// Of a primitive's vertex colors; 1 without.
+float LowestAlpha(std::span<const glm::vec4> colors);
+
+// Of each material's base color texture; 1 without. Images have their texels.
+std::vector<float> LowestTextureAlphas(const scene::SceneData& scene);
+
+}  // namespace raygraph
