@@ -194,12 +194,15 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
 }
 
 CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
-    CLI::App* info = app.add_subcommand("info", "Show what is in a scene, or the devices of this machine");
+    CLI::App* info = app.add_subcommand(
+        "info", "Show what is in a scene, the devices of this machine, or glTF extensions");
     AddScene(*info, arguments.scene);
     AddOption(*info, "--scene", "SCENE", "Which scene of the glTF file, by name or index",
               [&](const std::string& text) { arguments.sceneChoice = text; });
     info->add_flag("--devices", arguments.isListingDevices,
                    "List every Vulkan device, and why the unsuitable ones are not used");
+    info->add_flag("--extensions", arguments.isListingExtensions,
+                   "List glTF extensions: which are read, and why others are not");
     AddOutput(*info, arguments);
     return info;
 }
@@ -281,10 +284,12 @@ void CheckMerge(const MergeArguments& arguments) {
 }
 
 void CheckInfo(const InfoArguments& arguments) {
-    if (arguments.isListingDevices != arguments.scene.empty())
-        Refuse("info needs either a scene file or --devices");
-    if (arguments.isListingDevices && !arguments.sceneChoice.empty())
-        Refuse("--scene is one of a scene file, and --devices lists none");
+    const int wanted =
+        int{!arguments.scene.empty()} + arguments.isListingDevices + arguments.isListingExtensions;
+    if (wanted != 1) Refuse("info needs either a scene file, --devices or --extensions");
+    if (arguments.scene.empty() && !arguments.sceneChoice.empty())
+        Refuse(std::string("--scene is one of a scene file, and ") +
+               (arguments.isListingDevices ? "--devices" : "--extensions") + " lists none");
 }
 
 std::string OneLine(std::string text) {

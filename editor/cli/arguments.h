@@ -52,9 +52,10 @@ struct BenchArguments : OutputArguments {
 };
 
 struct InfoArguments : OutputArguments {
-    std::filesystem::path scene;  // "": devices
+    std::filesystem::path scene;  // "": one of the lists
     std::string sceneChoice;
     bool isListingDevices = false;
+    bool isListingExtensions = false;
 };
 
 struct GraphArguments : OutputArguments {

@@ -13,6 +13,10 @@ void InfoCommand(const InfoArguments& arguments, Console& console) {
         std::fputs(DescribeDevices(rhi::Device::Enumerate()).c_str(), stdout);
         return;
     }
+    if (arguments.isListingExtensions) {
+        std::fputs(DescribeExtensions().c_str(), stdout);
+        return;
+    }
     const SceneInput input =
         LoadInput(arguments.scene, {.scene = arguments.sceneChoice, .log = console.log.ForLibraries()});
     std::fputs(DescribeScene(input.file, input.data).c_str(), stdout);

@@ -1,5 +1,7 @@
 #include "editor/cli/scene_text.h"
 
+#include "renderer/scene/extensions.h"
+
 #include <algorithm>
 #include <array>
 
@@ -82,6 +84,14 @@ std::string TriangleText(const scene::SceneStatistics& statistics) {
 std::string GroupDigits(uint64_t number) {
     std::string text = std::to_string(number);
     for (size_t i = text.size(); i > 3; i -= 3) text.insert(i - 3, 1, ',');
+    return text;
+}
+
+std::string DescribeExtensions() {
+    std::string text;
+    for (const scene::GltfExtension& extension : scene::KnownExtensions())
+        text +=
+            Text("{:<36}{:<10}{}\n", extension.name, extension.isRead ? "read" : "not read", extension.note);
     return text;
 }
 

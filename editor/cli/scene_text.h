@@ -12,6 +12,9 @@ namespace raygraph::cli {
 // Counts, size, cameras, lights and materials; several lines. Of long lists the beginning is shown.
 std::string DescribeScene(std::string_view file, const scene::SceneData& scene);
 
+// The glTF extensions that are known: whether they are read, and what becomes of them or why not.
+std::string DescribeExtensions();
+
 // "1,234,567"
 std::string GroupDigits(uint64_t number);
 

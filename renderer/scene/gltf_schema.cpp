@@ -10,6 +10,7 @@
 #include "base/check.h"
 #include "base/printable.h"
 #include "base/text.h"
+#include "renderer/scene/extensions.h"
 
 namespace raygraph::scene {
 namespace {
@@ -102,8 +103,12 @@ std::optional<uint64_t> ToWhole(const Json& value) {
 }
 
 bool IsSupported(const std::string& name) {
-    return std::ranges::any_of(SupportedExtensions(),
-                               [&](const Extension& extension) { return extension.name == name; });
+    const bool isListed = std::ranges::any_of(KnownExtensions(), [&](const GltfExtension& extension) {
+        return extension.isRead && extension.name == name;
+    });
+    return isListed || std::ranges::any_of(SupportedExtensions(), [&](const Extension& extension) {
+               return extension.name == name;
+           });
 }
 
 class Checker {

@@ -239,7 +239,6 @@ constexpr auto kRoot =
           Objects("scenes", kScene).PointedAtAs(Target::Scenes), Index("scene", Target::Scenes));
 
 constexpr std::array kExtensions{
-    Extension{"KHR_mesh_quantization", ExtensionPlace::Nowhere, {}},
     Extension{"EXT_meshopt_compression", ExtensionPlace::Buffer, kMeshoptBuffer},
     Extension{"EXT_meshopt_compression", ExtensionPlace::BufferView, kExtMeshoptView},
     Extension{"KHR_meshopt_compression", ExtensionPlace::Buffer, kMeshoptBuffer},
@@ -248,7 +247,6 @@ constexpr std::array kExtensions{
     Extension{"KHR_lights_punctual", ExtensionPlace::Root, kLights},
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
     Extension{"EXT_mesh_gpu_instancing", ExtensionPlace::Node, kInstancing},
-    Extension{"KHR_xmp_json_ld", ExtensionPlace::Nowhere, {}},
     Extension{"KHR_node_visibility", ExtensionPlace::Node, kNodeVisibility},
     Extension{"EXT_texture_webp", ExtensionPlace::Texture, kTextureSource},
     Extension{"MSFT_texture_dds", ExtensionPlace::Texture, kTextureSource},

@@ -138,6 +138,8 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("bench a.gltf --env-tint 1,1,0", "--env-tint", "--env");
     ExpectUsage("info --devices --scene 1", "--scene", "--devices");
     ExpectUsage("info", "--devices");
+    ExpectUsage("info --devices --extensions", "--devices or --extensions");
+    ExpectUsage("info --extensions --scene 1", "--scene", "--extensions");
     ExpectUsage("info a.gltf --devices", "--devices");
     ExpectUsage("merge a.exr -o c.exr", "two or more");
     ExpectUsage("merge a.exr b.exr", "-o");

@@ -1,0 +1,69 @@
+#include "renderer/scene/extensions.h"
+
+#include <algorithm>
+#include <array>
+
+namespace raygraph::scene {
+namespace {
+
+constexpr GltfExtension Read(std::string_view name, std::string_view test, std::string_view note) {
+    return {name, true, note, test};
+}
+constexpr GltfExtension NotRead(std::string_view name, std::string_view why) {
+    return {name, false, why, {}};
+}
+
+// clang-format off
+constexpr std::array kKnown{
+    NotRead("EXT_lights_image_based", "environments are given with --env"),
+    Read("EXT_mesh_gpu_instancing", "Instancing.EachIsTranslatedAfterRotationAfterScaleWithinItsNode",
+         "the mesh at each place"),
+    Read("EXT_meshopt_compression", "Meshopt.AttributesAndTrianglesAreWhatWasEncoded", "decoded"),
+    NotRead("EXT_texture_avif", "there is no decoder for AVIF"),
+    Read("EXT_texture_webp", "Textures.WebpExtensionsImageIsPreferred", "decoded"),
+    NotRead("KHR_animation_pointer", "animations are not evaluated"),
+    Read("KHR_draco_mesh_compression", "Draco.EveryMethodGivesBackTheMesh", "decoded"),
+    Read("KHR_lights_punctual", "ImportedScene.EveryKindOfPunctualLightLightsAsItsFileSays",
+         "point, spot and directional lights"),
+    NotRead("KHR_materials_anisotropy", "highlights are round"),
+    Read("KHR_materials_clearcoat", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord",
+         "a coat over the surface"),
+    NotRead("KHR_materials_diffuse_transmission", "surfaces do not let diffuse light through"),
+    NotRead("KHR_materials_dispersion", "light is three colors"),
+    Read("KHR_materials_emissive_strength", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord",
+         "a factor of what is emitted"),
+    Read("KHR_materials_ior", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord",
+         "the index of the dielectric"),
+    NotRead("KHR_materials_iridescence", "there is no film"),
+    NotRead("KHR_materials_pbrSpecularGlossiness", "archived; KHR_materials_specular replaces it"),
+    NotRead("KHR_materials_sheen", "there is no sheen"),
+    Read("KHR_materials_specular", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord",
+         "strength and color of the reflection"),
+    NotRead("KHR_materials_subsurface", "media absorb and do not scatter"),
+    Read("KHR_materials_transmission", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord",
+         "light passes through"),
+    Read("KHR_materials_unlit", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord", "shows its base color"),
+    NotRead("KHR_materials_variants", "the default materials are shown"),
+    Read("KHR_materials_volume", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord", "the medium absorbs"),
+    NotRead("KHR_materials_volume_scatter", "media absorb and do not scatter"),
+    Read("KHR_mesh_quantization", "Quantization.NodeScalesTheMeshBack", "all types of vertices"),
+    Read("KHR_meshopt_compression", "Meshopt.AttributesAndTrianglesAreWhatWasEncoded",
+         "decoded, but for the filter COLOR"),
+    Read("KHR_node_visibility", "ImportedNodes.HiddenNodesAreNotSeenAndDoNotShine",
+         "hides nodes and what is below them"),
+    Read("KHR_texture_basisu", "TextureExtensions.ImageOfTheExtensionIsReadAndRequiredOnesLoad", "decoded"),
+    Read("KHR_texture_transform", "MaterialTextures.TransformsScaleThenRotateThenMove", "in every texture"),
+    Read("KHR_xmp_json_ld", "SaveGltf.MetadataIsKeptWhereItWas", "metadata, kept when saved"),
+    NotRead("MSFT_lod", "the finest level is shown, whatever the distance"),
+    Read("MSFT_texture_dds", "TextureExtensions.ImageOfTheExtensionIsReadAndRequiredOnesLoad", "decoded"),
+};
+// clang-format on
+static_assert(std::ranges::is_sorted(kKnown, {}, &GltfExtension::name));
+
+}  // namespace
+
+std::span<const GltfExtension> KnownExtensions() {
+    return kKnown;
+}
+
+}  // namespace raygraph::scene
