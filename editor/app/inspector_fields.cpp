@@ -33,6 +33,7 @@ std::string LabelOf(std::string_view name) {
 bool Counts(const scene::Material& material, std::string_view object, std::string_view name) {
     if (object == "normalTexture") return material.normalTexture.IsPresent();
     if (object == "occlusionTexture") return material.occlusionTexture.IsPresent();
+    if (name == "clearcoatNormalScale") return material.clearcoatNormalTexture.IsPresent();
     if (object == scene::material_fields::kVolume || name == "priority") return material.IsTransmissive();
     if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;
     return true;

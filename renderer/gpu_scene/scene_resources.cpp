@@ -395,7 +395,9 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
                  attenuationDistance, isUnlit, clearcoatFactor, clearcoatTexture, clearcoatRoughnessFactor,
                  clearcoatRoughnessTexture, clearcoatNormalTexture, clearcoatNormalScale, priority] = values;
     gpu::MaterialRecord record = textures;
-#define RAYGRAPH_TRANSFORM(name) record.name##Transform = name##Texture.transform.Matrix();
+    // Textures that `values` does not name stay as they are
+#define RAYGRAPH_TRANSFORM(name) \
+    if (name##Texture.IsPresent()) record.name##Transform = name##Texture.transform.Matrix();
     RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TRANSFORM)
 #undef RAYGRAPH_TRANSFORM
     record.baseColor = baseColorFactor;

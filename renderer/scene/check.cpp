@@ -81,7 +81,11 @@ void CheckField(const glm::vec<Length, float>& value, const Field<Owner, glm::ve
 void CheckField(bool, const MaterialField<bool>&, const Subject&) {}
 void CheckField(AlphaMode, const MaterialField<AlphaMode>&, const Subject&) {}
 void CheckField(uint32_t, const MaterialField<uint32_t>&, const Subject&) {}
-void CheckField(const TextureRef&, const TextureField&, const Subject&) {}  // CheckTextures
+// Its numbers; CheckTextures has the indices, which only a whole scene can tell.
+void CheckField(const TextureRef& reference, const TextureField&, const Subject& subject) {
+    ForEachTransformField(
+        [&](const auto& field) { CheckField(reference.transform.*field.member, field, subject); });
+}
 
 void CheckNumbers(const Material& material, const Subject& subject) {
     ForEachMaterialField([&](const auto& field) { CheckField(material.*field.member, field, subject); });
@@ -96,8 +100,6 @@ void CheckTextures(const Material& material, size_t textureCount, const Subject&
             if (!ref.IsPresent()) return;
             subject.RequireIndex("a texture", static_cast<uint32_t>(ref.texture), textureCount);
             subject.Require(ref.texCoord == 0 || ref.texCoord == 1, "a texCoord is neither 0 nor 1");
-            ForEachTransformField(
-                [&](const auto& part) { CheckField(ref.transform.*part.member, part, subject); });
         }
     });
 }

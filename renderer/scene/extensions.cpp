@@ -48,7 +48,7 @@ constexpr std::array kKnown{
     NotRead("KHR_materials_volume_scatter", "media absorb and do not scatter"),
     Read("KHR_mesh_quantization", "Quantization.NodeScalesTheMeshBack", "all types of vertices"),
     Read("KHR_meshopt_compression", "Meshopt.AttributesAndTrianglesAreWhatWasEncoded",
-         "decoded, but for the filter COLOR"),
+         "decoded as by EXT_meshopt_compression: no version 1 of the codec before meshoptimizer 0.23"),
     Read("KHR_node_visibility", "ImportedNodes.HiddenNodesAreNotSeenAndDoNotShine",
          "hides nodes and what is below them"),
     Read("KHR_texture_basisu", "TextureExtensions.ImageOfTheExtensionIsReadAndRequiredOnesLoad", "decoded"),

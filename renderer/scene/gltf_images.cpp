@@ -78,7 +78,8 @@ class ImageDecoder {
     };
 
     static unsigned ThreadCount(uint32_t wanted) {
-        return std::max(1u, wanted != 0 ? wanted : std::thread::hardware_concurrency());
+        constexpr unsigned kMaxThreads = 256;
+        return std::clamp(wanted != 0 ? wanted : std::thread::hardware_concurrency(), 1u, kMaxThreads);
     }
 
     void Begin(uint32_t image) {

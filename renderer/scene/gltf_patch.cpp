@@ -172,19 +172,20 @@ class MaterialPatch {
     void Put(const Material& loaded, const Material& edited) {
         ForEachMaterialField([&](const auto& field) {
             if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
-                PutTransform(field, (loaded.*field.member).transform, (edited.*field.member).transform);
+                PutTransform(field, loaded.*field.member, edited.*field.member);
             else if (loaded.*field.member != edited.*field.member)
                 Put(field, edited.*field.member);
         });
     }
 
   private:
-    void PutTransform(const TextureField& field, const TextureTransform& loaded,
-                      const TextureTransform& edited) {
-        if (loaded == edited) return;
+    void PutTransform(const TextureField& field, const TextureRef& loaded, const TextureRef& edited) {
+        // Without a texture it has no place, and no effect
+        if (!loaded.IsPresent() || loaded.transform == edited.transform) return;
         Json& extension = Extension(Object(field.object)[field.key], kTextureTransform);
         ForEachTransformField([&](const auto& part) {
-            if (loaded.*part.member != edited.*part.member) PutField(extension, part, edited.*part.member);
+            if (loaded.transform.*part.member != edited.transform.*part.member)
+                PutField(extension, part, edited.transform.*part.member);
         });
     }
 
@@ -194,9 +195,8 @@ class MaterialPatch {
         // Without the texture that it belongs to it has no place, and no effect
         if (object.ends_with("Texture") && !m_material.contains(object)) return;
         if (const KeyParts parts = KeyPartsOf(field.key); !parts.object.empty()) {
-            Json& extension = Object(field.object);
-            const auto texture = extension.find(parts.object);
-            if (texture != extension.end()) (*texture)[parts.key] = JsonOf(value);
+            const Json::json_pointer texture(Text("/extensions/{}/{}", field.object, parts.object));
+            if (m_material.contains(texture)) m_material[texture][parts.key] = JsonOf(value);
         } else if (*field.key != 0) {
             PutField(Object(field.object), field, value);
         } else if (value != T{}) {

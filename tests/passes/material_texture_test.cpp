@@ -296,6 +296,10 @@ TEST_F(MaterialTextures, TransformsScaleThenRotateThenMove) {
             EXPECT_LE(differing, 4u) << transform.rotation << ' ' << transform.scale.x;
         }
     }
+    // A host that names no textures leaves them as they are
+    const FloatImage before = render.PrimaryHits(settings).albedo;
+    render.scene.SetMaterial(0, Lambert(glm::vec3(1.0f)));
+    EXPECT_EQ(render.PrimaryHits(settings).albedo.values, before.values);
 }
 
 // glTF 2.0, 3.8.3: a primitive may lack the set that its material names; then (0, 0) is read.

@@ -10,7 +10,7 @@
 namespace raygraph::test {
 namespace {
 
-constexpr std::array<uint32_t, 4> kThreadCounts{1, 2, 3, 16};
+constexpr std::array<uint32_t, 5> kThreadCounts{1, 2, 3, 16, 0xFFFFFFFFu};
 
 Bytes NoisyPng(uint32_t width, uint32_t height, uint32_t seed) {
     std::vector<uint8_t> texels(size_t{4} * width * height);

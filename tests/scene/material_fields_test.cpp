@@ -352,6 +352,22 @@ TEST(TextureTransforms, AreSavedWhereTheFileHasThemAndWhereItHasNone) {
     });
 }
 
+// Edits of what has no texture in the file leave the file as it is.
+TEST(TextureTransforms, AndScalesOfAbsentTexturesAreNotSaved) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path source = folder.Path() / "source.gltf", target = folder.Path() / "saved.gltf";
+    Write(source, {{"name", "bare"}});
+    SceneData edited = LoadGltf(source);
+    Material& material = edited.materials.at(0);
+    ForEachTexture([&](const auto& field) { (material.*field.member).transform.rotation = 0.5f; });
+    material.normalScale = material.clearcoatNormalScale = 0.25f;
+    SaveGltf(source, edited, target);
+    const nlohmann::json saved = nlohmann::json::parse(TextOf(target));
+    EXPECT_EQ(saved.at("materials").at(0), (nlohmann::json{{"name", "bare"}}));
+    EXPECT_FALSE(saved.contains("extensionsUsed"));
+    EXPECT_NO_THROW(LoadGltf(target));
+}
+
 TEST(TextureTransforms, NumbersThatAreNoneAreRefused) {
     for (const float value : {std::nanf(""), std::numeric_limits<float>::infinity()})
         ForEachTransformField([&](const auto& part) {
@@ -365,6 +381,8 @@ TEST(TextureTransforms, NumbersThatAreNoneAreRefused) {
             const std::string message = testing::ErrorTextOf([&] { Check(scene, "scene"); });
             EXPECT_TRUE(message.starts_with("scene: materials[0]: " + std::string(part.name) + " is "))
                 << message;
+            EXPECT_EQ(Refusal(scene.materials[0]).find("paint: " + std::string(part.name) + " is "), 0u)
+                << "a material that is edited";
         });
 }
 

@@ -4,7 +4,7 @@
 set -euo pipefail
 
 libraries=$(readelf --dynamic --wide "$1" | grep NEEDED)
-if grep -E 'lib(png|jpeg|webp|sharpyuv|OpenEXR|Imath|Iex|IlmThread|z|zstd|meshoptimizer)[-.]' <<<"$libraries"; then
+if grep -E 'lib(png|jpeg|webp|sharpyuv|OpenEXR|Imath|Iex|IlmThread|z|zstd|meshoptimizer|draco)[-.]' <<<"$libraries"; then
     echo "$1 is linked with these" >&2
     exit 1
 fi
