@@ -18,6 +18,7 @@
 #include "renderer/scene/gltf_nodes.h"
 #include "renderer/scene/gltf_outline.h"
 #include "renderer/scene/gltf_reader.h"
+#include "renderer/scene/normal_maps.h"
 
 namespace raygraph::scene {
 namespace {
@@ -57,6 +58,7 @@ SceneData Import(GltfContext& context, const GltfContainer& container) {
     DecodeMeshes(context, reader, outline, scene);
     PlaceInstances(context, reader, outline.instancing, scene);
     scene.images = DecodeImages(context, outline.imageSources, outline.images, buffers);
+    CompleteNormalMaps(scene);
     Check(scene, context.label, ErrorKind::BadInput);
     context.Progress("done", 1.0f);
     scene.warnings = context.warnings.Take();
