@@ -143,6 +143,9 @@ std::vector<Emitter> EmitterFinder::Find(const GroupTriangles& triangles,
     };
     std::vector<Emitter> emitters;
     if (std::none_of(primitives.begin(), primitives.end(), mayEmit)) return emitters;
+    std::vector<glm::mat3x2> toTexture;  // by primitive
+    for (const scene::Primitive* primitive : primitives)
+        toTexture.push_back(m_scene.materials[primitive->material].emissiveTexture.transform.Matrix());
     const size_t triangleCount = triangles.indices.size() / 3;
     for (uint32_t triangle = 0; triangle < triangleCount; ++triangle) {
         const uint32_t part = triangles.geometries.empty() ? 0 : triangles.geometries[triangle];
@@ -162,7 +165,7 @@ std::vector<Emitter> EmitterFinder::Find(const GroupTriangles& triangles,
             glm::vec2 uv[3]{};
             if (!stream.empty())
                 for (size_t i = 0; i < 3; ++i) uv[i] = stream[corners[i] - triangles.firstVertices[part]];
-            for (glm::vec2& place : uv) place = material.emissiveTexture.transform.Apply(place);
+            for (glm::vec2& place : uv) place = toTexture[part] * glm::vec3(place, 1.0f);
             const auto texture = static_cast<size_t>(material.emissiveTexture.texture);
             emitter.meanTexture =
                 Mean(m_scene.textures[texture], uv, triangleCount <= kFewTriangles ? kManyCuts : kFewCuts);
