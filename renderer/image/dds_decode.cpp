@@ -41,13 +41,8 @@ constexpr TexelLayout Coded(TexelCoding coding) {
     return {.coding = coding};
 }
 
-// Names with an sRGB twin decode alike: the slot of a material that uses a texture says what its numbers
-// mean.
-constexpr Swizzle kBgra{Source::Blue, Source::Green, Source::Red, Source::Alpha};
-constexpr Swizzle kBgrx{Source::Blue, Source::Green, Source::Red, Source::One};
-constexpr Swizzle kRed{Source::Red, Source::Zero, Source::Zero, Source::One};
-constexpr Swizzle kRedGreen{Source::Red, Source::Green, Source::Zero, Source::One};
-
+// A format and its sRGB version have the same layout: the use of a texture decides whether its numbers are
+// sRGB.
 constexpr std::array kFourCcs{
     NamedLayout{FourCc("DXT1"), Coded(TexelCoding::Bc1)},
     NamedLayout{FourCc("DXT3"), Coded(TexelCoding::Bc2)},
@@ -62,7 +57,7 @@ constexpr std::array kDxgiFormats{
     NamedLayout{28, {TexelCoding::Plain, 4, kIdentity}},
     NamedLayout{29, {TexelCoding::Plain, 4, kIdentity}},
     NamedLayout{49, {TexelCoding::Plain, 2, kRedGreen}},
-    NamedLayout{61, {TexelCoding::Plain, 1, kRed}},
+    NamedLayout{61, {TexelCoding::Plain, 1, kOnlyRed}},
     NamedLayout{87, {TexelCoding::Plain, 4, kBgra}},
     NamedLayout{91, {TexelCoding::Plain, 4, kBgra}},
     NamedLayout{88, {TexelCoding::Plain, 4, kBgrx}},

@@ -20,23 +20,17 @@ struct NumberedLayout {
     TexelLayout layout;
 };
 
-constexpr Swizzle kRed{Source::Red, Source::Zero, Source::Zero, Source::One};
-constexpr Swizzle kRedGreen{Source::Red, Source::Green, Source::Zero, Source::One};
-constexpr Swizzle kRgb{Source::Red, Source::Green, Source::Blue, Source::One};
-constexpr Swizzle kBgr{Source::Blue, Source::Green, Source::Red, Source::One};
-constexpr Swizzle kBgra{Source::Blue, Source::Green, Source::Red, Source::Alpha};
-
-// Vulkan's numbers of formats. Those with an sRGB twin decode alike: the slot of a material that uses a
-// texture says what its numbers mean.
+// Vulkan's numbers of formats. A format and its sRGB version have the same layout: the use of a texture
+// decides whether its numbers are sRGB.
 constexpr std::array kLayouts{
-    NumberedLayout{9, {TexelCoding::Plain, 1, kRed}},
-    NumberedLayout{15, {TexelCoding::Plain, 1, kRed}},
+    NumberedLayout{9, {TexelCoding::Plain, 1, kOnlyRed}},
+    NumberedLayout{15, {TexelCoding::Plain, 1, kOnlyRed}},
     NumberedLayout{16, {TexelCoding::Plain, 2, kRedGreen}},
     NumberedLayout{22, {TexelCoding::Plain, 2, kRedGreen}},
-    NumberedLayout{23, {TexelCoding::Plain, 3, kRgb}},
-    NumberedLayout{29, {TexelCoding::Plain, 3, kRgb}},
-    NumberedLayout{30, {TexelCoding::Plain, 3, kBgr}},
-    NumberedLayout{36, {TexelCoding::Plain, 3, kBgr}},
+    NumberedLayout{23, {TexelCoding::Plain, 3, kOpaque}},
+    NumberedLayout{29, {TexelCoding::Plain, 3, kOpaque}},
+    NumberedLayout{30, {TexelCoding::Plain, 3, kBgrx}},
+    NumberedLayout{36, {TexelCoding::Plain, 3, kBgrx}},
     NumberedLayout{37, {TexelCoding::Plain, 4, kIdentity}},
     NumberedLayout{43, {TexelCoding::Plain, 4, kIdentity}},
     NumberedLayout{44, {TexelCoding::Plain, 4, kBgra}},

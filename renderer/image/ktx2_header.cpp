@@ -25,10 +25,7 @@ constexpr uint32_t kModelEtc1s = 163, kModelUastc = 166, kTransferSrgb = 2, kPre
 constexpr uint32_t kRgb = 0, kRgba = 3, kRed = 3, kGreen = 4, kAlpha = 15;
 constexpr uint32_t kRrr = 4, kRrrg = 5, kRg = 6;
 
-constexpr Swizzle kOpaque{Source::Red, Source::Green, Source::Blue, Source::One};
-constexpr Swizzle kOnlyRed{Source::Red, Source::Zero, Source::Zero, Source::One};
 constexpr Swizzle kRedAlpha{Source::Red, Source::Alpha, Source::Zero, Source::One};
-constexpr Swizzle kRedGreen{Source::Red, Source::Green, Source::Zero, Source::One};
 
 class HeaderReader {
   public:

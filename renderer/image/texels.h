@@ -25,6 +25,11 @@ enum class TexelCoding : uint8_t {
 enum class Source : uint8_t { Red, Green, Blue, Alpha, Zero, One };
 using Swizzle = std::array<Source, 4>;
 inline constexpr Swizzle kIdentity{Source::Red, Source::Green, Source::Blue, Source::Alpha};
+inline constexpr Swizzle kOpaque{Source::Red, Source::Green, Source::Blue, Source::One};
+inline constexpr Swizzle kBgra{Source::Blue, Source::Green, Source::Red, Source::Alpha};
+inline constexpr Swizzle kBgrx{Source::Blue, Source::Green, Source::Red, Source::One};
+inline constexpr Swizzle kOnlyRed{Source::Red, Source::Zero, Source::Zero, Source::One};
+inline constexpr Swizzle kRedGreen{Source::Red, Source::Green, Source::Zero, Source::One};
 
 struct TexelLayout {
     TexelCoding coding = TexelCoding::Plain;
