@@ -26,7 +26,7 @@ constexpr std::array kKnown{
     Read("KHR_lights_punctual", "ImportedScene.EveryKindOfPunctualLightLightsAsItsFileSays",
          "point, spot and directional lights"),
     NotRead("KHR_materials_anisotropy", "highlights are round"),
-    Read("KHR_materials_clearcoat", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord",
+    Read("KHR_materials_clearcoat", "TraceClearcoat.Trace_CoatReflectsAndDimsWhatIsBelow",
          "a coat over the surface"),
     NotRead("KHR_materials_diffuse_transmission", "surfaces do not let diffuse light through"),
     NotRead("KHR_materials_dispersion", "light is three colors"),
