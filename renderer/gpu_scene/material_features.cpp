@@ -20,6 +20,7 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     if (material.metallic > 0.0f) features |= kTraceMetals;
     if (isDielectric && isOpaque) features |= kTraceOpaque;
     if (material.clearcoat > 0.0f) features |= kTraceClearcoat;
+    if (material.sheenColor != glm::vec3(0.0f)) features |= kTraceSheen;
     return features;
 }
 

@@ -10,7 +10,6 @@
 #include "shaders/shared/microfacet_models.h"
 
 namespace raygraph {
-
 namespace {
 
 constexpr uint64_t kStreamAlignment = 16;
@@ -327,7 +326,6 @@ uint64_t TriangleCount(const SceneResources& resources) {
     for (const MeshResources& mesh : resources.meshes) count += mesh.triangleCount;
     return count;
 }
-
 uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::Instance> instances) {
     uint64_t count = 0;
     for (const scene::Instance& instance : instances) count += resources.meshes[instance.mesh].triangleCount;
@@ -393,7 +391,8 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
                  ior, specularFactor, specularTexture, specularColorFactor, specularColorTexture,
                  transmissionFactor, transmissionTexture, thicknessFactor, attenuationColor,
                  attenuationDistance, isUnlit, clearcoatFactor, clearcoatTexture, clearcoatRoughnessFactor,
-                 clearcoatRoughnessTexture, clearcoatNormalTexture, clearcoatNormalScale, priority] = values;
+                 clearcoatRoughnessTexture, clearcoatNormalTexture, clearcoatNormalScale, sheenColorFactor,
+                 sheenColorTexture, sheenRoughnessFactor, sheenRoughnessTexture, priority] = values;
     gpu::MaterialRecord record = textures;
     // Textures that `values` does not name stay as they are
 #define RAYGRAPH_TRANSFORM(name) \
@@ -418,6 +417,8 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.clearcoat = isUnlit ? 0.0f : clearcoatFactor;
     record.clearcoatRoughness = clearcoatRoughnessFactor;
     record.clearcoatNormalScale = clearcoatNormalScale;
+    record.sheenColor = sheenColorFactor;
+    record.sheenRoughness = sheenRoughnessFactor;
     return record;
 }
 

@@ -36,7 +36,7 @@ constexpr std::array kKnown{
          "the index of the dielectric"),
     NotRead("KHR_materials_iridescence", "there is no film"),
     NotRead("KHR_materials_pbrSpecularGlossiness", "archived; KHR_materials_specular replaces it"),
-    NotRead("KHR_materials_sheen", "there is no sheen"),
+    Read("KHR_materials_sheen", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord", "fibers on the surface"),
     Read("KHR_materials_specular", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord",
          "strength and color of the reflection"),
     NotRead("KHR_materials_subsurface", "media absorb and do not scatter"),

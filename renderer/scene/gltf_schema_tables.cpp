@@ -141,6 +141,10 @@ constexpr auto kClearcoat =
           Factor(&Material::clearcoatRoughnessFactor), TextureOf(&Material::clearcoatRoughnessTexture),
           TextureOf(&Material::clearcoatNormalTexture, kClearcoatNormalInfo));
 
+constexpr auto kSheen =
+    Table(Factor(&Material::sheenColorFactor), TextureOf(&Material::sheenColorTexture),
+          Factor(&Material::sheenRoughnessFactor), TextureOf(&Material::sheenRoughnessTexture));
+
 // --- Meshes ---
 
 constexpr auto kAttributes =
@@ -258,6 +262,7 @@ constexpr std::array kExtensions{
     Extension{material_fields::kTransmission, ExtensionPlace::Material, kTransmission},
     Extension{material_fields::kVolume, ExtensionPlace::Material, kVolume},
     Extension{material_fields::kClearcoat, ExtensionPlace::Material, kClearcoat},
+    Extension{material_fields::kSheen, ExtensionPlace::Material, kSheen},
     Extension{"KHR_materials_unlit", ExtensionPlace::Material, {}},
 };
 

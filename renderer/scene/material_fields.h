@@ -22,6 +22,7 @@ inline constexpr const char* kSpecular = "KHR_materials_specular";
 inline constexpr const char* kTransmission = "KHR_materials_transmission";
 inline constexpr const char* kVolume = "KHR_materials_volume";
 inline constexpr const char* kClearcoat = "KHR_materials_clearcoat";
+inline constexpr const char* kSheen = "KHR_materials_sheen";
 using Texture = TextureField;
 using Number = MaterialField<float>;
 using Color = MaterialField<glm::vec3>;
@@ -73,16 +74,22 @@ inline constexpr auto kAll = std::tuple{
             ColorSpace::Linear},
     Number{{&M::clearcoatNormalScale, "clearcoatNormalScale", kClearcoat, "clearcoatNormalTexture.scale"},
            kAnyNumber},
+    Color{{&M::sheenColorFactor, "sheenColorFactor", kSheen, "sheenColorFactor"}, kShare},
+    Texture{{&M::sheenColorTexture, "sheenColorTexture", kSheen, "sheenColorTexture"}, ColorSpace::Srgb},
+    Number{{&M::sheenRoughnessFactor, "sheenRoughnessFactor", kSheen, "sheenRoughnessFactor"}, kShare},
+    Texture{{&M::sheenRoughnessTexture, "sheenRoughnessTexture", kSheen, "sheenRoughnessTexture"},
+            ColorSpace::Linear},
     MaterialField<uint32_t>{{&M::priority, "priority", "extras", "priority"}},
 };
 
 // A field more or less than these does not compile: list it above, then here.
 inline size_t CountMembers(const Material& material) {
     const auto& [name, f1, f2, f3, f4, f5, f6, f7, f8, f9, f10, f11, f12, f13, f14, f15, f16, f17, f18, f19,
-                 f20, f21, f22, f23, f24, f25, f26, f27, f28, f29, f30, f31, f32, f33] = material;
+                 f20, f21, f22, f23, f24, f25, f26, f27, f28, f29, f30, f31, f32, f33, f34, f35, f36, f37] =
+        material;
     std::ignore = name;
-    static_assert(std::tuple_size_v<decltype(kAll)> == 33, "each field of Material is in the list, once");
-    return 34;
+    static_assert(std::tuple_size_v<decltype(kAll)> == 37, "each field of Material is in the list, once");
+    return 38;
 }
 
 }  // namespace material_fields

@@ -146,6 +146,11 @@ struct RAYGRAPH_API Material {
     TextureRef clearcoatRoughnessTexture;  // g;
     TextureRef clearcoatNormalTexture;     // the layer's own; without one it does not follow normalTexture.
     float clearcoatNormalScale = 1.0f;
+    glm::vec3 sheenColorFactor{
+        0.0f};                     // KHR_materials_sheen: fibers that stand on the surface, below the coat,
+    TextureRef sheenColorTexture;  // sRGB;
+    float sheenRoughnessFactor = 0.0f;
+    TextureRef sheenRoughnessTexture;  // alpha.
     // Where media of closed surfaces overlap, the one of higher priority is present. Not glTF's: a whole
     // number `priority` in the material's `extras`.
     uint32_t priority = 0;

@@ -290,6 +290,63 @@ Entry ReflectionEntry(const std::array<double, kReflectionSize>& numbers, double
     return entry;
 }
 
+// The exponent of Lambda of sheen, as bxdf/sheen.glsl has it.
+double SheenFit(double alpha, double x) {
+    const double t = Square(1.0 - alpha);
+    return std::lerp(21.5473, 25.3245, t) /
+               (1.0 + std::lerp(3.82987, 3.32435, t) * std::pow(x, std::lerp(0.19823, 0.16801, t))) +
+           std::lerp(-1.97760, -1.27393, t) * x + std::lerp(-4.32054, -4.85967, t);
+}
+
+double SheenLambda(double alpha, double z) {
+    return std::exp(z < 0.5 ? SheenFit(alpha, z) : 2.0 * SheenFit(alpha, 0.5) - SheenFit(alpha, 1.0 - z));
+}
+
+// The albedo of white sheen from cosine mu, with f times cap(cosine of the light).
+template <typename Cap>
+double SheenAlbedo(double mu, double alpha, const Cap& cap) {
+    constexpr int kHeights = 1000, kAngles = 400;
+    const double x = std::sqrt(1.0 - mu * mu), exponent = 1.0 / alpha, lambda = SheenLambda(alpha, mu);
+    double sum = 0.0;
+    for (int i = 0; i < kHeights; ++i) {
+        const double v = (i + 0.5) / kHeights, z = v * v, r = std::sqrt(1.0 - z * z);
+        const double scale =
+            2.0 * v * (2.0 + exponent) * cap(z) / (4.0 * mu * (1.0 + lambda + SheenLambda(alpha, z)));
+        for (int j = 0; j < kAngles; ++j) {
+            const double phi = std::numbers::pi * (j + 0.5) / kAngles;
+            const double hx = x + r * std::cos(phi), hy = r * std::sin(phi), hz = mu + z;
+            const double cos2 = hz * hz / (hx * hx + hy * hy + hz * hz);
+            sum += scale * std::pow(std::max(1.0 - cos2, 0.0), 0.5 * exponent);
+        }
+    }
+    return sum / (kHeights * kAngles);
+}
+
+void AppendSheen(std::vector<Entry>& table) {
+    std::vector<Entry> means;
+    for (uint alphaIndex = 0; alphaIndex < kEnergyAlphaCount; ++alphaIndex) {
+        const double alpha = std::max(Square(alphaIndex / (kEnergyAlphaCount - 1.0)), double{kMinSheenAlpha});
+        const auto cosineOf = [](uint i) { return std::max(Square(i / (kEnergyCosCount - 1.0)), 1e-4); };
+        std::vector<double> caps;
+        for (uint i = 0; i < kEnergyCosCount; ++i)
+            caps.push_back(1.0 / std::max(SheenAlbedo(cosineOf(i), alpha, [](double) { return 1.0; }), 1.0));
+        // As the device interpolates them
+        const auto capAt = [&](double z) {
+            const double place = std::sqrt(z) * (kEnergyCosCount - 1.0);
+            const auto first = std::min(static_cast<size_t>(place), caps.size() - 2);
+            return std::lerp(caps[first], caps[first + 1], place - static_cast<double>(first));
+        };
+        std::vector<std::array<double, 1>> row;
+        for (uint i = 0; i < kEnergyCosCount; ++i) {
+            row.push_back(
+                {SheenAlbedo(cosineOf(i), alpha, [&](double z) { return std::min(caps[i], capAt(z)); })});
+            table.push_back({row.back()[0], caps[i]});
+        }
+        means.push_back({Means(row)[0]});
+    }
+    table.insert(table.end(), means.begin(), means.end());
+}
+
 std::vector<Entry> BakeTables() {
     std::vector<Entry> table;
     std::vector<Entry> means;
@@ -311,6 +368,7 @@ std::vector<Entry> BakeTables() {
     table.insert(table.end(), means.begin(), means.end());
     AppendGlass(table, true);
     AppendGlass(table, false);
+    AppendSheen(table);
     return table;
 }
 

@@ -1,6 +1,6 @@
-// The material of glTF 2.0 (appendix B) with KHR_materials_ior, specular, transmission and clearcoat, as
-// lobes:
-//     a clear coat over mix(dielectric, metal, metallic)
+// The material of glTF 2.0 (appendix B) with KHR_materials_ior, specular, transmission, sheen and clearcoat,
+// as lobes:
+//     a clear coat over sheen over mix(dielectric, metal, metallic)
 //     dielectric = mix(a Fresnel layer over diffuse, glass, transmission)
 // Metal, layer and glass are GGX facets of one roughness. baseColor colors metal, base and transmitted light.
 #ifndef RAYGRAPH_BXDF_GLTF_LOBES_GLSL
@@ -11,6 +11,7 @@
 #include "bxdf/dielectric_layer.glsl"
 #include "bxdf/diffuse.glsl"
 #include "bxdf/glass.glsl"
+#include "bxdf/sheen.glsl"
 
 SHADING_BEGIN
 
@@ -18,6 +19,7 @@ SHADING_BEGIN
 // the trace feature without which no material of the scene has it and all of its code folds away.
 #define GLTF_LOBES(X)                           \
     X(ClearcoatBxDF, coat, kTraceClearcoat)     \
+    X(SheenBxDF, sheen, kTraceSheen)            \
     X(GlassBxDF, glass, kTraceGlass)            \
     X(ConductorBxDF, metal, kTraceMetals)       \
     X(DielectricLayerBxDF, layer, kTraceOpaque) \

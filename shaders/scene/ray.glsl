@@ -42,6 +42,8 @@ struct SurfaceMaterial {
     float transmission;
     float clearcoat;  // the coat's weight
     float clearcoatRoughness;
+    vec3 sheenColor;
+    float sheenRoughness;
     uint flags;  // kMaterial* of shared/scene_records.h
     uint id;     // index of the MaterialRecord
 };

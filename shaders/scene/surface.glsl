@@ -84,6 +84,12 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
         result.clearcoat = ClearcoatAt(geometry, material, triangle);
         result.clearcoatRoughness = ClearcoatRoughnessAt(geometry, material, triangle);
     }
+    if (HasTraceFeature(kTraceSheen)) {
+        result.sheenColor =
+            material.sheenColor * SampleTexture(TEXTURE_OF(material, sheenColor), geometry, triangle).xyz;
+        vec4 roughness = SampleTexture(TEXTURE_OF(material, sheenRoughness), geometry, triangle);
+        result.sheenRoughness = material.sheenRoughness * roughness.w;
+    }
     result.flags = material.flags;
     result.id = geometry.material;
     return result;

@@ -43,7 +43,14 @@ RAYGRAPH_CONSTANT uint kEnergyGlassEntries =
 RAYGRAPH_CONSTANT uint kEnergyEnterOffset = kEnergyMeanOffset + kEnergyAlphaCount;
 RAYGRAPH_CONSTANT uint kEnergyLeaveOffset = kEnergyEnterOffset + kEnergyGlassEntries;
 
-RAYGRAPH_CONSTANT uint kEnergyEntryCount = kEnergyLeaveOffset + kEnergyGlassEntries;
+// White sheen, [alpha][cos]: its albedo, and the factor that caps f towards that direction (bxdf/sheen.glsl).
+// [alpha]: the mean of the albedo over the hemisphere, weighted by the cosine.
+// Fibers are at least this far from upright.
+RAYGRAPH_CONSTANT float kMinSheenAlpha = 0.001f;
+RAYGRAPH_CONSTANT uint kEnergySheenOffset = kEnergyLeaveOffset + kEnergyGlassEntries;
+RAYGRAPH_CONSTANT uint kEnergySheenMeanOffset = kEnergySheenOffset + kEnergyCosCount * kEnergyAlphaCount;
+
+RAYGRAPH_CONSTANT uint kEnergyEntryCount = kEnergySheenMeanOffset + kEnergyAlphaCount;
 
 #undef RAYGRAPH_CONSTANT
 #ifdef __cplusplus

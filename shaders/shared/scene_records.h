@@ -86,6 +86,7 @@ RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
 //   specular:          alpha
 //   transmission:      red
 //   clearcoat:         red; its roughness: green
+//   sheenRoughness:    alpha
 #define RAYGRAPH_MATERIAL_TEXTURES(X) \
     X(baseColor)                      \
     X(metallicRoughness)              \
@@ -96,7 +97,9 @@ RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
     X(transmission)                   \
     X(clearcoat)                      \
     X(clearcoatRoughness)             \
-    X(clearcoatNormal)
+    X(clearcoatNormal)                \
+    X(sheenColor)                     \
+    X(sheenRoughness)
 
 #define RAYGRAPH_TEXTURE_FIELD(name)   uint name##Texture;
 #define RAYGRAPH_TRANSFORM_FIELD(name) mat3x2 name##Transform;
@@ -119,6 +122,8 @@ struct MaterialRecord {
     float clearcoat;  // weight of a layer over all of it
     float clearcoatRoughness;
     float clearcoatNormalScale;
+    vec3 sheenColor;  // linear; 0: no sheen
+    float sheenRoughness;
     // Slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
     RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TEXTURE_FIELD)
     // From (u, v, 1) to where the texture is read. Only scenes with such transforms read them.
@@ -175,7 +180,7 @@ struct TraceParameters {
 
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
-static_assert(sizeof(MaterialRecord) == 96 * 4);
+static_assert(sizeof(MaterialRecord) == 114 * 4);
 static_assert(sizeof(TraceParameters) == 49 * 4);
 }  // namespace raygraph::gpu
 #endif

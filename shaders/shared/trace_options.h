@@ -37,8 +37,8 @@
 //   TriangleLights, PunctualLights, EnvironmentLight
 //   Textures:         materials have textures
 //   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates
-//   Glass, Metals, Opaque, Clearcoat: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit light,
-//                     are metal, are a layer over a diffuse base, have a clear coat
+//   Glass, Metals, Opaque, Clearcoat, Sheen: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit
+//                     light, are metal, are a layer over a diffuse base, have a clear coat, have sheen
 //   Volumes:          surfaces enclose media
 //   ProbeMedia:       the camera may be inside of some
 //   ThinWalls:        light goes straight on through some surfaces
@@ -60,7 +60,8 @@
     X(Metals, 2048)                \
     X(Opaque, 4096)                \
     X(TextureTransforms, 8192)     \
-    X(Clearcoat, 16384)
+    X(Clearcoat, 16384)            \
+    X(Sheen, 32768)
 
 #ifdef __cplusplus
 namespace raygraph {

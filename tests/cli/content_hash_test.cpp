@@ -105,9 +105,9 @@ auto FieldsOf(TextureRef& s) {
 }
 auto FieldsOf(Material& s) {
     auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, ab, ac, ad, ae, af,
-           ag, ah, ai] = s;
+           ag, ah, ai, aj, ak, al, am] = s;
     return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, ab, ac, ad,
-                    ae, af, ag, ah, ai);
+                    ae, af, ag, ah, ai, aj, ak, al, am);
 }
 auto FieldsOf(Sampler& s) {
     auto& [a, b, c, d, e, f] = s;

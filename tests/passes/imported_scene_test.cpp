@@ -117,6 +117,8 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
             "KHR_materials_ior": {"ior": 1.7},
             "KHR_materials_specular": {"specularFactor": 0.88, "specularColorFactor": [0.9, 0.8, 1.5]},
             "KHR_materials_transmission": {"transmissionFactor": 0.35},
+            "KHR_materials_clearcoat": {"clearcoatFactor": 0.45, "clearcoatRoughnessFactor": 0.15},
+            "KHR_materials_sheen": {"sheenColorFactor": [0.7, 0.8, 0.9], "sheenRoughnessFactor": 0.25},
             "KHR_materials_volume": {
                 "thicknessFactor": 0.1, "attenuationColor": [0.5, 0.25, 0.125], "attenuationDistance": 2
             }
@@ -141,6 +143,8 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
     EXPECT_EQ(record.baseColor, glm::vec4(0.11f, 0.22f, 0.33f, 0.44f));
     EXPECT_EQ(record.metallic, 0.55f);
     EXPECT_EQ(record.roughness, 0.66f);
+    EXPECT_EQ(glm::vec2(record.clearcoat, record.clearcoatRoughness), glm::vec2(0.45f, 0.15f));
+    EXPECT_EQ(glm::vec4(record.sheenColor, record.sheenRoughness), glm::vec4(0.7f, 0.8f, 0.9f, 0.25f));
     ExpectNear(record.emission, {0.5f, 1.0f, 2.0f}, 1e-6f, "emission");
     EXPECT_EQ(record.alphaMode, 1u);
     EXPECT_EQ(record.alphaCutoff, 0.77f);
@@ -188,7 +192,7 @@ TEST_F(ImportedScene, EveryFieldOfAMaterialChangesItsRecord) {
 TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
     GltfDocument document;
     document.AddTriangle()["material"] = 0;
-    for (uint32_t i = 0; i < 10; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
+    for (uint32_t i = 0; i < 12; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
     const auto ref = [](int index, int set) { return Json{{"index", index}, {"texCoord", set}}; };
     Json material{
         {"pbrMetallicRoughness", {{"baseColorTexture", ref(0, 1)}, {"metallicRoughnessTexture", ref(1, 0)}}},
@@ -202,28 +206,26 @@ TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
                                                          {"clearcoatRoughnessTexture", ref(8, 1)},
                                                          {"clearcoatNormalTexture", ref(9, 0)}};
     material["extensions"]["KHR_materials_clearcoat"]["clearcoatNormalTexture"]["scale"] = 0.5;
+    material["extensions"]["KHR_materials_sheen"] = {{"sheenColorTexture", ref(10, 1)},
+                                                     {"sheenRoughnessTexture", ref(11, 0)}};
     document.AddMaterial(material);
     const scene::SceneData scene = test::Load(document);
     const scene::Material& imported = scene.materials.at(0);
-    const scene::TextureRef refs[] = {
-        imported.baseColorTexture,      imported.metallicRoughnessTexture, imported.normalTexture,
-        imported.emissiveTexture,       imported.specularTexture,          imported.specularColorTexture,
-        imported.transmissionTexture,   imported.clearcoatTexture,         imported.clearcoatRoughnessTexture,
-        imported.clearcoatNormalTexture};
+#define RAYGRAPH_REFERENCE(name) imported.name##Texture,
+    const scene::TextureRef refs[] = {RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_REFERENCE)};
+#undef RAYGRAPH_REFERENCE
     const auto record = TableOf<gpu::MaterialRecord>(document, &SceneIds::materials).at(0);
     EXPECT_EQ(record.normalScale, 0.25f);
     EXPECT_EQ(record.clearcoatNormalScale, 0.5f);
-    const uint32_t fields[] = {
-        record.baseColorTexture,      record.metallicRoughnessTexture, record.normalTexture,
-        record.emissiveTexture,       record.specularTexture,          record.specularColorTexture,
-        record.transmissionTexture,   record.clearcoatTexture,         record.clearcoatRoughnessTexture,
-        record.clearcoatNormalTexture};
+#define RAYGRAPH_SLOT(name) record.name##Texture,
+    const uint32_t fields[] = {RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_SLOT)};
+#undef RAYGRAPH_SLOT
     const uint32_t firstSlot = fields[0] & ~gpu::kSecondTexCoord;
-    for (uint32_t i = 0; i < 10; ++i) {
+    for (uint32_t i = 0; i < std::size(refs); ++i) {
         ASSERT_TRUE(refs[i].IsPresent()) << i;
         const scene::Texture& texture = scene.textures.at(static_cast<size_t>(refs[i].texture));
         EXPECT_EQ(scene.images.at(texture.image).width, i + 1);
-        const bool isColor = i == 0 || i == 3 || i == 5;
+        const bool isColor = i == 0 || i == 3 || i == 5 || i == 10;
         EXPECT_EQ(texture.colorSpace, isColor ? scene::ColorSpace::Srgb : scene::ColorSpace::Linear) << i;
         // A fresh table gives out slots in the order of the scene's textures
         EXPECT_EQ((fields[i] & ~gpu::kSecondTexCoord) - firstSlot,

@@ -115,6 +115,10 @@ const Slot kSlots[] = {
      [](Material& material, const glm::vec4& texel) { material.clearcoatFactor *= texel.x; }},
     {"roughness of the clear coat", &Material::clearcoatRoughnessTexture, ColorSpace::Linear,
      [](Material& material, const glm::vec4& texel) { material.clearcoatRoughnessFactor *= texel.y; }},
+    {"sheen color", &Material::sheenColorTexture, ColorSpace::Srgb,
+     [](Material& material, const glm::vec4& texel) { material.sheenColorFactor *= glm::vec3(texel); }},
+    {"roughness of the sheen", &Material::sheenRoughnessTexture, ColorSpace::Linear,
+     [](Material& material, const glm::vec4& texel) { material.sheenRoughnessFactor *= texel.w; }},
 };
 
 // Every factor matters and none is 1.
@@ -131,6 +135,8 @@ Material OfEverything() {
     material.ior = 2.4f;
     material.clearcoatFactor = 0.9f;
     material.clearcoatRoughnessFactor = 0.7f;
+    material.sheenColorFactor = {0.9f, 0.8f, 0.7f};
+    material.sheenRoughnessFactor = 0.9f;
     return material;
 }
 

@@ -74,6 +74,10 @@ TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwnAndTheirOrderStays) {
                                             "clearcoatRoughnessTexture",
                                             "clearcoatNormalTexture",
                                             "clearcoatNormalScale",
+                                            "sheenColorFactor",
+                                            "sheenColorTexture",
+                                            "sheenRoughnessFactor",
+                                            "sheenRoughnessTexture",
                                             "priority"};
     EXPECT_EQ(names, expected);
     EXPECT_STREQ(FieldOf(&Material::thicknessFactor).unit, "m");

@@ -58,6 +58,8 @@ SurfaceMaterial MaterialOf(vec3 wo, float uc, vec2 u) {
     material.ior = 1.5f;
     material.clearcoat = u.y;
     material.clearcoatRoughness = uc;
+    material.sheenColor = vec3(u, uc);
+    material.sheenRoughness = u.x;
     material.flags = 0u;
     material.id = 0u;
     return material;

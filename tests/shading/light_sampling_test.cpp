@@ -67,7 +67,12 @@ class LightSampling : public ::testing::TestWithParam<LightSampler> {
             kTraceLightSampling | kTraceTriangleLights | kTracePunctualLights | kTraceEnvironmentLight;
         threadLightSampler = GetParam();
     }
-    void TearDown() override { threadLightSampler = LightSampler::Bvh; }
+    void TearDown() override {
+        threadTraceFeatures = m_features;
+        threadLightSampler = LightSampler::Bvh;
+    }
+
+    const uint m_features = threadTraceFeatures;
 
     static double Probability(const LightContext& context, uint light) {
         const LightSetRecord lights = LightSet();

@@ -67,6 +67,9 @@ std::vector<Case> Cases() {
     coated.clearcoat = 0.5f;
     coated.clearcoatRoughness = 0.4f;
     coated.coatAlpha = 0.16f;
+    GltfBxDF velvet = GltfLobe(0.6f);
+    velvet.sheenColor = vec3(0.4f, 0.2f, 0.1f);
+    velvet.sheenRoughness = 0.5f;
     return {{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
             {"dielectric", GltfLobe(0.3f), kTraceOpaque},
             {"faint dielectric", faint, kTraceOpaque},
@@ -75,12 +78,13 @@ std::vector<Case> Cases() {
             {"thin wall", ThinGlass(0.3f), kTraceGlass},
             {"smooth thin wall", ThinGlass(0.0f), kTraceGlass},
             {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals},
-            {"coated metal", coated, kTraceMetals | kTraceClearcoat}};
+            {"coated metal", coated, kTraceMetals | kTraceClearcoat},
+            {"velvet", velvet, kTraceOpaque | kTraceSheen}};
 }
 
 TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
     const uint all = threadTraceFeatures;
-    const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat;
+    const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen;
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);
@@ -91,7 +95,8 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
                     const vec3 wi = DirectionAt(uc < 0.5f ? 0.6f : -0.6f, 2.0f + uc);
                     const vec2 u(0.4f, 0.3f);
                     const Outcome whole = OutcomeOf(test.lobe, wo, wi, uc, u);
-                    for (const uint others : {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat}) {
+                    for (const uint others :
+                         {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat, kTraceSheen}) {
                         const FeatureScope features((all & ~lobes) | test.features | others);
                         FillStack();
                         ExpectSame(OutcomeOf(test.lobe, wo, wi, uc, u), whole,

@@ -139,6 +139,23 @@ namespace {
 
 constexpr uint kNoLimit = 0xFFFFFFFFu;
 
+// Other tests find the options as they were.
+class Path : public ::testing::Test {
+  protected:
+    ~Path() override {
+        threadTraceFeatures = m_features;
+        threadBrdfModel = m_brdf;
+        threadMisHeuristic = m_mis;
+        threadRoulette = m_roulette;
+    }
+
+  private:
+    const uint m_features = threadTraceFeatures;
+    const BrdfModel m_brdf = threadBrdfModel;
+    const MisHeuristic m_mis = threadMisHeuristic;
+    const Roulette m_roulette = threadRoulette;
+};
+
 void UseOptions(uint features, BrdfModel brdf = BrdfModel::Gltf) {
     threadTraceFeatures = features | kTraceMetals | kTraceOpaque;
     threadBrdfModel = brdf;
@@ -184,7 +201,7 @@ Ray FromCenter() {
 
 }  // namespace
 
-TEST(Path, ClosedSphereHasRadianceOneOverOneMinusAlbedo) {
+TEST_F(Path, ClosedSphereHasRadianceOneOverOneMinusAlbedo) {
     for (const float albedo : {0.2f, 0.5f, 0.8f}) {
         SetScene({.albedo = vec3(albedo), .emission = vec3(1.0f)});
         const Mean mean = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 3u), 1u << 18);
@@ -194,7 +211,7 @@ TEST(Path, ClosedSphereHasRadianceOneOverOneMinusAlbedo) {
     }
 }
 
-TEST(Path, SphereInUnitEnvironmentReflectsItsAlbedo) {
+TEST_F(Path, SphereInUnitEnvironmentReflectsItsAlbedo) {
     SetScene({.albedo = vec3(0.7f)}, 1.0f);
     const Ray ray{.origin = vec3(0.2f, 0.1f, 5.0f), .direction = vec3(0.0f, 0.0f, -1.0f)};
     const Mean mean = MeanRadiance(ray, Unbiased(kNoLimit, 100u), 4096);
@@ -202,7 +219,7 @@ TEST(Path, SphereInUnitEnvironmentReflectsItsAlbedo) {
     EXPECT_EQ(mean.rays, 2.0) << "a convex body sends every path out after one bounce";
 }
 
-TEST(Path, RouletteChangesTheNoiseAndNotTheMean) {
+TEST_F(Path, RouletteChangesTheNoiseAndNotTheMean) {
     SetScene({.albedo = vec3(0.5f), .emission = vec3(1.0f)});
     const Mean early = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 1u), 1u << 18);
     const Mean late = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 16u), 1u << 16);
@@ -211,7 +228,7 @@ TEST(Path, RouletteChangesTheNoiseAndNotTheMean) {
     EXPECT_LT(early.rays, late.rays);
 }
 
-TEST(Path, DepthLimitCutsTheGeometricSeries) {
+TEST_F(Path, DepthLimitCutsTheGeometricSeries) {
     SetScene({.albedo = vec3(0.5f), .emission = vec3(1.0f)});
     for (const uint depth : {0u, 1u, 2u, 5u}) {
         const Mean mean = MeanRadiance(FromCenter(), Unbiased(depth, kNoLimit), 64);
@@ -220,14 +237,14 @@ TEST(Path, DepthLimitCutsTheGeometricSeries) {
     }
 }
 
-TEST(Path, BlackSurfaceEndsThePath) {
+TEST_F(Path, BlackSurfaceEndsThePath) {
     SetScene({.emission = vec3(3.0f)}, 1.0f);
     const Mean mean = MeanRadiance(FromCenter(), Unbiased(kNoLimit, 3u), 16);
     EXPECT_EQ(mean.radiance, 3.0);
     EXPECT_EQ(mean.rays, 1.0);
 }
 
-TEST(Path, MissSeesTheEnvironmentWithoutAlpha) {
+TEST_F(Path, MissSeesTheEnvironmentWithoutAlpha) {
     SetScene({}, 2.0f);
     const Ray ray{.origin = vec3(0.0f, 0.0f, 5.0f), .direction = vec3(0.0f, 0.0f, 1.0f)};
     PathState path = StartPath(ray, StartPixelSample(uvec2(0u), 0u, 0u));
@@ -241,7 +258,7 @@ Ray FromAbove() {
     return {.origin = vec3(0.0f, 0.0f, 5.0f), .direction = vec3(0.0f, 0.0f, -1.0f)};
 }
 
-TEST(Path, LightSamplingFindsTheLightThatChanceFinds) {
+TEST_F(Path, LightSamplingFindsTheLightThatChanceFinds) {
     SetScene({.albedo = vec3(0.7f)});
     image::ImageF sky{.width = 16, .height = 8, .rgba = {}};
     for (uint32_t texel = 0; texel < 16 * 8; ++texel) {
@@ -265,7 +282,7 @@ TEST(Path, LightSamplingFindsTheLightThatChanceFinds) {
 }
 
 // Lambert and Beer: rho / pi I / d^2 exp(-sigma (d + c)), c from the eye to the surface.
-TEST(Path, MediumDimsTheWayToTheLightAndToTheEye) {
+TEST_F(Path, MediumDimsTheWayToTheLightAndToTheEye) {
     SetScene({.albedo = vec3(0.7f)});
     testLights.AddPunctual(scene::LightType::Point, vec3(0.0f, 0.0f, 4.0f), vec3(0.0f, 0.0f, -1.0f),
                            vec3(9.0f));
@@ -288,7 +305,7 @@ double Passed(double eta, double cosine) {
     return (1.0 - f0) * (1.0 - std::pow(1.0 - cosine, 5.0));
 }
 
-TEST(Path, PointLightThroughWallsIsDimmedByEach) {
+TEST_F(Path, PointLightThroughWallsIsDimmedByEach) {
     for (const float ior : {1.0f, 1.33f}) {
         SetScene({.albedo = vec3(0.7f), .walls = {2.0f, 2.5f}});
         testLights.AddPunctual(scene::LightType::Point, vec3(0.0f, 0.0f, 4.0f), vec3(0.0f, 0.0f, -1.0f),
@@ -312,7 +329,7 @@ TEST(Path, PointLightThroughWallsIsDimmedByEach) {
 }
 
 // Light behind walls is met with the densities of the last surface that scattered.
-TEST(Path, LightSamplingFindsThroughWallsWhatChanceFinds) {
+TEST_F(Path, LightSamplingFindsThroughWallsWhatChanceFinds) {
     SetScene({.albedo = vec3(0.7f), .walls = {1.5f, 1.7f}, .hasLamp = true});
     testLights.AddTriangle(kLampCorners[0], kLampCorners[1], kLampCorners[2], kLampRadiance, true);
     image::ImageF sky{.width = 16, .height = 8, .rgba = {}};
@@ -342,7 +359,7 @@ TEST(Path, LightSamplingFindsThroughWallsWhatChanceFinds) {
 
 // Straight crossings move the ray's origin, and a lamp that is sampled by area has a density that grows with
 // the square of the distance.
-TEST(Path, SmallLampBehindAWallIsWeighedByTheWholeWay) {
+TEST_F(Path, SmallLampBehindAWallIsWeighedByTheWholeWay) {
     SetScene({});
     const float side = 0.01f, distance = 10.0f;
     const vec3 from(0.0f, 0.0f, 1.0f), corner(-0.002f, -0.002f, from.z + distance);
@@ -361,7 +378,7 @@ TEST(Path, SmallLampBehindAWallIsWeighedByTheWholeWay) {
     }
 }
 
-TEST(Path, CrossingAWallIsNoBounce) {
+TEST_F(Path, CrossingAWallIsNoBounce) {
     SetScene({.albedo = vec3(0.7f), .emission = vec3(2.0f), .walls = {2.0f, 3.0f}});
     const PathSettings settings = Unbiased(0u, kNoLimit);
     UseOptions(kTraceThinWalls | kTraceGlass);
