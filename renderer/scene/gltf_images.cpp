@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/error.h"
 #include "base/printable.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -50,14 +51,14 @@ class ImageDecoder {
           m_running(m_threads),
           m_texelsLeft(context.options.limits.maxAllImageTexels) {}
 
-    std::vector<ImageData> Decode(const std::vector<uint32_t>& images) {
+    std::vector<ImageData> Decode(const std::vector<ImageChoice>& choices) {
         const size_t begunAtOnce = m_threads == 1 ? 1 : size_t{2} * m_threads;
         std::vector<ImageData> decoded;
-        for (size_t begun = 0; decoded.size() < images.size();) {
-            while (begun < images.size() && m_tasks.size() < begunAtOnce) Begin(images[begun++]);
-            const auto done = static_cast<float>(decoded.size()) / static_cast<float>(images.size());
+        for (size_t begun = 0; decoded.size() < choices.size();) {
+            while (begun < choices.size() && m_tasks.size() < begunAtOnce) Begin(choices[begun++].front());
+            const auto done = static_cast<float>(decoded.size()) / static_cast<float>(choices.size());
             m_context.Progress("images", 0.5f + 0.5f * done);
-            decoded.push_back(Finish(m_tasks.front()));
+            decoded.push_back(Finish(m_tasks.front(), choices[decoded.size()]));
             m_tasks.pop_front();
         }
         return decoded;
@@ -84,6 +85,14 @@ class ImageDecoder {
 
     void Begin(uint32_t image) {
         Task& task = m_tasks.emplace_back();
+        Read(task, image);
+        if (task.unread || m_threads == 1) return;
+        // Deferred where there are no more threads to be had: then Finish() runs it
+        task.attempt =
+            std::async(std::launch::async | std::launch::deferred, [this, &task] { return Try(task); });
+    }
+
+    void Read(Task& task, uint32_t image) {
         const ImageSource& source = m_sources[image];
         const Place where = Place("images")[image];
         task.data.name = source.name;
@@ -98,10 +107,6 @@ class ImageDecoder {
         }
         task.label = Text("{}: {}", m_context.label, where.Path());
         if (!task.data.name.empty()) task.label += Text(" {}", Quoted(task.data.name, 60));
-        if (m_threads == 1) return;
-        // Deferred where there are no more threads to be had: then Finish() runs it
-        task.attempt =
-            std::async(std::launch::async | std::launch::deferred, [this, &task] { return Try(task); });
     }
 
     Attempt Try(const Task& task) {
@@ -118,6 +123,23 @@ class ImageDecoder {
         attempt.seconds = watch.Seconds();
         m_running.release();
         return attempt;
+    }
+
+    // The image of the task, or another one of the choice.
+    ImageData Finish(Task& task, const ImageChoice& choice) {
+        for (size_t next = 1;; ++next) {
+            try {
+                if (next == 1) return Finish(task);
+                Task other;
+                Read(other, choice[next - 1]);
+                return Finish(other);
+            } catch (const Error& error) {
+                if (next == 1) task.unread = std::current_exception();
+                if (next == choice.size()) std::rethrow_exception(task.unread);
+                m_context.warnings.Add("image replaced",
+                                       Text("{}; images[{}] takes its place", error.what(), choice[next]));
+            }
+        }
     }
 
     ImageData Finish(Task& task) {
@@ -159,8 +181,8 @@ class ImageDecoder {
 }  // namespace
 
 std::vector<ImageData> DecodeImages(GltfContext& context, const std::vector<ImageSource>& sources,
-                                    const std::vector<uint32_t>& images, GltfBuffers& buffers) {
-    return ImageDecoder(context, sources, buffers).Decode(images);
+                                    const std::vector<ImageChoice>& choices, GltfBuffers& buffers) {
+    return ImageDecoder(context, sources, buffers).Decode(choices);
 }
 
 }  // namespace raygraph::scene

@@ -10,10 +10,13 @@
 
 namespace raygraph::scene {
 
-// Decodes those of the file's `sources` that `images` lists, in that order, on LoadOptions::maxThreads
-// threads. What comes out does not depend on how many: a failure is that of the first image in the list that
-// has one.
+// Images of the file that show the same, the best first: the first one that can be read is taken.
+using ImageChoice = std::vector<uint32_t>;
+
+// Decodes one of each choice, in that order, on LoadOptions::maxThreads threads. An image in whose place
+// another one is taken is a warning; a choice of which none can be read fails as its first one does. What
+// comes out does not depend on the number of threads: a failure is that of the first choice that has one.
 std::vector<ImageData> DecodeImages(GltfContext& context, const std::vector<ImageSource>& sources,
-                                    const std::vector<uint32_t>& images, GltfBuffers& buffers);
+                                    const std::vector<ImageChoice>& choices, GltfBuffers& buffers);
 
 }  // namespace raygraph::scene

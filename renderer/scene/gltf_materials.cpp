@@ -71,7 +71,7 @@ void ReadColor(const std::vector<double>& numbers, Color& color) {
 // A texture as the file has it: no color space, perhaps no image.
 struct FileTexture {
     std::string name;
-    uint32_t image = kNone;
+    ImageChoice images;
     Sampler sampler;
 };
 
@@ -152,9 +152,9 @@ FileTextureInfo ReadTextureInfo(const Info& info) {
 class MaterialImporter {
   public:
     MaterialImporter(GltfContext& context, const gltf::Model& model, SceneData& scene)
-        : m_context(context), m_model(model), m_scene(scene), m_imageSlots(model.images.size(), kNone) {}
+        : m_context(context), m_model(model), m_scene(scene) {}
 
-    std::vector<uint32_t> Import() {
+    std::vector<ImageChoice> Import() {
         for (const gltf::Texture& texture : m_model.textures)
             m_fileTextures.push_back(ReadFileTexture(texture));
         for (size_t i = 0; i < m_model.materials.size(); ++i)
@@ -170,10 +170,15 @@ class MaterialImporter {
             texture.sampler = ReadSampler(m_model.samplers[static_cast<size_t>(file.sampler)]);
         // An extension's image is the better one; `source` is there for readers without it. Of several the
         // one that lost least: they are decoded to whole texels, so that a smaller one saves nothing here.
-        int image = file.source;
-        for (const char* extension : {"KHR_texture_basisu", "MSFT_texture_dds", "EXT_texture_webp"})
+        const auto add = [&](int image) {
+            if (image >= 0) texture.images.push_back(static_cast<uint32_t>(image));
+        };
+        for (const char* extension : {"EXT_texture_webp", "MSFT_texture_dds", "KHR_texture_basisu"}) {
+            int image = -1;
             ExtensionReader(file.extensions, extension).Read("source", image);
-        texture.image = static_cast<uint32_t>(image);
+            add(image);
+        }
+        add(file.source);
         return texture;
     }
 
@@ -184,23 +189,21 @@ class MaterialImporter {
         ref.transform = info.transform;
         const auto index = static_cast<uint32_t>(info.index);
         const FileTexture& file = m_fileTextures[index];
-        if (file.image == kNone) {
+        if (file.images.empty()) {
             m_context.Warn(where, "no image",
                            Text("textures[{}] has no image that can be read, left out", index));
             return ref;
         }
         const auto [slot, isNew] = m_textureSlots.try_emplace({index, colorSpace}, m_scene.textures.size());
-        if (isNew) m_scene.textures.push_back({file.name, ImageSlot(file.image), file.sampler, colorSpace});
+        if (isNew) m_scene.textures.push_back({file.name, ImageSlot(file.images), file.sampler, colorSpace});
         ref.texture = static_cast<int32_t>(slot->second);
         return ref;
     }
 
-    uint32_t ImageSlot(uint32_t image) {
-        if (m_imageSlots[image] == kNone) {
-            m_imageSlots[image] = static_cast<uint32_t>(m_images.size());
-            m_images.push_back(image);
-        }
-        return m_imageSlots[image];
+    uint32_t ImageSlot(const ImageChoice& choice) {
+        const auto [slot, isNew] = m_imageSlots.try_emplace(choice, static_cast<uint32_t>(m_images.size()));
+        if (isNew) m_images.push_back(choice);
+        return slot->second;
     }
 
     // The texture of a field; `info` is what its place in the file says.
@@ -269,13 +272,13 @@ class MaterialImporter {
     SceneData& m_scene;
     std::vector<FileTexture> m_fileTextures;
     std::map<std::pair<uint32_t, ColorSpace>, size_t> m_textureSlots;
-    std::vector<uint32_t> m_imageSlots;  // By the file's image index.
-    std::vector<uint32_t> m_images;
+    std::map<ImageChoice, uint32_t> m_imageSlots;
+    std::vector<ImageChoice> m_images;
 };
 
 }  // namespace
 
-std::vector<uint32_t> ReadMaterials(GltfContext& context, const gltf::Model& model, SceneData& scene) {
+std::vector<ImageChoice> ReadMaterials(GltfContext& context, const gltf::Model& model, SceneData& scene) {
     return MaterialImporter(context, model, scene).Import();
 }
 

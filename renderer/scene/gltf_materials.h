@@ -3,12 +3,13 @@
 
 #include "renderer/scene/gltf_buffers.h"
 #include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_images.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::scene {
 
-// Fills scene.materials and scene.textures; returns the file's image index for each entry that scene.images
-// will have. Texture::image already indexes that list.
-std::vector<uint32_t> ReadMaterials(GltfContext& context, const gltf::Model& model, SceneData& scene);
+// Fills scene.materials and scene.textures; returns what each entry of scene.images will be. Texture::image
+// already indexes that list.
+std::vector<ImageChoice> ReadMaterials(GltfContext& context, const gltf::Model& model, SceneData& scene);
 
 }  // namespace raygraph::scene

@@ -9,6 +9,7 @@
 #include "renderer/scene/gltf_accessors.h"
 #include "renderer/scene/gltf_context.h"
 #include "renderer/scene/gltf_document.h"
+#include "renderer/scene/gltf_images.h"
 #include "renderer/scene/gltf_instancing.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/scene_data.h"
@@ -30,7 +31,7 @@ struct GltfOutline {
     std::vector<BufferSource> bufferSources;  // By buffer.
     std::vector<ImageSource> imageSources;    // By the file's image.
     SceneData scene;                  // Materials, textures, nodes, cameras and lights, without transforms.
-    std::vector<uint32_t> images;     // As ReadMaterials returns them.
+    std::vector<ImageChoice> images;  // As ReadMaterials returns them.
     std::vector<MeshLayout> layouts;  // By mesh.
     std::vector<InstancingLayout> instancing;  // By node.
     uint32_t defaultMaterial = kNone;          // Added to scene.materials, if a primitive names none.

@@ -105,8 +105,9 @@ bool IsFallback(const Json& buffer) {
     return isMarked("EXT_meshopt_compression") || isMarked("KHR_meshopt_compression");
 }
 
-// What the file names: buffers, and images, of which some are read.
-void CopyFiles(const Json& root, const std::vector<uint32_t>& imagesRead, const ConfinedFolder& from,
+// What the file names: buffers, and images, of which some are read. One that has another in its place may be
+// missing.
+void CopyFiles(const Json& root, const std::vector<ImageChoice>& choices, const ConfinedFolder& from,
                const fs::path& to, uint64_t maxBytes) {
     const auto copy = [&](const Json& thing, bool isRead) {
         const auto uri = thing.find("uri");
@@ -124,7 +125,9 @@ void CopyFiles(const Json& root, const std::vector<uint32_t>& imagesRead, const 
     };
     if (const auto buffers = root.find("buffers"); buffers != root.end())
         for (const Json& buffer : *buffers) copy(buffer, !IsFallback(buffer));
-    const std::set<uint32_t> read(imagesRead.begin(), imagesRead.end());
+    std::set<uint32_t> read;
+    for (const ImageChoice& choice : choices)
+        if (choice.size() == 1) read.insert(choice.front());
     if (const auto images = root.find("images"); images != root.end())
         for (uint32_t i = 0; i < images->size(); ++i) copy((*images)[i], read.contains(i));
 }

@@ -131,6 +131,29 @@ TEST(TextureExtensions, IndicesOutOfRangeAreRefused) {
     }
 }
 
+// An image that cannot be read is no reason to refuse a scene that has another one of the same picture.
+TEST(TextureExtensions, ImageThatCannotBeReadIsReplacedBySourceWithAWarning) {
+    for (const Kind& kind : Kinds()) {
+        SCOPED_TRACE(kind.file);
+        for (const uint32_t threads : {1u, 4u}) {
+            scene::LoadOptions options;
+            options.maxThreads = threads;
+            GltfDocument document = WithTexture(true);
+            AddKind(document, kind, "missing.file");
+            const scene::SceneData scene = Load(document, options);
+            ASSERT_EQ(scene.images.size(), 1u);
+            EXPECT_EQ(scene.images[0].width, 2u);
+            ASSERT_EQ(scene.warnings.size(), 1u);
+            EXPECT_TRUE(scene.warnings[0].starts_with("scene.gltf: images[1].uri: \"missing.file\": "))
+                << scene.warnings[0];
+            EXPECT_TRUE(scene.warnings[0].ends_with("; images[0] takes its place")) << scene.warnings[0];
+            // Nothing that stands in its place can be read either: the first failure is told
+            document.json["images"][0]["uri"] = DataUri(ToBytes("no image"));
+            EXPECT_TRUE(LoadError(document, options).starts_with("scene.gltf: images[1].uri: \"missing"));
+        }
+    }
+}
+
 // Each of them has another width; the first in this order is read.
 TEST(TextureExtensions, OfSeveralTheOneThatLostLeastIsRead) {
     const std::vector<std::pair<const char*, Bytes>> order{
