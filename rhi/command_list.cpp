@@ -17,8 +17,8 @@
 namespace raygraph::rhi {
 namespace {
 
-VkImageSubresourceLayers Layers(const Texture& texture, uint32_t mipLevel) {
-    return {texture.AllMips().aspectMask, mipLevel, 0, 1};
+VkImageSubresourceLayers PlaceOf(const Texture& texture, uint32_t mipLevel, uint32_t layer = 0) {
+    return {texture.WholeRange().aspectMask, mipLevel, layer, 1};
 }
 
 VkOffset3D Corner(Extent2D extent) {
@@ -40,15 +40,22 @@ std::string TextOf(const Texture& texture) {
            ")";
 }
 
-// Rows of a mip level, tightly packed in a buffer.
+// "mip level 2 of 2", "layer 6 of 6"; empty: the texture has both.
+std::string MissingPlace(const Texture& texture, uint32_t mipLevel, uint32_t layer) {
+    const TextureDesc& desc = texture.Desc();
+    if (mipLevel >= desc.mipLevels) return Text("mip level {} of {}", mipLevel, desc.mipLevels);
+    return layer >= desc.layers ? Text("layer {} of {}", layer, desc.layers) : std::string();
+}
+
+// Rows of a mip level of a layer, tightly packed in a buffer.
 void CheckBufferCopy(const char* call, const Buffer& buffer, uint64_t offset, const Texture& texture,
-                     uint32_t mipLevel, uint32_t firstRow, uint32_t rowCount) {
+                     uint32_t mipLevel, uint32_t layer, uint32_t firstRow, uint32_t rowCount) {
     const auto fail = [&](const std::string& why) {
         throw MakeError(ErrorKind::Usage, "{}: buffer '{}' ({} bytes) and texture {}: {}", call,
                         buffer.Desc().name, buffer.Size(), TextOf(texture), why);
     };
-    if (mipLevel >= texture.Desc().mipLevels)
-        fail(Text("mip level {} of {}", mipLevel, texture.Desc().mipLevels));
+    const std::string missing = MissingPlace(texture, mipLevel, layer);
+    if (!missing.empty()) fail(missing);
     const Extent2D extent = MipExtent(texture.Extent(), mipLevel);
     if (firstRow > extent.height || rowCount > extent.height - firstRow)
         fail(Text("{} rows from {} on, there are {}", rowCount, firstRow, extent.height));
@@ -169,7 +176,7 @@ void CommandList::BindResources(std::span<const BoundResource> resources) {
             write.pBufferInfo = &buffers[i];
         } else if (resource.texture) {
             images[i] = {resource.sampler ? resource.sampler->Handle() : VK_NULL_HANDLE,
-                         resource.texture->View(), LayoutFor(resource.type)};
+                         resource.view ? resource.view : resource.texture->View(), LayoutFor(resource.type)};
             write.pImageInfo = &images[i];
         } else if (resource.accelerationStructure) {
             structures[i] = {};
@@ -254,18 +261,20 @@ void CommandList::CopyBuffer(const Buffer& source, uint64_t sourceOffset, const 
 }
 
 void CommandList::CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target,
-                                uint32_t mipLevel) {
-    CopyRowsToTexture(source, offset, target, mipLevel, 0, MipExtent(target.Extent(), mipLevel).height);
+                                uint32_t mipLevel, uint32_t layer) {
+    const uint32_t rowCount =
+        mipLevel < target.Desc().mipLevels ? MipExtent(target.Extent(), mipLevel).height : 0;
+    CopyRowsToTexture(source, offset, target, mipLevel, 0, rowCount, layer);
 }
 
 void CommandList::CopyRowsToTexture(const Buffer& source, uint64_t offset, const Texture& target,
-                                    uint32_t mipLevel, uint32_t firstRow, uint32_t rowCount) {
-    CheckBufferCopy("CopyToTexture", source, offset, target, mipLevel, firstRow, rowCount);
+                                    uint32_t mipLevel, uint32_t firstRow, uint32_t rowCount, uint32_t layer) {
+    CheckBufferCopy("CopyToTexture", source, offset, target, mipLevel, layer, firstRow, rowCount);
     if (rowCount == 0) return;
     VkBufferImageCopy2 region{};
     region.sType = VK_STRUCTURE_TYPE_BUFFER_IMAGE_COPY_2;
     region.bufferOffset = offset;
-    region.imageSubresource = Layers(target, mipLevel);
+    region.imageSubresource = PlaceOf(target, mipLevel, layer);
     region.imageOffset = {0, static_cast<int32_t>(firstRow), 0};
     region.imageExtent = {MipExtent(target.Extent(), mipLevel).width, rowCount, 1};
     const VkCopyBufferToImageInfo2 info{
@@ -275,13 +284,14 @@ void CommandList::CopyRowsToTexture(const Buffer& source, uint64_t offset, const
 }
 
 void CommandList::CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset,
-                               uint32_t mipLevel) {
-    const Extent2D extent = MipExtent(source.Extent(), mipLevel);
-    CheckBufferCopy("CopyToBuffer", target, offset, source, mipLevel, 0, extent.height);
+                               uint32_t mipLevel, uint32_t layer) {
+    const Extent2D extent =
+        mipLevel < source.Desc().mipLevels ? MipExtent(source.Extent(), mipLevel) : Extent2D{};
+    CheckBufferCopy("CopyToBuffer", target, offset, source, mipLevel, layer, 0, extent.height);
     VkBufferImageCopy2 region{};
     region.sType = VK_STRUCTURE_TYPE_BUFFER_IMAGE_COPY_2;
     region.bufferOffset = offset;
-    region.imageSubresource = Layers(source, mipLevel);
+    region.imageSubresource = PlaceOf(source, mipLevel, layer);
     region.imageExtent = {extent.width, extent.height, 1};
     const VkCopyImageToBufferInfo2 info{VK_STRUCTURE_TYPE_COPY_IMAGE_TO_BUFFER_INFO_2,
                                         nullptr,
@@ -293,17 +303,30 @@ void CommandList::CopyToBuffer(const Texture& source, const Buffer& target, uint
     Vk().vkCmdCopyImageToBuffer2(m_commands, &info);
 }
 
-void CommandList::CopyTexture(const Texture& source, const Texture& target) {
-    const Format from = source.Desc().format;
-    const Format to = target.Desc().format;
-    if (source.Extent() != target.Extent() || TexelBytes(from) != TexelBytes(to) ||
-        IsDepth(from) != IsDepth(to))
-        throw MakeError(ErrorKind::Usage, "CopyTexture: {} does not fit {}", TextOf(source), TextOf(target));
+void CommandList::CopyTexture(const Texture& source, const Place& from, const Texture& target,
+                              const Place& to) {
+    for (const auto& [texture, place] : {std::pair(&source, &from), std::pair(&target, &to)}) {
+        const std::string missing = MissingPlace(*texture, place->level, place->layer);
+        if (!missing.empty())
+            throw MakeError(ErrorKind::Usage, "CopyTexture: from {} to {}: {} of '{}'", TextOf(source),
+                            TextOf(target), missing, texture->Desc().name);
+    }
+    const Extent2D extent = MipExtent(source.Extent(), from.level);
+    const Extent2D targetExtent = MipExtent(target.Extent(), to.level);
+    const Format format = source.Desc().format;
+    const Format targetFormat = target.Desc().format;
+    if (extent != targetExtent || TexelBytes(format) != TexelBytes(targetFormat) ||
+        IsDepth(format) != IsDepth(targetFormat))
+        throw MakeError(ErrorKind::Usage, "CopyTexture: {} does not fit {}{}", TextOf(source), TextOf(target),
+                        from.level == 0 && to.level == 0
+                            ? std::string()
+                            : Text(": level {} is {}, level {} is {}", from.level, TextOf(extent), to.level,
+                                   TextOf(targetExtent)));
     VkImageCopy2 region{};
     region.sType = VK_STRUCTURE_TYPE_IMAGE_COPY_2;
-    region.srcSubresource = Layers(source, 0);
-    region.dstSubresource = Layers(target, 0);
-    region.extent = {source.Extent().width, source.Extent().height, 1};
+    region.srcSubresource = PlaceOf(source, from.level, from.layer);
+    region.dstSubresource = PlaceOf(target, to.level, to.layer);
+    region.extent = {extent.width, extent.height, 1};
     const VkCopyImageInfo2 info{VK_STRUCTURE_TYPE_COPY_IMAGE_INFO_2,
                                 nullptr,
                                 source.Image(),
@@ -318,9 +341,9 @@ void CommandList::CopyTexture(const Texture& source, const Texture& target) {
 void CommandList::BlitMip(const Texture& texture, uint32_t level) {
     VkImageBlit2 region{};
     region.sType = VK_STRUCTURE_TYPE_IMAGE_BLIT_2;
-    region.srcSubresource = Layers(texture, level - 1);
+    region.srcSubresource = PlaceOf(texture, level - 1);
     region.srcOffsets[1] = Corner(MipExtent(texture.Extent(), level - 1));
-    region.dstSubresource = Layers(texture, level);
+    region.dstSubresource = PlaceOf(texture, level);
     region.dstOffsets[1] = Corner(MipExtent(texture.Extent(), level));
     const VkBlitImageInfo2 info{VK_STRUCTURE_TYPE_BLIT_IMAGE_INFO_2,
                                 nullptr,
@@ -338,10 +361,14 @@ void CommandList::Fill(const Buffer& target, uint32_t value, uint64_t offset, ui
     Vk().vkCmdFillBuffer(m_commands, target.Handle(), offset, size, value);
 }
 
-void CommandList::Clear(const Texture& texture, const float (&rgba)[4]) {
+void CommandList::Clear(const Texture& texture, const float (&rgba)[4], const Subresources& part) {
+    const TextureDesc& desc = texture.Desc();
+    const Subresources resolved = Resolved(part, desc.mipLevels, desc.layers);
+    const std::string missing = MissingText(resolved, desc.mipLevels, desc.layers);
+    if (!missing.empty()) throw MakeError(ErrorKind::Usage, "Clear: {}: {}", TextOf(texture), missing);
     VkClearColorValue value{};
     std::copy_n(rgba, 4, value.float32);
-    const VkImageSubresourceRange range = texture.AllMips();
+    const VkImageSubresourceRange range = texture.RangeOf(resolved);
     Vk().vkCmdClearColorImage(m_commands, texture.Image(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &value, 1,
                               &range);
 }

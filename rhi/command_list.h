@@ -32,7 +32,8 @@ struct BoundResource {
     uint64_t offset = 0;
     uint64_t size = VK_WHOLE_SIZE;
     const Texture* texture = nullptr;
-    const Sampler* sampler = nullptr;  // for a combined image sampler
+    VkImageView view = VK_NULL_HANDLE;  // of that texture; null: all of it
+    const Sampler* sampler = nullptr;   // for a combined image sampler
     VkAccelerationStructureKHR accelerationStructure = VK_NULL_HANDLE;
 };
 
@@ -40,12 +41,16 @@ struct ColorTarget {
     const Texture* texture = nullptr;
     bool clear = true;
     float clearValue[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+    uint32_t level = 0;  // one level of one layer is drawn to
+    uint32_t layer = 0;
 };
 
 struct DepthTarget {
     const Texture* texture = nullptr;
     bool clear = true;
     float clearValue = 1.0f;
+    uint32_t level = 0;
+    uint32_t layer = 0;
 };
 
 class RAYGRAPH_API CommandList {
@@ -64,8 +69,8 @@ class RAYGRAPH_API CommandList {
 
     // One memory barrier for everything before and after it; for transfers and tests, not for frames.
     void FullBarrier();
-    // One image barrier over all mips that orders everything before and after it. From UNDEFINED: contents
-    // are lost.
+    // One image barrier over all levels and layers that orders everything before and after it. From
+    // UNDEFINED: contents are lost.
     void Transition(const Texture& texture, VkImageLayout from, VkImageLayout to);
 
     // Pipeline and resources: set 0 by push descriptors (vkCmdPushDescriptorSetKHR), set 1 the texture table.
@@ -100,22 +105,32 @@ class RAYGRAPH_API CommandList {
 
     // Transfers. Textures are expected in the TRANSFER_SRC/DST_OPTIMAL layout. Each throws Error{Usage}
     // naming both sides, before anything is recorded, for arguments that do not fit: ranges, rows, mip
-    // levels, offsets that are no multiple of the texel's size (and of 4), formats with texels of
+    // levels, layers, offsets that are no multiple of the texel's size (and of 4), formats with texels of
     // another size.
     void CopyBuffer(const Buffer& source, uint64_t sourceOffset, const Buffer& target, uint64_t targetOffset,
                     uint64_t size);
-    void CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel = 0);
+    void CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel = 0,
+                       uint32_t layer = 0);
     // Rows [firstRow, firstRow + rowCount) of a mip level, tightly packed at `offset`.
     void CopyRowsToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel,
-                           uint32_t firstRow, uint32_t rowCount);
-    void CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset = 0,
-                      uint32_t mipLevel = 0);
-    void CopyTexture(const Texture& source, const Texture& target);
-    // vkCmdBlitImage with linear filter from mip `level - 1` to `level` (SRC and DST layouts respectively).
+                           uint32_t firstRow, uint32_t rowCount, uint32_t layer = 0);
+    void CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset = 0, uint32_t mipLevel = 0,
+                      uint32_t layer = 0);
+    // One level of one layer, the first ones by default; both sides of the same size.
+    struct Place {
+        uint32_t level = 0;
+        uint32_t layer = 0;
+    };
+    void CopyTexture(const Texture& source, const Texture& target) {
+        CopyTexture(source, Place{}, target, Place{});
+    }
+    void CopyTexture(const Texture& source, const Place& from, const Texture& target, const Place& to);
+    // vkCmdBlitImage with linear filter from mip `level - 1` to `level` (SRC and DST layouts respectively),
+    // of the first layer.
     void BlitMip(const Texture& texture, uint32_t level);
     void Fill(const Buffer& target, uint32_t value, uint64_t offset = 0, uint64_t size = VK_WHOLE_SIZE);
-    // vkCmdClearColorImage, texture in TRANSFER_DST_OPTIMAL.
-    void Clear(const Texture& texture, const float (&rgba)[4]);
+    // vkCmdClearColorImage, that part of the texture in TRANSFER_DST_OPTIMAL.
+    void Clear(const Texture& texture, const float (&rgba)[4], const Subresources& part = {});
 
     // Host state that changes with the recorded work. When the list has been submitted, the functions of
     // OnSubmitted run in order and those of OnDropped are discarded. When it will not be, because it is

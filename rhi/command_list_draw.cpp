@@ -24,7 +24,8 @@ void CommandList::BeginRendering(Extent2D extent, std::span<const ColorTarget> c
     for (size_t i = 0; i < colors.size(); ++i) {
         VkRenderingAttachmentInfo& attachment = attachments[i];
         attachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
-        attachment.imageView = colors[i].texture->View();
+        attachment.imageView =
+            colors[i].texture->View(Subresource(colors[i].level, colors[i].layer), ImageShape::Plain);
         attachment.imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
         attachment.loadOp = colors[i].clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
         attachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;
@@ -33,7 +34,8 @@ void CommandList::BeginRendering(Extent2D extent, std::span<const ColorTarget> c
     VkRenderingAttachmentInfo depthAttachment{};
     if (depth) {
         depthAttachment.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO;
-        depthAttachment.imageView = depth->texture->View();
+        depthAttachment.imageView =
+            depth->texture->View(Subresource(depth->level, depth->layer), ImageShape::Plain);
         depthAttachment.imageLayout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL;
         depthAttachment.loadOp = depth->clear ? VK_ATTACHMENT_LOAD_OP_CLEAR : VK_ATTACHMENT_LOAD_OP_LOAD;
         depthAttachment.storeOp = VK_ATTACHMENT_STORE_OP_STORE;

@@ -113,6 +113,7 @@ struct DeviceInfo {
     uint64_t maxBufferBytes = 0;
     uint64_t maxStorageBufferBytes = 0;  // of a buffer that a shader binds: maxStorageBufferRange
     uint32_t maxTextureExtent = 0;       // texels a side
+    uint32_t maxTextureLayers = 0;
     uint32_t subgroupSize = 0;
     OptionalFeatures optional;
 };
@@ -189,7 +190,8 @@ class RAYGRAPH_API Device {
     Buffer CreateBuffer(const BufferDesc& desc, const MemoryBlock& memory);
     Texture CreateTexture(const TextureDesc& desc);
     Texture CreateTexture(const TextureDesc& desc, const MemoryBlock& memory);
-    // Wraps an image that the host owns, and creates a view of it.
+    // Wraps an image that the host owns, and creates a view of it. Of one with six layers or more, a view as
+    // cube map needs VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT.
     Texture WrapTexture(const TextureDesc& desc, VkImage image);
     // Wraps a buffer in device memory that the host owns; `desc` gives its size and usage. Only
     // if its address is used (Buffer::Address, passes that reach it by address, builds) does it
@@ -267,6 +269,7 @@ class RAYGRAPH_API Device {
     friend class Texture;
     struct Impl;
     void Finish(Texture& texture);
+    VkImageView CreateView(const Texture& texture, const Subresources& part, ImageShape shape);
     void Free(VkBuffer buffer, VmaAllocation allocation) noexcept;
     void Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept;
     void FreeMemory(VmaAllocation allocation) noexcept;

@@ -111,6 +111,7 @@ DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, 
     info.maxBufferBytes = chain.Get<VkPhysicalDeviceMaintenance4Properties>().maxBufferSize;
     info.maxStorageBufferBytes = properties.limits.maxStorageBufferRange;
     info.maxTextureExtent = properties.limits.maxImageDimension2D;
+    info.maxTextureLayers = properties.limits.maxImageArrayLayers;
     info.subgroupSize = chain.Get<VkPhysicalDeviceSubgroupProperties>().subgroupSize;
     info.optional = optional;
     return info;

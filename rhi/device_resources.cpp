@@ -56,7 +56,9 @@ VkImageCreateInfo CreateInfo(const TextureDesc& desc) {
     info.format = ToVk(desc.format);
     info.extent = {desc.extent.width, desc.extent.height, 1};
     info.mipLevels = desc.mipLevels;
-    info.arrayLayers = 1;
+    info.arrayLayers = desc.layers;
+    if (desc.layers >= 6 && desc.extent.width == desc.extent.height)
+        info.flags = VK_IMAGE_CREATE_CUBE_COMPATIBLE_BIT;
     info.samples = VK_SAMPLE_COUNT_1_BIT;
     info.tiling = VK_IMAGE_TILING_OPTIMAL;
     info.usage = ToVk(desc.usage);
@@ -119,6 +121,8 @@ void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const Devic
     if (desc.mipLevels == 0 || desc.mipLevels > FullMipCount(desc.extent))
         Refuse(subject,
                Text("{} mip levels, possible are 1 to {}", desc.mipLevels, FullMipCount(desc.extent)));
+    if (desc.layers == 0 || desc.layers > info.maxTextureLayers)
+        Refuse(subject, Text("{} layers, possible are 1 to {}", desc.layers, info.maxTextureLayers));
     const VkImageCreateInfo image = CreateInfo(desc);
     VkPhysicalDeviceImageFormatInfo2 ask{};
     ask.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_IMAGE_FORMAT_INFO_2;
@@ -126,12 +130,16 @@ void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const Devic
     ask.type = image.imageType;
     ask.tiling = image.tiling;
     ask.usage = image.usage;
+    ask.flags = image.flags;
     VkImageFormatProperties2 answer{VK_STRUCTURE_TYPE_IMAGE_FORMAT_PROPERTIES_2, nullptr, {}};
     if (vk.vkGetPhysicalDeviceImageFormatProperties2(device, &ask, &answer) != VK_SUCCESS)
         Refuse(subject, info.name + " has no such format for this usage");
     const VkExtent3D largest = answer.imageFormatProperties.maxExtent;
     if (desc.extent.width > largest.width || desc.extent.height > largest.height)
         Refuse(subject, Text("the device's largest texture is {}x{}", largest.width, largest.height));
+    if (desc.layers > answer.imageFormatProperties.maxArrayLayers)
+        Refuse(subject, Text("{} layers, {} allows {} for this usage", desc.layers, info.name,
+                             answer.imageFormatProperties.maxArrayLayers));
 }
 
 void CheckFits(const std::string& subject, const MemoryRequirements& needed,
@@ -233,6 +241,22 @@ void Device::Free(VkImage image, VkImageView view, VmaAllocation allocation) noe
     FreeMemory(allocation);
 }
 
+VkImageView Device::CreateView(const Texture& texture, const Subresources& part, ImageShape shape) {
+    VkImageViewCreateInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
+    info.image = texture.m_image;
+    info.viewType = shape == ImageShape::Plain   ? VK_IMAGE_VIEW_TYPE_2D
+                    : shape == ImageShape::Array ? VK_IMAGE_VIEW_TYPE_2D_ARRAY
+                                                 : VK_IMAGE_VIEW_TYPE_CUBE;
+    info.format = ToVk(texture.m_desc.format);
+    info.subresourceRange = texture.RangeOf(part);
+    VkImageView view = VK_NULL_HANDLE;
+    Check(Vk().vkCreateImageView(Handle(), &info, AllocationCallbacks(), &view),
+          Describe(texture.m_desc) + ": vkCreateImageView");
+    SetName(VK_OBJECT_TYPE_IMAGE_VIEW, reinterpret_cast<uint64_t>(view), texture.m_desc.name);
+    return view;
+}
+
 // Names the image and makes the view, if its usage needs one. The texture owns its image by now.
 void Device::Finish(Texture& texture) {
     const TextureDesc& desc = texture.m_desc;
@@ -242,17 +266,8 @@ void Device::Finish(Texture& texture) {
                                           VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT |
                                           VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
     if ((ToVk(desc.usage) & kViewed) == 0) return;  // copies alone take no view, and Vulkan gives none
-    VkImageViewCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
-    info.image = texture.m_image;
-    info.viewType = VK_IMAGE_VIEW_TYPE_2D;
-    info.format = ToVk(desc.format);
-    info.subresourceRange = texture.AllMips();
-    VkImageView view = VK_NULL_HANDLE;
-    Check(Vk().vkCreateImageView(Handle(), &info, AllocationCallbacks(), &view),
-          Describe(desc) + ": vkCreateImageView");
-    texture.m_view = view;
-    SetName(VK_OBJECT_TYPE_IMAGE_VIEW, reinterpret_cast<uint64_t>(texture.m_view), desc.name);
+    texture.m_view = CreateView(texture, Resolved({}, desc.mipLevels, desc.layers),
+                                desc.layers == 1 ? ImageShape::Plain : ImageShape::Array);
 }
 
 Texture Device::CreateTexture(const TextureDesc& desc) {

@@ -6,7 +6,7 @@
 
 namespace raygraph::rhi {
 
-// Of all mips, within a queue family; stages and accesses are the caller's.
+// Of all levels and layers, within a queue family; stages and accesses are the caller's.
 inline VkImageMemoryBarrier2 ImageBarrier(const Texture& texture, VkImageLayout from, VkImageLayout to) {
     VkImageMemoryBarrier2 barrier{};
     barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2;
@@ -15,7 +15,7 @@ inline VkImageMemoryBarrier2 ImageBarrier(const Texture& texture, VkImageLayout 
     barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
     barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
     barrier.image = texture.Image();
-    barrier.subresourceRange = texture.AllMips();
+    barrier.subresourceRange = texture.WholeRange();
     return barrier;
 }
 

@@ -53,19 +53,20 @@ Readback Readback::Record(CommandList& commands, const Buffer& source, uint64_t 
 }
 
 Readback Readback::Record(CommandList& commands, const Texture& source, VkImageLayout layout,
-                          uint32_t mipLevel) {
+                          uint32_t mipLevel, uint32_t layer) {
     const TextureDesc& desc = source.Desc();
     if (!Has(desc.usage, TextureUsage::CopySource))
         Refuse("texture", desc.name, "it has no usage CopySource");
     if (mipLevel >= desc.mipLevels)
         Refuse("texture", desc.name, Text("mip level {}, it has {}", mipLevel, desc.mipLevels));
+    if (layer >= desc.layers) Refuse("texture", desc.name, Text("layer {}, it has {}", layer, desc.layers));
     const Extent2D extent = MipExtent(desc.extent, mipLevel);
     Readback readback;
     readback.m_device = &commands.Owner();
     readback.m_staging = StagingFor(commands.Owner(), desc.name,
                                     uint64_t{extent.width} * extent.height * TexelBytes(desc.format));
     commands.Transition(source, layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
-    commands.CopyToBuffer(source, readback.m_staging, 0, mipLevel);
+    commands.CopyToBuffer(source, readback.m_staging, 0, mipLevel, layer);
     ReleaseToHost(commands);
     if (layout != VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL)
         commands.Transition(source, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, layout);
@@ -94,9 +95,9 @@ std::vector<std::byte> ReadBuffer(Device& device, const Buffer& source, uint64_t
 }
 
 std::vector<std::byte> ReadTexture(Device& device, const Texture& source, VkImageLayout layout,
-                                   uint32_t mipLevel) {
+                                   uint32_t mipLevel, uint32_t layer) {
     CommandList commands = device.BeginCommands("read back " + source.Desc().name);
-    Readback readback = Readback::Record(commands, source, layout, mipLevel);
+    Readback readback = Readback::Record(commands, source, layout, mipLevel, layer);
     return SubmitAndWait(device, std::move(commands), readback);
 }
 

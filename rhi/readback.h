@@ -21,10 +21,10 @@ class RAYGRAPH_API Readback {
     // Records a copy of `size` bytes of a buffer with BufferUsage::CopySource. VK_WHOLE_SIZE: up to its end.
     static Readback Record(CommandList& commands, const Buffer& source, uint64_t offset = 0,
                            uint64_t size = VK_WHOLE_SIZE);
-    // Records a copy of a mip level of a texture with TextureUsage::CopySource, rows from the top, tightly
-    // packed. The texture is in `layout` before and after.
+    // Records a copy of a mip level of a layer of a texture with TextureUsage::CopySource, rows from the top,
+    // tightly packed. All of the texture is in `layout` before and after.
     static Readback Record(CommandList& commands, const Texture& source, VkImageLayout layout,
-                           uint32_t mipLevel = 0);
+                           uint32_t mipLevel = 0, uint32_t layer = 0);
 
     // The value that Device::Submit returned for the list.
     void SetSubmitted(uint64_t value) { m_value = value; }
@@ -47,6 +47,6 @@ class RAYGRAPH_API Readback {
 RAYGRAPH_API std::vector<std::byte> ReadBuffer(Device& device, const Buffer& source, uint64_t offset = 0,
                                                uint64_t size = VK_WHOLE_SIZE);
 RAYGRAPH_API std::vector<std::byte> ReadTexture(Device& device, const Texture& source, VkImageLayout layout,
-                                                uint32_t mipLevel = 0);
+                                                uint32_t mipLevel = 0, uint32_t layer = 0);
 
 }  // namespace raygraph::rhi

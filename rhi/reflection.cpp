@@ -146,8 +146,11 @@ class Reflector {
     void AddImage(const Resource& resource, BindingKind kind) {
         Binding& binding = Add(resource, kind);
         const auto& image = m_compiler.get_type(resource.base_type_id).image;
-        if (image.dim != spv::Dim2D || image.arrayed || image.ms)
-            Fail("'" + binding.name + "' is not a plain 2D image, which cannot be bound");
+        const bool isCube = image.dim == spv::DimCube;
+        if ((image.dim != spv::Dim2D && !isCube) || (isCube && image.arrayed) || image.ms)
+            Fail("'" + binding.name +
+                 "' is not a 2D image, an array of them or a cube map, and cannot be bound");
+        binding.shape = isCube ? ImageShape::Cube : image.arrayed ? ImageShape::Array : ImageShape::Plain;
         if (kind == BindingKind::SampledImage) return;
         binding.isReadable = !m_compiler.has_decoration(resource.id, spv::DecorationNonReadable);
         binding.isWritable = !m_compiler.has_decoration(resource.id, spv::DecorationNonWritable);

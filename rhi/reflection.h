@@ -18,12 +18,13 @@
 #include "base/api.h"
 #include "rhi/format.h"
 #include "rhi/shader_stage.h"
+#include "rhi/subresources.h"
 
 namespace raygraph::rhi {
 
 enum class BindingKind : uint8_t {
-    StorageImage,           // image2D
-    SampledImage,           // sampler2D: image and sampler combined
+    StorageImage,           // image2D, image2DArray, imageCube
+    SampledImage,           // sampler2D, sampler2DArray, samplerCube: image and sampler combined
     StorageBuffer,          // buffer block
     UniformBuffer,          // uniform block
     AccelerationStructure,  // accelerationStructureEXT
@@ -42,6 +43,7 @@ struct Binding {
     bool isReadable = true;                  // false: declared writeonly
     bool isWritable = false;                 // storage images and buffers not declared readonly
     bool isUsed = false;                     // the entry point uses it: it has to be bound
+    ImageShape shape = ImageShape::Plain;    // of an image
     Format imageFormat = Format::Undefined;  // of a storage image; Undefined: the shader states none
     uint32_t blockBytes = 0;                 // of a buffer block, without a trailing runtime array
     uint32_t elementBytes = 0;               // stride of the trailing runtime array; 0: there is none

@@ -1,5 +1,6 @@
 #include "rhi/resources.h"
 
+#include "base/text.h"
 #include "rhi/device.h"
 
 namespace raygraph::rhi {
@@ -38,16 +39,45 @@ std::span<std::byte> Buffer::Mapped() const {
     return {m_mapped, static_cast<size_t>(m_desc.size)};
 }
 
-VkImageSubresourceRange Texture::AllMips() const {
+VkImageSubresourceRange Texture::RangeOf(const Subresources& part) const {
     const VkImageAspectFlags aspect =
         IsDepth(m_desc.format) ? VK_IMAGE_ASPECT_DEPTH_BIT : VK_IMAGE_ASPECT_COLOR_BIT;
-    return {aspect, 0, m_desc.mipLevels, 0, 1};
+    return {aspect, part.level, part.levelCount, part.layer, part.layerCount};
+}
+
+VkImageSubresourceRange Texture::WholeRange() const {
+    return RangeOf(Resolved({}, m_desc.mipLevels, m_desc.layers));
+}
+
+VkImageView Texture::View(const Subresources& asked, ImageShape shape) const {
+    const Subresources part = Resolved(asked, m_desc.mipLevels, m_desc.layers);
+    const ImageShape own = m_desc.layers == 1 ? ImageShape::Plain : ImageShape::Array;
+    if (shape == own && part == Resolved({}, m_desc.mipLevels, m_desc.layers)) return m_view;
+    for (const PartView& known : m_partViews)
+        if (known.part == part && known.shape == shape) return known.view;
+    const auto fail = [&](const std::string& why) {
+        throw MakeError(ErrorKind::Usage, "texture '{}' ({}x{} {}): a view as {}: {}", m_desc.name,
+                        m_desc.extent.width, m_desc.extent.height, Name(m_desc.format), Name(shape), why);
+    };
+    const std::string missing = MissingText(part, m_desc.mipLevels, m_desc.layers);
+    if (!missing.empty()) fail(missing);
+    const bool isCube = part.layerCount == 6 && m_desc.extent.width == m_desc.extent.height;
+    if (shape == ImageShape::Plain && part.layerCount != 1)
+        fail(Text("{} layers, it takes 1", part.layerCount));
+    if (shape == ImageShape::Cube && !isCube)
+        fail(Text("{} layers of {}x{}, it takes 6 square ones", part.layerCount, m_desc.extent.width,
+                  m_desc.extent.height));
+    m_partViews.reserve(m_partViews.size() + 1);
+    return m_partViews.emplace_back(PartView{part, shape, m_device->CreateView(*this, part, shape)}).view;
 }
 
 void Texture::Release() noexcept {
     if (!m_image) return;
     Device* device = m_device;
     VkImage image = m_ownsImage ? m_image : VK_NULL_HANDLE;
+    for (const PartView& part : m_partViews)
+        device->Retire([device, view = part.view] { device->Free(VK_NULL_HANDLE, view, nullptr); });
+    m_partViews.clear();
     device->Retire(
         [device, image, view = m_view, allocation = m_allocation] { device->Free(image, view, allocation); });
 }
@@ -59,6 +89,7 @@ Texture& Texture::operator=(Texture&& other) noexcept {
     m_desc = std::exchange(other.m_desc, {});
     m_image = std::exchange(other.m_image, VK_NULL_HANDLE);
     m_view = std::exchange(other.m_view, VK_NULL_HANDLE);
+    m_partViews = std::exchange(other.m_partViews, {});
     m_allocation = std::exchange(other.m_allocation, nullptr);
     m_ownsImage = std::exchange(other.m_ownsImage, true);
     return *this;

@@ -10,9 +10,11 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "base/api.h"
 #include "rhi/format.h"
+#include "rhi/subresources.h"
 #include "rhi/vulkan.h"
 
 typedef struct VmaAllocation_T* VmaAllocation;
@@ -120,10 +122,12 @@ struct TextureDesc {
     Format format = Format::Rgba8Unorm;
     TextureUsage usage = TextureUsage::Sampled | TextureUsage::CopyDestination;
     uint32_t mipLevels = 1;
+    uint32_t layers = 1;
 };
 
-// A 2D image with one view of all its mips (none if it is only copied). Its layout is not tracked here: the
-// render graph does that.
+// A 2D image, or an array of them, with a view of all of it (none if it is only copied); views of parts are
+// made when they are first asked for, and destroyed with it. Its layout is not tracked here: the render graph
+// does that.
 class RAYGRAPH_API Texture {
   public:
     Texture() = default;
@@ -132,22 +136,34 @@ class RAYGRAPH_API Texture {
     ~Texture();
 
     VkImage Image() const { return m_image; }
+    // Of all levels and layers: a 2D view of a texture of one layer, an array view of others.
     VkImageView View() const { return m_view; }
+    // Of a part, for a shader or as a target. Error{Usage} for a part that the texture does not have, or
+    // that does not have the shape: a cube map takes six layers of a square texture.
+    VkImageView View(const Subresources& part, ImageShape shape) const;
     Extent2D Extent() const { return m_desc.extent; }
     const TextureDesc& Desc() const { return m_desc; }
-    VkImageSubresourceRange AllMips() const;
-    // False for a wrapped image of a host: destroying this object then frees only the view.
+    // Of a resolved part; of all.
+    VkImageSubresourceRange RangeOf(const Subresources& part) const;
+    VkImageSubresourceRange WholeRange() const;
+    // False for a wrapped image of a host: destroying this object then frees only the views.
     bool OwnsImage() const { return m_ownsImage; }
     explicit operator bool() const { return m_image != VK_NULL_HANDLE; }
 
   private:
     friend class Device;
+    struct PartView {
+        Subresources part;
+        ImageShape shape = ImageShape::Plain;
+        VkImageView view = VK_NULL_HANDLE;
+    };
     void Release() noexcept;
     Device* m_device = nullptr;
     TextureDesc m_desc;
     VkImage m_image = VK_NULL_HANDLE;
     VkImageView m_view = VK_NULL_HANDLE;
-    VmaAllocation m_allocation = nullptr;  // null: bound to a MemoryBlock, or a host's image
+    mutable std::vector<PartView> m_partViews;  // made so far
+    VmaAllocation m_allocation = nullptr;       // null: bound to a MemoryBlock, or a host's image
     bool m_ownsImage = true;
 };
 

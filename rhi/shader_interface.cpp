@@ -11,9 +11,9 @@ constexpr uint32_t kPassSet = 0;
 constexpr uint32_t kTextureTableSet = 1;
 
 std::string Describe(const Binding& binding) {
-    const std::string text = Text("{} '{}'", Name(binding.kind), binding.name);
-    if (binding.count == 1) return text;
-    return binding.count == 0 ? text + "[]" : Text("{}[{}]", text, binding.count);
+    std::string text = Text("{} '{}'", Name(binding.kind), binding.name);
+    if (binding.count != 1) text += binding.count == 0 ? "[]" : Text("[{}]", binding.count);
+    return binding.shape == ImageShape::Plain ? text : Text("{} ({})", text, Name(binding.shape));
 }
 
 [[noreturn]] void Fail(const std::string& text) {
@@ -21,7 +21,8 @@ std::string Describe(const Binding& binding) {
 }
 
 void CheckTextureTable(const std::string& shader, const Binding& binding) {
-    if (binding.binding != 0 || binding.kind != BindingKind::SampledImage)
+    if (binding.binding != 0 || binding.kind != BindingKind::SampledImage ||
+        binding.shape != ImageShape::Plain)
         Fail(Text("{}: set 1 binding {} is {}; set 1 is for the bindless textures, sampler2D[] at binding 0",
                   shader, binding.binding, Describe(binding)));
 }
@@ -30,6 +31,7 @@ void CheckAgree(const BindingInfo& first, const std::string& shader, const Bindi
     const bool sameSlot = first.binding == second.binding;
     const bool sameName = first.name == second.name;
     if (sameSlot && sameName && first.kind == second.kind && first.count == second.count &&
+        first.shape == second.shape &&
         (first.imageFormat == second.imageFormat || first.imageFormat == Format::Undefined ||
          second.imageFormat == Format::Undefined))
         return;

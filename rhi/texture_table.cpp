@@ -126,6 +126,9 @@ TextureTable::~TextureTable() {
 
 uint32_t TextureTable::Add(const Texture& texture, const Sampler& sampler) {
     if (!texture || !sampler) throw Error(ErrorKind::Usage, "texture table: texture or sampler is empty");
+    if (texture.Desc().layers != 1)
+        throw MakeError(ErrorKind::Usage, "texture table: '{}' has {} layers, its shaders see one",
+                        texture.Desc().name, texture.Desc().layers);
     State& state = *m_state;
     const std::lock_guard lock(state.mutex);
     if (state.free.empty())

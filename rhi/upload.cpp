@@ -159,6 +159,7 @@ void Uploader::CheckTexture(const Texture& target, std::span<const std::span<con
                                  levels[level].size()));
     if (uint64_t{target.Extent().width} * TexelBytes(desc.format) > m_chunkBytes)
         Refuse(subject, Text("a row is larger than a staging chunk ({} bytes)", m_chunkBytes));
+    if (desc.layers != 1) Refuse(subject, Text("it has {} layers, an upload is for one", desc.layers));
     if (levels.size() == desc.mipLevels) return;
     if (!Has(desc.usage, TextureUsage::CopySource))
         Refuse(subject, "its other mip levels cannot be made, it has no usage CopySource");

@@ -188,6 +188,23 @@ TEST(Reflection, ShaderRecordIsNotABinding) {
     EXPECT_TRUE(reflection.bindings.empty());
 }
 
+TEST(Reflection, ImagesHaveTheShapeThatTheShaderDeclares) {
+    const ShaderReflection reflection = ReflectGlsl(StageKind::Compute, R"(#version 460
+        layout(set = 0, binding = 0, r32f) uniform writeonly image2D target;
+        layout(set = 0, binding = 1) uniform sampler2DArray shadows;
+        layout(set = 0, binding = 2) uniform samplerCube sky;
+        layout(set = 0, binding = 3, r32f) uniform readonly image2DArray layers;
+        void main() {
+            imageStore(target, ivec2(0), texture(shadows, vec3(0)) + texture(sky, vec3(0)) +
+                                             imageLoad(layers, ivec3(0)));
+        })");
+    ASSERT_EQ(reflection.bindings.size(), 4u);
+    EXPECT_EQ(reflection.bindings[0].shape, ImageShape::Plain);
+    EXPECT_EQ(reflection.bindings[1].shape, ImageShape::Array);
+    EXPECT_EQ(reflection.bindings[2].shape, ImageShape::Cube);
+    EXPECT_EQ(reflection.bindings[3].shape, ImageShape::Array);
+}
+
 TEST(Reflection, BindingsThatCannotBeBoundAreRefusedByName) {
     const std::string head =
         "#version 460\n#extension GL_EXT_samplerless_texture_functions : require\nlayout(set = 0, binding = "
@@ -200,9 +217,15 @@ TEST(Reflection, BindingsThatCannotBeBoundAreRefusedByName) {
     };
     EXPECT_EQ(comp("uniform texture2D lone", "vec4(textureSize(lone, 0), 0, 0)").substr(0, 33),
               "test: 'lone' is a separate image ");
-    EXPECT_NE(comp("uniform sampler2DArray layers", "texture(layers, vec3(0))")
-                  .find("'layers' is not a plain 2D image"),
-              std::string::npos);
+    for (const auto& [declaration, use] :
+         {std::pair("uniform sampler3D volume", "texture(volume, vec3(0))"),
+          std::pair("uniform samplerCubeArray volume", "texture(volume, vec4(0))"),
+          std::pair("uniform sampler2DMS volume", "texelFetch(volume, ivec2(0), 0)")})
+        EXPECT_NE(
+            comp(declaration, use)
+                .find("'volume' is not a 2D image, an array of them or a cube map, and cannot be bound"),
+            std::string::npos)
+            << declaration;
     EXPECT_NE(comp("uniform samplerBuffer texels", "texelFetch(texels, 0)")
                   .find("'texels' is a separate image or texel buffer"),
               std::string::npos);

@@ -76,6 +76,17 @@ TEST(ShaderInterface, DifferentArraySizesAndImageFormatsAreConflicts) {
               "rgba16f at binding 0");
 }
 
+TEST(ShaderInterface, DifferentShapesAreConflicts) {
+    EXPECT_EQ(RefusalOf({Stage("a.rgen", "layout(binding = 0) uniform sampler2D sky;", ""),
+                         Stage("b.rmiss", "layout(binding = 0) uniform samplerCube sky;", "")}),
+              "shaders disagree: a.rgen has sampled image 'sky' at binding 0, b.rmiss has sampled image "
+              "'sky' (cube map) at binding 0");
+    EXPECT_EQ(RefusalOf({Stage("a.rchit", "layout(set = 1, binding = 0) uniform sampler2DArray textures[];",
+                               "texture(textures[gl_LaunchIDEXT.x], vec3(0));")}),
+              "a.rchit: set 1 binding 0 is sampled image 'textures'[] (array of 2D images); set 1 is for the "
+              "bindless textures, sampler2D[] at binding 0");
+}
+
 constexpr const char* kTextures = "layout(set = 1, binding = 0) uniform sampler2D textures[];";
 constexpr const char* kUseTexture = "texture(textures[gl_LaunchIDEXT.x], vec2(0));";
 

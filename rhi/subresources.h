@@ -1,0 +1,63 @@
+// Mip levels and layers of a texture, and how a shader sees them. A subresource is one level of one layer.
+// Threads: plain values and pure functions, for any thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "base/api.h"
+
+namespace raygraph::rhi {
+
+// Some levels of some layers; the default is all of both.
+struct Subresources {
+    static constexpr uint32_t kRest = ~0u;  // as a count: all from the first one on
+
+    uint32_t level = 0;
+    uint32_t levelCount = kRest;
+    uint32_t layer = 0;
+    uint32_t layerCount = kRest;
+
+    bool operator==(const Subresources&) const = default;
+};
+
+// One level, or some, of all layers.
+constexpr Subresources Levels(uint32_t first, uint32_t count) {
+    return {.level = first, .levelCount = count};
+}
+constexpr Subresources Level(uint32_t level) {
+    return Levels(level, 1);
+}
+// All levels of one layer, or of some.
+constexpr Subresources Layers(uint32_t first, uint32_t count) {
+    return {.layer = first, .layerCount = count};
+}
+constexpr Subresources Layer(uint32_t layer) {
+    return Layers(layer, 1);
+}
+constexpr Subresources Subresource(uint32_t level, uint32_t layer) {
+    return {.level = level, .levelCount = 1, .layer = layer, .layerCount = 1};
+}
+
+// How a shader declares an image, and so the kind of its view.
+enum class ImageShape : uint8_t {
+    Plain,  // sampler2D, image2D: one layer
+    Array,  // sampler2DArray, image2DArray: any number of layers
+    Cube,   // samplerCube, imageCube: six square layers, +x -x +y -y +z -z
+};
+RAYGRAPH_API const char* Name(ImageShape shape);  // "2D image", "array of 2D images", "cube map"
+
+// With counts in place of kRest, for a texture of so many levels and layers.
+RAYGRAPH_API Subresources Resolved(const Subresources& part, uint32_t levels, uint32_t layers);
+// What of a resolved part such a texture does not have: "level 7, there are 5"; empty: it has all of it.
+RAYGRAPH_API std::string MissingText(const Subresources& part, uint32_t levels, uint32_t layers);
+// " level 2", " levels 1-3 layer 4"; empty for all of the texture. `part` is resolved.
+RAYGRAPH_API std::string PartText(const Subresources& part, uint32_t levels, uint32_t layers);
+
+// Of resolved parts.
+constexpr bool Overlap(const Subresources& a, const Subresources& b) {
+    return a.level < b.level + b.levelCount && b.level < a.level + a.levelCount &&
+           a.layer < b.layer + b.layerCount && b.layer < a.layer + a.layerCount;
+}
+
+}  // namespace raygraph::rhi
