@@ -55,9 +55,11 @@ GraphLayout LayOut(const FrameGraph& graph, const Plan& plan, bool withCulled) {
         }
     }
 
-    std::ranges::stable_partition(layout.lanes, [](const GraphLane& lane) {
+    const auto isWritten = [](const GraphLane& lane) {
         return std::ranges::any_of(lane.marks, [](const GraphMark& mark) { return mark.isWritten; });
-    });
+    };
+    // Not that of std::ranges: clang 14 does not compile what it returns
+    std::stable_partition(layout.lanes.begin(), layout.lanes.end(), isWritten);
     std::vector<float> ends;  // of the rows, so far
     for (GraphLane& lane : layout.lanes) {
         const float from = layout.CenterOf(lane.marks.front().box);

@@ -29,7 +29,7 @@ namespace raygraph::viewport {
     X(Of, Flip, 6, "FLIP", "")                    \
     X(Of, Surface, 7, "surface", "")
 RAYGRAPH_CHOICE(View, RAYGRAPH_VIEWPORT_VIEWS)
-inline constexpr uint32_t kViewCount{Texts(View{}).size()};
+inline constexpr auto kViewCount = static_cast<uint32_t>(Texts(View{}).size());
 RAYGRAPH_API bool ShowsPathTraced(View view);
 RAYGRAPH_API bool ShowsRaster(View view);
 // Whether the view has statistics (Viewport::Numbers).
