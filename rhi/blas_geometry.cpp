@@ -9,8 +9,10 @@ namespace {
 // The count that every device supports: maxPrimitiveCount is at least this.
 constexpr uint64_t kMaxPrimitives = (uint64_t{1} << 29) - 1;
 
-[[noreturn]] void Fail(const BlasDesc& desc, const std::string& what) {
-    throw MakeError(ErrorKind::Usage, "BLAS '{}': {}", desc.name, what);
+template <typename... Values>
+[[noreturn]] void Fail(const BlasDesc& desc, fmt::format_string<Values...> format, Values&&... values) {
+    throw MakeError(ErrorKind::Usage, "BLAS '{}': {}", desc.name,
+                    Text(format, std::forward<Values>(values)...));
 }
 
 std::string At(const char* list, size_t index) {
@@ -19,13 +21,13 @@ std::string At(const char* list, size_t index) {
 
 void CheckSame(const BlasDesc& desc, const std::string& what, uint64_t built, uint64_t next) {
     if (built == next) return;
-    Fail(desc, Text("update changes {} from {} to {}", what, built, next));
+    Fail(desc, "update changes {} from {} to {}", what, built, next);
 }
 
 void CheckAddress(const BlasDesc& desc, const std::string& what, VkDeviceAddress address,
                   uint64_t alignment) {
-    if (address == 0) Fail(desc, what + " is null");
-    if (address % alignment != 0) Fail(desc, Text("{} is not a multiple of {}", what, alignment));
+    if (address == 0) Fail(desc, "{} is null", what);
+    if (address % alignment != 0) Fail(desc, "{} is not a multiple of {}", what, alignment);
 }
 
 VkGeometryFlagsKHR FlagsOf(bool isOpaque, bool isAnyHitOnce) {
@@ -39,26 +41,26 @@ VkGeometryFlagsKHR FlagsOf(bool isOpaque, bool isAnyHitOnce) {
 
 void CheckBuildable(const BlasDesc& desc) {
     if (desc.triangles.empty() == desc.aabbs.empty())
-        Fail(desc, desc.triangles.empty() ? "has no geometry" : "has both triangles and AABBs");
+        Fail(desc, "{}", desc.triangles.empty() ? "has no geometry" : "has both triangles and AABBs");
     uint64_t primitiveCount = 0;
     for (size_t i = 0; i < desc.triangles.size(); ++i) {
         const TriangleGeometry& g = desc.triangles[i];
         const std::string name = At("triangles", i);
-        if (g.triangleCount == 0 || g.vertexCount == 0) Fail(desc, name + " is empty");
+        if (g.triangleCount == 0 || g.vertexCount == 0) Fail(desc, "{} is empty", name);
         CheckAddress(desc, name + ".vertices", g.vertices, sizeof(float));
         CheckAddress(desc, name + ".indices", g.indices, sizeof(uint32_t));
         if (g.vertexStride % sizeof(float) != 0 || g.vertexStride < 3 * sizeof(float))
-            Fail(desc, Text("{}.vertexStride is {}, not a multiple of 4 from 12 up", name, g.vertexStride));
+            Fail(desc, "{}.vertexStride is {}, not a multiple of 4 from 12 up", name, g.vertexStride);
         primitiveCount += g.triangleCount;
     }
     for (size_t i = 0; i < desc.aabbs.size(); ++i) {
         const std::string name = At("aabbs", i);
-        if (desc.aabbs[i].boxCount == 0) Fail(desc, name + " is empty");
+        if (desc.aabbs[i].boxCount == 0) Fail(desc, "{} is empty", name);
         CheckAddress(desc, name + ".boxes", desc.aabbs[i].boxes, 8);
         primitiveCount += desc.aabbs[i].boxCount;
     }
     if (primitiveCount > kMaxPrimitives)
-        Fail(desc, Text("has {} primitives, at most {} can be built", primitiveCount, kMaxPrimitives));
+        Fail(desc, "has {} primitives, at most {} can be built", primitiveCount, kMaxPrimitives);
 }
 
 void CheckUpdatable(const BlasDesc& built, const BlasDesc& next) {

@@ -103,13 +103,14 @@ class Reflector {
   private:
     using Resource = spirv_cross::Resource;
 
-    [[noreturn]] void Fail(const std::string& what) const {
-        throw MakeError(ErrorKind::Usage, "{}: {}", m_name, what);
+    template <typename... Values>
+    [[noreturn]] void Fail(fmt::format_string<Values...> format, Values&&... values) const {
+        throw MakeError(ErrorKind::Usage, "{}: {}", m_name, Text(format, std::forward<Values>(values)...));
     }
 
     void ReadEntryPoint() {
         const auto entries = m_compiler.get_entry_points_and_stages();
-        if (entries.size() != 1) Fail(Text("has {} entry points, one is expected", entries.size()));
+        if (entries.size() != 1) Fail("has {} entry points, one is expected", entries.size());
         const std::optional<StageKind> stage = StageOf(entries[0].execution_model);
         if (!stage) Fail("is of an unknown stage");
         m_result.stage = *stage;
@@ -117,7 +118,7 @@ class Reflector {
     }
 
     void Refuse(const spirv_cross::SmallVector<Resource>& resources, const char* what) const {
-        if (!resources.empty()) Fail("'" + resources[0].name + "' is " + what + ", which cannot be bound");
+        if (!resources.empty()) Fail("'{}' is {}, which cannot be bound", resources[0].name, what);
     }
 
     std::string NameOf(const Resource& resource) const {
@@ -132,11 +133,10 @@ class Reflector {
         binding.binding = m_compiler.get_decoration(resource.id, spv::DecorationBinding);
         binding.kind = kind;
         const spirv_cross::SPIRType& type = m_compiler.get_type(resource.type_id);
-        if (type.array.size() > 1)
-            Fail("'" + binding.name + "' is an array of arrays, which cannot be bound");
+        if (type.array.size() > 1) Fail("'{}' is an array of arrays, which cannot be bound", binding.name);
         if (!type.array.empty()) {
             if (!type.array_size_literal[0])
-                Fail("'" + binding.name + "' has an array size that is not a literal");
+                Fail("'{}' has an array size that is not a literal", binding.name);
             binding.count = type.array[0];
         }
         binding.isUsed = m_used.contains(resource.id);
@@ -148,14 +148,13 @@ class Reflector {
         const auto& image = m_compiler.get_type(resource.base_type_id).image;
         const bool isCube = image.dim == spv::DimCube;
         if ((image.dim != spv::Dim2D && !isCube) || (isCube && image.arrayed) || image.ms)
-            Fail("'" + binding.name +
-                 "' is not a 2D image, an array of them or a cube map, and cannot be bound");
+            Fail("'{}' is not a 2D image, an array of them or a cube map, and cannot be bound", binding.name);
         binding.shape = isCube ? ImageShape::Cube : image.arrayed ? ImageShape::Array : ImageShape::Plain;
         if (kind == BindingKind::SampledImage) return;
         binding.isReadable = !m_compiler.has_decoration(resource.id, spv::DecorationNonReadable);
         binding.isWritable = !m_compiler.has_decoration(resource.id, spv::DecorationNonWritable);
         const std::optional<Format> format = FormatOf(image.format);
-        if (!format) Fail("'" + binding.name + "' has an image format that Raygraph does not know");
+        if (!format) Fail("'{}' has an image format that Raygraph does not know", binding.name);
         binding.imageFormat = *format;
     }
 
@@ -199,7 +198,7 @@ class Reflector {
                     out.type = ConstantType::Float;
                     break;
                 default:
-                    Fail(Text("specialization constant {} '{}' is not of a 32-bit type", out.id, out.name));
+                    Fail("specialization constant {} '{}' is not of a 32-bit type", out.id, out.name);
             }
             m_result.specialization.push_back(std::move(out));
         }

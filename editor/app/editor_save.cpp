@@ -116,18 +116,18 @@ void Editor::SavePicture(const std::filesystem::path& file) {
     const std::string extension = LowerExtension(file);
     if (extension != ".exr") {
         if (extension != ".png")
-            m_work.Refuse(file.string() + ": must end in .png or .exr");
+            m_work.Refuse(Text("{}: must end in .png or .exr", file.string()));
         else
             m_pictureFile = file;
         return;
     }
     if (m_work.view.Show().view == viewport::View::Surface) {
-        m_work.Refuse(file.string() +
-                      ": this view shows no light; an .exr holds the path-traced or the raster view");
+        m_work.Refuse(Text("{}: this view shows no light; an .exr holds the path-traced or the raster view",
+                           file.string()));
     } else if (m_work.view.Size().IsEmpty()) {
-        m_work.Refuse(file.string() + ": there is no picture");
+        m_work.Refuse(Text("{}: there is no picture", file.string()));
     } else {
-        m_work.Say("saving " + file.string() + " ...");
+        m_work.Say(Text("saving {} ...", file.string()));
         m_savingRenders.push_back({.file = file, .capture = m_work.view.RequestCapture()});
     }
 }
@@ -135,7 +135,7 @@ void Editor::SavePicture(const std::filesystem::path& file) {
 bool Editor::IsStillSaving(bool hasDrawn) {
     const auto giveUp = [&](const std::filesystem::path& file) {
         if (!file.empty())
-            m_work.Refuse(file.string() + ": not saved, the editor was closed without a picture");
+            m_work.Refuse(Text("{}: not saved, the editor was closed without a picture", file.string()));
     };
     // A frame that was drawn has taken these, if there is a picture
     giveUp(std::exchange(m_pictureFile, {}));

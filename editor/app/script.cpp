@@ -179,7 +179,7 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
     using Of = Expectation::Of;
     Workspace& work = editor.Work();
     const auto require = [&](bool holds, const std::string& actual) {
-        if (!holds) Fail(line, "it is '" + actual + "'");
+        if (!holds) Fail(line, Text("it is '{}'", actual));
     };
     const auto requireAnswer = [&](bool actual) {
         require(actual == (expected.number != 0), actual ? "yes" : "no");

@@ -4,7 +4,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <sstream>
 
 #include "base/printable.h"
 #include "base/text.h"
@@ -13,28 +12,26 @@ namespace raygraph::editor {
 
 namespace {
 
-[[noreturn]] void Refuse(const std::string& why) {
-    throw Error(ErrorKind::Usage, why);
+template <typename... Values>
+[[noreturn]] void Refuse(fmt::format_string<Values...> format, Values&&... values) {
+    throw MakeError(ErrorKind::Usage, format, std::forward<Values>(values)...);
 }
 
 // A finite number of the range.
-float Number(const std::string& word, float least, float most) {
+float Number(const std::string& word, float minimum, float maximum) {
     float value = 0.0f;
     const auto [end, failure] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (failure != std::errc{} || end != word.data() + word.size() || !std::isfinite(value))
-        Refuse(Quoted(word) + " is not a number");
-    if (value < least || value > most) {
-        std::ostringstream range;
-        range << Quoted(word) << " is not from " << least << " to " << most;
-        Refuse(range.str());
-    }
+        Refuse("{} is not a number", Quoted(word));
+    if (value < minimum || value > maximum)
+        Refuse("{} is not from {:g} to {:g}", Quoted(word), minimum, maximum);
     return value;
 }
 
 uint32_t Count(const std::string& word) {
     constexpr float kMax = 1e6f;
     const float value = Number(word, 0.0f, kMax);
-    if (value != std::floor(value)) Refuse(Quoted(word) + " is no whole number");
+    if (value != std::floor(value)) Refuse("{} is no whole number", Quoted(word));
     return static_cast<uint32_t>(value);
 }
 
@@ -56,13 +53,13 @@ MouseButton ButtonOf(const std::string& word) {
     if (word == "left") return MouseButton::Left;
     if (word == "right") return MouseButton::Right;
     if (word == "middle") return MouseButton::Middle;
-    Refuse("there is no mouse button " + Quoted(word));
+    Refuse("there is no mouse button {}", Quoted(word));
 }
 
 viewport::View ViewOf(const std::string& name) {
     for (const viewport::View view : Values<viewport::View>())
         if (name == Name(view)) return view;
-    Refuse("there is no view " + Quoted(name));
+    Refuse("there is no view {}", Quoted(name));
 }
 
 // "ctrl+shift+z".
@@ -70,7 +67,7 @@ PressKey KeyOf(std::string name) {
     PressKey press{};
     for (size_t plus = name.find('+'); plus != std::string::npos; plus = name.find('+')) {
         const std::string modifier = name.substr(0, plus);
-        if (modifier != "ctrl" && modifier != "shift") Refuse("there is no modifier " + Quoted(modifier));
+        if (modifier != "ctrl" && modifier != "shift") Refuse("there is no modifier {}", Quoted(modifier));
         (modifier == "ctrl" ? press.isControl : press.isShift) = true;
         name = name.substr(plus + 1);
     }
@@ -149,7 +146,7 @@ class LineReader {
         if (what == "samples-below") return {Of::SamplesBelow, "", Count(value)};
         if (what == "samples-above") return {Of::SamplesAbove, "", Count(value)};
         if (what != "asking" && what != "leaving") Refuse("there is nothing of that name to expect");
-        if (value != "yes" && value != "no") Refuse("it is yes or no, not " + Quoted(value));
+        if (value != "yes" && value != "no") Refuse("it is yes or no, not {}", Quoted(value));
         return {what == "asking" ? Of::Asking : Of::Leaving, "", value == "yes"};
     }
 

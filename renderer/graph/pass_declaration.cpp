@@ -9,8 +9,10 @@ namespace raygraph {
 
 namespace {
 
-[[noreturn]] void Fail(const GraphPass& pass, const std::string& text) {
-    throw MakeError(ErrorKind::Usage, "pass {} {}", Quoted(pass.name), text);
+template <typename... Values>
+[[noreturn]] void Fail(const GraphPass& pass, fmt::format_string<Values...> format, Values&&... values) {
+    throw MakeError(ErrorKind::Usage, "pass {} {}", Quoted(pass.name),
+                    Text(format, std::forward<Values>(values)...));
 }
 
 const char* Verb(BindVerb verb) {
@@ -43,8 +45,8 @@ std::string BindingsText(const rhi::ShaderInterface& interface) {
     for (const rhi::BindingInfo& info : interface.bindings) {
         const bool isSame = info.firstShader == shader;
         text += text.empty() ? "" : isSame ? ", " : "; ";
-        if (!isSame) text += info.firstShader + " has ";
-        text += info.name + " (" + KindText(info) + ')';
+        if (!isSame) text += Text("{} has ", info.firstShader);
+        text += Text("{} ({})", info.name, KindText(info));
         shader = info.firstShader;
     }
     return text;
@@ -83,55 +85,51 @@ bool SizesAgree(uint64_t given, uint64_t block, size_t alignment) {
 }
 
 void CheckWritability(const GraphPass& pass, const DeclaredBinding& bound, const rhi::BindingInfo& info) {
-    const std::string what =
-        std::string(Verb(bound.verb)) + ' ' + Quoted(bound.name) + ", which " + info.firstShader;
+    const std::string what = Text("{} {}, which {}", Verb(bound.verb), Quoted(bound.name), info.firstShader);
     if (bound.verb != BindVerb::Reads && !info.isWritable)
-        Fail(pass, what + " declares readonly (" + KindText(info) + ')');
+        Fail(pass, "{} declares readonly ({})", what, KindText(info));
     if (bound.verb != BindVerb::Writes && !info.isReadable)
-        Fail(pass, what + " declares writeonly (" + KindText(info) + ')');
+        Fail(pass, "{} declares writeonly ({})", what, KindText(info));
     if (bound.verb == BindVerb::Reads && info.isWritable)
-        Fail(pass, what + " may write (" + KindText(info) +
-                       "): declare it readonly there, or write or update it here");
+        Fail(pass, "{} may write ({}): declare it readonly there, or write or update it here", what,
+             KindText(info));
 }
 
 void CheckContents(const FrameGraph& graph, const GraphPass& pass, const DeclaredBinding& bound,
                    const rhi::BindingInfo& info, uint64_t maxStorageBytes) {
     if (bound.verb == BindVerb::Uniform) {
         if (!SizesAgree(bound.uniformBytes, info.blockBytes, std::max<size_t>(bound.uniformAlignment, 16)))
-            Fail(pass, Text("gives {} bytes for {}, which has {} in {}", bound.uniformBytes,
-                            Quoted(bound.name), info.blockBytes, info.firstShader));
+            Fail(pass, "gives {} bytes for {}, which has {} in {}", bound.uniformBytes, Quoted(bound.name),
+                 info.blockBytes, info.firstShader);
         return;
     }
     const GraphResource& resource = graph.resources[bound.resource];
     if (info.kind == rhi::BindingKind::StorageBuffer && resource.bytes > maxStorageBytes)
-        Fail(pass, "binds " + Quoted(bound.name) + " to " + Quoted(resource.name) + " of " +
-                       BytesText(resource.bytes) + "; on this device a shader can bind " +
-                       BytesText(maxStorageBytes));
+        Fail(pass, "binds {} to {} of {}; on this device a shader can bind {}", Quoted(bound.name),
+             Quoted(resource.name), BytesText(resource.bytes), BytesText(maxStorageBytes));
     if (bound.kind == ResourceKind::Buffer && resource.bytes < info.blockBytes)
-        Fail(pass, "binds " + Quoted(bound.name) + " to " + Quoted(resource.name) + " of " +
-                       BytesText(resource.bytes) + "; " + info.firstShader + " needs at least " +
-                       BytesText(info.blockBytes));
+        Fail(pass, "binds {} to {} of {}; {} needs at least {}", Quoted(bound.name), Quoted(resource.name),
+             BytesText(resource.bytes), info.firstShader, BytesText(info.blockBytes));
     if (info.kind == rhi::BindingKind::StorageImage && info.imageFormat != rhi::Format::Undefined &&
         info.imageFormat != resource.format)
-        Fail(pass, "binds " + Quoted(bound.name) + " to " + Quoted(resource.name) + " of format " +
-                       rhi::Name(resource.format) + "; " + info.firstShader + " declares " +
-                       rhi::Name(info.imageFormat));
+        Fail(pass, "binds {} to {} of format {}; {} declares {}", Quoted(bound.name), Quoted(resource.name),
+             rhi::Name(resource.format), info.firstShader, rhi::Name(info.imageFormat));
 }
 
 void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& bound,
                     const rhi::ShaderInterface& interface, uint64_t maxStorageBytes) {
     const rhi::BindingInfo* info = interface.Find(bound.name);
-    if (!info) Fail(pass, "binds " + Quoted(bound.name) + ": no such binding; " + BindingsText(interface));
+    if (!info) Fail(pass, "binds {}: no such binding; {}", Quoted(bound.name), BindingsText(interface));
     if (!FitsKind(bound, info->kind))
-        Fail(pass, "binds " + Quoted(bound.name) + " as " + AskedKind(bound) + "; in " + info->firstShader +
-                       " it is a " + rhi::Name(info->kind));
+        Fail(pass, "binds {} as {}; in {} it is a {}", Quoted(bound.name), AskedKind(bound),
+             info->firstShader, rhi::Name(info->kind));
     if (info->count != 1)
-        Fail(pass, Text("binds {}, an array of {} in {}: arrays of resources are not bound by name",
-                        Quoted(bound.name), info->count, info->firstShader));
+        Fail(pass, "binds {}, an array of {} in {}: arrays of resources are not bound by name",
+             Quoted(bound.name), info->count, info->firstShader);
     if (info->kind == rhi::BindingKind::UniformBuffer) {
         if (bound.verb == BindVerb::Writes || bound.verb == BindVerb::Updates)
-            Fail(pass, std::string(Verb(bound.verb)) + ' ' + Quoted(bound.name) + ", a uniform buffer in " +
-                           info->firstShader);
+            Fail(pass, "{} {}, a uniform buffer in {}", Verb(bound.verb), Quoted(bound.name),
+                 info->firstShader);
         if (bound.use != kNone) graph.uses[bound.use].access = Access::Uniform;
     } else if (info->kind == rhi::BindingKind::StorageBuffer ||
                info->kind == rhi::BindingKind::StorageImage) {
@@ -147,16 +145,16 @@ void CheckConstants(const GraphPass& pass, const PassDeclaration& declared,
     const uint32_t block = interface.pushConstants.bytes;
     if (!declared.hasConstants) {
         if (block != 0)
-            Fail(pass, Text("gives no constants; {} has {} bytes of push constants",
-                            interface.pushConstantShader, block));
+            Fail(pass, "gives no constants; {} has {} bytes of push constants", interface.pushConstantShader,
+                 block);
         return;
     }
     if (block == 0)
-        Fail(pass, Text("gives {} bytes of constants; its shaders have no push constants",
-                        declared.constants.size()));
+        Fail(pass, "gives {} bytes of constants; its shaders have no push constants",
+             declared.constants.size());
     if (!SizesAgree(declared.constants.size(), block, declared.constantAlignment))
-        Fail(pass, Text("gives {} bytes of constants; {} has {} bytes of push constants",
-                        declared.constants.size(), interface.pushConstantShader, block));
+        Fail(pass, "gives {} bytes of constants; {} has {} bytes of push constants",
+             declared.constants.size(), interface.pushConstantShader, block);
 }
 
 // Every binding that a shader uses must be bound: using an unbound one is undefined behavior.
@@ -167,10 +165,10 @@ void CheckComplete(const GraphPass& pass, const PassDeclaration& declared,
         if (!info.isUsed) continue;
         const auto isBound = [&](const DeclaredBinding& bound) { return bound.binding == info.binding; };
         if (std::ranges::none_of(declared.bindings, isBound))
-            missing += (missing.empty() ? "" : ", ") + info.name + " (" + KindText(info) + ", in " +
-                       info.firstShader + ')';
+            missing += Text("{}{} ({}, in {})", missing.empty() ? "" : ", ", info.name, KindText(info),
+                            info.firstShader);
     }
-    if (!missing.empty()) Fail(pass, "does not bind what its shaders use: " + missing);
+    if (!missing.empty()) Fail(pass, "does not bind what its shaders use: {}", missing);
     if (interface.usesTextureTable && declared.textureSet == kNone)
         Fail(pass, "uses no texture set, but its shaders read the bindless textures of set 1");
 }
@@ -192,15 +190,15 @@ void PassDeclaration::Clear(PassKind kind) {
 }
 
 void CheckShaders(const GraphPass& pass, const ProgramRequest& request) {
-    const std::string kind = std::string("is of kind ") + Name(pass.kind);
+    const std::string kind = Text("is of kind {}", Name(pass.kind));
     const bool isTracing = pass.kind == PassKind::RayTracing;
     const bool isCompute = pass.kind == PassKind::Compute;
     const bool isRaster = pass.kind == PassKind::Raster;
-    if (isTracing && !request.rayGen) Fail(pass, kind + " and names no ray-generation shader (RayGen)");
-    if (isCompute && !request.compute) Fail(pass, kind + " and names no compute shader (Compute)");
-    if (isRaster && !request.vertex) Fail(pass, kind + " and names no vertex shader (Vertex)");
+    if (isTracing && !request.rayGen) Fail(pass, "{} and names no ray-generation shader (RayGen)", kind);
+    if (isCompute && !request.compute) Fail(pass, "{} and names no compute shader (Compute)", kind);
+    if (isRaster && !request.vertex) Fail(pass, "{} and names no vertex shader (Vertex)", kind);
     if (request.maxRecursion != 1 && !isTracing)
-        Fail(pass, kind + " and cannot have a ray recursion (MaxRecursion)");
+        Fail(pass, "{} and cannot have a ray recursion (MaxRecursion)", kind);
     std::vector<const Shader*> shaders;
     request.ListShaders(shaders);
     for (const Shader* shader : shaders) {
@@ -211,8 +209,7 @@ void CheckShaders(const GraphPass& pass, const ProgramRequest& request) {
                           : isCompute ? isComputeStage
                           : isTracing ? !isRasterStage && !isComputeStage
                                       : false;
-        if (!fits)
-            Fail(pass, kind + " and cannot run " + shader->name + ", a " + rhi::Name(stage) + " shader");
+        if (!fits) Fail(pass, "{} and cannot run {}, a {} shader", kind, shader->name, rhi::Name(stage));
     }
 }
 
@@ -220,17 +217,17 @@ void ResolveBindings(FrameGraph& graph, PassDeclaration& declared, const rhi::Sh
                      uint64_t maxStorageBytes) {
     const GraphPass& pass = graph.passes.back();
     if (!interface) {
-        const std::string kind = std::string("is of kind ") + Name(pass.kind) + " and has no shaders";
+        const std::string kind = Text("is of kind {} and has no shaders", Name(pass.kind));
         if (!declared.bindings.empty())
-            Fail(pass, kind + ": it cannot bind " + Quoted(declared.bindings[0].name));
-        if (declared.hasConstants) Fail(pass, kind + ": it cannot take constants");
+            Fail(pass, "{}: it cannot bind {}", kind, Quoted(declared.bindings[0].name));
+        if (declared.hasConstants) Fail(pass, "{}: it cannot take constants", kind);
         return;
     }
     for (size_t i = 0; i < declared.bindings.size(); ++i) {
         DeclaredBinding& bound = declared.bindings[i];
         for (size_t earlier = 0; earlier < i; ++earlier)
             if (declared.bindings[earlier].name == bound.name)
-                Fail(pass, "binds " + Quoted(bound.name) + " twice");
+                Fail(pass, "binds {} twice", Quoted(bound.name));
         ResolveBinding(graph, pass, bound, *interface, maxStorageBytes);
     }
     CheckComplete(pass, declared, *interface);
@@ -247,25 +244,22 @@ void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared) {
     const auto checkExtent = [&](const GraphResource& target) {
         if (!first) first = &target;
         if (first->extent != target.extent)
-            Fail(pass,
-                 Text("draws to {} of {}x{} and to {} of {}x{}", Quoted(first->name), first->extent.width,
-                      first->extent.height, Quoted(target.name), target.extent.width, target.extent.height));
+            Fail(pass, "draws to {} of {}x{} and to {} of {}x{}", Quoted(first->name), first->extent.width,
+                 first->extent.height, Quoted(target.name), target.extent.width, target.extent.height);
     };
     for (size_t i = 0; i < declared.colors.size(); ++i) {
         if (declared.colors[i].index != i)
-            Fail(pass, Text("has no color target {}, but one at {}", i, declared.colors[i].index));
+            Fail(pass, "has no color target {}, but one at {}", i, declared.colors[i].index);
         const GraphResource& target = graph.resources[declared.colors[i].resource];
         if (rhi::IsDepth(target.format))
-            Fail(pass, "has " + Quoted(target.name) + " of format " + rhi::Name(target.format) +
-                           " as color target");
+            Fail(pass, "has {} of format {} as color target", Quoted(target.name), rhi::Name(target.format));
         checkExtent(target);
         declared.request.colorFormats.push_back(target.format);
     }
     if (declared.depth == kNone) return;
     const GraphResource& target = graph.resources[declared.depth];
     if (!rhi::IsDepth(target.format))
-        Fail(pass,
-             "has " + Quoted(target.name) + " of format " + rhi::Name(target.format) + " as depth target");
+        Fail(pass, "has {} of format {} as depth target", Quoted(target.name), rhi::Name(target.format));
     checkExtent(target);
     declared.request.depthFormat = target.format;
 }

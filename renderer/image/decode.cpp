@@ -49,7 +49,7 @@ void CheckRadiance(ImageF& image, std::string_view name, std::vector<std::string
     for (size_t i = 0; i < image.rgba.size(); ++i) {
         float& value = image.rgba[i];
         if (!std::isfinite(value)) {
-            Refuse(name, "pixel " + pixel(i) + " is " + (std::isnan(value) ? "NaN" : "infinite"));
+            Refuse(name, Text("pixel {} is {}", pixel(i), std::isnan(value) ? "NaN" : "infinite"));
         }
         if (value < 0.0f) {
             if (negativeCount++ == 0) firstNegative = i;
@@ -66,7 +66,7 @@ void CheckRadiance(ImageF& image, std::string_view name, std::vector<std::string
 
 void Refuse(std::string_view name, std::string_view what) {
     while (!what.empty() && (what.back() == '\n' || what.back() == '.')) what.remove_suffix(1);
-    const std::string message = Printable(std::string(name) + ": " + std::string(what), 1024);
+    const std::string message = Printable(Text("{}: {}", name, what), 1024);
     throw Error(ErrorKind::BadInput, message);
 }
 
@@ -76,7 +76,7 @@ void RefuseMemory(std::string_view name, uint64_t width, uint64_t height) {
 
 void CheckSize(std::string_view name, uint64_t width, uint64_t height, const DecodeLimits& limits) {
     const std::string size = Text("{} x {} pixels", width, height);
-    if (width == 0 || height == 0) Refuse(name, size + ": the picture is empty");
+    if (width == 0 || height == 0) Refuse(name, Text("{}: the picture is empty", size));
     if (width > limits.maxWidth || height > limits.maxHeight) {
         Refuse(name, Text("{} exceed the limit of {} x {}", size, limits.maxWidth, limits.maxHeight));
     }
@@ -128,7 +128,7 @@ Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name, con
         case FileFormat::Unknown:
             break;
     }
-    Refuse(name, std::string("is ") + FormatName(format) + ", not PNG, JPEG, WebP, DDS or KTX2");
+    Refuse(name, Text("is {}, not PNG, JPEG, WebP, DDS or KTX2", FormatName(format)));
 }
 
 Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view name,
@@ -141,7 +141,7 @@ Environment DecodeEnvironment(std::span<const std::byte> bytes, std::string_view
     } else if (format == FileFormat::Exr) {
         environment.image = DecodeExrColor(bytes, name, limits);
     } else {
-        Refuse(name, std::string("is ") + FormatName(format) + "; an environment is Radiance HDR or OpenEXR");
+        Refuse(name, Text("is {}; an environment is Radiance HDR or OpenEXR", FormatName(format)));
     }
     CheckRadiance(environment.image, name, environment.warnings);
     return environment;

@@ -22,7 +22,7 @@ constexpr std::array<uint32_t, 10> kLinesPerChunk = {1, 1, 1, 16, 32, 16, 32, 32
 // All channels together, padded to whole chunks or tiles: 4 GiB of float32.
 constexpr uint64_t kMaxSampleCount = uint64_t{1} << 30;
 constexpr uint64_t kMaxPaddedPixelCount = uint64_t{1} << 24;
-constexpr int64_t kGreatestCoordinate = int64_t{1} << 29;
+constexpr int64_t kMaxCoordinate = int64_t{1} << 29;
 
 // Bytes of the types that OpenEXR reads by their own size, whatever size the file gives. With another one,
 // what the library takes for the next attribute would not be what is checked here.
@@ -75,10 +75,13 @@ class ExrHeaderCheck {
     }
 
   private:
-    [[noreturn]] void Fail(const std::string& what) const { Refuse(m_name, "EXR: " + what); }
+    template <typename... Values>
+    [[noreturn]] void Fail(fmt::format_string<Values...> format, Values&&... values) const {
+        Refuse(m_name, Text("EXR: {}", Text(format, std::forward<Values>(values)...)));
+    }
 
     std::span<const std::byte> Take(size_t count, const std::string& what) {
-        if (count > m_rest.size()) Fail(what + " is truncated");
+        if (count > m_rest.size()) Fail("{} is truncated", what);
         const auto taken = m_rest.first(count);
         m_rest = m_rest.subspan(count);
         return taken;
@@ -93,7 +96,7 @@ class ExrHeaderCheck {
         constexpr size_t kMaxLength = 255;  // With the long-names flag; OpenEXR itself holds to 31 without.
         const auto window = bytes.first(std::min(bytes.size(), kMaxLength + 1));
         const auto end = std::find(window.begin(), window.end(), std::byte{0});
-        if (end == window.end()) Fail(what + " is too long or truncated");
+        if (end == window.end()) Fail("{} is too long or truncated", what);
         const auto length = static_cast<size_t>(end - window.begin());
         std::string text(reinterpret_cast<const char*>(bytes.data()), length);
         bytes = bytes.subspan(length + 1);
@@ -104,7 +107,7 @@ class ExrHeaderCheck {
         const auto head = Take(8, "the header");
         const int32_t version = Int(head, 4);
         if ((version & 0xff) != Imf::EXR_VERSION || !Imf::supportsFlags(Imf::getFlags(version))) {
-            Fail(Text("version field {} is not supported", version));
+            Fail("version field {} is not supported", version);
         }
         if (Imf::isMultiPart(version)) Fail("multi-part files are not supported");
         if (Imf::isNonImage(version)) Fail("deep pictures are not supported");
@@ -113,27 +116,27 @@ class ExrHeaderCheck {
 
     void ReadAttribute() {
         const std::string attribute = ReadText(m_rest, "an attribute's name");
-        const std::string type = ReadText(m_rest, "the type of attribute '" + attribute + "'");
-        const int32_t size = Int(Take(4, "attribute '" + attribute + "'"), 0);
-        if (size < 0) Fail("attribute '" + attribute + "' has negative size");
-        const auto value = Take(static_cast<size_t>(size), "attribute '" + attribute + "'");
-        if (!m_seen.insert(attribute).second) Fail("attribute '" + attribute + "' is there twice");
+        const std::string type = ReadText(m_rest, Text("the type of attribute '{}'", attribute));
+        const std::string named = Text("attribute '{}'", attribute);
+        const int32_t size = Int(Take(4, named), 0);
+        if (size < 0) Fail("{} has negative size", named);
+        const auto value = Take(static_cast<size_t>(size), named);
+        if (!m_seen.insert(attribute).second) Fail("{} is there twice", named);
         if (!HasItsSize(type, value))
-            Fail(Text("attribute '{}' has {} bytes, which a {} of its content has not", attribute, size,
-                      type));
+            Fail("{} has {} bytes, which a {} of its content has not", named, size, type);
         const auto expect = [&](const char* expectedType, size_t expectedSize) {
             if (type == expectedType && value.size() == expectedSize) return;
-            Fail("attribute '" + attribute + "' is not a " + expectedType);
+            Fail("{} is not a {}", named, expectedType);
         };
         if (attribute == "channels") {
             if (type != "chlist") Fail("attribute 'channels' is not a chlist");
             ReadChannels(value);
         } else if (type == "chlist") {
-            Fail("attribute '" + attribute + "' is a second list of channels");
+            Fail("{} is a second list of channels", named);
         } else if (attribute == "compression") {
             expect("compression", 1);
             const auto method = std::to_integer<size_t>(value[0]);
-            if (method >= kLinesPerChunk.size()) Fail(Text("compression {} is unknown", method));
+            if (method >= kLinesPerChunk.size()) Fail("compression {} is unknown", method);
             m_linesPerChunk = kLinesPerChunk[method];
         } else if (attribute == "dataWindow") {
             expect("box2i", 16);
@@ -172,9 +175,9 @@ class ExrHeaderCheck {
         constexpr size_t kEntryBytes = 16;  // Type, linearity and padding, two samplings.
         while (!list.empty() && list.front() != std::byte{0}) {
             const std::string channel = ReadText(list, "a channel's name");
-            if (list.size() < kEntryBytes) Fail("channel '" + channel + "' is truncated");
+            if (list.size() < kEntryBytes) Fail("channel '{}' is truncated", channel);
             if (Int(list, 8) != 1 || Int(list, 12) != 1) {
-                Fail("channel '" + channel + "' is subsampled, which is not supported");
+                Fail("channel '{}' is subsampled, which is not supported", channel);
             }
             list = list.subspan(kEntryBytes);
             ++m_channelCount;
@@ -186,9 +189,9 @@ class ExrHeaderCheck {
     void ReadDataWindow(std::span<const std::byte> box) {
         const int64_t minX = Int(box, 0), minY = Int(box, 4), maxX = Int(box, 8), maxY = Int(box, 12);
         const std::string text = Text("({}, {}) to ({}, {})", minX, minY, maxX, maxY);
-        if (maxX < minX || maxY < minY) Fail("data window " + text + " is empty");
-        if (std::min(minX, minY) < -kGreatestCoordinate || std::max(maxX, maxY) > kGreatestCoordinate) {
-            Fail("data window " + text + " is too far out");
+        if (maxX < minX || maxY < minY) Fail("data window {} is empty", text);
+        if (std::min(minX, minY) < -kMaxCoordinate || std::max(maxX, maxY) > kMaxCoordinate) {
+            Fail("data window {} is too far out", text);
         }
         m_window = Window{static_cast<uint64_t>(maxX - minX + 1), static_cast<uint64_t>(maxY - minY + 1)};
         CheckSize(m_name, m_window->width, m_window->height, m_limits);
@@ -207,11 +210,11 @@ class ExrHeaderCheck {
         const uint64_t paddedPixels = columns * chunkWidth * rows * chunkHeight;
         const bool isTooWide = std::max(columns * chunkWidth, rows * chunkHeight) > UINT32_MAX;
         if (isTooWide || paddedPixels > std::max(m_limits.maxPixels, kMaxPaddedPixelCount)) {
-            Fail(Text("chunks of {} x {} pixels exceed the limit", chunkWidth, chunkHeight));
+            Fail("chunks of {} x {} pixels exceed the limit", chunkWidth, chunkHeight);
         }
         if (m_channelCount > kMaxSampleCount / paddedPixels) {
-            Fail(Text("{} channels of {} x {} pixels exceed the limit", m_channelCount, m_window->width,
-                      m_window->height));
+            Fail("{} channels of {} x {} pixels exceed the limit", m_channelCount, m_window->width,
+                 m_window->height);
         }
         // The table of offsets that follows has eight bytes a chunk (more with mip levels).
         if (columns * rows > m_rest.size() / 8) Fail("the file is truncated");

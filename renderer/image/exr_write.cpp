@@ -45,12 +45,13 @@ class ExrWriter {
     }
 
     void Add(const ExrPlane& plane) {
-        const std::string channel = "channel '" + plane.name + "'";
+        const std::string channel = Text("channel '{}'", plane.name);
         if (plane.name.empty() || plane.name.size() > kMaxNameLength ||
             plane.name.find('\0') != std::string::npos) {
-            Fail(channel + ": not a name");
+            Fail(Text("{}: not a name", channel));
         }
-        if (m_frame.findSlice(plane.name) != nullptr) Fail(channel + ": there is one of this name already");
+        if (m_frame.findSlice(plane.name) != nullptr)
+            Fail(Text("{}: there is one of this name already", channel));
         const uint64_t pixelCount = uint64_t{m_width} * m_height;
         std::visit(
             [&](const auto& samples) {
@@ -71,7 +72,7 @@ class ExrWriter {
     void Add(const std::string& name, const ExrAttribute& attribute) {
         if (name.empty() || name.size() > kMaxNameLength || name.find('\0') != std::string::npos ||
             IsFormatAttribute(name)) {
-            Fail("attribute '" + name + "': the name is the format's own or none");
+            Fail(Text("attribute '{}': the name is the format's own or none", name));
         }
         std::visit(
             [&](const auto& value) {
@@ -98,8 +99,8 @@ class ExrWriter {
         throw MakeError(ErrorKind::Usage, "{}: {}", m_path.string(), what);
     }
     Imf::Header CheckedHeader() const {
-        constexpr uint32_t kGreatest = 1 << 29;
-        if (m_width == 0 || m_height == 0 || m_width > kGreatest || m_height > kGreatest) {
+        constexpr uint32_t kMaxSide = 1 << 29;
+        if (m_width == 0 || m_height == 0 || m_width > kMaxSide || m_height > kMaxSide) {
             Fail(Text("cannot write {} x {} pixels", m_width, m_height));
         }
         return Imf::Header(static_cast<int>(m_width), static_cast<int>(m_height));
