@@ -75,11 +75,10 @@ void SampleFrames::ReadBack(const passes::AccumulatedIds& ids, Accumulated& into
     if (m_plan.withSums) into.sums = passes::SumsReadback(m_renderer, ids);
 }
 
-TextureId SampleFrames::Keep(TextureId sample, Accumulated& into, bool isLast) {
+void SampleFrames::Keep(TextureId sample, Accumulated& into, bool isLast) {
     const passes::AccumulatedIds ids = passes::Accumulate(m_renderer, sample, into.accumulation);
     m_renderer.Present(ids.sums[0]);
     if (isLast) ReadBack(ids, into);
-    return ids.mean;
 }
 
 passes::TraceIds SampleFrames::DeclareSample(const SceneIds& ids, const passes::TraceSettings& settings) {
@@ -123,14 +122,11 @@ void SampleFrames::DeclareValues(const SceneIds& ids, const passes::TraceSetting
     m_display = m_renderer.ReadBack(passes::PaintView(m_renderer, sums.mean, m_plan.view));
 }
 
-SampleFrames::Guides SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings,
-                                                   bool isLast) {
+void SampleFrames::DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast) {
     const passes::PrimaryHitIds hits =
         passes::PrimaryHits(m_renderer, ids, settings, passes::FilmPosition::Jittered);
-    Guides guides;
-    if (m_isKeepingAlbedo) guides.albedo = Keep(hits.albedo, m_albedo, isLast);
-    if (m_isKeepingNormal) guides.normal = Keep(hits.normal, m_normal, isLast);
-    return guides;
+    if (m_isKeepingAlbedo) Keep(hits.albedo, m_albedo, isLast);
+    if (m_isKeepingNormal) Keep(hits.normal, m_normal, isLast);
 }
 
 void SampleFrames::DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings) {

@@ -96,12 +96,9 @@ class SampleFrames {
     // Of a view that shows no light.
     void DeclareValues(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
     // Means over the samples, of what is kept.
-    struct Guides {
-        TextureId albedo, normal;
-    };
-    Guides DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
+    void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
     void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
-    TextureId Keep(TextureId sample, Accumulated& into, bool isLast);  // the mean
+    void Keep(TextureId sample, Accumulated& into, bool isLast);
     void ReadBack(const passes::AccumulatedIds& ids, Accumulated& into);
     void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
 
