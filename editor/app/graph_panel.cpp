@@ -183,8 +183,7 @@ class Drawing {
                                                            : "writes";
             ImGui::TextDisabled("%s", verb);
             ImGui::SameLine(70.0f);
-            ImGui::Text("%s v%u (%s)", m_graph.resources[use.resource].name.c_str(), use.versionOut,
-                        Name(use.access));
+            ImGui::Text("%s", UseText(m_graph, use).c_str());
         }
         ImGui::EndTooltip();
     }

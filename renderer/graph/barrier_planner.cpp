@@ -1,5 +1,7 @@
 #include "renderer/graph/barrier_planner.h"
 
+#include <algorithm>
+
 namespace raygraph {
 
 namespace {
@@ -68,6 +70,40 @@ Dependency PlanAccess(ResourceState& state, const AccessRequest& request) {
         state.visibleAccess = masks.access;
     }
     return dependency;
+}
+
+ResourceState Merged(std::span<const ResourceState> states) {
+    ResourceState all = states.front();
+    const auto isUnread = [](const ResourceState& state) {
+        return state.writeStages != VK_PIPELINE_STAGE_2_NONE && state.readStages == VK_PIPELINE_STAGE_2_NONE;
+    };
+    const bool isAnyUnread = std::any_of(states.begin(), states.end(), isUnread);
+    const bool isAnyRead = std::any_of(states.begin(), states.end(), [](const ResourceState& state) {
+        return state.readStages != VK_PIPELINE_STAGE_2_NONE;
+    });
+    for (const ResourceState& state : states.subspan(1)) {
+        // What was never written is visible everywhere.
+        const bool isVisible = state.writeStages == VK_PIPELINE_STAGE_2_NONE;
+        const bool wasVisible = all.writeStages == VK_PIPELINE_STAGE_2_NONE;
+        if (wasVisible) {
+            all.visibleStages = state.visibleStages;
+            all.visibleAccess = state.visibleAccess;
+        } else if (!isVisible) {
+            all.visibleStages &= state.visibleStages;
+            all.visibleAccess &= state.visibleAccess;
+        }
+        all.writeStages |= state.writeStages;
+        all.writeAccess |= state.writeAccess;
+        all.readStages |= state.readStages;
+    }
+    // A write that nothing has read has to be waited for by itself, beside the reads of others.
+    if (isAnyUnread && isAnyRead) {
+        all.writeStages |= all.readStages;
+        all.readStages = VK_PIPELINE_STAGE_2_NONE;
+        all.visibleStages = VK_PIPELINE_STAGE_2_NONE;
+        all.visibleAccess = VK_ACCESS_2_NONE;
+    }
+    return all;
 }
 
 }  // namespace raygraph

@@ -10,6 +10,8 @@
 // Threads: plain values and pure functions, for any thread.
 #pragma once
 
+#include <span>
+
 #include "base/api.h"
 #include "renderer/graph/access.h"
 
@@ -42,5 +44,9 @@ struct Dependency {
 
 // The dependency that must come before the access; `state` becomes the state after it.
 RAYGRAPH_API Dependency PlanAccess(ResourceState& state, const AccessRequest& request);
+
+// One state from which to plan an access to all that have these: it waits for what each of them waits for, or
+// for more. The layout, and the queue family, are those of the first.
+RAYGRAPH_API ResourceState Merged(std::span<const ResourceState> states);
 
 }  // namespace raygraph

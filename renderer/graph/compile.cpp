@@ -1,8 +1,11 @@
 #include "renderer/graph/compile.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "base/text.h"
+#include "renderer/graph/barrier_merge.h"
+#include "renderer/graph/culling.h"
 #include "renderer/graph/memory_planner.h"
 #include "renderer/graph/text.h"
 
@@ -35,26 +38,46 @@ class Compiler {
   private:
     void CheckRoots() const;
     void Cull();
-    bool MarkKept(std::vector<uint8_t>& isInDemand);
     void FindLifetimes();
     void PlanBarriers();
+    void StartStates();
+    ResourceState Guarded(const GraphResource& resource, ResourceState state) const;
     void Acquire();
     ResourceState LeaveBlock(uint32_t block);
-    void EnterBlock(uint32_t resource, PlannedBarrier& barrier);
+    void EnterBlock(uint32_t resource);
     void PlanPass(uint32_t position);
+    std::optional<AccessRequest> RequestOf(const GraphPass& pass, const ResourceUse* first,
+                                           const Subresources& subresource) const;
+    void PlanWhole(uint32_t resource, const AccessRequest& request);
+    void UniteImports();
     void Finish();
 
     const ResourceUse* UsesBegin(const GraphPass& pass) const { return m_graph.uses.data() + pass.firstUse; }
     const ResourceUse* UsesEnd(const GraphPass& pass) const { return UsesBegin(pass) + pass.useCount; }
     uint32_t BarrierCount() const { return static_cast<uint32_t>(m_plan.barriers.size()); }
+    // One for all subresources of a resource.
+    ResourceState StateOf(uint32_t resource) const {
+        if (m_graph.resources[resource].SubresourceCount() == 1) return m_plan.states[resource];
+        std::vector<ResourceState> states;
+        m_graph.ForEachSubresource(resource, [&](uint32_t s, auto&&) { states.push_back(m_plan.states[s]); });
+        return Merged(states);
+    }
+    void SetState(uint32_t resource, const ResourceState& state) {
+        m_graph.ForEachSubresource(resource, [&](uint32_t s, auto&&) { m_plan.states[s] = state; });
+    }
 
     const FrameGraph& m_graph;
     Plan m_plan;
-    std::vector<uint8_t> m_isKept;         // by pass
-    std::vector<uint32_t> m_lastOccupant;  // by block: the resource that used it last, or kNone
-    // By block: the stages and writes of all its occupants so far. An earlier one may reach beyond the last,
-    // smaller one.
-    std::vector<AccessMasks> m_occupantAccess;
+    struct BlockUse {
+        uint32_t occupant = kNone;  // the resource that used it last
+        // What that one found there: an earlier occupant, or what the last frame left.
+        uint32_t predecessor = kNone;
+        bool followsLastFrame = false;
+        // The stages and writes of all occupants so far. An earlier one may reach beyond the last, smaller
+        // one.
+        AccessMasks access;
+    };
+    std::vector<BlockUse> m_blockUses;  // by block
 };
 
 void Compiler::CheckRoots() const {
@@ -71,46 +94,11 @@ void Compiler::CheckRoots() const {
     }
 }
 
-// One traversal from the last pass to the first. Returns true if it found a persistent resource whose earlier
-// contents a kept pass needs, so that its last write is needed too: then the traversal has to be repeated.
-bool Compiler::MarkKept(std::vector<uint8_t>& isInDemand) {
-    std::vector<uint8_t> isNeeded(m_graph.resources.size(), 0);
-    for (const Root& root : m_graph.roots) isNeeded[root.resource] = 1;
-    for (size_t r = 0; r < isNeeded.size(); ++r) {
-        const GraphResource& resource = m_graph.resources[r];
-        if (resource.origin == Origin::Persistent &&
-            (resource.persistence == Persistence::Always || isInDemand[r]))
-            isNeeded[r] = 1;
-    }
-    for (size_t p = m_graph.passes.size(); p-- > 0;) {
-        const GraphPass& pass = m_graph.passes[p];
-        bool isKept = pass.keepAlive;
-        for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use)
-            isKept = isKept || (Writes(use->access) && isNeeded[use->resource]);
-        m_isKept[p] = isKept;
-        if (!isKept) continue;
-        for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use) isNeeded[use->resource] = 0;
-        for (auto use = UsesBegin(pass); use != UsesEnd(pass); ++use)
-            if (KeepsEarlierContents(m_graph.resources[use->resource].kind, use->access))
-                isNeeded[use->resource] = 1;
-    }
-    bool isChanged = false;
-    for (size_t r = 0; r < isNeeded.size(); ++r) {
-        if (m_graph.resources[r].origin != Origin::Persistent || !isNeeded[r] || isInDemand[r]) continue;
-        isInDemand[r] = 1;
-        isChanged = true;
-    }
-    return isChanged;
-}
-
 void Compiler::Cull() {
-    m_isKept.assign(m_graph.passes.size(), 0);
-    std::vector<uint8_t> isInDemand(m_graph.resources.size(), 0);
-    while (MarkKept(isInDemand)) {
-    }
+    const std::vector<uint8_t> isKept = KeptPasses(m_graph);
     m_plan.passes.reserve(m_graph.passes.size());
     for (uint32_t p = 0; p < m_graph.passes.size(); ++p) {
-        if (m_isKept[p])
+        if (isKept[p])
             m_plan.passes.push_back({.pass = p, .barriers = {}});
         else
             m_plan.culled.push_back(p);
@@ -134,29 +122,42 @@ void Compiler::FindLifetimes() {
     }
 }
 
+// The frame's semaphores guard the resources that the host hands in. No transition may overtake the wait.
+// Where only some stages wait, accesses in other stages, reads too, come after those: the host may have
+// written what an earlier frame has read.
+ResourceState Compiler::Guarded(const GraphResource& resource, ResourceState state) const {
+    if (resource.origin != Origin::Imported || m_graph.waitStages == VK_PIPELINE_STAGE_2_NONE) return state;
+    const bool allWait = (m_graph.waitStages & VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) != 0;
+    if (resource.kind != ResourceKind::Texture && allWait) return state;
+    const bool isRead = state.readStages != VK_PIPELINE_STAGE_2_NONE;
+    if (isRead) state.readStages |= m_graph.waitStages;
+    if (!isRead || !allWait) state.writeStages |= m_graph.waitStages;
+    if (allWait) return state;
+    state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
+    state.visibleAccess = VK_ACCESS_2_NONE;
+    return state;
+}
+
+// In the order of the subresources' numbers.
+void Compiler::StartStates() {
+    const auto start = [&](const GraphResource& resource, const ResourceState& state) {
+        m_plan.states.push_back(resource.origin == Origin::Transient ? ResourceState{}
+                                                                     : Guarded(resource, state));
+    };
+    m_plan.states.reserve(m_graph.SubresourceCount());
+    for (const GraphResource& resource : m_graph.resources) start(resource, resource.state);
+    if (m_graph.SubresourceCount() == m_graph.resources.size()) return;
+    for (const GraphResource& resource : m_graph.resources)
+        for (uint32_t other = 1; other < resource.SubresourceCount(); ++other)
+            start(resource, resource.otherStates.empty() ? resource.state : resource.otherStates[other - 1]);
+}
+
 void Compiler::PlanBarriers() {
-    m_plan.states.reserve(m_graph.resources.size());
-    for (const GraphResource& resource : m_graph.resources) {
-        ResourceState& state = m_plan.states.emplace_back(
-            resource.origin == Origin::Transient ? ResourceState{} : resource.state);
-        if (resource.origin != Origin::Imported || m_graph.waitStages == VK_PIPELINE_STAGE_2_NONE) continue;
-        // The frame's semaphores guard the resources that the host hands in. No transition may overtake the
-        // wait. Where only some stages wait, accesses in other stages, reads too, come after those: the host
-        // may have written what an earlier frame has read.
-        const bool allWait = (m_graph.waitStages & VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT) != 0;
-        if (resource.kind != ResourceKind::Texture && allWait) continue;
-        const bool isRead = state.readStages != VK_PIPELINE_STAGE_2_NONE;
-        if (isRead) state.readStages |= m_graph.waitStages;
-        if (!isRead || !allWait) state.writeStages |= m_graph.waitStages;
-        if (allWait) continue;
-        state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
-        state.visibleAccess = VK_ACCESS_2_NONE;
-    }
+    StartStates();
     // A block that this frame does not use keeps its state for a later one.
     m_plan.blockStates = m_graph.blockStates;
     m_plan.blockStates.resize(std::max(m_graph.blockStates.size(), m_plan.blocks.size()));
-    m_lastOccupant.assign(m_plan.blocks.size(), kNone);
-    m_occupantAccess.assign(m_plan.blocks.size(), {});
+    m_blockUses.assign(m_plan.blocks.size(), {});
 
     Acquire();
     for (uint32_t position = 0; position < m_plan.passes.size(); ++position) PlanPass(position);
@@ -166,7 +167,7 @@ void Compiler::PlanBarriers() {
 void Compiler::Acquire() {
     m_plan.acquire.first = BarrierCount();
     for (uint32_t r = 0; r < m_graph.resources.size(); ++r) {
-        ResourceState& state = m_plan.states[r];
+        ResourceState state = m_plan.states[r];  // an import has one for all subresources
         if (state.queueFamily == VK_QUEUE_FAMILY_IGNORED) continue;
         const auto isRootOf = [&](const Root& root) { return root.resource == r; };
         if (!m_plan.lifetimes[r].IsUsed() &&
@@ -180,6 +181,7 @@ void Compiler::Acquire() {
                     "{}, a {}, comes from queue family {}: what crosses is the buffer that holds it",
                     Quoted(resource.name), Name(resource.kind), state.queueFamily);
             m_plan.barriers.push_back({.resource = r,
+                                       .part = resource.Whole(),
                                        .dependency = {.srcStages = kOwnerStages,
                                                       .dstStages = kOwnerStages,
                                                       .dstAccess = kOwnerAccess,
@@ -191,14 +193,15 @@ void Compiler::Acquire() {
             state = {.writeStages = kOwnerStages, .layout = state.layout};
         }
         state.queueFamily = m_graph.queueFamily;
+        SetState(r, state);
     }
     m_plan.acquire.count = BarrierCount() - m_plan.acquire.first;
 }
 
 // The state in which the last occupant, and with it all earlier ones, leave their memory.
 ResourceState Compiler::LeaveBlock(uint32_t block) {
-    ResourceState state = m_plan.states[m_lastOccupant[block]];
-    AccessMasks& all = m_occupantAccess[block];
+    ResourceState state = StateOf(m_blockUses[block].occupant);
+    AccessMasks& all = m_blockUses[block].access;
     const bool isAlone = all.stages == VK_PIPELINE_STAGE_2_NONE;
     all.stages |= state.readStages | state.writeStages;
     all.access |= state.writeAccess;
@@ -210,22 +213,44 @@ ResourceState Compiler::LeaveBlock(uint32_t block) {
 }
 
 // A transient starts with the state of its memory, without the layout.
-void Compiler::EnterBlock(uint32_t resource, PlannedBarrier& barrier) {
+void Compiler::EnterBlock(uint32_t resource) {
     const uint32_t block = m_plan.lifetimes[resource].block;
     if (block == kNone) return;
-    ResourceState& state = m_plan.states[resource];
-    barrier.predecessor = m_lastOccupant[block];
-    if (barrier.predecessor == kNone) {
+    BlockUse& use = m_blockUses[block];
+    ResourceState state;
+    use.predecessor = use.occupant;
+    if (use.predecessor == kNone) {
         state = m_plan.blockStates[block];
-        barrier.followsLastFrame = state != ResourceState{};
+        use.followsLastFrame = state != ResourceState{};
     } else {
         state = LeaveBlock(block);
+        use.followsLastFrame = false;
     }
     // Visibility of the old contents does not apply to the new resource.
     state.visibleStages = VK_PIPELINE_STAGE_2_NONE;
     state.visibleAccess = VK_ACCESS_2_NONE;
     state.layout = VK_IMAGE_LAYOUT_UNDEFINED;
-    m_lastOccupant[block] = resource;
+    SetState(resource, state);
+    use.occupant = resource;
+}
+
+// What a pass does with one subresource, by its uses from `first` on; empty: nothing.
+std::optional<AccessRequest> Compiler::RequestOf(const GraphPass& pass, const ResourceUse* first,
+                                                 const Subresources& subresource) const {
+    const ResourceKind kind = m_graph.resources[first->resource].kind;
+    AccessRequest request{.writes = false, .needsContents = false};
+    bool isUsed = false;
+    for (auto use = first; use != UsesEnd(pass); ++use) {
+        if (use->resource != first->resource || !rhi::Overlap(use->part, subresource)) continue;
+        const AccessMasks masks = MasksFor(pass.kind, use->access);
+        request.masks.stages |= masks.stages;
+        request.masks.access |= masks.access;
+        if (kind == ResourceKind::Texture) request.masks.layout = masks.layout;
+        request.writes = request.writes || Writes(use->access);
+        request.needsContents = request.needsContents || KeepsEarlierContents(kind, use->access);
+        isUsed = true;
+    }
+    return isUsed ? std::optional(request) : std::nullopt;
 }
 
 void Compiler::PlanPass(uint32_t position) {
@@ -236,34 +261,75 @@ void Compiler::PlanPass(uint32_t position) {
         const uint32_t r = use->resource;
         const auto isSame = [&](const ResourceUse& other) { return other.resource == r; };
         if (std::any_of(UsesBegin(pass), use, isSame)) continue;  // planned with its first use
-        const GraphResource& resource = m_graph.resources[r];
-        if (resource.kind == ResourceKind::TextureSet) continue;  // ordered by its owner
+        const ResourceKind kind = m_graph.resources[r].kind;
+        if (kind == ResourceKind::TextureSet) continue;  // ordered by its owner
 
-        AccessRequest request{.writes = false, .needsContents = false};
-        for (auto same = use; same != UsesEnd(pass); ++same) {
-            if (same->resource != r) continue;
-            const AccessMasks masks = MasksFor(pass.kind, same->access);
-            request.masks.stages |= masks.stages;
-            request.masks.access |= masks.access;
-            request.masks.layout = masks.layout;
-            request.writes = request.writes || Writes(same->access);
-            request.needsContents =
-                request.needsContents || KeepsEarlierContents(resource.kind, same->access);
-        }
-        if (resource.kind != ResourceKind::Texture) request.masks.layout = VK_IMAGE_LAYOUT_UNDEFINED;
-
-        PlannedBarrier barrier{.resource = r, .dependency = {}};
-        if (m_plan.lifetimes[r].first == position) EnterBlock(r, barrier);
-        barrier.dependency = PlanAccess(m_plan.states[r], request);
-        if (barrier.dependency.isNeeded) m_plan.barriers.push_back(barrier);
+        const Lifetime& lifetime = m_plan.lifetimes[r];
+        if (lifetime.first == position) EnterBlock(r);
+        const size_t first = m_plan.barriers.size();
+        m_graph.ForEachSubresource(r, [&](uint32_t number, const Subresources& one) {
+            const std::optional<AccessRequest> request = RequestOf(pass, use, one);
+            if (!request) return;
+            ResourceState& state = m_plan.states[number];
+            // Other subresources of the texture may have been used before this one.
+            const bool isFirstUse = lifetime.first == position || (kind == ResourceKind::Texture &&
+                                                                   state.layout == VK_IMAGE_LAYOUT_UNDEFINED);
+            const Dependency dependency = PlanAccess(state, *request);
+            if (!dependency.isNeeded) return;
+            PlannedBarrier barrier{.resource = r, .part = one, .dependency = dependency};
+            if (isFirstUse && lifetime.block != kNone) {
+                barrier.predecessor = m_blockUses[lifetime.block].predecessor;
+                barrier.followsLastFrame = m_blockUses[lifetime.block].followsLastFrame;
+            }
+            AddBarrier(m_plan.barriers, first, barrier);
+        });
+        MergeLayers(m_plan.barriers, first);
     }
     planned.barriers.count = BarrierCount() - planned.barriers.first;
+}
+
+void Compiler::PlanWhole(uint32_t resource, const AccessRequest& request) {
+    const size_t first = m_plan.barriers.size();
+    m_graph.ForEachSubresource(resource, [&](uint32_t number, const Subresources& one) {
+        AddBarrier(
+            m_plan.barriers, first,
+            {.resource = resource, .part = one, .dependency = PlanAccess(m_plan.states[number], request)});
+    });
+    MergeLayers(m_plan.barriers, first);
+}
+
+// The owner of an import knows one state for all of it, in one layout: that of the first subresource that has
+// any.
+void Compiler::UniteImports() {
+    if (m_graph.SubresourceCount() == m_graph.resources.size()) return;
+    for (uint32_t r = 0; r < m_graph.resources.size(); ++r) {
+        const GraphResource& resource = m_graph.resources[r];
+        if (resource.origin != Origin::Imported || resource.SubresourceCount() == 1) continue;
+        VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
+        bool areAlike = true;
+        m_graph.ForEachSubresource(r, [&](uint32_t number, auto&&) {
+            const VkImageLayout own = m_plan.states[number].layout;
+            areAlike = areAlike && own == m_plan.states[r].layout;
+            if (layout == VK_IMAGE_LAYOUT_UNDEFINED) layout = own;
+        });
+        if (!areAlike) {
+            const size_t first = m_plan.barriers.size();
+            m_graph.ForEachSubresource(r, [&](uint32_t number, const Subresources& one) {
+                if (m_plan.states[number].layout == layout) return;
+                const AccessRequest request{.masks = {kOwnerStages, VK_ACCESS_2_MEMORY_READ_BIT, layout}};
+                AddBarrier(
+                    m_plan.barriers, first,
+                    {.resource = r, .part = one, .dependency = PlanAccess(m_plan.states[number], request)});
+            });
+            MergeLayers(m_plan.barriers, first);
+        }
+        SetState(r, StateOf(r));
+    }
 }
 
 void Compiler::Finish() {
     m_plan.finish.first = BarrierCount();
     for (const Root& root : m_graph.roots) {
-        ResourceState& state = m_plan.states[root.resource];
         const auto isExportOfIt = [&](const Root& other) {
             return other.kind == RootKind::Exported && other.resource == root.resource;
         };
@@ -280,16 +346,16 @@ void Compiler::Finish() {
             request.masks = {kOwnerStages, kOwnerAccess, root.layout};
             request.writes = true;  // its owner may write it, so the next frame waits for all
         }
-        const Dependency dependency = PlanAccess(state, request);
-        if (dependency.isNeeded)
-            m_plan.barriers.push_back({.resource = root.resource, .dependency = dependency});
+        PlanWhole(root.resource, request);
     }
+    UniteImports();
     m_plan.finish.count = BarrierCount() - m_plan.finish.first;
 
     m_plan.release.first = BarrierCount();
     for (const Root& root : m_graph.roots) {
         if (root.queueFamily == VK_QUEUE_FAMILY_IGNORED || root.queueFamily == m_graph.queueFamily) continue;
         m_plan.barriers.push_back({.resource = root.resource,
+                                   .part = m_graph.resources[root.resource].Whole(),
                                    .dependency = {.srcStages = kOwnerStages,
                                                   .srcAccess = kOwnerAccess,
                                                   .oldLayout = root.layout,
@@ -297,12 +363,12 @@ void Compiler::Finish() {
                                                   .isNeeded = true},
                                    .srcQueueFamily = m_graph.queueFamily,
                                    .dstQueueFamily = root.queueFamily});
-        m_plan.states[root.resource] = {.layout = root.layout, .queueFamily = root.queueFamily};
+        SetState(root.resource, {.layout = root.layout, .queueFamily = root.queueFamily});
     }
     m_plan.release.count = BarrierCount() - m_plan.release.first;
 
     for (uint32_t b = 0; b < m_plan.blocks.size(); ++b)
-        if (m_lastOccupant[b] != kNone) m_plan.blockStates[b] = LeaveBlock(b);
+        if (m_blockUses[b].occupant != kNone) m_plan.blockStates[b] = LeaveBlock(b);
 }
 
 }  // namespace

@@ -4,10 +4,12 @@
 //   order       as declared: a pass can only use the results of earlier passes
 //   culling     a pass is kept if it is keepAlive, or if a root or a kept pass needs what it writes. The
 //               contents of a persistent resource at the end of the frame are needed if it is Always, or if
-//               a kept pass uses its contents from the beginning of the frame.
+//               a kept pass uses its contents from the beginning of the frame. Of textures, each level of
+//               each layer counts by itself.
 //   lifetimes   from first to last use among the kept passes
 //   aliasing    transients with disjoint lifetimes and a common memory type share a block, largest first
-//   barriers    one batch before each pass (renderer/graph/barrier_planner.h)
+//   barriers    one batch before each pass (renderer/graph/barrier_planner.h), each for the levels and layers
+//               that need the same. An import is left in one layout.
 #pragma once
 
 #include "renderer/graph/frame_graph.h"

@@ -1,5 +1,9 @@
 #include "renderer/graph/frame_graph.h"
 
+#include <algorithm>
+#include <optional>
+#include <utility>
+
 #include "base/text.h"
 #include "renderer/graph/access_rows.h"
 #include "renderer/graph/text.h"
@@ -24,6 +28,48 @@ std::string PassText(const GraphPass& pass) {
 bool MayCombine(PassKind kind, ResourceKind resource) {
     if (kind == PassKind::AccelerationStructure) return true;
     return kind == PassKind::Transfer && resource == ResourceKind::Buffer;
+}
+
+std::optional<Subresources> FirstEmpty(const GraphResource& resource, const Subresources& part) {
+    if (resource.isFilled.empty())
+        return resource.version > 0 || resource.isHostWritten ? std::nullopt : std::optional(part);
+    for (uint32_t layer = part.layer; layer < part.layer + part.layerCount; ++layer)
+        for (uint32_t level = part.level; level < part.level + part.levelCount; ++level)
+            if (!resource.isFilled[layer * resource.levels + level]) return Subresource(level, layer);
+    return std::nullopt;
+}
+
+// Why a part has no contents that a pass could read, after its name; empty: it has them, or may have them
+// from before the frame.
+std::string WhyEmpty(const GraphResource& resource, const Subresources& part) {
+    const std::optional<Subresources> one = FirstEmpty(resource, part);
+    if (!one) return {};
+    std::string missing;  // " level 2": of a texture of which other parts are written
+    if (resource.version > 0) missing = rhi::PartText(*one, resource.levels, resource.layers);
+    if (resource.origin == Origin::Transient)
+        return Text(", a transient {} {} nothing has written in this frame", Name(resource.kind),
+                    missing.empty() ? "that" : "whose" + missing);
+    if (resource.origin == Origin::Imported && resource.kind == ResourceKind::Texture &&
+        resource.state.layout == VK_IMAGE_LAYOUT_UNDEFINED)
+        return Text(", imported in the layout Undefined: {} has no contents until it is written",
+                    missing.empty() ? "it" : "its" + missing);
+    return {};
+}
+
+// What the subresources of `part` that `other` has too are.
+Subresources Shared(const Subresources& part, const Subresources& other) {
+    const auto cut = [](uint32_t first, uint32_t count, uint32_t otherFirst, uint32_t otherCount) {
+        const uint32_t from = std::max(first, otherFirst);
+        return std::pair(from, std::min(first + count, otherFirst + otherCount) - from);
+    };
+    const auto [level, levelCount] = cut(part.level, part.levelCount, other.level, other.levelCount);
+    const auto [layer, layerCount] = cut(part.layer, part.layerCount, other.layer, other.layerCount);
+    return {.level = level, .levelCount = levelCount, .layer = layer, .layerCount = layerCount};
+}
+
+// "chain" level 2
+std::string NameOf(const GraphResource& resource, const Subresources& part) {
+    return Quoted(resource.name) + rhi::PartText(part, resource.levels, resource.layers);
 }
 
 }  // namespace
@@ -67,12 +113,21 @@ void FrameGraph::Begin(uint64_t frameNumber) {
     passes.clear();
     uses.clear();
     roots.clear();
+    m_otherCount = 0;
 }
 
 uint32_t FrameGraph::AddResource(GraphResource resource) {
     if (resources.size() >= TextureId::kInvalid)
         throw MakeError(ErrorKind::Usage, "{}: a frame has at most {} resources", Quoted(resource.name),
                         TextureId::kInvalid);
+    if (const uint32_t count = resource.SubresourceCount(); count > 1) {
+        resource.firstOther = m_otherCount;
+        m_otherCount += count - 1;
+        const bool isEmpty =
+            resource.origin == Origin::Transient ||
+            (resource.origin == Origin::Imported && resource.state.layout == VK_IMAGE_LAYOUT_UNDEFINED);
+        resource.isFilled.assign(count, isEmpty ? 0 : 1);
+    }
     resources.push_back(std::move(resource));
     return static_cast<uint32_t>(resources.size() - 1);
 }
@@ -112,7 +167,7 @@ uint32_t FrameGraph::Resolve(AnyId id, std::string_view what) const {
                     Quoted(resource.name), (writer ? PassText(*writer) : std::string("a pass")));
 }
 
-uint32_t FrameGraph::UseResource(AnyId id, Access access) {
+uint32_t FrameGraph::UseResource(AnyId id, Access access, const Subresources& asked) {
     GraphPass& pass = passes.back();
     const auto sentence = [&] { return PassText(pass) + " " + VerbFor(access); };
     // The text is only built for an error: declaring happens in every frame.
@@ -124,18 +179,19 @@ uint32_t FrameGraph::UseResource(AnyId id, Access access) {
     if (!IsLegal(pass.kind, access))
         throw MakeError(ErrorKind::Usage, "{} uses {} as {}, which a pass of kind {} cannot do",
                         PassText(pass), Quoted(resource.name), Name(access), Name(pass.kind));
-    if (NeedsContents(access) && resource.version == 0 && !resource.isHostWritten) {
-        if (resource.origin == Origin::Transient)
-            throw MakeError(ErrorKind::Usage, "{} {}, a transient {} that nothing has written in this frame",
-                            sentence(), Quoted(resource.name), Name(resource.kind));
-        if (resource.origin == Origin::Imported && resource.kind == ResourceKind::Texture &&
-            resource.state.layout == VK_IMAGE_LAYOUT_UNDEFINED)
-            throw MakeError(ErrorKind::Usage,
-                            "{} {}, imported in the layout Undefined: it has no contents until it is written",
-                            sentence(), Quoted(resource.name));
+    Subresources part = resource.Whole();
+    if (asked != Subresources{}) {
+        part = rhi::Resolved(asked, resource.levels, resource.layers);
+        const std::string missing = rhi::MissingText(part, resource.levels, resource.layers);
+        if (!missing.empty())
+            throw MakeError(ErrorKind::Usage, "{} {}: {}", sentence(), Quoted(resource.name), missing);
     }
+    if (NeedsContents(access))
+        if (const std::string empty = WhyEmpty(resource, part); !empty.empty())
+            throw MakeError(ErrorKind::Usage, "{} {}{}", sentence(), NameOf(resource, part), empty);
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
-        if (uses[u].resource == index) CheckWithinPass(pass, resource, uses[u], access);
+        if (uses[u].resource == index && rhi::Overlap(uses[u].part, part))
+            CheckWithinPass(pass, resource, uses[u], access, part);
 
     const uint32_t versionIn = resource.version;
     if (Writes(access)) {
@@ -144,14 +200,21 @@ uint32_t FrameGraph::UseResource(AnyId id, Access access) {
                             PassText(pass), Quoted(resource.name), kMaxVersion);
         ++resource.version;
     }
-    uses.push_back(
-        {.resource = index, .versionIn = versionIn, .versionOut = resource.version, .access = access});
+    if (Writes(access) && !resource.isFilled.empty())
+        for (uint32_t layer = part.layer; layer < part.layer + part.layerCount; ++layer)
+            std::fill_n(resource.isFilled.begin() + layer * resource.levels + part.level, part.levelCount,
+                        uint8_t{1});
+    uses.push_back({.resource = index,
+                    .versionIn = versionIn,
+                    .versionOut = resource.version,
+                    .access = access,
+                    .part = part});
     ++pass.useCount;
     return index;
 }
 
 void FrameGraph::CheckWithinPass(const GraphPass& pass, const GraphResource& resource,
-                                 const ResourceUse& earlier, Access access) const {
+                                 const ResourceUse& earlier, Access access, const Subresources& part) const {
     const bool isTexture = resource.kind == ResourceKind::Texture;
     const bool areSameLayout =
         !isTexture || MasksFor(pass.kind, earlier.access).layout == MasksFor(pass.kind, access).layout;
@@ -165,16 +228,15 @@ void FrameGraph::CheckWithinPass(const GraphPass& pass, const GraphResource& res
     else
         why = "a pass that reads what it writes updates it";
     throw MakeError(ErrorKind::Usage, "{} uses {} both as {} and as {}: {}", PassText(pass),
-                    Quoted(resource.name), Name(earlier.access), Name(access), why);
+                    NameOf(resource, Shared(earlier.part, part)), Name(earlier.access), Name(access), why);
 }
 
 void FrameGraph::Present(TextureId texture) {
     const uint32_t index = Resolve(texture, "Present shows");
     const GraphResource& resource = resources[index];
-    if (resource.origin == Origin::Transient && resource.version == 0)
-        throw MakeError(ErrorKind::Usage,
-                        "Present shows {}, a transient texture that nothing has written in this frame",
-                        Quoted(resource.name));
+    if (resource.origin == Origin::Transient)
+        if (const std::string empty = WhyEmpty(resource, resource.Whole()); !empty.empty())
+            throw MakeError(ErrorKind::Usage, "Present shows {}{}", Quoted(resource.name), empty);
     roots.push_back({.kind = RootKind::Presented, .resource = index, .version = resource.version});
 }
 

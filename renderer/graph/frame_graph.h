@@ -20,6 +20,14 @@
 
 namespace raygraph {
 
+// Parts of textures: all of it, or levels and layers of it.
+using rhi::Layer;
+using rhi::Layers;
+using rhi::Level;
+using rhi::Levels;
+using rhi::Subresource;
+using rhi::Subresources;
+
 enum class Origin : uint8_t {
     Transient,   // lives within the frame
     Persistent,  // the Renderer keeps it between frames
@@ -42,10 +50,19 @@ struct GraphResource {
     bool isHostWritten = false;  // the CPU fills it, so that reading it first is no mistake
     rhi::Extent2D extent{};      // textures
     rhi::Format format = rhi::Format::Undefined;
+    uint32_t levels = 1;
+    uint32_t layers = 1;
     uint64_t bytes = 0;                // buffers
     rhi::MemoryRequirements memory{};  // of a transient; size 0: it shares no memory
-    ResourceState state{};             // before the frame; unused for transients
-    uint32_t version = 0;              // writes declared so far
+    ResourceState state{};             // before the frame, of its first subresource; unused for transients
+    std::vector<ResourceState> otherStates = {};  // of its other ones, layer by layer; empty: as `state`
+    uint32_t version = 0;                         // writes declared so far
+    // Of a texture with several subresources, set by FrameGraph:
+    uint32_t firstOther = 0;             // the number of the second one, counted from the last resource on
+    std::vector<uint8_t> isFilled = {};  // by subresource, layer by layer: it has contents
+
+    uint32_t SubresourceCount() const { return levels * layers; }
+    Subresources Whole() const { return {.levelCount = levels, .layerCount = layers}; }
 };
 
 // One access of one resource by one pass.
@@ -54,6 +71,7 @@ struct ResourceUse {
     uint32_t versionIn = 0;
     uint32_t versionOut = 0;  // versionIn + 1 for a write
     Access access = Access::Sampled;
+    Subresources part = {.levelCount = 1, .layerCount = 1};  // resolved
 };
 
 struct GraphPass {
@@ -122,13 +140,14 @@ struct RAYGRAPH_API FrameGraph {
 
     // Starts a pass: the uses that follow are its own.
     uint32_t AddPass(std::string_view name, PassKind kind);
-    // Declares a use by the last pass, and returns the id of the contents after it. Throws Error{Usage}
-    // naming the pass and the resource for an id that is empty, of another frame, or stale, for an access
-    // that the pass's kind does not have, for contents that were never written, and for uses that one pass
-    // cannot combine.
+    // Declares a use by the last pass, and returns the id of the contents after it: of all of the texture, of
+    // which a write of a part changes that part. Throws Error{Usage} naming the pass and the resource for an
+    // id that is empty, of another frame, or stale, for an access that the pass's kind does not have, for a
+    // part that the texture does not have, for contents that were never written, and for uses that one pass
+    // cannot combine: it may read one subresource and write another.
     template <ResourceKind Kind>
-    ResourceId<Kind> Use(ResourceId<Kind> id, Access access) {
-        return IdOf<Kind>(UseResource(id, access));
+    ResourceId<Kind> Use(ResourceId<Kind> id, Access access, const Subresources& part = {}) {
+        return IdOf<Kind>(UseResource(id, access, part));
     }
 
     // Throw as Use does; `what` names the calling function: "Present".
@@ -141,17 +160,43 @@ struct RAYGRAPH_API FrameGraph {
     // The same for any version of it.
     uint32_t ResolveAnyVersion(AnyId id, std::string_view what) const;
 
+    // All subresources of the declared frame have a number: the first one of a resource has its index, the
+    // others, of textures that have several, follow after the last resource.
+    uint32_t SubresourceCount() const { return static_cast<uint32_t>(resources.size()) + m_otherCount; }
+    // Calls visit(number, subresource) for each of a part, layer by layer.
+    template <typename Visit>
+    void ForEachSubresource(uint32_t resource, const Subresources& part, Visit&& visit) const {
+        if (m_otherCount == 0) {  // a frame without such textures pays nothing for them
+            visit(resource, Subresource(0, 0));
+            return;
+        }
+        const GraphResource& info = resources[resource];
+        const uint32_t others = static_cast<uint32_t>(resources.size()) + info.firstOther;
+        for (uint32_t layer = part.layer; layer < part.layer + part.layerCount; ++layer)
+            for (uint32_t level = part.level; level < part.level + part.levelCount; ++level) {
+                const uint32_t place = layer * info.levels + level;
+                visit(place == 0 ? resource : others + place - 1, Subresource(level, layer));
+            }
+    }
+    template <typename Visit>
+    void ForEachSubresource(uint32_t resource, Visit&& visit) const {
+        ForEachSubresource(resource, resources[resource].Whole(), visit);
+    }
+
   private:
     uint32_t AddResource(GraphResource resource);
-    uint32_t UseResource(AnyId id, Access access);
+    uint32_t UseResource(AnyId id, Access access, const Subresources& asked);
     void ExportResource(uint32_t index, VkImageLayout layout, uint32_t toQueueFamily);
     void CheckWithinPass(const GraphPass& pass, const GraphResource& resource, const ResourceUse& earlier,
-                         Access access) const;
+                         Access access, const Subresources& part) const;
+
+    uint32_t m_otherCount = 0;  // subresources that are not the first of their resource
 };
 
 RAYGRAPH_API const char* Name(ResourceKind kind);  // "texture", "buffer", ...
 // Whether a use leaves some of the earlier contents in place. Copies into a buffer, writes by address and
-// builds of some structures of a set count as partial; Writes and CopiesTo of a texture replace all of it.
+// builds of some structures of a set count as partial; Writes and CopiesTo of a texture, or of a part of it,
+// replace all of that.
 RAYGRAPH_API bool KeepsEarlierContents(ResourceKind kind, Access access);
 
 }  // namespace raygraph

@@ -94,15 +94,16 @@ PassBuilder& PassBuilder::Specialize(std::string_view constant, uint32_t value) 
 
 template <ResourceKind Kind>
 ResourceId<Kind> PassBuilder::Bind(std::string_view name, ResourceId<Kind> id, BindVerb verb, Access access,
-                                   const rhi::Sampler* sampler) {
-    return AddBinding(m_graph, m_pass, name, id, verb, access, sampler);
+                                   const rhi::Sampler* sampler, const Subresources& part) {
+    return AddBinding(m_graph, m_pass, name, id, verb, access, sampler, part);
 }
 
-void PassBuilder::Reads(std::string_view name, TextureId texture) {
-    Bind(name, texture, BindVerb::Reads, Access::StorageRead);
+void PassBuilder::Reads(std::string_view name, TextureId texture, const Subresources& part) {
+    Bind(name, texture, BindVerb::Reads, Access::StorageRead, nullptr, part);
 }
-void PassBuilder::Reads(std::string_view name, TextureId texture, const rhi::SamplerDesc& sampler) {
-    Bind(name, texture, BindVerb::Reads, Access::Sampled, m_renderer.m_impl->FindSampler(sampler));
+void PassBuilder::Reads(std::string_view name, TextureId texture, const Subresources& part,
+                        const rhi::SamplerDesc& sampler) {
+    Bind(name, texture, BindVerb::Reads, Access::Sampled, m_renderer.m_impl->FindSampler(sampler), part);
 }
 void PassBuilder::Reads(std::string_view name, BufferId buffer) {
     Bind(name, buffer, BindVerb::Reads, Access::StorageRead);
@@ -110,14 +111,14 @@ void PassBuilder::Reads(std::string_view name, BufferId buffer) {
 void PassBuilder::Reads(std::string_view name, TlasId tlas) {
     Bind(name, tlas, BindVerb::Reads, Access::TraceStructure);
 }
-TextureId PassBuilder::Writes(std::string_view name, TextureId texture) {
-    return Bind(name, texture, BindVerb::Writes, Access::StorageWrite);
+TextureId PassBuilder::Writes(std::string_view name, TextureId texture, const Subresources& part) {
+    return Bind(name, texture, BindVerb::Writes, Access::StorageWrite, nullptr, part);
 }
 BufferId PassBuilder::Writes(std::string_view name, BufferId buffer) {
     return Bind(name, buffer, BindVerb::Writes, Access::StorageWrite);
 }
-TextureId PassBuilder::Updates(std::string_view name, TextureId texture) {
-    return Bind(name, texture, BindVerb::Updates, Access::StorageUpdate);
+TextureId PassBuilder::Updates(std::string_view name, TextureId texture, const Subresources& part) {
+    return Bind(name, texture, BindVerb::Updates, Access::StorageUpdate, nullptr, part);
 }
 BufferId PassBuilder::Updates(std::string_view name, BufferId buffer) {
     return Bind(name, buffer, BindVerb::Updates, Access::StorageUpdate);
@@ -143,29 +144,32 @@ void PassBuilder::Uses(TextureSetId textures) {
     m_pass.textureSet = m_graph.Use(textures, Access::Sampled).resource;
 }
 
-TextureId PassBuilder::ColorTarget(uint32_t index, TextureId texture, const ColorLoad& load) {
-    const TextureId after = m_graph.Use(texture, load.clear ? Access::ColorWrite : Access::ColorUpdate);
-    m_pass.colors.push_back({.index = index, .resource = after.resource, .load = load});
+TextureId PassBuilder::ColorTarget(uint32_t index, TextureId texture, const Subresources& part,
+                                   const ColorLoad& load) {
+    const TextureId after = m_graph.Use(texture, load.clear ? Access::ColorWrite : Access::ColorUpdate, part);
+    m_pass.colors.push_back(
+        {.index = index, .resource = after.resource, .load = load, .part = m_graph.uses.back().part});
     return after;
 }
 
-TextureId PassBuilder::DepthTarget(TextureId texture, const DepthLoad& load) {
+TextureId PassBuilder::DepthTarget(TextureId texture, const Subresources& part, const DepthLoad& load) {
     if (m_pass.depth != kNone)
         throw MakeError(ErrorKind::Usage, "{} has two depth targets", PassText(m_graph));
-    const TextureId after = m_graph.Use(texture, load.clear ? Access::DepthWrite : Access::DepthUpdate);
+    const TextureId after = m_graph.Use(texture, load.clear ? Access::DepthWrite : Access::DepthUpdate, part);
     m_pass.depth = after.resource;
+    m_pass.depthPart = m_graph.uses.back().part;
     m_pass.depthLoad = load;
     return after;
 }
 
-void PassBuilder::CopiesFrom(TextureId texture) {
-    m_graph.Use(texture, Access::CopyRead);
+void PassBuilder::CopiesFrom(TextureId texture, const Subresources& part) {
+    m_graph.Use(texture, Access::CopyRead, part);
 }
 void PassBuilder::CopiesFrom(BufferId buffer) {
     m_graph.Use(buffer, Access::CopyRead);
 }
-TextureId PassBuilder::CopiesTo(TextureId texture) {
-    return m_graph.Use(texture, Access::CopyWrite);
+TextureId PassBuilder::CopiesTo(TextureId texture, const Subresources& part) {
+    return m_graph.Use(texture, Access::CopyWrite, part);
 }
 BufferId PassBuilder::CopiesTo(BufferId buffer) {
     return m_graph.Use(buffer, Access::CopyWrite);

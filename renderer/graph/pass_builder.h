@@ -25,6 +25,7 @@
 
 #include "base/api.h"
 #include "renderer/graph/access.h"
+#include "renderer/graph/frame_graph.h"
 #include "renderer/graph/ids.h"
 #include "rhi/raster_pipeline.h"
 #include "rhi/resources.h"
@@ -34,7 +35,6 @@ namespace raygraph {
 
 class Renderer;
 class ShaderLibrary;
-struct FrameGraph;
 struct PassDeclaration;
 struct Shader;
 enum class BindVerb : uint8_t;
@@ -88,14 +88,22 @@ class RAYGRAPH_API PassBuilder {
     PassBuilder& Specialize(std::string_view constant, uint32_t value);
 
     // --- Resources bound by name (set 0) ---
-    void Reads(std::string_view name, TextureId texture);  // storage image
-    void Reads(std::string_view name, TextureId texture, const rhi::SamplerDesc& sampler);
+    // A part of a texture comes after it: Level(1), Layers(0, 6), Subresource(1, 3); none: all of it. A
+    // storage image is one level. The shader declares how many layers it sees: one as image2D or sampler2D,
+    // six as cube map, any number as array. A pass may read one part and write another one that does not
+    // overlap: `pass.Reads("finer", chain, Level(0)); chain = pass.Writes("coarser", chain, Level(1));`.
+    void Reads(std::string_view name, TextureId texture, const Subresources& part = {});  // storage image
+    void Reads(std::string_view name, TextureId texture, const rhi::SamplerDesc& sampler) {
+        Reads(name, texture, Subresources{}, sampler);
+    }
+    void Reads(std::string_view name, TextureId texture, const Subresources& part,
+               const rhi::SamplerDesc& sampler);
     void Reads(std::string_view name, BufferId buffer);  // storage or uniform, as the shader declares it
     void Reads(std::string_view name, TlasId tlas);
     // Writes: earlier contents are not needed. Updates: they are read too.
-    [[nodiscard]] TextureId Writes(std::string_view name, TextureId texture);
+    [[nodiscard]] TextureId Writes(std::string_view name, TextureId texture, const Subresources& part = {});
     [[nodiscard]] BufferId Writes(std::string_view name, BufferId buffer);
-    [[nodiscard]] TextureId Updates(std::string_view name, TextureId texture);
+    [[nodiscard]] TextureId Updates(std::string_view name, TextureId texture, const Subresources& part = {});
     [[nodiscard]] BufferId Updates(std::string_view name, BufferId buffer);
 
     // --- Resources without a binding ---
@@ -106,14 +114,22 @@ class RAYGRAPH_API PassBuilder {
     void ReadsArguments(BufferId buffer);  // of an indirect dispatch, trace or draw
     void ReadsIndices(BufferId buffer);    // of DrawIndexed
 
-    // --- Attachments of a raster pass; depth has no index ---
-    [[nodiscard]] TextureId ColorTarget(uint32_t index, TextureId texture, const ColorLoad& load = {});
-    [[nodiscard]] TextureId DepthTarget(TextureId texture, const DepthLoad& load = {});
+    // --- Attachments of a raster pass, one level of one layer; depth has no index ---
+    [[nodiscard]] TextureId ColorTarget(uint32_t index, TextureId texture, const ColorLoad& load = {}) {
+        return ColorTarget(index, texture, Subresources{}, load);
+    }
+    [[nodiscard]] TextureId ColorTarget(uint32_t index, TextureId texture, const Subresources& part,
+                                        const ColorLoad& load = {});
+    [[nodiscard]] TextureId DepthTarget(TextureId texture, const DepthLoad& load = {}) {
+        return DepthTarget(texture, Subresources{}, load);
+    }
+    [[nodiscard]] TextureId DepthTarget(TextureId texture, const Subresources& part,
+                                        const DepthLoad& load = {});
 
     // --- Transfer and acceleration-structure passes ---
-    void CopiesFrom(TextureId texture);
+    void CopiesFrom(TextureId texture, const Subresources& part = {});
     void CopiesFrom(BufferId buffer);
-    [[nodiscard]] TextureId CopiesTo(TextureId texture);
+    [[nodiscard]] TextureId CopiesTo(TextureId texture, const Subresources& part = {});
     [[nodiscard]] BufferId CopiesTo(BufferId buffer);
     void BuildsFrom(BufferId input);
     void BuildsFrom(BlasSetId structures);
@@ -148,7 +164,7 @@ class RAYGRAPH_API PassBuilder {
     void UniformBytes(std::string_view name, std::span<const std::byte> bytes, size_t alignment);
     template <ResourceKind Kind>
     ResourceId<Kind> Bind(std::string_view name, ResourceId<Kind> id, BindVerb verb, Access access,
-                          const rhi::Sampler* sampler = nullptr);
+                          const rhi::Sampler* sampler = nullptr, const Subresources& part = {});
 
     Renderer& m_renderer;
     FrameGraph& m_graph;

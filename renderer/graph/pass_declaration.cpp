@@ -116,6 +116,28 @@ void CheckContents(const FrameGraph& graph, const GraphPass& pass, const Declare
              rhi::Name(resource.format), info.firstShader, rhi::Name(info.imageFormat));
 }
 
+// The view that the shader declares must be one of the part that is bound.
+void CheckView(const FrameGraph& graph, const GraphPass& pass, const DeclaredBinding& bound,
+               const rhi::BindingInfo& info) {
+    const GraphResource& resource = graph.resources[bound.resource];
+    const Subresources& part = graph.uses[bound.use].part;
+    const auto fail = [&](const std::string& parts, const std::string& why) {
+        Fail(pass, "binds {} to {} of {}: {}", Quoted(bound.name), parts, Quoted(resource.name), why);
+    };
+    if (info.kind == rhi::BindingKind::StorageImage && part.levelCount != 1)
+        fail(Text("{} levels", part.levelCount), "a storage image is one, as in Level(0)");
+    const std::string layers = Text("{} layer{}", part.layerCount, part.layerCount == 1 ? "" : "s");
+    const auto shape = [&](const char* has) {
+        return Text("in {} it is a {}, of {}", info.firstShader, rhi::Name(info.shape), has);
+    };
+    if (info.shape == rhi::ImageShape::Plain && part.layerCount != 1)
+        fail(layers, shape("one layer, as in Layer(0)"));
+    const bool isSquare = resource.extent.width == resource.extent.height;
+    if (info.shape == rhi::ImageShape::Cube && (part.layerCount != 6 || !isSquare))
+        fail(Text("{} of {}x{}", layers, resource.extent.width, resource.extent.height),
+             shape("six square layers"));
+}
+
 void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& bound,
                     const rhi::ShaderInterface& interface, uint64_t maxStorageBytes) {
     const rhi::BindingInfo* info = interface.Find(bound.name);
@@ -136,6 +158,12 @@ void ResolveBinding(FrameGraph& graph, const GraphPass& pass, DeclaredBinding& b
         CheckWritability(pass, bound, *info);
     }
     CheckContents(graph, pass, bound, *info, maxStorageBytes);
+    if (bound.kind == ResourceKind::Texture) {
+        CheckView(graph, pass, bound, *info);
+        bound.shape = info->shape;
+        bound.isPart =
+            graph.resources[bound.resource].SubresourceCount() > 1 || bound.shape != rhi::ImageShape::Plain;
+    }
     bound.binding = info->binding;
     bound.type = rhi::ToVk(info->kind);
 }
@@ -182,6 +210,7 @@ void PassDeclaration::Clear(PassKind kind) {
     colors.clear();
     depth = kNone;
     depthLoad = {};
+    depthPart = {};
     hasConstants = false;
     constantAlignment = 1;
     constants.clear();
@@ -241,11 +270,21 @@ void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared) {
         Fail(pass, "is of kind raster and has neither a color nor a depth target");
     std::ranges::sort(declared.colors, {}, &DeclaredColor::index);
     const GraphResource* first = nullptr;
-    const auto checkExtent = [&](const GraphResource& target) {
-        if (!first) first = &target;
-        if (first->extent != target.extent)
-            Fail(pass, "draws to {} of {}x{} and to {} of {}x{}", Quoted(first->name), first->extent.width,
-                 first->extent.height, Quoted(target.name), target.extent.width, target.extent.height);
+    rhi::Extent2D extent;
+    const auto checkExtent = [&](const GraphResource& target, const Subresources& part) {
+        if (part.levelCount != 1 || part.layerCount != 1)
+            Fail(pass, "draws to {} of {}: a target is one level of one layer, as in Subresource(0, 0)",
+                 part.levelCount != 1 ? Text("{} levels", part.levelCount)
+                                      : Text("{} layers", part.layerCount),
+                 Quoted(target.name));
+        const rhi::Extent2D own = rhi::MipExtent(target.extent, part.level);
+        if (!first) {
+            first = &target;
+            extent = own;
+        }
+        if (extent != own)
+            Fail(pass, "draws to {} of {}x{} and to {} of {}x{}", Quoted(first->name), extent.width,
+                 extent.height, Quoted(target.name), own.width, own.height);
     };
     for (size_t i = 0; i < declared.colors.size(); ++i) {
         if (declared.colors[i].index != i)
@@ -253,14 +292,14 @@ void ResolveTargets(const FrameGraph& graph, PassDeclaration& declared) {
         const GraphResource& target = graph.resources[declared.colors[i].resource];
         if (rhi::IsDepth(target.format))
             Fail(pass, "has {} of format {} as color target", Quoted(target.name), rhi::Name(target.format));
-        checkExtent(target);
+        checkExtent(target, declared.colors[i].part);
         declared.request.colorFormats.push_back(target.format);
     }
     if (declared.depth == kNone) return;
     const GraphResource& target = graph.resources[declared.depth];
     if (!rhi::IsDepth(target.format))
         Fail(pass, "has {} of format {} as depth target", Quoted(target.name), rhi::Name(target.format));
-    checkExtent(target);
+    checkExtent(target, declared.depthPart);
     declared.request.depthFormat = target.format;
 }
 

@@ -32,6 +32,8 @@ struct DeclaredBinding {
     uint64_t uniformBytes = 0;
     size_t uniformAlignment = 1;
     // Filled in from the shaders by ResolveBindings.
+    bool isPart = false;  // of a texture, which takes a view of its own
+    rhi::ImageShape shape = rhi::ImageShape::Plain;
     uint32_t binding = 0;
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
 };
@@ -40,6 +42,7 @@ struct DeclaredColor {
     uint32_t index = 0;
     uint32_t resource = 0;
     ColorLoad load;
+    Subresources part;
 };
 
 struct PassDeclaration {
@@ -49,6 +52,7 @@ struct PassDeclaration {
     std::vector<DeclaredColor> colors;  // sorted by index when resolved
     uint32_t depth = kNone;             // index into FrameGraph::resources
     DepthLoad depthLoad;
+    Subresources depthPart;
     bool hasConstants = false;
     size_t constantAlignment = 1;
     std::vector<std::byte> constants;
@@ -63,8 +67,8 @@ struct PassDeclaration {
 template <ResourceKind Kind>
 ResourceId<Kind> AddBinding(FrameGraph& graph, PassDeclaration& pass, std::string_view name,
                             ResourceId<Kind> id, BindVerb verb, Access access,
-                            const rhi::Sampler* sampler = nullptr) {
-    const ResourceId<Kind> after = graph.Use(id, access);
+                            const rhi::Sampler* sampler = nullptr, const Subresources& part = {}) {
+    const ResourceId<Kind> after = graph.Use(id, access, part);
     DeclaredBinding& bound = pass.bindings.emplace_back();
     bound.name = name;
     bound.verb = verb;

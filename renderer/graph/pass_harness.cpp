@@ -190,16 +190,46 @@ PassHarness::PassHarness(rhi::Device& device, const RendererDesc& desc) : m_rend
 
 TextureId PassHarness::Texture(std::string_view name, Extent2D extent, rhi::Format format,
                                std::span<const float> values) {
-    TextureId texture = m_renderer.CreateTexture(name, {.extent = extent, .format = format});
-    const BufferId staging = Buffer(std::string(name) + " texels", EncodeTexels(values, extent, format));
+    return Texture(name, {.extent = extent, .format = format}, values);
+}
+
+TextureId PassHarness::Texture(std::string_view name, const GraphTextureDesc& desc,
+                               std::span<const float> values) {
+    struct Piece {
+        uint32_t level = 0, layer = 0;
+        size_t offset = 0;
+    };
+    // A multiple of every texel's size and of 4, as copies need it.
+    constexpr size_t kAlignment = 16;
+    TextureId texture = m_renderer.CreateTexture(name, desc);
+    std::vector<Piece> pieces;
+    std::vector<std::byte> bytes;
+    const bool isOneTexel = values.size() == ChannelCount(desc.format);
+    std::span<const float> rest = values;
+    for (uint32_t layer = 0; layer < desc.layers; ++layer)
+        for (uint32_t level = 0; level < desc.levels; ++level) {
+            const Extent2D extent = rhi::MipExtent(desc.extent, level);
+            const bool isLast = layer + 1 == desc.layers && level + 1 == desc.levels;
+            // Those of the last one have to be what is left: EncodeTexels says if they are not.
+            size_t count = size_t{extent.width} * extent.height * ChannelCount(desc.format);
+            if (isOneTexel || isLast || count > rest.size()) count = rest.size();
+            const std::vector<std::byte> piece = EncodeTexels(rest.first(count), extent, desc.format);
+            if (!isOneTexel) rest = rest.subspan(count);
+            bytes.resize((bytes.size() + kAlignment - 1) / kAlignment * kAlignment);
+            pieces.push_back({level, layer, bytes.size()});
+            bytes.insert(bytes.end(), piece.begin(), piece.end());
+        }
+    const BufferId staging = Buffer(std::string(name) + " texels", bytes);
     m_renderer.AddPass(
         "Fill " + std::string(name), PassKind::Transfer,
         [&](PassBuilder& pass) {
             pass.CopiesFrom(staging);
             texture = pass.CopiesTo(texture);
         },
-        [staging, texture](CommandList& commands, const PassResources& resources) {
-            commands.CopyToTexture(resources.Buffer(staging), 0, resources.Texture(texture));
+        [staging, texture, pieces](CommandList& commands, const PassResources& resources) {
+            for (const Piece& piece : pieces)
+                commands.CopyToTexture(resources.Buffer(staging), piece.offset, resources.Texture(texture),
+                                       piece.level, piece.layer);
         });
     return texture;
 }
@@ -229,6 +259,23 @@ Texels PassHarness::Run(const std::function<TextureId(PassHarness&)>& declare) {
     m_renderer.Execute();
     readback.Wait();
     return DecodeTexels(readback.Bytes(), readback.Extent(), readback.Format());
+}
+
+std::vector<Texels> PassHarness::RunAll(const std::function<TextureId(PassHarness&)>& declare) {
+    m_renderer.BeginFrame();
+    const TextureId texture = declare(*this);
+    const GraphTextureDesc desc = m_renderer.Desc(texture);
+    std::vector<Readback> readbacks;
+    for (uint32_t layer = 0; layer < desc.layers; ++layer)
+        for (uint32_t level = 0; level < desc.levels; ++level)
+            readbacks.push_back(m_renderer.ReadBack(texture, level, layer));
+    m_renderer.Execute();
+    std::vector<Texels> all;
+    for (const Readback& readback : readbacks) {
+        readback.Wait();
+        all.push_back(DecodeTexels(readback.Bytes(), readback.Extent(), readback.Format()));
+    }
+    return all;
 }
 
 std::vector<std::byte> PassHarness::RunBytes(const std::function<BufferId(PassHarness&)>& declare) {

@@ -58,6 +58,8 @@ class RAYGRAPH_API PassHarness {
                       std::initializer_list<float> values) {
         return Texture(name, extent, format, std::span(values.begin(), values.size()));
     }
+    // One of several levels and layers: `values` holds layer after layer, each from level 0 on.
+    TextureId Texture(std::string_view name, const GraphTextureDesc& desc, std::span<const float> values);
     BufferId Buffer(std::string_view name, std::span<const std::byte> bytes);
     template <typename T>
     BufferId Buffer(std::string_view name, const std::vector<T>& values) {
@@ -66,6 +68,9 @@ class RAYGRAPH_API PassHarness {
 
     // Declares a frame, executes it, waits, and returns what the declared id holds at its end.
     Texels Run(const std::function<TextureId(PassHarness&)>& declare);
+    // The same of all levels of all layers: layer after layer, each from level 0 on. Run reads the first
+    // alone.
+    std::vector<Texels> RunAll(const std::function<TextureId(PassHarness&)>& declare);
     template <typename T>
     std::vector<T> RunBuffer(const std::function<BufferId(PassHarness&)>& declare) {
         const std::vector<std::byte> bytes = RunBytes(declare);

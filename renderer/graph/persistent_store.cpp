@@ -42,7 +42,10 @@ Persistent& PersistentStore::Find(std::string_view name, ResourceKind kind, Desc
 }
 
 Persistent& PersistentStore::Find(std::string_view name, const GraphTextureDesc& desc) {
-    return Find(name, ResourceKind::Texture, &Persistent::textureDesc, desc);
+    Persistent& persistent = Find(name, ResourceKind::Texture, &Persistent::textureDesc, desc);
+    persistent.states.resize(size_t{desc.levels} * desc.layers);
+    persistent.isWritten.resize(persistent.states.size());
+    return persistent;
 }
 
 Persistent& PersistentStore::Find(std::string_view name, const GraphBufferDesc& desc) {
@@ -71,7 +74,9 @@ void PersistentStore::Ensure(rhi::Device& device, Persistent& persistent) {
         persistent.texture = device.CreateTexture({.name = persistent.name,
                                                    .extent = persistent.textureDesc.extent,
                                                    .format = persistent.textureDesc.format,
-                                                   .usage = UsageFor(persistent.textureDesc.format)});
+                                                   .usage = UsageFor(persistent.textureDesc.format),
+                                                   .mipLevels = persistent.textureDesc.levels,
+                                                   .layers = persistent.textureDesc.layers});
     else
         persistent.buffer = device.CreateBuffer({.name = persistent.name,
                                                  .size = persistent.bufferDesc.size,

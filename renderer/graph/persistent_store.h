@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "renderer/graph/renderer.h"
 
@@ -20,10 +21,11 @@ struct Persistent {
     GraphBufferDesc bufferDesc;
     rhi::Texture texture;
     rhi::Buffer buffer;
-    ResourceState state;         // after the last submitted frame
-    bool isWritten = false;      // by a submitted frame
-    uint64_t lastFrame = ~0ull;  // that declared it
-    uint32_t resource = 0;       // its index in that frame
+    // By subresource, layer by layer.
+    std::vector<ResourceState> states{1};  // after the last submitted frame
+    std::vector<uint8_t> isWritten = {0};  // by a submitted frame
+    uint64_t lastFrame = ~0ull;            // that declared it
+    uint32_t resource = 0;                 // its index in that frame
 
     bool IsMade() const { return texture || buffer; }
     bool Is(const GraphTextureDesc& desc) const {

@@ -22,6 +22,13 @@ std::string Node(const char* prefix, uint32_t index) {
     return Text("{}{}", prefix, index);
 }
 
+// Of a line, with the part of the texture that it stands for.
+std::string EdgeStyle(const std::string& style, const std::string& part) {
+    std::string attributes = style.empty() ? "" : "style=" + style;
+    if (!part.empty()) attributes += (style.empty() ? "" : ", ") + Text("label=\"{}\"", part.substr(1));
+    return attributes.empty() ? ";\n" : " [" + attributes + "];\n";
+}
+
 std::string VersionNode(uint32_t resource, uint32_t version) {
     return Node("r", resource) + Node("v", version);
 }
@@ -51,23 +58,29 @@ std::string DescribePlanDot(const FrameGraph& graph, const Plan& plan) {
         dot += Text("    {} [shape=ellipse, style={}, label=\"{} v{}\"];\n", node,
                     (info.origin == Origin::Transient ? "solid" : "bold"), Escaped(info.name), version);
     };
-    const auto addEdge = [&](const std::string& from, const std::string& to, const char* style) {
+    const auto addEdge = [&](const std::string& from, const std::string& to, const std::string& style) {
         dot.append("    ").append(from).append(" -> ").append(to).append(style);
     };
     for (uint32_t p = 0; p < graph.passes.size(); ++p) {
         const GraphPass& pass = graph.passes[p];
         const std::string passNode = Node("p", p);
-        const char* style = isCulled[p] ? " [style=dashed];\n" : ";\n";
         for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
             const ResourceUse& use = graph.uses[u];
+            const GraphResource& resource = graph.resources[use.resource];
+            const std::string part = rhi::PartText(use.part, resource.levels, resource.layers);
+            const std::string style = EdgeStyle(isCulled[p] ? "dashed" : "", part);
             if (NeedsContents(use.access)) {
                 addNode(use.resource, use.versionIn);
                 addEdge(VersionNode(use.resource, use.versionIn), passNode, style);
             }
-            if (Writes(use.access)) {
-                addNode(use.resource, use.versionOut);
-                addEdge(passNode, VersionNode(use.resource, use.versionOut), style);
-            }
+            if (!Writes(use.access)) continue;
+            addNode(use.resource, use.versionOut);
+            addEdge(passNode, VersionNode(use.resource, use.versionOut), style);
+            // The other parts are those of the version before.
+            if (part.empty() || (use.versionIn == 0 && resource.origin == Origin::Transient)) continue;
+            addNode(use.resource, use.versionIn);
+            addEdge(VersionNode(use.resource, use.versionIn), VersionNode(use.resource, use.versionOut),
+                    EdgeStyle("dotted", ""));
         }
     }
     for (size_t i = 0; i < graph.roots.size(); ++i) {

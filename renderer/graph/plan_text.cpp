@@ -94,15 +94,14 @@ void PlanWriter::WritePass(uint32_t position) {
         const ResourceUse& use = m_graph.uses[u];
         const bool isWrite = Writes(use.access);
         m_text += isWrite ? (NeedsContents(use.access) ? "    updates " : "    writes  ") : "    reads   ";
-        m_text += m_graph.resources[use.resource].name + " v";
-        m_text += Text("{} ({})\n", use.versionOut, Name(use.access));
+        m_text += UseText(m_graph, use) + '\n';
     }
     for (uint32_t b = 0; b < planned.barriers.count; ++b)
         WriteBarrier(m_plan.barriers[planned.barriers.first + b]);
 }
 
 void PlanWriter::WriteFinish() {
-    if (m_graph.roots.empty()) return;
+    if (m_graph.roots.empty() && m_plan.finish.count == 0) return;
     m_text += "\nend\n";
     for (const Root& root : m_graph.roots) {
         const char* verb = root.kind == RootKind::Presented  ? "    shows   "
@@ -164,11 +163,17 @@ void PlanWriter::WriteBlocks() {
 
 }  // namespace
 
+std::string UseText(const FrameGraph& graph, const ResourceUse& use) {
+    const GraphResource& resource = graph.resources[use.resource];
+    return Text("{} v{}{} ({})", resource.name, use.versionOut,
+                rhi::PartText(use.part, resource.levels, resource.layers), Name(use.access));
+}
+
 // "radiance: RayTracingShader write -> ComputeShader read, General"
 std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier) {
     const GraphResource& resource = graph.resources[barrier.resource];
     const Dependency& dependency = barrier.dependency;
-    std::string text = resource.name + ": ";
+    std::string text = resource.name + rhi::PartText(barrier.part, resource.levels, resource.layers) + ": ";
     if (barrier.predecessor != kNone)
         text += "memory of " + graph.resources[barrier.predecessor].name + ", ";
     else if (barrier.followsLastFrame)
@@ -191,9 +196,13 @@ std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier) 
 
 std::string ResourceText(const GraphResource& resource) {
     const char* const kind = Name(resource.kind);
-    if (resource.kind == ResourceKind::Texture)
-        return Text("{} {}x{} {}", kind, resource.extent.width, resource.extent.height,
-                    rhi::Name(resource.format));
+    if (resource.kind == ResourceKind::Texture) {
+        std::string text = Text("{} {}x{} {}", kind, resource.extent.width, resource.extent.height,
+                                rhi::Name(resource.format));
+        if (resource.levels > 1) text += Text(", {} levels", resource.levels);
+        if (resource.layers > 1) text += Text(", {} layers", resource.layers);
+        return text;
+    }
     if (resource.kind == ResourceKind::Buffer) return Text("{} {}", kind, BytesText(resource.bytes));
     return kind;
 }
@@ -208,18 +217,22 @@ std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = graph.uses[u];
         if (!Writes(use.access)) continue;
+        // A write of a part leaves other parts, whose readers may come after more writes.
+        const GraphResource& resource = graph.resources[use.resource];
+        const bool isOfParts = resource.SubresourceCount() > 1;
         bool isUsed = false;
         for (const uint32_t other : plan.culled) {
             const GraphPass& reader = graph.passes[other];
             if (&reader == &pass) continue;
             for (uint32_t v = reader.firstUse; v < reader.firstUse + reader.useCount; ++v) {
                 const ResourceUse& read = graph.uses[v];
-                if (read.resource != use.resource || read.versionIn != use.versionOut) continue;
+                if (read.resource != use.resource || !rhi::Overlap(read.part, use.part)) continue;
+                if (isOfParts ? read.versionIn < use.versionOut : read.versionIn != use.versionOut) continue;
                 isUsed = true;
                 add(culledReaders, reader.name);
             }
         }
-        if (!isUsed) add(unused, graph.resources[use.resource].name);
+        if (!isUsed) add(unused, resource.name + rhi::PartText(use.part, resource.levels, resource.layers));
     }
     if (unused.empty() && culledReaders.empty()) return "it writes nothing";
     std::string why;

@@ -21,7 +21,9 @@ RAYGRAPH_API std::string DescribePlanDot(const FrameGraph& graph, const Plan& pl
 // Its parts, one line each, for tools that draw a plan.
 // "radiance: RayTracingShader write -> ComputeShader read, General"
 RAYGRAPH_API std::string BarrierText(const FrameGraph& graph, const PlannedBarrier& barrier);
-// "texture 640x360 rgba32f"
+// "radiance v1 (storage write)", "chain v3 level 2 (storage read)"
+RAYGRAPH_API std::string UseText(const FrameGraph& graph, const ResourceUse& use);
+// "texture 640x360 rgba32f", "texture 64x64 r32f, 7 levels, 6 layers"
 RAYGRAPH_API std::string ResourceText(const GraphResource& resource);
 // Of one of plan.culled: "nothing needs radiance"
 RAYGRAPH_API std::string WhyCulled(const FrameGraph& graph, const Plan& plan, uint32_t culled);

@@ -52,6 +52,8 @@ struct RendererDesc {
 struct GraphTextureDesc {
     Extent2D extent;
     Format format = Format::Rgba32Float;
+    uint32_t levels = 1;  // mip levels, at most rhi::FullMipCount(extent)
+    uint32_t layers = 1;  // of an array; six square ones are a cube map, +x -x +y -y +z -z
 
     bool operator==(const GraphTextureDesc&) const = default;
 };
@@ -151,8 +153,8 @@ class RAYGRAPH_API Renderer {
     BufferId PersistBuffer(std::string_view name, const GraphBufferDesc& desc,
                            Persistence persistence = Persistence::OnDemand);
     // True for a persistent resource without contents: neither a submitted frame nor, before this id, a pass
-    // of this one has written it. For ids of the open frame.
-    bool IsFresh(TextureId texture) const;
+    // of this one has written it, or some level of some layer of the part. For ids of the open frame.
+    bool IsFresh(TextureId texture, const Subresources& part = {}) const;
     bool IsFresh(BufferId buffer) const;
     // Releases a persistent resource.
     void Forget(std::string_view name);
@@ -160,7 +162,8 @@ class RAYGRAPH_API Renderer {
     // compiled and written back when it is submitted; it must outlive Execute. A resource that is imported
     // twice in a frame is one resource: the id of its newest version is returned. A resource that another
     // queue family released (state.queueFamily) is acquired before the first pass: the whole of a buffer,
-    // an image with oldLayout = newLayout = state.layout. An acceleration structure is transferred with the
+    // an image with oldLayout = newLayout = state.layout. The state of a texture is one for all its levels
+    // and layers: the frame leaves them in one layout. An acceleration structure is transferred with the
     // buffer that holds it, imported as well: with another family of its own it is refused when the frame
     // is compiled.
     TextureId Import(std::string_view name, const rhi::Texture& texture, ResourceState& state);
@@ -185,7 +188,7 @@ class RAYGRAPH_API Renderer {
     // Hands an imported texture back in the given layout and queue family, or a buffer in the queue family.
     void Export(TextureId texture, VkImageLayout layout, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
     void Export(BufferId buffer, uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED);
-    Readback ReadBack(TextureId texture);
+    Readback ReadBack(TextureId texture, uint32_t level = 0, uint32_t layer = 0);
     Readback ReadBack(BufferId buffer);
     // The frame's submission waits for, or signals, a semaphore of the host. A frame that is dropped
     // forwards those that it has been given: a submission without commands waits and signals in its

@@ -1,4 +1,6 @@
 // Declaring a frame: resources, passes, roots.
+#include <algorithm>
+
 #include "base/out_of_memory.h"
 #include "base/text.h"
 #include "renderer/graph/access_rows.h"
@@ -15,7 +17,12 @@ bool IsSameSampler(const rhi::SamplerDesc& a, const rhi::SamplerDesc& b) {
 }
 
 GraphResource TextureInfo(std::string_view name, Origin origin, const GraphTextureDesc& desc) {
-    return {.name = std::string(name), .origin = origin, .extent = desc.extent, .format = desc.format};
+    return {.name = std::string(name),
+            .origin = origin,
+            .extent = desc.extent,
+            .format = desc.format,
+            .levels = desc.levels,
+            .layers = desc.layers};
 }
 
 GraphResource BufferInfo(std::string_view name, Origin origin, uint64_t bytes) {
@@ -24,14 +31,6 @@ GraphResource BufferInfo(std::string_view name, Origin origin, uint64_t bytes) {
 
 GraphResource ImportInfo(std::string_view name) {
     return {.name = std::string(name), .origin = Origin::Imported};
-}
-
-void CheckTexture(std::string_view name, const GraphTextureDesc& desc) {
-    if (desc.extent.IsEmpty())
-        throw MakeError(ErrorKind::Usage, "texture {}: its extent {}x{} is empty", Quoted(name),
-                        desc.extent.width, desc.extent.height);
-    if (desc.format == rhi::Format::Undefined)
-        throw MakeError(ErrorKind::Usage, "texture {}: it has no format", Quoted(name));
 }
 
 void CheckBuffer(std::string_view name, const GraphBufferDesc& desc, bool mayUpload) {
@@ -53,6 +52,20 @@ void Renderer::Impl::RequireOpen(std::string_view what) const {
         throw MakeError(ErrorKind::Usage, "{}: the frame is given up, since {}", what, whyBroken);
 }
 
+void Renderer::Impl::CheckTexture(std::string_view name, const GraphTextureDesc& desc) const {
+    if (desc.extent.IsEmpty())
+        throw MakeError(ErrorKind::Usage, "texture {}: its extent {}x{} is empty", Quoted(name),
+                        desc.extent.width, desc.extent.height);
+    if (desc.format == rhi::Format::Undefined)
+        throw MakeError(ErrorKind::Usage, "texture {}: it has no format", Quoted(name));
+    if (const uint32_t most = rhi::FullMipCount(desc.extent); desc.levels == 0 || desc.levels > most)
+        throw MakeError(ErrorKind::Usage, "texture {}: {} levels; {}x{} texels have 1 to {}", Quoted(name),
+                        desc.levels, desc.extent.width, desc.extent.height, most);
+    if (const uint32_t most = device.Info().maxTextureLayers; desc.layers == 0 || desc.layers > most)
+        throw MakeError(ErrorKind::Usage, "texture {}: {} layers; the device {} has 1 to {}", Quoted(name),
+                        desc.layers, device.Info().name, most);
+}
+
 template <ResourceKind Kind>
 ResourceId<Kind> Renderer::Impl::AddResource(GraphResource resource, const FrameResource& behind) {
     const ResourceId<Kind> id = graph.Add<Kind>(std::move(resource));
@@ -63,7 +76,7 @@ ResourceId<Kind> Renderer::Impl::AddResource(GraphResource resource, const Frame
 
 TextureId Renderer::CreateTexture(std::string_view name, const GraphTextureDesc& desc) {
     m_impl->RequireOpen("CreateTexture");
-    CheckTexture(name, desc);
+    m_impl->CheckTexture(name, desc);
     return m_impl->AddResource<ResourceKind::Texture>(TextureInfo(name, Origin::Transient, desc), {});
 }
 
@@ -88,7 +101,8 @@ ResourceId<Kind> Renderer::Impl::PersistResource(std::string_view name, const Re
     }
     Persistent& persistent = persistents.Find(name, desc);
     resource.persistence = persistence;
-    resource.state = persistent.state;
+    resource.state = persistent.states.front();
+    resource.otherStates.assign(persistent.states.begin() + 1, persistent.states.end());
     const ResourceId<Kind> id = AddResource<Kind>(std::move(resource), {.persistent = &persistent});
     persistent.lastFrame = frameNumber;
     persistent.resource = id.resource;
@@ -96,7 +110,7 @@ ResourceId<Kind> Renderer::Impl::PersistResource(std::string_view name, const Re
 }
 
 TextureId Renderer::Persist(std::string_view name, const GraphTextureDesc& desc, Persistence persistence) {
-    CheckTexture(name, desc);
+    m_impl->CheckTexture(name, desc);
     return m_impl->PersistResource<ResourceKind::Texture>(name, desc, persistence,
                                                           TextureInfo(name, Origin::Persistent, desc));
 }
@@ -108,18 +122,35 @@ BufferId Renderer::PersistBuffer(std::string_view name, const GraphBufferDesc& d
                                                          BufferInfo(name, Origin::Persistent, desc.size));
 }
 
-bool Renderer::Impl::HasNoContents(AnyId id) const {
+bool Renderer::Impl::HasNoContents(AnyId id, const Subresources& asked) const {
     RequireOpen("IsFresh");
-    const Persistent* persistent = resources[graph.ResolveAnyVersion(id, "IsFresh asks about")].persistent;
-    return persistent && !persistent->isWritten && id.version == 0;
+    const uint32_t index = graph.ResolveAnyVersion(id, "IsFresh asks about");
+    const Persistent* persistent = resources[index].persistent;
+    if (!persistent) return false;
+    const GraphResource& resource = graph.resources[index];
+    const Subresources part = rhi::Resolved(asked, resource.levels, resource.layers);
+    if (const std::string missing = rhi::MissingText(part, resource.levels, resource.layers);
+        !missing.empty())
+        throw MakeError(ErrorKind::Usage, "IsFresh asks about {}: {}", Quoted(resource.name), missing);
+    bool isFresh = false;
+    graph.ForEachSubresource(index, part, [&](uint32_t, const Subresources& one) {
+        const auto writesIt = [&](const ResourceUse& use) {
+            return use.resource == index && Writes(use.access) && use.versionOut <= id.version &&
+                   rhi::Overlap(use.part, one);
+        };
+        if (!persistent->isWritten[one.layer * resource.levels + one.level] &&
+            std::none_of(graph.uses.begin(), graph.uses.end(), writesIt))
+            isFresh = true;
+    });
+    return isFresh;
 }
 
-bool Renderer::IsFresh(TextureId texture) const {
-    return m_impl->HasNoContents(texture);
+bool Renderer::IsFresh(TextureId texture, const Subresources& part) const {
+    return m_impl->HasNoContents(texture, part);
 }
 
 bool Renderer::IsFresh(BufferId buffer) const {
-    return m_impl->HasNoContents(buffer);
+    return m_impl->HasNoContents(buffer, {});
 }
 
 void Renderer::Forget(std::string_view name) {
@@ -149,9 +180,13 @@ ResourceId<Kind> Renderer::Impl::ImportObject(std::string_view name, const Objec
 
 TextureId Renderer::Import(std::string_view name, const rhi::Texture& texture, ResourceState& state) {
     if (!texture) throw MakeError(ErrorKind::Usage, "Import {}: the texture is empty", Quoted(name));
-    return m_impl->ImportObject<ResourceKind::Texture>(
-        name, texture, &FrameResource::texture,
-        TextureInfo(name, Origin::Imported, {texture.Extent(), texture.Desc().format}), &state);
+    return m_impl->ImportObject<ResourceKind::Texture>(name, texture, &FrameResource::texture,
+                                                       TextureInfo(name, Origin::Imported,
+                                                                   {.extent = texture.Extent(),
+                                                                    .format = texture.Desc().format,
+                                                                    .levels = texture.Desc().mipLevels,
+                                                                    .layers = texture.Desc().layers}),
+                                                       &state);
 }
 
 BufferId Renderer::Import(std::string_view name, const rhi::Buffer& buffer, ResourceState& state) {
@@ -179,7 +214,10 @@ TextureSetId Renderer::Import(std::string_view name, const rhi::TextureTable& ta
 GraphTextureDesc Renderer::Desc(TextureId texture) const {
     const GraphResource& resource =
         m_impl->graph.resources[m_impl->graph.ResolveAnyVersion(texture, "Desc asks about")];
-    return {.extent = resource.extent, .format = resource.format};
+    return {.extent = resource.extent,
+            .format = resource.format,
+            .levels = resource.levels,
+            .layers = resource.layers};
 }
 
 GraphBufferDesc Renderer::Desc(BufferId buffer) const {

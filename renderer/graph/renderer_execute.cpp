@@ -19,7 +19,12 @@ rhi::TextureDesc TextureDescOf(const GraphResource& resource, const FrameResourc
     // A texture that only culled passes declare still queries its requirements; any usage will do.
     const rhi::TextureUsage usage =
         behind.textureUsage == rhi::TextureUsage::None ? rhi::TextureUsage::Sampled : behind.textureUsage;
-    return {.name = resource.name, .extent = resource.extent, .format = resource.format, .usage = usage};
+    return {.name = resource.name,
+            .extent = resource.extent,
+            .format = resource.format,
+            .usage = usage,
+            .mipLevels = resource.levels,
+            .layers = resource.layers};
 }
 
 rhi::BufferDesc BufferDescOf(const GraphResource& resource, const FrameResource& behind) {
@@ -185,6 +190,7 @@ void Renderer::Impl::RecordBarriers(rhi::CommandList& commands, const BarrierRan
         const rhi::Texture& texture = *resources[barrier.resource].texture;
         VkImageMemoryBarrier2& image = imageBarriers.emplace_back(
             rhi::ImageBarrier(texture, dependency.oldLayout, dependency.newLayout));
+        image.subresourceRange = texture.RangeOf(barrier.part);
         image.srcStageMask = dependency.srcStages;
         image.srcAccessMask = dependency.srcAccess;
         image.dstStageMask = dstStages;
@@ -222,6 +228,7 @@ void Renderer::Impl::BindPass(rhi::CommandList& commands, const PassDeclaration&
         target.buffer = behind.buffer;
         target.texture = behind.texture;
         target.sampler = binding.sampler;
+        if (binding.isPart) target.view = behind.texture->View(graph.uses[binding.use].part, binding.shape);
         // Queried only now: a pass before this one may have rebuilt it.
         if (behind.tlas) target.accelerationStructure = behind.tlas->Handle();
     }
@@ -237,6 +244,8 @@ void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const PassDeclarat
     for (const DeclaredColor& color : pass.colors) {
         rhi::ColorTarget& target = colorTargets.emplace_back();
         target.texture = resources[color.resource].texture;
+        target.level = color.part.level;
+        target.layer = color.part.layer;
         target.clear = color.load.clear;
         std::copy_n(color.load.value, 4, target.clearValue);
     }
@@ -244,11 +253,24 @@ void Renderer::Impl::BeginTargets(rhi::CommandList& commands, const PassDeclarat
     if (pass.depth != kNone)
         depth = {.texture = resources[pass.depth].texture,
                  .clear = pass.depthLoad.clear,
-                 .clearValue = pass.depthLoad.value};
+                 .clearValue = pass.depthLoad.value,
+                 .level = pass.depthPart.level,
+                 .layer = pass.depthPart.layer};
     // ResolveTargets has checked that there is one, and that all have the same extent.
-    const uint32_t first = pass.colors.empty() ? pass.depth : pass.colors.front().resource;
-    commands.BeginRendering(graph.resources[first].extent, colorTargets,
+    const bool isDepthOnly = pass.colors.empty();
+    const uint32_t first = isDepthOnly ? pass.depth : pass.colors.front().resource;
+    const uint32_t level = (isDepthOnly ? pass.depthPart : pass.colors.front().part).level;
+    commands.BeginRendering(rhi::MipExtent(graph.resources[first].extent, level), colorTargets,
                             pass.depth != kNone ? &depth : nullptr);
+}
+
+void Renderer::Impl::NoteWritten(const ResourceUse& use) {
+    Persistent* persistent = resources[use.resource].persistent;
+    if (!persistent) return;
+    const uint32_t levels = graph.resources[use.resource].levels;
+    graph.ForEachSubresource(use.resource, use.part, [&](uint32_t, const Subresources& one) {
+        persistent->isWritten[one.layer * levels + one.level] = 1;
+    });
 }
 
 // The frame has been submitted: its final states are the initial states of the next one.
@@ -258,15 +280,18 @@ void Renderer::Impl::Commit(uint64_t value) {
     graph.blockStates = plan.blockStates;
     for (size_t r = 0; r < resources.size(); ++r) {
         if (resources[r].state) *resources[r].state = plan.states[r];
-        if (resources[r].persistent) resources[r].persistent->state = plan.states[r];
+        if (Persistent* persistent = resources[r].persistent) {
+            auto state = persistent->states.begin();
+            graph.ForEachSubresource(static_cast<uint32_t>(r),
+                                     [&](uint32_t number, auto&&) { *state++ = plan.states[number]; });
+        }
     }
     wasExecuted.assign(graph.passes.size(), 0);
     for (const PlannedPass& planned : plan.passes) {
         wasExecuted[planned.pass] = 1;
         const GraphPass& pass = graph.passes[planned.pass];
         for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
-            if (Persistent* persistent = resources[graph.uses[u].resource].persistent)
-                persistent->isWritten = persistent->isWritten || Writes(graph.uses[u].access);
+            if (Writes(graph.uses[u].access)) NoteWritten(graph.uses[u]);
     }
     persistents.CommitReplacements();
     for (const std::shared_ptr<Readback::State>& readback : readbacks)

@@ -82,7 +82,8 @@ struct Renderer::Impl {
     template <ResourceKind Kind, typename ResourceDesc>
     ResourceId<Kind> PersistResource(std::string_view name, const ResourceDesc& desc, Persistence persistence,
                                      GraphResource resource);
-    bool HasNoContents(AnyId id) const;
+    bool HasNoContents(AnyId id, const Subresources& asked) const;
+    void CheckTexture(std::string_view name, const GraphTextureDesc& desc) const;
     const rhi::Sampler* FindSampler(const rhi::SamplerDesc& desc);
     PassDeclaration& StartPass(std::string_view name, PassKind kind);
     void FinishPass(PassDeclaration& pass);
@@ -100,6 +101,7 @@ struct Renderer::Impl {
     void BindPass(rhi::CommandList& commands, const PassDeclaration& pass);
     void BeginTargets(rhi::CommandList& commands, const PassDeclaration& pass);
     uint64_t Submit(FrameTiming& timing);
+    void NoteWritten(const ResourceUse& use);
     void Commit(uint64_t value);
     void GiveUp(std::string why);
     // The resource behind an id that the pass declared; Error{Usage} otherwise.

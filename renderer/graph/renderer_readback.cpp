@@ -84,26 +84,32 @@ BufferId Renderer::Impl::AddReadback(const std::shared_ptr<Readback::State>& sta
         {.buffer = &state->buffer});
 }
 
-Readback Renderer::ReadBack(TextureId texture) {
+Readback Renderer::ReadBack(TextureId texture, uint32_t level, uint32_t layer) {
     Impl& impl = *m_impl;
     impl.RequireOpen("ReadBack");
     const uint32_t index = impl.graph.Resolve(texture, "ReadBack reads");
-    const std::string name = impl.graph.resources[index].name;
     const GraphTextureDesc desc = Desc(texture);
-    const uint64_t bytes = uint64_t{desc.extent.width} * desc.extent.height * rhi::TexelBytes(desc.format);
+    const Subresources part = Subresource(level, layer);
+    const std::string missing = rhi::MissingText(part, desc.levels, desc.layers);
+    if (!missing.empty())
+        throw MakeError(ErrorKind::Usage, "ReadBack reads {}: {}", Quoted(impl.graph.resources[index].name),
+                        missing);
+    const std::string name = impl.graph.resources[index].name + rhi::PartText(part, desc.levels, desc.layers);
+    const Extent2D extent = rhi::MipExtent(desc.extent, level);
+    const uint64_t bytes = uint64_t{extent.width} * extent.height * rhi::TexelBytes(desc.format);
     Readback readback;
     readback.m_state = impl.TakeReadback(bytes);
-    readback.m_state->extent = desc.extent;
+    readback.m_state->extent = extent;
     readback.m_state->format = desc.format;
     BufferId target = impl.AddReadback(readback.m_state, name);
     AddPass(
         "Read back " + name, PassKind::Transfer,
         [&](PassBuilder& pass) {
-            pass.CopiesFrom(texture);
+            pass.CopiesFrom(texture, part);
             target = pass.CopiesTo(target);
         },
-        [texture, target](CommandList& commands, const PassResources& resources) {
-            commands.CopyToBuffer(resources.Texture(texture), resources.Buffer(target));
+        [texture, target, level, layer](CommandList& commands, const PassResources& resources) {
+            commands.CopyToBuffer(resources.Texture(texture), resources.Buffer(target), 0, level, layer);
         });
     impl.graph.ReadOnHost(target);
     return readback;

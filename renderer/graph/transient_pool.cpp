@@ -12,7 +12,8 @@ namespace {
 constexpr size_t kMaxKnown = 128;
 
 bool IsSame(const rhi::TextureDesc& a, const rhi::TextureDesc& b) {
-    return a.extent == b.extent && a.format == b.format && a.usage == b.usage && a.mipLevels == b.mipLevels;
+    return a.extent == b.extent && a.format == b.format && a.usage == b.usage && a.mipLevels == b.mipLevels &&
+           a.layers == b.layers;
 }
 bool IsSame(const rhi::BufferDesc& a, const rhi::BufferDesc& b) {
     return a.size == b.size && a.usage == b.usage && a.memory == b.memory;

@@ -235,11 +235,7 @@ void main() { imageStore(target, ivec2(0), texture(textures[3], vec2(0.5))); })"
     const TextureId target = graph.Texture("target");
     graph.AddPass("Show", PassKind::Compute);
     PassDeclaration pass;
-    DeclaredBinding& bound = pass.bindings.emplace_back();
-    bound.name = "target";
-    bound.verb = BindVerb::Writes;
-    bound.kind = ResourceKind::Texture;
-    bound.resource = graph.Use(target, Access::StorageWrite).resource;
+    AddBinding(graph, pass, "target", target, BindVerb::Writes, Access::StorageWrite);
     EXPECT_EQ(testing::ErrorTextOf([&] { ResolveBindings(graph, pass, &interface); }),
               R"(pass "Show" uses no texture set, but its shaders read the bindless textures of set 1)");
 }

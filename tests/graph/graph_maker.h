@@ -24,6 +24,18 @@ struct GraphMaker : FrameGraph {
                                            .format = rhi::Format::Rgba32Float,
                                            .memory = Memory(mebibytes, memoryTypeBits)});
     }
+    // One of several levels and layers.
+    TextureId Chain(std::string_view name, uint32_t levels, uint32_t layers = 1, uint64_t mebibytes = 0,
+                    Origin origin = Origin::Transient, const ResourceState& state = {}) {
+        return Add<ResourceKind::Texture>({.name = std::string(name),
+                                           .origin = origin,
+                                           .extent = {64, 64},
+                                           .format = rhi::Format::Rgba32Float,
+                                           .levels = levels,
+                                           .layers = layers,
+                                           .memory = Memory(mebibytes, 1),
+                                           .state = state});
+    }
     BufferId Buffer(std::string_view name, uint64_t mebibytes = 0) {
         return Add<ResourceKind::Buffer>(
             {.name = std::string(name), .bytes = mebibytes << 20, .memory = Memory(mebibytes, 1)});
@@ -52,6 +64,25 @@ struct GraphMaker : FrameGraph {
         AddPass(name, kind);
         for (const TextureId id : reads) Use(id, Access::StorageRead);
         return Use(target, Access::StorageWrite);
+    }
+    // One that reads a part of a texture and writes another part of it.
+    TextureId Step(std::string_view name, TextureId texture, const Subresources& from, const Subresources& to,
+                   Access read = Access::StorageRead) {
+        AddPass(name, PassKind::Compute);
+        Use(texture, read, from);
+        return Use(texture, Access::StorageWrite, to);
+    }
+    // One that writes a part.
+    TextureId Fill(std::string_view name, TextureId texture, const Subresources& part = {}) {
+        AddPass(name, PassKind::Compute);
+        return Use(texture, Access::StorageWrite, part);
+    }
+    // One that reads a part and is kept.
+    void Look(std::string_view name, TextureId texture, const Subresources& part = {},
+              Access access = Access::Sampled) {
+        AddPass(name, PassKind::Compute);
+        passes.back().keepAlive = true;
+        Use(texture, access, part);
     }
 
     std::string Text() const { return DescribePlan(*this, Compile(*this)); }

@@ -31,44 +31,73 @@ struct Oracle::Frame {
     const FrameGraph& graph;
     const Plan& plan;
     std::vector<std::string> wrong;
-    std::vector<Span> spans;                                       // by resource
-    std::map<std::pair<uint32_t, uint32_t>, uint64_t> contentsOf;  // by resource and version
-    std::map<uint32_t, Object> passing;                            // objects of this frame alone
-    std::map<uint32_t, Image> images;                              // of transients
-    std::vector<uint8_t> needsLastFrame;                           // by resource: its old contents are used
+    std::vector<Span> spans;  // by resource
+    // By resource, place of the subresource and version.
+    std::map<std::tuple<uint32_t, uint32_t, uint32_t>, uint64_t> contentsOf;
+    // Of transients; those that share memory use the images alone.
+    std::map<uint32_t, Object> passing;
+    // By resource and place: its contents from before the frame are used.
+    std::set<std::pair<uint32_t, uint32_t>> needsLastFrame;
 
     const GraphResource& Resource(uint32_t r) const { return graph.resources[r]; }
     void Note(const std::string& line) {
         if (!line.empty()) wrong.push_back(line);
+    }
+    uint32_t PlaceCount(uint32_t r) const { return Resource(r).levels * Resource(r).layers; }
+    bool Covers(const Subresources& part, uint32_t r, uint32_t place) const {
+        const uint32_t level = place % Resource(r).levels, layer = place / Resource(r).levels;
+        return part.level <= level && level < part.level + part.levelCount && part.layer <= layer &&
+               layer < part.layer + part.layerCount;
+    }
+    // The version of the last declared write of a subresource among the first `version` ones; 0: there is none.
+    uint32_t LastWrite(uint32_t r, uint32_t place, uint32_t version) const {
+        uint32_t last = 0;
+        for (const ResourceUse& use : graph.uses)
+            if (use.resource == r && use.versionOut != use.versionIn && use.versionOut <= version &&
+                Covers(use.part, r, place))
+                last = std::max(last, use.versionOut);
+        return last;
     }
     bool IsShared(uint32_t r) const {
         return Resource(r).origin == Origin::Transient && plan.lifetimes[r].block != kNone;
     }
 };
 
-std::vector<Oracle::Segment>& Oracle::AllSegments(Frame& frame, uint32_t r) {
-    if (frame.IsShared(r)) return m_blocks[frame.plan.lifetimes[r].block];
-    if (frame.Resource(r).origin == Origin::Transient) return frame.passing[r].segments;
-    return m_objects[frame.Resource(r).name].segments;
+Oracle::Object& Oracle::ObjectOf(Frame& frame, uint32_t r) {
+    const bool isTransient = frame.Resource(r).origin == Origin::Transient;
+    Object& object = isTransient ? frame.passing[r] : m_objects[frame.Resource(r).name];
+    // One that its owner has used as a whole, or a new one.
+    if (object.images.size() != frame.PlaceCount(r)) {
+        object.segments.resize(frame.PlaceCount(r), object.segments.front());
+        object.images.resize(frame.PlaceCount(r), object.images.front());
+    }
+    return object;
 }
 
-// Those that the resource itself covers: it lies at the start of its block.
-std::vector<Oracle::Segment*> Oracle::Segments(Frame& frame, uint32_t r) {
+std::vector<Oracle::Segment>& Oracle::AllSegments(Frame& frame, uint32_t r) {
+    if (frame.IsShared(r)) return m_blocks[frame.plan.lifetimes[r].block];
+    return ObjectOf(frame, r).segments;
+}
+
+// Those of one subresource: the resource lies at the start of its block.
+std::vector<Oracle::Segment*> Oracle::Segments(Frame& frame, uint32_t r, uint32_t place) {
+    std::vector<Segment>& all = AllSegments(frame, r);
+    if (!frame.IsShared(r)) return {&all[place]};
+    const uint64_t size = frame.Resource(r).memory.size, count = frame.PlaceCount(r);
     std::vector<Segment*> own;
-    for (Segment& segment : AllSegments(frame, r))
-        if (!frame.IsShared(r) || segment.end <= frame.Resource(r).memory.size) own.push_back(&segment);
+    for (Segment& segment : all)
+        if (segment.end > place * size / count && segment.end <= (place + 1) * size / count)
+            own.push_back(&segment);
     return own;
 }
 
-Oracle::Image& Oracle::ImageOf(Frame& frame, uint32_t r) {
-    if (frame.Resource(r).origin == Origin::Transient) return frame.images[r];
-    return m_objects[frame.Resource(r).name].image;
+Oracle::Image& Oracle::ImageOf(Frame& frame, uint32_t r, uint32_t place) {
+    return ObjectOf(frame, r).images[place];
 }
 
 std::vector<std::string> Oracle::Judge(const FrameGraph& graph, const Plan& plan) {
     Frame frame{.graph = graph, .plan = plan};
     frame.spans.resize(graph.resources.size());
-    frame.needsLastFrame.resize(graph.resources.size());
     uint32_t position = 0, next = 0;
     for (const PlannedPass& planned : plan.passes) {
         if (planned.pass < next) frame.Note("passes are not executed in the order of their declaration");
@@ -86,8 +115,9 @@ std::vector<std::string> Oracle::Judge(const FrameGraph& graph, const Plan& plan
     JudgeSharing(frame);
     PlaceTransients(frame);
     for (uint32_t r = 0; r < graph.resources.size(); ++r)
-        if (graph.resources[r].origin != Origin::Transient)
-            frame.contentsOf[{r, 0}] = AllSegments(frame, r).front().contents;
+        for (uint32_t place = 0; place < frame.PlaceCount(r); ++place)
+            if (graph.resources[r].origin != Origin::Transient)
+                frame.contentsOf[{r, place, 0}] = Segments(frame, r, place).front()->contents;
 
     JudgeBarriers(frame, plan.acquire, "the first pass");
     for (const PlannedPass& planned : plan.passes) {
@@ -99,7 +129,7 @@ std::vector<std::string> Oracle::Judge(const FrameGraph& graph, const Plan& plan
     JudgeBarriers(frame, plan.release, "the release");
     for (const Root& root : graph.roots)
         if (root.kind == RootKind::Exported && root.queueFamily != graph.queueFamily &&
-            ImageOf(frame, root.resource).queueFamily != root.queueFamily)
+            ImageOf(frame, root.resource, 0).queueFamily != root.queueFamily)
             frame.Note(graph.resources[root.resource].name + " is not released to its owner's queue family");
     return std::move(frame.wrong);
 }
@@ -121,26 +151,31 @@ void Oracle::JudgeSharing(Frame& frame) {
     }
 }
 
-// Cuts the blocks where a resource of this frame ends.
+// Cuts the blocks where a subresource of this frame ends.
 void Oracle::PlaceTransients(Frame& frame) {
     if (m_blocks.size() < frame.plan.blocks.size()) m_blocks.resize(frame.plan.blocks.size());
     for (uint32_t r = 0; r < frame.spans.size(); ++r) {
         if (!frame.IsShared(r)) continue;
         std::vector<Segment>& segments = m_blocks[frame.plan.lifetimes[r].block];
-        const uint64_t end = frame.Resource(r).memory.size;
-        const auto at = std::find_if(segments.begin(), segments.end(),
-                                     [&](const Segment& segment) { return segment.end >= end; });
-        if (at == segments.end()) {
-            segments.push_back({.end = end});
-        } else if (at->end > end) {
-            Segment head = *at;
-            head.end = end;
-            segments.insert(at, head);
+        for (uint64_t place = 1; place <= frame.PlaceCount(r); ++place) {
+            const uint64_t end = place * frame.Resource(r).memory.size / frame.PlaceCount(r);
+            const auto at = std::find_if(segments.begin(), segments.end(),
+                                         [&](const Segment& segment) { return segment.end >= end; });
+            if (at == segments.end()) {
+                segments.push_back({.end = end});
+            } else if (at->end > end) {
+                Segment head = *at;
+                head.end = end;
+                segments.insert(at, head);
+            }
         }
     }
 }
 
 void Oracle::JudgeBarriers(Frame& frame, const BarrierRange& range, const std::string& before) {
+    // Those of one batch happen at once: none sees the transition of another.
+    for (uint32_t b = range.first; b < range.first + range.count; ++b)
+        OrderTheRest(frame, frame.plan.barriers[b]);
     for (uint32_t b = range.first; b < range.first + range.count; ++b)
         JudgeBarrier(frame, frame.plan.barriers[b], before);
 }
@@ -152,38 +187,60 @@ void Oracle::JudgeBarrier(Frame& frame, const PlannedBarrier& barrier, const std
     const Scope dst{dependency.dstStages, dependency.dstAccess};
     const std::string who = "the transition of " + frame.Resource(r).name + " before " + before;
     const bool isTexture = frame.Resource(r).kind == ResourceKind::Texture;
+    if (isTexture && (barrier.part.level + barrier.part.levelCount > frame.Resource(r).levels ||
+                      barrier.part.layer + barrier.part.layerCount > frame.Resource(r).layers))
+        frame.Note(who + " goes beyond the texture");
     const bool changesOwner = barrier.srcQueueFamily != barrier.dstQueueFamily;
-    Image& image = ImageOf(frame, r);
     const bool dropsContents = isTexture && dependency.oldLayout == VK_IMAGE_LAYOUT_UNDEFINED &&
                                dependency.newLayout != VK_IMAGE_LAYOUT_UNDEFINED;
-    if (isTexture && dependency.oldLayout != VK_IMAGE_LAYOUT_UNDEFINED &&
-        dependency.oldLayout != image.layout)
-        frame.Note(who + " starts from another layout than the texture has");
     const bool isTransition = changesOwner || dropsContents || dependency.oldLayout != dependency.newLayout;
-    // Any barrier orders the work in all of the block. What it makes available and visible is the resource
-    // alone, unless it hands the block over, by a memory barrier if there is something to make available.
-    const bool isHandOver = barrier.predecessor != kNone || barrier.followsLastFrame;
-    std::vector<Segment*> own = Segments(frame, r);
-    for (Segment& segment : AllSegments(frame, r)) {
-        const bool isOwn = std::find(own.begin(), own.end(), &segment) != own.end();
-        if (isOwn && isTransition) {
-            frame.Note(segment.memory.Transition(src, dst, who));
-            if (dropsContents && image.layout != VK_IMAGE_LAYOUT_UNDEFINED)
-                segment.contents = ++m_lastContents;
-        } else if (isOwn || (isHandOver && (!isTexture || src.access != VK_ACCESS_2_NONE))) {
-            segment.memory.Barrier(src, dst);
-        } else {
-            segment.memory.Barrier({src.stages, VK_ACCESS_2_NONE}, {dst.stages, VK_ACCESS_2_NONE});
-        }
-    }
-    if (isTexture) image.layout = dependency.newLayout;
-    if (!changesOwner) return;
     const auto otherFamily = [&](uint32_t family) {
         return family == frame.graph.queueFamily ? VK_QUEUE_FAMILY_IGNORED : family;
     };
-    if (image.queueFamily != otherFamily(barrier.srcQueueFamily))
-        frame.Note(who + " takes it from a queue family that does not have it");
-    image.queueFamily = otherFamily(barrier.dstQueueFamily);
+    for (uint32_t place = 0; place < frame.PlaceCount(r); ++place) {
+        if (!frame.Covers(barrier.part, r, place)) continue;
+        Image& image = ImageOf(frame, r, place);
+        if (isTexture && dependency.oldLayout != VK_IMAGE_LAYOUT_UNDEFINED &&
+            dependency.oldLayout != image.layout)
+            frame.Note(who + " starts from another layout than the texture has");
+        for (Segment* segment : Segments(frame, r, place)) {
+            if (!isTransition) {
+                segment->memory.Barrier(src, dst);
+                continue;
+            }
+            frame.Note(segment->memory.Transition(src, dst, who));
+            if (dropsContents && image.layout != VK_IMAGE_LAYOUT_UNDEFINED)
+                segment->contents = ++m_lastContents;
+        }
+        if (isTexture) image.layout = dependency.newLayout;
+        if (!changesOwner) continue;
+        if (image.queueFamily != otherFamily(barrier.srcQueueFamily))
+            frame.Note(who + " takes it from a queue family that does not have it");
+        image.queueFamily = otherFamily(barrier.dstQueueFamily);
+    }
+}
+
+// Any barrier orders the work in all of the block. What it makes available and visible is its part of the
+// resource alone, unless it hands the block over, by a memory barrier if there is something to make available.
+void Oracle::OrderTheRest(Frame& frame, const PlannedBarrier& barrier) {
+    const uint32_t r = barrier.resource;
+    const Dependency& dependency = barrier.dependency;
+    std::set<const Segment*> own;
+    for (uint32_t place = 0; place < frame.PlaceCount(r); ++place)
+        if (frame.Covers(barrier.part, r, place))
+            for (const Segment* segment : Segments(frame, r, place)) own.insert(segment);
+    const bool isHandOver = barrier.predecessor != kNone || barrier.followsLastFrame;
+    const bool isTexture = frame.Resource(r).kind == ResourceKind::Texture;
+    const bool isMemoryBarrier = isHandOver && (!isTexture || dependency.srcAccess != VK_ACCESS_2_NONE);
+    for (Segment& segment : AllSegments(frame, r)) {
+        if (own.contains(&segment)) continue;
+        if (isMemoryBarrier)
+            segment.memory.Barrier({dependency.srcStages, dependency.srcAccess},
+                                   {dependency.dstStages, dependency.dstAccess});
+        else
+            segment.memory.Barrier({dependency.srcStages, VK_ACCESS_2_NONE},
+                                   {dependency.dstStages, VK_ACCESS_2_NONE});
+    }
 }
 
 void Oracle::JudgePass(Frame& frame, const PlannedPass& planned) {
@@ -192,21 +249,26 @@ void Oracle::JudgePass(Frame& frame, const PlannedPass& planned) {
     for (uint32_t u = pass.firstUse; u < pass.firstUse + pass.useCount; ++u)
         if (frame.Resource(frame.graph.uses[u].resource).kind != ResourceKind::TextureSet &&
             seen.insert(frame.graph.uses[u].resource).second)
-            JudgeAccess(frame, pass, u);
+            for (uint32_t place = 0; place < frame.PlaceCount(frame.graph.uses[u].resource); ++place)
+                JudgeAccess(frame, pass, u, place);
 }
 
-// All that the pass does with the resource of its use `first`; within the pass, its body sees to the order.
-void Oracle::JudgeAccess(Frame& frame, const GraphPass& pass, uint32_t first) {
+// All that the pass does with a subresource of the resource of its use `first`; within the pass, its body sees
+// to the order.
+void Oracle::JudgeAccess(Frame& frame, const GraphPass& pass, uint32_t first, uint32_t place) {
     const uint32_t r = frame.graph.uses[first].resource;
     const GraphResource& resource = frame.Resource(r);
     const std::string who = pass.name + " (" + resource.name + ")";
     Scope scope;
     bool writes = false, needsContents = false;
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
-    uint32_t version = 0;
+    bool isUsed = false;
+    uint32_t versionIn = 0, version = 0;
     for (uint32_t u = first; u < pass.firstUse + pass.useCount; ++u) {
         const ResourceUse& use = frame.graph.uses[u];
-        if (use.resource != r) continue;
+        if (use.resource != r || !frame.Covers(use.part, r, place)) continue;
+        if (!isUsed) versionIn = frame.LastWrite(r, place, use.versionIn);
+        isUsed = true;
         const golden::AccessRow* row = golden::Find(pass.kind, use.access);
         if (!row) return frame.Note(who + " is an access that such a pass does not have");
         scope.stages |= row->stages;
@@ -217,38 +279,42 @@ void Oracle::JudgeAccess(Frame& frame, const GraphPass& pass, uint32_t first) {
         if (resource.kind == ResourceKind::Texture) layout = row->layout;
         version = use.versionOut;
     }
-    const uint32_t versionIn = frame.graph.uses[first].versionIn;
-    Image& image = ImageOf(frame, r);
+    if (!isUsed) return;
+    const Image& image = ImageOf(frame, r, place);
     if (resource.kind == ResourceKind::Texture && image.layout != layout)
         frame.Note(who + " finds another layout");
     if (image.queueFamily != VK_QUEUE_FAMILY_IGNORED) frame.Note(who + " finds it with another queue family");
 
     const bool isNew = versionIn == 0 && resource.origin == Origin::Transient;
     if (needsContents && !isNew) {
-        const auto expected = frame.contentsOf.find({r, versionIn});
+        const auto expected = frame.contentsOf.find({r, place, versionIn});
         if (expected == frame.contentsOf.end())
             frame.Note(who + " needs what no executed pass wrote");
         else
-            for (const Segment* segment : Segments(frame, r))
+            for (const Segment* segment : Segments(frame, r, place))
                 if (segment->contents != expected->second) frame.Note(who + " finds other contents");
     }
-    if (needsContents && versionIn == 0) frame.needsLastFrame[r] = 1;
+    if (needsContents && versionIn == 0) frame.needsLastFrame.insert({r, place});
     const uint64_t contents = writes ? ++m_lastContents : 0;
-    for (Segment* segment : Segments(frame, r)) {
+    for (Segment* segment : Segments(frame, r, place)) {
         frame.Note(writes ? segment->memory.Write(scope, who) : segment->memory.Read(scope, who));
         if (writes) segment->contents = contents;
     }
-    if (writes) frame.contentsOf[{r, version}] = contents;
+    if (writes) frame.contentsOf[{r, place, version}] = contents;
+}
+
+bool Oracle::HasNewest(Frame& frame, uint32_t r, uint32_t place) {
+    const uint32_t last = frame.LastWrite(r, place, frame.Resource(r).version);
+    const auto newest = frame.contentsOf.find({r, place, last});
+    return newest != frame.contentsOf.end() && Segments(frame, r, place).front()->contents == newest->second;
 }
 
 void Oracle::JudgeEnd(Frame& frame) {
-    const auto isNewest = [&](uint32_t r) {
-        const auto newest = frame.contentsOf.find({r, frame.Resource(r).version});
-        return newest != frame.contentsOf.end() && AllSegments(frame, r).front().contents == newest->second;
-    };
     for (const Root& root : frame.graph.roots) {
         const GraphResource& resource = frame.Resource(root.resource);
-        if (!isNewest(root.resource)) frame.Note("the end does not find the newest " + resource.name);
+        for (uint32_t place = 0; place < frame.PlaceCount(root.resource); ++place)
+            if (!HasNewest(frame, root.resource, place))
+                frame.Note("the end does not find the newest " + resource.name);
         const bool isExportedToo =
             std::any_of(frame.graph.roots.begin(), frame.graph.roots.end(), [&](const Root& other) {
                 return other.kind == RootKind::Exported && other.resource == root.resource;
@@ -268,38 +334,48 @@ void Oracle::JudgeEnd(Frame& frame) {
                 break;
         }
         const std::string who = "the end (" + resource.name + ")";
-        if (resource.kind == ResourceKind::Texture && ImageOf(frame, root.resource).layout != layout)
-            frame.Note(who + " finds another layout");
-        for (Segment* segment : Segments(frame, root.resource)) {
-            frame.Note(root.kind == RootKind::Exported ? segment->memory.Write(scope, who)
-                                                       : segment->memory.Read(scope, who));
+        for (uint32_t place = 0; place < frame.PlaceCount(root.resource); ++place) {
+            if (resource.kind == ResourceKind::Texture &&
+                ImageOf(frame, root.resource, place).layout != layout)
+                frame.Note(who + " finds another layout");
+            for (Segment* segment : Segments(frame, root.resource, place))
+                frame.Note(root.kind == RootKind::Exported ? segment->memory.Write(scope, who)
+                                                           : segment->memory.Read(scope, who));
         }
     }
-    // What a frame starts from has to be what the frame before left.
-    for (uint32_t r = 0; r < frame.spans.size(); ++r) {
-        const GraphResource& resource = frame.Resource(r);
-        const bool isAlways = resource.persistence == Persistence::Always || frame.needsLastFrame[r] != 0;
-        if (resource.origin == Origin::Persistent && isAlways && !isNewest(r))
-            frame.Note("the next frame does not find the newest " + resource.name);
-    }
+    // What a frame starts from has to be what the frame before left, and an import in the layout that its state
+    // says.
+    for (uint32_t r = 0; r < frame.spans.size(); ++r)
+        for (uint32_t place = 0; place < frame.PlaceCount(r); ++place) {
+            const GraphResource& resource = frame.Resource(r);
+            const bool isAlways =
+                resource.persistence == Persistence::Always || frame.needsLastFrame.contains({r, place});
+            if (resource.origin == Origin::Persistent && isAlways && !HasNewest(frame, r, place))
+                frame.Note("the next frame does not find the newest " + resource.name);
+            if (resource.origin == Origin::Imported && resource.kind == ResourceKind::Texture &&
+                ImageOf(frame, r, place).layout != frame.plan.states[r].layout)
+                frame.Note("the owner of " + resource.name + " finds another layout");
+        }
 }
 
 void Oracle::OwnerUses(const std::string& name, const Scope& scope, VkImageLayout layout) {
     Object& object = m_objects[name];
-    object.image.layout = layout;
-    Segment& segment = object.segments.front();
-    segment.memory = {};
-    std::ignore = segment.memory.Write(scope, "its owner");
-    segment.contents = ++m_lastContents;
+    for (Image& image : object.images) image.layout = layout;
+    for (Segment& segment : object.segments) {
+        segment.memory = {};
+        std::ignore = segment.memory.Write(scope, "its owner");
+        segment.contents = ++m_lastContents;
+    }
 }
 
 void Oracle::OwnerSignals(const std::string& name, VkPipelineStageFlags2 waitStages, VkImageLayout layout,
                           uint32_t queueFamily) {
     Object& object = m_objects[name];
-    object.image = {.layout = layout, .queueFamily = queueFamily};
-    Segment& segment = object.segments.front();
-    segment.memory.HandedOver(waitStages, "its owner");
-    segment.contents = ++m_lastContents;
+    for (Image& image : object.images) image = {.layout = layout, .queueFamily = queueFamily};
+    for (Segment& segment : object.segments) {
+        segment.memory.HandedOver(waitStages, "its owner");
+        segment.contents = ++m_lastContents;
+    }
 }
 
 }  // namespace raygraph::oracle

@@ -1,7 +1,8 @@
 // Oracle: judges what Compile plans, frame after frame, without knowing how it plans. It carries a plan out
 // on memories of its own (memory_model.h), by the accesses that passes declare (access_table.h), and says
 // which access is not ordered, does not see what it needs, finds another layout or other contents, and which
-// resources share memory while both live.
+// resources share memory while both live. Each level of each layer of a texture has a layout, contents and an
+// equal slice of the texture's memory.
 #pragma once
 
 #include <cstdint>
@@ -41,9 +42,10 @@ class Oracle {
         VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
         uint32_t queueFamily = VK_QUEUE_FAMILY_IGNORED;  // IGNORED: the frame's
     };
+    // Of a texture, both are by subresource, layer by layer.
     struct Object {
         std::vector<Segment> segments{1};
-        Image image;
+        std::vector<Image> images{1};
     };
     struct Frame;
 
@@ -51,12 +53,15 @@ class Oracle {
     void PlaceTransients(Frame& frame);
     void JudgeBarriers(Frame& frame, const BarrierRange& range, const std::string& before);
     void JudgeBarrier(Frame& frame, const PlannedBarrier& barrier, const std::string& before);
+    void OrderTheRest(Frame& frame, const PlannedBarrier& barrier);
     void JudgePass(Frame& frame, const PlannedPass& planned);
-    void JudgeAccess(Frame& frame, const GraphPass& pass, uint32_t first);
+    void JudgeAccess(Frame& frame, const GraphPass& pass, uint32_t first, uint32_t place);
     void JudgeEnd(Frame& frame);
+    Object& ObjectOf(Frame& frame, uint32_t resource);
     std::vector<Segment>& AllSegments(Frame& frame, uint32_t resource);
-    std::vector<Segment*> Segments(Frame& frame, uint32_t resource);
-    Image& ImageOf(Frame& frame, uint32_t resource);
+    std::vector<Segment*> Segments(Frame& frame, uint32_t resource, uint32_t place);
+    Image& ImageOf(Frame& frame, uint32_t resource, uint32_t place);
+    bool HasNewest(Frame& frame, uint32_t resource, uint32_t place);
 
     std::map<std::string, Object> m_objects;  // persistent and imported
     std::vector<std::vector<Segment>> m_blocks;

@@ -1,5 +1,6 @@
 #include "tests/graph/random_frames.h"
 
+#include <algorithm>
 #include <array>
 
 #include "base/error.h"
@@ -67,6 +68,7 @@ void RandomFrames::AddKept(ResourceKind kind, Origin origin) {
                      .extent = {8, 8},
                      .format = rhi::Format::Rgba32Float,
                      .bytes = 64};
+    MakeParts(kept.resource);
     const bool hasOwner = kind == ResourceKind::Texture || kind == ResourceKind::Buffer;
     if (origin == Origin::Imported && hasOwner && Chance(70)) {
         kept.owner = m_waitStages != 0 && Chance(70) ? Owner::Signals : Owner::Queue;
@@ -90,12 +92,29 @@ void RandomFrames::UseAsOwner(Kept& kept, oracle::Oracle& oracle) {
         state = {.writeStages = copy.stages, .writeAccess = copy.access, .layout = state.layout};
 }
 
+// Some textures have several levels, layers or both.
+void RandomFrames::MakeParts(GraphResource& texture) {
+    if (texture.kind != ResourceKind::Texture || Chance(50)) return;
+    texture.levels = 1 + Below(4);
+    texture.layers = 1 + Below(3);
+}
+
+// All of it, or any rectangle.
+Subresources RandomFrames::PartOf(const GraphResource& texture) {
+    if (Chance(30)) return {};
+    Subresources part{.level = Below(texture.levels), .layer = Below(texture.layers)};
+    part.levelCount = 1 + Below(texture.levels - part.level);
+    part.layerCount = 1 + Below(texture.layers - part.layer);
+    return part;
+}
+
 GraphResource RandomFrames::Transient(uint32_t number) {
     GraphResource resource{.name = "transient " + std::to_string(number),
                            .kind = Chance(60) ? ResourceKind::Texture : ResourceKind::Buffer,
                            .extent = {8, 8},
                            .format = rhi::Format::Rgba32Float,
                            .bytes = 64};
+    MakeParts(resource);
     const bool isUpload = resource.kind == ResourceKind::Buffer && Chance(20);
     resource.isHostWritten = isUpload;
     if (!isUpload)
@@ -123,7 +142,8 @@ bool RandomFrames::Use(uint32_t resource, Access access) {
     try {
         switch (m_graph.resources[resource].kind) {
             case ResourceKind::Texture:
-                m_graph.Use(m_graph.IdOf<ResourceKind::Texture>(resource), access);
+                m_graph.Use(m_graph.IdOf<ResourceKind::Texture>(resource), access,
+                            PartOf(m_graph.resources[resource]));
                 break;
             case ResourceKind::Buffer:
                 m_graph.Use(m_graph.IdOf<ResourceKind::Buffer>(resource), access);
@@ -175,7 +195,9 @@ void RandomFrames::AddRoots() {
     for (uint32_t r = 0, count = static_cast<uint32_t>(m_graph.resources.size()); r < count; ++r) {
         const GraphResource& resource = m_graph.resources[r];
         if (resource.version == 0 || resource.origin == Origin::Imported) continue;
-        if (resource.kind == ResourceKind::Texture && Chance(15))
+        const auto isFilled = [](uint8_t filled) { return filled != 0; };
+        if (resource.kind == ResourceKind::Texture && Chance(15) &&
+            std::all_of(resource.isFilled.begin(), resource.isFilled.end(), isFilled))
             m_graph.Present(m_graph.IdOf<ResourceKind::Texture>(r));
         else if (resource.kind == ResourceKind::Buffer && Chance(15))
             ReadOnHost(r);
@@ -211,7 +233,13 @@ void RandomFrames::Commit(const Plan& plan, oracle::Oracle& oracle) {
     m_graph.blockStates = plan.blockStates;
     for (Kept& kept : m_kept) {
         if (kept.index == kNone) continue;
-        kept.resource.state = plan.states[kept.index];
+        kept.resource.otherStates.clear();
+        m_graph.ForEachSubresource(kept.index, [&](uint32_t number, auto&&) {
+            if (number == kept.index)
+                kept.resource.state = plan.states[number];
+            else if (kept.resource.origin == Origin::Persistent)
+                kept.resource.otherStates.push_back(plan.states[number]);
+        });
         if (kept.owner != Owner::Graph) UseAsOwner(kept, oracle);
     }
 }

@@ -41,6 +41,8 @@ class RandomFrames {
     uint32_t Below(uint32_t count) { return static_cast<uint32_t>(m_random() % count); }
     bool Chance(uint32_t percent) { return Below(100) < percent; }
     GraphResource Transient(uint32_t number);
+    void MakeParts(GraphResource& texture);
+    Subresources PartOf(const GraphResource& texture);
     void AddKept(ResourceKind kind, Origin origin);
     void UseAsOwner(Kept& kept, oracle::Oracle& oracle);
     uint32_t Add(GraphResource resource);

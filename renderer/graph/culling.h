@@ -1,0 +1,14 @@
+// Culling: which passes of a frame lead to something that is needed (renderer/graph/compile.h). Pure.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "renderer/graph/frame_graph.h"
+
+namespace raygraph {
+
+// By pass: 1 if it is kept.
+std::vector<uint8_t> KeptPasses(const FrameGraph& graph);
+
+}  // namespace raygraph
