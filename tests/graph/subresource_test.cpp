@@ -358,6 +358,19 @@ TEST(MergedStates, WhatOneSawOfItsWrite_DoesNotCountForTheOther) {
     }
 }
 
+TEST(MergedBarriers, OfLayersWithOtherLevels_StayTwo) {
+    for (const uint32_t level : {0u, 2u}) {
+        std::vector<PlannedBarrier> barriers;
+        AddBarrier(barriers, 0, {.resource = 0, .part = Subresource(1, 0), .dependency = {.isNeeded = true}});
+        AddBarrier(barriers, 0,
+                   {.resource = 0, .part = Subresource(level, 1), .dependency = {.isNeeded = true}});
+        MergeLayers(barriers, 0);
+        ASSERT_EQ(barriers.size(), 2u);
+        EXPECT_EQ(barriers[0].part, Subresource(1, 0));
+        EXPECT_EQ(barriers[1].part, Subresource(level, 1));
+    }
+}
+
 TEST(MergedBarriers, CheckerboardOfLayersAndLevels_LosesNone) {
     std::vector<PlannedBarrier> barriers{{.resource = 9}};  // of another resource
     for (uint32_t layer = 0; layer < 3; ++layer)
