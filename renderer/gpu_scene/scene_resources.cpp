@@ -392,7 +392,12 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
                  transmissionFactor, transmissionTexture, thicknessFactor, attenuationColor,
                  attenuationDistance, isUnlit, clearcoatFactor, clearcoatTexture, clearcoatRoughnessFactor,
                  clearcoatRoughnessTexture, clearcoatNormalTexture, clearcoatNormalScale, sheenColorFactor,
-                 sheenColorTexture, sheenRoughnessFactor, sheenRoughnessTexture, priority] = values;
+                 sheenColorTexture, sheenRoughnessFactor, sheenRoughnessTexture, anisotropyStrength,
+                 anisotropyRotation, anisotropyTexture, iridescenceFactor, iridescenceTexture, iridescenceIor,
+                 iridescenceThicknessMinimum, iridescenceThicknessMaximum, iridescenceThicknessTexture,
+                 dispersion, diffuseTransmissionFactor, diffuseTransmissionTexture,
+                 diffuseTransmissionColorFactor, diffuseTransmissionColorTexture, multiscatterColorFactor,
+                 scatterAnisotropy, priority] = values;
     gpu::MaterialRecord record = textures;
     // Textures that `values` does not name stay as they are
 #define RAYGRAPH_TRANSFORM(name) \
@@ -412,13 +417,23 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.specular = specularFactor;
     record.specularColor = specularColorFactor;
     record.transmission = transmissionFactor;
-    record.absorption = values.Absorption();
+    record.extinction = values.Extinction();
     record.priority = priority;
     record.clearcoat = isUnlit ? 0.0f : clearcoatFactor;
     record.clearcoatRoughness = clearcoatRoughnessFactor;
     record.clearcoatNormalScale = clearcoatNormalScale;
     record.sheenColor = sheenColorFactor;
     record.sheenRoughness = sheenRoughnessFactor;
+    record.anisotropy = anisotropyStrength;
+    record.anisotropyRotation = anisotropyRotation;
+    record.iridescence = iridescenceFactor;
+    record.iridescenceIor = iridescenceIor;
+    record.iridescenceThickness = {iridescenceThicknessMinimum, iridescenceThicknessMaximum};
+    record.dispersion = dispersion;
+    record.diffuseTransmission = diffuseTransmissionFactor;
+    record.diffuseTransmissionColor = diffuseTransmissionColorFactor;
+    record.scattering = values.Scattering();
+    record.scatterAnisotropy = scatterAnisotropy;
     return record;
 }
 

@@ -145,6 +145,24 @@ constexpr auto kSheen =
     Table(Factor(&Material::sheenColorFactor), TextureOf(&Material::sheenColorTexture),
           Factor(&Material::sheenRoughnessFactor), TextureOf(&Material::sheenRoughnessTexture));
 
+constexpr auto kAnisotropy =
+    Table(Factor(&Material::anisotropyStrength), Factor(&Material::anisotropyRotation),
+          TextureOf(&Material::anisotropyTexture));
+
+constexpr auto kIridescence =
+    Table(Factor(&Material::iridescenceFactor), TextureOf(&Material::iridescenceTexture),
+          Factor(&Material::iridescenceIor), Factor(&Material::iridescenceThicknessMinimum),
+          Factor(&Material::iridescenceThicknessMaximum), TextureOf(&Material::iridescenceThicknessTexture));
+
+constexpr auto kDispersion = Table(Factor(&Material::dispersion));
+
+constexpr auto kDiffuseTransmission = Table(
+    Factor(&Material::diffuseTransmissionFactor), TextureOf(&Material::diffuseTransmissionTexture),
+    Factor(&Material::diffuseTransmissionColorFactor), TextureOf(&Material::diffuseTransmissionColorTexture));
+
+constexpr auto kVolumeScatter =
+    Table(Factor(&Material::multiscatterColorFactor), Factor(&Material::scatterAnisotropy));
+
 // --- Meshes ---
 
 constexpr auto kAttributes =
@@ -263,6 +281,11 @@ constexpr std::array kExtensions{
     Extension{material_fields::kVolume, ExtensionPlace::Material, kVolume},
     Extension{material_fields::kClearcoat, ExtensionPlace::Material, kClearcoat},
     Extension{material_fields::kSheen, ExtensionPlace::Material, kSheen},
+    Extension{material_fields::kAnisotropy, ExtensionPlace::Material, kAnisotropy},
+    Extension{material_fields::kIridescence, ExtensionPlace::Material, kIridescence},
+    Extension{FieldOf(&Material::dispersion).object, ExtensionPlace::Material, kDispersion},
+    Extension{material_fields::kDiffuseTransmission, ExtensionPlace::Material, kDiffuseTransmission},
+    Extension{material_fields::kVolumeScatter, ExtensionPlace::Material, kVolumeScatter},
     Extension{"KHR_materials_unlit", ExtensionPlace::Material, {}},
 };
 

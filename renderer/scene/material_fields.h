@@ -23,6 +23,10 @@ inline constexpr const char* kTransmission = "KHR_materials_transmission";
 inline constexpr const char* kVolume = "KHR_materials_volume";
 inline constexpr const char* kClearcoat = "KHR_materials_clearcoat";
 inline constexpr const char* kSheen = "KHR_materials_sheen";
+inline constexpr const char* kAnisotropy = "KHR_materials_anisotropy";
+inline constexpr const char* kIridescence = "KHR_materials_iridescence";
+inline constexpr const char* kDiffuseTransmission = "KHR_materials_diffuse_transmission";
+inline constexpr const char* kVolumeScatter = "KHR_materials_volume_scatter";
 using Texture = TextureField;
 using Number = MaterialField<float>;
 using Color = MaterialField<glm::vec3>;
@@ -79,17 +83,55 @@ inline constexpr auto kAll = std::tuple{
     Number{{&M::sheenRoughnessFactor, "sheenRoughnessFactor", kSheen, "sheenRoughnessFactor"}, kShare},
     Texture{{&M::sheenRoughnessTexture, "sheenRoughnessTexture", kSheen, "sheenRoughnessTexture"},
             ColorSpace::Linear},
+    Number{{&M::anisotropyStrength, "anisotropyStrength", kAnisotropy, "anisotropyStrength"}, kShare},
+    Number{{&M::anisotropyRotation, "anisotropyRotation", kAnisotropy, "anisotropyRotation"},
+           {-1e9f, 1e9f},
+           "rad"},
+    Texture{{&M::anisotropyTexture, "anisotropyTexture", kAnisotropy, "anisotropyTexture"},
+            ColorSpace::Linear},
+    Number{{&M::iridescenceFactor, "iridescenceFactor", kIridescence, "iridescenceFactor"}, kShare},
+    Texture{{&M::iridescenceTexture, "iridescenceTexture", kIridescence, "iridescenceTexture"},
+            ColorSpace::Linear},
+    Number{{&M::iridescenceIor, "iridescenceIor", kIridescence, "iridescenceIor"}, {1.0f, M::kMaxIor}},
+    Number{{&M::iridescenceThicknessMinimum, "iridescenceThicknessMinimum", kIridescence,
+            "iridescenceThicknessMinimum"},
+           {0.0f, M::kMaxFilm},
+           "nm"},
+    Number{{&M::iridescenceThicknessMaximum, "iridescenceThicknessMaximum", kIridescence,
+            "iridescenceThicknessMaximum"},
+           {0.0f, M::kMaxFilm},
+           "nm"},
+    Texture{{&M::iridescenceThicknessTexture, "iridescenceThicknessTexture", kIridescence,
+             "iridescenceThicknessTexture"},
+            ColorSpace::Linear},
+    Number{{&M::dispersion, "dispersion", "KHR_materials_dispersion", "dispersion"}, kNotNegative},
+    Number{{&M::diffuseTransmissionFactor, "diffuseTransmissionFactor", kDiffuseTransmission,
+            "diffuseTransmissionFactor"},
+           kShare},
+    Texture{{&M::diffuseTransmissionTexture, "diffuseTransmissionTexture", kDiffuseTransmission,
+             "diffuseTransmissionTexture"},
+            ColorSpace::Linear},
+    Color{{&M::diffuseTransmissionColorFactor, "diffuseTransmissionColorFactor", kDiffuseTransmission,
+           "diffuseTransmissionColorFactor"},
+          kShare},
+    Texture{{&M::diffuseTransmissionColorTexture, "diffuseTransmissionColorTexture", kDiffuseTransmission,
+             "diffuseTransmissionColorTexture"},
+            ColorSpace::Srgb},
+    Color{{&M::multiscatterColorFactor, "multiscatterColorFactor", kVolumeScatter, "multiscatterColorFactor"},
+          kShare},
+    Number{{&M::scatterAnisotropy, "scatterAnisotropy", kVolumeScatter, "scatterAnisotropy"},
+           {-M::kMaxScatterAnisotropy, M::kMaxScatterAnisotropy}},
     MaterialField<uint32_t>{{&M::priority, "priority", "extras", "priority"}},
 };
 
 // A field more or less than these does not compile: list it above, then here.
 inline size_t CountMembers(const Material& material) {
     const auto& [name, f1, f2, f3, f4, f5, f6, f7, f8, f9, f10, f11, f12, f13, f14, f15, f16, f17, f18, f19,
-                 f20, f21, f22, f23, f24, f25, f26, f27, f28, f29, f30, f31, f32, f33, f34, f35, f36, f37] =
-        material;
+                 f20, f21, f22, f23, f24, f25, f26, f27, f28, f29, f30, f31, f32, f33, f34, f35, f36, f37,
+                 f38, f39, f40, f41, f42, f43, f44, f45, f46, f47, f48, f49, f50, f51, f52, f53] = material;
     std::ignore = name;
-    static_assert(std::tuple_size_v<decltype(kAll)> == 37, "each field of Material is in the list, once");
-    return 38;
+    static_assert(std::tuple_size_v<decltype(kAll)> == 53, "each field of Material is in the list, once");
+    return 54;
 }
 
 }  // namespace material_fields

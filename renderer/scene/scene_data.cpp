@@ -43,13 +43,32 @@ Bounds Bounds::Transformed(const glm::mat4x3& transform) const {
     return result;
 }
 
-glm::vec3 Material::Absorption() const {
-    glm::vec3 absorption(0.0f);
-    if (attenuationDistance == 0.0f) return absorption;
+namespace {
+
+// The single-scattering albedo of a medium whose half space, seen from within, has the albedo `color`: Kulla
+// and Conty 2017, "Revisiting Physically Based Shading at Imageworks", as KHR_materials_volume_scatter says.
+float SingleScatteringAlbedo(float color, float anisotropy) {
+    const float s =
+        4.09712f + 4.20863f * color - std::sqrt(9.59217f + 41.6808f * color + 17.7126f * color * color);
+    return std::clamp((1.0f - s * s) / (1.0f - anisotropy * s * s), 0.0f, 1.0f);
+}
+
+}  // namespace
+
+glm::vec3 Material::Extinction() const {
+    glm::vec3 extinction(0.0f);
+    if (attenuationDistance == 0.0f) return extinction;
     for (int i = 0; i < 3; ++i)
         if (attenuationColor[i] < 1.0f)  // The logarithm of 0 is minus infinity.
-            absorption[i] = std::min(-std::log(attenuationColor[i]) / attenuationDistance, kMaxAbsorption);
-    return absorption;
+            extinction[i] = std::min(-std::log(attenuationColor[i]) / attenuationDistance, kMaxExtinction);
+    return extinction;
+}
+
+glm::vec3 Material::Scattering() const {
+    glm::vec3 scattering = Extinction();
+    for (int i = 0; i < 3; ++i)
+        scattering[i] *= SingleScatteringAlbedo(multiscatterColorFactor[i], scatterAnisotropy);
+    return scattering;
 }
 
 glm::mat4x3 Node::LocalTransform() const {

@@ -151,6 +151,30 @@ struct RAYGRAPH_API Material {
     TextureRef sheenColorTexture;  // sRGB;
     float sheenRoughnessFactor = 0.0f;
     TextureRef sheenRoughnessTexture;  // alpha.
+    // KHR_materials_anisotropy: how far highlights are stretched, and where to, counterclockwise from the
+    // tangent, radians.
+    float anisotropyStrength = 0.0f;
+    float anisotropyRotation = 0.0f;
+    TextureRef anisotropyTexture;  // rg = direction in [-1,1], which rotation turns; b = strength.
+    // KHR_materials_iridescence: share of the surface under a thin film, the film's index, and its thickness
+    // in nm where the texture's g is 0 and where it is 1, or there is none.
+    float iridescenceFactor = 0.0f;
+    TextureRef iridescenceTexture;  // r.
+    float iridescenceIor = 1.3f;
+    float iridescenceThicknessMinimum = 100.0f;
+    float iridescenceThicknessMaximum = 400.0f;
+    TextureRef iridescenceThicknessTexture;
+    float dispersion = 0.0f;  // KHR_materials_dispersion: 20 / Abbe number of the medium.
+    // KHR_materials_diffuse_transmission: share of the diffuse light that passes to the other side, and its
+    // color.
+    float diffuseTransmissionFactor = 0.0f;
+    TextureRef diffuseTransmissionTexture;  // alpha.
+    glm::vec3 diffuseTransmissionColorFactor{1.0f};
+    TextureRef diffuseTransmissionColorTexture;  // sRGB.
+    // KHR_materials_volume_scatter: the medium's albedo by multiple scattering, and the mean cosine of the
+    // scattering angle.
+    glm::vec3 multiscatterColorFactor{0.0f};
+    float scatterAnisotropy = 0.0f;
     // Where media of closed surfaces overlap, the one of higher priority is present. Not glTF's: a whole
     // number `priority` in the material's `extras`.
     uint32_t priority = 0;
@@ -166,13 +190,17 @@ struct RAYGRAPH_API Material {
     // Transmits light, so that back faces count as much as front faces.
     bool IsTransmissive() const { return transmissionFactor > 0.0f; }
     bool BoundsMedium() const { return IsTransmissive() && thicknessFactor > 0.0f; }
-    // Absorption coefficient of the medium, 1/m: exp(-absorption d) of the light passes d meters. At most
-    // kMaxAbsorption, which an attenuationColor of 0 means.
-    glm::vec3 Absorption() const;
+    // Extinction coefficient of the medium, 1/m: exp(-extinction d) of the light passes d meters. At most
+    // kMaxExtinction, which an attenuationColor of 0 means.
+    glm::vec3 Extinction() const;
+    // Its part that scatters, by multiscatterColorFactor; the rest absorbs.
+    glm::vec3 Scattering() const;
     // Whether back faces are culled for all rays (glTF 2.0, 3.9.5).
     bool IsBackCulled() const { return !isDoubleSided && !IsTransmissive(); }
 
-    static constexpr float kMaxAbsorption = 1e9f;
+    static constexpr float kMaxExtinction = 1e9f;
+    static constexpr float kMaxFilm = 1e5f;                 // nm: far above where a film has any color.
+    static constexpr float kMaxScatterAnisotropy = 0.999f;  // A beam hardly wider than no scattering at all.
     static constexpr float kMaxIor = 1e4f;  // A mirror to four digits, and its square far from a float's end.
 };
 

@@ -90,7 +90,7 @@ CONST float kFarInMedium = 1.0e18f;
 // float would become infinite, and the result of a medium that absorbs nothing NaN.
 INLINE vec3 Transmittance(uint material, float distance) {
     if (material == kVacuum) return vec3(1.0f);
-    vec3 opticalDepth = MediumAt(material).absorption * min(distance, kFarInMedium);
+    vec3 opticalDepth = MediumAt(material).extinction * min(distance, kFarInMedium);
     return vec3(exp(-opticalDepth.x), exp(-opticalDepth.y), exp(-opticalDepth.z));
 }
 

@@ -50,7 +50,7 @@ struct SurfaceMaterial {
 
 // The inside of a closed surface.
 struct Medium {
-    vec3 absorption;  // 1/m
+    vec3 extinction;  // 1/m
     float ior;
     uint priority;
 };

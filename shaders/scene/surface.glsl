@@ -103,7 +103,7 @@ uint LightOf(InstanceRecord instance, uint primitive) {
 
 Medium MediumAt(uint material) {
     Medium medium;
-    medium.absorption = materials.at[material].absorption;
+    medium.extinction = materials.at[material].extinction;
     medium.ior = materials.at[material].ior;
     medium.priority = materials.at[material].priority;
     return medium;

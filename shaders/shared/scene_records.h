@@ -99,7 +99,12 @@ RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
     X(clearcoatRoughness)             \
     X(clearcoatNormal)                \
     X(sheenColor)                     \
-    X(sheenRoughness)
+    X(sheenRoughness)                 \
+    X(anisotropy)                     \
+    X(iridescence)                    \
+    X(iridescenceThickness)           \
+    X(diffuseTransmission)            \
+    X(diffuseTransmissionColor)
 
 #define RAYGRAPH_TEXTURE_FIELD(name)   uint name##Texture;
 #define RAYGRAPH_TRANSFORM_FIELD(name) mat3x2 name##Transform;
@@ -117,13 +122,23 @@ struct MaterialRecord {
     float specular;
     vec3 specularColor;  // linear
     float transmission;
-    vec3 absorption;  // of the medium inside, 1/m: the share that passes d meters is exp(-absorption d)
+    vec3 extinction;  // of the medium inside, 1/m: the share that passes d meters is exp(-extinction d)
     uint priority;    // where media overlap, the one of higher priority is present
     float clearcoat;  // weight of a layer over all of it
     float clearcoatRoughness;
     float clearcoatNormalScale;
     vec3 sheenColor;  // linear; 0: no sheen
     float sheenRoughness;
+    float anisotropy;          // stretches highlights
+    float anisotropyRotation;  // from the tangent, radians
+    float iridescence;         // share of the surface under a thin film
+    float iridescenceIor;
+    vec2 iridescenceThickness;  // minimum, maximum; nm
+    float dispersion;           // 20 / Abbe number
+    float diffuseTransmission;  // share of the diffuse light that passes to the other side
+    vec3 diffuseTransmissionColor;
+    vec3 scattering;          // of the medium inside, 1/m
+    float scatterAnisotropy;  // mean cosine of its scattering angle
     // Slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
     RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TEXTURE_FIELD)
     // From (u, v, 1) to where the texture is read. Only scenes with such transforms read them.
@@ -180,7 +195,7 @@ struct TraceParameters {
 
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
-static_assert(sizeof(MaterialRecord) == 114 * 4);
+static_assert(sizeof(MaterialRecord) == 164 * 4);
 static_assert(sizeof(TraceParameters) == 49 * 4);
 }  // namespace raygraph::gpu
 #endif

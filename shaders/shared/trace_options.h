@@ -39,6 +39,11 @@
 //   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates
 //   Glass, Metals, Opaque, Clearcoat, Sheen: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit
 //                     light, are metal, are a layer over a diffuse base, have a clear coat, have sheen
+//   Anisotropy:       highlights of some materials are stretched
+//   Iridescence:      some are under a thin film
+//   Dispersion:       some glass refracts colors differently
+//   DiffuseTransmission: diffuse light passes through some surfaces
+//   Scattering:       some media scatter
 //   Volumes:          surfaces enclose media
 //   ProbeMedia:       the camera may be inside of some
 //   ThinWalls:        light goes straight on through some surfaces
@@ -61,7 +66,12 @@
     X(Opaque, 4096)                \
     X(TextureTransforms, 8192)     \
     X(Clearcoat, 16384)            \
-    X(Sheen, 32768)
+    X(Sheen, 32768)                \
+    X(Anisotropy, 65536)           \
+    X(Iridescence, 131072)         \
+    X(Dispersion, 262144)          \
+    X(DiffuseTransmission, 524288) \
+    X(Scattering, 1048576)
 
 #ifdef __cplusplus
 namespace raygraph {

@@ -153,9 +153,9 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
     EXPECT_EQ(record.specular, 0.88f);
     EXPECT_EQ(record.specularColor, glm::vec3(0.9f, 0.8f, 1.5f));
     EXPECT_EQ(record.transmission, 0.35f);
-    // exp(-absorption * 2 m) is the color
+    // exp(-extinction * 2 m) is the color
     const float ln2 = std::numbers::ln2_v<float>;
-    ExpectNear(record.absorption, glm::vec3(0.5f, 1.0f, 1.5f) * ln2, 1e-5f, "absorption");
+    ExpectNear(record.extinction, glm::vec3(0.5f, 1.0f, 1.5f) * ln2, 1e-5f, "extinction");
     EXPECT_EQ(record.priority, 7u);
     EXPECT_EQ(records[2].alphaMode, 2u);
     EXPECT_EQ(records[2].flags, gpu::kMaterialUnlit);

@@ -103,7 +103,7 @@ TEST(MaterialExtensions, AbsentAndEmptyOnesMeanTheDefaults) {
         EXPECT_FALSE(material.transmissionTexture.IsPresent());
         EXPECT_FALSE(material.IsTransmissive());
         EXPECT_FALSE(material.BoundsMedium());
-        EXPECT_EQ(material.Absorption(), vec3(0.0f));
+        EXPECT_EQ(material.Extinction(), vec3(0.0f));
         EXPECT_FALSE(material.isUnlit);
         EXPECT_EQ(material.priority, 0u);
     }
@@ -199,7 +199,7 @@ TEST(MaterialExtensions, MediumTurnsWhiteIntoItsColorOverItsDistance) {
     const scene::Material material = MaterialWith(
         {{"KHR_materials_volume",
           {{"thicknessFactor", 1}, {"attenuationColor", {0.25, 1, 0.5}}, {"attenuationDistance", 0.1}}}});
-    const vec3 passed = glm::exp(-material.Absorption() * 0.1f);
+    const vec3 passed = glm::exp(-material.Extinction() * 0.1f);
     EXPECT_NEAR(passed.x, 0.25f, 1e-6f);
     EXPECT_EQ(passed.y, 1.0f);
     EXPECT_NEAR(passed.z, 0.5f, 1e-6f);
@@ -210,13 +210,13 @@ TEST(MaterialExtensions, AbsorptionIsFiniteWhateverTheColorAndDistance) {
     material.attenuationColor = vec3(0.0f, 1e-45f, 1.0f);
     for (const float distance : {1e-45f, 1e-30f, 1.0f, 1e38f}) {
         material.attenuationDistance = distance;
-        const vec3 absorption = material.Absorption();
-        EXPECT_EQ(absorption.x, scene::Material::kMaxAbsorption) << "color 0 is black over any distance";
-        EXPECT_TRUE(std::isfinite(absorption.y));
-        EXPECT_EQ(absorption.z, 0.0f);
+        const vec3 extinction = material.Extinction();
+        EXPECT_EQ(extinction.x, scene::Material::kMaxExtinction) << "color 0 is black over any distance";
+        EXPECT_TRUE(std::isfinite(extinction.y));
+        EXPECT_EQ(extinction.z, 0.0f);
     }
     material.attenuationDistance = 0.0f;
-    EXPECT_EQ(material.Absorption(), vec3(0.0f)) << "an infinite distance attenuates nothing";
+    EXPECT_EQ(material.Extinction(), vec3(0.0f)) << "an infinite distance attenuates nothing";
 }
 
 TEST(MaterialExtensions, UnlitMaterialsHaveNoEmissionOfTheirOwn) {

@@ -78,6 +78,22 @@ TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwnAndTheirOrderStays) {
                                             "sheenColorTexture",
                                             "sheenRoughnessFactor",
                                             "sheenRoughnessTexture",
+                                            "anisotropyStrength",
+                                            "anisotropyRotation",
+                                            "anisotropyTexture",
+                                            "iridescenceFactor",
+                                            "iridescenceTexture",
+                                            "iridescenceIor",
+                                            "iridescenceThicknessMinimum",
+                                            "iridescenceThicknessMaximum",
+                                            "iridescenceThicknessTexture",
+                                            "dispersion",
+                                            "diffuseTransmissionFactor",
+                                            "diffuseTransmissionTexture",
+                                            "diffuseTransmissionColorFactor",
+                                            "diffuseTransmissionColorTexture",
+                                            "multiscatterColorFactor",
+                                            "scatterAnisotropy",
                                             "priority"};
     EXPECT_EQ(names, expected);
     EXPECT_STREQ(FieldOf(&Material::thicknessFactor).unit, "m");

@@ -32,7 +32,7 @@ namespace {
 void SetMedia(std::vector<uint> priorities) {
     media.clear();
     for (size_t i = 0; i < priorities.size(); ++i)
-        media.push_back({.absorption = vec3(0.0f), .ior = 1.1f + 0.1f * float(i), .priority = priorities[i]});
+        media.push_back({.extinction = vec3(0.0f), .ior = 1.1f + 0.1f * float(i), .priority = priorities[i]});
 }
 
 }  // namespace
@@ -115,7 +115,7 @@ TEST(Media, MoreVolumesThanFitLoseTheOutermost) {
 
 TEST(Media, LightFadesExponentially) {
     SetMedia({0});
-    media[0].absorption = vec3(0.0f, 1.0f, 3.0f);
+    media[0].extinction = vec3(0.0f, 1.0f, 3.0f);
     const vec3 passed = Transmittance(0, 0.5f);
     EXPECT_FLOAT_EQ(passed.x, 1.0f);
     EXPECT_NEAR(passed.y, std::exp(-0.5), 1e-6);

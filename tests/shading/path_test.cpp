@@ -119,11 +119,11 @@ vec3 UnblockedShare(Ray ray, float distance, float ior, uint) {
     }
 }
 
-thread_local float absorption = 0.0f;
+thread_local float extinction = 0.0f;
 thread_local float mediumIor = 1.0f;
 
 Medium MediumAt(uint) {
-    return {.absorption = vec3(absorption), .ior = mediumIor, .priority = 0u};
+    return {.extinction = vec3(extinction), .ior = mediumIor, .priority = 0u};
 }
 
 }  // namespace
@@ -289,12 +289,12 @@ TEST_F(Path, MediumDimsTheWayToTheLightAndToTheEye) {
     testLights.Build();
     const PathSettings settings = Unbiased(kNoLimit, 100u);
     threadTraceFeatures = kTraceLightSampling | kTracePunctualLights | kTraceVolumes;
-    absorption = 0.25f;
+    extinction = 0.25f;
     PathState path = StartPath(FromAbove(), StartPixelSample(uvec2(0u), 0u, 0u));
     path.media = EnterMedium(NoMedia(), 0u);
     while (ExtendPath(path, settings)) {
     }
-    absorption = 0.0f;
+    extinction = 0.0f;
     const double expected = 0.7 * double(kInvPi) * 9.0 / (3.0 * 3.0) * std::exp(-0.25 * (3.0 + 4.0));
     EXPECT_NEAR(path.radiance.y, expected, 1e-4 * expected);
 }
