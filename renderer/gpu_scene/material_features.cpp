@@ -21,6 +21,8 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     if (isDielectric && isOpaque) features |= kTraceOpaque;
     if (material.clearcoat > 0.0f) features |= kTraceClearcoat;
     if (material.sheenColor != glm::vec3(0.0f)) features |= kTraceSheen;
+    if (material.dispersion > 0.0f && (material.flags & gpu::kMaterialVolume) != 0u)
+        features |= kTraceDispersion;
     return features;
 }
 

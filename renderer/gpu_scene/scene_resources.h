@@ -100,7 +100,4 @@ struct KindChanges {
 KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
                            const gpu::MaterialRecord& record);
 
-// `values` with the texture fields of `textures`.
-gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures);
-
 }  // namespace raygraph

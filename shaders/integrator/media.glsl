@@ -9,6 +9,8 @@
 #ifndef RAYGRAPH_INTEGRATOR_MEDIA_GLSL
 #define RAYGRAPH_INTEGRATOR_MEDIA_GLSL
 
+#include "bxdf/dispersion.glsl"
+#include "core/trace_options.glsl"
 #include "scene/ray.glsl"
 
 SHADING_BEGIN
@@ -79,8 +81,16 @@ INLINE uint CurrentMedium(MediumStack media) {
     return PreferredMedium(PreferredMedium(PreferredMedium(media.m0, media.m1), media.m2), media.m3);
 }
 
-INLINE float MediumIor(uint material) {
-    return material == kVacuum ? 1.0f : MediumAt(material).ior;
+// At a wavelength in nm, or kNoWavelength.
+INLINE float MediumIor(uint material, float wavelength) {
+    if (material == kVacuum) return 1.0f;
+    Medium medium = MediumAt(material);
+    if (!HasTraceFeature(kTraceDispersion)) return medium.ior;
+    return DispersedIor(medium.ior, medium.dispersion, wavelength);
+}
+
+INLINE bool IsDispersive(uint material) {
+    return material != kVacuum && MediumAt(material).dispersion > 0.0f;
 }
 
 CONST float kFarInMedium = 1.0e18f;
@@ -98,7 +108,7 @@ INLINE vec3 Transmittance(uint material, float distance) {
 struct Boundary {
     MediumStack beyond;  // the volumes on the other side
     bool isReal;         // false: the medium does not change, and the path ignores the surface
-    float eta;           // index beyond over index on this side
+    uint here, there;    // the media: materials, or kVacuum
 };
 
 INLINE Boundary CrossBoundary(MediumStack media, uint material, bool isEntering) {
@@ -109,8 +119,14 @@ INLINE Boundary CrossBoundary(MediumStack media, uint material, bool isEntering)
     // Leaving a volume that was never entered: its inside must have been here
     if (!isEntering && here == kVacuum && there == kVacuum) here = material;
     boundary.isReal = here != there;
-    boundary.eta = MediumIor(there) / MediumIor(here);
+    boundary.here = here;
+    boundary.there = there;
     return boundary;
+}
+
+// The index beyond over that on this side.
+INLINE float RelativeIor(Boundary boundary, float wavelength) {
+    return MediumIor(boundary.there, wavelength) / MediumIor(boundary.here, wavelength);
 }
 
 SHADING_END

@@ -20,7 +20,8 @@
 // light the wall is a hole for a share of the light, and the remaining paths sample its other lobes.
 //
 // Sample dimensions: 0 to 3 are the camera's; each bounce has kBounceDimensions of its own, so that the same
-// decision uses the same dimension on every path. Straight crossings have dimensions by the ray's number.
+// decision uses the same dimension on every path. Straight crossings have dimensions by the ray's number, and
+// the path's wavelength has one.
 #ifndef RAYGRAPH_INTEGRATOR_PATH_GLSL
 #define RAYGRAPH_INTEGRATOR_PATH_GLSL
 
@@ -42,6 +43,7 @@ SHADING_BEGIN
 // 0: which light; 1, 2: where on it; 3: which lobe; 4, 5: direction; 6: roulette
 CONST uint kBounceDimensions = 7u;
 CONST uint kStraightDimensions = 0x40000000u;
+CONST uint kWavelengthDimension = 0x3fffffffu;
 CONST float kMaxSurvival = 0.99f;  // even a path without losses must end
 CONST uint kMaxRays = 4096u;       // of one path: a guard against rooms that cannot be left
 
@@ -60,6 +62,7 @@ struct PathState {
     Sampler rng;
     vec3 radiance;         // collected so far: the estimate, once the path has ended
     vec3 throughput;       // share of the light at the path's end that reaches the camera
+    float wavelength;      // nm; kNoWavelength: all colors
     float etaScale;        // square of the index of refraction along the path, which roulette must not count
     float scatterPDF;      // of the ray's direction; 0: light sampling cannot make this path
     LightContext scatter;  // where the ray left, for light sampling
@@ -78,6 +81,7 @@ INLINE PathState StartPath(Ray ray, Sampler rng) {
     path.rng = rng;
     path.radiance = vec3(0.0f);
     path.throughput = vec3(1.0f);
+    path.wavelength = kNoWavelength;
     path.etaScale = 1.0f;
     path.scatterPDF = 0.0f;
     path.scatter.position = ray.origin;
@@ -203,7 +207,7 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     if (HasTraceFeature(kTraceVolumes)) {
         uint medium = CurrentMedium(side > 0.0f ? path.media : vertex.beyond);
         direct.radiance *= Transmittance(medium, light.distance);
-        if (HasTraceFeature(kTraceThinWalls)) direct.ior = MediumIor(medium);
+        if (HasTraceFeature(kTraceThinWalls)) direct.ior = MediumIor(medium, path.wavelength);
     }
     return direct;
 }
@@ -298,6 +302,16 @@ INLINE bool GoesStraight(INOUT(PathState) path, INOUT(Vertex) vertex) {
     return false;
 }
 
+// At the boundary of a medium that refracts colors differently, a path of all colors goes on as one of a
+// single wavelength.
+INLINE void ChooseWavelength(INOUT(PathState) path, Boundary boundary) {
+    if (path.wavelength != kNoWavelength) return;
+    if (!IsDispersive(boundary.here) && !IsDispersive(boundary.there)) return;
+    path.rng.dimension = kWavelengthDimension;
+    path.wavelength = SampleWavelength(Get1D(path.rng));
+    path.throughput *= WavelengthShare(path.wavelength);
+}
+
 // Adds the emission that the path's ray found, and scatters the path there. `direct` becomes the light that a
 // shadow ray must confirm. False: the path ends here.
 INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, INOUT(DirectLight) direct) {
@@ -316,7 +330,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     Boundary boundary;
     boundary.beyond = path.media;
     boundary.isReal = true;
-    boundary.eta = surface.material.ior;
+    float eta = surface.material.ior;
     float distance = isHit ? hit.t : kInfinity;
     if (HasTraceFeature(kTraceVolumes)) {
         float inside = isHit ? SegmentLength(path.start, surface, path.ray, distance) : kInfinity;
@@ -324,7 +338,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
         if (isVolume)
             boundary = CrossBoundary(path.media, surface.material.id, surface.isFront);
         else
-            boundary.eta = surface.material.ior / MediumIor(CurrentMedium(path.media));
+            eta = surface.material.ior / MediumIor(CurrentMedium(path.media), path.wavelength);
     }
     // Surfaces emit even if a medium of higher priority hides them, as for light sampling
     if (MaxComponent(surface.emission) > 0.0f)
@@ -341,6 +355,11 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     bool isLast = path.depth >= settings.maxDepth;
     if ((isLast && !isWall) || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
+    if (HasTraceFeature(kTraceVolumes) && isVolume) {
+        if (HasTraceFeature(kTraceDispersion)) ChooseWavelength(path, boundary);
+        eta = RelativeIor(boundary, path.wavelength);
+    }
+
     // Scattering at the surface
     Vertex vertex;
     vertex.surface = surface;
@@ -348,7 +367,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     vertex.frame = FrameFromZ(surface.shadingNormal);
     float minAlpha = path.depth > 0u && !isWall ? settings.regularize : 0.0f;
     SurfaceSetting setting =
-        SettingOf(surface, vertex.frame, boundary.eta, minAlpha, AlphaSeed(path.rng, path.rayCount));
+        SettingOf(surface, vertex.frame, eta, minAlpha, AlphaSeed(path.rng, path.rayCount));
     vertex.bsdf = BSDFOf(surface.material, ToLocal(vertex.frame, -path.ray.direction), setting);
     if (isWall) {
         if (GoesStraight(path, vertex)) {

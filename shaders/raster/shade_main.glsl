@@ -15,6 +15,7 @@
 #include "scene/surface.glsl"
 
 #include "bxdf/bsdf.glsl"
+#include "bxdf/dispersion.glsl"
 #include "core/frame.glsl"
 #include "core/rng.glsl"
 #include "lights/lights.glsl"
@@ -122,6 +123,24 @@ vec3 LightFromBehind(GltfBSDF g, vec3 position, Frame frame) {
     return sum;
 }
 
+// A medium that refracts colors differently shows each as at the middle of its band of wavelengths.
+vec3 LightFromBehind(SurfaceInteraction surface, SurfaceBSDF bsdf, SurfaceSetting setting, Frame frame) {
+    if (HasTraceFeature(kTraceDispersion) && (surface.material.flags & kMaterialVolume) != 0u) {
+        float ior = surface.material.ior;
+        float dispersion = MediumAt(surface.material.id).dispersion;
+        vec3 seen = vec3(0.0f);
+        DONT_UNROLL
+        for (int color = 0; color < 3 && dispersion > 0.0f; ++color) {
+            surface.material.ior = DispersedIor(ior, dispersion, kBandMean[color]);
+            setting.eta = EtaOf(surface);
+            GltfBSDF one = Prepare(surface.material, setting, bsdf.wo);
+            seen[color] = LightFromBehind(one, surface.position, frame)[color];
+        }
+        if (dispersion > 0.0f) return seen;
+    }
+    return LightFromBehind(bsdf.gltf, surface.position, frame);
+}
+
 vec4 Shade(Hit hit, Ray ray) {
     if (!IsHit(hit)) return vec4(EnvironmentRadiance(ray.direction), 0.0f);
     SurfaceInteraction surface = SurfaceAt(hit, ray);
@@ -135,7 +154,7 @@ vec4 Shade(Hit hit, Ray ray) {
     float roughness = surface.material.roughness;
     if (HasTraceFeature(kTraceEnvironmentLight))
         scattered += ReflectedEnvironment(bsdf, roughness, open, frame);
-    if (ActiveBrdf() == kBrdfGltf) scattered += LightFromBehind(bsdf.gltf, surface.position, frame);
+    if (ActiveBrdf() == kBrdfGltf) scattered += LightFromBehind(surface, bsdf, setting, frame);
     return vec4(surface.emission * EmissionPassed(surface, -ray.direction) + scattered, 1.0f);
 }
 

@@ -52,6 +52,7 @@ struct SurfaceMaterial {
 struct Medium {
     vec3 extinction;  // 1/m
     float ior;
+    float dispersion;  // 20 / Abbe number; set if kTraceDispersion is
     uint priority;
 };
 

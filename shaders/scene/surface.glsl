@@ -105,6 +105,7 @@ Medium MediumAt(uint material) {
     Medium medium;
     medium.extinction = materials.at[material].extinction;
     medium.ior = materials.at[material].ior;
+    if (HasTraceFeature(kTraceDispersion)) medium.dispersion = materials.at[material].dispersion;
     medium.priority = materials.at[material].priority;
     return medium;
 }

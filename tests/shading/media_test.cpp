@@ -32,7 +32,10 @@ namespace {
 void SetMedia(std::vector<uint> priorities) {
     media.clear();
     for (size_t i = 0; i < priorities.size(); ++i)
-        media.push_back({.extinction = vec3(0.0f), .ior = 1.1f + 0.1f * float(i), .priority = priorities[i]});
+        media.push_back({.extinction = vec3(0.0f),
+                         .ior = 1.1f + 0.1f * float(i),
+                         .dispersion = 0.0f,
+                         .priority = priorities[i]});
 }
 
 }  // namespace
@@ -41,11 +44,11 @@ TEST(Media, OneVolumeIsEnteredAndLeft) {
     SetMedia({0});
     const Boundary in = CrossBoundary(NoMedia(), 0, true);
     EXPECT_TRUE(in.isReal);
-    EXPECT_FLOAT_EQ(in.eta, 1.1f);
+    EXPECT_FLOAT_EQ(RelativeIor(in, kNoWavelength), 1.1f);
     EXPECT_EQ(CurrentMedium(in.beyond), 0u);
     const Boundary out = CrossBoundary(in.beyond, 0, false);
     EXPECT_TRUE(out.isReal);
-    EXPECT_FLOAT_EQ(out.eta, 1.0f / 1.1f);
+    EXPECT_FLOAT_EQ(RelativeIor(out, kNoWavelength), 1.0f / 1.1f);
     EXPECT_EQ(CurrentMedium(out.beyond), kVacuum);
 }
 
@@ -58,7 +61,7 @@ TEST(Media, SurfaceOfLowerPriorityIsNotThere) {
     // Leaving the glass inside the water is a change from glass to water
     const Boundary out = CrossBoundary(water.beyond, 0, false);
     EXPECT_TRUE(out.isReal);
-    EXPECT_FLOAT_EQ(out.eta, 1.2f / 1.1f);
+    EXPECT_FLOAT_EQ(RelativeIor(out, kNoWavelength), 1.2f / 1.1f);
     EXPECT_EQ(CurrentMedium(out.beyond), 1u);
 }
 
@@ -97,7 +100,7 @@ TEST(Media, VolumeThatWasNeverEnteredIsLeftFromWithin) {
     SetMedia({0});
     const Boundary out = CrossBoundary(NoMedia(), 0, false);
     EXPECT_TRUE(out.isReal);
-    EXPECT_FLOAT_EQ(out.eta, 1.0f / 1.1f);
+    EXPECT_FLOAT_EQ(RelativeIor(out, kNoWavelength), 1.0f / 1.1f);
     EXPECT_EQ(CurrentMedium(out.beyond), kVacuum);
 }
 

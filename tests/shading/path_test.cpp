@@ -123,7 +123,7 @@ thread_local float extinction = 0.0f;
 thread_local float mediumIor = 1.0f;
 
 Medium MediumAt(uint) {
-    return {.extinction = vec3(extinction), .ior = mediumIor, .priority = 0u};
+    return {.extinction = vec3(extinction), .ior = mediumIor, .dispersion = 0.0f, .priority = 0u};
 }
 
 }  // namespace

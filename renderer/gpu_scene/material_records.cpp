@@ -1,0 +1,84 @@
+#include "renderer/gpu_scene/material_records.h"
+
+namespace raygraph {
+
+namespace {
+
+// Until there is a slot, 0 stands for any.
+uint32_t TextureSlot(const scene::TextureRef& reference, std::span<const TextureResources> textures) {
+    if (!reference.IsPresent()) return gpu::kNoTexture;
+    const uint32_t slot = textures.empty() ? 0u : textures[static_cast<size_t>(reference.texture)].slot;
+    return slot | (reference.texCoord == 1 ? gpu::kSecondTexCoord : 0u);
+}
+
+}  // namespace
+
+gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialRecord& textures) {
+    // Names all fields: one that is added to Material does not compile until it is added here, and to the
+    // record, or to MaterialRecords if it is a texture
+    const auto& [name, baseColorFactor, baseColorTexture, metallicFactor, roughnessFactor,
+                 metallicRoughnessTexture, normalTexture, normalScale, occlusionTexture, occlusionStrength,
+                 emissiveFactor, emissiveStrength, emissiveTexture, alphaMode, alphaCutoff, isDoubleSided,
+                 ior, specularFactor, specularTexture, specularColorFactor, specularColorTexture,
+                 transmissionFactor, transmissionTexture, thicknessFactor, attenuationColor,
+                 attenuationDistance, isUnlit, clearcoatFactor, clearcoatTexture, clearcoatRoughnessFactor,
+                 clearcoatRoughnessTexture, clearcoatNormalTexture, clearcoatNormalScale, sheenColorFactor,
+                 sheenColorTexture, sheenRoughnessFactor, sheenRoughnessTexture, anisotropyStrength,
+                 anisotropyRotation, anisotropyTexture, iridescenceFactor, iridescenceTexture, iridescenceIor,
+                 iridescenceThicknessMinimum, iridescenceThicknessMaximum, iridescenceThicknessTexture,
+                 dispersion, diffuseTransmissionFactor, diffuseTransmissionTexture,
+                 diffuseTransmissionColorFactor, diffuseTransmissionColorTexture, multiscatterColorFactor,
+                 scatterAnisotropy, priority] = values;
+    gpu::MaterialRecord record = textures;
+    // Textures that `values` does not name stay as they are
+#define RAYGRAPH_TRANSFORM(name) \
+    if (name##Texture.IsPresent()) record.name##Transform = name##Texture.transform.Matrix();
+    RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TRANSFORM)
+#undef RAYGRAPH_TRANSFORM
+    record.baseColor = baseColorFactor;
+    record.emission = values.EmittedRadiance();
+    record.metallic = metallicFactor;
+    record.roughness = roughnessFactor;
+    record.normalScale = normalScale;
+    record.alphaCutoff = alphaCutoff;
+    record.alphaMode = static_cast<uint32_t>(alphaMode);
+    record.flags = (isDoubleSided ? gpu::kMaterialDoubleSided : 0u) | (isUnlit ? gpu::kMaterialUnlit : 0u) |
+                   (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
+    record.ior = ior > 0.0f ? ior : gpu::kInfiniteIor;
+    record.specular = specularFactor;
+    record.specularColor = specularColorFactor;
+    record.transmission = transmissionFactor;
+    record.extinction = values.Extinction();
+    record.priority = priority;
+    record.clearcoat = isUnlit ? 0.0f : clearcoatFactor;
+    record.clearcoatRoughness = clearcoatRoughnessFactor;
+    record.clearcoatNormalScale = clearcoatNormalScale;
+    record.sheenColor = sheenColorFactor;
+    record.sheenRoughness = sheenRoughnessFactor;
+    record.anisotropy = anisotropyStrength;
+    record.anisotropyRotation = anisotropyRotation;
+    record.iridescence = iridescenceFactor;
+    record.iridescenceIor = iridescenceIor;
+    record.iridescenceThickness = {iridescenceThicknessMinimum, iridescenceThicknessMaximum};
+    record.dispersion = dispersion;
+    record.diffuseTransmission = diffuseTransmissionFactor;
+    record.diffuseTransmissionColor = diffuseTransmissionColorFactor;
+    record.scattering = values.Scattering();
+    record.scatterAnisotropy = scatterAnisotropy;
+    return record;
+}
+
+std::vector<gpu::MaterialRecord> MaterialRecords(std::span<const scene::Material> materials,
+                                                 std::span<const TextureResources> textures) {
+    std::vector<gpu::MaterialRecord> records;
+    for (const scene::Material& material : materials) {
+        gpu::MaterialRecord fields{};
+#define RAYGRAPH_SLOT(name) fields.name##Texture = TextureSlot(material.name##Texture, textures);
+        RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_SLOT)
+#undef RAYGRAPH_SLOT
+        records.push_back(ToRecord(material, fields));
+    }
+    return records;
+}
+
+}  // namespace raygraph
