@@ -23,6 +23,7 @@ set(public
     renderer/scene/load_gltf.h
     renderer/scene/save_gltf.h
     renderer/scene/scene_data.h
+    renderer/scene/variants.h
     rhi/blas_builder.h
     rhi/command_list.h
     rhi/compute_pipeline.h

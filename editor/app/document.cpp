@@ -9,6 +9,7 @@
 #include "renderer/scene/check.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/save_gltf.h"
+#include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
 
@@ -29,12 +30,15 @@ scene::SceneData OutlineOf(const scene::SceneData& data) {
     outline.lights = data.lights;
     outline.bounds = data.bounds;
     outline.warnings = data.warnings;
+    outline.variants = data.variants;
+    outline.variant = data.variant;
     for (const scene::Mesh& mesh : data.meshes) {
         scene::Mesh& kept = outline.meshes.emplace_back(scene::Mesh{.name = mesh.name, .primitives = {}});
         for (const scene::Primitive& primitive : mesh.primitives) {
             kept.primitives.emplace_back();
             kept.primitives.back().material = primitive.material;
             kept.primitives.back().bounds = primitive.bounds;
+            kept.primitives.back().variants = primitive.variants;
         }
     }
     return outline;
@@ -70,7 +74,9 @@ FileContent WithHash(FileContent content, const Log& log) {
     }
     if (!content.hash.empty()) return content;
     try {
-        content.hash = session::HashOf(scene::LoadGltf(content.file, {.log = log}));
+        scene::SceneData scene = scene::LoadGltf(content.file, {.log = log});
+        scene::SetVariant(scene, content.variant);
+        content.hash = session::HashOf(scene);
     } catch (const Error&) {
         return content;  // the picture is saved without
     }
@@ -82,9 +88,9 @@ Document::Document(std::filesystem::path file, const scene::SceneData& data,
                    const std::optional<FileStamp>& stamp, std::string hash)
     : m_file(std::move(file)),
       m_stamp(stamp),
-      m_hash(std::move(hash)),
       m_scene(OutlineOf(data)),
       m_statistics(scene::Statistics(data)) {
+    if (!hash.empty()) m_hashes[m_scene.variant] = std::move(hash);
     m_children.resize(m_scene.nodes.size());
     for (const uint32_t node : m_scene.nodeOrder) {
         const uint32_t parent = m_scene.nodes[node].parent;
@@ -283,7 +289,7 @@ void Document::Save(const std::filesystem::path& to) {
         throw MakeError(ErrorKind::BadInput, "{}: has changed since it was opened; not saved",
                         m_file.string());
     scene::SaveGltf(m_file, m_scene, to);
-    if (IsEdited()) m_hash.clear();
+    if (IsEdited()) m_hashes.clear();
     m_isOpen = false;
     m_file = to;
     m_stamp = StampOf(to);
@@ -305,11 +311,18 @@ std::filesystem::path Document::SaveBeside() const {
 
 FileContent Document::Content() const {
     if (m_file.empty() || IsEdited()) return {};
-    return {m_file, m_stamp, m_hash};
+    const auto known = m_hashes.find(m_scene.variant);
+    return {m_file, m_stamp, m_scene.variant, known == m_hashes.end() ? "" : known->second};
 }
 
 void Document::Know(const FileContent& content) {
-    if (!content.hash.empty() && content.file == m_file && content.stamp == m_stamp) m_hash = content.hash;
+    if (!content.hash.empty() && content.file == m_file && content.stamp == m_stamp)
+        m_hashes[content.variant] = content.hash;
+}
+
+void Document::ShowVariant(uint32_t variant, GpuScene& gpu) {
+    gpu.SetVariant(variant);  // may be refused
+    scene::SetVariant(m_scene, variant);
 }
 
 void Document::Undo(GpuScene& gpu) {

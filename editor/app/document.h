@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -47,7 +48,8 @@ std::optional<FileStamp> StampOf(const std::filesystem::path& file);  // nothing
 struct FileContent {
     std::filesystem::path file;  // "": there is none, or the scene differs from what is in it
     std::optional<FileStamp> stamp;
-    std::string hash;  // of what is in it (session::HashOf); "": not known
+    uint32_t variant = scene::kNone;  // in which it is shown
+    std::string hash;                 // of what is in it, so shown (session::HashOf); "": not known
 };
 // With the hash, for which the file is read if it is not known; "": the file has been written since, or
 // cannot be read. Threads: any.
@@ -85,6 +87,8 @@ class Document {
     void Settle() { m_isOpen = false; }
     bool CanUndo() const { return m_done > 0; }
     bool CanRedo() const { return m_done < m_steps.size(); }
+    // Shows the variant, here and on the device; scene::kNone: none. No edit, and no step of the history.
+    void ShowVariant(uint32_t variant, GpuScene& gpu);
     void Undo(GpuScene& gpu);
     void Redo(GpuScene& gpu);
     // The number of edits that are applied, not undone.
@@ -116,7 +120,7 @@ class Document {
 
     std::filesystem::path m_file;
     std::optional<FileStamp> m_stamp;
-    std::string m_hash;  // of what is in the file; "": not known
+    std::map<uint32_t, std::string> m_hashes;  // of what is in the file, by variant, as far as they are known
     scene::SceneData m_scene;
     scene::SceneStatistics m_statistics;
     // What a node places: instances, which are neighbors; light and camera: scene::kNone for none.

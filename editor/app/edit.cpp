@@ -16,7 +16,7 @@ void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     const std::unique_ptr<rhi::Device> device = openDevice({});
     PictureScreen screen;
     Editor editor(*device, {.shaders = options.shaders, .log = options.log});
-    if (!options.scene.empty()) editor.Work().Open(options.scene);
+    if (!options.scene.empty()) editor.Work().Open(options.scene, options.variant);
     script.Play(editor, screen);
 }
 
@@ -31,7 +31,7 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     Editor editor(*device, {.shaders = options.shaders, .log = options.log});
     window.ShareClipboard();
     if (!config.empty()) editor.UseConfig(config);
-    if (!options.scene.empty()) editor.Work().Open(options.scene);
+    if (!options.scene.empty()) editor.Work().Open(options.scene, options.variant);
     RunFrames(editor, screen,
               {.poll = [&](double seconds) { return window.Poll(seconds); },
                .setTitle = [&](const std::string& title) { window.SetTitle(title); }});

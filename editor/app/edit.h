@@ -15,6 +15,7 @@ namespace raygraph::editor {
 
 struct EditOptions {
     std::filesystem::path scene;    // "": opens empty
+    std::string variant = {};       // of it, by name or index; "": none
     std::filesystem::path script;   // "": a window; else runs this script without one
     std::filesystem::path shaders;  // folder of sources to reload from; "": none
     // What the log panel shows: it is given what devices say; null: nothing.

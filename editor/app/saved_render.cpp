@@ -9,6 +9,7 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const session::S
     session::PictureSettings settings;
     settings.size = picture.extent;
     settings.view = picture.isRaster ? session::View::Raster : session::View::PathTraced;
+    settings.variant = source.variant;
     settings.camera = session::CameraText(picture.camera);
     if (picture.lens.radius > 0.0f) {
         settings.aperture = picture.lens.radius;

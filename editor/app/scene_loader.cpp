@@ -5,6 +5,7 @@
 
 #include "editor/session/content_hash.h"
 #include "renderer/scene/load_gltf.h"
+#include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
 
@@ -12,11 +13,11 @@ SceneLoader::~SceneLoader() {
     if (m_thread.joinable()) m_thread.join();
 }
 
-bool SceneLoader::Start(const std::filesystem::path& file) {
+bool SceneLoader::Start(const std::filesystem::path& file, const std::string& variant) {
     if (IsLoading()) return false;
     m_isDone = false;
     m_progress = {};
-    m_thread = std::thread([this, file] {
+    m_thread = std::thread([this, file, variant] {
         try {
             scene::LoadOptions options;
             options.log = m_log;
@@ -26,6 +27,7 @@ bool SceneLoader::Start(const std::filesystem::path& file) {
             };
             const std::optional<FileStamp> stamp = StampOf(file);
             scene::SceneData data = scene::LoadGltf(file, options);
+            scene::SetVariant(data, scene::FindVariant(data, variant));
             std::string hash = session::HashOf(data);
             m_result = LoadedScene{file, stamp, std::move(data), std::move(hash)};
         } catch (const std::exception& failure) {

@@ -37,8 +37,8 @@ class SceneLoader {
     SceneLoader(const SceneLoader&) = delete;
     SceneLoader& operator=(const SceneLoader&) = delete;
 
-    // False: another load is still running, and continues.
-    bool Start(const std::filesystem::path& file);
+    // In this variant, by name or index; "": none. False: another load is still running, and continues.
+    bool Start(const std::filesystem::path& file, const std::string& variant = {});
     bool IsLoading() const { return m_thread.joinable(); }
     struct Progress {
         std::string stage;

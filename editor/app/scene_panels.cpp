@@ -54,6 +54,26 @@ void SettleAfterItem(Workspace& work) {
     if (ImGui::IsItemDeactivatedAfterEdit()) work.document.Settle();
 }
 
+// Which variant is shown, of a scene that has some.
+void VariantField(Workspace& work) {
+    const scene::SceneData& scene = work.document.Scene();
+    if (scene.variants.empty()) return;
+    const auto label = [&](uint32_t variant) {
+        if (variant == scene::kNone) return std::string("no variant");
+        return scene.variants[variant].empty() ? Text("variant {}", variant) : scene.variants[variant];
+    };
+    ImGui::SetNextItemWidth(-1.0f);
+    if (!ImGui::BeginCombo("##variant", label(scene.variant).c_str())) return;
+    const auto choice = [&](uint32_t variant) {
+        ImGui::PushID(static_cast<int>(variant));  // names may be alike
+        if (ImGui::Selectable(label(variant).c_str(), variant == scene.variant)) work.ShowVariant(variant);
+        ImGui::PopID();
+    };
+    choice(scene::kNone);
+    for (uint32_t variant = 0; variant < scene.variants.size(); ++variant) choice(variant);
+    ImGui::EndCombo();
+}
+
 void VisibilityField(Workspace& work, uint32_t node) {
     bool isVisible = work.document.Scene().nodes[node].isVisible;
     if (ImGui::Checkbox("visible", &isVisible)) {
@@ -222,6 +242,7 @@ void HierarchyPanel(Workspace& work) {
         ImGui::TextWrapped("Drop a .gltf or .glb file here, or use File > Open.");
         return;
     }
+    VariantField(work);
     ImGui::BeginChild("nodes");
     if (work.nodeToReveal) {
         const size_t row = work.hierarchy.Reveal(*std::exchange(work.nodeToReveal, std::nullopt));

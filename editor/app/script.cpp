@@ -5,12 +5,14 @@
 #include "base/overloaded.h"
 #include "base/read_file.h"
 #include "base/text.h"
+#include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
 
 namespace {
 
 constexpr int kDragSteps = 8;
+constexpr std::string_view kNoVariant = "none";
 constexpr std::chrono::seconds kMaxWait{300};
 constexpr uint64_t kMaxBytes = 1 << 20;
 
@@ -161,6 +163,17 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                               editor.Work().view.SetView(command.view);
                               frame();
                           },
+                          [&](const ShowVariant& command) {
+                              Workspace& work = editor.Work();
+                              const bool isNone = command.choice == kNoVariant;
+                              try {
+                                  work.ShowVariant(scene::FindVariant(work.document.Scene(),
+                                                                      isNone ? "" : command.choice));
+                              } catch (const Error& error) {
+                                  Fail(line, error.what());
+                              }
+                              frame();
+                          },
                           [&](const SetBaseColor& command) {
                               Workspace& work = editor.Work();
                               if (!work.selectedMaterial) Fail(line, "no material is selected");
@@ -189,11 +202,16 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
     const std::string view = Name(work.view.Show().view);
     const std::string selected =
         work.selectedNode ? work.document.Scene().nodes[*work.selectedNode].name : "nothing";
+    const uint32_t variant = work.document.Scene().variant;
+    const std::string shown = variant == scene::kNone ? std::string(kNoVariant)
+                                                      : scene::VariantText(work.document.Scene(), variant);
     switch (expected.of) {
         case Of::Selected:
             return require(selected == expected.text, selected);
         case Of::View:
             return require(view == Name(expected.view), view);
+        case Of::Variant:
+            return require(shown == expected.text, shown);
         case Of::Message:
             return require(work.message.find(expected.text) != std::string::npos, work.message);
         case Of::Edits:

@@ -12,9 +12,11 @@
 //   budget 0               milliseconds of the device that a frame may take; 0: a frame is a sample
 //   config FOLDER          settings are read from there, and kept there when the script ends
 //   scene FILE             saves the scene, .gltf or .glb
+//   variant NAME           shows it, by name or index; none: the materials without one
 //   close                  as the window's button   expect asking yes | leaving no: the question about
 //                          unsaved edits, which key S, D or escape answers; whether the editor ends
-//   expect selected NAME | view NAME | message TEXT | edits N | samples-below N | samples-above N
+//   expect selected NAME | view NAME | variant NAME | message TEXT | edits N
+//   expect samples-below N | samples-above N
 // clang-format on
 #pragma once
 

@@ -115,6 +115,7 @@ class LineReader {
         if (verb == "config") return UseConfigFolder{Rest(1)};
         if (verb == "scene") return SaveSceneFile{Rest(1)};
         if (verb == "view") return ShowView{ViewOf(Rest(1))};
+        if (verb == "variant") return ShowVariant{Rest(1)};
         if (verb == "material" && Word(1) == "base") return SetBaseColor{{Share(2), Share(3), Share(4)}};
         if (verb == "expect") return Expected();
         Refuse("there is no such command");
@@ -141,6 +142,7 @@ class LineReader {
         const std::string value = Rest(2);
         if (what == "selected") return {Of::Selected, value};
         if (what == "view") return {Of::View, "", 0, ViewOf(value)};
+        if (what == "variant") return {Of::Variant, value};
         if (what == "message") return {Of::Message, value};
         if (what == "edits") return {Of::Edits, "", Count(value)};
         if (what == "samples-below") return {Of::SamplesBelow, "", Count(value)};

@@ -68,13 +68,26 @@ struct SaveSceneFile {
 struct ShowView {
     viewport::View view;
 };
+struct ShowVariant {
+    std::string choice;  // name or index
+};
 struct SetBaseColor {
     glm::vec3 color;
 };
 struct Expectation {
-    enum class Of : uint8_t { Selected, View, Message, Edits, Asking, Leaving, SamplesBelow, SamplesAbove };
+    enum class Of : uint8_t {
+        Selected,
+        View,
+        Variant,
+        Message,
+        Edits,
+        Asking,
+        Leaving,
+        SamplesBelow,
+        SamplesAbove
+    };
     Of of;
-    std::string text;     // of Selected and Message
+    std::string text;     // of Selected, Variant and Message
     uint32_t number = 0;  // of Edits and Samples; of Asking and Leaving 1: yes, 0: no
     viewport::View view = viewport::View::PathTraced;
 };
@@ -82,7 +95,7 @@ struct Expectation {
 using ScriptCommand =
     std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, TurnWheel,
                  TypeText, PassFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget, UseConfigFolder,
-                 SaveSceneFile, ShowView, SetBaseColor, Expectation>;
+                 SaveSceneFile, ShowView, ShowVariant, SetBaseColor, Expectation>;
 
 struct ScriptLine {
     uint32_t number = 0;

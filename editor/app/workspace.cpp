@@ -8,6 +8,7 @@
 #include "base/extension.h"
 #include "base/text.h"
 #include "editor/session/content_hash.h"
+#include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
 
@@ -16,12 +17,12 @@ bool Workspace::IsEnvironment(const std::filesystem::path& file) {
     return extension == ".hdr" || extension == ".exr";
 }
 
-void Workspace::Open(const std::filesystem::path& file) {
+void Workspace::Open(const std::filesystem::path& file, const std::string& variant) {
     if (IsEnvironment(file)) {
         OpenEnvironment(file);
         return;
     }
-    if (!loader.Start(file)) Say("another scene is being loaded");
+    if (!loader.Start(file, variant)) Say("another scene is being loaded");
 }
 
 template <typename Change>
@@ -60,6 +61,10 @@ void Workspace::ToggleVisibility() {
     if (!selectedNode) return;
     Apply(VisibilityEdit{*selectedNode, !document.Scene().nodes[*selectedNode].isVisible});
     document.Settle();
+}
+
+void Workspace::ShowVariant(uint32_t variant) {
+    Try([&] { document.ShowVariant(variant, gpu); });
 }
 
 void Workspace::Undo() {
@@ -166,6 +171,7 @@ void Workspace::RemoveEnvironmentMap() {
 
 session::SceneInput Workspace::Source() const {
     return {.file = document.File().filename().string(),
+            .variant = scene::VariantText(document.Scene(), document.Scene().variant),
             .environmentFile = m_environmentFile.filename().string(),
             .environmentHash = m_environmentHash};
 }

@@ -51,7 +51,8 @@ class Workspace {
     static bool IsEnvironment(const std::filesystem::path& file);
     // Starts to load a scene or an environment map (.hdr, .exr) on another thread; the message says if
     // another load of the kind is running.
-    void Open(const std::filesystem::path& file);
+    // The scene is shown in this variant, by name or index; "": none.
+    void Open(const std::filesystem::path& file, const std::string& variant = {});
     void RemoveEnvironmentMap();
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
@@ -68,6 +69,8 @@ class Workspace {
     // The open scene with its edits, .gltf or .glb; that file is open then. The message reports the result;
     // false: it failed.
     bool SaveScene(const std::filesystem::path& file);
+    // A variant of the scene's materials, in all views; scene::kNone: none. No edit: it is not saved.
+    void ShowVariant(uint32_t variant);
     // A camera of the scene, or one that frames it all.
     void UseCamera(std::optional<uint32_t> camera);
     // With the material that was picked, if one was.

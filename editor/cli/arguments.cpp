@@ -55,6 +55,11 @@ void AddPath(CLI::App& app, const std::string& name, const char* operand, const 
     });
 }
 
+void AddVariant(CLI::App& app, std::string& variant) {
+    AddOption(app, "--variant", "VARIANT", "Which variant of the scene's materials, by name or index (none)",
+              [&variant](const std::string& text) { variant = text; });
+}
+
 CLI::Option* AddScene(CLI::App& app, std::filesystem::path& path) {
     return app
         .add_option_function<std::string>(
@@ -172,9 +177,10 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
 CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     CLI::App* bench = app.add_subcommand("bench", "Time the passes against the barest ray tracing");
     AddScene(*bench, arguments.scene)->required();
-    AddSettings(*bench, arguments.given,
-                {"size", "camera", "scene", "sampler", "brdf", "multiscatter", "nee", "light-sampler", "mis",
-                 "rr", "rr-start", "max-depth", "background", "env-rotation", "env-tint"});
+    AddSettings(
+        *bench, arguments.given,
+        {"size", "camera", "scene", "variant", "sampler", "brdf", "multiscatter", "nee", "light-sampler",
+         "mis", "rr", "rr-start", "max-depth", "background", "env-rotation", "env-tint"});
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", "Timed frames of each kind in a round (8)",
               [&](const std::string& text) { arguments.frames = ParseCount(text, 1, 100000); });
@@ -199,6 +205,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
     AddScene(*info, arguments.scene);
     AddOption(*info, "--scene", "SCENE", "Which scene of the glTF file, by name or index",
               [&](const std::string& text) { arguments.sceneChoice = text; });
+    AddVariant(*info, arguments.variant);
     info->add_flag("--devices", arguments.isListingDevices,
                    "List every Vulkan device, and why the unsuitable ones are not used");
     info->add_flag("--extensions", arguments.isListingExtensions,
@@ -210,7 +217,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
 CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     CLI::App* graph = app.add_subcommand("graph", "Show the plan of a frame: passes, barriers, memory");
     AddScene(*graph, arguments.scene)->required();
-    AddSettings(*graph, arguments.given, {"size", "camera", "scene"});
+    AddSettings(*graph, arguments.given, {"size", "camera", "scene", "variant"});
     graph->add_flag("--dot", arguments.isDot, "As Graphviz");
     graph->add_flag("--first", arguments.isFirstFrame,
                     "The first frame, which uploads and builds the scene, instead of a later one");
@@ -239,6 +246,7 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     CLI::App* edit =
         app.add_subcommand("edit", "Open a window on a scene: path-traced and raster views, edits");
     AddScene(*edit, arguments.scene);
+    AddVariant(*edit, arguments.variant);
     AddPath(*edit, "--headless-script", "FILE",
             "Play keys, mouse and waits from a file, without a window; see docs/editor.md", arguments.script);
     AddPath(*edit, "--shaders", "FOLDER", "Shader sources, for F5 to reload from", arguments.shaders);
@@ -287,9 +295,17 @@ void CheckInfo(const InfoArguments& arguments) {
     const int wanted =
         int{!arguments.scene.empty()} + arguments.isListingDevices + arguments.isListingExtensions;
     if (wanted != 1) Refuse("info needs either a scene file, --devices or --extensions");
-    if (arguments.scene.empty() && !arguments.sceneChoice.empty())
-        Refuse(std::string("--scene is one of a scene file, and ") +
-               (arguments.isListingDevices ? "--devices" : "--extensions") + " lists none");
+    if (!arguments.scene.empty()) return;
+    const char* lists = arguments.isListingDevices ? "--devices" : "--extensions";
+    if (!arguments.sceneChoice.empty())
+        Refuse(Text("--scene is one of a scene file, and {} lists none", lists));
+    if (!arguments.variant.empty())
+        Refuse(Text("--variant is one of a scene file, and {} lists none", lists));
+}
+
+void CheckEdit(const EditArguments& arguments) {
+    if (arguments.scene.empty() && !arguments.variant.empty())
+        Refuse("--variant is one of a scene: it needs a FILE");
 }
 
 std::string OneLine(std::string text) {
@@ -356,7 +372,10 @@ Arguments ParseArguments(int argc, const char* const* argv) {
         return infoArguments;
     }
     if (*graph) return graphArguments;
-    if (*edit) return editArguments;
+    if (*edit) {
+        CheckEdit(editArguments);
+        return editArguments;
+    }
     if (!*merge)
         Refuse("a command is needed: render, edit, bench, info, graph or merge (see raygraph --help)");
     CheckMerge(mergeArguments);

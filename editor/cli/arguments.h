@@ -54,6 +54,7 @@ struct BenchArguments : OutputArguments {
 struct InfoArguments : OutputArguments {
     std::filesystem::path scene;  // "": one of the lists
     std::string sceneChoice;
+    std::string variant;
     bool isListingDevices = false;
     bool isListingExtensions = false;
 };
@@ -73,6 +74,7 @@ struct MergeArguments : OutputArguments {
 
 struct EditArguments : OutputArguments {
     std::filesystem::path scene;    // "": opens empty
+    std::string variant;            // of it; "": none
     std::filesystem::path script;   // "": a window
     std::filesystem::path shaders;  // "": none to reload from
     std::string device;

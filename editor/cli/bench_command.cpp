@@ -96,8 +96,10 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     if (!arguments.given.contains("max-depth")) settings.paths.biases.maxDepth = kDefaultDepth;
 
     const Log log = console.log.ForLibraries();
-    SceneInput input = LoadInput(arguments.scene,
-                                 {.scene = settings.scene, .environment = arguments.environment, .log = log});
+    SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
+                                                   .variant = settings.variant,
+                                                   .environment = arguments.environment,
+                                                   .log = log});
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
     const BenchResult result = RunBench(scene, {arguments.frames, arguments.rounds}, console.progress);

@@ -17,14 +17,17 @@ void EditCommand(const EditArguments& arguments, Console& console) {
     const auto history = std::make_shared<editor::LogHistory>();
     console.log.AddListener([history](const LogMessage& message) { history->Add(message); });
     const Log log = console.log.ForLibraries();
-    editor::RunEditor(
-        {.scene = arguments.scene, .script = arguments.script, .shaders = arguments.shaders, .log = history},
-        [&](std::vector<std::string> surfaceExtensions) {
-            return OpenDevice({.select = arguments.device,
-                               .isValidating = arguments.isValidating,
-                               .surfaceExtensions = std::move(surfaceExtensions)},
-                              log);
-        });
+    editor::RunEditor({.scene = arguments.scene,
+                       .variant = arguments.variant,
+                       .script = arguments.script,
+                       .shaders = arguments.shaders,
+                       .log = history},
+                      [&](std::vector<std::string> surfaceExtensions) {
+                          return OpenDevice({.select = arguments.device,
+                                             .isValidating = arguments.isValidating,
+                                             .surfaceExtensions = std::move(surfaceExtensions)},
+                                            log);
+                      });
     console.log.RequireValid();
 #else
     throw MakeError(ErrorKind::Usage, "edit {}: this program has no editor", arguments.scene.string());

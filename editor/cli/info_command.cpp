@@ -17,8 +17,9 @@ void InfoCommand(const InfoArguments& arguments, Console& console) {
         std::fputs(DescribeExtensions().c_str(), stdout);
         return;
     }
-    const SceneInput input =
-        LoadInput(arguments.scene, {.scene = arguments.sceneChoice, .log = console.log.ForLibraries()});
+    const SceneInput input = LoadInput(
+        arguments.scene,
+        {.scene = arguments.sceneChoice, .variant = arguments.variant, .log = console.log.ForLibraries()});
     std::fputs(DescribeScene(input.file, input.data).c_str(), stdout);
 }
 

@@ -74,6 +74,19 @@ std::string Describe(const scene::Material& material) {
     return text;
 }
 
+// Each on a line, with its index; the one shown is marked.
+std::string ListVariants(const scene::SceneData& scene) {
+    if (scene.variants.empty()) return "";
+    std::string text = Line("variants", GroupDigits(scene.variants.size()));
+    const size_t shown = std::min(scene.variants.size(), kMaxListed);
+    for (size_t i = 0; i < shown; ++i)
+        text += Text("    {}  {}{}\n", i, Quoted(scene.variants[i], kMaxNameBytes),
+                     i == scene.variant ? "  shown" : "");
+    if (scene.variants.size() > shown)
+        text += Text("    ... and {} more\n", GroupDigits(scene.variants.size() - shown));
+    return text;
+}
+
 std::string TriangleText(const scene::SceneStatistics& statistics) {
     return Text("{} placed, {} unique", GroupDigits(statistics.placedTriangles),
                 GroupDigits(statistics.uniqueTriangles));
@@ -112,6 +125,7 @@ std::string DescribeScene(std::string_view file, const scene::SceneData& scene) 
     text += List("cameras", scene.cameras, describe);
     text += List("lights", scene.lights, describe);
     text += List("materials", scene.materials, describe);
+    text += ListVariants(scene);
     return text;
 }
 

@@ -77,7 +77,9 @@ class ContentHasher {
         AddAll(min, max);
     }
     void Add(const scene::Primitive& primitive) {
-        const auto& [positions, normals, tangents, uv0, uv1, colors, indices, material, bounds] = primitive;
+        // Without variants: `material` is that of the one that is shown
+        const auto& [positions, normals, tangents, uv0, uv1, colors, indices, material, bounds, variants] =
+            primitive;
         AddAll(positions, normals, tangents, uv0, uv1, colors, indices, material, bounds);
     }
     void Add(const scene::Mesh& mesh) {
@@ -130,7 +132,7 @@ class ContentHasher {
     }
     void Add(const scene::SceneData& scene) {
         const auto& [name, meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights,
-                     bounds, warnings] = scene;
+                     bounds, warnings, variants, variant] = scene;
         AddAll(meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights, bounds);
     }
     void Add(const image::ImageF& image) {

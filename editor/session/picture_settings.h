@@ -26,6 +26,7 @@ struct PictureSettings {
     View view = View::PathTraced;
     std::string camera;          // as of scene::ChooseView; CameraText makes it of a view
     std::string scene;           // glTF scene by name or index; "": the file's default
+    std::string variant;         // of materials, by name or index; "": none, the materials without one
     float aperture = 0.0f;       // lens radius, meters; 0: a pinhole
     float focusDistance = 0.0f;  // meters; 0: to what is seen in the middle of the scene's bounds
     passes::PathSettings paths{};

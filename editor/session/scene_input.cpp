@@ -7,7 +7,9 @@
 #include "base/text.h"
 #include "editor/session/as_input.h"
 #include "editor/session/content_hash.h"
+#include "editor/session/picture_settings.h"
 #include "renderer/scene/load_gltf.h"
+#include "renderer/scene/variants.h"
 
 namespace raygraph::session {
 
@@ -15,6 +17,7 @@ SceneInput MakeInput(scene::SceneData data, std::string name) {
     SceneInput input;
     input.statistics = scene::Statistics(data);
     input.hash = HashOf(data);
+    input.variant = scene::VariantText(data, data.variant);
     input.data = std::move(data);
     input.file = std::move(name);
     return input;
@@ -44,6 +47,18 @@ void LoadEnvironment(SceneInput& input, const std::filesystem::path& path, const
     SetEnvironment(input, std::move(read.image), path.filename().string());
 }
 
+namespace {
+
+void ChooseVariant(scene::SceneData& data, const std::string& choice) {
+    try {
+        scene::SetVariant(data, scene::FindVariant(data, choice));
+    } catch (const Error& error) {
+        throw SettingError(error.Kind(), Text("variant: {}", error.what()));
+    }
+}
+
+}  // namespace
+
 SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options) {
     SceneInput environment;  // before the scene, which takes longer: an error comes early
     if (!options.environment.empty()) LoadEnvironment(environment, options.environment, options.log);
@@ -53,10 +68,12 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     loading.log = options.log;
     loading.progress = options.progress;
     scene::SceneData data = AsInput([&] { return scene::LoadGltf(path, loading); });
+    ChooseVariant(data, options.variant);
     const double loadMs = environment.loadMs + watch.Milliseconds();
 
     SceneInput input = MakeInput(std::move(data), path.filename().string());
     input.scene = options.scene;
+    input.variant = options.variant;
     input.loadMs = loadMs;
     input.environment = std::move(environment.environment);
     input.environmentFile = std::move(environment.environmentFile);

@@ -19,6 +19,7 @@ struct SceneInput {
     scene::SceneStatistics statistics;
     std::string file;           // name without folders
     std::string scene;          // which of the file's scenes `data` is, as it was asked for; "": the default
+    std::string variant;        // which variant it shows, likewise; "": none
     std::string hash;           // of `data`
     image::ImageF environment;  // empty: none
     std::string environmentFile;  // "": none
@@ -30,6 +31,7 @@ struct InputOptions {
     // Which of the file's scenes, by name or index; "": the default. That of the picture's settings: any
     // other is refused when the input is rendered.
     std::string scene;
+    std::string variant;                // of materials, by name or index; "": none. Otherwise as `scene`
     std::filesystem::path environment;  // equirectangular .hdr or .exr; "": none
     Log log;                            // takes warnings
     // Called on the loading thread, `fraction` from 0 to 1.
@@ -37,10 +39,11 @@ struct InputOptions {
 };
 
 // Error{BadInput} naming the file, also for one that cannot be read; Error{Usage} for a scene that is not
-// in it.
+// in it; SettingError of kind BadInput for a variant that the scene does not have.
 RAYGRAPH_API SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options = {});
 
-// A scene that a host has made. `name` stands in files for that of a scene's file.
+// A scene that a host has made, which shows the variant that it chose (scene::SetVariant): that of the
+// picture's settings, as scene::VariantText has it. `name` stands in files for that of a scene's file.
 RAYGRAPH_API SceneInput MakeInput(scene::SceneData data, std::string name);
 
 // Lights the scene by a map, instead of the one that it has: one in a file, as LoadInput reads it, or one

@@ -62,14 +62,17 @@ void RequirePossible(const SessionDesc& desc) {
 }
 
 // A file records one choice, and a picture of another scene under it could never be made again.
+void RequireChoice(const char* setting, const char* unnamed, const std::string& asked,
+                   const std::string& loaded, const SceneInput& input) {
+    if (loaded == asked) return;
+    const auto called = [&](const std::string& choice) { return choice.empty() ? unnamed : Quoted(choice); };
+    throw SettingError(ErrorKind::Usage, Text("{}: {} of {} is to be rendered, but {} was loaded", setting,
+                                              called(asked), Printable(input.file), called(loaded)));
+}
+
 void RequireScene(const SceneInput& input, const PictureSettings& settings) {
-    if (input.scene == settings.scene) return;
-    const auto called = [](const std::string& choice) {
-        return choice.empty() ? "the default one" : Quoted(choice);
-    };
-    throw SettingError(ErrorKind::Usage,
-                       Text("scene: {} of {} is to be rendered, but {} was loaded", called(settings.scene),
-                            Printable(input.file), called(input.scene)));
+    RequireChoice("scene", "the default one", settings.scene, input.scene, input);
+    RequireChoice("variant", "none", settings.variant, input.variant, input);
 }
 
 FramePlan PlanOf(const SessionDesc& desc) {

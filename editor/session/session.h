@@ -46,12 +46,12 @@ struct SessionDesc {
 };
 
 // A render without samples: what is recorded beside its pictures. SettingError of kind Usage if the input is
-// another of its file's scenes than that of the settings.
+// another of its file's scenes than that of the settings, or shows another variant.
 RAYGRAPH_API RenderFile DescribeRender(const SceneInput& input, const PictureSettings& settings,
                                        const rhi::DeviceInfo& device);
 
 // With its settings, AOVs and samples; it outlives the constructor of the session, so it is no temporary one.
-// The scene to load is settings.scene. Errors as of RequireResumable.
+// The scene to load is settings.scene, in settings.variant. Errors as of RequireResumable.
 RAYGRAPH_API SessionDesc Resuming(const ResumedRender& render);
 RAYGRAPH_API SessionDesc Resuming(const ResumedRender&& render) = delete;
 

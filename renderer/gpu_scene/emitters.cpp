@@ -135,45 +135,79 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
     return glm::max(sum / float(cuts * cuts), glm::vec3(kMinMean));
 }
 
-std::vector<Emitter> EmitterFinder::Find(const GroupTriangles& triangles,
-                                         std::span<scene::Primitive* const> primitives, bool isDoubleSided) {
-    const auto mayEmit = [&](const scene::Primitive* primitive) {
-        const scene::Material& material = m_scene.materials[primitive->material];
-        return material.emissiveTexture.IsPresent() || material.EmittedRadiance() != glm::vec3(0.0f);
-    };
-    std::vector<Emitter> emitters;
-    if (std::none_of(primitives.begin(), primitives.end(), mayEmit)) return emitters;
-    std::vector<glm::mat3x2> toTexture;  // by primitive
-    for (const scene::Primitive* primitive : primitives)
-        toTexture.push_back(m_scene.materials[primitive->material].emissiveTexture.transform.Matrix());
+std::vector<EmitterFinder::Candidate> EmitterFinder::CandidatesOf(const scene::Primitive& primitive) const {
+    std::vector<uint32_t> materials{primitive.material};
+    for (const scene::VariantMaterial& variant : primitive.variants) materials.push_back(variant.material);
+    std::sort(materials.begin() + 1, materials.end());
+    materials.erase(std::unique(materials.begin() + 1, materials.end()), materials.end());
+    std::vector<Candidate> candidates;
+    for (const uint32_t index : materials) {
+        if (!candidates.empty() && index == primitive.material) continue;
+        const scene::Material& material = m_scene.materials[index];
+        candidates.push_back(
+            {.material = index,
+             .mayEmit = material.emissiveTexture.IsPresent() || material.EmittedRadiance() != glm::vec3(0.0f),
+             .toTexture = material.emissiveTexture.transform.Matrix()});
+    }
+    return candidates;
+}
+
+glm::vec3 EmitterFinder::MeanTexture(const Candidate& candidate, const scene::Primitive& primitive,
+                                     const uint32_t (&vertices)[3], uint32_t maxCuts) {
+    const scene::TextureRef& reference = m_scene.materials[candidate.material].emissiveTexture;
+    if (!reference.IsPresent()) return glm::vec3(1.0f);
+    const std::vector<glm::vec2>& stream = reference.texCoord == 1 ? primitive.uv1 : primitive.uv0;
+    glm::vec2 uv[3]{};
+    if (!stream.empty())
+        for (size_t i = 0; i < 3; ++i) uv[i] = stream[vertices[i]];
+    for (glm::vec2& place : uv) place = candidate.toTexture * glm::vec3(place, 1.0f);
+    return Mean(m_scene.textures[static_cast<size_t>(reference.texture)], uv, maxCuts);
+}
+
+FoundEmitters EmitterFinder::Find(const GroupTriangles& triangles,
+                                  std::span<scene::Primitive* const> primitives, bool isDoubleSided) {
+    FoundEmitters found;
+    std::vector<std::vector<Candidate>> candidatesOf;  // by primitive; none: it never emits
+    bool isSomeEmitting = false;
+    for (const scene::Primitive* primitive : primitives) {
+        candidatesOf.push_back(CandidatesOf(*primitive));
+        if (std::ranges::none_of(candidatesOf.back(), &Candidate::mayEmit)) candidatesOf.back().clear();
+        isSomeEmitting |= !candidatesOf.back().empty();
+    }
+    if (!isSomeEmitting) return found;
     const size_t triangleCount = triangles.indices.size() / 3;
+    const uint32_t maxCuts = triangleCount <= kFewTriangles ? kManyCuts : kFewCuts;
     for (uint32_t triangle = 0; triangle < triangleCount; ++triangle) {
         const uint32_t part = triangles.geometries.empty() ? 0 : triangles.geometries[triangle];
-        const scene::Primitive& primitive = *primitives[part];
-        if (!mayEmit(&primitive)) continue;
-        const scene::Material& material = m_scene.materials[primitive.material];
+        const std::vector<Candidate>& candidates = candidatesOf[part];
+        if (candidates.empty()) continue;
         const uint32_t* corners = &triangles.indices[size_t{3} * triangle];
-        Emitter emitter{.p0 = triangles.positions[corners[0]],
-                        .p1 = triangles.positions[corners[1]],
-                        .p2 = triangles.positions[corners[2]],
-                        .primitive = triangle,
-                        .material = primitive.material,
-                        .isDoubleSided = isDoubleSided};
-        if (material.emissiveTexture.IsPresent()) {
-            const std::vector<glm::vec2>& stream =
-                material.emissiveTexture.texCoord == 1 ? primitive.uv1 : primitive.uv0;
-            glm::vec2 uv[3]{};
-            if (!stream.empty())
-                for (size_t i = 0; i < 3; ++i) uv[i] = stream[corners[i] - triangles.firstVertices[part]];
-            for (glm::vec2& place : uv) place = toTexture[part] * glm::vec3(place, 1.0f);
-            const auto texture = static_cast<size_t>(material.emissiveTexture.texture);
-            emitter.meanTexture =
-                Mean(m_scene.textures[texture], uv, triangleCount <= kFewTriangles ? kManyCuts : kFewCuts);
-            if (emitter.meanTexture == glm::vec3(0.0f)) continue;
+        const uint32_t firstVertex = triangles.firstVertices[part];
+        const uint32_t vertices[3] = {corners[0] - firstVertex, corners[1] - firstVertex,
+                                      corners[2] - firstVertex};
+        const auto index = static_cast<uint32_t>(found.emitters.size());
+        const size_t variantCount = found.variants.size();
+        bool isLit = false;
+        glm::vec3 shownMean(1.0f);
+        for (const Candidate& candidate : candidates) {
+            const glm::vec3 mean = MeanTexture(candidate, *primitives[part], vertices, maxCuts);
+            if (&candidate == &candidates.front()) shownMean = mean;
+            isLit |= candidate.mayEmit && mean != glm::vec3(0.0f);
+            if (candidates.size() > 1) found.variants.push_back({index, part, candidate.material, mean});
         }
-        emitters.push_back(emitter);
+        if (!isLit) {
+            found.variants.resize(variantCount);
+            continue;
+        }
+        found.emitters.push_back({.p0 = triangles.positions[corners[0]],
+                                  .p1 = triangles.positions[corners[1]],
+                                  .p2 = triangles.positions[corners[2]],
+                                  .primitive = triangle,
+                                  .material = candidates.front().material,
+                                  .isDoubleSided = isDoubleSided,
+                                  .meanTexture = shownMean});
     }
-    return emitters;
+    return found;
 }
 
 std::vector<uint32_t> TriangleLights(std::span<const Emitter> emitters, size_t triangleCount) {

@@ -21,18 +21,43 @@ struct GroupTriangles {
     std::vector<uint32_t> firstVertices;  // by primitive
 };
 
+// What an emitter becomes where its primitive has another material in a variant of the scene.
+struct EmitterVariant {
+    uint32_t emitter = 0;   // of the group
+    uint32_t geometry = 0;  // its primitive within the group
+    uint32_t material = 0;
+    glm::vec3 meanTexture{1.0f};
+};
+
+struct FoundEmitters {
+    std::vector<Emitter> emitters;
+    // Each material that a primitive of variants may have, the shown one included; of others nothing.
+    std::vector<EmitterVariant> variants;
+};
+
 class EmitterFinder {
   public:
     // Refers to the materials, textures and images of `scene`, and to no mesh.
     explicit EmitterFinder(const scene::SceneData& scene) : m_scene(scene) {}
 
-    // The triangles whose material emits or has an emissive texture, except those whose part of the texture
-    // is black. Positions and indices are taken from `triangles`, the rest from `primitives`. Linear in
-    // triangles and, a few times over, in the texels they cover.
-    std::vector<Emitter> Find(const GroupTriangles& triangles, std::span<scene::Primitive* const> primitives,
-                              bool isDoubleSided);
+    // The triangles whose material, or that of a variant, emits or has an emissive texture, except those
+    // whose part of the texture is black. Positions and indices are taken from `triangles`, the rest from
+    // `primitives`. Linear in triangles and, a few times over, in the texels they cover.
+    FoundEmitters Find(const GroupTriangles& triangles, std::span<scene::Primitive* const> primitives,
+                       bool isDoubleSided);
 
   private:
+    // A material that a primitive may have.
+    struct Candidate {
+        uint32_t material = 0;
+        bool mayEmit = false;
+        glm::mat3x2 toTexture{1.0f};
+    };
+    // The shown one first.
+    std::vector<Candidate> CandidatesOf(const scene::Primitive& primitive) const;
+    // Of its emissive texture, over the triangle of these vertices; 1 without.
+    glm::vec3 MeanTexture(const Candidate& candidate, const scene::Primitive& primitive,
+                          const uint32_t (&vertices)[3], uint32_t maxCuts);
     // The number of texels of a rectangle from the origin that are not black: (width + 1) * (height +
     // 1) sums.
     struct LitTexels {

@@ -1,256 +1,15 @@
 #include "renderer/gpu_scene/gpu_scene.h"
 
-#include <algorithm>
 #include <cstring>
-#include <optional>
 
 #include "base/out_of_memory.h"
-#include "base/stopwatch.h"
 #include "base/text.h"
-#include "renderer/gpu_scene/device_limits.h"
-#include "renderer/gpu_scene/dirty_range.h"
-#include "renderer/gpu_scene/draw_table.h"
-#include "renderer/gpu_scene/energy_tables.h"
-#include "renderer/gpu_scene/environment_upload.h"
-#include "renderer/gpu_scene/instance_set.h"
-#include "renderer/gpu_scene/light_set.h"
+#include "renderer/gpu_scene/gpu_scene_impl.h"
 #include "renderer/gpu_scene/material_features.h"
 #include "renderer/gpu_scene/material_records.h"
-#include "renderer/gpu_scene/scene_origin.h"
 #include "renderer/scene/check.h"
-#include "rhi/blas_builder.h"
-#include "rhi/texture_table.h"
-#include "rhi/upload.h"
 
 namespace raygraph {
-
-namespace {
-
-ResourceState SampledState() {
-    return {.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-}
-
-}  // namespace
-
-struct GpuScene::Impl {
-    Impl(Renderer& r, const GpuSceneDesc& desc)
-        : device(r.Device()),
-          uploader(device),
-          builder(device, {.name = "scene BLASes",
-                           .scratchBudget = desc.scratchBudget,
-                           .compactsWithoutGain = desc.compactsWithoutGain,
-                           .compactionBudget = desc.compactionBudget}) {
-        defaultTexture = WhiteTexture(device, uploader);
-        blackEnvironment = BlackEnvironment(device, uploader);
-        defaultSampler = device.CreateSampler({.name = "default sampler"});
-        const auto tables = std::as_bytes(EnergyTables());
-        constexpr auto kTableUsage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination;
-        energyTables =
-            device.CreateBuffer({.name = "energy tables", .size = tables.size(), .usage = kTableUsage});
-        uploader.UploadBuffer(energyTables, 0, tables);
-        textureTable.emplace(device, desc.textureCapacity, defaultTexture, defaultSampler);
-        constantAlias = UploadAlias(device, uploader, ConstantEnvironmentAlias());
-        Replace(scene::SceneData{});
-    }
-
-    // Creates the new scene first, so that an Error leaves the old one in place.
-    void Replace(scene::SceneData&& data) {
-        const Stopwatch watch;
-        scene::Check(data, "GpuScene: SetScene");
-        CheckLimits(device, *textureTable, data);
-        device.CollectGarbage();  // room that there is already
-        std::unique_ptr<SceneResources> newResources;
-        std::unique_ptr<InstanceSet> newInstances;
-        std::unique_ptr<LightSet> newLights;
-        DrawTable newDraws;
-        try {
-            uploader.FlushAfter([&] {
-                newResources = UploadScene(device, uploader, builder, *textureTable, data);
-                newInstances = std::make_unique<InstanceSet>(device, *newResources, data);
-                newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
-                newLights =
-                    std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
-                builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
-            });
-        } catch (...) {
-            data.meshes.clear();  // some are freed by now: a retry would lack them
-            throw;
-        }
-        const glm::dvec3 newOrigin = ChooseSceneOrigin({}, glm::dvec3(0.0), newInstances->Reach());
-        newInstances->MoveOrigin(newOrigin);
-        newLights->MoveOrigin(newOrigin, *newInstances);
-        lights = std::move(newLights);
-        instances = std::move(newInstances);
-        resources = std::move(newResources);
-        draws = std::move(newDraws);
-        areDrawsDue = false;
-        origin = newOrigin;
-        originTurns = {};
-        drawsState = {};
-        hasUnbuiltBlases = true;
-        dirtyMaterials = {};
-        ++revisions.geometry;
-        geometriesState = {};
-        materialsState = {};
-        statistics.uploadMs = watch.Milliseconds();
-        statistics.instanceCount = instances->Count();
-        statistics.geometryCount = resources->geometryCount;
-        statistics.geometryBytes = resources->geometryBytes;
-        statistics.textureBytes = resources->textureBytes;
-        statistics.trianglesUnique = TriangleCount(*resources);
-        statistics.trianglesPlaced = TriangleCount(*resources, data.instances);
-        if (statistics.instanceCount > 0)
-            Say(device.Log(), LogLevel::Info, log_category::kScene,
-                "{} triangles in {} instances are uploaded in {}", statistics.trianglesPlaced,
-                statistics.instanceCount, DurationText(watch.Seconds()));
-    }
-
-    void SetEnvironmentMap(const image::ImageF& equirectangular);
-    SceneIds Declare(Renderer& renderer);
-
-    void SetViewpoint(const glm::dvec3& eye) {
-        const glm::dvec3 wanted = ChooseSceneOrigin(origin, eye, instances->Reach());
-        if (!originTurns.Moves(origin, wanted)) return;
-        origin = wanted;
-        instances->MoveOrigin(wanted);
-        lights->MoveOrigin(wanted, *instances);
-    }
-
-    void SetMaterial(uint32_t material, const gpu::MaterialRecord& record) {
-        const KindChanges changes =
-            ChangeMaterial(*resources, builder, material, record);  // everything that may fail
-        ++revisions.materials;
-        dirtyMaterials.Add(material);
-        lights->SetEmission(material, record.emission);
-        lights->SetSides(material, !IsBackCulled(record));
-        hasUnbuiltBlases |= changes.areStructures;
-        if (!changes.areSides) return;
-        ++revisions.geometry;
-        areDrawsDue = true;
-        instances->MarkGroupsChanged();
-    }
-
-    void RefreshDraws() {
-        if (!areDrawsDue) return;
-        DrawTable newDraws;
-        uploader.FlushAfter(
-            [&] { newDraws = MakeDrawTable(device, uploader, *resources, instances->Placements()); });
-        draws = std::move(newDraws);
-        drawsState = {};
-        areDrawsDue = false;
-    }
-
-    void DeclareEnvironment(Renderer& r, SceneIds& ids) {
-        const bool hasMap = static_cast<bool>(environmentMap);
-        ids.environment = {
-            .radiance = environment.radiance, .rotation = environment.rotation, .hasMap = hasMap ? 1u : 0u};
-        ids.environmentVersion = environmentVersion;
-        ids.environmentMap =
-            r.Import("environmentMap", hasMap ? environmentMap : blackEnvironment, environmentState);
-        ids.environmentAlias =
-            r.Import("environmentAlias", hasMap ? mapAlias : constantAlias, environmentAliasState);
-        lights->SetEnvironment(environment.radiance * (hasMap ? mapMeanRadiance : glm::vec3(1.0f)),
-                               environment.rotation, hasMap ? mapCells : glm::uvec2(1));
-    }
-
-    // An edit would change or destroy what the open frame was declared from.
-    void RequireNoFrame(const char* call) const {
-        if (!declaredIn.expired())
-            throw MakeError(
-                ErrorKind::Usage,
-                "GpuScene: {} between Declare and Execute; it comes before Declare or after Execute", call);
-    }
-
-    void DeclareBlasWork(Renderer& r, SceneIds& ids) {
-        const bool hasCompactions = builder.Poll();
-        // The addresses are known once the passes record: the instances are written after that
-        if (hasUnbuiltBlases || hasCompactions) instances->MarkStructuresChanged();
-        if (hasUnbuiltBlases)
-            r.AddPass(
-                "BuildBlas", PassKind::AccelerationStructure,
-                [&](PassBuilder& pass) { ids.blases = pass.Builds(ids.blases); },
-                [this](CommandList& commands) {
-                    builder.RecordBuilds(commands);
-                    commands.OnSubmitted([this] { hasUnbuiltBlases = false; });
-                });
-        if (hasCompactions)
-            r.AddPass(
-                "CompactBlas", PassKind::AccelerationStructure,
-                [&](PassBuilder& pass) { ids.blases = pass.Builds(ids.blases); },
-                [this](CommandList& commands) { builder.RecordCompaction(commands); });
-    }
-
-    void DeclareMaterialUpload(Renderer& r, SceneIds& ids) {
-        if (dirtyMaterials.IsEmpty()) return;
-        r.AddPass(
-            "UploadMaterials", PassKind::Transfer,
-            [&](PassBuilder& pass) { ids.materials = pass.CopiesTo(ids.materials); },
-            [this](CommandList& commands) {
-                const uint64_t offset = dirtyMaterials.first * sizeof(gpu::MaterialRecord);
-                const std::span<const std::byte> bytes =
-                    std::as_bytes(std::span(resources->materialRecords)
-                                      .subspan(dirtyMaterials.first, dirtyMaterials.Count()));
-                rhi::Buffer staging = device.CreateBuffer({.name = "material staging",
-                                                           .size = bytes.size(),
-                                                           .usage = rhi::BufferUsage::CopySource,
-                                                           .memory = rhi::MemoryKind::Upload});
-                std::copy(bytes.begin(), bytes.end(), staging.Mapped().begin());
-                commands.CopyBuffer(staging, 0, resources->materials, offset, bytes.size());
-                commands.OnSubmitted([this] { dirtyMaterials = {}; });
-            });
-    }
-
-    void RefreshStatistics() {
-        const rhi::CompactionStatistics blas = builder.Statistics();
-        statistics.blasCount = blas.blasCount;
-        statistics.blasBytesBuilt = blas.bytesBuilt;
-        statistics.blasBytesCompacted = blas.bytesCompacted;
-        statistics.compactionsPending = blas.pending;
-        statistics.isCompactionOff = blas.isOff;
-        statistics.whyCompactionOff = blas.whyOff;
-        statistics.blasBuilds = blas.buildCount;
-        statistics.tlasBytes = instances->TlasBytes();
-        statistics.lightCount = lights->LightCount();
-        statistics.emissiveTriangleCount = lights->EmissiveTriangleCount();
-        statistics.lightRebuilds = lights->RebuildCount();
-    }
-
-    rhi::Device& device;
-    rhi::Uploader uploader;
-    rhi::BlasBuilder builder;
-    rhi::Texture defaultTexture;
-    rhi::Texture blackEnvironment;
-    rhi::Sampler defaultSampler;
-    rhi::Buffer energyTables;
-    std::optional<rhi::TextureTable> textureTable;
-    std::unique_ptr<SceneResources> resources;
-    std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
-    std::unique_ptr<LightSet> lights;
-    DrawTable draws;
-    glm::dvec3 origin{0.0};
-    OriginTurns originTurns;
-    std::weak_ptr<const void> declaredIn;  // the frame that is open; expired: none
-    bool hasUnbuiltBlases = false;
-    bool areDrawsDue = false;  // kinds of groups have changed since `draws` was built
-    DirtyRange dirtyMaterials;
-    SceneRevisions revisions;
-
-    EnvironmentSettings environment;
-    rhi::Texture environmentMap;  // empty: none
-    uint64_t environmentVersion = 0;
-    ResourceState environmentState = SampledState();
-    rhi::Buffer constantAlias;  // for directions to an environment without a map
-    rhi::Buffer mapAlias;       // likewise to environmentMap
-    glm::uvec2 mapCells{1};
-    glm::vec3 mapMeanRadiance{1.0f};
-    ResourceState environmentAliasState;
-    ResourceState geometriesState;
-    ResourceState materialsState;
-    ResourceState drawsState;
-    ResourceState energyTablesState;
-    ResourceState blasState;
-    GpuSceneStatistics statistics;
-};
 
 GpuScene::GpuScene(Renderer& renderer, const GpuSceneDesc& desc)
     : m_impl(WithMemoryErrors("GpuScene", [&] { return std::make_unique<Impl>(renderer, desc); })) {}
@@ -307,6 +66,17 @@ void GpuScene::SetMaterial(uint32_t material, const scene::Material& values) {
     // There is no padding that differs: scene_records.h asserts the size
     if (std::memcmp(&record, &records[material], sizeof(record)) == 0) return;
     WithMemoryErrors("SetMaterial", [&] { m_impl->SetMaterial(material, record); });
+}
+
+void GpuScene::SetVariant(uint32_t variant) {
+    m_impl->RequireNoFrame("SetVariant");
+    if (variant != scene::kNone) RequireIndex("variant", variant, m_impl->resources->variantCount);
+    if (m_impl->resources->variant == variant) return;
+    WithMemoryErrors("SetVariant", [&] { m_impl->SetVariant(variant); });
+}
+
+uint32_t GpuScene::Variant() const {
+    return m_impl->resources->variant;
 }
 
 void GpuScene::SetLightVisible(uint32_t light, bool isVisible) {
@@ -423,6 +193,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     ids.blases = renderer.ImportBlasSet("BLASes", blasState);
     DeclareBlasWork(renderer, ids);
     DeclareMaterialUpload(renderer, ids);
+    DeclareGeometryUpload(renderer, ids);
     lights->Declare(renderer, ids);
     instances->DeclareRefresh(renderer, ids, [&statistics = statistics](TlasWork work) {
         statistics.lastTlasWork = work;

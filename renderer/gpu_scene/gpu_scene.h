@@ -112,9 +112,9 @@ struct GpuSceneStatistics {
 // that changes nothing does not count; neither do changes that leave the picture as it is (light
 // groups, compaction).
 struct SceneRevisions {
-    uint64_t geometry = 0;     // SetScene, SetVisible; SetMaterial where culling or alpha changes
+    uint64_t geometry = 0;     // SetScene, SetVisible, SetVariant; SetMaterial where culling or alpha changes
     uint64_t transforms = 0;   // SetTransform
-    uint64_t materials = 0;    // SetMaterial, emission included
+    uint64_t materials = 0;    // SetMaterial, emission included; SetVariant
     uint64_t lights = 0;       // SetLight, SetLightVisible
     uint64_t environment = 0;  // SetEnvironment, SetEnvironmentMap, RemoveEnvironmentMap
 
@@ -173,6 +173,13 @@ class RAYGRAPH_API GpuScene {
     // does not become a sampled light when it emits: it is found by BSDF sampling only. On an Error nothing
     // changes: Error{Usage} out of range, and for numbers that scene::Check refuses; Error{OutOfMemory}.
     void SetMaterial(uint32_t material, const scene::Material& values);
+
+    // Shows a variant of the scene, an index into SceneData::variants; scene::kNone: none. SetScene shows
+    // SceneData::variant. What is seen is the picture of a scene that was set with it (scene::SetVariant);
+    // materials keep what SetMaterial made of them. Rebuilds the light tables if what emits has changed, and
+    // BLASes like SetMaterial. On an Error nothing changes: Error{Usage} out of range; Error{OutOfMemory}.
+    void SetVariant(uint32_t variant);
+    uint32_t Variant() const;
 
     // A punctual light; indices are those of SceneData::lights. Rebuilds the light tables, and nothing else.
     // Error{Usage} out of range, and for values that no file can have: numbers that are not finite, a

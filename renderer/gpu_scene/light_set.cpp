@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/scene/check.h"
 
 namespace raygraph {
@@ -37,6 +38,8 @@ LightSet::LightSet(rhi::Device& device, SceneResources& resources,
     m_isEmitterMaterial.resize(data.materials.size());
     for (GroupResources& group : resources.groups) {
         for (const Emitter& emitter : group.emitters) m_isEmitterMaterial[emitter.material] = true;
+        for (const EmitterVariant& variant : group.emitterVariants)
+            m_isEmitterMaterial[variant.material] = true;
         m_scene.groups.push_back(std::move(group.emitters));
     }
     for (uint32_t i = 0; i < placements.size(); ++i) {
@@ -96,6 +99,20 @@ void LightSet::SetSides(uint32_t material, bool isDoubleSided) {
             emitter.isDoubleSided = isDoubleSided;
             m_isTableDue = true;
         }
+}
+
+void LightSet::SetVariant(const SceneResources& resources) {
+    for (size_t i = 0; i < resources.groups.size(); ++i) {
+        const GroupResources& group = resources.groups[i];
+        for (const EmitterVariant& variant : group.emitterVariants) {
+            if (group.parts[variant.geometry].material != variant.material) continue;
+            Emitter& emitter = m_scene.groups[i][variant.emitter];
+            m_isTableDue |= emitter.material != variant.material;
+            emitter.material = variant.material;
+            emitter.meanTexture = variant.meanTexture;
+            emitter.isDoubleSided = !IsBackCulled(resources.materialRecords[variant.material]);
+        }
+    }
 }
 
 void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {

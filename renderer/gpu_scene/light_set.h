@@ -27,6 +27,8 @@ class LightSet {
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
     void SetVisible(uint32_t instance, bool isVisible);
     void SetEmission(uint32_t material, const glm::vec3& radiance);
+    // Emitters get the materials that the parts of their groups have by now.
+    void SetVariant(const SceneResources& resources);
     // Whether surfaces of the material emit on both sides.
     void SetSides(uint32_t material, bool isDoubleSided);
     // Error{Usage} for values that no file can have.

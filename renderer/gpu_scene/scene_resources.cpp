@@ -6,9 +6,9 @@
 
 #include "renderer/gpu_scene/alpha_bounds.h"
 #include "renderer/gpu_scene/emitters.h"
+#include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/gpu_scene/material_records.h"
 #include "renderer/gpu_scene/spatial_order.h"
-#include "shaders/shared/microfacet_models.h"
 
 namespace raygraph {
 namespace {
@@ -80,41 +80,6 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
     return merged;
 }
 
-// Whether no ray needs an alpha test: there is no alpha, or it is opaque everywhere.
-bool IsOpaque(const gpu::MaterialRecord& material, float lowestAlpha) {
-    const auto mode = static_cast<scene::AlphaMode>(material.alphaMode);
-    if (mode == scene::AlphaMode::Opaque) return true;
-    // A product that is rounded may be opaque where the shader's is not
-    const float alpha = material.baseColor.a * lowestAlpha;
-    if (mode == scene::AlphaMode::Blend || lowestAlpha == 1.0f)
-        return alpha >= (mode == scene::AlphaMode::Mask ? material.alphaCutoff : 1.0f);
-    constexpr float kRounding = 1.0f / 512.0f;
-    return alpha >= material.alphaCutoff + kRounding;
-}
-
-// Whether light may pass straight through the surface somewhere (bxdf/bsdf.glsl, IsSmoothThinWall).
-bool IsThinWall(const gpu::MaterialRecord& material) {
-    return material.transmission > 0.0f &&
-           (material.flags & (gpu::kMaterialVolume | gpu::kMaterialUnlit)) == 0u &&
-           (material.roughness * material.roughness < kSmoothAlpha ||
-            material.metallicRoughnessTexture != gpu::kNoTexture);
-}
-
-// Where the back faces of only some parts are culled, an any-hit shader decides.
-GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials) {
-    GroupKind kind;
-    bool isSomeBackCulled = false;
-    for (const GroupPart& part : parts) {
-        const gpu::MaterialRecord& material = materials[part.material];
-        kind.isOpaque &= IsOpaque(material, part.lowestAlpha);
-        kind.isThinWall |= IsThinWall(material);
-        kind.isBackCulled &= IsBackCulled(material);
-        isSomeBackCulled |= IsBackCulled(material);
-    }
-    kind.isOpaque &= kind.isBackCulled || !isSomeBackCulled;
-    return kind;
-}
-
 // Kinds of groups, of which a mesh has one each at most. Walls have both sides, and alpha needs
 // any-hit anyway.
 constexpr GroupKind kGroupKinds[] = {
@@ -125,11 +90,6 @@ constexpr GroupKind kGroupKinds[] = {
     {.isOpaque = true, .isBackCulled = false, .isThinWall = true},
     {.isOpaque = false, .isBackCulled = false, .isThinWall = true},
 };
-
-void SetFlags(rhi::TriangleGeometry& triangles, const GroupKind& kind) {
-    triangles.isOpaque = kind.isOpaque && !kind.isThinWall;
-    triangles.isAnyHitOnce = kind.isThinWall;
-}
 
 // Uploads one group and appends its geometry records. Empties the primitives.
 GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
@@ -142,7 +102,9 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
     for (const scene::Primitive* primitive : primitives) result.bounds.Extend(primitive->bounds);
     const GroupTriangles triangles = MergeTriangles(primitives);
     result.triangleCount = triangles.indices.size() / 3;
-    result.emitters = finder.Find(triangles, primitives, !kind.isBackCulled);
+    FoundEmitters found = finder.Find(triangles, primitives, !kind.isBackCulled);
+    result.emitters = std::move(found.emitters);
+    result.emitterVariants = std::move(found.variants);
 
     // Offsets now, addresses once the buffer exists
     StreamPacker packer;
@@ -204,9 +166,13 @@ MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::Blas
                          scene::Mesh& mesh, std::span<const float> textureAlphas, EmitterFinder& finder,
                          SceneResources& resources, std::vector<gpu::GeometryRecord>& records) {
     std::vector<GroupPart> parts;
-    for (const scene::Primitive& primitive : mesh.primitives)
-        parts.push_back({.material = primitive.material,
-                         .lowestAlpha = LowestAlpha(primitive.colors) * textureAlphas[primitive.material]});
+    for (const scene::Primitive& primitive : mesh.primitives) {
+        const float ofColors = LowestAlpha(primitive.colors);
+        GroupPart& part = parts.emplace_back(GroupPart{
+            .material = primitive.material, .lowestAlpha = ofColors * textureAlphas[primitive.material]});
+        for (const auto& [variant, material] : primitive.variants)
+            part.variants.push_back({variant, material, ofColors * textureAlphas[material]});
+    }
     MeshResources result;
     result.firstGroup = static_cast<uint32_t>(resources.groups.size());
     for (const GroupKind& kind : kGroupKinds) {
@@ -318,51 +284,6 @@ SceneResources::~SceneResources() {
         if (texture.slot != gpu::kNoTexture) textureTable.Remove(texture.slot);
 }
 
-bool IsBackCulled(const gpu::MaterialRecord& material) {
-    return (material.flags & gpu::kMaterialDoubleSided) == 0u && material.transmission == 0.0f;
-}
-
-KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
-                           const gpu::MaterialRecord& record) {
-    struct Changed {
-        GroupResources& group;
-        GroupKind kind;
-        std::shared_ptr<rhi::Blas> blas;
-    };
-    std::vector<Changed> changed;
-    KindChanges changes;
-    gpu::MaterialRecord& current = resources.materialRecords[material];
-    const gpu::MaterialRecord old = std::exchange(current, record);
-    try {
-        for (GroupResources& group : resources.groups) {
-            const auto hasMaterial = [&](const GroupPart& part) { return part.material == material; };
-            if (std::none_of(group.parts.begin(), group.parts.end(), hasMaterial)) continue;
-            const GroupKind kind = KindOf(group.parts, resources.materialRecords);
-            if (kind == group.kind) continue;
-            changed.push_back({group, kind, group.blas});
-            rhi::BlasDesc desc = group.blas->Desc();
-            const rhi::TriangleGeometry built = desc.triangles[0];
-            SetFlags(desc.triangles[0], kind);
-            if (desc.triangles[0].isOpaque != built.isOpaque ||
-                desc.triangles[0].isAnyHitOnce != built.isAnyHitOnce) {
-                changed.back().blas = builder.Add(desc);
-                changes.areStructures = true;
-            }
-            changes.areSides |=
-                kind.isOpaque != group.kind.isOpaque || kind.isBackCulled != group.kind.isBackCulled;
-        }
-        if (changes.areStructures) builder.Reserve();
-    } catch (...) {
-        current = old;
-        throw;
-    }
-    for (Changed& change : changed) {
-        change.group.kind = change.kind;
-        change.group.blas = std::move(change.blas);
-    }
-    return changes;
-}
-
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
                                             rhi::BlasBuilder& builder, rhi::TextureTable& table,
                                             scene::SceneData& scene) {
@@ -374,15 +295,14 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
     for (scene::Mesh& mesh : scene.meshes)
         resources->meshes.push_back(
             UploadMesh(device, uploader, builder, mesh, textureAlphas, finder, *resources, records));
-    std::vector<bool> isUsed(scene.materials.size());
-    for (const GroupResources& group : resources->groups)
-        for (const GroupPart& part : group.parts) isUsed[part.material] = true;
-    for (uint32_t i = 0; i < isUsed.size(); ++i)
-        if (isUsed[i]) resources->usedMaterials.push_back(i);
+    resources->usedMaterials = UsedMaterials(*resources);
     UploadTextures(device, uploader, scene, *resources);
     resources->materialRecords = MaterialRecords(scene.materials, resources->textures);
     resources->geometryCount = static_cast<uint32_t>(records.size());
     resources->geometries = UploadTable<gpu::GeometryRecord>(device, uploader, "geometries", records);
+    resources->variantCount = static_cast<uint32_t>(scene.variants.size());
+    resources->variant = scene.variant;
+    if (resources->variantCount > 0) resources->geometryRecords = std::move(records);
     resources->materials =
         UploadTable<gpu::MaterialRecord>(device, uploader, "materials", resources->materialRecords);
     return resources;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/light_table.h"
 #include "renderer/scene/scene_data.h"
 #include "rhi/blas_builder.h"
@@ -25,10 +26,18 @@ struct GroupKind {
     bool operator==(const GroupKind&) const = default;
 };
 
+// What a part is in a variant of the scene.
+struct PartVariant {
+    uint32_t variant = scene::kNone;
+    uint32_t material = 0;
+    float lowestAlpha = 1.0f;
+};
+
 // The inputs of a primitive's kind, kept after the primitive itself has been freed.
 struct GroupPart {
     uint32_t material = 0;
-    float lowestAlpha = 1.0f;  // of vertex colors times the base color's texture
+    float lowestAlpha = 1.0f;                // of vertex colors times the base color's texture
+    std::vector<PartVariant> variants = {};  // as Primitive::variants
 };
 
 // The primitives of a mesh that were of one kind when the scene was set, as one list of triangles in one
@@ -40,6 +49,7 @@ struct GroupResources {
     std::shared_ptr<rhi::Blas> blas;
     gpu::InstanceRecord record{};   // but for transform, instance and firstLight
     std::vector<Emitter> emitters;  // until they are moved into the light set
+    std::vector<EmitterVariant> emitterVariants;
     uint64_t triangleCount = 0;
     scene::Bounds bounds;  // object space
 };
@@ -70,8 +80,11 @@ struct SceneResources {
     std::vector<TextureResources> textures;
     std::vector<gpu::MaterialRecord> materialRecords;
     std::vector<uint32_t> usedMaterials;  // by some triangle, ascending
-    rhi::Buffer geometries;               // gpu::GeometryRecord[]
-    rhi::Buffer materials;                // gpu::MaterialRecord[]
+    uint32_t variantCount = 0;
+    uint32_t variant = scene::kNone;                   // the one shown
+    std::vector<gpu::GeometryRecord> geometryRecords;  // empty if there are no variants
+    rhi::Buffer geometries;                            // gpu::GeometryRecord[]
+    rhi::Buffer materials;                             // gpu::MaterialRecord[]
     uint32_t geometryCount = 0;
     uint64_t geometryBytes = 0;
     uint64_t textureBytes = 0;
@@ -86,18 +99,5 @@ uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::I
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
                                             rhi::BlasBuilder& builder, rhi::TextureTable& table,
                                             scene::SceneData& scene);
-
-// Whether back faces are culled for rays.
-bool IsBackCulled(const gpu::MaterialRecord& material);
-
-// Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
-// is added to the builder again, with the memory for its build. On an Error nothing has changed. Returns
-// what has:
-struct KindChanges {
-    bool areStructures = false;  // BLASes wait to be built
-    bool areSides = false;       // culling or alpha has changed
-};
-KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
-                           const gpu::MaterialRecord& record);
 
 }  // namespace raygraph

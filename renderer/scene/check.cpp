@@ -134,6 +134,18 @@ void CheckTransformOf(const PlacedTransform& transform, const Subject& subject) 
                     "its transform is scaled to nothing or flat, it has no inverse");
 }
 
+void CheckVariants(const Primitive& primitive, const SceneData& scene, const Subject& subject) {
+    const std::vector<VariantMaterial>& variants = primitive.variants;
+    for (size_t i = 0; i < variants.size(); ++i) {
+        subject.RequireIndex("a variant", variants[i].variant, scene.variants.size(), true);
+        subject.RequireIndex("the material of a variant", variants[i].material, scene.materials.size());
+        subject.Require(i == 0 || variants[i - 1].variant < variants[i].variant,
+                        "its variants do not ascend");
+    }
+    subject.Require(variants.empty() || variants.back().variant == kNone,
+                    "its variants do not end with one for all others");
+}
+
 void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subject& subject) {
     const size_t vertexCount = primitive.positions.size();
     subject.RequireFinite("positions", primitive.positions);
@@ -195,9 +207,12 @@ void CheckAll(const SceneData& scene, const Subject& subject) {
         CheckTextures(scene.materials[i], scene.textures.size(), subject.In("materials", i));
     }
     for (size_t i = 0; i < scene.meshes.size(); ++i)
-        for (size_t p = 0; p < scene.meshes[i].primitives.size(); ++p)
-            CheckPrimitive(scene.meshes[i].primitives[p], scene.materials.size(),
-                           subject.In("meshes", i).In("primitives", p));
+        for (size_t p = 0; p < scene.meshes[i].primitives.size(); ++p) {
+            const Subject here = subject.In("meshes", i).In("primitives", p);
+            CheckPrimitive(scene.meshes[i].primitives[p], scene.materials.size(), here);
+            CheckVariants(scene.meshes[i].primitives[p], scene, here);
+        }
+    subject.RequireIndex("its variant", scene.variant, scene.variants.size(), true);
     CheckNodes(scene, subject);
     for (size_t i = 0; i < scene.instances.size(); ++i) {
         const Subject here = subject.In("instances", i);

@@ -11,9 +11,10 @@ namespace {
 
 class PrimitiveDecoder {
   public:
+    // `normalMap`: what tangents are for; it may be absent.
     PrimitiveDecoder(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
-                     const Material& material)
-        : m_context(context), m_reader(reader), m_layout(layout), m_material(material) {}
+                     const TextureRef& normalMap)
+        : m_context(context), m_reader(reader), m_layout(layout), m_normalMap(normalMap) {}
 
     Primitive Decode() {
         Primitive primitive;
@@ -111,7 +112,7 @@ class PrimitiveDecoder {
 
     // For a normal map and the texture coordinates it is read by; without either nothing wants tangents.
     void MakeTangents(Primitive& primitive) {
-        const TextureRef& map = m_material.TangentTexture();
+        const TextureRef& map = m_normalMap;
         const std::vector<glm::vec2>& stream = map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
         if (!map.IsPresent() || stream.empty() || primitive.indices.empty()) return;
         // What its working tables take, and at most as many vertices as there are indices.
@@ -162,20 +163,43 @@ class PrimitiveDecoder {
     GltfContext& m_context;
     AccessorReader& m_reader;
     const PrimitiveLayout& m_layout;
-    const Material& m_material;
+    const TextureRef& m_normalMap;
     DracoPrimitive m_decoded;  // Empty if the layout is not compressed.
 };
+
+// That of the primitive's own material, else of the first variant that has one.
+const TextureRef& NormalMapOf(GltfContext& context, const PrimitiveLayout& layout, const Primitive& primitive,
+                              std::span<const Material> materials) {
+    const TextureRef* chosen = &materials[primitive.material].TangentTexture();
+    for (const VariantMaterial& variant : primitive.variants) {
+        const TextureRef& map = materials[variant.material].TangentTexture();
+        if (!map.IsPresent()) continue;
+        if (!chosen->IsPresent()) chosen = &map;
+        const bool isAlike = chosen->texCoord == map.texCoord && chosen->transform == map.transform;
+        if (!isAlike && !layout.Has(Attribute::Tangent))
+            context.Warn(layout.where, "tangents of variants",
+                         "variants read normal maps by other texture coordinates than the tangents are made "
+                         "for");
+    }
+    return *chosen;
+}
 
 }  // namespace
 
 Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& layout,
                 std::span<const Material> materials, uint32_t defaultMaterial) {
+    const auto given = [&](uint32_t material) { return material == kNone ? defaultMaterial : material; };
     Mesh mesh{.name = layout.name, .primitives = {}};
     for (const PrimitiveLayout& part : layout.primitives) {
-        const uint32_t material = part.material == kNone ? defaultMaterial : part.material;
-        Primitive primitive = PrimitiveDecoder(context, reader, part, materials[material]).Decode();
+        Primitive shown;
+        shown.material = given(part.material);
+        for (const VariantMaterial& variant : part.variants)
+            shown.variants.push_back({variant.variant, given(variant.material)});
+        const TextureRef& normalMap = NormalMapOf(context, part, shown, materials);
+        Primitive primitive = PrimitiveDecoder(context, reader, part, normalMap).Decode();
         if (primitive.indices.empty()) continue;
-        primitive.material = material;
+        primitive.material = shown.material;
+        primitive.variants = std::move(shown.variants);
         mesh.primitives.push_back(std::move(primitive));
     }
     return mesh;

@@ -9,6 +9,7 @@ namespace {
 
 constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr const char* kQuantization = "KHR_mesh_quantization";
+constexpr const char* kVariants = "KHR_materials_variants";
 
 // Which accessors an attribute may be read from: the core's types and those KHR_mesh_quantization adds.
 bool IsAllowed(Attribute attribute, const Accessor& accessor) {
@@ -85,6 +86,7 @@ class LayoutReader {
             m_context.Fail(where["indices"],
                            Text("accessors[{}] must be SCALAR of 5121, 5123 or 5125", layout.indices));
         layout.draco = ReadDraco(primitive, layout);
+        layout.variants = ReadVariants(primitive, layout);
         return layout;
     }
 
@@ -135,6 +137,35 @@ class LayoutReader {
             draco.ids[i] = static_cast<uint32_t>(attributes.Get(name).GetNumberAsDouble());
         }
         return draco;
+    }
+
+    // Empty if all variants show the primitive's own material.
+    std::vector<VariantMaterial> ReadVariants(const gltf::Primitive& primitive,
+                                              const PrimitiveLayout& layout) const {
+        std::vector<VariantMaterial> variants;
+        const auto found = primitive.extensions.find(kVariants);
+        if (found == primitive.extensions.end() || !found->second.Has("mappings")) return variants;
+        const gltf::Value& mappings = found->second.Get("mappings");
+        for (int m = 0; m < static_cast<int>(mappings.ArrayLen()); ++m) {
+            const gltf::Value& mapping = mappings.Get(m);
+            const auto material = static_cast<uint32_t>(mapping.Get("material").GetNumberAsInt());
+            const gltf::Value& indices = mapping.Get("variants");
+            for (int i = 0; i < static_cast<int>(indices.ArrayLen()); ++i)
+                variants.push_back({static_cast<uint32_t>(indices.Get(i).GetNumberAsInt()), material});
+        }
+        // The first of each
+        std::ranges::stable_sort(variants, {}, &VariantMaterial::variant);
+        const auto isRepeated = [&](const VariantMaterial& first, const VariantMaterial& next) {
+            if (first.variant != next.variant) return false;
+            if (first.material != next.material)
+                m_context.Warn(layout.where["extensions"][kVariants], "variant",
+                               Text("variant {} has materials {} and {}, the first is shown", first.variant,
+                                    first.material, next.material));
+            return true;
+        };
+        variants.erase(std::unique(variants.begin(), variants.end(), isRepeated), variants.end());
+        if (!variants.empty()) variants.push_back({kNone, layout.material});
+        return variants;
     }
 
     GltfContext& m_context;

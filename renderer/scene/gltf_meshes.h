@@ -34,6 +34,8 @@ struct PrimitiveLayout {
     uint32_t material = kNone;
     uint64_t vertexCount = 0;
     std::optional<DracoLayout> draco = {};
+    // As Primitive::variants, where kNone is for the material above, which may be none itself.
+    std::vector<VariantMaterial> variants = {};
 
     uint32_t Accessor(Attribute attribute) const { return accessors[static_cast<size_t>(attribute)]; }
     bool Has(Attribute attribute) const { return Accessor(attribute) != kNone; }
@@ -48,8 +50,8 @@ struct MeshLayout {
 std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model& model,
                                         const AccessorTables& tables);
 
-// Decodes a mesh. Primitives without a material get `defaultMaterial`; those whose material has a normal map
-// get tangents if they have none.
+// Decodes a mesh. Primitives without a material get `defaultMaterial`; those whose material, or one of a
+// variant, has a normal map get tangents if they have none.
 Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& layout,
                 std::span<const Material> materials, uint32_t defaultMaterial);
 

@@ -19,8 +19,8 @@ using Json = nlohmann::json;
 
 const char* Name(Target target) {
     constexpr std::array<const char*, static_cast<size_t>(Target::Count)> kNames{
-        "",       "accessors", "bufferViews", "buffers", "cameras", "images",   "lights",  "materials",
-        "meshes", "nodes",     "samplers",    "scenes",  "skins",   "textures", "samplers"};
+        "",       "accessors", "bufferViews", "buffers", "cameras", "images",   "lights",   "materials",
+        "meshes", "nodes",     "samplers",    "scenes",  "skins",   "textures", "variants", "samplers"};
     return kNames[static_cast<size_t>(target)];
 }
 

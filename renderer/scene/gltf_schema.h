@@ -48,6 +48,7 @@ enum class Target : uint8_t {
     Scenes,
     Skins,
     Textures,
+    Variants,
     AnimationSamplers,  // Those of the animation around.
     Count,
 };

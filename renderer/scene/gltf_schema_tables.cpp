@@ -183,6 +183,12 @@ constexpr auto kDracoAttributes = Table(UniqueId("POSITION"), UniqueId("NORMAL")
                                         UniqueId("TEXCOORD_0"), UniqueId("TEXCOORD_1"), UniqueId("COLOR_0"));
 constexpr auto kDraco = Table(Index("bufferView", Target::BufferViews).Required(),
                               Object("attributes", kDracoAttributes).Required());
+// Of KHR_materials_variants.
+constexpr auto kVariant = Table(Text("name"));
+constexpr auto kVariants = Table(Objects("variants", kVariant).PointedAtAs(Target::Variants));
+constexpr auto kVariantMapping =
+    Table(Indices("variants", Target::Variants).Required(), Index("material", Target::Materials).Required());
+constexpr auto kVariantMappings = Table(Objects("mappings", kVariantMapping));
 constexpr auto kMesh = Table(Text("name"), Objects("primitives", kPrimitive).Required());
 
 // --- Cameras and lights ---
@@ -287,6 +293,8 @@ constexpr std::array kExtensions{
     Extension{material_fields::kDiffuseTransmission, ExtensionPlace::Material, kDiffuseTransmission},
     Extension{material_fields::kVolumeScatter, ExtensionPlace::Material, kVolumeScatter},
     Extension{"KHR_materials_unlit", ExtensionPlace::Material, {}},
+    Extension{"KHR_materials_variants", ExtensionPlace::Root, kVariants},
+    Extension{"KHR_materials_variants", ExtensionPlace::Primitive, kVariantMappings},
 };
 
 }  // namespace

@@ -75,6 +75,23 @@ ScenePath Locate(const std::filesystem::path& path) {
     return located;
 }
 
+namespace {
+
+// Of KHR_materials_variants.
+std::vector<std::string> ReadVariantNames(const gltf::Model& model) {
+    std::vector<std::string> names;
+    const auto found = model.extensions.find("KHR_materials_variants");
+    if (found == model.extensions.end() || !found->second.Has("variants")) return names;
+    const gltf::Value& variants = found->second.Get("variants");
+    for (int i = 0; i < static_cast<int>(variants.ArrayLen()); ++i) {
+        const gltf::Value& variant = variants.Get(i);
+        names.push_back(variant.Has("name") ? variant.Get("name").Get<std::string>() : std::string());
+    }
+    return names;
+}
+
+}  // namespace
+
 GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
     GltfDocument document = ReadDocument(context, json);
     GltfOutline outline;
@@ -84,6 +101,7 @@ GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
     outline.instancing = ReadInstancing(context, document.model, outline.tables);
     ReadNodes(context, document.model, outline.scene);
     outline.defaultMaterial = AddDefaultMaterial(outline.layouts, outline.scene);
+    outline.scene.variants = ReadVariantNames(document.model);
     outline.bufferSources = std::move(document.buffers);
     outline.imageSources = std::move(document.images);
     return outline;

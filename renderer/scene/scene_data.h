@@ -16,6 +16,7 @@
 //   - every optional vertex stream is empty or exactly as long as `positions`;
 //   - every float is finite and in the range of its field, and an instance's transform has an inverse;
 //   - nodeOrder lists nodes after their parents;
+//   - a primitive's `variants` are empty, or ascend and end with kNone;
 //   - the bounds of a primitive are around its positions, and an image has all of its texels.
 //
 // Threads: plain values; pure functions, for any thread. Editing one needs exclusive access.
@@ -54,14 +55,24 @@ struct RAYGRAPH_API Bounds {
     Bounds Transformed(const glm::mat4x3& transform) const;
 };
 
+// The material that a variant of the scene gives a primitive. `variant` indexes SceneData::variants; kNone is
+// for those that are not listed, and for none chosen.
+struct VariantMaterial {
+    uint32_t variant = kNone;
+    uint32_t material = 0;
+
+    bool operator==(const VariantMaterial&) const = default;
+};
+
 // One draw's worth of triangles with one material. All streams but positions and indices are optional
 // (empty).
 struct Primitive {
     std::vector<glm::vec3> positions;
     // Unit length. Never empty after import: flat ones are made, vertices then split.
     std::vector<glm::vec3> normals;
-    // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w. There if the material has a
-    // normal map, of its coat at least, and there are the texture coordinates to read it by.
+    // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w. There if the material, or
+    // that of a variant, has a normal map, of its coat at least, and there are the texture coordinates to
+    // read it by.
     std::vector<glm::vec4> tangents;
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;
@@ -71,6 +82,9 @@ struct Primitive {
     std::vector<uint32_t> indices;
     uint32_t material = 0;  // Into SceneData::materials; always valid.
     Bounds bounds;          // Of `positions`, object space.
+    // KHR_materials_variants: what scene::SetVariant chooses `material` from, ascending by variant. Empty:
+    // `material` in all of them.
+    std::vector<VariantMaterial> variants;
 
     size_t TriangleCount() const { return indices.size() / 3; }
 };
@@ -332,6 +346,8 @@ struct SceneData {
     std::vector<Light> lights;    // Those placed in the loaded scene, in order of the file's light index.
     Bounds bounds;                // World space, of all visible instances.
     std::vector<std::string> warnings;  // One line each: what was skipped or repaired while loading.
+    std::vector<std::string> variants;  // KHR_materials_variants: their names, in the file's order.
+    uint32_t variant = kNone;           // The one shown (renderer/scene/variants.h).
 };
 
 // A transform whose translation has the digits of a double: matrix[3] + rest.

@@ -247,6 +247,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.view = View::Depth;
     settings.camera = "Camera.001";
     settings.scene = "Second";
+    settings.variant = "red";
     settings.paths.seed = 4294967295u;
     settings.paths.sampler = SamplerKind::Tea;
     settings.raster.shadows = passes::RasterShadows::Maps;

@@ -88,7 +88,7 @@ auto FieldsOf(Bounds& s) {
     return std::tie(a, b);
 }
 auto FieldsOf(Primitive& s) {
-    auto& [a, b, c, d, e, f, g, h, i] = s;
+    auto& [a, b, c, d, e, f, g, h, i, variants] = s;
     return std::tie(a, b, c, d, e, f, g, h, i);
 }
 auto FieldsOf(Mesh& s) {
@@ -139,7 +139,7 @@ auto FieldsOf(Light& s) {
     return std::tie(a, b, c, d, e, f, g, h, i, j);
 }
 auto FieldsOf(SceneData& s) {
-    auto& [name, a, b, c, d, e, f, g, h, i, j, warnings] = s;
+    auto& [name, a, b, c, d, e, f, g, h, i, j, warnings, variants, variant] = s;
     return std::tie(a, b, c, d, e, f, g, h, i, j);
 }
 

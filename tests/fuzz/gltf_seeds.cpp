@@ -40,11 +40,13 @@ constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0
   "_ID": 3}}}}],
 "extensions": {"KHR_lights_punctual": {"lights": [
  {"type": "spot", "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.7}, "color": [1, 0.5, 0.25], "intensity": 9},
- {"type": "directional", "range": 3}]}},
+ {"type": "directional", "range": 3}]},
+ "KHR_materials_variants": {"variants": [{"name": "a"}, {"name": "b"}]}},
 "cameras": [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1, "zfar": 9, "aspectRatio": 1.5}},
  {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 2, "znear": 0.1, "zfar": 9}}],
 "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 0, "TEXCOORD_0": 1, "COLOR_0": 2},
-  "indices": 3, "material": 0, "mode": 4, "targets": [{"POSITION": 0}]}], "weights": [0.5]},
+  "indices": 3, "material": 0, "mode": 4, "targets": [{"POSITION": 0}], "extensions": {"KHR_materials_variants":
+   {"mappings": [{"material": 1, "variants": [0]}, {"material": 0, "variants": [1]}]}}}], "weights": [0.5]},
  {"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_1": 1}, "mode": 5, "material": 1},
   {"attributes": {"POSITION": 0}, "mode": 1}]}],
 "skins": [{"joints": [2], "skeleton": 0}],

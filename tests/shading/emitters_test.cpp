@@ -51,7 +51,7 @@ class Emitters : public ::testing::Test {
             triangles.geometries.insert(triangles.geometries.end(), primitive.TriangleCount(), i);
             pointers.push_back(&primitives[i]);
         }
-        return EmitterFinder(scene).Find(triangles, pointers, true);
+        return EmitterFinder(scene).Find(triangles, pointers, true).emitters;
     }
 
     scene::SceneData scene;

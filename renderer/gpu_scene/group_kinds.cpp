@@ -1,0 +1,150 @@
+#include "renderer/gpu_scene/group_kinds.h"
+
+#include <algorithm>
+#include <functional>
+#include <span>
+#include <utility>
+
+#include "renderer/scene/variants.h"
+#include "shaders/shared/microfacet_models.h"
+
+namespace raygraph {
+namespace {
+
+// Whether no ray needs an alpha test: there is no alpha, or it is opaque everywhere.
+bool IsOpaque(const gpu::MaterialRecord& material, float lowestAlpha) {
+    const auto mode = static_cast<scene::AlphaMode>(material.alphaMode);
+    if (mode == scene::AlphaMode::Opaque) return true;
+    // A product that is rounded may be opaque where the shader's is not
+    const float alpha = material.baseColor.a * lowestAlpha;
+    if (mode == scene::AlphaMode::Blend || lowestAlpha == 1.0f)
+        return alpha >= (mode == scene::AlphaMode::Mask ? material.alphaCutoff : 1.0f);
+    constexpr float kRounding = 1.0f / 512.0f;
+    return alpha >= material.alphaCutoff + kRounding;
+}
+
+// Whether light may pass straight through the surface somewhere (bxdf/bsdf.glsl, IsSmoothThinWall).
+bool IsThinWall(const gpu::MaterialRecord& material) {
+    return material.transmission > 0.0f &&
+           (material.flags & (gpu::kMaterialVolume | gpu::kMaterialUnlit)) == 0u &&
+           (material.roughness * material.roughness < kSmoothAlpha ||
+            material.metallicRoughnessTexture != gpu::kNoTexture);
+}
+
+}  // namespace
+
+bool IsBackCulled(const gpu::MaterialRecord& material) {
+    return (material.flags & gpu::kMaterialDoubleSided) == 0u && material.transmission == 0.0f;
+}
+
+GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials) {
+    GroupKind kind;
+    bool isSomeBackCulled = false;
+    for (const GroupPart& part : parts) {
+        const gpu::MaterialRecord& material = materials[part.material];
+        kind.isOpaque &= IsOpaque(material, part.lowestAlpha);
+        kind.isThinWall |= IsThinWall(material);
+        kind.isBackCulled &= IsBackCulled(material);
+        isSomeBackCulled |= IsBackCulled(material);
+    }
+    kind.isOpaque &= kind.isBackCulled || !isSomeBackCulled;
+    return kind;
+}
+
+void SetFlags(rhi::TriangleGeometry& triangles, const GroupKind& kind) {
+    triangles.isOpaque = kind.isOpaque && !kind.isThinWall;
+    triangles.isAnyHitOnce = kind.isThinWall;
+}
+
+std::vector<uint32_t> UsedMaterials(const SceneResources& resources) {
+    std::vector<bool> isUsed(resources.materialRecords.size());
+    for (const GroupResources& group : resources.groups)
+        for (const GroupPart& part : group.parts) isUsed[part.material] = true;
+    std::vector<uint32_t> used;
+    for (uint32_t i = 0; i < isUsed.size(); ++i)
+        if (isUsed[i]) used.push_back(i);
+    return used;
+}
+
+namespace {
+
+// Gives groups for which `isAffected` holds the kind that their parts have by now. On an Error they keep the
+// one they have.
+KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder,
+                        const std::function<bool(const GroupPart&)>& isAffected) {
+    struct Changed {
+        GroupResources& group;
+        GroupKind kind;
+        std::shared_ptr<rhi::Blas> blas;
+    };
+    std::vector<Changed> changed;
+    KindChanges changes;
+    for (GroupResources& group : resources.groups) {
+        if (std::none_of(group.parts.begin(), group.parts.end(), isAffected)) continue;
+        const GroupKind kind = KindOf(group.parts, resources.materialRecords);
+        if (kind == group.kind) continue;
+        changed.push_back({group, kind, group.blas});
+        rhi::BlasDesc desc = group.blas->Desc();
+        const rhi::TriangleGeometry built = desc.triangles[0];
+        SetFlags(desc.triangles[0], kind);
+        if (desc.triangles[0].isOpaque != built.isOpaque ||
+            desc.triangles[0].isAnyHitOnce != built.isAnyHitOnce) {
+            changed.back().blas = builder.Add(desc);
+            changes.areStructures = true;
+        }
+        changes.areSides |=
+            kind.isOpaque != group.kind.isOpaque || kind.isBackCulled != group.kind.isBackCulled;
+    }
+    if (changes.areStructures) builder.Reserve();
+    for (Changed& change : changed) {
+        change.group.kind = change.kind;
+        change.group.blas = std::move(change.blas);
+    }
+    return changes;
+}
+
+void TakeVariant(SceneResources& resources, uint32_t variant) noexcept {
+    resources.variant = variant;
+    for (GroupResources& group : resources.groups)
+        for (size_t i = 0; i < group.parts.size(); ++i) {
+            GroupPart& part = group.parts[i];
+            if (part.variants.empty()) continue;
+            const std::span<const PartVariant> variants = part.variants;
+            const PartVariant& taken = variants[scene::VariantEntry(variants, variant)];
+            part.material = taken.material;
+            part.lowestAlpha = taken.lowestAlpha;
+            resources.geometryRecords[group.record.firstGeometry + i].material = taken.material;
+        }
+}
+
+}  // namespace
+
+KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
+                           const gpu::MaterialRecord& record) {
+    gpu::MaterialRecord& current = resources.materialRecords[material];
+    const gpu::MaterialRecord old = std::exchange(current, record);
+    try {
+        return UpdateKinds(resources, builder,
+                           [&](const GroupPart& part) { return part.material == material; });
+    } catch (...) {
+        current = old;
+        throw;
+    }
+}
+
+KindChanges ChangeVariant(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t variant) {
+    const uint32_t old = resources.variant;
+    try {
+        TakeVariant(resources, variant);
+        std::vector<uint32_t> used = UsedMaterials(resources);
+        const KindChanges changes =
+            UpdateKinds(resources, builder, [](const GroupPart& part) { return !part.variants.empty(); });
+        resources.usedMaterials = std::move(used);
+        return changes;
+    } catch (...) {
+        TakeVariant(resources, old);
+        throw;
+    }
+}
+
+}  // namespace raygraph

@@ -1,0 +1,37 @@
+// How rays treat the groups of a scene's triangles, and what becomes of them when materials change. For
+// renderer/gpu_scene alone. Threads: exclusive access to what is changed.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu_scene/scene_resources.h"
+
+namespace raygraph {
+
+// Whether back faces are culled for rays.
+bool IsBackCulled(const gpu::MaterialRecord& material);
+
+// Where the back faces of only some parts are culled, an any-hit shader decides.
+GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials);
+// Of the geometry of a group's BLAS.
+void SetFlags(rhi::TriangleGeometry& triangles, const GroupKind& kind);
+// Of some triangle, ascending.
+std::vector<uint32_t> UsedMaterials(const SceneResources& resources);
+
+// Replaces the record of a material, and updates the groups that use it. A BLAS whose geometry flags change
+// is added to the builder again, with the memory for its build. On an Error nothing has changed. Returns
+// what has:
+struct KindChanges {
+    bool areStructures = false;  // BLASes wait to be built
+    bool areSides = false;       // culling or alpha has changed
+};
+KindChanges ChangeMaterial(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t material,
+                           const gpu::MaterialRecord& record);
+
+// Gives all parts, and the geometry records on the host, their materials in a variant. Otherwise as
+// ChangeMaterial.
+KindChanges ChangeVariant(SceneResources& resources, rhi::BlasBuilder& builder, uint32_t variant);
+
+}  // namespace raygraph
