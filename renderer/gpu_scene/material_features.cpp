@@ -23,6 +23,8 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     if (material.sheenColor != glm::vec3(0.0f)) features |= kTraceSheen;
     if (material.dispersion > 0.0f && (material.flags & gpu::kMaterialVolume) != 0u)
         features |= kTraceDispersion;
+    if (material.scattering != glm::vec3(0.0f) && (material.flags & gpu::kMaterialVolume) != 0u)
+        features |= kTraceScattering;
     return features;
 }
 

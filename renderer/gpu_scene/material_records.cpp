@@ -65,6 +65,7 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.diffuseTransmissionColor = diffuseTransmissionColorFactor;
     record.scattering = values.Scattering();
     record.scatterAnisotropy = scatterAnisotropy;
+    record.thickness = thicknessFactor;
     return record;
 }
 

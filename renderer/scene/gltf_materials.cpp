@@ -247,6 +247,11 @@ class MaterialImporter {
             if (std::string_view(field.object).starts_with("KHR_"))
                 ReadOfExtension(field, ExtensionReader(file.extensions, field.object), extensions, material);
         });
+        constexpr const char* kMediumTexture = "multiscatterColorTexture";
+        if (ExtensionReader(file.extensions, material_fields::kVolumeScatter).Texture(kMediumTexture).index >=
+            0)
+            m_context.Warn(extensions[material_fields::kVolumeScatter][kMediumTexture], "texture of a medium",
+                           "is not read: a medium is the same everywhere");
         // A double: an int does not hold all priorities
         if (file.extras.IsObject() && file.extras.Has(kPriority))
             material.priority = static_cast<uint32_t>(file.extras.Get(kPriority).GetNumberAsDouble());

@@ -161,7 +161,8 @@ constexpr auto kDiffuseTransmission = Table(
     Factor(&Material::diffuseTransmissionColorFactor), TextureOf(&Material::diffuseTransmissionColorTexture));
 
 constexpr auto kVolumeScatter =
-    Table(Factor(&Material::multiscatterColorFactor), Factor(&Material::scatterAnisotropy));
+    Table(Factor(&Material::multiscatterColorFactor), Factor(&Material::scatterAnisotropy),
+          Object("multiscatterColorTexture", kUnreadTextureInfo));
 
 // --- Meshes ---
 

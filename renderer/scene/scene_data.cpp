@@ -48,6 +48,7 @@ namespace {
 // The single-scattering albedo of a medium whose half space, seen from within, has the albedo `color`: Kulla
 // and Conty 2017, "Revisiting Physically Based Shading at Imageworks", as KHR_materials_volume_scatter says.
 float SingleScatteringAlbedo(float color, float anisotropy) {
+    if (!(color > 0.0f)) return 0.0f;
     const float s =
         4.09712f + 4.20863f * color - std::sqrt(9.59217f + 41.6808f * color + 17.7126f * color * color);
     return std::clamp((1.0f - s * s) / (1.0f - anisotropy * s * s), 0.0f, 1.0f);

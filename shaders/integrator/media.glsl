@@ -98,10 +98,13 @@ CONST float kFarInMedium = 1.0e18f;
 // Share of light that passes `distance` meters of the medium, however long. Beer-Lambert law. The distance is
 // limited because a device may first multiply it by the constant of its exp: a distance near the range of
 // float would become infinite, and the result of a medium that absorbs nothing NaN.
-INLINE vec3 Transmittance(uint material, float distance) {
-    if (material == kVacuum) return vec3(1.0f);
-    vec3 opticalDepth = MediumAt(material).extinction * min(distance, kFarInMedium);
+INLINE vec3 Transmittance(Medium medium, float distance) {
+    vec3 opticalDepth = medium.extinction * min(distance, kFarInMedium);
     return vec3(exp(-opticalDepth.x), exp(-opticalDepth.y), exp(-opticalDepth.z));
+}
+
+INLINE vec3 Transmittance(uint material, float distance) {
+    return material == kVacuum ? vec3(1.0f) : Transmittance(MediumAt(material), distance);
 }
 
 // The media on both sides of a surface, for a path that crosses it.

@@ -20,8 +20,8 @@
 // light the wall is a hole for a share of the light, and the remaining paths sample its other lobes.
 //
 // Sample dimensions: 0 to 3 are the camera's; each bounce has kBounceDimensions of its own, so that the same
-// decision uses the same dimension on every path. Straight crossings have dimensions by the ray's number, and
-// the path's wavelength has one.
+// decision uses the same dimension on every path. Straight crossings and flights
+// through media have dimensions by the ray's number, and the path's wavelength has one.
 #ifndef RAYGRAPH_INTEGRATOR_PATH_GLSL
 #define RAYGRAPH_INTEGRATOR_PATH_GLSL
 
@@ -31,8 +31,8 @@
 #include "core/rng.glsl"
 #include "core/trace_options.glsl"
 #include "integrator/media.glsl"
-#include "integrator/path_parts.glsl"
-#include "integrator/segment.glsl"
+#include "integrator/path_state.glsl"
+#include "integrator/scattering.glsl"
 #include "lights/lights.glsl"
 #include "lights/shadow_ray.glsl"
 #include "scene/ray.glsl"
@@ -44,105 +44,8 @@ SHADING_BEGIN
 CONST uint kBounceDimensions = 7u;
 CONST uint kStraightDimensions = 0x40000000u;
 CONST uint kWavelengthDimension = 0x3fffffffu;
-CONST float kMaxSurvival = 0.99f;  // even a path without losses must end
+CONST uint kFlightDimensions = 0x20000000u;  // 2 for each ray
 CONST uint kMaxRays = 4096u;       // of one path: a guard against rooms that cannot be left
-
-struct PathSettings {
-    uint maxDepth;        // bounces
-    uint rouletteStart;   // first bounce at which roulette may end the path
-    float survival;       // of a bounce, for roulettes of constant probability
-    uint frameDepth;      // bounces of this sample, for Roulette::Frame
-    float clampIndirect;  // largest component of one contribution of light scattered twice or more often
-    float regularize;     // minimum alpha of the BSDFs after the first bounce
-};
-
-// The state of a path: created by StartPath, extended by one ray with ExtendPath until that returns false.
-struct PathState {
-    Ray ray;  // the next one
-    Sampler rng;
-    vec3 radiance;         // collected so far: the estimate, once the path has ended
-    vec3 throughput;       // share of the light at the path's end that reaches the camera
-    float wavelength;      // nm; kNoWavelength: all colors
-    float etaScale;        // square of the index of refraction along the path, which roulette must not count
-    float scatterPDF;      // of the ray's direction; 0: light sampling cannot make this path
-    LightContext scatter;  // where the ray left, for light sampling
-    SegmentStart start;    // where the ray left, for media
-    MediumStack media;
-    uint depth;     // bounces so far
-    uint rayCount;  // rays traced
-    float alpha;    // 1: the camera ray hit a surface
-    PathParts parts;  // of radiance; these two if kKeepsParts
-    FirstLobe lobe;   // of the first bounce
-};
-
-INLINE PathState StartPath(Ray ray, Sampler rng) {
-    PathState path;
-    path.ray = ray;
-    path.rng = rng;
-    path.radiance = vec3(0.0f);
-    path.throughput = vec3(1.0f);
-    path.wavelength = kNoWavelength;
-    path.etaScale = 1.0f;
-    path.scatterPDF = 0.0f;
-    path.scatter.position = ray.origin;
-    path.scatter.normal = vec3(0.0f);
-    path.start = StartAtCamera();
-    path.media = NoMedia();
-    path.depth = 0u;
-    path.rayCount = 0u;
-    path.alpha = 0.0f;
-    if (kKeepsParts) path.parts = NoParts();
-    path.lobe = NoLobe();
-    return path;
-}
-
-// The share of a sample of density `pdf` where `other` is the density of the other strategy for it.
-INLINE float MISWeight(float pdf, float other) {
-    if (ActiveMis() == kMisBalance) return pdf / (pdf + other);
-    float ratio = other / pdf;  // their squares may leave the range of float
-    return 1.0f / (1.0f + ratio * ratio);
-}
-
-// Weight of light that a BSDF sample of density scatterPDF found, and light sampling would with lightPDF.
-INLINE float ScatterWeight(float scatterPDF, float lightPDF) {
-    if (!HasTraceFeature(kTraceLightSampling) || scatterPDF == 0.0f || lightPDF == 0.0f) return 1.0f;
-    return ActiveMis() == kMisOff ? 0.0f : MISWeight(scatterPDF, lightPDF);
-}
-
-INLINE float LightWeight(LightSample light, float scatterPDF) {
-    if (light.isDelta != 0u || ActiveMis() == kMisOff) return 1.0f;
-    return MISWeight(light.pdf, scatterPDF);
-}
-
-#ifndef LIGHT_GROUPS
-INLINE void AddToGroup(vec3, uint) {}
-#endif
-
-// Adds the contribution `value` of light at vertex `depth` of the path, through `lobe`. `light` is the number
-// of the light that it comes from, or kNoLight.
-INLINE void Collect(INOUT(PathState) path, vec3 value, uint depth, FirstLobe lobe, uint light,
-                    PathSettings settings) {
-    if (depth > 1u) {
-        float largest = MaxComponent(value);
-        if (largest > settings.clampIndirect) value *= settings.clampIndirect / largest;
-    }
-    path.radiance += value;
-    if (kKeepsParts) AddPart(path.parts, value, depth, lobe);
-    AddToGroup(value, light);
-}
-
-// Light that the path's ray found: `light` is its number, or kNoLight where light sampling cannot find it.
-INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float distance,
-                         PathSettings settings) {
-    float lightPDF = 0.0f;
-    // The point from which light sampling sampled: straight crossings may have moved the ray's origin
-    if (HasTraceFeature(kTraceThinWalls))
-        distance += dot(path.ray.origin - path.scatter.position, path.ray.direction);
-    if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
-        lightPDF = LightPDF(path.scatter, light, path.ray.direction, distance);
-    float weight = ScatterWeight(path.scatterPDF, lightPDF);
-    Collect(path, path.throughput * radiance * weight, path.depth, path.lobe, light, settings);
-}
 
 // Light from one point of one light, scattered by a surface to the camera, if it is not occluded.
 struct DirectLight {
@@ -164,24 +67,6 @@ INLINE DirectLight NoDirectLight() {
     direct.lobe = NoLobe();
     direct.light = kNoLight;
     return direct;
-}
-
-// Russian roulette. False: the path is terminated; the weight of survivors keeps the mean.
-INLINE bool SurviveRoulette(INOUT(PathState) path, PathSettings settings) {
-    float survival = 1.0f;
-    if (path.depth + 1u < settings.rouletteStart) return true;
-    if (ActiveRoulette() == kRouletteThroughput) {
-        survival = min(MaxComponent(path.throughput) * path.etaScale, kMaxSurvival);
-        if (!(Get1D(path.rng) < survival)) return false;  // ends a path of NaN too
-    } else if (ActiveRoulette() == kRouletteConstant) {
-        survival = settings.survival;
-        if (!(Get1D(path.rng) < survival)) return false;
-    } else if (ActiveRoulette() == kRouletteFrame) {
-        survival = settings.survival;
-        if (path.depth + 1u > settings.frameDepth) return false;
-    }
-    path.throughput /= survival;
-    return true;
 }
 
 // A surface as the path meets it.
@@ -312,6 +197,56 @@ INLINE void ChooseWavelength(INOUT(PathState) path, Boundary boundary) {
     path.throughput *= WavelengthShare(path.wavelength);
 }
 
+INLINE FreeFlight DrawFlight(INOUT(PathState) path, uint medium, float limit) {
+    path.rng.dimension = kFlightDimensions + 2u * path.rayCount;
+    float color = Get1D(path.rng);
+    return SampleFreeFlight(MediumAt(medium), path.throughput, limit, color, Get1D(path.rng));
+}
+
+// The point at `distance` of a segment's length `inside`. Where it is nearer to a surface than its own
+// rounding, a point that is off that surface: the path would find itself on the other side.
+INLINE vec3 PositionInMedium(SegmentStart start, Ray ray, SurfaceInteraction end, bool isHit, float inside,
+                             float distance) {
+    float rest = (inside - distance) * abs(dot(ray.direction, end.geometricNormal));
+    if (isHit && rest < end.clearance) return OriginTowards(end, 1.0f);
+    return ray.origin + max(distance - OriginOffset(start, ray), 0.0f) * ray.direction;
+}
+
+// Scatters the path in a medium, at that point of its ray. `direct` becomes the light that a shadow ray
+// must confirm. False: the path ends here.
+INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, PathSettings settings,
+                            INOUT(DirectLight) direct) {
+    path.alpha = 1.0f;
+    if (path.depth >= settings.maxDepth) return false;
+    float g = MediumAt(medium).anisotropy;
+    vec3 forward = path.ray.direction;
+    path.ray.origin = position;
+    path.scatter.position = path.ray.origin;
+    path.scatter.normal = vec3(0.0f);
+    path.start = StartAtCamera();
+    if (kKeepsParts && path.depth == 0u) path.lobe = FirstLobeOf(vec3(1.0f), vec3(1.0f), false);
+    path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions;
+    if (HasTraceFeature(kTraceLightSampling)) {
+        float choice = Get1D(path.rng);
+        LightSample light = SampleLight(path.scatter, choice, Get2D(path.rng));
+        if (light.pdf > 0.0f) {
+            float phase = PhaseHG(g, dot(forward, light.wi));
+            direct.ray = ShadowRayFrom(path.ray.origin, light, direct.distance);
+            direct.lobe = path.lobe;
+            direct.light = light.light;
+            direct.ior = MediumIor(medium, path.wavelength);
+            direct.radiance = path.throughput * light.radiance * Transmittance(medium, light.distance) *
+                              (phase * LightWeight(light, phase) / light.pdf);
+        }
+    }
+    path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions + 4u;
+    path.ray.direction = FromLocal(FrameFromZ(forward), SamplePhaseHG(g, Get2D(path.rng)));
+    path.scatterPDF = PhaseHG(g, dot(forward, path.ray.direction));
+    if (!SurviveRoulette(path, settings)) return false;
+    ++path.depth;
+    return true;
+}
+
 // Adds the emission that the path's ray found, and scatters the path there. `direct` becomes the light that a
 // shadow ray must confirm. False: the path ends here.
 INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, INOUT(DirectLight) direct) {
@@ -334,7 +269,18 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     float distance = isHit ? hit.t : kInfinity;
     if (HasTraceFeature(kTraceVolumes)) {
         float inside = isHit ? SegmentLength(path.start, surface, path.ray, distance) : kInfinity;
-        path.throughput *= Transmittance(CurrentMedium(path.media), inside);
+        uint medium = CurrentMedium(path.media);
+        if (HasTraceFeature(kTraceScattering) && IsScattering(medium)) {
+            FreeFlight flight = DrawFlight(path, medium, inside);
+            path.throughput *= flight.weight;
+            if (flight.isScattered) {
+                vec3 position =
+                    PositionInMedium(path.start, path.ray, surface, isHit, inside, flight.distance);
+                return ScatterInMedium(path, medium, position, settings, direct);
+            }
+        } else {
+            path.throughput *= Transmittance(medium, inside);
+        }
         if (isVolume)
             boundary = CrossBoundary(path.media, surface.material.id, surface.isFront);
         else

@@ -38,6 +38,12 @@ INLINE SegmentStart StartAtSurface(SurfaceInteraction surface, vec3 rayOrigin) {
 
 CONST float kGrazing = 0.1f;  // cosine
 
+// How far the ray's origin is from that plane, along its direction.
+INLINE float OriginOffset(SegmentStart start, Ray ray) {
+    float slope = dot(ray.direction, start.normal);
+    return abs(slope) < kGrazing ? 0.0f : -start.height / slope;
+}
+
 // From the plane of the surface where the segment starts to where it ends, along the ray's direction.
 // `distance` is the ray's own.
 INLINE float SegmentLength(SegmentStart start, SurfaceInteraction end, Ray ray, float distance) {

@@ -20,9 +20,9 @@ INLINE vec3 OriginTowards(SurfaceInteraction surface, float side) {
 }
 
 // `distance`: how far the way must be free.
-INLINE Ray ShadowRayTo(SurfaceInteraction surface, LightSample light, OUT(float) distance) {
+INLINE Ray ShadowRayFrom(vec3 origin, LightSample light, OUT(float) distance) {
     Ray ray;
-    ray.origin = OriginTowards(surface, dot(light.wi, surface.geometricNormal));
+    ray.origin = origin;
     ray.direction = light.wi;
     distance = kInfinity;
     if (light.distance < kInfinity) {
@@ -33,6 +33,10 @@ INLINE Ray ShadowRayTo(SurfaceInteraction surface, LightSample light, OUT(float)
         distance = reach * kShadowShare;
     }
     return ray;
+}
+
+INLINE Ray ShadowRayTo(SurfaceInteraction surface, LightSample light, OUT(float) distance) {
+    return ShadowRayFrom(OriginTowards(surface, dot(light.wi, surface.geometricNormal)), light, distance);
 }
 
 SHADING_END

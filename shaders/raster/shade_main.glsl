@@ -16,6 +16,7 @@
 
 #include "bxdf/bsdf.glsl"
 #include "bxdf/dispersion.glsl"
+#include "bxdf/phase.glsl"
 #include "core/frame.glsl"
 #include "core/rng.glsl"
 #include "lights/lights.glsl"
@@ -141,10 +142,20 @@ vec3 LightFromBehind(SurfaceInteraction surface, SurfaceBSDF bsdf, SurfaceSettin
     return LightFromBehind(bsdf.gltf, surface.position, frame);
 }
 
+// A body of a medium that scatters looks like a diffuse one, as far as light does not pass through it.
+void FillWithMedium(inout SurfaceMaterial material) {
+    if ((material.flags & kMaterialVolume) == 0u) return;
+    Medium medium = MediumAt(material.id);
+    float passed = exp(-MaxComponent(medium.scattering) * materials.at[material.id].thickness);
+    material.baseColor = mix(MultiscatterColor(medium), material.baseColor, passed);
+    material.transmission *= passed;
+}
+
 vec4 Shade(Hit hit, Ray ray) {
     if (!IsHit(hit)) return vec4(EnvironmentRadiance(ray.direction), 0.0f);
     SurfaceInteraction surface = SurfaceAt(hit, ray);
     if ((surface.material.flags & kMaterialUnlit) != 0u) return vec4(surface.emission, 1.0f);
+    if (HasTraceFeature(kTraceScattering)) FillWithMedium(surface.material);
     Sampler rng = StartPixelSample(uvec2(Pixel()), parameters.value.sampleIndex, parameters.value.seed);
     Frame frame = FrameFromZ(surface.shadingNormal);
     SurfaceSetting setting = SettingOf(surface, frame, EtaOf(surface), 0.0f, AlphaSeed(rng, 1u));

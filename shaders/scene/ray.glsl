@@ -51,6 +51,8 @@ struct SurfaceMaterial {
 // The inside of a closed surface.
 struct Medium {
     vec3 extinction;  // 1/m
+    vec3 scattering;  // its part that scatters, and the mean cosine of the angle; set if kTraceScattering is
+    float anisotropy;
     float ior;
     float dispersion;  // 20 / Abbe number; set if kTraceDispersion is
     uint priority;

@@ -104,6 +104,10 @@ uint LightOf(InstanceRecord instance, uint primitive) {
 Medium MediumAt(uint material) {
     Medium medium;
     medium.extinction = materials.at[material].extinction;
+    if (HasTraceFeature(kTraceScattering)) {
+        medium.scattering = materials.at[material].scattering;
+        medium.anisotropy = materials.at[material].scatterAnisotropy;
+    }
     medium.ior = materials.at[material].ior;
     if (HasTraceFeature(kTraceDispersion)) medium.dispersion = materials.at[material].dispersion;
     medium.priority = materials.at[material].priority;

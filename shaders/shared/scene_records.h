@@ -139,6 +139,7 @@ struct MaterialRecord {
     vec3 diffuseTransmissionColor;
     vec3 scattering;          // of the medium inside, 1/m
     float scatterAnisotropy;  // mean cosine of its scattering angle
+    float thickness;          // about that of the body, for raster views; meters
     // Slots of the texture table, or kNoTexture. kSecondTexCoord set: read through uv1.
     RAYGRAPH_MATERIAL_TEXTURES(RAYGRAPH_TEXTURE_FIELD)
     // From (u, v, 1) to where the texture is read. Only scenes with such transforms read them.
@@ -195,7 +196,7 @@ struct TraceParameters {
 
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
-static_assert(sizeof(MaterialRecord) == 164 * 4);
+static_assert(sizeof(MaterialRecord) == 165 * 4);
 static_assert(sizeof(TraceParameters) == 49 * 4);
 }  // namespace raygraph::gpu
 #endif

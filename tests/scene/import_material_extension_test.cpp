@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/scene/gltf_document.h"
+#include "tests/support/h_function.h"
 
 namespace raygraph::test {
 namespace {
@@ -87,6 +88,20 @@ TEST(MaterialExtensions, ThicknessTextureIsCheckedButNotOpened) {
     EXPECT_EQ(LoadError(document), start + ".index: is 9, but there are 4 textures");
     texture = 1;
     EXPECT_EQ(LoadError(document), start + ": is 1, must be an object");
+}
+
+TEST(MaterialExtensions, TextureOfAMediumIsCheckedAndNotReadWithAWarning) {
+    GltfDocument document = WithMaterial(
+        {{"extensions",
+          {{"KHR_materials_volume_scatter",
+            {{"multiscatterColorFactor", {0.5, 0.5, 0.5}}, {"multiscatterColorTexture", {{"index", 0}}}}}}}});
+    EXPECT_THAT(LoadError(document), ::testing::HasSubstr("multiscatterColorTexture.index: is 0, but"));
+    AddTexture(document, 2);
+    const scene::SceneData scene = Load(document);
+    EXPECT_TRUE(scene.textures.empty());
+    EXPECT_THAT(
+        scene.warnings,
+        ::testing::ElementsAre(::testing::HasSubstr("volume_scatter.multiscatterColorTexture: is not read")));
 }
 
 TEST(MaterialExtensions, AbsentAndEmptyOnesMeanTheDefaults) {
@@ -266,6 +281,29 @@ TEST(MaterialPriority, WhatOthersPutIntoExtrasRefusesNoFile) {
                                            (priority.is_string() ? "\"high\"" : priority.dump()) +
                                            ", must be a whole number of 0 to 4294967295, taken as 0"});
     }
+}
+
+// The color that a file gives is about what a half space of the medium returns of light from all sides.
+TEST(MaterialExtensions, MultiscatterColorIsTheAlbedoOfAHalfSpace) {
+    const auto albedoOf = [](float color, float anisotropy) {
+        const Json volume = {
+            {"thicknessFactor", 1}, {"attenuationDistance", 2}, {"attenuationColor", {0.5, 0.5, 0.5}}};
+        const scene::Material material = MaterialWith(
+            {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+             {"KHR_materials_volume", volume},
+             {"KHR_materials_volume_scatter",
+              {{"multiscatterColorFactor", {color, 0, color}}, {"scatterAnisotropy", anisotropy}}}});
+        EXPECT_EQ(material.Scattering().y, 0.0f);
+        return double{material.Scattering().x} / double{material.Extinction().x};
+    };
+    for (const float color : {0.05f, 0.2f, 0.5f, 0.8f, 0.95f}) {
+        const double albedo = albedoOf(color, 0.0f);
+        EXPECT_NEAR(raygraph::testing::HFunction(albedo).ReflectedToAll(), color, 0.02) << color;
+        // By similarity, one of mean cosine g with 1 / (1 - g) times its scattering coefficient looks the same
+        const double forward = albedoOf(color, 0.75f);
+        EXPECT_NEAR(forward * 0.25 / (1.0 - 0.75 * forward), albedo, 1e-3) << color;
+    }
+    EXPECT_NEAR(albedoOf(1.0f, 0.0f), 1.0, 1e-4);
 }
 
 }  // namespace

@@ -62,7 +62,12 @@ vec3 UnblockedShare(Ray, float, float, uint) {
 }
 
 Medium MediumAt(uint) {
-    return {.extinction = vec3(0.0f), .ior = kIor, .dispersion = dispersion, .priority = 0u};
+    return {.extinction = vec3(0.0f),
+            .scattering = vec3(0.0f),
+            .anisotropy = 0.0f,
+            .ior = kIor,
+            .dispersion = dispersion,
+            .priority = 0u};
 }
 
 }  // namespace

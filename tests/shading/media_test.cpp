@@ -33,6 +33,8 @@ void SetMedia(std::vector<uint> priorities) {
     media.clear();
     for (size_t i = 0; i < priorities.size(); ++i)
         media.push_back({.extinction = vec3(0.0f),
+                         .scattering = vec3(0.0f),
+                         .anisotropy = 0.0f,
                          .ior = 1.1f + 0.1f * float(i),
                          .dispersion = 0.0f,
                          .priority = priorities[i]});

@@ -123,7 +123,12 @@ thread_local float extinction = 0.0f;
 thread_local float mediumIor = 1.0f;
 
 Medium MediumAt(uint) {
-    return {.extinction = vec3(extinction), .ior = mediumIor, .dispersion = 0.0f, .priority = 0u};
+    return {.extinction = vec3(extinction),
+            .scattering = vec3(0.0f),
+            .anisotropy = 0.0f,
+            .ior = mediumIor,
+            .dispersion = 0.0f,
+            .priority = 0u};
 }
 
 }  // namespace
