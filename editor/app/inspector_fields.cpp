@@ -35,6 +35,7 @@ bool Counts(const scene::Material& material, std::string_view object, std::strin
     if (object == "occlusionTexture") return material.occlusionTexture.IsPresent();
     if (name == "clearcoatNormalScale") return material.clearcoatNormalTexture.IsPresent();
     if (object == scene::material_fields::kVolume || name == "priority") return material.IsTransmissive();
+    if (name == "isSpecularGlossiness") return false;  // a material stays what it is
     if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;
     return true;
 }

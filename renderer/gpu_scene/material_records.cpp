@@ -28,7 +28,7 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
                  iridescenceThicknessMinimum, iridescenceThicknessMaximum, iridescenceThicknessTexture,
                  dispersion, diffuseTransmissionFactor, diffuseTransmissionTexture,
                  diffuseTransmissionColorFactor, diffuseTransmissionColorTexture, multiscatterColorFactor,
-                 scatterAnisotropy, priority] = values;
+                 scatterAnisotropy, isSpecularGlossiness, priority] = values;
     gpu::MaterialRecord record = textures;
     // Textures that `values` does not name stay as they are
 #define RAYGRAPH_TRANSFORM(name) \
@@ -44,6 +44,8 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.alphaMode = static_cast<uint32_t>(alphaMode);
     record.flags = (isDoubleSided ? gpu::kMaterialDoubleSided : 0u) | (isUnlit ? gpu::kMaterialUnlit : 0u) |
                    (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
+    if (isSpecularGlossiness && record.specularColorTexture != gpu::kNoTexture)
+        record.flags |= gpu::kMaterialGlossiness;
     record.ior = ior > 0.0f ? ior : gpu::kInfiniteIor;
     record.specular = specularFactor;
     record.specularColor = specularColorFactor;

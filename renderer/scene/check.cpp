@@ -88,7 +88,9 @@ void CheckField(const TextureRef& reference, const TextureField&, const Subject&
 }
 
 void CheckNumbers(const Material& material, const Subject& subject) {
-    ForEachMaterialField([&](const auto& field) { CheckField(material.*field.member, field, subject); });
+    const auto check = [&](const auto& field) { CheckField(material.*field.member, field, subject); };
+    ForEachMaterialField(check);
+    ForEachFieldOf(material, check);  // its ranges may be closer
     subject.Require(AllFinite(material.EmittedRadiance()),
                     "emissiveFactor times emissiveStrength is infinite");
 }

@@ -108,6 +108,9 @@ class ExtensionReader {
     void Read(const char* key, float& value) const {
         if (Has(key)) value = ToFloat(m_extension->Get(key).GetNumberAsDouble());
     }
+    double Number(const char* key, double absent) const {
+        return Has(key) ? m_extension->Get(key).GetNumberAsDouble() : absent;
+    }
     template <int Length>
     void Read(const char* key, glm::vec<Length, float>& value) const {
         for (int i = 0; Has(key) && i < Length; ++i)
@@ -228,11 +231,15 @@ class MaterialImporter {
             Read(field, ReadTextureInfo(info), where, material);
         };
         material.name = file.name;
-        ReadColor(pbr.baseColorFactor, material.baseColorFactor);
-        readTexture(kBaseColor, pbr.baseColorTexture);
-        material.metallicFactor = ToFloat(pbr.metallicFactor);
-        material.roughnessFactor = ToFloat(pbr.roughnessFactor);
-        readTexture(kMetallicRoughness, pbr.metallicRoughnessTexture);
+        if (file.extensions.contains(material_fields::kSpecularGlossiness)) {
+            ReadGlossiness(file, where, material);
+        } else {
+            ReadColor(pbr.baseColorFactor, material.baseColorFactor);
+            readTexture(kBaseColor, pbr.baseColorTexture);
+            material.metallicFactor = ToFloat(pbr.metallicFactor);
+            material.roughnessFactor = ToFloat(pbr.roughnessFactor);
+            readTexture(kMetallicRoughness, pbr.metallicRoughnessTexture);
+        }
         readTexture(kNormal, file.normalTexture);
         material.normalScale = ToFloat(file.normalTexture.scale);
         readTexture(kOcclusion, file.occlusionTexture);
@@ -243,7 +250,7 @@ class MaterialImporter {
         material.alphaCutoff = ToFloat(file.alphaCutoff);
         material.isDoubleSided = file.doubleSided;
         const Place extensions = where["extensions"];
-        ForEachMaterialField([&](const auto& field) {
+        ForEachFieldOf(material, [&](const auto& field) {
             if (std::string_view(field.object).starts_with("KHR_"))
                 ReadOfExtension(field, ExtensionReader(file.extensions, field.object), extensions, material);
         });
@@ -258,6 +265,18 @@ class MaterialImporter {
         return material;
     }
 
+    // What KHR_materials_pbrSpecularGlossiness stands for, but for what is in the places of its own, which
+    // are read as those of other extensions are.
+    void ReadGlossiness(const gltf::Material& file, const Place& where, Material& material) {
+        material.isSpecularGlossiness = true;
+        material.metallicFactor = 0.0f;
+        material.ior = 0.0f;
+        for (const char* other : {FieldOf(&Material::ior).object, material_fields::kSpecular})
+            if (file.extensions.contains(other))
+                m_context.Warn(where["extensions"][other], "beside specular-glossiness",
+                               "has no effect: the material is one of KHR_materials_pbrSpecularGlossiness");
+    }
+
     void ReadOfExtension(const TextureField& field, const ExtensionReader& extension, const Place& where,
                          Material& material) {
         Read(field, extension.Texture(field.key), where, material);
@@ -266,7 +285,9 @@ class MaterialImporter {
     void ReadOfExtension(const MaterialField<T>& field, const ExtensionReader& extension, const Place&,
                          Material& material) {
         const KeyParts parts = KeyPartsOf(field.key);
-        if (parts.object.empty())
+        if (IsGlossiness(field))
+            material.roughnessFactor = ToFloat(1.0 - extension.Number(field.key, 1.0));
+        else if (parts.object.empty())
             extension.Read(field.key, material.*field.member);
         else
             extension.In(std::string(parts.object)).Read(parts.key.data(), material.*field.member);

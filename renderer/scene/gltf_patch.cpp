@@ -164,13 +164,21 @@ void PutField(Json& object, const Field<Owner, T>& field, const T& value) {
 
 // --- Materials ---
 
+// The shortest number that gives this roughness again.
+Json JsonGlossiness(float roughness) {
+    const double exact = 1.0 - double{roughness};
+    const Json shortest = JsonNumber(static_cast<float>(exact));
+    return static_cast<float>(1.0 - shortest.get<double>()) == roughness ? shortest : Json(exact);
+}
+
 // One material's JSON, and what its edits put there.
 class MaterialPatch {
   public:
     MaterialPatch(Json& root, Json& material) : m_root(root), m_material(material) {}
 
+    // They are of one kind (RequireSameKind).
     void Put(const Material& loaded, const Material& edited) {
-        ForEachMaterialField([&](const auto& field) {
+        ForEachFieldOf(edited, [&](const auto& field) {
             if constexpr (std::is_same_v<decltype(field.member), TextureRef Material::*>)
                 PutTransform(field, loaded.*field.member, edited.*field.member);
             else if (loaded.*field.member != edited.*field.member)
@@ -197,6 +205,8 @@ class MaterialPatch {
         if (const KeyParts parts = KeyPartsOf(field.key); !parts.object.empty()) {
             const Json::json_pointer texture(Text("/extensions/{}/{}", field.object, parts.object));
             if (m_material.contains(texture)) m_material[texture][parts.key] = JsonOf(value);
+        } else if (IsGlossiness(field)) {
+            if constexpr (std::is_same_v<T, float>) Object(field.object)[field.key] = JsonGlossiness(value);
         } else if (*field.key != 0) {
             PutField(Object(field.object), field, value);
         } else if (value != T{}) {
@@ -236,6 +246,19 @@ bool HasSameTextures(const Material& a, const Material& b) {
                       (a.*field.member).texCoord == (b.*field.member).texCoord;
     });
     return isSame;
+}
+
+// A material stays one of the extension that it is of, and that has not all of the fields.
+void RequireSameKind(const Material& loaded, const Material& edited, size_t index) {
+    if (loaded.isSpecularGlossiness != edited.isSpecularGlossiness)
+        throw MakeError(ErrorKind::Usage, "materials[{}]: whether it is one of {} cannot be changed", index,
+                        material_fields::kSpecularGlossiness);
+    if (!edited.isSpecularGlossiness) return;
+    ForEachMaterialField([&](const auto& field) {
+        if (!SpecularGlossinessField(field) && !(loaded.*field.member == edited.*field.member))
+            throw MakeError(ErrorKind::Usage, "materials[{}]: its {} cannot be changed, {} has none", index,
+                            field.name, material_fields::kSpecularGlossiness);
+    });
 }
 
 // The JSON of the default material, made one of the file's that every primitive without one names.
@@ -330,6 +353,7 @@ void PatchMaterials(Json& root, const GltfOutline& outline, const SceneData& edi
     for (size_t i = 0; i < loaded.size(); ++i) {
         if (!HasSameTextures(loaded[i], edited.materials[i]))
             throw MakeError(ErrorKind::Usage, "materials[{}]: its textures cannot be exchanged", i);
+        RequireSameKind(loaded[i], edited.materials[i], i);
         // Into a copy: a material that has not been edited leaves the tree as it is
         const bool isDefault = i == outline.defaultMaterial;
         Json changed = isDefault ? Json::object() : root["materials"][i];

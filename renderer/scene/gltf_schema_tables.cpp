@@ -164,6 +164,18 @@ constexpr auto kVolumeScatter =
     Table(Factor(&Material::multiscatterColorFactor), Factor(&Material::scatterAnisotropy),
           Object("multiscatterColorTexture", kUnreadTextureInfo));
 
+template <typename T>
+consteval auto GlossyFactor(T Material::*member) {
+    return RowFor(*SpecularGlossinessField(FieldOf(member))).PutIntoRange();
+}
+consteval ObjectRow GlossyTexture(TextureRef Material::*member) {
+    return Object(SpecularGlossinessField(FieldOf(member))->key, kTextureInfo);
+}
+constexpr auto kSpecularGlossiness =
+    Table(GlossyFactor(&Material::baseColorFactor), GlossyTexture(&Material::baseColorTexture),
+          GlossyFactor(&Material::specularColorFactor), GlossyFactor(&Material::roughnessFactor),
+          GlossyTexture(&Material::specularColorTexture));
+
 // --- Meshes ---
 
 constexpr auto kAttributes =
@@ -293,6 +305,7 @@ constexpr std::array kExtensions{
     Extension{FieldOf(&Material::dispersion).object, ExtensionPlace::Material, kDispersion},
     Extension{material_fields::kDiffuseTransmission, ExtensionPlace::Material, kDiffuseTransmission},
     Extension{material_fields::kVolumeScatter, ExtensionPlace::Material, kVolumeScatter},
+    Extension{material_fields::kSpecularGlossiness, ExtensionPlace::Material, kSpecularGlossiness},
     Extension{"KHR_materials_unlit", ExtensionPlace::Material, {}},
     Extension{"KHR_materials_variants", ExtensionPlace::Root, kVariants},
     Extension{"KHR_materials_variants", ExtensionPlace::Primitive, kVariantMappings},

@@ -3,6 +3,8 @@
 // (fields.h), and a test that goes over the list sees to it that each is read. Threads: constants.
 #pragma once
 
+#include <optional>
+
 #include "renderer/scene/fields.h"
 
 namespace raygraph::scene {
@@ -27,6 +29,7 @@ inline constexpr const char* kAnisotropy = "KHR_materials_anisotropy";
 inline constexpr const char* kIridescence = "KHR_materials_iridescence";
 inline constexpr const char* kDiffuseTransmission = "KHR_materials_diffuse_transmission";
 inline constexpr const char* kVolumeScatter = "KHR_materials_volume_scatter";
+inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 using Texture = TextureField;
 using Number = MaterialField<float>;
 using Color = MaterialField<glm::vec3>;
@@ -121,6 +124,7 @@ inline constexpr auto kAll = std::tuple{
           kShare},
     Number{{&M::scatterAnisotropy, "scatterAnisotropy", kVolumeScatter, "scatterAnisotropy"},
            {-M::kMaxScatterAnisotropy, M::kMaxScatterAnisotropy}},
+    MaterialField<bool>{{&M::isSpecularGlossiness, "isSpecularGlossiness", kSpecularGlossiness, ""}},
     MaterialField<uint32_t>{{&M::priority, "priority", "extras", "priority"}},
 };
 
@@ -128,13 +132,63 @@ inline constexpr auto kAll = std::tuple{
 inline size_t CountMembers(const Material& material) {
     const auto& [name, f1, f2, f3, f4, f5, f6, f7, f8, f9, f10, f11, f12, f13, f14, f15, f16, f17, f18, f19,
                  f20, f21, f22, f23, f24, f25, f26, f27, f28, f29, f30, f31, f32, f33, f34, f35, f36, f37,
-                 f38, f39, f40, f41, f42, f43, f44, f45, f46, f47, f48, f49, f50, f51, f52, f53] = material;
+                 f38, f39, f40, f41, f42, f43, f44, f45, f46, f47, f48, f49, f50, f51, f52, f53, f54] =
+        material;
     std::ignore = name;
-    static_assert(std::tuple_size_v<decltype(kAll)> == 53, "each field of Material is in the list, once");
-    return 54;
+    static_assert(std::tuple_size_v<decltype(kAll)> == 54, "each field of Material is in the list, once");
+    return 55;
 }
 
 }  // namespace material_fields
+
+// A field of a material that isSpecularGlossiness: with its place in the extension and the range there, if it
+// is one of those that the extension has. Nothing: such a material has no such field.
+template <typename Field>
+constexpr std::optional<Field> SpecularGlossinessField(Field field) {
+    struct Key {
+        std::string_view name;
+        const char* key;  // null: there is none
+    };
+    constexpr Key kKeys[] = {
+        {"baseColorFactor", "diffuseFactor"},
+        {"baseColorTexture", "diffuseTexture"},
+        {"roughnessFactor", "glossinessFactor"},
+        {"specularColorFactor", "specularFactor"},
+        {"specularColorTexture", "specularGlossinessTexture"},
+        {"metallicFactor", nullptr},
+        {"metallicRoughnessTexture", nullptr},
+        {"ior", nullptr},
+        {"specularFactor", nullptr},
+        {"specularTexture", nullptr},
+    };
+    for (const Key& place : kKeys) {
+        if (place.name != field.name) continue;
+        if (!place.key) return std::nullopt;
+        field.object = material_fields::kSpecularGlossiness;
+        field.key = place.key;
+        if constexpr (requires { field.range; }) field.range = kShare;
+    }
+    return field;
+}
+
+// Whether the file has 1 minus the value in the place of the field.
+template <typename Field>
+constexpr bool IsGlossiness(const Field& field) {
+    return field.key == std::string_view("glossinessFactor");
+}
+
+// Calls visit(field) for each field that a material of the kind of this one has, with its place there, in the
+// order of Material. Whether it is of that kind is no field, but known by then.
+template <typename Visit>
+constexpr void ForEachFieldOf(const Material& material, Visit&& visit) {
+    const auto visitPlaced = [&](const auto& field) {
+        if (!material.isSpecularGlossiness)
+            visit(field);
+        else if (const auto placed = SpecularGlossinessField(field))
+            visit(*placed);
+    };
+    std::apply([&](const auto&... field) { (visitPlaced(field), ...); }, material_fields::kAll);
+}
 
 // The fields of a TextureTransform, in the extension of that name of a texture's place in the file.
 template <typename T>

@@ -21,8 +21,10 @@ namespace raygraph::scene {
 // factors, alpha mode and cutoff, flags, ior, volume and priority, but for normalScale and occlusionStrength
 // of a material without that texture, which have no place; color, intensity, range and cone angles of the
 // light of a node.
-// Refused, as Usage: other parents, textures of materials, types of lights. Ignored without a word: all else,
-// as names, cameras, meshes and what nodes place (Node::mesh), instances, textures and images.
+// Refused, as Usage: other parents, textures of materials, types of lights; whether a material is one of
+// KHR_materials_pbrSpecularGlossiness, and fields that such a material does not have. Ignored without a
+// word: all else, as names, cameras, meshes and what nodes place (Node::mesh), instances, textures and
+// images, which variant is shown.
 //
 // The target's extension says what is written, .glb or .gltf. The BIN chunk of a .glb that becomes a .gltf is
 // put beside it as NAME.bin. What `buffers` and `images` name is copied into the target's folder, as far as

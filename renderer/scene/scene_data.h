@@ -189,6 +189,12 @@ struct RAYGRAPH_API Material {
     // scattering angle.
     glm::vec3 multiscatterColorFactor{0.0f};
     float scatterAnisotropy = 0.0f;
+    // KHR_materials_pbrSpecularGlossiness: roughness is 1 - glossiness, which the alpha of
+    // specularColorTexture scales: 1 - (1 - roughnessFactor) * alpha. Everything else of the extension is
+    // said by the fields above: its specular color is the reflection of an infinite ior (0) times
+    // specularColor, and metallicFactor is 0. The importer leaves no texture of metallicRoughness and
+    // specular.
+    bool isSpecularGlossiness = false;
     // Where media of closed surfaces overlap, the one of higher priority is present. Not glTF's: a whole
     // number `priority` in the material's `extras`.
     uint32_t priority = 0;

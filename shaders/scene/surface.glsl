@@ -75,8 +75,10 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
     result.metallic = material.metallic * metallicRoughness.z;
     result.roughness = material.roughness * metallicRoughness.y;
     result.specular = material.specular * SampleTexture(TEXTURE_OF(material, specular), geometry, triangle).w;
-    result.specularColor =
-        material.specularColor * SampleTexture(TEXTURE_OF(material, specularColor), geometry, triangle).xyz;
+    vec4 specularColor = SampleTexture(TEXTURE_OF(material, specularColor), geometry, triangle);
+    result.specularColor = material.specularColor * specularColor.xyz;
+    if (HasTraceFeature(kTraceTextures) && (material.flags & kMaterialGlossiness) != 0u)
+        result.roughness = 1.0f - (1.0f - material.roughness) * specularColor.w;
     result.ior = material.ior;
     result.transmission =
         material.transmission * SampleTexture(TEXTURE_OF(material, transmission), geometry, triangle).x;

@@ -80,6 +80,8 @@ RAYGRAPH_CONSTANT uint kMaterialDoubleSided = 1u;  // else back faces are culled
 RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;        // emits its base color, scatters nothing
 // The surface bounds a medium; else transmission is thin-walled.
 RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
+// The alpha of specularColor's texture scales glossiness: roughness is 1 - (1 - that of the record) * alpha.
+RAYGRAPH_CONSTANT uint kMaterialGlossiness = 8u;
 
 // The textures that shaders read; those of the same names of scene::Material.
 //   metallicRoughness: roughness in green, metallic in blue

@@ -79,7 +79,9 @@ constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0
    "KHR_materials_transmission": {"transmissionFactor": 0.5, "transmissionTexture": {"index": 0}},
    "KHR_materials_volume": {"thicknessFactor": 1, "attenuationColor": [0, 0.5, 1], "attenuationDistance": 2,
     "thicknessTexture": {"index": 0}}, "KHR_materials_emissive_strength": {"emissiveStrength": 4}}},
- {"alphaMode": "BLEND", "extensions": {"KHR_materials_unlit": {}}}]})";
+ {"alphaMode": "BLEND", "extensions": {"KHR_materials_unlit": {}}},
+ {"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [1, 0.5, 0.25, 1], "specularFactor": [0, 0, 1],
+  "glossinessFactor": 0.5, "diffuseTexture": {"index": 0}, "specularGlossinessTexture": {"index": 0}}}}]})";
 
 // With the files of SceneFolder in place of what is embedded.
 std::string WithFilesOutside(const std::string& text) {

@@ -169,7 +169,7 @@ TEST_F(ImportedScene, EveryFieldOfAMaterialChangesItsRecord) {
     scene::SceneData scene;
     scene.images.push_back({"", 1, 1, {1, 2, 3, 4}});
     scene.textures.push_back({});
-    scene::Material medium;
+    scene::Material medium{.specularColorTexture = {0, 0}};  // whose alpha is that of isSpecularGlossiness
     medium.emissiveFactor = medium.attenuationColor = glm::vec3(0.5f);
     medium.transmissionFactor = medium.attenuationDistance = 0.5f;
     scene.materials.push_back(medium);

@@ -96,6 +96,7 @@ TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwnAndTheirOrderStays) {
                                             "diffuseTransmissionColorTexture",
                                             "multiscatterColorFactor",
                                             "scatterAnisotropy",
+                                            "isSpecularGlossiness",
                                             "priority"};
     EXPECT_EQ(names, expected);
     EXPECT_STREQ(FieldOf(&Material::thicknessFactor).unit, "m");
@@ -180,6 +181,8 @@ TEST(MaterialFields, EachComesBackFromAFile) {
     const SceneData loaded = LoadGltf(source);
     ForEachMaterialField([&](const auto& field) {
         SCOPED_TRACE(field.name);
+        // A material stays what it is: import_glossiness_test.cpp
+        if (std::string(field.name) == "isSpecularGlossiness") return;
         SceneData edited = loaded;
         Change(edited.materials.at(0), field);
         SaveGltf(source, edited, target);

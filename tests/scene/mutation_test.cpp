@@ -45,6 +45,11 @@ GltfDocument RichDocument() {
             {{"thicknessFactor", 1}, {"attenuationColor", {0, 0.5, 1}}, {"attenuationDistance", 2}}},
            {"KHR_materials_unlit", Json::object()}}},
          {"extras", {{"priority", 3}}}});
+    document.AddMaterial({{"extensions",
+                           {{"KHR_materials_pbrSpecularGlossiness",
+                             {{"diffuseFactor", {1, 0.5, 0.25, 1}},
+                              {"glossinessFactor", 0.5},
+                              {"specularGlossinessTexture", {{"index", 0}}}}}}}});
     document.Add("images", {{"uri", DataUri(MakePng(3, 3, {1, 2, 3, 4}))}});
     document.Add("samplers", {{"minFilter", 9987}, {"wrapS", 33071}});
     document.Add("textures", {{"source", 0}, {"sampler", 0}});
