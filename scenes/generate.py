@@ -16,7 +16,7 @@ sys.dont_write_bytecode = True
 from cornell_box import cornell
 from gltf_writer import GltfWriter, png_rgb
 from light_scenes import many_lights, small_light, terrace
-from material_scenes import furnace_row, glass_sphere, material_row, nested_dielectrics
+from material_scenes import furnace_row, glass_sphere, material_row, nested_dielectrics, thin_films
 from shapes import Picker, box_quads, icosphere
 
 
@@ -164,6 +164,7 @@ SCENES = {
     "material_row.gltf": material_row,
     "furnace_row.gltf": furnace_row,
     "nested_dielectrics.gltf": nested_dielectrics,
+    "thin_films.gltf": thin_films,
 }
 
 

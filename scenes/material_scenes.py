@@ -67,6 +67,30 @@ def furnace_row():
     return writer.text()
 
 
+def thin_films():
+    """Spheres of radius 0.4 under a thin film, 100 to 1000 nm thick from left to right in steps of 150, of index
+    1.2, 1.6 and 2 from back to front: three rows of black metal behind three rows of black plastic."""
+    writer = GltfWriter()
+    positions, triangles = icosphere(3)
+    shape = writer.primitive(positions, triangles, 0, normals=positions)
+    for row in range(6):
+        kind, ior = ("metal", "plastic")[row // 3], (1.2, 1.6, 2.0)[row % 3]
+        for column in range(7):
+            thickness = 100 + 150 * column
+            name = f"{kind} {ior} {thickness} nm"
+            material = writer.material(name, [0.01] * 3, roughnessFactor=0.15, metallicFactor=1 - row // 3,
+                                       extensions={"KHR_materials_iridescence": {
+                                           "iridescenceFactor": 1, "iridescenceIor": ior,
+                                           "iridescenceThicknessMaximum": thickness}})
+            mesh = writer.mesh(name, [{**shape, "material": material}])
+            writer.node(name=name, mesh=mesh, translation=[column - 3, 0.4, row - 2.5], scale=[0.4] * 3)
+    ground = writer.material("ground", [0.3, 0.3, 0.3])
+    writer.node(name="ground", mesh=writer.mesh("ground", [writer.quads([floor_quad(10, 10)], ground)]))
+    eye = (0, 9, 9)
+    writer.camera("camera", eye, math.radians(31), aspect=1.25, rotation=looking(eye, (0, 0, 0.25)))
+    return writer.text()
+
+
 def nested_dielectrics():
     """A tumbler 12 cm high (glass, index 1.5), a drink in it (1.33, amber) whose surface runs inside the
     glass, and a cube of ice (1.31) half out of the drink. Priorities: glass 3, ice 2, drink 1; the higher one

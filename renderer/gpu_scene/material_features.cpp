@@ -9,6 +9,12 @@ namespace raygraph {
 
 namespace {
 
+bool HasFilm(const gpu::MaterialRecord& material) {
+    const glm::vec2 thickness = material.iridescenceThickness;
+    const bool isTextured = material.iridescenceThicknessTexture != gpu::kNoTexture;
+    return material.iridescence > 0.0f && (thickness.y > 0.0f || (isTextured && thickness.x > 0.0f));
+}
+
 uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     if ((material.flags & gpu::kMaterialUnlit) != 0u) return 0;
     // Textures scale their factors down
@@ -25,6 +31,7 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
         features |= kTraceDispersion;
     if (material.scattering != glm::vec3(0.0f) && (material.flags & gpu::kMaterialVolume) != 0u)
         features |= kTraceScattering;
+    if (HasFilm(material)) features |= kTraceIridescence;
     return features;
 }
 

@@ -142,7 +142,7 @@ shading::vec3 ViewAt(double mu) {
 }
 
 shading::WalkSurface Surface(double alpha, uint kind, float f0, float f90, double eta) {
-    shading::WalkSurface surface;
+    shading::WalkSurface surface{};
     surface.alpha = shading::vec2(static_cast<float>(alpha));
     surface.kind = kind;
     surface.eta = static_cast<float>(eta);

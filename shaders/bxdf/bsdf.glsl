@@ -40,6 +40,9 @@ INLINE SurfaceSetting SettingOf(SurfaceInteraction surface, Frame frame, float e
                                 uint seed) {
     SurfaceSetting setting = SettingOf(surface.material, eta, minAlpha, seed);
     if (HasTraceFeature(kTraceClearcoat)) setting.coatNormal = ToLocal(frame, surface.coatNormal);
+    // From within a volume its own index is on this side
+    if (HasTraceFeature(kTraceIridescence) && !setting.isThin && !surface.isFront)
+        setting.outerIor = surface.material.ior;
     return setting;
 }
 

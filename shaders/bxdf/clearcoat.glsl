@@ -22,6 +22,7 @@ INLINE FacetFresnel ClearcoatFresnel() {
     fresnel.f90 = vec3(DielectricF90(kClearcoatEta));
     fresnel.exactF90 = vec3(1.0f);
     fresnel.isMetal = false;
+    fresnel.film = NoFilm();
     return fresnel;
 }
 

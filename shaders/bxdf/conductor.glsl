@@ -9,16 +9,35 @@ SHADING_BEGIN
 
 struct ConductorBxDF {
     ConductorFresnel fresnel;
+    ThinFilm film;
+    TableCurve table;
     vec3 scale;  // the metal's share of the surface, with the light of later bounces
 };
 
-INLINE void PlaceLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, SurfaceSetting, FacetView view,
-                      INOUT(float) share) {
+INLINE FacetFresnel FresnelOf(ConductorBxDF lobe) {
+    FacetFresnel fresnel;
+    fresnel.f0 = lobe.fresnel.f0;
+    fresnel.f90 = lobe.fresnel.f90;
+    fresnel.exactF90 = lobe.fresnel.f90;
+    fresnel.isMetal = true;
+    fresnel.film = lobe.film;
+    return fresnel;
+}
+
+INLINE void PlaceLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
+                      FacetView view, INOUT(float) share) {
     vec3 f0 = material.baseColor;
     vec3 f90 = vec3(1.0f);
     lobe.fresnel = ConductorFromColor(f0, f90);
+    lobe.film = NoFilm();
+    if (HasTraceFeature(kTraceIridescence)) lobe.film = FilmOf(material, setting.outerIor);
+    lobe.table.f0 = f0;
+    lobe.table.f90 = f90;
     lobe.scale = vec3(share * material.metallic);
     if (!(material.metallic > 0.0f)) return;
+    lobe.table = TableCurveOf(FresnelOf(lobe), view, 1.0f, true);
+    f0 = lobe.table.f0;
+    f90 = lobe.table.f90;
     vec3 later = LaterAlbedo(view, view.energy, f0, f90);
     lobe.scale *= LaterBounces(SingleAlbedo(view.energy, f0, f90), later, f90);
 }
@@ -31,7 +50,7 @@ INLINE vec3 Evaluate(ConductorBxDF lobe, FacetView, FacetPair pair, OUT(float) p
     pdf = 0.0f;
     if (pair.wi.z < 0.0f) return vec3(0.0f);
     pdf = pair.reflectionPDF;
-    return lobe.scale * ConductorReflectance(lobe.fresnel, pair.cosI) * pair.reflection;
+    return lobe.scale * ConductorReflectance(lobe.fresnel, lobe.film, pair.cosI) * pair.reflection;
 }
 
 INLINE bool DrawsCosine(ConductorBxDF, float) { return false; }
@@ -41,7 +60,7 @@ INLINE BSDFSample SampleDirection(ConductorBxDF, FacetView view, vec3 wm, float,
 }
 
 INLINE LobeMean Reflected(ConductorBxDF lobe, FacetView view) {
-    return FacetMean(view, lobe.scale, lobe.fresnel.f0, lobe.fresnel.f90);
+    return FacetMean(view, lobe.scale, lobe.table.f0, lobe.table.f90);
 }
 
 INLINE float Weight(ConductorBxDF lobe, FacetView view) { return Average(Reflected(lobe, view).albedo); }
@@ -49,12 +68,7 @@ INLINE float Weight(ConductorBxDF lobe, FacetView view) { return Average(Reflect
 INLINE bool IsWalked(ConductorBxDF) { return true; }
 
 INLINE LobeWalk WalkOf(ConductorBxDF lobe, FacetView view) {
-    FacetFresnel fresnel;
-    fresnel.f0 = lobe.fresnel.f0;
-    fresnel.f90 = lobe.fresnel.f90;
-    fresnel.exactF90 = lobe.fresnel.f90;
-    fresnel.isMetal = true;
-    return ReflectedWalk(view, fresnel, 1.0f, lobe.scale);
+    return ReflectedWalk(view, FresnelOf(lobe), 1.0f, lobe.scale);
 }
 
 LOBE_IS_OPAQUE(ConductorBxDF)

@@ -3,7 +3,8 @@
 //
 // The layer reduces the base by what it reflects: with E its albedo, the base is multiplied by (1 - E(wo))
 // (1 - E(wi)) / (1 - mean E), which is reciprocal and returns everything where the base is white (Kulla and
-// Conty 2017, "Revisiting Physically Based Shading at Imageworks").
+// Conty 2017, "Revisiting Physically Based Shading at Imageworks"). With a thin film E is that of a curve
+// which is fitted to the film as seen from wo: still nothing is lost, but this part is not reciprocal.
 #ifndef RAYGRAPH_BXDF_DIELECTRIC_LAYER_GLSL
 #define RAYGRAPH_BXDF_DIELECTRIC_LAYER_GLSL
 
@@ -13,6 +14,7 @@ SHADING_BEGIN
 
 struct DielectricLayerBxDF {
     FacetFresnel fresnel;
+    TableCurve table;
     float eta;          // from inside a denser medium the layer acts as from outside
     vec3 scale;         // its share of the surface, with the light of later bounces
     float passedScale;  // 1 / mean of what it passes
@@ -20,20 +22,23 @@ struct DielectricLayerBxDF {
 
 // What the layer passes where it reflects with that energy.
 INLINE float PassedShare(DielectricLayerBxDF lobe, FacetView view, FacetEnergy energy) {
-    vec3 layer = FacetAlbedo(view, energy, lobe.fresnel.f0, lobe.fresnel.f90);
+    vec3 layer = FacetAlbedo(view, energy, lobe.table.f0, lobe.table.f90);
     return max(1.0f - MaxComponent(layer), 0.0f);
 }
 
 INLINE void PlaceLobe(OUT(DielectricLayerBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
                       FacetView view, INOUT(float) share) {
     share *= DielectricShare(material) - GlassShare(material);
-    lobe.fresnel = DielectricFresnel(material, setting.eta);
+    lobe.fresnel = DielectricFresnel(material, setting);
+    lobe.table.f0 = lobe.fresnel.f0;
+    lobe.table.f90 = lobe.fresnel.f90;
     lobe.eta = OutsideEta(setting.eta);
     lobe.scale = vec3(0.0f);
     lobe.passedScale = 1.0f;
     if (!(share > 0.0f)) return;
-    vec3 f0 = lobe.fresnel.f0;
-    vec3 f90 = lobe.fresnel.f90;
+    lobe.table = TableCurveOf(lobe.fresnel, view, lobe.eta, true);
+    vec3 f0 = lobe.table.f0;
+    vec3 f90 = lobe.table.f90;
     vec3 later = LaterAlbedo(view, view.energy, f0, f90);
     lobe.scale = share * LaterBounces(SingleAlbedo(view.energy, f0, f90), later, f90);
     lobe.passedScale = 1.0f / max(PassedShare(lobe, view, MeanFacetEnergy(view.row)), 1e-3f);
@@ -60,7 +65,7 @@ INLINE BSDFSample SampleDirection(DielectricLayerBxDF, FacetView view, vec3 wm, 
 }
 
 INLINE LobeMean Reflected(DielectricLayerBxDF lobe, FacetView view) {
-    return FacetMean(view, lobe.scale, lobe.fresnel.f0, lobe.fresnel.f90);
+    return FacetMean(view, lobe.scale, lobe.table.f0, lobe.table.f90);
 }
 
 INLINE float Weight(DielectricLayerBxDF lobe, FacetView view) {

@@ -1,9 +1,11 @@
 // The reflectance of one facet of a material: the curves of bxdf/fresnel.glsl between the reflectances that
-// materials give.
+// materials give, and by how much a thin film on it changes them (bxdf/thin_film.glsl).
 #ifndef RAYGRAPH_BXDF_FACET_FRESNEL_GLSL
 #define RAYGRAPH_BXDF_FACET_FRESNEL_GLSL
 
 #include "bxdf/fresnel.glsl"
+#include "bxdf/thin_film.glsl"
+#include "core/trace_options.glsl"
 
 SHADING_BEGIN
 
@@ -12,6 +14,7 @@ struct FacetFresnel {
     vec3 f90;       // where Schlick's curve ends; the energy tables use this one whatever the model
     vec3 exactF90;  // where the exact curve of a dielectric ends
     bool isMetal;
+    ThinFilm film;  // of a dielectric, as from its thinner side; read if kTraceIridescence is set
 };
 
 INLINE FacetFresnel BlackFresnel() {
@@ -20,6 +23,7 @@ INLINE FacetFresnel BlackFresnel() {
     fresnel.f90 = vec3(0.0f);
     fresnel.exactF90 = vec3(0.0f);
     fresnel.isMetal = true;
+    fresnel.film = NoFilm();
     return fresnel;
 }
 
@@ -33,30 +37,83 @@ INLINE vec3 DielectricCurve(FacetFresnel fresnel, float cosOutside, float cosI, 
     return mix(fresnel.f0, fresnel.exactF90, clamp((exact - f0) / max(1.0f - f0, 1e-6f), 0.0f, 1.0f));
 }
 
-// As FacetReflectance, of a dielectric seen from its thinner side, eta >= 1: nothing is reflected totally.
-INLINE vec3 OutsideReflectance(FacetFresnel fresnel, float cosI, float eta) {
-    return DielectricCurve(fresnel, cosI, cosI, eta);
+INLINE bool HasFilm(ThinFilm film) { return HasTraceFeature(kTraceIridescence) && film.weight > 0.0f; }
+
+// What a film adds to the reflectance of a metal. --fresnel dielectric is without absorption here too.
+INLINE vec3 MetalFilmGain(ThinFilm film, ConductorFresnel fresnel, float cosI) {
+    vec3 k = ActiveFresnel() == kFresnelDielectric ? vec3(0.0f) : fresnel.k;
+    return film.weight * FilmGain(film, cosI, fresnel.eta, k);
 }
 
-// Of light that makes cosI > 0 with the facet; eta is n(far side) / n(this side) as seen from here, and not
-// read for metals. Total reflection is 1 whatever f90.
-INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
-    if (fresnel.isMetal) {
-        if (ActiveFresnel() == kFresnelSchlick) return FresnelSchlick(cosI, fresnel.f0, fresnel.f90);
-        return ConductorReflectance(ConductorFromColor(fresnel.f0, fresnel.f90), cosI);
-    }
-    float c = min(cosI, 1.0f);
-    if (eta < 1.0f) {
-        c = RefractedCosine(c, eta);
-        if (c < 0.0f) return vec3(1.0f);
-    }
-    return DielectricCurve(fresnel, c, cosI, eta);
+// To that of a dielectric: of exactF90, the share that there is of it, and the index that reflects f0.
+INLINE vec3 DielectricFilmGain(FacetFresnel fresnel, float cosOutside) {
+    vec3 root = min(sqrt(fresnel.f0 / max(fresnel.exactF90, vec3(1e-6f))), vec3(0.9999f));
+    vec3 eta = (vec3(1.0f) + root) / (vec3(1.0f) - root);
+    return fresnel.film.weight * fresnel.exactF90 * FilmGain(fresnel.film, cosOutside, eta, vec3(0.0f));
+}
+
+// A metal's reflectance with its film.
+INLINE vec3 ConductorReflectance(ConductorFresnel fresnel, ThinFilm film, float cosI) {
+    vec3 bare = ConductorReflectance(fresnel, cosI);
+    if (!HasFilm(film)) return bare;
+    return clamp(bare + MetalFilmGain(film, fresnel, cosI), vec3(0.0f), vec3(1.0f));
+}
+
+// As FacetReflectance, of a dielectric seen from its thinner side, eta >= 1: nothing is reflected totally.
+INLINE vec3 OutsideReflectance(FacetFresnel fresnel, float cosI, float eta) {
+    vec3 bare = DielectricCurve(fresnel, cosI, cosI, eta);
+    if (!HasFilm(fresnel.film)) return bare;
+    return clamp(bare + DielectricFilmGain(fresnel, cosI), vec3(0.0f), vec3(1.0f));
 }
 
 // The share of light that a layer of that reflectance passes to its base: for every channel that of
 // the channel which is reflected most. Otherwise a colored layer would give the base the inverse
 // color (KHR_materials_specular).
 INLINE vec3 PassedShare(vec3 reflectance) { return vec3(1.0f - MaxComponent(reflectance)); }
+
+// What a facet reflects of light, and what it passes.
+struct FacetShares {
+    vec3 reflected;
+    vec3 passed;
+};
+
+INLINE FacetShares BareShares(vec3 reflectance) {
+    FacetShares shares;
+    shares.reflected = reflectance;
+    shares.passed = PassedShare(reflectance);
+    return shares;
+}
+
+// A film takes from what passes, channel by channel, what it adds to the reflection.
+INLINE FacetShares FilmedShares(vec3 bare, vec3 gain) {
+    FacetShares shares = BareShares(bare);
+    shares.reflected = clamp(bare + gain, vec3(0.0f), vec3(1.0f));
+    shares.passed = max(shares.passed + bare - shares.reflected, vec3(0.0f));
+    return shares;
+}
+
+// Of light that makes cosI > 0 with the facet; eta is n(far side) / n(this side) as seen from here, and not
+// read for metals. Total reflection is 1 whatever f90 and film.
+INLINE FacetShares SharesOf(FacetFresnel fresnel, float cosI, float eta) {
+    if (fresnel.isMetal) {
+        if (ActiveFresnel() == kFresnelSchlick && !HasFilm(fresnel.film))
+            return BareShares(FresnelSchlick(cosI, fresnel.f0, fresnel.f90));
+        ConductorFresnel conductor = ConductorFromColor(fresnel.f0, fresnel.f90);
+        return BareShares(ConductorReflectance(conductor, fresnel.film, cosI));
+    }
+    float c = min(cosI, 1.0f);
+    if (eta < 1.0f) {
+        c = RefractedCosine(c, eta);
+        if (c < 0.0f) return BareShares(vec3(1.0f));
+    }
+    vec3 bare = DielectricCurve(fresnel, c, cosI, eta);
+    if (!HasFilm(fresnel.film)) return BareShares(bare);
+    return FilmedShares(bare, DielectricFilmGain(fresnel, c));
+}
+
+INLINE vec3 FacetReflectance(FacetFresnel fresnel, float cosI, float eta) {
+    return SharesOf(fresnel, cosI, eta).reflected;
+}
 
 SHADING_END
 

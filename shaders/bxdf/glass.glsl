@@ -52,14 +52,16 @@ INLINE void PlaceLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSett
                       INOUT(float) share) {
     float own = share * GlassShare(material);
     lobe = GlassOf(material, setting.eta, view.isThin, own);
+    lobe.fresnel = DielectricFresnel(material, setting);
     if (!(own > 0.0f)) return;
     if (!view.isThin && !view.isSmooth) {
         lobe.eta = lobe.eta >= 1.0f ? max(lobe.eta, 1.0f + kGlassMinRefraction)
                                     : min(lobe.eta, 1.0f - kGlassMinRefraction);
         lobe.pass *= Sqr(lobe.eta / lobe.mediumEta);
     }
-    vec3 f0 = lobe.fresnel.f0;
-    vec3 f90 = lobe.fresnel.f90;
+    TableCurve table = TableCurveOf(lobe.fresnel, view, lobe.eta, false);
+    vec3 f0 = table.f0;
+    vec3 f90 = table.f90;
     vec3 single = SingleAlbedo(view.energy, f0, f90);
     if (HasCompensation() && !view.isSmooth) {
         if (view.isThin) {
@@ -81,8 +83,13 @@ INLINE void PlaceLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSett
     lobe.weight = facets + rest;
     lobe.restChance = rest / lobe.weight;
     vec3 reflected = FacetAlbedo(view, view.energy, f0, f90);
-    lobe.albedo = own * reflected;
-    lobe.passedAlbedo = own * material.baseColor * max(PassedShare(reflected), vec3(0.0f));
+    FacetShares shares = BareShares(reflected);
+    if (HasFilm(lobe.fresnel.film)) {
+        vec3 bare = FacetAlbedo(view, view.energy, lobe.fresnel.f0, lobe.fresnel.f90);
+        shares = FilmedShares(bare, reflected - bare);
+    }
+    lobe.albedo = own * shares.reflected;
+    lobe.passedAlbedo = own * material.baseColor * max(shares.passed, vec3(0.0f));
 }
 
 INLINE bool IsDiffuse(GlassBxDF) { return false; }
@@ -91,14 +98,14 @@ INLINE uint Flags(GlassBxDF, FacetView view) {
     return kBxDFReflection | kBxDFTransmission | FacetFlags(view);
 }
 
-INLINE vec3 Reflectance(GlassBxDF lobe, float cosI) {
-    return FacetReflectance(lobe.fresnel, cosI, lobe.eta);
+INLINE FacetShares SharesOf(GlassBxDF lobe, float cosI) {
+    return SharesOf(lobe.fresnel, cosI, lobe.eta);
 }
 
-// The probability that a facet of that reflectance is sampled by reflection.
-INLINE float ReflectChance(GlassBxDF lobe, vec3 reflectance) {
-    float reflected = Average(lobe.reflect * reflectance);
-    float passed = Average(lobe.pass * PassedShare(reflectance));
+// The probability that a facet of these shares is sampled by reflection.
+INLINE float ReflectChance(GlassBxDF lobe, FacetShares shares) {
+    float reflected = Average(lobe.reflect * shares.reflected);
+    float passed = Average(lobe.pass * shares.passed);
     float sum = reflected + passed;
     return sum > 0.0f ? reflected / sum : 1.0f;
 }
@@ -133,12 +140,12 @@ INLINE vec3 Evaluate(GlassBxDF lobe, FacetView view, FacetPair pair, OUT(float) 
             density = RefractionPDF(view.facets, view.wo, pair.wi, wm, lobe.eta);
         }
     }
-    vec3 reflectance = Reflectance(lobe, cosI);
-    float chance = ReflectChance(lobe, reflectance);
+    FacetShares shares = SharesOf(lobe, cosI);
+    float chance = ReflectChance(lobe, shares);
     pdf = (1.0f - lobe.restChance) * (isThrough ? 1.0f - chance : chance) * density;
-    if (isThrough) return lobe.pass * PassedShare(reflectance) * white;
+    if (isThrough) return lobe.pass * shares.passed * white;
     pdf += lobe.restChance * CosineHemispherePDF(pair.wi.z);
-    return lobe.reflect * reflectance * white + lobe.rest * kInvPi;
+    return lobe.reflect * shares.reflected * white + lobe.rest * kInvPi;
 }
 
 INLINE bool DrawsCosine(GlassBxDF lobe, float uc) { return uc < lobe.restChance; }
@@ -146,7 +153,7 @@ INLINE bool DrawsCosine(GlassBxDF lobe, float uc) { return uc < lobe.restChance;
 INLINE BSDFSample SampleDirection(GlassBxDF lobe, FacetView view, vec3 drawn, float uc, vec2) {
     if (DrawsCosine(lobe, uc)) return CosineDirection(drawn, kBxDFGlossy);
     vec3 wm = drawn;
-    float chance = ReflectChance(lobe, Reflectance(lobe, dot(view.wo, wm)));
+    float chance = ReflectChance(lobe, SharesOf(lobe, dot(view.wo, wm)));
     if (uc - lobe.restChance < (1.0f - lobe.restChance) * chance) return ReflectedDirection(view, wm);
     vec3 wi = Reflect(view.wo, wm);
     wi.z = -wi.z;
@@ -184,11 +191,11 @@ INLINE LobeWalk WalkOf(GlassBxDF lobe, FacetView view) {
 }
 
 INLINE vec3 StraightShare(GlassBxDF lobe, FacetView view) {
-    return lobe.pass * PassedShare(Reflectance(lobe, view.wo.z));
+    return lobe.pass * SharesOf(lobe, view.wo.z).passed;
 }
 
 INLINE float StraightChance(GlassBxDF lobe, FacetView view) {
-    return 1.0f - ReflectChance(lobe, Reflectance(lobe, view.wo.z));
+    return 1.0f - ReflectChance(lobe, SharesOf(lobe, view.wo.z));
 }
 
 INLINE GlassBxDF WithoutStraight(GlassBxDF lobe) {

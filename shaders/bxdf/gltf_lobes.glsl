@@ -2,7 +2,8 @@
 // as lobes:
 //     a clear coat over sheen over mix(dielectric, metal, metallic)
 //     dielectric = mix(a Fresnel layer over diffuse, glass, transmission)
-// Metal, layer and glass are GGX facets of one roughness. baseColor colors metal, base and transmitted light.
+// Metal, layer and glass are GGX facets of one roughness, with a thin film on all of them
+// (KHR_materials_iridescence, bxdf/facet_fresnel.glsl). baseColor colors metal, base and transmitted light.
 #ifndef RAYGRAPH_BXDF_GLTF_LOBES_GLSL
 #define RAYGRAPH_BXDF_GLTF_LOBES_GLSL
 

@@ -51,9 +51,11 @@ struct SurfaceSetting {
     uint seed;    // of the random walk; another one for each sample
     vec3 coatNormal;  // of its clear coat, in the frame of the surface; not read without one
     float coatAlpha;
+    float outerIor;  // of the medium that wo is in; read if kTraceIridescence is set
 };
 
-// `minAlpha`: no facets are less rough. For those that have no coat normal, which is the surface's.
+// `minAlpha`: no facets are less rough. For those that have no coat normal, which is the surface's, and are
+// not seen from within the material.
 INLINE SurfaceSetting SettingOf(SurfaceMaterial material, float eta, float minAlpha, uint seed) {
     SurfaceSetting setting;
     setting.eta = eta;
@@ -62,6 +64,7 @@ INLINE SurfaceSetting SettingOf(SurfaceMaterial material, float eta, float minAl
     setting.seed = seed;
     setting.coatNormal = vec3(0.0f, 0.0f, 1.0f);
     setting.coatAlpha = max(Sqr(material.clearcoatRoughness), minAlpha);
+    if (HasTraceFeature(kTraceIridescence)) setting.outerIor = material.ior / eta;
     return setting;
 }
 
@@ -258,6 +261,61 @@ INLINE LobeWalk ReflectedWalk(FacetView view, FacetFresnel fresnel, float eta, v
     return walk;
 }
 
+// The material's film on facets that are seen from a medium of that index.
+INLINE ThinFilm FilmOf(SurfaceMaterial material, float outerIor) {
+    ThinFilm film = NoFilm();
+    if (!HasTraceFeature(kTraceIridescence) || !(material.iridescenceThickness > 0.0f)) return film;
+    film.weight = material.iridescence;
+    film.eta = material.iridescenceIor / outerIor;
+    film.path = 2.0f * material.iridescenceIor * material.iridescenceThickness;
+    return film;
+}
+
+// The ends of the curve that the energy tables take for facets.
+struct TableCurve {
+    vec3 f0;
+    vec3 f90;
+};
+
+CONST uint kFilmViewCount = 6u;
+
+// The facets' own curve; under a film the one that reflects as much as they do to wo, by the mean over a few
+// of them. That is an estimate, for the chances of sampling, later bounces and what passes to a base: what is
+// evaluated is the film's reflectance. `isMasked`: only light that leaves by reflection counts, not light
+// that meets another facet.
+INLINE TableCurve TableCurveOf(FacetFresnel fresnel, FacetView view, float eta, bool isMasked) {
+    TableCurve curve;
+    curve.f0 = fresnel.f0;
+    curve.f90 = fresnel.f90;
+    if (!HasFilm(fresnel.film)) return curve;
+    FacetFresnel bare = fresnel;
+    bare.film = NoFilm();
+    vec3 gain = vec3(0.0f);
+    float rise = 0.0f;  // weight of f90
+    float sum = 1e-9f;
+    uint count = view.isSmooth ? 1u : kFilmViewCount;
+    DONT_UNROLL
+    for (uint i = 0u; i < count; ++i) {
+        vec2 u = vec2((float(i) + 0.5f) / float(kFilmViewCount), fract(0.618034f * float(i)));
+        vec3 wm = SampleNormal(view, u);
+        vec3 wi = Reflect(view.wo, wm);
+        float c = max(dot(view.wo, wm), 0.0f);
+        float weight = 1.0f;
+        if (isMasked) weight = wi.z > 0.0f ? wi.z * GOverCosines(view.facets, view.wo, wi) : 0.0f;
+        gain += weight * (FacetReflectance(fresnel, c, eta) - FacetReflectance(bare, c, eta));
+        rise += weight * SchlickWeight(!fresnel.isMetal && eta < 1.0f ? RefractedCosine(c, eta) : c);
+        sum += weight;
+    }
+    gain /= sum;
+    rise = clamp(rise / sum, 0.0f, 0.95f);
+    // f0 takes the gain as far as it can, but is never 0: a lobe of no weight is not sampled
+    vec3 f0 = curve.f0 + gain / (1.0f - rise);
+    curve.f0 = clamp(f0, 1e-3f * curve.f90, vec3(1.0f));
+    vec3 f90 = curve.f90 + min(f0, vec3(0.0f)) * ((1.0f - rise) / max(rise, 1e-3f));
+    curve.f90 = max(f90, 1e-3f * curve.f90);
+    return curve;
+}
+
 INLINE LobeWalk NoWalk(FacetView view) { return ReflectedWalk(view, BlackFresnel(), 1.0f, vec3(0.0f)); }
 
 // The Fresnel of a material's dielectric, whose index is eta times that of the medium before it.
@@ -267,6 +325,15 @@ INLINE FacetFresnel DielectricFresnel(SurfaceMaterial material, float eta) {
     fresnel.f90 = vec3(material.specular * DielectricF90(eta));
     fresnel.exactF90 = vec3(material.specular);
     fresnel.isMetal = false;
+    fresnel.film = NoFilm();
+    return fresnel;
+}
+
+// With its film, which is relative to the thinner side.
+INLINE FacetFresnel DielectricFresnel(SurfaceMaterial material, SurfaceSetting setting) {
+    FacetFresnel fresnel = DielectricFresnel(material, setting.eta);
+    if (HasTraceFeature(kTraceIridescence))
+        fresnel.film = FilmOf(material, setting.outerIor * min(setting.eta, 1.0f));
     return fresnel;
 }
 

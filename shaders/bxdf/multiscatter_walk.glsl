@@ -143,13 +143,14 @@ INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRn
         return;
     }
     float eta = ray.side > 0.0f ? surface.eta : 1.0f / surface.eta;
-    vec3 reflected = FacetReflectance(surface.fresnel, cosI, eta);
+    FacetShares shares = SharesOf(surface.fresnel, cosI, eta);
+    vec3 reflected = shares.reflected;
     float chance = clamp((reflected.x + reflected.y + reflected.z) * (1.0f / 3.0f), 0.0f, 1.0f);
     if (WalkGet1D(rng) < chance) {
         ray.weight *= reflected / chance;
         ray.view = ray.view - 2.0f * cosI * m;
     } else {
-        ray.weight *= PassedShare(reflected) / (1.0f - chance);
+        ray.weight *= shares.passed / (1.0f - chance);
         float cosT = SafeSqrt(1.0f - (1.0f - cosI * cosI) / (eta * eta));
         // Onwards and seen from the other side: inverted twice
         ray.view = normalize((cosI * m - ray.view) / eta - cosT * m);
@@ -158,10 +159,14 @@ INLINE void ScatterAtFacet(INOUT(WalkRay) ray, WalkSurface surface, INOUT(WalkRn
     }
 }
 
-// The share of light that a thin sheet reflects.
-INLINE vec3 ThinReflectance(WalkSurface surface, float firstCos, float lastCos) {
-    return 0.5f * (FacetReflectance(surface.fresnel, firstCos, surface.eta) +
-                   FacetReflectance(surface.fresnel, lastCos, surface.eta));
+// The shares of light that a thin sheet reflects and passes.
+INLINE FacetShares ThinShares(WalkSurface surface, float firstCos, float lastCos) {
+    FacetShares first = SharesOf(surface.fresnel, firstCos, surface.eta);
+    FacetShares last = SharesOf(surface.fresnel, lastCos, surface.eta);
+    FacetShares mean;
+    mean.reflected = 0.5f * (first.reflected + last.reflected);
+    mean.passed = 0.5f * (first.passed + last.passed);
+    return mean;
 }
 
 INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
@@ -180,10 +185,11 @@ INLINE WalkSample SampleWalk(WalkSurface surface, vec3 wo, uint seed) {
     result.wi = -ray.side * ray.view;
     result.weight = ray.weight;
     if (surface.kind == kWalkPassesThin) {
-        vec3 reflected = ThinReflectance(surface, ray.firstCos, ray.lastCos);
+        FacetShares shares = ThinShares(surface, ray.firstCos, ray.lastCos);
+        vec3 reflected = shares.reflected;
         float chance = clamp((reflected.x + reflected.y + reflected.z) * (1.0f / 3.0f), 0.0f, 1.0f);
         bool isReflected = WalkGet1D(rng) < chance;
-        result.weight = isReflected ? reflected / chance : PassedShare(reflected) / (1.0f - chance);
+        result.weight = isReflected ? reflected / chance : shares.passed / (1.0f - chance);
         if (!isReflected) result.wi.z = -result.wi.z;
     }
     return result;
@@ -205,8 +211,8 @@ INLINE vec3 ConnectReflected(WalkRay ray, WalkSurface surface, vec3 w, bool isTh
     float cosI = dot(ray.view, normalize(ray.view + w));
     vec3 reflected = vec3(0.0f);
     if (surface.kind == kWalkPassesThin) {
-        reflected = ThinReflectance(surface, ray.firstCos, cosI);
-        if (isThrough) reflected = PassedShare(reflected);
+        FacetShares shares = ThinShares(surface, ray.firstCos, cosI);
+        reflected = isThrough ? shares.passed : shares.reflected;
     } else {
         reflected =
             FacetReflectance(surface.fresnel, cosI, ray.side > 0.0f ? surface.eta : 1.0f / surface.eta);
@@ -228,7 +234,7 @@ INLINE vec3 ConnectRefracted(WalkRay ray, WalkSurface surface, vec3 w) {
     float phase =
         WalkDistribution(surface.alpha, m) * cosI * jacobian / ProjectedFacets(surface.alpha, ray.view);
     float leaves = exp2(-DepthFromOtherSide(ray.depth) * WalkLambda(surface.alpha, -w));
-    return PassedShare(FacetReflectance(surface.fresnel, cosI, eta)) * (phase * leaves);
+    return SharesOf(surface.fresnel, cosI, eta).passed * (phase * leaves);
 }
 
 // f |wi.z| by one bounce of reflection (all of it above, but for Fresnel), exactly: the mean of a connection
@@ -253,8 +259,8 @@ INLINE vec3 EstimateWalk(WalkSurface surface, vec3 wo, vec3 wi, uint seed) {
         float single = SingleReflection(surface.alpha, wo, target);
         if (single > 0.0f) {
             float cosI = dot(wo, normalize(wo + target));
-            vec3 reflected = FacetReflectance(surface.fresnel, cosI, surface.eta);
-            sum = (isThin && isThrough ? PassedShare(reflected) : reflected) * single;
+            FacetShares shares = SharesOf(surface.fresnel, cosI, surface.eta);
+            sum = (isThin && isThrough ? shares.passed : shares.reflected) * single;
         }
     }
 

@@ -44,6 +44,9 @@ struct SurfaceMaterial {
     float clearcoatRoughness;
     vec3 sheenColor;
     float sheenRoughness;
+    float iridescence;  // share of the facets under a thin film
+    float iridescenceIor;
+    float iridescenceThickness;  // nm
     uint flags;  // kMaterial* of shared/scene_records.h
     uint id;     // index of the MaterialRecord
 };

@@ -92,6 +92,14 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
         vec4 roughness = SampleTexture(TEXTURE_OF(material, sheenRoughness), geometry, triangle);
         result.sheenRoughness = material.sheenRoughness * roughness.w;
     }
+    if (HasTraceFeature(kTraceIridescence)) {
+        result.iridescence =
+            material.iridescence * SampleTexture(TEXTURE_OF(material, iridescence), geometry, triangle).x;
+        result.iridescenceIor = material.iridescenceIor;
+        result.iridescenceThickness =
+            mix(material.iridescenceThickness.x, material.iridescenceThickness.y,
+                SampleTexture(TEXTURE_OF(material, iridescenceThickness), geometry, triangle).y);
+    }
     result.flags = material.flags;
     result.id = geometry.material;
     return result;

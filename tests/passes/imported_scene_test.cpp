@@ -134,17 +134,14 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
     const gpu::MaterialRecord& plain = records[0];
     EXPECT_EQ(plain.baseColor, glm::vec4(1.0f));
     EXPECT_EQ(plain.emission, glm::vec3(0.0f));
-    EXPECT_EQ(plain.metallic, 1.0f);
-    EXPECT_EQ(plain.roughness, 1.0f);
+    EXPECT_EQ(glm::vec2(plain.metallic, plain.roughness), glm::vec2(1.0f));
     EXPECT_EQ(plain.alphaMode, 0u);
     EXPECT_EQ(plain.flags, 0u);
     EXPECT_EQ(plain.ior, 1.5f);
-    EXPECT_EQ(plain.specular, 1.0f);
-    EXPECT_EQ(plain.transmission, 0.0f);
+    EXPECT_EQ(glm::vec2(plain.specular, plain.transmission), glm::vec2(1.0f, 0.0f));
     const gpu::MaterialRecord& record = records[1];
     EXPECT_EQ(record.baseColor, glm::vec4(0.11f, 0.22f, 0.33f, 0.44f));
-    EXPECT_EQ(record.metallic, 0.55f);
-    EXPECT_EQ(record.roughness, 0.66f);
+    EXPECT_EQ(glm::vec2(record.metallic, record.roughness), glm::vec2(0.55f, 0.66f));
     EXPECT_EQ(glm::vec2(record.clearcoat, record.clearcoatRoughness), glm::vec2(0.45f, 0.15f));
     EXPECT_EQ(glm::vec4(record.sheenColor, record.sheenRoughness), glm::vec4(0.7f, 0.8f, 0.9f, 0.25f));
     ExpectNear(record.emission, {0.5f, 1.0f, 2.0f}, 1e-6f, "emission");
@@ -195,22 +192,25 @@ TEST_F(ImportedScene, EveryFieldOfAMaterialChangesItsRecord) {
 TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
     GltfDocument document;
     document.AddTriangle()["material"] = 0;
-    for (uint32_t i = 0; i < 12; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
+    for (uint32_t i = 0; i < 17; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
     const auto ref = [](int index, int set) { return Json{{"index", index}, {"texCoord", set}}; };
     Json material{
         {"pbrMetallicRoughness", {{"baseColorTexture", ref(0, 1)}, {"metallicRoughnessTexture", ref(1, 0)}}},
         {"normalTexture", ref(2, 1)},
         {"emissiveTexture", ref(3, 0)}};
     material["normalTexture"]["scale"] = 0.25;
-    material["extensions"]["KHR_materials_specular"] = {{"specularTexture", ref(4, 1)},
-                                                        {"specularColorTexture", ref(5, 0)}};
-    material["extensions"]["KHR_materials_transmission"] = {{"transmissionTexture", ref(6, 1)}};
-    material["extensions"]["KHR_materials_clearcoat"] = {{"clearcoatTexture", ref(7, 0)},
-                                                         {"clearcoatRoughnessTexture", ref(8, 1)},
-                                                         {"clearcoatNormalTexture", ref(9, 0)}};
+    for (int next = 4;
+         const std::string texture :
+         {"specular/specular", "specular/specularColor", "transmission/transmission", "clearcoat/clearcoat",
+          "clearcoat/clearcoatRoughness", "clearcoat/clearcoatNormal", "sheen/sheenColor",
+          "sheen/sheenRoughness", "anisotropy/anisotropy", "iridescence/iridescence",
+          "iridescence/iridescenceThickness", "diffuse_transmission/diffuseTransmission",
+          "diffuse_transmission/diffuseTransmissionColor"}) {
+        material[Json::json_pointer("/extensions/KHR_materials_" + texture + "Texture")] =
+            ref(next, 1 - next % 2);
+        ++next;
+    }
     material["extensions"]["KHR_materials_clearcoat"]["clearcoatNormalTexture"]["scale"] = 0.5;
-    material["extensions"]["KHR_materials_sheen"] = {{"sheenColorTexture", ref(10, 1)},
-                                                     {"sheenRoughnessTexture", ref(11, 0)}};
     document.AddMaterial(material);
     const scene::SceneData scene = test::Load(document);
     const scene::Material& imported = scene.materials.at(0);
@@ -228,7 +228,7 @@ TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
         ASSERT_TRUE(refs[i].IsPresent()) << i;
         const scene::Texture& texture = scene.textures.at(static_cast<size_t>(refs[i].texture));
         EXPECT_EQ(scene.images.at(texture.image).width, i + 1);
-        const bool isColor = i == 0 || i == 3 || i == 5 || i == 10;
+        const bool isColor = i == 0 || i == 3 || i == 5 || i == 10 || i == 16;
         EXPECT_EQ(texture.colorSpace, isColor ? scene::ColorSpace::Srgb : scene::ColorSpace::Linear) << i;
         // A fresh table gives out slots in the order of the scene's textures
         EXPECT_EQ((fields[i] & ~gpu::kSecondTexCoord) - firstSlot,

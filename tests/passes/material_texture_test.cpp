@@ -119,6 +119,13 @@ const Slot kSlots[] = {
      [](Material& material, const glm::vec4& texel) { material.sheenColorFactor *= glm::vec3(texel); }},
     {"roughness of the sheen", &Material::sheenRoughnessTexture, ColorSpace::Linear,
      [](Material& material, const glm::vec4& texel) { material.sheenRoughnessFactor *= texel.w; }},
+    {"weight of the thin film", &Material::iridescenceTexture, ColorSpace::Linear,
+     [](Material& material, const glm::vec4& texel) { material.iridescenceFactor *= texel.x; }},
+    {"thickness of the thin film", &Material::iridescenceThicknessTexture, ColorSpace::Linear,
+     [](Material& material, const glm::vec4& texel) {
+         material.iridescenceThicknessMaximum =
+             glm::mix(material.iridescenceThicknessMinimum, material.iridescenceThicknessMaximum, texel.y);
+     }},
 };
 
 // Every factor matters and none is 1.
@@ -137,6 +144,10 @@ Material OfEverything() {
     material.clearcoatRoughnessFactor = 0.7f;
     material.sheenColorFactor = {0.9f, 0.8f, 0.7f};
     material.sheenRoughnessFactor = 0.9f;
+    material.iridescenceFactor = 0.9f;
+    material.iridescenceIor = 1.8f;
+    material.iridescenceThicknessMinimum = 90.0f;
+    material.iridescenceThicknessMaximum = 330.0f;
     return material;
 }
 

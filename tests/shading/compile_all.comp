@@ -60,6 +60,9 @@ SurfaceMaterial MaterialOf(vec3 wo, float uc, vec2 u) {
     material.clearcoatRoughness = uc;
     material.sheenColor = vec3(u, uc);
     material.sheenRoughness = u.x;
+    material.iridescence = uc;
+    material.iridescenceIor = 1.0f + u.x;
+    material.iridescenceThickness = 1e3f * u.y;
     material.flags = 0u;
     material.id = 0u;
     return material;

@@ -63,7 +63,7 @@ TEST(EnergyTables, HaveTheirSizeAndReturnNoMoreThanThereIs) {
 }
 
 TEST(EnergyTables, OneBounceIsWhatThatManyWalksLeaveAfter) {
-    WalkSurface surface;
+    WalkSurface surface{};
     surface.kind = kWalkAbsorbs;
     surface.eta = 1.5f;
     surface.fresnel.f0 = vec3(0.0f, 0.04f, 1.0f);

@@ -41,7 +41,7 @@ inline BSDFSample Sample_f(const GltfBxDF& lobe, vec3 wo, float uc, vec2 u) {
 }
 
 inline FacetFresnel DielectricFresnel(const GltfBxDF& lobe) {
-    return DielectricFresnel(lobe, lobe.eta);
+    return DielectricFresnel(lobe, SurfaceSetting(lobe));
 }
 
 inline GltfBxDF GltfLobe(float alpha) {
@@ -56,6 +56,7 @@ inline GltfBxDF GltfLobe(float alpha) {
     lobe.isThin = false;
     lobe.seed = 1u;
     lobe.coatNormal = vec3(0.0f, 0.0f, 1.0f);
+    lobe.outerIor = 1.0f;
     return lobe;
 }
 

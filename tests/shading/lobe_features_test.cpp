@@ -70,6 +70,10 @@ std::vector<Case> Cases() {
     GltfBxDF velvet = GltfLobe(0.6f);
     velvet.sheenColor = vec3(0.4f, 0.2f, 0.1f);
     velvet.sheenRoughness = 0.5f;
+    GltfBxDF bubble = ThinGlass(0.3f);
+    bubble.iridescence = 0.8f;
+    bubble.iridescenceIor = 1.4f;
+    bubble.iridescenceThickness = 300.0f;
     return {{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
             {"dielectric", GltfLobe(0.3f), kTraceOpaque},
             {"faint dielectric", faint, kTraceOpaque},
@@ -79,12 +83,14 @@ std::vector<Case> Cases() {
             {"smooth thin wall", ThinGlass(0.0f), kTraceGlass},
             {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals},
             {"coated metal", coated, kTraceMetals | kTraceClearcoat},
-            {"velvet", velvet, kTraceOpaque | kTraceSheen}};
+            {"velvet", velvet, kTraceOpaque | kTraceSheen},
+            {"bubble", bubble, kTraceGlass | kTraceIridescence}};
 }
 
 TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
     const uint all = threadTraceFeatures;
-    const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen;
+    const uint lobes =
+        kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen | kTraceIridescence;
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);
@@ -95,8 +101,8 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
                     const vec3 wi = DirectionAt(uc < 0.5f ? 0.6f : -0.6f, 2.0f + uc);
                     const vec2 u(0.4f, 0.3f);
                     const Outcome whole = OutcomeOf(test.lobe, wo, wi, uc, u);
-                    for (const uint others :
-                         {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat, kTraceSheen}) {
+                    for (const uint others : {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat,
+                                              kTraceSheen, kTraceIridescence}) {
                         const FeatureScope features((all & ~lobes) | test.features | others);
                         FillStack();
                         ExpectSame(OutcomeOf(test.lobe, wo, wi, uc, u), whole,

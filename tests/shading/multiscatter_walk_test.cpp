@@ -16,7 +16,7 @@ vec3 Direction(float cosTheta, float phi) {
 }
 
 WalkSurface Surface(uint kind, vec2 alpha, float eta, float f0) {
-    WalkSurface surface;
+    WalkSurface surface{};
     surface.alpha = alpha;
     surface.kind = kind;
     surface.eta = eta;
@@ -28,7 +28,7 @@ WalkSurface Surface(uint kind, vec2 alpha, float eta, float f0) {
 
 struct Case {
     std::string name;
-    WalkSurface surface;
+    WalkSurface surface{};
 };
 
 std::vector<Case> Cases(vec2 alpha) {
