@@ -95,7 +95,7 @@ TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSett
         shading.maps = DrawShadowMaps(renderer, scene, settings, {.atlasSize = raster.shadowAtlasSize});
     const bool hasDepth = seen.depth.IsValid();
     const bool hasOcclusion = raster.hasOcclusion && hasDepth && scene.lightSet.hasEnvironment != 0u;
-    if (raster.hasTransmission && hasDepth && (LobeFeatures(scene, settings) & kTraceTransmission) != 0) {
+    if (raster.hasTransmission && hasDepth && (LobeFeatures(scene, settings) & kTraceGlass) != 0) {
         const RasterVisibility behind = DrawBehindGlass(renderer, scene, settings, seen);
         Shading ofBehind = shading;
         if (hasOcclusion) ofBehind.openShare = Occlusion(renderer, scene, settings, behind);

@@ -94,7 +94,7 @@ struct TraceSettings : PathSettings {
 //   Emission:     not scattered: seen directly
 //   Direct:       scattered once
 //   Indirect:     scattered more often
-//   Diffuse:      scattered first by a diffuse lobe
+//   Diffuse:      reflected first by a diffuse lobe
 //   Specular:     reflected first by facets, of any roughness
 //   Transmission: let through first
 #define RAYGRAPH_PATH_PARTS(X, Of)     \

@@ -34,7 +34,7 @@ bool IsThinWall(const gpu::MaterialRecord& material) {
 }  // namespace
 
 bool IsBackCulled(const gpu::MaterialRecord& material) {
-    return (material.flags & gpu::kMaterialDoubleSided) == 0u && material.transmission == 0.0f;
+    return (material.flags & gpu::kMaterialTwoSided) == 0u;
 }
 
 GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials) {

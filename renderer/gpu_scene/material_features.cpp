@@ -25,6 +25,8 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     if (isDielectric && material.transmission > 0.0f) features |= kTraceGlass;
     if (material.metallic > 0.0f) features |= kTraceMetals;
     if (isDielectric && isOpaque) features |= kTraceOpaque;
+    if (isDielectric && isOpaque && material.diffuseTransmission > 0.0f)
+        features |= kTraceDiffuseTransmission;
     if (material.clearcoat > 0.0f) features |= kTraceClearcoat;
     if (material.sheenColor != glm::vec3(0.0f)) features |= kTraceSheen;
     if (material.dispersion > 0.0f && (material.flags & gpu::kMaterialVolume) != 0u)

@@ -42,8 +42,8 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.normalScale = normalScale;
     record.alphaCutoff = alphaCutoff;
     record.alphaMode = static_cast<uint32_t>(alphaMode);
-    record.flags = (isDoubleSided ? gpu::kMaterialDoubleSided : 0u) | (isUnlit ? gpu::kMaterialUnlit : 0u) |
-                   (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
+    record.flags = (values.IsBackCulled() ? 0u : gpu::kMaterialTwoSided) |
+                   (isUnlit ? gpu::kMaterialUnlit : 0u) | (values.BoundsMedium() ? gpu::kMaterialVolume : 0u);
     if (isSpecularGlossiness && record.specularColorTexture != gpu::kNoTexture)
         record.flags |= gpu::kMaterialGlossiness;
     record.ior = ior > 0.0f ? ior : gpu::kInfiniteIor;

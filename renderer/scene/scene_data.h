@@ -208,7 +208,7 @@ struct RAYGRAPH_API Material {
         return isUnlit ? glm::vec3(0.0f) : emissiveFactor * emissiveStrength;
     }
     // Transmits light, so that back faces count as much as front faces.
-    bool IsTransmissive() const { return transmissionFactor > 0.0f; }
+    bool IsTransmissive() const { return transmissionFactor > 0.0f || diffuseTransmissionFactor > 0.0f; }
     bool BoundsMedium() const { return IsTransmissive() && thicknessFactor > 0.0f; }
     // Extinction coefficient of the medium, 1/m: exp(-extinction d) of the light passes d meters. At most
     // kMaxExtinction, which an attenuationColor of 0 means.

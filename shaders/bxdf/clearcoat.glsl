@@ -102,8 +102,10 @@ INLINE LobeMean Reflected(ClearcoatBxDF lobe, FacetView) {
 INLINE float Weight(ClearcoatBxDF lobe, FacetView view) { return Reflected(lobe, view).albedo.x; }
 
 INLINE float PassedTo(ClearcoatBxDF lobe, FacetView, FacetPair pair) {
-    if (pair.isDelta || !(pair.wi.z > 0.0f)) return 1.0f;
-    FacetEnergy energy = FacetEnergyAt(lobe.view.row, dot(lobe.frame.z, pair.wi));
+    if (!IsForDiffuse(pair)) return 1.0f;
+    // On the other side of a sheet, the coat's normal points there
+    float cosTheta = dot(lobe.frame.z, pair.wi) * (pair.wi.z < 0.0f ? -1.0f : 1.0f);
+    FacetEnergy energy = FacetEnergyAt(lobe.view.row, cosTheta);
     return (1.0f - lobe.weight * ClearcoatAlbedo(energy, lobe.view.laterCurve)) * lobe.passedScale;
 }
 

@@ -73,8 +73,8 @@ INLINE float Weight(DielectricLayerBxDF lobe, FacetView view) {
 }
 
 INLINE float PassedTo(DielectricLayerBxDF lobe, FacetView view, FacetPair pair) {
-    if (pair.isDelta || !(pair.wi.z > 0.0f)) return 1.0f;
-    return PassedShare(lobe, view, FacetEnergyAt(view.row, pair.wi.z)) * lobe.passedScale;
+    if (!IsForDiffuse(pair)) return 1.0f;
+    return PassedShare(lobe, view, FacetEnergyAt(view.row, abs(pair.wi.z))) * lobe.passedScale;
 }
 
 INLINE bool IsWalked(DielectricLayerBxDF) { return true; }

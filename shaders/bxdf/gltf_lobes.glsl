@@ -1,9 +1,11 @@
-// The material of glTF 2.0 (appendix B) with KHR_materials_ior, specular, transmission, sheen and clearcoat,
-// as lobes:
+// The material of glTF 2.0 (appendix B) with KHR_materials_ior, specular, transmission, diffuse_transmission,
+// sheen and clearcoat, as lobes:
 //     a clear coat over sheen over mix(dielectric, metal, metallic)
 //     dielectric = mix(a Fresnel layer over diffuse, glass, transmission)
+//     diffuse = mix(reflection, transmission to the other side, diffuseTransmission)
 // Metal, layer and glass are GGX facets of one roughness, with a thin film on all of them
-// (KHR_materials_iridescence, bxdf/facet_fresnel.glsl). baseColor colors metal, base and transmitted light.
+// (KHR_materials_iridescence, bxdf/facet_fresnel.glsl). baseColor colors metal, diffuse reflection and the
+// light that glass transmits.
 #ifndef RAYGRAPH_BXDF_GLTF_LOBES_GLSL
 #define RAYGRAPH_BXDF_GLTF_LOBES_GLSL
 
@@ -11,6 +13,7 @@
 #include "bxdf/conductor.glsl"
 #include "bxdf/dielectric_layer.glsl"
 #include "bxdf/diffuse.glsl"
+#include "bxdf/diffuse_transmission.glsl"
 #include "bxdf/glass.glsl"
 #include "bxdf/sheen.glsl"
 
@@ -18,12 +21,13 @@ SHADING_BEGIN
 
 // From top to bottom: a lobe is covered by those before it. The struct, its name in GltfBSDF, and
 // the trace feature without which no material of the scene has it and all of its code folds away.
-#define GLTF_LOBES(X)                           \
-    X(ClearcoatBxDF, coat, kTraceClearcoat)     \
-    X(SheenBxDF, sheen, kTraceSheen)            \
-    X(GlassBxDF, glass, kTraceGlass)            \
-    X(ConductorBxDF, metal, kTraceMetals)       \
-    X(DielectricLayerBxDF, layer, kTraceOpaque) \
+#define GLTF_LOBES(X)                                               \
+    X(ClearcoatBxDF, coat, kTraceClearcoat)                         \
+    X(SheenBxDF, sheen, kTraceSheen)                                \
+    X(GlassBxDF, glass, kTraceGlass)                                \
+    X(ConductorBxDF, metal, kTraceMetals)                           \
+    X(DielectricLayerBxDF, layer, kTraceOpaque)                     \
+    X(DiffuseTransmissionBxDF, through, kTraceDiffuseTransmission)  \
     X(DiffuseBxDF, base, kTraceOpaque)
 
 #define RAYGRAPH_DECLARE_LOBE_(Lobe, name, feature) \

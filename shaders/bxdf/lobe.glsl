@@ -18,7 +18,8 @@
 //     LobeMean Transmitted(lobe, view)
 //     float PassedTo(lobe, view, pair) the factor on the diffuse lobes below for light from pair.wi; its
 //         mean by the cosine is 1, so that a base under a layer has the albedo that PlaceLobe gave it. Lobes
-//         that scatter into few directions have no such mean: `share` is all that they lose
+//         that scatter into few directions have no such mean: `share` is all that they lose. A layer is on
+//         both sides of a surface, and passes light of either side alike
 //     bool IsWalked(lobe), LobeWalk WalkOf(lobe, view)
 //         whether a random walk between the facets takes the lobe's place where kMultiscatter asks for walks
 //         (bxdf/gltf_walk.glsl), and which
@@ -26,9 +27,9 @@
 //         at a smooth thin wall: the share of light that goes straight on, f |wi.z| of that delta; the
 //         probability that a sample of the lobe does; and the lobe without that. What such a lobe transmits
 //         at all, it transmits so
-// Those that most lobes answer alike are written by LOBE_IS_OPAQUE, LOBE_COVERS_NOTHING and
-// LOBE_IS_NOT_WALKED. LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe alone, which the tests hold to
-// their contracts.
+// Those that most lobes answer alike are written by LOBE_IS_OPAQUE, LOBE_GOES_NOT_STRAIGHT (part of the
+// former), LOBE_COVERS_NOTHING and LOBE_IS_NOT_WALKED. LOBE_WORDS(Lobe) adds f, PDF and Sample_f of the lobe
+// alone, which the tests hold to their contracts.
 #ifndef RAYGRAPH_BXDF_LOBE_GLSL
 #define RAYGRAPH_BXDF_LOBE_GLSL
 
@@ -146,6 +147,12 @@ INLINE FacetPair PairOf(FacetView view, vec3 wi, bool isDelta) {
     pair.reflection = ReflectionLobe(view.facets, view.wo, mirrored, wm);
     pair.reflectionPDF = ReflectionPDF(view.facets, view.wo, wm);
     return pair;
+}
+
+// Whether diffuse lobes scatter light from there: of the other side, only if one transmits.
+INLINE bool IsForDiffuse(FacetPair pair) {
+    if (pair.isDelta) return false;
+    return HasTraceFeature(kTraceDiffuseTransmission) ? pair.wi.z != 0.0f : pair.wi.z > 0.0f;
 }
 
 // A direction without its f and pdf, which Evaluate gives.
@@ -348,12 +355,16 @@ INLINE float GlassShare(SurfaceMaterial material) {
 
 SHADING_END
 
-// It transmits nothing.
-#define LOBE_IS_OPAQUE(Lobe)                                                  \
-    INLINE LobeMean Transmitted(Lobe, FacetView) { return NoMean(); }         \
+// Nothing goes straight on.
+#define LOBE_GOES_NOT_STRAIGHT(Lobe)                                          \
     INLINE vec3 StraightShare(Lobe, FacetView) { return vec3(0.0f); }         \
     INLINE float StraightChance(Lobe, FacetView) { return 0.0f; }             \
     INLINE Lobe WithoutStraight(Lobe lobe) { return lobe; }
+
+// It transmits nothing.
+#define LOBE_IS_OPAQUE(Lobe)                                                  \
+    INLINE LobeMean Transmitted(Lobe, FacetView) { return NoMean(); }         \
+    LOBE_GOES_NOT_STRAIGHT(Lobe)
 
 #define LOBE_COVERS_NOTHING(Lobe)                                             \
     INLINE float PassedTo(Lobe, FacetView, FacetPair) { return 1.0f; }

@@ -118,8 +118,8 @@ INLINE LobeMean Reflected(SheenBxDF lobe, FacetView) {
 INLINE float Weight(SheenBxDF lobe, FacetView) { return Average(lobe.color) * max(lobe.energy.x, 1e-4f); }
 
 INLINE float PassedTo(SheenBxDF lobe, FacetView, FacetPair pair) {
-    if (pair.isDelta || !(pair.wi.z > 0.0f)) return 1.0f;
-    return (1.0f - lobe.covered * SheenEnergyAt(lobe.row, pair.wi.z).x) * lobe.passedScale;
+    if (!IsForDiffuse(pair)) return 1.0f;
+    return (1.0f - lobe.covered * SheenEnergyAt(lobe.row, abs(pair.wi.z)).x) * lobe.passedScale;
 }
 
 LOBE_IS_OPAQUE(SheenBxDF)

@@ -23,9 +23,9 @@ struct PathParts {
     vec3 emission;      // never scattered
     vec3 direct;        // scattered once
     vec3 indirect;      // scattered more often
-    vec3 diffuse;       // scattered first by a diffuse lobe
-    vec3 specular;      // ... reflected first by facets, smooth or rough
-    vec3 transmission;  // ... transmitted first
+    vec3 diffuse;       // reflected first by a diffuse lobe
+    vec3 specular;      // ... by facets, smooth or rough
+    vec3 transmission;  // transmitted first, by any lobe
 };
 
 // The lobe of the first surface.

@@ -95,16 +95,27 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
             light = SampleEmitter(surface, bsdf.flags, rng);
         vec3 wi = ToLocal(frame, light.wi);
         bool isLeaking = dot(light.wi, surface.geometricNormal) * wi.z <= 0.0f;  // of the shading normal
-        // Lights behind glass are in the picture behind it
-        bool isSeenThrough = i == constants.punctualLights && (constants.option & kShadeBehind) != 0u;
-        if (isLeaking || (isSeenThrough && wi.z < 0.0f) || !(light.pdf > 0.0f)) continue;
+        // Lights behind glass are in the picture behind it; what they send through diffusely is not
+        bool isSeenThrough =
+            i == constants.punctualLights && (constants.option & kShadeBehind) != 0u && wi.z < 0.0f;
+        if (isLeaking || !(light.pdf > 0.0f)) continue;
+        if (isSeenThrough && !HasTraceFeature(kTraceDiffuseTransmission)) continue;
         float pdf = 0.0f;
         vec3 diffuse = vec3(0.0f);
-        vec3 scattered = Evaluate(bsdf, wi, pdf, diffuse) * light.radiance * (abs(wi.z) / light.pdf);
+        vec3 value = Evaluate(bsdf, wi, pdf, diffuse);
+        if (HasTraceFeature(kTraceDiffuseTransmission) && isSeenThrough) value = diffuse;
+        vec3 scattered = value * light.radiance * (abs(wi.z) / light.pdf);
         if (!(MaxComponent(scattered) > 0.0f)) continue;
         sum += scattered * FreeShare(surface, light, i, AlphaSeed(rng, 2u));
     }
     return sum;
+}
+
+// What a lobe transmits comes from there; the picture behind shows what the environment does not.
+vec3 RadianceFromBehind(LobeMean lobe, vec3 position, vec3 wi) {
+    if (HasTraceFeature(kTraceDiffuseTransmission) && lobe.isDiffuse) return DiffuseEnvironment(wi);
+    if ((constants.option & kShadeBehind) != 0u) return SeenThrough(position, wi, lobe.slope, lobe.roughness);
+    return GlossyEnvironment(wi, lobe.roughness);
 }
 
 // Light from the other side of the surface: of the picture behind it, or of the environment.
@@ -113,11 +124,8 @@ vec3 LightFromBehind(GltfBSDF g, vec3 position, Frame frame) {
 #define ADD_LOBE(Lobe, name, feature)                                                              \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                                       \
         LobeMean lobe = Transmitted(g.name, g.view);                                               \
-        vec3 wi = FromLocal(frame, lobe.wi);                                                       \
         if (MaxComponent(lobe.albedo) > 0.0f)                                                      \
-            sum += lobe.albedo * ((constants.option & kShadeBehind) != 0u                          \
-                                      ? SeenThrough(position, wi, lobe.slope, lobe.roughness)      \
-                                      : GlossyEnvironment(wi, lobe.roughness));                    \
+            sum += lobe.albedo * RadianceFromBehind(lobe, position, FromLocal(frame, lobe.wi));    \
     }
     GLTF_LOBES(ADD_LOBE)
 #undef ADD_LOBE

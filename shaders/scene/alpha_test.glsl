@@ -8,7 +8,7 @@
 
 // Materials whose back faces are culled, as IsBackCulled of renderer/scene.
 bool IsBackCulled(MaterialRecord material) {
-    return (material.flags & kMaterialDoubleSided) == 0u && material.transmission == 0.0f;
+    return (material.flags & kMaterialTwoSided) == 0u;
 }
 
 // BLEND is stochastic: of many rays, the share alpha is stopped. The same ray gets the same result however

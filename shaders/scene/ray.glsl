@@ -47,6 +47,8 @@ struct SurfaceMaterial {
     float iridescence;  // share of the facets under a thin film
     float iridescenceIor;
     float iridescenceThickness;  // nm
+    float diffuseTransmission;
+    vec3 diffuseTransmissionColor;
     uint flags;  // kMaterial* of shared/scene_records.h
     uint id;     // index of the MaterialRecord
 };

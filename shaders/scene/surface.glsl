@@ -100,6 +100,13 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
             mix(material.iridescenceThickness.x, material.iridescenceThickness.y,
                 SampleTexture(TEXTURE_OF(material, iridescenceThickness), geometry, triangle).y);
     }
+    if (HasTraceFeature(kTraceDiffuseTransmission)) {
+        result.diffuseTransmission =
+            material.diffuseTransmission *
+            SampleTexture(TEXTURE_OF(material, diffuseTransmission), geometry, triangle).w;
+        vec4 color = SampleTexture(TEXTURE_OF(material, diffuseTransmissionColor), geometry, triangle);
+        result.diffuseTransmissionColor = material.diffuseTransmissionColor * color.xyz;
+    }
     result.flags = material.flags;
     result.id = geometry.material;
     return result;
@@ -130,6 +137,7 @@ Medium MediumAt(uint material) {
 void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, GeometryRecord geometry,
                  Triangle triangle, vec3 p, vec3 p0, vec3 p1, vec3 p2, vec3 wo) {
     if (!IsPresent(geometry.normals) || surface.material.transmission > 0.0f) return;
+    if (HasTraceFeature(kTraceDiffuseTransmission) && surface.material.diffuseTransmission > 0.0f) return;
     if ((surface.material.flags & kMaterialVolume) != 0u) return;
     Vec3Stream normals = Vec3Stream(geometry.normals);
     float side = surface.isFront ? 1.0f : -1.0f;

@@ -76,7 +76,7 @@ struct GeometryRecord {
 RAYGRAPH_CONSTANT float kInfiniteIor = 1e8f;
 
 // Bits of MaterialRecord::flags.
-RAYGRAPH_CONSTANT uint kMaterialDoubleSided = 1u;  // else back faces are culled
+RAYGRAPH_CONSTANT uint kMaterialTwoSided = 1u;     // else back faces are culled
 RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;        // emits its base color, scatters nothing
 // The surface bounds a medium; else transmission is thin-walled.
 RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
@@ -89,6 +89,7 @@ RAYGRAPH_CONSTANT uint kMaterialGlossiness = 8u;
 //   transmission:      red
 //   clearcoat:         red; its roughness: green
 //   sheenRoughness:    alpha
+//   diffuseTransmission: alpha
 #define RAYGRAPH_MATERIAL_TEXTURES(X) \
     X(baseColor)                      \
     X(metallicRoughness)              \

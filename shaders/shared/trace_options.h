@@ -42,7 +42,7 @@
 //   Anisotropy:       highlights of some materials are stretched
 //   Iridescence:      some are under a thin film
 //   Dispersion:       some glass refracts colors differently
-//   DiffuseTransmission: diffuse light passes through some surfaces
+//   DiffuseTransmission: some opaque ones scatter light to their other side
 //   Scattering:       some media scatter
 //   Volumes:          surfaces enclose media
 //   ProbeMedia:       the camera may be inside of some
@@ -88,7 +88,7 @@ RAYGRAPH_CHOICE_CONSTANTS(Mis, RAYGRAPH_MIS_HEURISTICS)
 RAYGRAPH_CHOICE_CONSTANTS(Roulette, RAYGRAPH_ROULETTES)
 RAYGRAPH_TRACE_FEATURES(RAYGRAPH_DECLARE)
 // The lobes through which light passes to the other side of a surface.
-RAYGRAPH_DECLARE(Transmission, kTraceGlass)
+RAYGRAPH_DECLARE(Transmission, kTraceGlass | kTraceDiffuseTransmission)
 #undef RAYGRAPH_DECLARE
 
 #ifdef __cplusplus

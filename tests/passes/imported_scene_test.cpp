@@ -7,8 +7,7 @@
 #include <type_traits>
 
 #include "renderer/scene/material_fields.h"
-#include "tests/scene/gltf_document.h"
-#include "tests/support/scene_render.h"
+#include "tests/passes/gltf_square.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
@@ -65,45 +64,6 @@ void Change(scene::TextureRef& value) {
     value = {0, 1};
 }
 
-size_t AddTexture(GltfDocument& document, const test::Bytes& png, const Json& sampler = {}) {
-    const size_t image = document.Add("images", {{"uri", test::DataUri(png)}});
-    Json texture{{"source", image}};
-    if (!sampler.is_null()) texture["sampler"] = document.Add("samplers", sampler);
-    return document.Add("textures", texture);
-}
-
-// The square -1 ... 1 of the xy plane, facing +z. Corners go -x-y, +x-y, +x+y, -x+y.
-Json Square(GltfDocument& document, const std::vector<float>& uv, size_t material) {
-    const size_t positions = document.AddAccessor<float>({-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0}, 3);
-    const size_t normals = document.AddAccessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
-    const size_t indices = document.AddAccessor<uint16_t>({0, 1, 2, 0, 2, 3}, 1);
-    Json primitive{{"attributes", {{"POSITION", positions}, {"NORMAL", normals}}},
-                   {"indices", indices},
-                   {"material", material}};
-    if (!uv.empty()) primitive["attributes"]["TEXCOORD_0"] = document.AddAccessor(uv, 2);
-    return primitive;
-}
-
-// (0, 0) is the image's upper left corner.
-const std::vector<float> kUpright{0, 1, 1, 1, 1, 0, 0, 0};
-
-passes::TraceSettings Facing(float height, uint32_t size) {
-    scene::CameraView view = scene::CameraView::LookAt({0, 0, 4}, {0, 0, 0}, {0, 1, 0});
-    view.projection = scene::Projection::Orthographic;
-    view.height = height;
-    passes::TraceSettings settings;
-    settings.extent = {size, size};
-    settings.camera = ToRecord(view);
-    settings.scattering.brdf = BrdfModel::Lambert;
-    return settings;
-}
-
-void ExpectNear(const glm::vec3& seen, const glm::vec3& expected, float tolerance, const char* what) {
-    EXPECT_LT(glm::distance(seen, expected), tolerance)
-        << what << ": " << seen.x << ' ' << seen.y << ' ' << seen.z << " for " << expected.x << ' '
-        << expected.y << ' ' << expected.z;
-}
-
 }  // namespace
 
 TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
@@ -121,13 +81,18 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
             "KHR_materials_transmission": {"transmissionFactor": 0.35},
             "KHR_materials_clearcoat": {"clearcoatFactor": 0.45, "clearcoatRoughnessFactor": 0.15},
             "KHR_materials_sheen": {"sheenColorFactor": [0.7, 0.8, 0.9], "sheenRoughnessFactor": 0.25},
+            "KHR_materials_diffuse_transmission": {
+                "diffuseTransmissionFactor": 0.65, "diffuseTransmissionColorFactor": [0.15, 0.25, 0.35]
+            },
             "KHR_materials_volume": {
                 "thicknessFactor": 0.1, "attenuationColor": [0.5, 0.25, 0.125], "attenuationDistance": 2
             }
         },
         "extras": {"priority": 7}
     })"_json);
-    document.AddMaterial({{"alphaMode", "BLEND"}, {"extensions", {{"KHR_materials_unlit", Json::object()}}}});
+    document.AddMaterial({{"alphaMode", "BLEND"},
+                          {"doubleSided", true},
+                          {"extensions", {{"KHR_materials_unlit", Json::object()}}}});
     document.AddTriangle()["material"] = 1;
     const auto records = TableOf<gpu::MaterialRecord>(document, &SceneIds::materials);
     ASSERT_GE(records.size(), 3u);
@@ -144,10 +109,12 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
     EXPECT_EQ(glm::vec2(record.metallic, record.roughness), glm::vec2(0.55f, 0.66f));
     EXPECT_EQ(glm::vec2(record.clearcoat, record.clearcoatRoughness), glm::vec2(0.45f, 0.15f));
     EXPECT_EQ(glm::vec4(record.sheenColor, record.sheenRoughness), glm::vec4(0.7f, 0.8f, 0.9f, 0.25f));
+    EXPECT_EQ(glm::vec4(record.diffuseTransmissionColor, record.diffuseTransmission),
+              glm::vec4(0.15f, 0.25f, 0.35f, 0.65f));
     ExpectNear(record.emission, {0.5f, 1.0f, 2.0f}, 1e-6f, "emission");
     EXPECT_EQ(record.alphaMode, 1u);
     EXPECT_EQ(record.alphaCutoff, 0.77f);
-    EXPECT_EQ(record.flags, gpu::kMaterialDoubleSided | gpu::kMaterialVolume);
+    EXPECT_EQ(record.flags, gpu::kMaterialTwoSided | gpu::kMaterialVolume);
     EXPECT_EQ(record.ior, 1.7f);
     EXPECT_EQ(record.specular, 0.88f);
     EXPECT_EQ(record.specularColor, glm::vec3(0.9f, 0.8f, 1.5f));
@@ -157,7 +124,7 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
     ExpectNear(record.extinction, glm::vec3(0.5f, 1.0f, 1.5f) * ln2, 1e-5f, "extinction");
     EXPECT_EQ(record.priority, 7u);
     EXPECT_EQ(records[2].alphaMode, 2u);
-    EXPECT_EQ(records[2].flags, gpu::kMaterialUnlit);
+    EXPECT_EQ(records[2].flags, gpu::kMaterialUnlit | gpu::kMaterialTwoSided);
 }
 
 // Over the list of the fields, so that a field which is added and then forgotten is found: a record changes with
@@ -174,6 +141,7 @@ TEST_F(ImportedScene, EveryFieldOfAMaterialChangesItsRecord) {
     scene::ForEachMaterialField([&](const auto& field) {
         const std::string name = field.name;
         if (name.starts_with("occlusion")) return;
+        if (name == "isDoubleSided") return;  // this one is, as all that transmit
         scene::Material changed = medium;
         Change(changed.*field.member);
         if constexpr (std::is_same_v<typename std::decay_t<decltype(field)>::Value, float>)
@@ -348,103 +316,6 @@ TEST_F(ImportedScene, NestedNodesPlaceTheirMeshes) {
     ExpectNear(records[0].objectToWorld[1], {0, 2, 0}, 1e-6f, "y axis");
     ExpectNear(records[0].objectToWorld[2], {0, 0, 2}, 1e-6f, "z axis");
     ExpectNear(records[0].objectToWorld[3], {2, 0, -1}, 1e-6f, "place");
-}
-
-// What a vertex of the file says is what is seen there: colors and both sets of coordinates, of bytes and
-// shorts too.
-TEST_F(ImportedScene, VertexAttributesOfEveryWidthAreSeen) {
-    // Rows from the top: black, dark, light, white, by levels that sRGB encodes as 0, 64, 128 and 255
-    const test::Bytes rows =
-        test::MakePngOf(1, 4, {0, 0, 0, 255, 64, 64, 64, 255, 128, 128, 128, 255, 255, 255, 255, 255});
-    const float levels[] = {0.0f, 0.0513f, 0.2159f, 1.0f};
-    for (const int set : {0, 1}) {
-        GltfDocument document;
-        const Json nearest{{"magFilter", 9728}, {"minFilter", 9728}, {"wrapS", 33071}, {"wrapT", 33071}};
-        const size_t texture = AddTexture(document, rows, nearest);
-        document.AddMaterial(
-            {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}, {"texCoord", set}}}}}});
-        Json primitive = Square(document, {}, 0);
-        // Set 0: bytes, left column the second row, right column the last. Set 1: shorts, first and third
-        primitive["attributes"]["TEXCOORD_0"] =
-            document.AddAccessor<uint8_t>({0, 96, 0, 224, 0, 224, 0, 96}, 2, true);
-        primitive["attributes"]["TEXCOORD_1"] =
-            document.AddAccessor<uint16_t>({0, 8192, 0, 40960, 0, 40960, 0, 8192}, 2, true);
-        primitive["attributes"]["COLOR_0"] = document.AddAccessor<uint8_t>(
-            {255, 128, 0, 255, 255, 128, 0, 255, 255, 128, 0, 255, 255, 128, 0, 255}, 4, true);
-        document.AddNode({{"mesh", document.AddMesh(primitive)}});
-        render.scene.SetScene(test::Load(document));
-        const FloatImage albedo = render.PrimaryHits(Facing(2.0f, 16)).albedo;
-        const float left = levels[set == 0 ? 1 : 0], right = levels[set == 0 ? 3 : 2];
-        const glm::vec3 color(1.0f, 128.0f / 255.0f, 0.0f);
-        ExpectNear(albedo.At(0, 5), left * color, 3e-3f, "left");
-        ExpectNear(albedo.At(15, 5), right * color, 3e-3f, "right");
-    }
-}
-
-// glTF 2.0, 3.9.3: the green channel points up in texture space, that is to the image's top. The tangents are
-// made by the importer.
-TEST_F(ImportedScene, NormalMapIsBumpyTowardsTheImagesTopAndRight) {
-    // How the image lies on the square: upright, mirrored from left to right, upside down
-    const std::vector<float> kMirrored{1, 1, 0, 1, 0, 0, 1, 0}, kUpsideDown{0, 0, 1, 0, 1, 1, 0, 1};
-    const glm::vec3 read = 2.0f * glm::vec3(140, 155, 250) / 255.0f - 1.0f;
-    const std::pair<std::vector<float>, glm::vec3> kCases[] = {{kUpright, {read.x, read.y, read.z}},
-                                                               {kMirrored, {-read.x, read.y, read.z}},
-                                                               {kUpsideDown, {read.x, -read.y, read.z}}};
-    for (const auto& [uv, bent] : kCases) {
-        GltfDocument document;
-        const size_t texture = AddTexture(document, test::MakePng(2, 2, {140, 155, 250, 255}));
-        document.AddMaterial({{"normalTexture", {{"index", texture}}}});
-        document.AddNode({{"mesh", document.AddMesh(Square(document, uv, 0))}});
-        render.scene.SetScene(test::Load(document));
-        ExpectNear(render.PrimaryHits(Facing(1.0f, 4)).normal.At(1, 1), glm::normalize(bent), 2e-3f,
-                   "normal");
-    }
-}
-
-// Wrap modes and filters by glTF's own numbers. The image: black, then white.
-TEST_F(ImportedScene, SamplersOfTheFileWrapAndFilterWhatIsSeen) {
-    const test::Bytes png = test::MakePngOf(2, 1, {0, 0, 0, 255, 255, 255, 255, 255});
-    constexpr int kRepeat = 10497, kMirror = 33648, kClamp = 33071, kNearest = 9728, kLinear = 9729;
-    struct Case {
-        int wrap, filter;
-        float at[4];  // u = -0.375, 0.375, 0.875, 1.375
-    };
-    // Texel centers are at 0.25 and 0.75; what is asked for lies between centers a quarter or half of the way
-    const Case kCases[] = {
-        {kRepeat, kNearest, {1, 0, 1, 0}},
-        {kMirror, kNearest, {0, 0, 1, 1}},
-        {kClamp, kNearest, {0, 0, 1, 1}},
-        {kRepeat, kLinear, {0.75f, 0.25f, 0.75f, 0.25f}},
-        {kMirror, kLinear, {0.25f, 0.25f, 1, 0.75f}},
-        {kClamp, kLinear, {0, 0.25f, 1, 1}},
-    };
-    for (const Case& expected : kCases)
-        for (const bool isAlongU : {true, false}) {
-            GltfDocument document;
-            Json sampler{{"magFilter", expected.filter}};
-            sampler[isAlongU ? "wrapS" : "wrapT"] = expected.wrap;
-            sampler[isAlongU ? "wrapT" : "wrapS"] = expected.wrap == kClamp ? kRepeat : kClamp;
-            const size_t texture = AddTexture(
-                document, isAlongU ? png : test::MakePngOf(1, 2, {0, 0, 0, 255, 255, 255, 255, 255}),
-                sampler);
-            document.AddMaterial({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}});
-            const float places[] = {-0.375f, 0.375f, 0.875f, 1.375f};
-            for (size_t i = 0; i < 4; ++i) {
-                std::vector<float> uv;
-                for (int corner = 0; corner < 4; ++corner) {
-                    uv.push_back(isAlongU ? places[i] : 0.5f);
-                    uv.push_back(isAlongU ? 0.5f : places[i]);
-                }
-                document.AddNode({{"mesh", document.AddMesh(Square(document, uv, 0))},
-                                  {"translation", {-3 + 2 * static_cast<int>(i), 0, 0}}});
-            }
-            render.scene.SetScene(test::Load(document));
-            const FloatImage albedo = render.PrimaryHits(Facing(8.0f, 8)).albedo;
-            for (uint32_t i = 0; i < 4; ++i)
-                EXPECT_NEAR(albedo.At(2 * i, 3).y, expected.at[i], 0.01f)
-                    << "wrap " << expected.wrap << ", filter " << expected.filter << ", at " << places[i]
-                    << (isAlongU ? " along u" : " along v");
-        }
 }
 
 }  // namespace raygraph::testing

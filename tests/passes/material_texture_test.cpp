@@ -126,6 +126,12 @@ const Slot kSlots[] = {
          material.iridescenceThicknessMaximum =
              glm::mix(material.iridescenceThicknessMinimum, material.iridescenceThicknessMaximum, texel.y);
      }},
+    {"diffuse transmission", &Material::diffuseTransmissionTexture, ColorSpace::Linear,
+     [](Material& material, const glm::vec4& texel) { material.diffuseTransmissionFactor *= texel.w; }},
+    {"color of the diffuse transmission", &Material::diffuseTransmissionColorTexture, ColorSpace::Srgb,
+     [](Material& material, const glm::vec4& texel) {
+         material.diffuseTransmissionColorFactor *= glm::vec3(texel);
+     }},
 };
 
 // Every factor matters and none is 1.
@@ -148,6 +154,8 @@ Material OfEverything() {
     material.iridescenceIor = 1.8f;
     material.iridescenceThicknessMinimum = 90.0f;
     material.iridescenceThicknessMaximum = 330.0f;
+    material.diffuseTransmissionFactor = 0.6f;
+    material.diffuseTransmissionColorFactor = {0.9f, 0.7f, 0.8f};
     return material;
 }
 

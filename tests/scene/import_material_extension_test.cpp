@@ -259,6 +259,14 @@ TEST(MaterialExtensions, OnlySingleSidedSurfacesThatNoLightPassesAreCulled) {
     EXPECT_TRUE(material.IsBackCulled()) << "a volume that no light enters";
     material.transmissionFactor = 0.5f;
     EXPECT_FALSE(material.IsBackCulled());
+    material.transmissionFactor = 0.0f;
+    EXPECT_FALSE(material.BoundsMedium());
+    material.diffuseTransmissionFactor = 0.5f;
+    EXPECT_FALSE(material.IsBackCulled()) << "light passes diffusely";
+    EXPECT_TRUE(material.BoundsMedium());
+    material.thicknessFactor = 0.0f;
+    EXPECT_FALSE(material.IsBackCulled());
+    EXPECT_FALSE(material.BoundsMedium());
 }
 
 TEST(MaterialPriority, IsReadFromExtras) {

@@ -63,6 +63,8 @@ SurfaceMaterial MaterialOf(vec3 wo, float uc, vec2 u) {
     material.iridescence = uc;
     material.iridescenceIor = 1.0f + u.x;
     material.iridescenceThickness = 1e3f * u.y;
+    material.diffuseTransmission = u.y;
+    material.diffuseTransmissionColor = vec3(uc, u);
     material.flags = 0u;
     material.id = 0u;
     return material;

@@ -74,6 +74,9 @@ std::vector<Case> Cases() {
     bubble.iridescence = 0.8f;
     bubble.iridescenceIor = 1.4f;
     bubble.iridescenceThickness = 300.0f;
+    GltfBxDF leaf = GltfLobe(0.5f);
+    leaf.diffuseTransmission = 0.6f;
+    leaf.diffuseTransmissionColor = vec3(0.5f, 0.8f, 0.1f);
     return {{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
             {"dielectric", GltfLobe(0.3f), kTraceOpaque},
             {"faint dielectric", faint, kTraceOpaque},
@@ -84,13 +87,14 @@ std::vector<Case> Cases() {
             {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals},
             {"coated metal", coated, kTraceMetals | kTraceClearcoat},
             {"velvet", velvet, kTraceOpaque | kTraceSheen},
-            {"bubble", bubble, kTraceGlass | kTraceIridescence}};
+            {"bubble", bubble, kTraceGlass | kTraceIridescence},
+            {"leaf", leaf, kTraceOpaque | kTraceDiffuseTransmission}};
 }
 
 TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
     const uint all = threadTraceFeatures;
-    const uint lobes =
-        kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen | kTraceIridescence;
+    const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen |
+                       kTraceIridescence | kTraceDiffuseTransmission;
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);
@@ -102,7 +106,7 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
                     const vec2 u(0.4f, 0.3f);
                     const Outcome whole = OutcomeOf(test.lobe, wo, wi, uc, u);
                     for (const uint others : {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat,
-                                              kTraceSheen, kTraceIridescence}) {
+                                              kTraceSheen, kTraceIridescence, kTraceDiffuseTransmission}) {
                         const FeatureScope features((all & ~lobes) | test.features | others);
                         FillStack();
                         ExpectSame(OutcomeOf(test.lobe, wo, wi, uc, u), whole,

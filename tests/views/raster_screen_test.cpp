@@ -156,6 +156,23 @@ TEST_F(RasterScreen, ClearGlassShowsWhatIsBehindItInItsColor) {
     EXPECT_EQ(Draw(ViewOfWindow(), 1, without).At(22, 32).y, 0.0f) << "the environment is black";
 }
 
+// What comes straight through is in the picture of what is behind; what the wall sends through diffusely is not.
+TEST_F(RasterScreen, GlassThatAlsoTransmitsDiffuselyIsLitByTheWallBehindIt) {
+    scene::SceneData window = Window(0.0f);
+    scene::Material& pane = window.materials[1];
+    pane.transmissionFactor = 0.5f;
+    pane.diffuseTransmissionFactor = 1.0f;
+    render.scene.SetScene(std::move(window));
+    TraceSettings settings = ViewOfWindow();
+    settings.biases.maxDepth = 1;
+    const FloatImage drawn = Draw(settings, 256, kScreen);
+    const FloatImage traced = render.Render(settings, 256).mean;
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(drawn.At(22, 32)[c], traced.At(22, 32)[c], 0.05f * traced.At(22, 32)[c]) << c;
+        EXPECT_GT(traced.At(22, 32)[c], 0.55f) << "half of what it would be as clear glass, and more";
+    }
+}
+
 TEST_F(RasterScreen, RoughGlassBlursWhatIsBehindItAboutAsPathTraced) {
     render.scene.SetScene(Window(0.35f));
     const FloatImage drawn = Draw(ViewOfWindow(), 4, kScreen);

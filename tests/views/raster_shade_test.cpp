@@ -283,6 +283,50 @@ TEST_F(RasterShade, EmittingSurfacesLightAsPathTracedWithoutOccluders) {
     EXPECT_LT(3.0 * traced.StandardErrorOfMean().y, 0.01 * traced.mean.Mean().y) << "too noisy";
 }
 
+// A sheet that passes light diffusely, lit from behind alone.
+TEST_F(RasterShade, LightFromBehindASheetIsAsPathTraced) {
+    scene::Material leaf = Glossy({0.3f, 0.6f, 0.1f}, 0, 0.6f);
+    leaf.diffuseTransmissionFactor = 0.7f;
+    leaf.diffuseTransmissionColorFactor = {0.8f, 0.9f, 0.4f};
+    TraceSettings settings = LookAt({0.5f, 0.6f, 6}, {0, 0, 0}, 0.3f, 64);
+    settings.scattering.brdf = BrdfModel::Gltf;
+    scene::Light sun = Sun();
+    sun.lightToWorld =
+        glm::mat4x3(glm::vec3(-1, 0, 0), glm::vec3(0, 1, 0), glm::vec3(0, 0, -1), glm::vec3(0.0f));
+    for (const scene::Light& light :
+         {Punctual(scene::LightType::Point, {1.0f, 0.9f, 0.8f}, 60.0f, {1, 0.5f, -5}), sun}) {
+        SCOPED_TRACE(int(light.type));
+        scene::SceneData scene = SceneOf({QuadMesh(3.0f)}, {leaf});
+        scene.lights = {light};
+        render.scene.SetScene(std::move(scene));
+        ExpectSameDirectLight(settings);
+    }
+    // Emitted light, and an environment that shines where z < 0
+    settings.biases.maxDepth = 1;
+    const auto expectSameMean = [&](double tolerance) {
+        const RenderedImage traced = render.Render(settings, 64);
+        const glm::dvec3 drawn = Draw(settings, 64).Mean();
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_GT(traced.mean.Mean()[c], 0.02);
+            EXPECT_NEAR(drawn[c], traced.mean.Mean()[c], tolerance * traced.mean.Mean()[c]) << c;
+        }
+        EXPECT_LT(3.0 * traced.StandardErrorOfMean().y, 0.01 * traced.mean.Mean().y) << "too noisy";
+    };
+    render.scene.SetScene(SceneOf({QuadMesh(3.0f, 0), QuadMesh(0.5f, 1)},
+                                  {leaf, Lambert(glm::vec3(0.0f), glm::vec3(5.0f))},
+                                  {glm::mat4x3(1.0f), Translation({0, 0, -1.5f})}));
+    expectSameMean(0.01);
+    image::ImageF map{.width = 64, .height = 32, .rgba = {}};
+    for (uint32_t texel = 0; texel < 64 * 32; ++texel) {
+        const float value = texel % 64 < 32 ? 2.0f : 0.0f;
+        map.rgba.insert(map.rgba.end(), {value, value, value, 1.0f});
+    }
+    render.scene.SetScene(SceneOf({QuadMesh(3.0f)}, {leaf}));
+    render.scene.SetEnvironmentMap(map);
+    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+    expectSameMean(0.04);
+}
+
 TEST_F(RasterShade, EmissionUnlitColorAndBackgroundAreShownAsTheyAre) {
     scene::Material unlit = Lambert({0.2f, 0.4f, 0.6f});
     unlit.isUnlit = true;
