@@ -46,13 +46,6 @@ INLINE SurfaceSetting SettingOf(SurfaceInteraction surface, Frame frame, float e
     return setting;
 }
 
-// The share of what a surface emits towards wo that its clear coat lets pass.
-INLINE float EmissionPassed(SurfaceInteraction surface, vec3 wo) {
-    SurfaceMaterial material = surface.material;
-    if (!HasTraceFeature(kTraceClearcoat) || !(material.clearcoat > 0.0f)) return 1.0f;
-    return PassedByClearcoat(material.clearcoat, material.clearcoatRoughness, dot(surface.coatNormal, wo));
-}
-
 INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting setting) {
     SurfaceBSDF bsdf;
     bsdf.wo = wo;

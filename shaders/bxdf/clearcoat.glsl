@@ -41,6 +41,14 @@ INLINE float PassedByClearcoat(float weight, float roughness, float cosTheta) {
     return 1.0f - weight * ClearcoatAlbedo(FacetEnergyAt(row, cosTheta), LaterCurve(row));
 }
 
+// The share of what a surface emits towards wo that its clear coat lets pass: of a surface that a ray hit,
+// and of a light that is sampled.
+INLINE float EmissionPassed(SurfaceInteraction surface, vec3 wo) {
+    SurfaceMaterial material = surface.material;
+    if (!HasTraceFeature(kTraceClearcoat) || !(material.clearcoat > 0.0f)) return 1.0f;
+    return PassedByClearcoat(material.clearcoat, material.clearcoatRoughness, dot(surface.coatNormal, wo));
+}
+
 struct ClearcoatBxDF {
     Frame frame;     // of the coat's normal, within the surface's frame
     FacetView view;  // of the coat's facets, within `frame`

@@ -15,20 +15,21 @@ uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 #include "bxdf/clearcoat.glsl"
 #include "scene/surface.glsl"
 
-// The share of what a triangle emits towards the viewer that its clear coat lets pass, as for a ray that hits
-// it.
-float EmissionPassed(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
-                     Triangle triangle, vec3 toViewer) {
-    float weight = ClearcoatAt(geometry, material, triangle);
-    if (!(weight > 0.0f)) return 1.0f;
+// What EmissionPassed needs of a triangle, as SurfaceAt has it for a ray from the viewer.
+SurfaceInteraction CoatAt(InstanceRecord instance, GeometryRecord geometry, MaterialRecord material,
+                          Triangle triangle, vec3 toViewer) {
+    SurfaceInteraction surface;
+    surface.material.clearcoat = ClearcoatAt(geometry, material, triangle);
+    if (!(surface.material.clearcoat > 0.0f)) return surface;
     Vec3Stream positions = Vec3Stream(instance.positions);
     vec3 p0 = positions.at[triangle.vertices.x];
     vec3 ng = GeometricNormalAt(instance, positions.at[triangle.vertices.y] - p0,
                                 positions.at[triangle.vertices.z] - p0, toViewer);
     bool isFront = dot(ng, toViewer) >= 0.0f;
-    vec3 normal = CoatNormalAt(instance, geometry, material, triangle, isFront ? ng : -ng, isFront, toViewer);
-    float roughness = ClearcoatRoughnessAt(geometry, material, triangle);
-    return PassedByClearcoat(weight, roughness, dot(normal, toViewer));
+    surface.coatNormal =
+        CoatNormalAt(instance, geometry, material, triangle, isFront ? ng : -ng, isFront, toViewer);
+    surface.material.clearcoatRoughness = ClearcoatRoughnessAt(geometry, material, triangle);
+    return surface;
 }
 
 // Mean radiance of rays to a point of a light triangle: partly transparent ones let some rays pass. The same
@@ -40,7 +41,7 @@ vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {
     Triangle triangle = TriangleAt(instance, light.primitive, barycentrics);
     vec3 emission = EmissionAt(geometry, material, triangle);
     if (HasTraceFeature(kTraceClearcoat))
-        emission *= EmissionPassed(instance, geometry, material, triangle, toViewer);
+        emission *= EmissionPassed(CoatAt(instance, geometry, material, triangle, toViewer), toViewer);
     if (material.alphaMode != kAlphaOpaque) emission *= Opacity(geometry, material, triangle);
     return emission;
 }
