@@ -34,6 +34,7 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     if (material.scattering != glm::vec3(0.0f) && (material.flags & gpu::kMaterialVolume) != 0u)
         features |= kTraceScattering;
     if (HasFilm(material)) features |= kTraceIridescence;
+    if (material.anisotropy > 0.0f) features |= kTraceAnisotropy;
     return features;
 }
 

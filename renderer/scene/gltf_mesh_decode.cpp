@@ -11,10 +11,10 @@ namespace {
 
 class PrimitiveDecoder {
   public:
-    // `normalMap`: what tangents are for; it may be absent.
+    // `material`: what tangents are for.
     PrimitiveDecoder(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
-                     const TextureRef& normalMap)
-        : m_context(context), m_reader(reader), m_layout(layout), m_normalMap(normalMap) {}
+                     const Material& material)
+        : m_context(context), m_reader(reader), m_layout(layout), m_material(material) {}
 
     Primitive Decode() {
         Primitive primitive;
@@ -110,11 +110,12 @@ class PrimitiveDecoder {
                                             m_decoded.attributes[static_cast<size_t>(attribute)]);
     }
 
-    // For a normal map and the texture coordinates it is read by; without either nothing wants tangents.
+    // Along the texture coordinates that a normal map is read by, or an anisotropic material's. Without them
+    // there are none.
     void MakeTangents(Primitive& primitive) {
-        const TextureRef& map = m_normalMap;
+        const TextureRef& map = m_material.TangentTexture();
         const std::vector<glm::vec2>& stream = map.texCoord == 1 ? primitive.uv1 : primitive.uv0;
-        if (!map.IsPresent() || stream.empty() || primitive.indices.empty()) return;
+        if (!m_material.WantsTangents() || stream.empty() || primitive.indices.empty()) return;
         // What its working tables take, and at most as many vertices as there are indices.
         constexpr uint64_t kBytesAnIndex = 64, kBytesAVertex = 64;
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * kBytesAnIndex +
@@ -163,19 +164,20 @@ class PrimitiveDecoder {
     GltfContext& m_context;
     AccessorReader& m_reader;
     const PrimitiveLayout& m_layout;
-    const TextureRef& m_normalMap;
+    const Material& m_material;
     DracoPrimitive m_decoded;  // Empty if the layout is not compressed.
 };
 
-// That of the primitive's own material, else of the first variant that has one.
-const TextureRef& NormalMapOf(GltfContext& context, const PrimitiveLayout& layout, const Primitive& primitive,
-                              std::span<const Material> materials) {
-    const TextureRef* chosen = &materials[primitive.material].TangentTexture();
+// The primitive's own material, or else the first of a variant, that has a use for tangents.
+const Material& TangentMaterial(GltfContext& context, const PrimitiveLayout& layout,
+                                const Primitive& primitive, std::span<const Material> materials) {
+    const Material* chosen = &materials[primitive.material];
     for (const VariantMaterial& variant : primitive.variants) {
-        const TextureRef& map = materials[variant.material].TangentTexture();
-        if (!map.IsPresent()) continue;
-        if (!chosen->IsPresent()) chosen = &map;
-        const bool isAlike = chosen->texCoord == map.texCoord && chosen->transform == map.transform;
+        const Material& material = materials[variant.material];
+        if (!material.WantsTangents()) continue;
+        if (!chosen->WantsTangents()) chosen = &material;
+        const TextureRef &made = chosen->TangentTexture(), &map = material.TangentTexture();
+        const bool isAlike = made.texCoord == map.texCoord && made.transform == map.transform;
         if (!isAlike && !layout.Has(Attribute::Tangent))
             context.Warn(layout.where, "tangents of variants",
                          "variants read normal maps by other texture coordinates than the tangents are made "
@@ -195,8 +197,8 @@ Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& 
         shown.material = given(part.material);
         for (const VariantMaterial& variant : part.variants)
             shown.variants.push_back({variant.variant, given(variant.material)});
-        const TextureRef& normalMap = NormalMapOf(context, part, shown, materials);
-        Primitive primitive = PrimitiveDecoder(context, reader, part, normalMap).Decode();
+        const Material& material = TangentMaterial(context, part, shown, materials);
+        Primitive primitive = PrimitiveDecoder(context, reader, part, material).Decode();
         if (primitive.indices.empty()) continue;
         primitive.material = shown.material;
         primitive.variants = std::move(shown.variants);

@@ -71,8 +71,8 @@ struct Primitive {
     // Unit length. Never empty after import: flat ones are made, vertices then split.
     std::vector<glm::vec3> normals;
     // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w. There if the material, or
-    // that of a variant, has a normal map, of its coat at least, and there are the texture coordinates to
-    // read it by.
+    // that of a variant, has a normal map, of its coat at least, or is anisotropic, and there are the texture
+    // coordinates for them.
     std::vector<glm::vec4> tangents;
     std::vector<glm::vec2> uv0;
     std::vector<glm::vec2> uv1;
@@ -199,10 +199,14 @@ struct RAYGRAPH_API Material {
     // number `priority` in the material's `extras`.
     uint32_t priority = 0;
 
-    // By which texture coordinates tangents are made; may be absent.
+    // Whether anything is read along tangents, and by which texture coordinates they are made: an absent
+    // texture stands for the first set.
+    bool WantsTangents() const { return TangentTexture().IsPresent() || IsAnisotropic(); }
     const TextureRef& TangentTexture() const {
-        return normalTexture.IsPresent() ? normalTexture : clearcoatNormalTexture;
+        if (normalTexture.IsPresent()) return normalTexture;
+        return IsAnisotropic() && anisotropyTexture.IsPresent() ? anisotropyTexture : clearcoatNormalTexture;
     }
+    bool IsAnisotropic() const { return anisotropyStrength > 0.0f; }
     // Emitted radiance before the texture. An unlit material emits its base color instead.
     glm::vec3 EmittedRadiance() const {
         return isUnlit ? glm::vec3(0.0f) : emissiveFactor * emissiveStrength;

@@ -66,7 +66,7 @@ INLINE SurfaceBSDF BSDFOf(SurfaceMaterial material, vec3 wo, SurfaceSetting sett
 INLINE bool IsSmoothThinWall(SurfaceMaterial material) {
     if (!HasTraceFeature(kTraceThinWalls) || ActiveBrdf() != kBrdfGltf) return false;
     return (material.flags & (kMaterialVolume | kMaterialUnlit)) == 0u && material.transmission > 0.0f &&
-           Sqr(material.roughness) < kSmoothAlpha;
+           IsEffectivelySmooth(MakeMicrofacetDistribution(AlphaOf(material)));
 }
 
 // Of such a wall: the share that goes straight on from wo, the probability that a sample does, and the wall's

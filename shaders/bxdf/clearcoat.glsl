@@ -37,7 +37,7 @@ INLINE float ClearcoatAlbedo(FacetEnergy energy, float laterCurve) {
 // The share of light at that cosine to the coat's normal that a coat lets pass, as for what the surface below
 // emits.
 INLINE float PassedByClearcoat(float weight, float roughness, float cosTheta) {
-    TableSpan row = EnergyRow(MakeMicrofacetDistribution(vec2(Sqr(roughness))).alpha);
+    TableSpan row = EnergyRow(MakeMicrofacetDistribution(vec2(Sqr(roughness))).alpha.x);
     return 1.0f - weight * ClearcoatAlbedo(FacetEnergyAt(row, cosTheta), LaterCurve(row));
 }
 
@@ -61,7 +61,7 @@ INLINE void PlaceLobe(OUT(ClearcoatBxDF) lobe, SurfaceMaterial material, Surface
                       FacetView view, INOUT(float) share) {
     lobe.frame = FrameFromZ(setting.coatNormal);
     lobe.view = ViewOfFacets(vec2(setting.coatAlpha), false, material.clearcoatRoughness,
-                             ToLocal(lobe.frame, view.wo));
+                             ToLocal(lobe.frame, view.wo), setting.seed);
     lobe.weight = share * material.clearcoat;
     lobe.scale = 0.0f;
     lobe.passedScale = 1.0f;

@@ -74,7 +74,8 @@ INLINE float Weight(DielectricLayerBxDF lobe, FacetView view) {
 
 INLINE float PassedTo(DielectricLayerBxDF lobe, FacetView view, FacetPair pair) {
     if (!IsForDiffuse(pair)) return 1.0f;
-    return PassedShare(lobe, view, FacetEnergyAt(view.row, abs(pair.wi.z))) * lobe.passedScale;
+    vec3 wi = vec3(pair.wi.x, pair.wi.y, abs(pair.wi.z));
+    return PassedShare(lobe, view, FacetEnergyFrom(view.facets.alpha, view.row, wi)) * lobe.passedScale;
 }
 
 INLINE bool IsWalked(DielectricLayerBxDF) { return true; }

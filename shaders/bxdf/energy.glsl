@@ -43,8 +43,8 @@ INLINE TableSpan SpanAt(float x, uint count) {
     return span;
 }
 
-// The row of the reflection tables for a roughness. Anisotropic surfaces take the geometric mean.
-INLINE TableSpan EnergyRow(vec2 alpha) { return SpanAt(sqrt(sqrt(alpha.x * alpha.y)), kEnergyAlphaCount); }
+// The row of the reflection tables for a roughness.
+INLINE TableSpan EnergyRow(float alpha) { return SpanAt(sqrt(alpha), kEnergyAlphaCount); }
 
 // Values of an entry, or interpolated ones.
 struct EnergyEntry {
@@ -128,45 +128,60 @@ struct GlassScale {
 
 INLINE float CornerWeight(TableSpan span, uint isNext) { return isNext != 0u ? span.t : 1.0f - span.t; }
 
-// eta is n(beyond) / n(here); `single` is that of FacetEnergy for the same direction. All three together sum
-// to 1, and light is reflected and transmitted in the shares that the walk has. From the denser side it
-// reflects far more than one bounce does (facets send back what others transmit): that lobe is broad, and
-// approximated by the diffuse part.
-INLINE GlassScale GlassScaleAt(vec3 f0, vec3 f90, vec2 single, vec2 alpha, float eta, float cosTheta) {
+// What the tables have of a refracting surface, for one direction.
+struct GlassEnergy {
+    vec2 passed;          // C, D of one bounce, (1 - F0) C + (1 - F90) D
+    vec3 reflected;       // K, A, B of one bounce, K + F0 A + F90 B; K is total reflection
+    float toReflected;    // what the walk has of either, over its share in one bounce
+    float toTransmitted;
+};
+
+// eta is n(beyond) / n(here); `single` is that of FacetEnergy for the same direction.
+INLINE GlassEnergy GlassEnergyAt(vec2 single, float alpha, float eta, float cosTheta) {
     TableSpan column = SpanAt(sqrt(max(cosTheta, 0.0f)), kEnergyGlassCosCount);
-    TableSpan row = SpanAt(sqrt(sqrt(alpha.x * alpha.y)), kEnergyGlassAlphaCount);
+    TableSpan row = SpanAt(sqrt(alpha), kEnergyGlassAlphaCount);
     TableSpan slab = SpanAt(sqrt(2.0f * abs(eta - 1.0f) / (eta + 1.0f)), kEnergyGlassEtaCount);
     bool isLeaving = eta < 1.0f;
     uint offset = isLeaving ? kEnergyLeaveOffset : kEnergyEnterOffset;
-    vec3 entry = vec3(0.0f);  // C, D, share that the walk reflects
-    vec3 total = vec3(0.0f);  // K, A, B
+    GlassEnergy energy;
+    energy.passed = vec2(0.0f);
+    energy.reflected = vec3(0.0f);
+    float walk = 0.0f;  // share of light that it reflects
     for (uint i = 0u; i < 8u; ++i) {
         uint slabAt = (slab.first + (i >> 2u)) * kEnergyGlassAlphaCount;
         uint rowAt = (slabAt + row.first + ((i >> 1u) & 1u)) * kEnergyGlassCosCount;
         EnergyEntry corner = EnergyEntryOf(offset + rowAt + column.first + (i & 1u));
         float weight = CornerWeight(slab, i >> 2u) * CornerWeight(row, (i >> 1u) & 1u) *
                        CornerWeight(column, i & 1u);
-        entry += weight * vec3(corner.first.x, corner.first.y, corner.first.z);
-        total += weight * vec3(corner.second.x, corner.second.y, corner.second.z);
+        energy.passed += weight * vec2(corner.first.x, corner.first.y);
+        walk += weight * corner.first.z;
+        energy.reflected += weight * vec3(corner.second.x, corner.second.y, corner.second.z);
     }
-    if (!isLeaving) total = vec3(0.0f, single.x, single.y);
+    if (!isLeaving) energy.reflected = vec3(0.0f, single.x, single.y);
 
     // The shares of the walk for the two parts, for the Fresnel of eta, or that of the table's last
     float tableEta = clamp(eta, 1.0f / 3.0f, 3.0f);
     float own = DielectricF0(tableEta);
     float own90 = DielectricF90(tableEta);
-    float reflected = total.x + own * total.y + own90 * total.z;
-    float share = reflected / max(reflected + (1.0f - own) * entry.x + (1.0f - own90) * entry.y, 1e-4f);
-    float toReflected = min(entry.z / max(share, 1e-3f), 1.0f);
-    float toTransmitted = (1.0f - entry.z) / max(1.0f - share, 1e-3f);
-    // The same for this Fresnel, and nothing lost
-    vec3 reflection = vec3(total.x) + f0 * total.y + f90 * total.z;
-    vec3 transmission = (vec3(1.0f) - f0) * entry.x + (vec3(1.0f) - f90) * entry.y;
-    vec3 shifted = toReflected * reflection + toTransmitted * transmission;
+    float reflected = energy.reflected.x + own * energy.reflected.y + own90 * energy.reflected.z;
+    float passed = (1.0f - own) * energy.passed.x + (1.0f - own90) * energy.passed.y;
+    float share = reflected / max(reflected + passed, 1e-4f);
+    energy.toReflected = min(walk / max(share, 1e-3f), 1.0f);
+    energy.toTransmitted = (1.0f - walk) / max(1.0f - share, 1e-3f);
+    return energy;
+}
+
+// All three together sum to 1, for a Fresnel, and light is reflected and transmitted in the shares that the
+// walk has. From the denser side it reflects far more than one bounce does (facets send back what others
+// transmit): that lobe is broad, and approximated by the diffuse part.
+INLINE GlassScale GlassScaleOf(GlassEnergy energy, vec3 f0, vec3 f90) {
+    vec3 reflection = vec3(energy.reflected.x) + f0 * energy.reflected.y + f90 * energy.reflected.z;
+    vec3 transmission = (vec3(1.0f) - f0) * energy.passed.x + (vec3(1.0f) - f90) * energy.passed.y;
+    vec3 shifted = energy.toReflected * reflection + energy.toTransmitted * transmission;
     vec3 scale = vec3(1.0f) / max(max(reflection + transmission, shifted), vec3(0.02f));
     GlassScale result;
-    result.reflected = toReflected * scale;
-    result.transmitted = toTransmitted * scale;
+    result.reflected = energy.toReflected * scale;
+    result.transmitted = energy.toTransmitted * scale;
     result.diffuse = vec3(1.0f) - scale * shifted;
     return result;
 }

@@ -69,8 +69,9 @@ INLINE void PlaceLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSett
             lobe.reflect *= scale;
             lobe.pass *= scale;
         } else {
-            GlassScale scale =
-                GlassScaleAt(f0, f90, view.energy.single, view.facets.alpha, lobe.eta, view.wo.z);
+            GlassEnergy energy = ViewGlassEnergy(view.facets.alpha, view.energy.single, lobe.eta, view.wo,
+                                                 setting.seed);
+            GlassScale scale = GlassScaleOf(energy, f0, f90);
             lobe.reflect *= scale.reflected;
             lobe.pass *= scale.transmitted;
             lobe.rest = own * scale.diffuse;

@@ -10,7 +10,8 @@
 // - `off` loses them.
 // - `lut` scales each lobe by a factor that depends on wo (bxdf/energy.glsl), so that f(wo, wi) and f(wi, wo)
 //   differ by the ratio of two such factors: for white metals and thin walls less than 1.4 at alpha 0.2, 1.8
-//   at 0.5 and 3.3 at 1, for dielectrics over diffuse less than 1.1.
+//   at 0.5 and 3.3 at 1, for dielectrics over diffuse less than 1.1. Factors of anisotropic surfaces are
+//   estimates that depend on `seed` (bxdf/anisotropy.glsl), their ratio less than 2.6.
 // - `walk` simulates a random walk (bxdf/gltf_walk.glsl). f is then an unbiased estimate that depends
 //   on `seed`, and PDF, made of single scattering and a diffuse share, only approximates the density of
 //   Sample_f. It suffices for the weights of multiple importance sampling, which only need to sum to one; f

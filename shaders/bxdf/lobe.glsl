@@ -33,6 +33,7 @@
 #ifndef RAYGRAPH_BXDF_LOBE_GLSL
 #define RAYGRAPH_BXDF_LOBE_GLSL
 
+#include "bxdf/anisotropy.glsl"
 #include "bxdf/bxdf.glsl"
 #include "bxdf/energy.glsl"
 #include "bxdf/facet_fresnel.glsl"
@@ -49,7 +50,7 @@ struct SurfaceSetting {
     float eta;    // n(other side) / n(side of wo)
     bool isThin;  // there is no medium behind it: a thin wall of that index
     vec2 alpha;   // roughness of its facets along x and y
-    uint seed;    // of the random walk; another one for each sample
+    uint seed;    // of the random walk and of bxdf/anisotropy.glsl; another one for each sample
     vec3 coatNormal;  // of its clear coat, in the frame of the surface; not read without one
     float coatAlpha;
     float outerIor;  // of the medium that wo is in; read if kTraceIridescence is set
@@ -61,7 +62,7 @@ INLINE SurfaceSetting SettingOf(SurfaceMaterial material, float eta, float minAl
     SurfaceSetting setting;
     setting.eta = eta;
     setting.isThin = (material.flags & kMaterialVolume) == 0u;
-    setting.alpha = vec2(max(Sqr(material.roughness), minAlpha));
+    setting.alpha = max(AlphaOf(material), vec2(minAlpha));
     setting.seed = seed;
     setting.coatNormal = vec3(0.0f, 0.0f, 1.0f);
     setting.coatAlpha = max(Sqr(material.clearcoatRoughness), minAlpha);
@@ -76,26 +77,28 @@ struct FacetView {
     bool isSmooth;  // the lobes of these facets are deltas
     bool isThin;
     float roughness;     // as the material has it: setting.alpha may be raised
-    TableSpan row;       // of the energy tables
-    float laterCurve;    // LaterCurve
+    TableSpan row;       // of the energy tables, for RoundAlpha
     FacetEnergy energy;  // towards wo
+    float laterCurve;    // of its later bounces, LaterCurve
 };
 
-INLINE FacetView ViewOfFacets(vec2 alpha, bool isThin, float roughness, vec3 wo) {
+INLINE FacetView ViewOfFacets(vec2 alpha, bool isThin, float roughness, vec3 wo, uint seed) {
     FacetView view;
     view.wo = wo;
     view.facets = MakeMicrofacetDistribution(alpha);
     view.isSmooth = IsEffectivelySmooth(view.facets);
     view.isThin = isThin;
     view.roughness = roughness;
-    view.row = EnergyRow(view.facets.alpha);
-    view.laterCurve = LaterCurve(view.row);
-    view.energy = FacetEnergyAt(view.row, wo.z);
+    view.row = EnergyRow(RoundAlpha(view.facets.alpha));
+    view.energy = ViewEnergy(view.facets.alpha, view.row, wo, seed);
+    view.laterCurve = ViewLaterCurve(view.facets.alpha, view.row, view.energy);
     return view;
 }
 
 INLINE FacetView ViewOf(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
-    return ViewOfFacets(setting.alpha, setting.isThin, material.roughness, wo);
+    float roughness = material.roughness;
+    if (HasTraceFeature(kTraceAnisotropy)) roughness = sqrt(RoundAlpha(AlphaOf(material)));
+    return ViewOfFacets(setting.alpha, setting.isThin, roughness, wo, setting.seed);
 }
 
 INLINE float Average(vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
@@ -183,6 +186,7 @@ struct LobeMean {
     float roughness;  // of facets with which they spread so
     float slope;      // of transmitted light: standard deviation of the slope of its directions
     bool isDiffuse;   // they are all of that side, by the cosine; wi is the normal
+    vec2 alpha;       // of reflecting facets: where IsStretched, StretchOf tells more of the directions
 };
 
 INLINE LobeMean NoMean() {
@@ -192,15 +196,19 @@ INLINE LobeMean NoMean() {
     mean.roughness = 0.0f;
     mean.slope = 0.0f;
     mean.isDiffuse = false;
+    mean.alpha = vec2(0.0f);
     return mean;
 }
 
 // The dominant direction of a rough surface's reflection, between the mirror direction and the normal. S.
 // Lagarde and C. de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section 4.9.3.
-INLINE vec3 DominantReflection(vec3 wo, float roughness) {
+INLINE vec3 DominantDirection(vec3 normal, vec3 mirrored, float roughness) {
     float smoothness = 1.0f - roughness;
-    vec3 mirrored = vec3(-wo.x, -wo.y, wo.z);
-    return normalize(mix(vec3(0.0f, 0.0f, 1.0f), mirrored, smoothness * (sqrt(smoothness) + roughness)));
+    return normalize(mix(normal, mirrored, smoothness * (sqrt(smoothness) + roughness)));
+}
+
+INLINE vec3 DominantReflection(vec3 wo, float roughness) {
+    return DominantDirection(vec3(0.0f, 0.0f, 1.0f), vec3(-wo.x, -wo.y, wo.z), roughness);
 }
 
 // Of facets that reflect `albedo`.
@@ -209,7 +217,32 @@ INLINE LobeMean FacetMean(FacetView view, vec3 albedo) {
     mean.albedo = albedo;
     mean.wi = DominantReflection(view.wo, view.roughness);
     mean.roughness = view.roughness;
+    mean.alpha = view.facets.alpha;
     return mean;
+}
+
+// A stretched reflection is about that of round facets all along a line of normals, as if the surface were
+// bent: one of `count` such, evenly chosen.
+struct StretchPart {
+    vec3 wi;
+    float roughness;
+    float weight;  // these have no common sum
+};
+
+INLINE StretchPart StretchOf(vec2 alpha, vec3 wo, uint i, uint count) {
+    // Slopes along x have the marginal density of GGX, with what the round facets lack
+    float q = (2.0f * float(i) + 1.0f) / float(count) - 1.0f;
+    float along = sqrt(max(Sqr(alpha.x) - Sqr(alpha.y), 0.0f));
+    vec3 normal = normalize(vec3(along * q, 0.0f, sqrt(1.0f - q * q)));
+    float gap = along * normal.z * normal.z / (pow(1.0f - q * q, 1.5f) * float(count));
+    float cosI = dot(wo, normal);
+    vec3 mirrored = 2.0f * cosI * normal - wo;
+    StretchPart part;
+    part.roughness = sqrt(min(max(alpha.y, gap), 1.0f));
+    part.wi = DominantDirection(normal, mirrored, part.roughness);
+    part.weight =
+        cosI > 0.0f && mirrored.z > 0.0f ? cosI / normal.z * LeavingShare(alpha, wo, mirrored) : 0.0f;
+    return part;
 }
 
 // -------------------------------------------------------------------------------------- energy of the facets

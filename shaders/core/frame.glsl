@@ -26,6 +26,19 @@ INLINE Frame FrameFromZ(vec3 z) {
     return frame;
 }
 
+// The same with the x axis as near as possible to a direction, of any length; FrameFromZ where that is no way
+// to go along the plane.
+INLINE Frame FrameFromZX(vec3 z, vec3 x) {
+    vec3 along = x - dot(x, z) * z;
+    float square = dot(along, along);
+    if (!(square > 1e-10f * dot(x, x))) return FrameFromZ(z);
+    Frame frame;
+    frame.x = along * inversesqrt(square);
+    frame.y = cross(z, frame.x);
+    frame.z = z;
+    return frame;
+}
+
 INLINE vec3 ToLocal(Frame frame, vec3 v) { return vec3(dot(v, frame.x), dot(v, frame.y), dot(v, frame.z)); }
 
 INLINE vec3 FromLocal(Frame frame, vec3 v) { return v.x * frame.x + v.y * frame.y + v.z * frame.z; }

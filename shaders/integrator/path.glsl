@@ -310,7 +310,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     Vertex vertex;
     vertex.surface = surface;
     vertex.beyond = boundary.beyond;
-    vertex.frame = FrameFromZ(surface.shadingNormal);
+    vertex.frame = FrameOf(surface);
     float minAlpha = path.depth > 0u && !isWall ? settings.regularize : 0.0f;
     SurfaceSetting setting =
         SettingOf(surface, vertex.frame, eta, minAlpha, AlphaSeed(path.rng, path.rayCount));

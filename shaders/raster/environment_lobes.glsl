@@ -40,18 +40,31 @@ float OpenReflection(float open, float cosine, float roughness) {
     return clamp(pow(cosine + open, exp2(-16.0f * roughness - 1.0f)) - 1.0f + open, 0.0f, 1.0f);
 }
 
+// The environment's mean over a lobe towards wo that is not diffuse.
+vec3 LobeMeanEnvironment(LobeMean lobe, vec3 wo, Frame frame) {
+    if (!IsStretched(lobe.alpha)) return GlossyEnvironment(FromLocal(frame, lobe.wi), lobe.roughness);
+    const uint count = 16u;
+    vec4 sum = vec4(0.0f);
+    DONT_UNROLL
+    for (uint i = 0u; i < count; ++i) {
+        StretchPart part = StretchOf(lobe.alpha, wo, i, count);
+        if (part.weight > 0.0f)
+            sum += part.weight * vec4(GlossyEnvironment(FromLocal(frame, part.wi), part.roughness), 1.0f);
+    }
+    return sum.xyz / max(sum.w, 1e-20f);
+}
+
 // The environment's light reflected by a lobe towards wo; `open` is the unoccluded share of directions.
-vec3 LobeEnvironment(LobeMean lobe, float cosO, float open, Frame frame) {
-    vec3 wi = FromLocal(frame, lobe.wi);
-    if (lobe.isDiffuse) return open * lobe.albedo * DiffuseEnvironment(wi);
-    return OpenReflection(open, cosO, lobe.roughness) * lobe.albedo * GlossyEnvironment(wi, lobe.roughness);
+vec3 LobeEnvironment(LobeMean lobe, vec3 wo, float open, Frame frame) {
+    if (lobe.isDiffuse) return open * lobe.albedo * DiffuseEnvironment(FromLocal(frame, lobe.wi));
+    return OpenReflection(open, wo.z, lobe.roughness) * lobe.albedo * LobeMeanEnvironment(lobe, wo, frame);
 }
 
 vec3 GltfEnvironment(GltfBSDF g, float open, Frame frame) {
     vec3 sum = vec3(0.0f);
 #define ADD_LOBE(Lobe, name, feature)                         \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f)    \
-        sum += LobeEnvironment(Reflected(g.name, g.view), g.view.wo.z, open, frame);
+        sum += LobeEnvironment(Reflected(g.name, g.view), g.view.wo, open, frame);
     GLTF_LOBES(ADD_LOBE)
 #undef ADD_LOBE
     return sum;

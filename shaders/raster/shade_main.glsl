@@ -165,7 +165,7 @@ vec4 Shade(Hit hit, Ray ray) {
     if ((surface.material.flags & kMaterialUnlit) != 0u) return vec4(surface.emission, 1.0f);
     if (HasTraceFeature(kTraceScattering)) FillWithMedium(surface.material);
     Sampler rng = StartPixelSample(uvec2(Pixel()), parameters.value.sampleIndex, parameters.value.seed);
-    Frame frame = FrameFromZ(surface.shadingNormal);
+    Frame frame = FrameOf(surface);
     SurfaceSetting setting = SettingOf(surface, frame, EtaOf(surface), 0.0f, AlphaSeed(rng, 1u));
     SurfaceBSDF bsdf = BSDFOf(surface.material, ToLocal(frame, -ray.direction), setting);
     vec3 scattered = ScatteredLight(surface, frame, bsdf, rng);

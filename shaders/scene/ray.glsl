@@ -36,6 +36,7 @@ struct SurfaceMaterial {
     vec3 baseColor;
     float metallic;
     float roughness;  // perceptual: alpha = roughness^2
+    float anisotropy;  // strength of the stretch of highlights; set if kTraceAnisotropy is
     float specular;
     vec3 specularColor;
     float ior;
@@ -73,6 +74,7 @@ struct SurfaceInteraction {
     vec3 geometricNormal;
     vec3 shadingNormal;
     vec3 coatNormal;  // of the clear coat; set if kTraceClearcoat is
+    vec3 stretch;  // along which facets are rougher, any length; 0: none. Set if kTraceAnisotropy is
     vec3 emission;  // radiance towards wo
     uint light;     // index of the light that this is, or kNoLight: light sampling does not find it
     bool isFront;   // wo is on the front of the surface

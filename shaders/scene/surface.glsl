@@ -68,6 +68,34 @@ float ClearcoatRoughnessAt(GeometryRecord geometry, MaterialRecord material, Tri
            SampleTexture(TEXTURE_OF(material, clearcoatRoughness), geometry, triangle).y;
 }
 
+// Strength of the stretch of highlights, and its direction in the tangent frame.
+vec3 AnisotropyAt(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
+    vec3 read = vec3(1.0f, 0.0f, 1.0f);
+    if (material.anisotropyTexture != kNoTexture) {
+        read = SampleTexture(TEXTURE_OF(material, anisotropy), geometry, triangle).xyz;
+        read.xy = 2.0f * read.xy - 1.0f;
+    }
+    float c = cos(material.anisotropyRotation);
+    float s = sin(material.anisotropyRotation);
+    return vec3(c * read.x - s * read.y, s * read.x + c * read.y, material.anisotropy * read.z);
+}
+
+// A direction of the tangent frame in world space. It lies in the surface as a scratch would: no inverse
+// transpose. Meshes without tangents have them around their y axis; `sides` has the direction of their normal
+// where they have no normals either.
+vec3 TangentToWorld(InstanceRecord instance, GeometryRecord geometry, Triangle triangle, vec3 sides,
+                    vec2 direction) {
+    vec3 n = IsPresent(geometry.normals) ? InterpolateVec3(Vec3Stream(geometry.normals), triangle) : sides;
+    n *= inversesqrt(max(dot(n, n), 1e-30f));
+    vec4 tangent = vec4(n.z, 0.0f, -n.x, 1.0f);
+    if (IsPresent(geometry.tangents))
+        tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
+    else if (abs(n.y) > 0.9999f)
+        tangent = vec4(1.0f, 0.0f, 0.0f, 1.0f);
+    vec3 bitangent = tangent.w * cross(n, tangent.xyz);
+    return mat3(instance.objectToWorld) * (direction.x * tangent.xyz + direction.y * bitangent);
+}
+
 SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {
     SurfaceMaterial result;
     result.baseColor = BaseColor(geometry, material, triangle).xyz;
@@ -191,6 +219,13 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     if (HasTraceFeature(kTraceClearcoat))
         surface.coatNormal =
             CoatNormalAt(instance, geometry, material, triangle, ng, surface.isFront, -ray.direction);
+    if (HasTraceFeature(kTraceAnisotropy)) {
+        vec3 anisotropy = AnisotropyAt(geometry, material, triangle);
+        surface.material.anisotropy = anisotropy.z;
+        surface.stretch = vec3(0.0f);
+        if (anisotropy.z > 0.0f)
+            surface.stretch = TangentToWorld(instance, geometry, triangle, cross(e1, e2), anisotropy.xy);
+    }
     if ((material.flags & kMaterialUnlit) != 0u) surface.emission += surface.material.baseColor;
     if (HasTraceFeature(kTraceShadowTerminator))
         BendSurface(surface, instance, geometry, triangle, p, p0, p0 + e1, p0 + e2, -ray.direction);

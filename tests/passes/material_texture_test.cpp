@@ -132,6 +132,11 @@ const Slot kSlots[] = {
      [](Material& material, const glm::vec4& texel) {
          material.diffuseTransmissionColorFactor *= glm::vec3(texel);
      }},
+    {"anisotropy", &Material::anisotropyTexture, ColorSpace::Linear,
+     [](Material& material, const glm::vec4& texel) {
+         material.anisotropyRotation += std::atan2(2.0f * texel.y - 1.0f, 2.0f * texel.x - 1.0f);
+         material.anisotropyStrength *= texel.z;
+     }},
 };
 
 // Every factor matters and none is 1.
@@ -156,6 +161,8 @@ Material OfEverything() {
     material.iridescenceThicknessMaximum = 330.0f;
     material.diffuseTransmissionFactor = 0.6f;
     material.diffuseTransmissionColorFactor = {0.9f, 0.7f, 0.8f};
+    material.anisotropyStrength = 0.8f;
+    material.anisotropyRotation = 0.4f;
     return material;
 }
 

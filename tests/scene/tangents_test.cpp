@@ -304,6 +304,26 @@ TEST(ImportTangents, AreLeftOutWithoutANormalMapOrItsTextureCoordinates) {
     EXPECT_TRUE(OnlyPrimitive(Load(document)).tangents.empty());
 }
 
+// Stretched highlights lie along the tangents of the normal map; without one of their own texture, and without
+// that of the first texture coordinates.
+TEST(ImportTangents, AreMadeForAnisotropicMaterials) {
+    const vec4 first(1, 0, 0, 1), second(-1, 0, 0, -1);
+    const auto made = [](const Json& anisotropy, bool hasNormalMap) {
+        GltfDocument document = QuadWithNormalMap(0);
+        Json& material = document.json["materials"][0];
+        if (!hasNormalMap) material = Json::object();
+        material["extensions"]["KHR_materials_anisotropy"] = anisotropy;
+        return OnlyPrimitive(Load(document)).tangents;
+    };
+    const Json texture{{"index", 0}, {"texCoord", 1}};
+    EXPECT_EQ(made({{"anisotropyStrength", 0.5}}, false), std::vector<vec4>(3, first));
+    EXPECT_EQ(made({{"anisotropyStrength", 0.5}, {"anisotropyTexture", texture}}, false),
+              std::vector<vec4>(3, second));
+    EXPECT_EQ(made({{"anisotropyStrength", 0.5}, {"anisotropyTexture", texture}}, true),
+              std::vector<vec4>(3, first));
+    EXPECT_TRUE(made({{"anisotropyTexture", texture}}, false).empty()) << "a strength of 0 wants none";
+}
+
 TEST(ImportTangents, GivenOnesAreUsed) {
     GltfDocument document = QuadWithNormalMap(0);
     document.json["meshes"][0]["primitives"][0]["attributes"]["TANGENT"] =

@@ -52,6 +52,7 @@ SurfaceMaterial MaterialOf(vec3 wo, float uc, vec2 u) {
     material.baseColor = vec3(u, uc);
     material.metallic = uc;
     material.roughness = u.y;
+    material.anisotropy = u.x;
     material.transmission = u.x;
     material.specular = u.y;
     material.specularColor = wo;

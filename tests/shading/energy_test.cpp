@@ -77,7 +77,7 @@ TEST(EnergyTables, OneBounceIsWhatThatManyWalksLeaveAfter) {
             const WalkSample s = SampleWalk(surface, wo, i);
             if (s.bounceCount == 1u) sum += glm::dvec3(s.weight);
         }
-        const FacetEnergy energy = FacetEnergyAt(EnergyRow(surface.alpha), wo.z);
+        const FacetEnergy energy = FacetEnergyAt(EnergyRow(alpha), wo.z);
         const vec3 expected = SingleAlbedo(energy, surface.fresnel.f0, surface.fresnel.f90);
         // 4 sigma of the walks, and the interpolation
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / kWalks, expected[c], 0.01 + 0.004) << c;
@@ -160,8 +160,8 @@ TEST(Energy, FurnaceIsNeverAboveOne) {
         lobe.eta = exp2(3.0f * Get1D(rng) - 1.5f);
         lobe.isThin = i % 3 == 0;
         const vec3 wo = DirectionAt(0.02f + 0.98f * Get1D(rng), 6.28f * Get1D(rng));
-        // Anisotropic surfaces are compensated by the mean of their roughnesses
-        double bound = i % 4 == 0 ? 1.1 : 1.015;
+        // Factors of anisotropic surfaces are estimates
+        double bound = i % 4 == 0 ? 1.03 : 1.015;
         // The tables of glass are coarse at grazing angles
         if (lobe.transmission > 0.0f && wo.z < 0.05f) bound = std::max(bound, 1.03);
         const glm::dvec3 albedo = MeasureAlbedo(lobe, wo, AreTestsLong() ? 1u << 15 : 1u << 12).Sum();

@@ -77,6 +77,8 @@ std::vector<Case> Cases() {
     GltfBxDF leaf = GltfLobe(0.5f);
     leaf.diffuseTransmission = 0.6f;
     leaf.diffuseTransmissionColor = vec3(0.5f, 0.8f, 0.1f);
+    GltfBxDF brushed = Metal(0.3f, vec3(1.0f, 0.7f, 0.3f));
+    brushed.alpha.x = 0.7f;
     return {{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
             {"dielectric", GltfLobe(0.3f), kTraceOpaque},
             {"faint dielectric", faint, kTraceOpaque},
@@ -86,6 +88,7 @@ std::vector<Case> Cases() {
             {"smooth thin wall", ThinGlass(0.0f), kTraceGlass},
             {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals},
             {"coated metal", coated, kTraceMetals | kTraceClearcoat},
+            {"brushed metal", brushed, kTraceMetals | kTraceAnisotropy},
             {"velvet", velvet, kTraceOpaque | kTraceSheen},
             {"bubble", bubble, kTraceGlass | kTraceIridescence},
             {"leaf", leaf, kTraceOpaque | kTraceDiffuseTransmission}};
@@ -94,7 +97,7 @@ std::vector<Case> Cases() {
 TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
     const uint all = threadTraceFeatures;
     const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen |
-                       kTraceIridescence | kTraceDiffuseTransmission;
+                       kTraceIridescence | kTraceDiffuseTransmission | kTraceAnisotropy;
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);
@@ -105,8 +108,9 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
                     const vec3 wi = DirectionAt(uc < 0.5f ? 0.6f : -0.6f, 2.0f + uc);
                     const vec2 u(0.4f, 0.3f);
                     const Outcome whole = OutcomeOf(test.lobe, wo, wi, uc, u);
-                    for (const uint others : {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat,
-                                              kTraceSheen, kTraceIridescence, kTraceDiffuseTransmission}) {
+                    for (const uint others :
+                         {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat, kTraceSheen,
+                          kTraceIridescence, kTraceDiffuseTransmission, kTraceAnisotropy}) {
                         const FeatureScope features((all & ~lobes) | test.features | others);
                         FillStack();
                         ExpectSame(OutcomeOf(test.lobe, wo, wi, uc, u), whole,

@@ -159,6 +159,19 @@ scene::Light Sun() {
     return Punctual(scene::LightType::Directional, {1, 1, 1}, 3.0f, {0, 0, 0});
 }
 
+// A bright patch in a blue sky over a dark ground.
+image::ImageF PatchInTheSky() {
+    const uint32_t width = 64, height = 32;
+    image::ImageF map{.width = width, .height = height, .rgba = {}};
+    for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x) {
+            glm::vec3 value = y < 16 ? glm::vec3(0.4f, 0.6f, 1.0f) : glm::vec3(0.1f);
+            if (y >= 8 && y < 12 && x >= 40 && x < 46) value = glm::vec3(30.0f);
+            map.rgba.insert(map.rgba.end(), {value.x, value.y, value.z, 1.0f});
+        }
+    return map;
+}
+
 }  // namespace
 
 TEST_F(RasterShade, LambertUnderEachPunctualLightIsAsPathTraced) {
@@ -177,6 +190,26 @@ TEST_F(RasterShade, GltfMaterialsUnderEachPunctualLightAreAsPathTraced) {
     }
 }
 
+// Of lights, of an even environment, and of one with a patch that a stretched reflection smears out.
+TEST_F(RasterShade, StretchedHighlightsAreAsPathTraced) {
+    const auto brushed = [](std::vector<scene::Light> lights) {
+        scene::SceneData scene = Row(std::move(lights));
+        for (scene::Material& material : scene.materials) {
+            material.anisotropyStrength = 0.7f;
+            material.anisotropyRotation = 0.5f;
+        }
+        return scene;
+    };
+    render.scene.SetScene(brushed({PointLight()}));
+    ExpectSameDirectLight(ViewOfRow(BrdfModel::Gltf));
+    render.scene.SetScene(brushed({}));
+    render.scene.SetEnvironment({.radiance = {1.0f, 0.8f, 0.6f}});
+    ExpectSameSurfaces(ViewOfRow(BrdfModel::Gltf), 4, 0.04);
+    render.scene.SetEnvironmentMap(PatchInTheSky());
+    render.scene.SetEnvironment({.radiance = glm::vec3(0.7f), .rotation = 1.0f});
+    ExpectSameSurfaces(ViewOfRow(BrdfModel::Gltf), 3, 0.2);  // of the spheres
+}
+
 TEST_F(RasterShade, AnEvenEnvironmentLightsAsPathTraced) {
     for (const BrdfModel brdf : {BrdfModel::Lambert, BrdfModel::Gltf}) {
         render.scene.SetScene(Row({}));
@@ -187,17 +220,8 @@ TEST_F(RasterShade, AnEvenEnvironmentLightsAsPathTraced) {
 }
 
 TEST_F(RasterShade, AnEnvironmentMapLightsAboutAsPathTraced) {
-    // A bright patch in a blue sky over a dark ground
-    const uint32_t width = 64, height = 32;
-    image::ImageF map{.width = width, .height = height, .rgba = {}};
-    for (uint32_t y = 0; y < height; ++y)
-        for (uint32_t x = 0; x < width; ++x) {
-            glm::vec3 value = y < 16 ? glm::vec3(0.4f, 0.6f, 1.0f) : glm::vec3(0.1f);
-            if (y >= 8 && y < 12 && x >= 40 && x < 46) value = glm::vec3(30.0f);
-            map.rgba.insert(map.rgba.end(), {value.x, value.y, value.z, 1.0f});
-        }
     render.scene.SetScene(Row({}));
-    render.scene.SetEnvironmentMap(map);
+    render.scene.SetEnvironmentMap(PatchInTheSky());
     for (const float rotation : {0.0f, 1.0f}) {
         render.scene.SetEnvironment({.radiance = glm::vec3(0.7f), .rotation = rotation});
         ExpectSameSurfaces(ViewOfRow(BrdfModel::Gltf), 3, 0.2);  // of the spheres
