@@ -75,6 +75,12 @@ uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings) {
     return settings.scattering.brdf == BrdfModel::Gltf ? scene.lobeFeatures : 0u;
 }
 
+std::string FacetVariant(std::string shader, const SceneIds& scene, const TraceSettings& settings) {
+    if ((LobeFeatures(scene, settings) & (kTraceIridescence | kTraceAnisotropy)) == 0)
+        shader.insert(shader.rfind('.'), "_plain");
+    return shader;
+}
+
 Region RegionOf(const TraceSettings& settings) {
     const Extent2D& extent = settings.extent;
     const Region& region = settings.region;

@@ -76,8 +76,8 @@ struct GeometryRecord {
 RAYGRAPH_CONSTANT float kInfiniteIor = 1e8f;
 
 // Bits of MaterialRecord::flags.
-RAYGRAPH_CONSTANT uint kMaterialTwoSided = 1u;     // else back faces are culled
-RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;        // emits its base color, scatters nothing
+RAYGRAPH_CONSTANT uint kMaterialTwoSided = 1u;  // else back faces are culled
+RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;     // emits its base color, scatters nothing
 // The surface bounds a medium; else transmission is thin-walled.
 RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
 // The alpha of specularColor's texture scales glossiness: roughness is 1 - (1 - that of the record) * alpha.
