@@ -9,6 +9,7 @@
 #include "editor/cli/exit_code.h"
 #include "editor/cli/version.h"
 #include "editor/session/parse.h"
+#include "editor/session/session.h"
 #include "editor/session/setting_table.h"
 
 namespace raygraph::cli {
@@ -67,16 +68,18 @@ CLI::Option* AddScene(CLI::App& app, std::filesystem::path& path) {
         ->type_name("");
 }
 
-// The picture settings of these names; all of the table for none.
-void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::string_view>& names = {}) {
+// The picture settings of these names; all of the table for none. `defaults` are the command's.
+void AddSettings(CLI::App& app, SettingTexts& given, const std::vector<std::string_view>& names = {},
+                 const PictureSettings& defaults = {}) {
     for (const PictureSetting& setting : PictureSettingTable()) {
         if (!names.empty() && std::ranges::find(names, setting.name) == names.end()) continue;
-        CLI::Option* option = AddOption(app, std::string("--") + setting.name, setting.operand, setting.help,
-                                        [&setting, &given](const std::string& text) {
-                                            PictureSettings scratch;
-                                            setting.set(scratch, text);
-                                            given[setting.name] = setting.text(scratch);
-                                        });
+        CLI::Option* option =
+            AddOption(app, std::string("--") + setting.name, setting.operand, setting.HelpWith(defaults),
+                      [&setting, &given](const std::string& text) {
+                          PictureSettings scratch;
+                          setting.set(scratch, text);
+                          given[setting.name] = setting.text(scratch);
+                      });
         if (setting.isList) option->delimiter(';')->multi_option_policy(CLI::MultiOptionPolicy::Join);
     }
 }
@@ -137,8 +140,10 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
                     ", or the file that is resumed"))
         ->type_name("OUT")
         ->allow_extra_args(false);
-    AddOption(*render, "--spp", "N", "Samples a pixel (64); with --resume the total to reach",
-              [&](const std::string& text) { arguments.samples = ParseCount(text, 1); });
+    AddOption(
+        *render, "--spp", "N",
+        Text("Samples a pixel ({}); with --resume the total to reach", RenderArguments::kDefaultSamples),
+        [&](const std::string& text) { arguments.samples = ParseCount(text, 1); });
     AddOption(*render, "--time", "SECONDS", "Render for so long, instead of --spp",
               [&](const std::string& text) { arguments.seconds = ParseNumber(text, 0.0, 1e9); });
     AddOption(*render, "--error", "E",
@@ -146,15 +151,17 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               "it earlier",
               [&](const std::string& text) { arguments.error = ParseNumber(text, 1e-6, 1.0); });
     AddOption(*render, "--sample-offset", "N",
-              "Index of the first sample (0): renders of disjoint ranges can be merged",
+              Text("Index of the first sample ({}): renders of disjoint ranges can be merged",
+                   SessionDesc{}.firstSample),
               [&](const std::string& text) { arguments.sampleOffset = ParseCount(text); });
     AddSettings(*render, arguments.given);
     AddEnvironment(*render, arguments.environment);
-    AddOption(*render, "--exposure", "EV", "Stops of exposure of a .png (0)", [&](const std::string& text) {
-        arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
-    });
-    AddOption(*render, "--tonemap", "OP",
-              "Tone curve of a .png: " + ListForHelp(passes::TonemapSettings{}.tonemapOperator),
+    const passes::TonemapSettings display = DisplayOf({});
+    AddOption(*render, "--exposure", "EV", Text("Stops of exposure of a .png ({})", display.exposureEv),
+              [&](const std::string& text) {
+                  arguments.exposureEv = static_cast<float>(ParseNumber(text, -100.0, 100.0));
+              });
+    AddOption(*render, "--tonemap", "OP", "Tone curve of a .png: " + ListForHelp(display.tonemapOperator),
               [&](const std::string& text) { arguments.tonemap = ParseChoice<TonemapOperator>(text); });
     AddOption(*render, "--aov", "LIST",
               "Further channels of an .exr: " + ListOf(kAovs.front(), Aov::Emission) +
@@ -180,11 +187,13 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddSettings(
         *bench, arguments.given,
         {"size", "camera", "scene", "variant", "sampler", "brdf", "multiscatter", "nee", "light-sampler",
-         "mis", "rr", "rr-start", "max-depth", "background", "env-rotation", "env-tint"});
+         "mis", "rr", "rr-start", "max-depth", "background", "env-rotation", "env-tint"},
+        BenchDefaults());
     AddEnvironment(*bench, arguments.environment);
-    AddOption(*bench, "--frames", "N", "Timed frames of each kind in a round (8)",
+    AddOption(*bench, "--frames", "N", Text("Timed frames of each kind in a round ({})", arguments.frames),
               [&](const std::string& text) { arguments.frames = ParseCount(text, 1, 100000); });
-    AddOption(*bench, "--rounds", "N", "Rounds; times are medians over all of them (5)",
+    AddOption(*bench, "--rounds", "N",
+              Text("Rounds; times are medians over all of them ({})", arguments.rounds),
               [&](const std::string& text) { arguments.rounds = ParseCount(text, 1, 1000); });
     AddPath(*bench, "--json", "FILE", "Write the result line to a file as well", arguments.json);
     AddPath(
@@ -192,7 +201,8 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
         "Compare with the result of the same scene stored there, by the cost relative to limit_path; exit "
         "status 6 if it is slower",
         arguments.compare);
-    AddOption(*bench, "--tolerance", "SHARE", "With --compare: by how much the cost may rise (0.05)",
+    AddOption(*bench, "--tolerance", "SHARE",
+              Text("With --compare: by how much the cost may rise ({})", BenchArguments::kDefaultTolerance),
               [&](const std::string& text) { arguments.tolerance = ParseNumber(text, 0.0, 100.0); });
     AddDevice(*bench, arguments.device);
     AddOutput(*bench, arguments);
@@ -288,7 +298,7 @@ void CheckMerge(const MergeArguments& arguments) {
     if (arguments.inputs.size() < 2) Refuse("merge needs two or more renders");
     if (arguments.output.empty()) Refuse("merge needs -o OUT.exr");
     if (ParseOutput(arguments.output).kind != OutputKind::Exr)
-        Refuse("-o: \"" + arguments.output.string() + "\" does not end in .exr");
+        Refuse(Text("-o: \"{}\" does not end in .exr", arguments.output.string()));
 }
 
 void CheckInfo(const InfoArguments& arguments) {
@@ -321,6 +331,12 @@ passes::TonemapSettings DisplayOf(const RenderArguments& arguments) {
     if (arguments.exposureEv) display.exposureEv = *arguments.exposureEv;
     if (arguments.tonemap) display.tonemapOperator = *arguments.tonemap;
     return display;
+}
+
+PictureSettings BenchDefaults() {
+    PictureSettings settings;
+    settings.paths.biases.maxDepth = 16;
+    return settings;
 }
 
 Arguments ParseArguments(int argc, const char* const* argv) {

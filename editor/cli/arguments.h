@@ -19,6 +19,8 @@ namespace raygraph::cli {
 using namespace session;  // NOLINT: the program is a command line for it
 
 struct RenderArguments : OutputArguments {
+    static constexpr uint32_t kDefaultSamples = 64;
+
     std::filesystem::path scene;
     std::vector<OutputFile> outputs;    // empty: see RenderCommand
     SettingTexts given;                 // picture settings, as given
@@ -36,10 +38,12 @@ struct RenderArguments : OutputArguments {
     std::filesystem::path resume;  // "": from the start
 };
 
-// How a .png shows the picture: as given, else the defaults.
+// How a .png shows the picture: as given, else as by default.
 passes::TonemapSettings DisplayOf(const RenderArguments& arguments);
 
 struct BenchArguments : OutputArguments {
+    static constexpr double kDefaultTolerance = 0.05;
+
     std::filesystem::path scene;
     SettingTexts given;
     std::filesystem::path environment;
@@ -80,6 +84,9 @@ struct EditArguments : OutputArguments {
     std::string device;
     bool isValidating = false;
 };
+
+// As for a render, but for the depth: a few long paths in a bright scene would decide how long a frame takes.
+PictureSettings BenchDefaults();
 
 // --help and --version: a text for stdout, and nothing else to do.
 struct ShowText {

@@ -17,9 +17,6 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr uint32_t kDefaultDepth = 16;
-constexpr double kDefaultTolerance = 0.05;
-
 using Json = nlohmann::ordered_json;
 
 Json ResultJson(const BenchResult& result, const PictureSettings& settings, const SceneInput& input,
@@ -92,8 +89,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
         stored.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     }
     CheckWritable(FilesOf(arguments));
-    PictureSettings settings = SettingsFrom(arguments.given);
-    if (!arguments.given.contains("max-depth")) settings.paths.biases.maxDepth = kDefaultDepth;
+    const PictureSettings settings = SettingsFrom(arguments.given, BenchDefaults());
 
     const Log log = console.log.ForLibraries();
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
@@ -111,8 +107,8 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     if (!arguments.isQuiet) PrintForPeople(result, device->Info());
     PrintLine(line);
     if (arguments.compare.empty()) return ExitCode::Done;
-    const BenchChange change =
-        CompareBench(arguments.compare, stored, json, arguments.tolerance.value_or(kDefaultTolerance));
+    const BenchChange change = CompareBench(arguments.compare, stored, json,
+                                            arguments.tolerance.value_or(BenchArguments::kDefaultTolerance));
     std::fprintf(stderr, "%s\n", ToText(change, json).c_str());
     return change.IsWorse() ? ExitCode::Slower : ExitCode::Done;
 }

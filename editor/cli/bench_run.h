@@ -12,8 +12,8 @@
 namespace raygraph::cli {
 
 struct BenchPlan {
-    uint32_t frames = 8;  // timed ones of each kind in a round
-    uint32_t rounds = 5;
+    uint32_t frames = 1;  // timed ones of each kind in a round
+    uint32_t rounds = 1;
 };
 
 struct TracingSpeed {

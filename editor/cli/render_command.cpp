@@ -18,8 +18,6 @@ namespace raygraph::cli {
 
 namespace {
 
-constexpr uint32_t kDefaultSamples = 64;
-
 // What is to be rendered, after the command line and a resumed file have been brought together.
 struct Job {
     PictureSettings settings;
@@ -113,7 +111,8 @@ Job PlanJob(const RenderArguments& arguments, const Log& log) {
     RequireExrForChannels(arguments, job);
     const bool isSingle = !IsMeanMeaningful(job.settings.view);
     const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
-    if (!isOpenEnded) job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(kDefaultSamples);
+    if (!isOpenEnded)
+        job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(RenderArguments::kDefaultSamples);
     const uint64_t last = uint64_t{job.firstSample} + job.samplesWanted.value_or(1) - 1;
     if (last > std::numeric_limits<uint32_t>::max())
         throw MakeError(ErrorKind::Usage, "--sample-offset {}: sample {} is beyond the last, 4294967295",

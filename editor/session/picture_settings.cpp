@@ -77,17 +77,9 @@ std::string RouletteHelp() {
                        static_cast<size_t>(passes::RouletteSettings{}.kind));
 }
 
-// With what each is by default in the place of {} in its help.
-std::vector<PictureSetting> WithDefaults(std::vector<PictureSetting> table) {
-    for (PictureSetting& setting : table)
-        if (const size_t place = setting.help.find("{}"); place != std::string::npos)
-            setting.help.replace(place, 2, setting.text(PictureSettings{}));
-    return table;
-}
-
 // Not a plain constant: its help is put together.
 const std::vector<PictureSetting>& Table() {
-    static const std::vector<PictureSetting> kTable = WithDefaults({
+    static const std::vector<PictureSetting> kTable = {
         {"size", "WxH", "Pixels of the picture ({})",
          [](PictureSettings& settings, std::string_view text) { settings.size = ParseSize(text); },
          [](const PictureSettings& settings) { return ToText(settings.size); }},
@@ -147,7 +139,8 @@ const std::vector<PictureSetting>& Table() {
              settings.paths.roulette.start = ParseCount(text);
          },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.roulette.start); }},
-        {"max-depth", "N", "Bias: end paths after N bounces; this darkens the picture. Default: {}, no limit",
+        {"max-depth", "N",
+         "Bias: end paths after N bounces, or none, without limit; this darkens the picture. Default: {}",
          [](PictureSettings& settings, std::string_view text) {
              settings.paths.biases.maxDepth =
                  text == "none" ? passes::kNoDepthLimit : ParseCount(text, 0, passes::kNoDepthLimit - 1);
@@ -214,7 +207,7 @@ const std::vector<PictureSetting>& Table() {
              settings.lightGroups = ParseLightGroups(text);
          },
          [](const PictureSettings& settings) { return ToText(settings.lightGroups); }, true},
-    });
+    };
     return kTable;
 }
 
@@ -226,6 +219,13 @@ std::string NumberText(double value) {
 }
 
 }  // namespace
+
+std::string PictureSetting::HelpWith(const PictureSettings& defaults) const {
+    std::string shown = help;
+    if (const size_t place = shown.find("{}"); place != std::string::npos)
+        shown.replace(place, 2, text(defaults));
+    return shown;
+}
 
 std::span<const PictureSetting> PictureSettingTable() {
     return Table();
@@ -241,8 +241,8 @@ SettingTexts Texts(const PictureSettings& settings) {
     return texts;
 }
 
-PictureSettings SettingsFrom(const SettingTexts& texts) {
-    PictureSettings settings;
+PictureSettings SettingsFrom(const SettingTexts& texts, const PictureSettings& defaults) {
+    PictureSettings settings = defaults;
     for (const PictureSetting& setting : Table()) {
         const auto text = texts.find(setting.name);
         if (text == texts.end()) continue;

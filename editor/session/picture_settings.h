@@ -53,9 +53,9 @@ using SettingTexts = std::map<std::string, std::string, std::less<>>;
 // Every setting.
 RAYGRAPH_API SettingTexts Texts(const PictureSettings& settings);
 
-// Defaults, overridden by the texts. SettingError of kind Usage for a text that is no value of its setting; a
-// name that is of no setting is left alone.
-RAYGRAPH_API PictureSettings SettingsFrom(const SettingTexts& texts);
+// `defaults`, overridden by the texts. SettingError of kind Usage for a text that is no value of its setting;
+// a name that is of no setting is left alone.
+RAYGRAPH_API PictureSettings SettingsFrom(const SettingTexts& texts, const PictureSettings& defaults = {});
 
 // The first setting whose texts differ: "seed: 1 against 2"; empty when all agree. A setting that one side
 // lacks has its default there.

@@ -14,13 +14,15 @@
 namespace raygraph::session {
 
 struct PictureSetting {
-    const char* name;     // option without dashes
-    const char* operand;  // "WxH"
-    std::string help;
+    const char* name;                                                  // option without dashes
+    const char* operand;                                               // "WxH"
+    std::string help;                                                  // "{}" stands for the default
     std::function<void(PictureSettings&, std::string_view text)> set;  // Error{Usage} quoting the text
     std::function<std::string(const PictureSettings&)> text;  // what `set` reads back to the same value
     bool isList = false;                      // may be given several times: its texts are joined by ';'
     std::vector<std::string_view> choices{};  // the names that it takes, if it takes names alone
+
+    std::string HelpWith(const PictureSettings& defaults) const;
 };
 
 std::span<const PictureSetting> PictureSettingTable();

@@ -223,10 +223,27 @@ TEST(Arguments, HelpListsWhatAnOptionTakesWithItsDefault) {
 TEST(PictureSettings, HelpSaysTheDefault) {
     const SettingTexts defaults = Texts(PictureSettings{});
     for (const PictureSetting& setting : PictureSettingTable()) {
-        EXPECT_EQ(setting.help.find("{}"), std::string::npos) << setting.name;
-        EXPECT_NE(setting.help.find(defaults.at(setting.name)), std::string::npos)
-            << setting.name << ": " << setting.help;
+        const std::string help = setting.HelpWith({});
+        EXPECT_EQ(help.find("{}"), std::string::npos) << setting.name;
+        EXPECT_NE(help.find(defaults.at(setting.name)), std::string::npos) << setting.name << ": " << help;
     }
+}
+
+// Unlike a render, a benchmark ends its paths; frames, rounds and tolerance are its own.
+TEST(Arguments, HelpSaysTheDefaultsOfItsOwnCommand) {
+    const auto expect = [](const char* command, std::initializer_list<std::string> texts) {
+        const std::string help =
+            std::regex_replace(std::get<ShowText>(Parse(command)).text, std::regex("\\s+"), " ");
+        for (const std::string& text : texts)
+            EXPECT_NE(help.find(text), std::string::npos) << text << "\n" << help;
+    };
+    expect("render --help", {"darkens the picture. Default: none", "Samples a pixel (64);",
+                             "first sample (0):", "exposure of a .png (0)"});
+    expect("bench --help",
+           {"darkens the picture. Default: 16", "in a round (8)", "over all of them (5)", "may rise (0.05)"});
+    EXPECT_EQ(SettingsFrom({}, BenchDefaults()).paths.biases.maxDepth, 16u);
+    EXPECT_EQ(SettingsFrom({{"max-depth", "none"}}, BenchDefaults()).paths.biases.maxDepth,
+              passes::kNoDepthLimit);
 }
 
 TEST(Arguments, GroupsOfLightsAreGivenOneByOne) {
@@ -290,7 +307,7 @@ TEST(PictureSettings, DefaultsAreThoseOfThePasses) {
         shown += ')';
         const std::string_view name = setting.name;
         if (name == "rr-start" || name == "size" || name == "seed") {
-            EXPECT_NE(std::string_view(setting.help).find(shown), std::string_view::npos) << name;
+            EXPECT_NE(setting.HelpWith({}).find(shown), std::string::npos) << name;
         }
     }
 }
