@@ -48,7 +48,7 @@ DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b) {
     return ids;
 }
 
-TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test, float least) {
+TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test, float minimum) {
     const Extent2D extent = RequireAlike(renderer, "RelativeError", reference, test, Format::Rgba32Float);
     TextureId error = renderer.CreateTexture("relativeError", {extent, Format::R32Float});
     renderer.AddPass(
@@ -57,14 +57,14 @@ TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
             pass.Compute("post/relative_error.comp");
             pass.Reads("reference", reference);
             pass.Reads("test", test);
-            pass.Constants(least);
+            pass.Constants(minimum);
             error = pass.Writes("error", error);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
     return error;
 }
 
-TextureId Heat(Renderer& renderer, TextureId values, float most) {
+TextureId Heat(Renderer& renderer, TextureId values, float maximum) {
     RequireNumbers(renderer, "Heat", values);
     const Extent2D extent = renderer.Desc(values).extent;
     TextureId display = renderer.CreateTexture("display", {extent, Format::Rgba8Unorm});
@@ -73,7 +73,7 @@ TextureId Heat(Renderer& renderer, TextureId values, float most) {
         [&](PassBuilder& pass) {
             pass.Compute("post/heat.comp");
             pass.Reads("values", values);
-            pass.Constants(most);
+            pass.Constants(maximum);
             display = pass.Writes("display", display);
         },
         [extent](CommandList& commands) { commands.DispatchOver(extent); });
@@ -103,7 +103,7 @@ MapNumbers NumbersOf(const Readback& groups, Extent2D extent) {
     MapNumbers numbers;
     for (size_t i = 0; i < values.size(); i += 2) {
         numbers.mean += double{values[i]};
-        numbers.greatest = std::max(numbers.greatest, values[i + 1]);
+        numbers.maximum = std::max(numbers.maximum, values[i + 1]);
     }
     numbers.mean /= double(extent.width) * extent.height;
     return numbers;

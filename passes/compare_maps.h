@@ -20,22 +20,22 @@ struct DifferenceIds {
 };
 [[nodiscard]] RAYGRAPH_API DifferenceIds Difference(Renderer& renderer, TextureId a, TextureId b);
 
-// |Y(test) - Y(reference)| / max(|Y(reference)|, least), r32f, of two linear pictures, rgba32f; Y is the
-// luminance of Rec. 709 and `least`, in its units, limits the weight of nearly black pixels.
+// |Y(test) - Y(reference)| / max(|Y(reference)|, minimum), r32f, of two linear pictures, rgba32f; Y is the
+// luminance of Rec. 709 and `minimum`, in its units, limits the weight of nearly black pixels.
 [[nodiscard]] RAYGRAPH_API TextureId RelativeError(Renderer& renderer, TextureId reference, TextureId test,
-                                                   float least = 0.01f);
+                                                   float minimum = 0.01f);
 
-// r32f as colors, rgba8, by HeatColor (shaders/core/ramp.glsl): 0 dark, `most` and above light. `most` is
-// above 0.
-[[nodiscard]] RAYGRAPH_API TextureId Heat(Renderer& renderer, TextureId values, float most);
+// r32f as colors, rgba8, by HeatColor (shaders/core/ramp.glsl): 0 dark, `maximum` and above light. `maximum`
+// is above 0.
+[[nodiscard]] RAYGRAPH_API TextureId Heat(Renderer& renderer, TextureId values, float maximum);
 
-// Sum and greatest value of each block of 16 x 16 pixels of an r32f texture: two floats a block. To be read
+// Sum and maximum of each block of 16 x 16 pixels of an r32f texture: two floats a block. To be read
 // back, without waiting, and given to NumbersOf.
 [[nodiscard]] RAYGRAPH_API BufferId SumGroups(Renderer& renderer, TextureId values);
 
 struct MapNumbers {
     double mean = 0.0;
-    float greatest = 0.0f;
+    float maximum = 0.0f;
 };
 // Error{Usage} while `groups` is not ready, or if it is not that of a texture of this extent.
 RAYGRAPH_API MapNumbers NumbersOf(const Readback& groups, Extent2D extent);

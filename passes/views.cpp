@@ -13,7 +13,7 @@ void Refuse(const char* pass, View view) {
     throw MakeError(ErrorKind::Usage, "{}: the view {} is none of its views", pass, Name(view));
 }
 
-// Least and greatest value, see post/value_range.comp.
+// Minimum and maximum, see post/value_range.comp.
 BufferId ValueRange(Renderer& renderer, TextureId values) {
     BufferId range = renderer.CreateBuffer("valueRange", {.size = 2 * sizeof(uint32_t)});
     renderer.AddPass(

@@ -253,7 +253,7 @@ void Editor::StatusBar(float top, float width, float height) {
     if (IsMeasured(view))
         if (const std::optional<viewport::CompareNumbers> numbers = m_work.view.Numbers()) {
             ImGui::SameLine();
-            ImGui::Text("mean %.4f, greatest %.3f", numbers->numbers.mean, numbers->numbers.greatest);
+            ImGui::Text("mean %.4f, maximum %.3f", numbers->numbers.mean, numbers->numbers.maximum);
         }
     if (!m_work.message.empty()) {
         ImGui::SameLine();

@@ -41,7 +41,7 @@ void Visit(const Visitor& visitor, Kept& settings) {
         view.Choice("tonemap", settings.show.tonemap.tonemapOperator);
         view.Number("exposure", settings.show.tonemap.exposureEv, kExposureRange);
         view.Number("wipe", settings.show.wipePosition, kWipeRange);
-        view.Number("greatestError", settings.show.greatestError, kErrorRange);
+        view.Number("maxError", settings.show.maxError, kErrorRange);
     });
     visitor.In("gizmo", [&](const Visitor& gizmo) {
         gizmo.Choice("tool", settings.tool);

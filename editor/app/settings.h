@@ -49,7 +49,7 @@ inline constexpr Range kErrorRange{0.01f, 2.0f};
 struct Settings {
     Panels panels;
     rhi::Extent2D window{1440, 900};  // points
-    viewport::ShowSettings show;      // view, wipe, exposure, operator and greatest error are stored
+    viewport::ShowSettings show;      // view, wipe, exposure, operator and maxError are stored
     GizmoTool tool = GizmoTool::Move;
     GizmoSpace toolSpace = GizmoSpace::World;
     GizmoPivot pivot = GizmoPivot::Middle;

@@ -52,7 +52,7 @@ void SettingsPanel(Workspace& work) {
     if (show.view == viewport::View::Wipe)
         ImGui::SliderFloat("wipe", &show.wipePosition, kWipeRange.min, kWipeRange.max);
     if (show.view == viewport::View::RelativeError)
-        ImGui::SliderFloat("error", &show.greatestError, kErrorRange.min, kErrorRange.max, "%.2f",
+        ImGui::SliderFloat("error", &show.maxError, kErrorRange.min, kErrorRange.max, "%.2f",
                            ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
     ImGui::SliderFloat("exposure", &show.tonemap.exposureEv, kExposureRange.min, kExposureRange.max,
                        "%+.1f EV", ImGuiSliderFlags_AlwaysClamp);

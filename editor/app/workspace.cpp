@@ -128,7 +128,7 @@ Settings Workspace::Kept() const {
     settings.show.view = show.view;
     settings.show.wipePosition = show.wipePosition;
     settings.show.tonemap = show.tonemap;
-    settings.show.greatestError = show.greatestError;
+    settings.show.maxError = show.maxError;
     return settings;
 }
 

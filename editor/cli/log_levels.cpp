@@ -36,10 +36,10 @@ LogLevel LogLevels::Of(std::string_view category) const {
     return known == byCategory.end() ? general : known->second;
 }
 
-LogLevel LogLevels::Least() const {
-    LogLevel least = general;
-    for (const auto& [category, level] : byCategory) least = std::min(least, level);
-    return least;
+LogLevel LogLevels::Lowest() const {
+    LogLevel lowest = general;
+    for (const auto& [category, level] : byCategory) lowest = std::min(lowest, level);
+    return lowest;
 }
 
 LogLevels LogLevels::AtLeast(LogLevel level) const {

@@ -18,7 +18,7 @@ struct LogLevels {
 
     LogLevel Of(std::string_view category) const;
     // The lowest of all.
-    LogLevel Least() const;
+    LogLevel Lowest() const;
     // With all categories that were not named at `level` at least.
     LogLevels AtLeast(LogLevel level) const;
 };

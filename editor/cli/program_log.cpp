@@ -184,7 +184,7 @@ Log ProgramLog::ForLibraries() {
         impl->validation.push_back(std::move(text));
     };
     // Validation messages are counted whoever listens.
-    return Log(receive, std::min(m_impl->levels.Least(), LogLevel::Warning));
+    return Log(receive, std::min(m_impl->levels.Lowest(), LogLevel::Warning));
 }
 
 void ProgramLog::Warn(std::string_view text) {

@@ -35,7 +35,7 @@ CompareView::Key CompareView::KeyOf(const Renderer& renderer, const ShowSettings
             .resetCount = pictures.resetCount,
             .extent = renderer.Desc(pictures.pathTraced).extent};
     // What the map does not depend on
-    key.show.wipePosition = key.show.greatestError = 0.0f;
+    key.show.wipePosition = key.show.maxError = 0.0f;
     if (show.view != View::Flip) {
         key.show.tonemap = {};
         key.show.pixelsPerDegree = 0.0f;
@@ -92,7 +92,7 @@ TextureId CompareView::Declare(Renderer& renderer, const ShowSettings& show, con
         }
         case View::RelativeError:
             return passes::Heat(renderer, DeclareMap(renderer, KeyOf(renderer, show, pictures), pictures),
-                                show.greatestError);
+                                show.maxError);
         case View::Flip:
             return passes::Heat(renderer, DeclareMap(renderer, KeyOf(renderer, show, pictures), pictures),
                                 1.0f);

@@ -166,7 +166,7 @@ class PaletteReader {
 
   private:
     uint32_t TakePredictions(BasisBits& bits) {
-        constexpr uint32_t kRepeat = 256, kLeastRepeat = 3;
+        constexpr uint32_t kRepeat = 256, kMinRepeat = 3;
         if (m_repeats > 0) {
             --m_repeats;
             return m_lastPredictions;
@@ -174,7 +174,7 @@ class PaletteReader {
         const uint32_t symbol = m_codes.predictions.Take(bits);
         if (symbol > kRepeat) bits.Fail("has a prediction that there is not");
         if (symbol == kRepeat) {
-            m_repeats = uint64_t{bits.TakeChunks(4)} + kLeastRepeat - 1;
+            m_repeats = uint64_t{bits.TakeChunks(4)} + kMinRepeat - 1;
         } else {
             m_lastPredictions = symbol;
         }
@@ -208,9 +208,9 @@ class PatternReader {
         // Behind the patterns come the places of the history, and behind those the sign of a run
         const auto place = static_cast<uint32_t>(symbol - m_patternCount);
         if (place != m_history.Size()) return FromHistory(bits, place);
-        constexpr uint32_t kLongRun = 63, kLeastRun = 3;
+        constexpr uint32_t kLongRun = 63, kMinRun = 3;
         const uint32_t length = m_codes.runs.Take(bits);
-        m_run = (length == kLongRun ? uint64_t{bits.TakeChunks(7)} : length) + kLeastRun - 1;
+        m_run = (length == kLongRun ? uint64_t{bits.TakeChunks(7)} : length) + kMinRun - 1;
         return FromHistory(bits, 0);
     }
 

@@ -81,7 +81,7 @@ class ExrReader {
 
   private:
     const Imath::Box2i& Window() const { return m_file.header().dataWindow(); }
-    static uint32_t Extent(int least, int greatest) { return static_cast<uint32_t>(greatest - least + 1); }
+    static uint32_t Extent(int first, int last) { return static_cast<uint32_t>(last - first + 1); }
 
     MemoryStream m_stream;
     Imf::InputFile m_file;

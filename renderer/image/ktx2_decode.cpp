@@ -66,8 +66,8 @@ struct Inflated {
 
 Inflated Inflate(const Ktx2Header& header, uint64_t bytes, std::string_view name) {
     // A block of Zstandard has 4 bytes or more, and becomes 128 KiB at most.
-    constexpr uint64_t kGreatestRatio = (uint64_t{128} << 10) / 4;
-    if (bytes > header.level.size() * kGreatestRatio) {
+    constexpr uint64_t kMaxRatio = (uint64_t{128} << 10) / 4;
+    if (bytes > header.level.size() * kMaxRatio) {
         Refuse(name, Text("KTX2: {} bytes of Zstandard cannot hold {} x {} pixels", header.level.size(),
                           header.width, header.height));
     }

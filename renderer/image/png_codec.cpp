@@ -79,13 +79,13 @@ class PngReader {
 
 Image8 DecodePng(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
     // Deflate stores at most 258 bytes in 2 bits.
-    constexpr uint64_t kGreatestDeflateRatio = 1032;
+    constexpr uint64_t kMaxDeflateRatio = 1032;
     PngReader reader(bytes);
     if (!reader.IsReady()) throw MakeError(ErrorKind::OutOfMemory, "{}: no memory for libpng", name);
     if (!reader.ReadHeader()) Refuse(name, std::string("PNG: ") + reader.Message());
     const uint32_t width = reader.Width(), height = reader.Height();
     CheckSize(name, width, height, limits);
-    if (reader.FileRowBytes() * height > bytes.size() * kGreatestDeflateRatio) {
+    if (reader.FileRowBytes() * height > bytes.size() * kMaxDeflateRatio) {
         Refuse(name, Text("PNG: {} bytes cannot hold {} x {} pixels", bytes.size(), width, height));
     }
     try {

@@ -143,18 +143,18 @@ void ReadRow(HdrReader& reader, std::span<Rgbe> row) {
     ReadRleRow(reader, row);
 }
 
-// To the nearest; the greatest channel's mantissa is 128 to 255.
+// To the nearest; the largest channel's mantissa is 128 to 255.
 Rgbe ToRgbe(const float* rgb) {
-    constexpr double kGreatest = 0x1.fep126;  // 255 * 2^(255 - 136)
+    constexpr double kMaxValue = 0x1.fep126;  // 255 * 2^(255 - 136)
     double channel[3];
     for (int c = 0; c < 3; ++c) {
-        channel[c] = rgb[c] > 0.0f ? std::min(static_cast<double>(rgb[c]), kGreatest) : 0.0;
+        channel[c] = rgb[c] > 0.0f ? std::min(static_cast<double>(rgb[c]), kMaxValue) : 0.0;
     }
-    const double greatest = std::max({channel[0], channel[1], channel[2]});
+    const double maximum = std::max({channel[0], channel[1], channel[2]});
     int exponent = 0;
-    if (greatest <= 0.0) return {0, 0, 0, 0};
-    std::frexp(greatest, &exponent);
-    if (std::ldexp(greatest, 8 - exponent) >= 255.5) ++exponent;
+    if (maximum <= 0.0) return {0, 0, 0, 0};
+    std::frexp(maximum, &exponent);
+    if (std::ldexp(maximum, 8 - exponent) >= 255.5) ++exponent;
     if (exponent <= -128) return {0, 0, 0, 0};  // Below 2^-128: black.
     Rgbe texel;
     for (int c = 0; c < 3; ++c) {

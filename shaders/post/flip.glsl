@@ -50,12 +50,12 @@ float FlipHyAb(vec3 a, vec3 b) { return abs(a.x - b.x) + length(a.yz - b.yz); }
 // From a distance of colors to an error in [0, 1] (3.1.3). Powers of 0 are undefined in GLSL.
 float FlipColorError(vec3 reference, vec3 test) {
     const float exponent = 0.7f, share = 0.4f, at = 0.95f;
-    // The greatest distance within the gamut: between green and blue
-    float most = pow(FlipHyAb(FlipToHuntLab(vec3(0, 1, 0)), FlipToHuntLab(vec3(0, 0, 1))), exponent);
+    // The maximum distance within the gamut: between green and blue
+    float maximum = pow(FlipHyAb(FlipToHuntLab(vec3(0, 1, 0)), FlipToHuntLab(vec3(0, 0, 1))), exponent);
     float distance = FlipHyAb(reference, test);
     float error = distance > 0.0f ? pow(distance, exponent) : 0.0f;
-    if (error < share * most) return error * at / (share * most);
-    return min(1.0f, at + (error - share * most) / (most - share * most) * (1.0f - at));
+    if (error < share * maximum) return error * at / (share * maximum);
+    return min(1.0f, at + (error - share * maximum) / (maximum - share * maximum) * (1.0f - at));
 }
 
 // Differences in edges and points (3.2). Each is a length.

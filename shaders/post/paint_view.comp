@@ -8,16 +8,16 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, rgba32f) readonly uniform image2D values;
 layout(set = 0, binding = 1, rgba8) writeonly uniform image2D display;
-layout(set = 0, binding = 2, scalar) readonly buffer Range { uint notLeast; uint greatest; } range;
+layout(set = 0, binding = 2, scalar) readonly buffer Range { uint notMinimum; uint maximum; } range;
 layout(push_constant, scalar) uniform Constants { uint view; } constants;
 
 const float kDarkestDepth = 0.15f;
 const vec3 kEdgeColor = vec3(1.0f, 0.55f, 0.1f);
 
 float DepthGray(float depth) {
-    float least = uintBitsToFloat(~range.notLeast);
-    float greatest = uintBitsToFloat(range.greatest);
-    float share = greatest > least ? (depth - least) / (greatest - least) : 0.0f;
+    float minimum = uintBitsToFloat(~range.notMinimum);
+    float maximum = uintBitsToFloat(range.maximum);
+    float share = maximum > minimum ? (depth - minimum) / (maximum - minimum) : 0.0f;
     return 1.0f - (1.0f - kDarkestDepth) * share;
 }
 

@@ -9,12 +9,12 @@ layout(set = 0, binding = 0, rgba32f) readonly uniform image2D reference;
 layout(set = 0, binding = 1, rgba32f) readonly uniform image2D test;
 layout(set = 0, binding = 2, r32f) writeonly uniform image2D error;
 
-layout(push_constant) uniform Constants { float least; } constants;
+layout(push_constant) uniform Constants { float minimum; } constants;
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, imageSize(error)))) return;
     float truth = Luminance(imageLoad(reference, pixel).xyz);
     float value = Luminance(imageLoad(test, pixel).xyz);
-    imageStore(error, pixel, vec4(abs(value - truth) / max(abs(truth), constants.least)));
+    imageStore(error, pixel, vec4(abs(value - truth) / max(abs(truth), constants.minimum)));
 }

@@ -1,4 +1,4 @@
-// SumGroups: sum and greatest value of each block of 16 x 16 pixels. An invocation a block, always in the
+// SumGroups: sum and maximum of each block of 16 x 16 pixels. An invocation a block, always in the
 // same order.
 #version 460
 #extension GL_EXT_scalar_block_layout : require
@@ -14,13 +14,13 @@ void main() {
     ivec2 counts = (size + kBlock - 1) / kBlock;
     ivec2 block = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(block, counts))) return;
-    float sum = 0.0f, greatest = 0.0f;
+    float sum = 0.0f, maximum = 0.0f;
     ivec2 first = block * kBlock, end = min(first + kBlock, size);
     for (int y = first.y; y < end.y; ++y)
         for (int x = first.x; x < end.x; ++x) {
             float value = imageLoad(values, ivec2(x, y)).x;
             sum += value;
-            greatest = max(greatest, value);
+            maximum = max(maximum, value);
         }
-    groups.at[block.y * counts.x + block.x] = vec2(sum, greatest);
+    groups.at[block.y * counts.x + block.x] = vec2(sum, maximum);
 }

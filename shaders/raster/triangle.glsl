@@ -55,9 +55,9 @@ vec3 EdgesAt(PictureTriangle triangle, vec2 place) {
 // Whether the triangle covers the pixel's center: its unnormalized barycentrics there, and the depth.
 bool IsSeen(PictureTriangle triangle, vec2 place, bool isCulled, out vec3 edges, out float depth) {
     edges = EdgesAt(triangle, place);
-    float least = min(min(edges.x, edges.y), edges.z), greatest = max(max(edges.x, edges.y), edges.z);
+    float minimum = min(min(edges.x, edges.y), edges.z), maximum = max(max(edges.x, edges.y), edges.z);
     depth = 0.0f;
-    if (greatest > 0.0f && (least < 0.0f || isCulled)) return false;
+    if (maximum > 0.0f && (minimum < 0.0f || isCulled)) return false;
     float w = dot(edges, vec3(triangle.corners[0].w, triangle.corners[1].w, triangle.corners[2].w));
     if (w == 0.0f) return false;
     depth = dot(edges, vec3(triangle.corners[0].z, triangle.corners[1].z, triangle.corners[2].z)) / w;
@@ -74,24 +74,24 @@ bool IsBackOnly(PictureTriangle triangle, vec2 place) {
 
 // The pixels whose centers the triangle may cover, from `low` to before `high`.
 void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 high) {
-    vec2 least = vec2(size) + 1.0f, greatest = vec2(-1.0f);
+    vec2 minimum = vec2(size) + 1.0f, maximum = vec2(-1.0f);
     for (uint i = 0u; i < 3u; ++i) {
         vec4 from = triangle.corners[i], to = triangle.corners[i < 2u ? i + 1u : 0u];
         float inFront = from.w - from.z;  // what is nearer than zNear has less than 0
         float inFrontTo = to.w - to.z;
         if (inFront >= 0.0f) {
-            least = min(least, from.xy / from.w);
-            greatest = max(greatest, from.xy / from.w);
+            minimum = min(minimum, from.xy / from.w);
+            maximum = max(maximum, from.xy / from.w);
         }
         if ((inFront < 0.0f) != (inFrontTo < 0.0f)) {
             vec4 cut = mix(from, to, inFront / (inFront - inFrontTo));
-            least = min(least, cut.xy / cut.w);
-            greatest = max(greatest, cut.xy / cut.w);
+            minimum = min(minimum, cut.xy / cut.w);
+            maximum = max(maximum, cut.xy / cut.w);
         }
     }
     const float kMargin = 0.01f;  // above the rounding of a position in the picture
-    low = ivec2(ceil(clamp(least - 0.5f - kMargin, vec2(0.0f), vec2(size))));
-    high = ivec2(floor(clamp(greatest - 0.5f + kMargin, vec2(-1.0f), vec2(size) - 1.0f))) + 1;
+    low = ivec2(ceil(clamp(minimum - 0.5f - kMargin, vec2(0.0f), vec2(size))));
+    high = ivec2(floor(clamp(maximum - 0.5f + kMargin, vec2(-1.0f), vec2(size) - 1.0f))) + 1;
 }
 
 // False: the triangle covers no point of the rectangle [low, high]. Edges are linear in the position, so that
@@ -99,9 +99,9 @@ void BoundsOf(PictureTriangle triangle, uvec2 size, out ivec2 low, out ivec2 hig
 bool MayBeSeenWithin(PictureTriangle triangle, vec2 low, vec2 high, bool isCulled) {
     vec3 e0 = EdgesAt(triangle, low), e1 = EdgesAt(triangle, high);
     vec3 e2 = EdgesAt(triangle, vec2(low.x, high.y)), e3 = EdgesAt(triangle, vec2(high.x, low.y));
-    vec3 least = min(min(e0, e1), min(e2, e3)), greatest = max(max(e0, e1), max(e2, e3));
-    bool isFront = all(lessThanEqual(least, vec3(0.0f)));
-    bool isBack = all(greaterThanEqual(greatest, vec3(0.0f)));
+    vec3 minimum = min(min(e0, e1), min(e2, e3)), maximum = max(max(e0, e1), max(e2, e3));
+    bool isFront = all(lessThanEqual(minimum, vec3(0.0f)));
+    bool isBack = all(greaterThanEqual(maximum, vec3(0.0f)));
     return isFront || (isBack && !isCulled);
 }
 

@@ -21,7 +21,7 @@ TEST(LogLevels, OneForAllAndOthersByCategory) {
     EXPECT_EQ(levels.Of("scene"), LogLevel::Warning);
     EXPECT_EQ(levels.Of("cache"), LogLevel::Off);
     EXPECT_EQ(levels.Of("shaders"), LogLevel::Debug);
-    EXPECT_EQ(levels.Least(), LogLevel::Debug);
+    EXPECT_EQ(levels.Lowest(), LogLevel::Debug);
     EXPECT_EQ(ParseLogLevels("scene=info").Of("cache"), LogLevel::Warning) << "as without it";
     const LogLevels more = levels.AtLeast(LogLevel::Info);
     EXPECT_EQ(more.Of("scene"), LogLevel::Info);

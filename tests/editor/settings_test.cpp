@@ -62,7 +62,7 @@ TEST_F(SettingsTest, FileOfAnOlderVersionIsRead) {
         "gizmo": {"pivot": "Origin", "space": "Local", "tool": "Rotate"},
         "panels": {"graph": true, "help": false, "hierarchy": false, "inspector": true, "statistics": true},
         "recent": ["/scenes/a.gltf"],
-        "view": {"exposure": 1.5, "greatestError": 0.25, "tonemap": "AgX", "view": "Raster", "wipe": 0.75},
+        "view": {"exposure": 1.5, "maxError": 0.25, "tonemap": "AgX", "view": "Raster", "wipe": 0.75},
         "window": {"height": 777, "width": 1234}
     })");
     EXPECT_EQ(message, "");
@@ -75,7 +75,7 @@ TEST_F(SettingsTest, FileOfAnOlderVersionIsRead) {
     expected.show.view = viewport::View::Raster;
     expected.show.tonemap = {.exposureEv = 1.5f, .tonemapOperator = TonemapOperator::AgX};
     expected.show.wipePosition = 0.75f;
-    expected.show.greatestError = 0.25f;
+    expected.show.maxError = 0.25f;
     expected.window = {1234, 777};
     EXPECT_EQ(read, expected);
 }

@@ -19,7 +19,7 @@ std::vector<Seed> SettingsSeeds() {
         Text("empty", "{}"),
         Text("all", R"({"panels": {"hierarchy": true, "inspector": false, "statistics": true, "graph": false,
 "help": true}, "window": {"width": 1440, "height": 900}, "view": {"view": "path-traced", "tonemap": "Neutral",
-"exposure": -1.5, "wipe": 0.25, "greatestError": 0.5}, "gizmo": {"tool": "rotate", "space": "local",
+"exposure": -1.5, "wipe": 0.25, "maxError": 0.5}, "gizmo": {"tool": "rotate", "space": "local",
 "pivot": "origin"}, "recent": ["/a/b.gltf", "/c.glb"]})")};
 }
 

@@ -52,9 +52,9 @@ using IntegerTypes = ::testing::Types<int8_t, uint8_t, int16_t, uint16_t>;
 TYPED_TEST_SUITE(QuantizedType, IntegerTypes);
 
 TYPED_TEST(QuantizedType, PositionsAreReadNormalizedOrNot) {
-    constexpr TypeParam kMost = std::numeric_limits<TypeParam>::max(),
-                        kLeast = std::numeric_limits<TypeParam>::lowest();
-    const std::vector<TypeParam> values{0, 0, 0, kMost, 0, 1, 1, kMost, kLeast};
+    constexpr TypeParam kMax = std::numeric_limits<TypeParam>::max(),
+                        kMin = std::numeric_limits<TypeParam>::lowest();
+    const std::vector<TypeParam> values{0, 0, 0, kMax, 0, 1, 1, kMax, kMin};
     for (const bool isNormalized : {false, true}) {
         GltfDocument document = Quantized();
         SetAttribute(document, "POSITION", AddPadded(document, values, 3, isNormalized));
@@ -65,14 +65,14 @@ TYPED_TEST(QuantizedType, PositionsAreReadNormalizedOrNot) {
         for (size_t i = 0; i < 3; ++i)
             for (size_t c = 0; c < 3; ++c)
                 EXPECT_EQ(positions[i][int(c)], Meant(values[3 * i + c], isNormalized)) << i << ' ' << c;
-        EXPECT_EQ(scene.bounds.max.x, Meant(kMost, isNormalized));
+        EXPECT_EQ(scene.bounds.max.x, Meant(kMax, isNormalized));
     }
 }
 
 TYPED_TEST(QuantizedType, TextureCoordinatesAreReadNormalizedOrNot) {
-    constexpr TypeParam kMost = std::numeric_limits<TypeParam>::max(),
-                        kLeast = std::numeric_limits<TypeParam>::lowest();
-    const std::vector<TypeParam> values{0, 3, kMost, 0, kLeast, kMost};
+    constexpr TypeParam kMax = std::numeric_limits<TypeParam>::max(),
+                        kMin = std::numeric_limits<TypeParam>::lowest();
+    const std::vector<TypeParam> values{0, 3, kMax, 0, kMin, kMax};
     for (const bool isNormalized : {false, true}) {
         GltfDocument document = Quantized();
         const size_t accessor = AddPadded(document, values, 2, isNormalized);
@@ -91,11 +91,11 @@ TYPED_TEST(QuantizedType, TextureCoordinatesAreReadNormalizedOrNot) {
 
 TYPED_TEST(QuantizedType, NormalsAndTangentsAreNormalizedSignedOnes) {
     constexpr bool isSigned = std::is_signed_v<TypeParam>;
-    constexpr TypeParam kMost = std::numeric_limits<TypeParam>::max();
-    constexpr TypeParam kLeast = isSigned ? TypeParam(-kMost) : TypeParam(0);
+    constexpr TypeParam kMax = std::numeric_limits<TypeParam>::max();
+    constexpr TypeParam kMin = isSigned ? TypeParam(-kMax) : TypeParam(0);
     // Some are not of unit length, as rounding leaves them
-    const std::vector<TypeParam> normals{0, 0, kMost, kMost / 2, 0, kMost / 2, 0, kLeast, 0};
-    const std::vector<TypeParam> tangents{kMost, 0, 0, kMost, 0, kMost, 0, kLeast, kMost, 0, 0, kMost};
+    const std::vector<TypeParam> normals{0, 0, kMax, kMax / 2, 0, kMax / 2, 0, kMin, 0};
+    const std::vector<TypeParam> tangents{kMax, 0, 0, kMax, 0, kMax, 0, kMin, kMax, 0, 0, kMax};
     for (const bool isNormalized : {false, true}) {
         GltfDocument document = Quantized();
         const size_t normal = AddPadded(document, normals, 3, isNormalized);

@@ -112,7 +112,7 @@ TEST_F(Compare, NumbersOfAMap_AreItsMeanAndItsGreatest) {
     });
     const passes::MapNumbers numbers = passes::NumbersOf(groups, extent);
     EXPECT_NEAR(numbers.mean, 0.5 * 0.001 * (37 * 21 - 1), 1e-5);
-    EXPECT_EQ(numbers.greatest, values[5]);
+    EXPECT_EQ(numbers.maximum, values[5]);
     EXPECT_THROW(passes::NumbersOf(groups, {64, 64}), Error);
 }
 
@@ -166,7 +166,7 @@ TEST_F(Compare, Viewport_GivesTheNumbersOfWhatItShows) {
         EXPECT_EQ(numbers->view, view);
         EXPECT_EQ(numbers->pathTracedSamples, viewed.Samples());
         EXPECT_EQ(numbers->rasterSamples, viewed.viewport.Progress().rasterSamples);
-        EXPECT_GE(numbers->numbers.greatest, numbers->numbers.mean);
+        EXPECT_GE(numbers->numbers.maximum, numbers->numbers.mean);
         means[i++] = numbers->numbers.mean;
     }
     // Without what is scattered more than once, the raster view is darker, but it is not black

@@ -79,14 +79,14 @@ const ShowRow kShowRows[] = {
     {"agx", [](ShowSettings& s) { s.tonemap.tonemapOperator = TonemapOperator::AgX; }, kDisplayed},
     {"opaque", [](ShowSettings& s) { s.tonemap.isOpaque = true; }, {}},  // it always is
     {"surface", [](ShowSettings& s) { s.surface = passes::View::Depth; }, {View::Surface}},
-    {"error", [](ShowSettings& s) { s.greatestError = 4.0f; }, {View::RelativeError}},
+    {"error", [](ShowSettings& s) { s.maxError = 4.0f; }, {View::RelativeError}},
     {"pixels per degree", [](ShowSettings& s) { s.pixelsPerDegree = 20.0f; }, {View::Flip}},
 };
 
 auto FieldsOf(ShowSettings& s) {
-    auto& [view, wipePosition, tonemap, surface, greatestError, pixelsPerDegree] = s;
+    auto& [view, wipePosition, tonemap, surface, maxError, pixelsPerDegree] = s;
     auto& [exposure, tonemapOperator, isOpaque] = tonemap;
-    return std::tie(view, wipePosition, exposure, tonemapOperator, isOpaque, surface, greatestError,
+    return std::tie(view, wipePosition, exposure, tonemapOperator, isOpaque, surface, maxError,
                     pixelsPerDegree);
 }
 

@@ -101,7 +101,7 @@ TEST_F(ViewportReset, WhatComesAfterAccumulation_NeverResets) {
     ExpectNoReset([&] {
         viewport::ShowSettings show;
         show.tonemap = {.exposureEv = 3.0f, .tonemapOperator = TonemapOperator::Aces};
-        show.greatestError = 0.1f;
+        show.maxError = 0.1f;
         viewed.viewport.SetShow(show);
     });
     ExpectNoReset([&] {
