@@ -53,6 +53,14 @@ void GltfContext::ChargeGeometry(const Place& where, uint64_t bytes) {
     geometryBytes += bytes;
 }
 
+void GltfContext::ChargeCompressed(const Place& where, uint64_t bytes) {
+    compressedBytes += bytes;
+    if (compressedBytes / 16 > bytesRead)
+        Fail(where, Text("{} compressed bytes to decode so far, of files of {} bytes: too many primitives "
+                         "share their compressed data",
+                         compressedBytes, bytesRead));
+}
+
 void GltfContext::CheckModelBytes(uint64_t bytes, uint64_t jsonBytes) const {
     const uint64_t limit = MemoryLimit(jsonBytes);
     if (bytes > limit)

@@ -32,9 +32,10 @@ struct GltfContext {
     const LoadOptions& options;
     const ConfinedFolder& folder;
     Warnings warnings;
-    uint64_t bytesRead = 0;      // Of all files and data URIs so far.
-    uint64_t geometryBytes = 0;  // Charged so far.
-    uint64_t imageTexels = 0;    // Decoded so far.
+    uint64_t bytesRead = 0;        // Of all files and data URIs so far.
+    uint64_t geometryBytes = 0;    // Charged so far.
+    uint64_t compressedBytes = 0;  // Of primitives, charged so far.
+    uint64_t imageTexels = 0;      // Decoded so far.
 
     // Throws Error{BadInput} "label: path: why", without the path if it is empty.
     [[noreturn]] void Fail(const std::string& path, const std::string& why) const;
@@ -42,6 +43,9 @@ struct GltfContext {
     void Warn(const std::string& path, std::string_view topic, const std::string& what);
     // Counts memory about to be taken for vertices or indices; fails at `where` beyond the limit.
     void ChargeGeometry(const Place& where, uint64_t bytes);
+    // Counts compressed bytes about to be decoded: all primitives may name the same. Fails at `where` beyond
+    // sixteen times what has been read.
+    void ChargeCompressed(const Place& where, uint64_t bytes);
     // Fails if a model of a document of so many bytes of JSON would take too much memory.
     void CheckModelBytes(uint64_t bytes, uint64_t jsonBytes) const;
     void Progress(std::string_view stage, float fraction) const;

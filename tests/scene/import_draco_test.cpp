@@ -11,6 +11,7 @@
 #include <random>
 #include <tuple>
 
+#include "base/text.h"
 #include "renderer/scene/save_gltf.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
@@ -51,8 +52,9 @@ struct Encoding {
     int method = draco::MESH_EDGEBREAKER_ENCODING;
     int submethod = -1;
     int speed = 5;
-    int positionBits = 0;  // 0: not rounded
+    int positionBits = 0, uvBits = 0;  // 0: not rounded
     bool hasMetadata = false;
+    int extraAttributes = 0;  // which no primitive has
 };
 struct Encoded {
     Bytes bytes;
@@ -82,6 +84,9 @@ Encoded Encode(const Encoding& encoding = {}) {
     AddAttribute(mesh, draco::GeometryAttribute::NORMAL, kNormalId, 3, draco::DT_FLOAT32, grid.normals);
     AddAttribute(mesh, draco::GeometryAttribute::TEX_COORD, kUvId, 2, draco::DT_FLOAT32, grid.uv);
     AddAttribute(mesh, draco::GeometryAttribute::COLOR, kColorId, 4, draco::DT_UINT8, grid.colors);
+    for (int i = 0; i < encoding.extraAttributes; ++i)
+        AddAttribute(mesh, draco::GeometryAttribute::GENERIC, uint32_t(100 + i), 4, draco::DT_UINT8,
+                     grid.colors);
     if (encoding.hasMetadata) {
         auto metadata = std::make_unique<draco::GeometryMetadata>();
         metadata->AddEntryString("name", "grid");
@@ -93,6 +98,7 @@ Encoded Encode(const Encoding& encoding = {}) {
     encoder.SetEncodingMethod(encoding.method);
     if (encoding.submethod >= 0) encoder.SetEncodingSubmethod(encoding.submethod);
     if (encoding.positionBits > 0) encoder.SetAttributeQuantization(0, encoding.positionBits);
+    if (encoding.uvBits > 0) encoder.SetAttributeQuantization(2, encoding.uvBits);
     draco::EncoderBuffer buffer;
     EXPECT_TRUE(encoder.EncodeToBuffer(&buffer).ok());
     Bytes bytes(buffer.size());
@@ -289,6 +295,51 @@ TEST(Draco, MemoryIsChargedBeforeItIsTaken) {
         const std::string error = LoadError(document);
         EXPECT_NE(error.find("decoded geometry exceeds the limit of "), std::string::npos) << error;
     }
+}
+
+// The number of bits that predict texture coordinates follows their compressed values: the decoder makes room for
+// two billion, and takes seconds to read them all from a few bytes.
+TEST(Draco, OrientationsOfTextureCoordinatesAreAtMostOneAValue) {
+    const Encoded encoded = Encode({.speed = 0, .positionBits = 11, .uvBits = 11});
+    EXPECT_EQ(LoadError(Compressed(encoded)), "loaded");
+    const auto error = [&](size_t at, uint32_t count) {
+        Encoded changed = encoded;
+        std::memcpy(&changed.bytes[at], &count, sizeof(count));
+        return LoadError(Compressed(changed));
+    };
+    const auto refusal = [](const char* count) {
+        return Text(
+            "scene.gltf: meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: {} orientations are "
+            "compressed, of 81 values",
+            count);
+    };
+    std::vector<size_t> places;
+    for (size_t at = 11; at + 4 <= encoded.bytes.size(); ++at) {
+        uint32_t count = 0;
+        std::memcpy(&count, &encoded.bytes[at], sizeof(count));
+        if (count > 0 && count <= kPoints && error(at, 82) == refusal("82")) places.push_back(at);
+    }
+    ASSERT_EQ(places.size(), 1u);
+    EXPECT_EQ(error(places[0], 2147483647), refusal("2147483647"));
+    EXPECT_NE(error(places[0], 81), refusal("81"));
+}
+
+TEST(Draco, AttributesAreLimitedInNumber) {
+    EXPECT_EQ(LoadError(Compressed(Encode({.extraAttributes = 60}))), "loaded");
+    EXPECT_EQ(LoadError(Compressed(Encode({.extraAttributes = 61}))),
+              "scene.gltf: meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: 65 attributes are "
+              "compressed, at most 64 are read");
+}
+
+// What is decoded does not grow with the number of primitives that name the same bytes.
+TEST(Draco, PrimitivesThatShareTheirDataAreLimited) {
+    GltfDocument document = Compressed(Encode({.extraAttributes = 60}));
+    Json& primitives = document.json["meshes"][0]["primitives"];
+    for (int i = 0; i < 9; ++i) primitives.push_back(Json(primitives[0]));
+    EXPECT_EQ(LoadError(document), "loaded");
+    for (int i = 0; i < 90; ++i) primitives.push_back(Json(primitives[0]));
+    const std::string error = LoadError(document);
+    EXPECT_NE(error.find("too many primitives share their compressed data"), std::string::npos) << error;
 }
 
 TEST(Draco, SavingKeepsIt) {
