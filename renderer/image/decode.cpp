@@ -83,11 +83,8 @@ void CheckSize(std::string_view name, uint64_t width, uint64_t height, const Dec
     if (width * height > limits.maxPixels) {
         Refuse(name, Text("{} exceed the limit of {} pixels", size, limits.maxPixels));
     }
-    if (limits.pixelsLeft == nullptr) return;
-    uint64_t left = *limits.pixelsLeft;
-    do {
-        if (width * height > left) Refuse(name, Text("{} exceed the {} that are left", size, left));
-    } while (!limits.pixelsLeft->compare_exchange_weak(left, left - width * height));
+    if (limits.share && !limits.share->Take(width * height))
+        Refuse(name, Text("{} exceed what is left for all pictures", size));
 }
 
 void CheckTexelCount(const std::filesystem::path& path, uint64_t width, uint64_t height,

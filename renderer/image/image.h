@@ -7,7 +7,6 @@
 // may be called from any; nothing here has global state.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "base/api.h"
+#include "renderer/image/pixel_budget.h"
 
 namespace raygraph::image {
 
@@ -38,8 +38,8 @@ struct ImageF {
 struct DecodeLimits {
     uint32_t maxWidth = 16384, maxHeight = 16384;
     uint64_t maxPixels = uint64_t{1} << 28;  // width * height
-    // What several pictures that are decoded at once may have together: each takes its pixels from it.
-    std::atomic<uint64_t>* pixelsLeft = nullptr;
+    // Of what several pictures that are decoded at once may have together; nullptr: all.
+    PixelBudget::Share* share = nullptr;
 };
 // An environment has four times the bytes of a texture: 16384 x 8192 is 2 GiB.
 inline constexpr DecodeLimits kEnvironmentLimits{.maxPixels = uint64_t{1} << 27};

@@ -1,7 +1,6 @@
 #include "renderer/scene/gltf_images.h"
 
 #include <algorithm>
-#include <atomic>
 #include <deque>
 #include <exception>
 #include <future>
@@ -49,7 +48,7 @@ class ImageDecoder {
           m_buffers(buffers),
           m_threads(ThreadCount(context.options.maxThreads)),
           m_running(m_threads),
-          m_texelsLeft(context.options.limits.maxAllImageTexels) {}
+          m_budget(context.options.limits.maxAllImageTexels, TexelsAtOnce(context.options.limits)) {}
 
     std::vector<ImageData> Decode(const std::vector<ImageChoice>& choices) {
         const size_t begunAtOnce = m_threads == 1 ? 1 : size_t{2} * m_threads;
@@ -81,6 +80,12 @@ class ImageDecoder {
     static unsigned ThreadCount(uint32_t wanted) {
         constexpr unsigned kMaxThreads = 256;
         return std::clamp(wanted != 0 ? wanted : std::thread::hardware_concurrency(), 1u, kMaxThreads);
+    }
+
+    // What decoders need beside the texels is then at most what one needs for the largest image, or about
+    // half of what all texels may take.
+    static uint64_t TexelsAtOnce(const LoadLimits& limits) {
+        return std::max(limits.maxImageTexels, limits.maxAllImageTexels / 4);
     }
 
     void Begin(uint32_t image) {
@@ -115,7 +120,8 @@ class ImageDecoder {
         const Stopwatch watch;
         try {
             image::DecodeLimits limits = Limits(m_context.options.limits.maxImageTexels);
-            limits.pixelsLeft = &m_texelsLeft;
+            image::PixelBudget::Share share(m_budget);
+            limits.share = &share;
             attempt.image = image::DecodeImage8(task.bytes, task.label, limits);
         } catch (...) {
             attempt.image.reset();
@@ -174,8 +180,8 @@ class ImageDecoder {
     GltfBuffers& m_buffers;
     const unsigned m_threads;
     std::counting_semaphore<> m_running;
-    std::atomic<uint64_t> m_texelsLeft;  // Of all tasks together.
-    std::deque<Task> m_tasks;            // Last: they are waited for before the others go.
+    image::PixelBudget m_budget;  // Of all tasks together.
+    std::deque<Task> m_tasks;     // Last: they are waited for before the others go.
 };
 
 }  // namespace

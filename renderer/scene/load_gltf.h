@@ -28,9 +28,11 @@ struct LoadLimits {
     // model of the document: this many, plus 64 for each byte of its JSON. Stops a small file that claims a
     // billion vertices, draws one accessor a million times or lists a million empty materials.
     uint64_t maxGeometryBytes = uint64_t{1} << 30;
-    uint32_t maxImageExtent = 16384;                 // Texels a side.
-    uint64_t maxImageTexels = uint64_t{1} << 28;     // An image.
-    uint64_t maxAllImageTexels = uint64_t{1} << 31;  // All images; four bytes a texel.
+    uint32_t maxImageExtent = 16384;              // Texels a side.
+    uint64_t maxImageTexels = uint64_t{1} << 28;  // An image.
+    // All images; four bytes a texel. Of those that are decoded at once, a quarter of it or one image: a
+    // decoder takes up to nine bytes a texel more.
+    uint64_t maxAllImageTexels = uint64_t{1} << 31;
 };
 
 struct LoadOptions {
@@ -58,7 +60,7 @@ struct LoadOptions {
 //   OutOfMemory  host memory is exhausted.
 // Everything is checked before it is decoded. May be called from several threads at once. Peak host memory:
 // the file, the external files, the JSON tree (up to forty times its text, of nothing but empty objects),
-// tinygltf's model (LoadLimits::maxGeometryBytes) and the returned data.
+// tinygltf's model (LoadLimits::maxGeometryBytes), what decoders take and the returned data.
 RAYGRAPH_API SceneData LoadGltf(const std::filesystem::path& path, const LoadOptions& options = {});
 
 }  // namespace raygraph::scene

@@ -1,9 +1,15 @@
 // Images are decoded on several threads, and nobody can tell by the result.
 #include <gtest/gtest.h>
+#include <zstd.h>
 
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <iterator>
+#include <thread>
 
+#include "renderer/image/pixel_budget.h"
+#include "tests/image/texture_files.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/peak_memory.h"
 
@@ -112,6 +118,58 @@ TEST(ImageThreads, MemoryIsThatOfTheLimitForAnyNumber) {
         EXPECT_EQ(LoadError(document, options).substr(0, 22), "scene.gltf: images[2]:");
         EXPECT_LT(peak.Bytes(), 4 * kImageBytes + kImageBytes / 2) << threads;
     }
+}
+
+// What Zstandard inflates stands beside the texels until it is decoded: of so many images as may be decoded at
+// once, a quarter of all here.
+TEST(ImageThreads, MemoryOfDecodersIsThatOfAQuarterOfAllTexels) {
+    constexpr size_t kImageBytes = size_t{4} << 20, kImages = 8;
+    const std::vector<uint8_t> texels(kImageBytes, 7);
+    std::vector<uint8_t> packed(ZSTD_compressBound(kImageBytes));
+    packed.resize(ZSTD_compress(packed.data(), packed.size(), texels.data(), kImageBytes, 1));
+    const Bytes file = MakeKtx2({.vkFormat = kVkRgba8,
+                                 .width = 1024,
+                                 .height = 1024,
+                                 .supercompression = 2,
+                                 .inflatedBytes = kImageBytes},
+                                packed);
+    const GltfDocument document = WithImages(std::vector<std::string>(kImages, DataUri(file)));
+    scene::LoadOptions options;
+    options.maxThreads = 16;
+    options.limits.maxImageTexels = uint64_t{1} << 20;
+    options.limits.maxAllImageTexels = kImages << 20;
+    const testing::PeakMemory peak;
+    EXPECT_EQ(Load(document, options).images.size(), kImages);
+    EXPECT_LT(peak.Bytes(), (kImages + kImages / 4) * kImageBytes + kImageBytes / 2);
+}
+
+TEST(PixelBudget, OfThoseBeingDecodedNoMoreThanAreAllowedAtOnce) {
+    image::PixelBudget budget(1000, 100);
+    std::atomic<uint32_t> decoding = 0, most = 0, refused = 0;
+    const auto decode = [&](uint64_t pixels) {
+        image::PixelBudget::Share share(budget);
+        if (!share.Take(pixels)) {
+            ++refused;
+            return;
+        }
+        const uint32_t now = ++decoding;
+        for (uint32_t before = most; now > before && !most.compare_exchange_weak(before, now);) {
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        --decoding;
+    };
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 24; ++i) threads.emplace_back(decode, 40);
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(most, 2u);
+    EXPECT_EQ(refused, 0u);
+    decode(41);  // 40 are left
+    EXPECT_EQ(refused, 1u);
+    decode(40);
+    EXPECT_EQ(refused, 1u);
+    image::PixelBudget large(1000, 100);
+    image::PixelBudget::Share alone(large);
+    EXPECT_TRUE(alone.Take(500));
 }
 
 size_t RunningThreads() {
