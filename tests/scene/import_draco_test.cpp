@@ -1,5 +1,5 @@
-// KHR_draco_mesh_compression: what is decoded is what was encoded; counts that disagree, and hostile ones, end
-// with one line.
+// KHR_draco_mesh_compression: what is decoded is what was encoded; counts that disagree, and hostile ones,
+// end with one line.
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 #include <draco/metadata/geometry_metadata.h>
@@ -297,8 +297,8 @@ TEST(Draco, MemoryIsChargedBeforeItIsTaken) {
     }
 }
 
-// The number of bits that predict texture coordinates follows their compressed values: the decoder makes room for
-// two billion, and takes seconds to read them all from a few bytes.
+// The number of bits that predict texture coordinates follows their compressed values: the decoder makes room
+// for two billion, and takes half a minute to read them all from a few bytes.
 TEST(Draco, OrientationsOfTextureCoordinatesAreAtMostOneAValue) {
     const Encoded encoded = Encode({.speed = 0, .positionBits = 11, .uvBits = 11});
     EXPECT_EQ(LoadError(Compressed(encoded)), "loaded");
