@@ -64,7 +64,7 @@ class Document {
              const std::optional<FileStamp>& stamp = {}, std::string hash = {});
 
     const std::filesystem::path& File() const { return m_file; }
-    // Without vertex streams and images; with bounds and names.
+    // Without vertex streams, images and the environment's map; with bounds and names.
     const scene::SceneData& Scene() const { return m_scene; }
     const scene::SceneStatistics& Statistics() const { return m_statistics; }
     const std::vector<std::vector<uint32_t>>& Children() const { return m_children; }  // by node

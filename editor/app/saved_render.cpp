@@ -19,8 +19,11 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const session::S
     settings.raster = picture.raster;
     settings.environmentRotation = glm::degrees(picture.environment.rotation);
     const glm::vec3& radiance = picture.environment.radiance;
-    (source.environmentFile.empty() ? settings.background : settings.environmentTint) = {
-        radiance.x, radiance.y, radiance.z};
+    const std::array<float, 3> rgb{radiance.x, radiance.y, radiance.z};
+    if (!source.environmentFile.empty() || picture.environment.usesScene)
+        settings.environmentTint = rgb;
+    else
+        settings.background = rgb;
 
     session::RenderFile render = session::DescribeRender(source, settings, device);
     render.radiance = std::move(picture.mean);

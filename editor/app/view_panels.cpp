@@ -29,7 +29,8 @@ void EnvironmentFields(Workspace& work) {
     glm::vec3 color = intensity > 0.0f ? environment.radiance / intensity : glm::vec3(1.0f);
     const std::string file = work.EnvironmentFile().filename().string();
     if (file.empty()) {
-        ImGui::TextDisabled("sky: one color; drop an .hdr or .exr");
+        ImGui::TextDisabled(environment.usesScene ? "sky: the scene's; drop an .hdr or .exr"
+                                                  : "sky: one color; drop an .hdr or .exr");
     } else {
         ImGui::TextUnformatted(file.c_str());
         ImGui::SameLine();

@@ -12,6 +12,13 @@
 
 namespace raygraph::editor {
 
+namespace {
+
+// As the scene's file has it.
+constexpr EnvironmentSettings kSceneEnvironment{.radiance = glm::vec3(1.0f), .usesScene = true};
+
+}  // namespace
+
 bool Workspace::IsEnvironment(const std::filesystem::path& file) {
     const std::string extension = LowerExtension(file);
     return extension == ".hdr" || extension == ".exr";
@@ -165,6 +172,7 @@ void Workspace::FinishLoadingEnvironment() {
 
 void Workspace::RemoveEnvironmentMap() {
     gpu.RemoveEnvironmentMap();
+    if (HasSceneEnvironment()) gpu.SetEnvironment(kSceneEnvironment);
     m_environmentFile.clear();
     m_environmentHash.clear();
 }
@@ -204,7 +212,10 @@ bool Workspace::Show(LoadedScene loaded) {
     const scene::SceneData& scene = document.Scene();
     // A scene without light of its own would be black
     const bool isLit = scene::HasVisibleLight(scene) || scene::HasEmission(scene);
-    if (m_environmentFile.empty()) gpu.SetEnvironment({.radiance = glm::vec3(isLit ? 0.0f : 1.0f)});
+    if (m_environmentFile.empty())
+        gpu.SetEnvironment(HasSceneEnvironment()
+                               ? kSceneEnvironment
+                               : EnvironmentSettings{.radiance = glm::vec3(isLit ? 0.0f : 1.0f)});
     UseCamera(scene.cameras.empty() ? std::nullopt : std::optional<uint32_t>(0));
     Say(scene.warnings.empty() ? "" : scene.warnings.front());
     return true;

@@ -56,6 +56,8 @@ class Workspace {
     void RemoveEnvironmentMap();
     // The file of the environment map; "": there is none.
     const std::filesystem::path& EnvironmentFile() const { return m_environmentFile; }
+    // Whether the open scene brings along an environment, which is shown where there is no file.
+    bool HasSceneEnvironment() const { return document.Scene().environment.faceSize > 0; }
     // What is shown, as a render names it; without the data, and without the scene's hash, which
     // Document::Content has.
     session::SceneInput Source() const;

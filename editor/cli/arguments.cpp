@@ -273,8 +273,9 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
 
 void CheckEnvironment(const SettingTexts& given, bool hasMap) {
     if (given.contains("background") && hasMap) Refuse("--background and --env exclude each other");
-    if (given.contains("env-rotation") && !hasMap) Refuse("--env-rotation turns a map: it needs --env");
-    if (given.contains("env-tint") && !hasMap) Refuse("--env-tint is of a map: it needs --env");
+    for (const char* option : {"env-rotation", "env-tint"})
+        if (given.contains(option) && given.contains("background"))
+            Refuse(Text("--{} is of a map, which --background replaces", option));
 }
 
 void CheckRender(const RenderArguments& arguments) {

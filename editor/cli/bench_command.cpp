@@ -96,6 +96,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
                                                    .variant = settings.variant,
                                                    .environment = arguments.environment,
                                                    .log = log});
+    RequireMapFor(arguments.given, input);
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
     const BenchResult result = RunBench(scene, {arguments.frames, arguments.rounds}, console.progress);

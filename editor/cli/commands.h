@@ -4,9 +4,12 @@
 #include "editor/cli/arguments.h"
 #include "editor/cli/console.h"
 #include "editor/cli/exit_code.h"
+#include "editor/session/scene_input.h"
 
 namespace raygraph::cli {
 
+// Error{Usage} for options of an environment map where neither --env nor the scene has one.
+void RequireMapFor(const SettingTexts& given, const SceneInput& input);
 // Renders to arguments.outputs: if there is none, to the file that is resumed, else to render.png.
 void RenderCommand(RenderArguments arguments, Console& console);
 // Returns Slower if there is a stored run to compare with and it was faster.

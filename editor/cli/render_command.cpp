@@ -125,8 +125,10 @@ void WarnOfDarkness(ProgramLog& log, const Job& job, const SceneInput& input) {
     const bool hasPunctual = scene::HasVisibleLight(input.data);
     if (job.settings.view == View::PathTraced && hasPunctual && !job.settings.paths.lights.isOn)
         log.Warn(input.file + ": --nee off finds no punctual light; they are not rendered");
-    const bool hasBackground = job.settings.background != std::array<float, 3>{};
-    if (!hasBackground && input.environmentFile.empty() && !scene::HasEmission(input.data) && !hasPunctual)
+    const auto& background = job.settings.background;
+    const bool hasSky =
+        background ? *background != std::array<float, 3>{} : input.data.environment.IsPresent();
+    if (!hasSky && input.environmentFile.empty() && !scene::HasEmission(input.data) && !hasPunctual)
         log.Warn(input.file +
                  ": nothing emits light, the picture will be black; give --env FILE or "
                  "--background R,G,B");
@@ -167,6 +169,14 @@ void PrintSummary(const RenderArguments& arguments, const SessionResult& result,
 
 }  // namespace
 
+void RequireMapFor(const SettingTexts& given, const SceneInput& input) {
+    if (!input.environmentFile.empty() || input.data.environment.IsPresent()) return;
+    for (const char* option : {"env-rotation", "env-tint"})
+        if (given.contains(option))
+            throw MakeError(ErrorKind::Usage, "--{} is of a map: it needs --env; {} has none", option,
+                            input.file);
+}
+
 void RenderCommand(RenderArguments arguments, Console& console) {
     arguments.outputs = PicturesOf(arguments);
     // Before anything else: an hour of rendering must not end in a file that cannot be written
@@ -183,6 +193,7 @@ void RenderCommand(RenderArguments arguments, Console& console) {
                                                        if (progress.IsDue())
                                                            progress.Show(FormatLoading(stage, fraction));
                                                    }});
+    if (!job.resumed) RequireMapFor(arguments.given, input);
     WarnOfDarkness(console.log, job, input);
     const std::unique_ptr<rhi::Device> device = OpenDevice({arguments.device, arguments.isValidating}, log);
     const bool hasExr = WritesKind(arguments, OutputKind::Exr);

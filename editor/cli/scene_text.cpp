@@ -121,6 +121,9 @@ std::string DescribeScene(std::string_view file, const scene::SceneData& scene) 
     text += Line("bounds", scene.bounds.IsEmpty() ? "empty"
                                                   : Text("{} to {} m", VectorText(scene.bounds.min),
                                                          VectorText(scene.bounds.max)));
+    if (const scene::EnvironmentLight& light = scene.environment; light.IsPresent())
+        text += Line("environment", Text("{}, a cube of {} x {}; --env or --background replace it",
+                                         Quoted(light.name, kMaxNameBytes), light.faceSize, light.faceSize));
     const auto describe = [](const auto& thing) { return Describe(thing); };
     text += List("cameras", scene.cameras, describe);
     text += List("lights", scene.lights, describe);

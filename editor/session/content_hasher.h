@@ -130,10 +130,15 @@ class ContentHasher {
         AddAll(name, node, type, lightToWorld, translationRest);
         AddChanged(light, scene::light_fields::kAll);
     }
+    void Add(const scene::EnvironmentLight& light) {
+        const auto& [name, faceSize, map] = light;
+        Add(map);
+    }
     void Add(const scene::SceneData& scene) {
         const auto& [name, meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights,
-                     bounds, warnings, variants, variant] = scene;
+                     environment, bounds, warnings, variants, variant] = scene;
         AddAll(meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights, bounds);
+        if (environment.IsPresent()) Add(environment);
     }
     void Add(const image::ImageF& image) {
         const auto& [width, height, rgba] = image;

@@ -38,13 +38,16 @@ passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const s
 DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
     : m_renderer(device), m_scene(m_renderer), m_settings(TraceSettingsFrom(settings, input.data)) {
     LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
+    const bool hasMap = !input.environment.rgba.empty();
+    const bool usesScene = !hasMap && !settings.background && input.data.environment.IsPresent();
     m_scene.SetScene(std::move(input.data));
     m_scene.SetViewpoint(EyeOf(m_settings.camera));
     m_scene.SetLightGroups(std::move(groups));
-    const bool hasMap = !input.environment.rgba.empty();
-    const auto& radiance = hasMap ? settings.environmentTint : settings.background;
+    const std::array<float, 3> radiance =
+        hasMap || usesScene ? settings.environmentTint : settings.background.value_or(std::array<float, 3>{});
     m_scene.SetEnvironment({.radiance = glm::vec3(radiance[0], radiance[1], radiance[2]),
-                            .rotation = glm::radians(settings.environmentRotation)});
+                            .rotation = glm::radians(settings.environmentRotation),
+                            .usesScene = usesScene});
     if (!hasMap) return;
     m_scene.SetEnvironmentMap(input.environment);
     input.environment = {};

@@ -196,9 +196,15 @@ const std::vector<PictureSetting>& Table() {
              settings.environmentTint = ParseRadiance(text);
          },
          [](const PictureSettings& settings) { return ToText(settings.environmentTint); }},
-        {"background", "R,G,B", "Constant radiance of the environment, instead of a map ({})",
-         [](PictureSettings& settings, std::string_view text) { settings.background = ParseRadiance(text); },
-         [](const PictureSettings& settings) { return ToText(settings.background); }},
+        {"background", "R,G,B",
+         "Constant radiance of the environment, instead of a map. Default: {}, the scene's own light",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.background.reset();
+             if (text != "none") settings.background = ParseRadiance(text);
+         },
+         [](const PictureSettings& settings) {
+             return settings.background ? ToText(*settings.background) : std::string("none");
+         }},
         {"light-group", "NAME=PATTERN,...",
          "Keep the light of a group of lights apart, as light.NAME.R and so on in an .exr: those whose "
          "material, light or node has a name like a PATTERN (* and ? as in a shell). May be given eight "

@@ -33,7 +33,8 @@ struct PictureSettings {
     passes::RasterSettings raster{};
     float environmentRotation = 0.0f;                        // degrees about +y
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // on the radiance of a map
-    std::array<float, 3> background{0.0f, 0.0f, 0.0f};       // constant radiance, where there is no map
+    // Constant radiance, where no map is given. None: what the scene brings along, or black.
+    std::optional<std::array<float, 3>> background;
     std::vector<LightGroupPatterns> lightGroups;
 };
 

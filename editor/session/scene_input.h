@@ -21,7 +21,7 @@ struct SceneInput {
     std::string scene;          // which of the file's scenes `data` is, as it was asked for; "": the default
     std::string variant;        // which variant it shows, likewise; "": none
     std::string hash;           // of `data`
-    image::ImageF environment;  // empty: none
+    image::ImageF environment;  // empty: none but the one in `data`
     std::string environmentFile;  // "": none
     std::string environmentHash;
     double loadMs = 0.0;  // reading and decoding, both files

@@ -14,20 +14,6 @@ rhi::Texture SolidTexture(rhi::Device& device, rhi::Uploader& uploader, const ch
     return texture;
 }
 
-}  // namespace
-
-rhi::Texture WhiteTexture(rhi::Device& device, rhi::Uploader& uploader) {
-    const uint32_t white = 0xFFFFFFFFu;
-    return SolidTexture(device, uploader, "white", rhi::Format::Rgba8Unorm,
-                        std::as_bytes(std::span(&white, 1)));
-}
-
-rhi::Texture BlackEnvironment(rhi::Device& device, rhi::Uploader& uploader) {
-    const glm::vec4 black(0.0f);
-    return SolidTexture(device, uploader, "no environment map", rhi::Format::Rgba32Float,
-                        std::as_bytes(std::span(&black, 1)));
-}
-
 rhi::Buffer UploadAlias(rhi::Device& device, rhi::Uploader& uploader, const EnvironmentAlias& alias) {
     RequireBindable(device, "entries of the environment's table", alias.entries.size(),
                     sizeof(alias.entries[0]));
@@ -39,6 +25,36 @@ rhi::Buffer UploadAlias(rhi::Device& device, rhi::Uploader& uploader, const Envi
                                       rhi::BufferUsage::CopyDestination});
     uploader.UploadBuffer(buffer, 0, bytes);
     return buffer;
+}
+
+}  // namespace
+
+rhi::Texture WhiteTexture(rhi::Device& device, rhi::Uploader& uploader) {
+    const uint32_t white = 0xFFFFFFFFu;
+    return SolidTexture(device, uploader, "white", rhi::Format::Rgba8Unorm,
+                        std::as_bytes(std::span(&white, 1)));
+}
+
+EnvironmentOnDevice UploadEnvironment(rhi::Device& device, rhi::Uploader& uploader,
+                                      const image::ImageF& map) {
+    EnvironmentOnDevice result;
+    result.map = device.CreateTexture(
+        {.name = "environment map", .extent = {map.width, map.height}, .format = rhi::Format::Rgba32Float});
+    const EnvironmentAlias alias = BuildEnvironmentAlias(map);
+    result.alias = UploadAlias(device, uploader, alias);
+    uploader.UploadTexture(result.map, std::as_bytes(std::span(map.rgba)));
+    result.cells = {alias.width, alias.height};
+    result.meanRadiance = alias.meanRadiance;
+    return result;
+}
+
+EnvironmentOnDevice BlankEnvironment(rhi::Device& device, rhi::Uploader& uploader) {
+    const glm::vec4 black(0.0f);
+    EnvironmentOnDevice result;
+    result.map = SolidTexture(device, uploader, "no environment map", rhi::Format::Rgba32Float,
+                              std::as_bytes(std::span(&black, 1)));
+    result.alias = UploadAlias(device, uploader, ConstantEnvironmentAlias());
+    return result;
 }
 
 }  // namespace raygraph

@@ -134,34 +134,19 @@ void GpuScene::SetEnvironmentMap(const image::ImageF& equirectangular) {
 
 void GpuScene::Impl::SetEnvironmentMap(const image::ImageF& equirectangular) {
     RequireRadiance(equirectangular);
-    rhi::Texture map = device.CreateTexture({.name = "environment map",
-                                             .extent = {equirectangular.width, equirectangular.height},
-                                             .format = rhi::Format::Rgba32Float});
-    const EnvironmentAlias alias = BuildEnvironmentAlias(equirectangular);
-    rhi::Buffer newAlias;
-    uploader.FlushAfter([&] {
-        newAlias = UploadAlias(device, uploader, alias);
-        uploader.UploadTexture(map, std::as_bytes(std::span(equirectangular.rgba)));
-    });
-    environmentMap = std::move(map);
+    std::optional<EnvironmentOnDevice> uploaded;
+    uploader.FlushAfter([&] { uploaded = UploadEnvironment(device, uploader, equirectangular); });
+    hostEnvironment = std::move(uploaded);
     ++environmentVersion;
     ++revisions.environment;
-    environmentState = SampledState();
-    mapAlias = std::move(newAlias);
-    mapCells = {alias.width, alias.height};
-    mapMeanRadiance = alias.meanRadiance;
-    environmentAliasState = {};
 }
 
 void GpuScene::RemoveEnvironmentMap() {
     m_impl->RequireNoFrame("RemoveEnvironmentMap");
-    if (!m_impl->environmentMap) return;
+    if (!m_impl->hostEnvironment) return;
+    m_impl->hostEnvironment.reset();
     ++m_impl->revisions.environment;
-    m_impl->environmentMap = {};
     ++m_impl->environmentVersion;
-    m_impl->environmentState = SampledState();
-    m_impl->mapAlias = {};
-    m_impl->environmentAliasState = {};
 }
 
 SceneIds GpuScene::Declare(Renderer& renderer) {

@@ -77,6 +77,8 @@ struct SceneIds {
 struct EnvironmentSettings {
     glm::vec3 radiance{0.0f};  // constant radiance, or the factor on the map
     float rotation = 0.0f;     // radians about +y
+    // Without a map of SetEnvironmentMap, that of the scene (SceneData::environment); black if it has none.
+    bool usesScene = false;
 
     bool operator==(const EnvironmentSettings&) const = default;
 };
@@ -136,7 +138,7 @@ class RAYGRAPH_API GpuScene {
     GpuScene(const GpuScene&) = delete;
     GpuScene& operator=(const GpuScene&) = delete;
 
-    // Replaces everything but the environment. Consumes the data: host copies are freed as they are uploaded.
+    // Replaces everything but the environment that was set. Consumes the data: host copies are freed as they are uploaded.
     // On an Error the old scene stays, and is drawn as before: everything that the new one needs on the
     // device, its acceleration structures included, is allocated before the old one is destroyed, so either
     // both fit or nothing changes. SetScene({}) waits for the device, so that the old scene's memory is free
@@ -195,10 +197,12 @@ class RAYGRAPH_API GpuScene {
     // out of range.
     void SetLightGroups(LightGroups groups);
 
-    // Error{Usage} for values that are not finite, or negative radiance.
+    // Before the first call, and again for {.radiance = glm::vec3(1.0f), .usesScene = true}, the environment
+    // is what the scene brings along. Error{Usage} for values that are not finite, or negative radiance.
     void SetEnvironment(const EnvironmentSettings& settings);
     const EnvironmentSettings& Environment() const;
-    // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty.
+    // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty. Stays
+    // when the scene is replaced, and counts instead of what a scene brings along.
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     void RemoveEnvironmentMap();
 

@@ -25,10 +25,6 @@
 
 namespace raygraph {
 
-inline ResourceState SampledState() {
-    return {.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-}
-
 struct GpuScene::Impl {
     Impl(Renderer& r, const GpuSceneDesc& desc)
         : device(r.Device()),
@@ -38,7 +34,6 @@ struct GpuScene::Impl {
                            .compactsWithoutGain = desc.compactsWithoutGain,
                            .compactionBudget = desc.compactionBudget}) {
         defaultTexture = WhiteTexture(device, uploader);
-        blackEnvironment = BlackEnvironment(device, uploader);
         defaultSampler = device.CreateSampler({.name = "default sampler"});
         const auto tables = std::as_bytes(EnergyTables());
         constexpr auto kTableUsage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination;
@@ -46,7 +41,7 @@ struct GpuScene::Impl {
             device.CreateBuffer({.name = "energy tables", .size = tables.size(), .usage = kTableUsage});
         uploader.UploadBuffer(energyTables, 0, tables);
         textureTable.emplace(device, desc.textureCapacity, defaultTexture, defaultSampler);
-        constantAlias = UploadAlias(device, uploader, ConstantEnvironmentAlias());
+        blank = BlankEnvironment(device, uploader);
         Replace(scene::SceneData{});
     }
 
@@ -60,6 +55,7 @@ struct GpuScene::Impl {
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;
         DrawTable newDraws;
+        std::optional<EnvironmentOnDevice> newEnvironment;
         try {
             uploader.FlushAfter([&] {
                 newResources = UploadScene(device, uploader, builder, *textureTable, data);
@@ -67,6 +63,8 @@ struct GpuScene::Impl {
                 newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
                 newLights =
                     std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
+                if (data.environment.IsPresent())
+                    newEnvironment = UploadEnvironment(device, uploader, data.environment.map);
                 builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
             });
         } catch (...) {
@@ -80,6 +78,11 @@ struct GpuScene::Impl {
         instances = std::move(newInstances);
         resources = std::move(newResources);
         draws = std::move(newDraws);
+        if (newEnvironment || sceneEnvironment) {
+            sceneEnvironment = std::move(newEnvironment);
+            ++environmentVersion;
+        }
+        data.environment = {};
         areDrawsDue = false;
         origin = newOrigin;
         originTurns = {};
@@ -151,16 +154,16 @@ struct GpuScene::Impl {
     }
 
     void DeclareEnvironment(Renderer& r, SceneIds& ids) {
-        const bool hasMap = static_cast<bool>(environmentMap);
-        ids.environment = {
-            .radiance = environment.radiance, .rotation = environment.rotation, .hasMap = hasMap ? 1u : 0u};
+        EnvironmentOnDevice* map = hostEnvironment ? &*hostEnvironment : nullptr;
+        if (!map && environment.usesScene && sceneEnvironment) map = &*sceneEnvironment;
+        const bool isDark = !map && environment.usesScene;
+        const glm::vec3 radiance = isDark ? glm::vec3(0.0f) : environment.radiance;
+        EnvironmentOnDevice& shown = map ? *map : blank;
+        ids.environment = {.radiance = radiance, .rotation = environment.rotation, .hasMap = map ? 1u : 0u};
         ids.environmentVersion = environmentVersion;
-        ids.environmentMap =
-            r.Import("environmentMap", hasMap ? environmentMap : blackEnvironment, environmentState);
-        ids.environmentAlias =
-            r.Import("environmentAlias", hasMap ? mapAlias : constantAlias, environmentAliasState);
-        lights->SetEnvironment(environment.radiance * (hasMap ? mapMeanRadiance : glm::vec3(1.0f)),
-                               environment.rotation, hasMap ? mapCells : glm::uvec2(1));
+        ids.environmentMap = r.Import("environmentMap", shown.map, shown.mapState);
+        ids.environmentAlias = r.Import("environmentAlias", shown.alias, shown.aliasState);
+        lights->SetEnvironment(radiance * shown.meanRadiance, environment.rotation, shown.cells);
     }
 
     // An edit would change or destroy what the open frame was declared from.
@@ -247,7 +250,6 @@ struct GpuScene::Impl {
     rhi::Uploader uploader;
     rhi::BlasBuilder builder;
     rhi::Texture defaultTexture;
-    rhi::Texture blackEnvironment;
     rhi::Sampler defaultSampler;
     rhi::Buffer energyTables;
     std::optional<rhi::TextureTable> textureTable;
@@ -264,15 +266,10 @@ struct GpuScene::Impl {
     DirtyRange dirtyMaterials;
     SceneRevisions revisions;
 
-    EnvironmentSettings environment;
-    rhi::Texture environmentMap;  // empty: none
+    EnvironmentSettings environment{.radiance = glm::vec3(1.0f), .usesScene = true};
+    std::optional<EnvironmentOnDevice> hostEnvironment, sceneEnvironment;
+    EnvironmentOnDevice blank;  // for an environment without a map
     uint64_t environmentVersion = 0;
-    ResourceState environmentState = SampledState();
-    rhi::Buffer constantAlias;  // for directions to an environment without a map
-    rhi::Buffer mapAlias;       // likewise to environmentMap
-    glm::uvec2 mapCells{1};
-    glm::vec3 mapMeanRadiance{1.0f};
-    ResourceState environmentAliasState;
     ResourceState geometriesState;
     ResourceState materialsState;
     ResourceState drawsState;

@@ -178,6 +178,16 @@ void CheckImage(const ImageData& image, const Subject& subject) {
         subject.Fail(Text("{} bytes of {}x{} texels", image.rgba.size(), image.width, image.height));
 }
 
+void CheckEnvironment(const EnvironmentLight& light, const Subject& subject) {
+    const image::ImageF& map = light.map;
+    const uint64_t wanted = uint64_t{4} * map.width * map.height;
+    if (map.rgba.size() != wanted)
+        subject.Fail(Text("environment: {} numbers of {}x{} texels", map.rgba.size(), map.width, map.height));
+    for (const float value : map.rgba)
+        subject.Require(std::isfinite(value) && value >= 0.0f,
+                        "environment: its radiance must be finite and not negative");
+}
+
 // A forest, in the order of nodeOrder.
 void CheckNodes(const SceneData& scene, const Subject& subject) {
     for (size_t i = 0; i < scene.nodes.size(); ++i) {
@@ -231,6 +241,7 @@ void CheckAll(const SceneData& scene, const Subject& subject) {
         subject.In("lights", i).RequireIndex("node", scene.lights[i].node, scene.nodes.size(), true);
         CheckValues(scene.lights[i], subject.In("lights", i));
     }
+    CheckEnvironment(scene.environment, subject);
     subject.Require(scene.bounds.IsEmpty() || (AllFinite(scene.bounds.min) && AllFinite(scene.bounds.max)),
                     "its bounds are not finite");
 }

@@ -15,7 +15,8 @@ constexpr GltfExtension NotRead(std::string_view name, std::string_view why) {
 
 // clang-format off
 constexpr std::array kKnown{
-    NotRead("EXT_lights_image_based", "environments are given with --env"),
+    Read("EXT_lights_image_based", "ImageLightScene.LightsTheSceneFromEachSideAsItsFileSays",
+         "the environment, where --env and --background give none"),
     Read("EXT_mesh_gpu_instancing", "Instancing.EachIsTranslatedAfterRotationAfterScaleWithinItsNode",
          "the mesh at each place"),
     Read("EXT_meshopt_compression", "Meshopt.AttributesAndTrianglesAreWhatWasEncoded", "decoded"),

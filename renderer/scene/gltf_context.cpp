@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <thread>
 
 #include "base/text.h"
 #include "renderer/scene/uri.h"
@@ -70,6 +71,12 @@ void GltfContext::CheckModelBytes(uint64_t bytes, uint64_t jsonBytes) const {
 
 void GltfContext::Progress(std::string_view stage, float fraction) const {
     if (options.progress) options.progress(stage, fraction);
+}
+
+unsigned GltfContext::ThreadCount() const {
+    constexpr unsigned kMaxThreads = 256;
+    const unsigned wanted = options.maxThreads;
+    return std::clamp(wanted != 0 ? wanted : std::thread::hardware_concurrency(), 1u, kMaxThreads);
 }
 
 std::vector<std::byte> GltfContext::ReadUri(const std::string& uri, const Place& where) {

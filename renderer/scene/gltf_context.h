@@ -49,6 +49,8 @@ struct GltfContext {
     // Fails if a model of a document of so many bytes of JSON would take too much memory.
     void CheckModelBytes(uint64_t bytes, uint64_t jsonBytes) const;
     void Progress(std::string_view stage, float fraction) const;
+    // LoadOptions::maxThreads, as a number.
+    unsigned ThreadCount() const;
 
     // The bytes of a URI: a data URI, or a file in the scene's folder. Fails at `where`.
     std::vector<std::byte> ReadUri(const std::string& uri, const Place& where);

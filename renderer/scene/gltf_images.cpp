@@ -7,7 +7,6 @@
 #include <optional>
 #include <semaphore>
 #include <span>
-#include <thread>
 #include <utility>
 
 #include "base/error.h"
@@ -46,7 +45,7 @@ class ImageDecoder {
         : m_context(context),
           m_sources(sources),
           m_buffers(buffers),
-          m_threads(ThreadCount(context.options.maxThreads)),
+          m_threads(context.ThreadCount()),
           m_running(m_threads),
           m_budget(context.options.limits.maxAllImageTexels, TexelsAtOnce(context.options.limits)) {}
 
@@ -76,11 +75,6 @@ class ImageDecoder {
         std::exception_ptr unread;     // Why there are no bytes.
         std::future<Attempt> attempt;  // Last: it reads the others.
     };
-
-    static unsigned ThreadCount(uint32_t wanted) {
-        constexpr unsigned kMaxThreads = 256;
-        return std::clamp(wanted != 0 ? wanted : std::thread::hardware_concurrency(), 1u, kMaxThreads);
-    }
 
     // What decoders need beside the texels is then at most what one needs for the largest image, or about
     // half of what all texels may take.

@@ -51,6 +51,8 @@ class GraphReader {
         PlaceLights();
     }
 
+    uint32_t ChosenScene() const { return m_chosenScene; }
+
   private:
     static Place NodeAt(size_t index) { return Place("nodes")[index]; }
 
@@ -149,6 +151,7 @@ class GraphReader {
         }
         const size_t chosen =
             asked.empty() ? static_cast<size_t>(std::max(m_model.defaultScene, 0)) : FindScene(asked);
+        m_chosenScene = static_cast<uint32_t>(chosen);
         m_scene.name = scenes[chosen].name;
         return std::move(roots[chosen]);
     }
@@ -214,6 +217,7 @@ class GraphReader {
     GltfContext& m_context;
     const gltf::Model& m_model;
     SceneData& m_scene;
+    uint32_t m_chosenScene = kNone;
     std::vector<Camera> m_cameras;
     std::vector<Light> m_lights;
     std::vector<uint32_t> m_cameraOfNode;
@@ -247,8 +251,10 @@ void PlaceMany(GltfContext& context, AccessorReader& reader, const InstancingLay
 
 }  // namespace
 
-void ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene) {
-    GraphReader(context, model, scene).Read();
+uint32_t ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene) {
+    GraphReader reader(context, model, scene);
+    reader.Read();
+    return reader.ChosenScene();
 }
 
 void PlaceInstances(GltfContext& context, AccessorReader& reader,

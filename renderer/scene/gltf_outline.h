@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "renderer/scene/gltf_accessors.h"
 #include "renderer/scene/gltf_context.h"
 #include "renderer/scene/gltf_document.h"
+#include "renderer/scene/gltf_image_light.h"
 #include "renderer/scene/gltf_images.h"
 #include "renderer/scene/gltf_instancing.h"
 #include "renderer/scene/gltf_meshes.h"
@@ -32,7 +34,8 @@ struct GltfOutline {
     std::vector<ImageSource> imageSources;    // By the file's image.
     SceneData scene;                  // Materials, textures, nodes, cameras and lights, without transforms.
     std::vector<ImageChoice> images;  // As ReadMaterials returns them.
-    std::vector<MeshLayout> layouts;  // By mesh.
+    std::optional<ImageLight> imageLight;      // The loaded scene's.
+    std::vector<MeshLayout> layouts;           // By mesh.
     std::vector<InstancingLayout> instancing;  // By node.
     uint32_t defaultMaterial = kNone;          // Added to scene.materials, if a primitive names none.
 };

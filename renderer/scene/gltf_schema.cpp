@@ -19,8 +19,9 @@ using Json = nlohmann::json;
 
 const char* Name(Target target) {
     constexpr std::array<const char*, static_cast<size_t>(Target::Count)> kNames{
-        "",       "accessors", "bufferViews", "buffers", "cameras", "images",   "lights",   "materials",
-        "meshes", "nodes",     "samplers",    "scenes",  "skins",   "textures", "variants", "samplers"};
+        "",       "accessors", "bufferViews", "buffers",  "cameras", "lights",
+        "images", "lights",    "materials",   "meshes",   "nodes",   "samplers",
+        "scenes", "skins",     "textures",    "variants", "samplers"};
     return kNames[static_cast<size_t>(target)];
 }
 
@@ -207,6 +208,9 @@ class Checker {
                 return CheckNumbers(value, row);
             case PropertyType::Indices:
                 return CheckEach(value, row, [&](Json& element) { CheckIndex(element, row); });
+            case PropertyType::NumberLists:
+            case PropertyType::IndexLists:
+                return CheckLists(value, row);
             case PropertyType::Object:
                 if (!value.is_object()) return Refuse(value, row);
                 CheckMember(value, row);
@@ -280,6 +284,22 @@ class Checker {
         return CheckEach(value, row, [&](Json& element) {
             if (!element.is_number()) FailValue(element, "must be a number");
             CheckNumber(element, row);
+        });
+    }
+
+    bool CheckLists(Json& value, const Property& row) {
+        const bool areNumbers = row.type == PropertyType::NumberLists;
+        if (!value.is_array()) return Refuse(value, row);
+        if (areNumbers && value.size() != row.listCount)
+            Fail(Text("has {} elements, must have {}", value.size(), row.listCount));
+        if (value.empty()) Fail("has no elements, must have at least one");
+        return CheckEach(value, row, [&](Json& list) {
+            if (!list.is_array()) FailValue(list, "must be an array");
+            if (list.size() != row.count) Fail(Text("has {} elements, must have {}", list.size(), row.count));
+            CheckEach(list, row, [&](Json& element) {
+                if (areNumbers && !element.is_number()) FailValue(element, "must be a number");
+                areNumbers ? CheckNumber(element, row) : CheckIndex(element, row);
+            });
         });
     }
 

@@ -25,6 +25,8 @@ enum class PropertyType : uint8_t {
     Index,    // A Whole below the length of an array of the document.
     Numbers,  // As many as the row says.
     Indices,
+    NumberLists,  // As many lists as the row says, of as many each.
+    IndexLists,   // At least one list.
     Object,
     Objects,             // An array of objects.
     Extensions,          // An object of extensions, which are objects.
@@ -39,6 +41,7 @@ enum class Target : uint8_t {
     BufferViews,
     Buffers,
     Cameras,
+    ImageLights,
     Images,
     Lights,
     Materials,
@@ -68,6 +71,7 @@ enum class ExtensionPlace : uint8_t {
     BufferView,
     Primitive,
     Node,
+    Scene,
     Material,
     Texture,
     TextureInfo,
@@ -86,8 +90,9 @@ struct Property {
     bool excludesMin = false;
     bool excludesMax = false;
     bool allowsZero = false;  // Which is out of the range.
-    // Numbers.
+    // Numbers, NumberLists, IndexLists.
     size_t count = 0;
+    size_t listCount = 0;
     // Whole.
     uint64_t wholeMin = 0;
     uint64_t wholeMax = std::numeric_limits<uint64_t>::max();

@@ -153,6 +153,16 @@ constexpr Row Index(std::string_view name, Target target) {
 constexpr Row Indices(std::string_view name, Target target) {
     return Row(name, PropertyType::Indices).With([&](Row& row) { row.target = target; });
 }
+constexpr Row NumberLists(std::string_view name, size_t lists, size_t count) {
+    return Row(name, PropertyType::NumberLists).With([&](Row& row) {
+        row.listCount = lists, row.count = count;
+    });
+}
+constexpr Row IndexLists(std::string_view name, Target target, size_t count) {
+    return Row(name, PropertyType::IndexLists).With([&](Row& row) {
+        row.target = target, row.count = count;
+    });
+}
 constexpr ObjectRow Object(std::string_view name, std::span<const Property> rows) {
     return {name, rows};
 }

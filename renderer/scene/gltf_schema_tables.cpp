@@ -3,6 +3,7 @@
 #include <glm/gtc/constants.hpp>
 
 #include "renderer/scene/gltf_choice.h"
+#include "renderer/scene/gltf_image_light.h"
 #include "renderer/scene/gltf_schema.h"
 #include "renderer/scene/gltf_schema_rows.h"
 #include "renderer/scene/light_fields.h"
@@ -228,6 +229,14 @@ constexpr auto kLight =
 constexpr auto kLights = Table(Objects("lights", kLight).PointedAtAs(Target::Lights));
 constexpr auto kNodeLight = Table(Index("light", Target::Lights).Required());
 
+// Of EXT_lights_image_based. A path tracer has no use for the irradiance; it is checked.
+constexpr auto kImageLight =
+    Table(Text("name"), Numbers("rotation", 4), Number("intensity").AtLeast(0.0f).PutIntoRange(),
+          NumberLists("irradianceCoefficients", 9, 3), Whole("specularImageSize").Between(1, 1u << 30),
+          IndexLists("specularImages", Target::Images, 6).Required());
+constexpr auto kImageLights = Table(Objects("lights", kImageLight).PointedAtAs(Target::ImageLights));
+constexpr auto kSceneLight = Table(Index("light", Target::ImageLights).Required());
+
 // --- Nodes ---
 
 constexpr auto kNode =
@@ -240,7 +249,8 @@ constexpr auto kInstanceAttributes =
     Table(Index("TRANSLATION", Target::Accessors), Index("ROTATION", Target::Accessors),
           Index("SCALE", Target::Accessors));
 constexpr auto kInstancing = Table(Object("attributes", kInstanceAttributes));
-constexpr auto kScene = Table(Text("name"), Indices("nodes", Target::Nodes));
+constexpr auto kScene =
+    Table(Text("name"), Indices("nodes", Target::Nodes), Extensions(ExtensionPlace::Scene));
 
 // --- What is not read, but for its indices: a damaged file is refused whether or not it shows ---
 
@@ -287,6 +297,8 @@ constexpr std::array kExtensions{
     Extension{"KHR_draco_mesh_compression", ExtensionPlace::Primitive, kDraco},
     Extension{"KHR_lights_punctual", ExtensionPlace::Root, kLights},
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
+    Extension{kImageLightExtension, ExtensionPlace::Root, kImageLights},
+    Extension{kImageLightExtension, ExtensionPlace::Scene, kSceneLight},
     Extension{"EXT_mesh_gpu_instancing", ExtensionPlace::Node, kInstancing},
     Extension{"KHR_node_visibility", ExtensionPlace::Node, kNodeVisibility},
     Extension{"EXT_texture_webp", ExtensionPlace::Texture, kTextureSource},

@@ -1,6 +1,7 @@
 #include "renderer/scene/load_gltf.h"
 
 #include <algorithm>
+#include <span>
 #include <system_error>
 
 #include "base/out_of_memory.h"
@@ -12,6 +13,7 @@
 #include "renderer/scene/gltf_buffers.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_image_light.h"
 #include "renderer/scene/gltf_images.h"
 #include "renderer/scene/gltf_materials.h"
 #include "renderer/scene/gltf_meshes.h"
@@ -49,6 +51,22 @@ void DecodeMeshes(GltfContext& context, AccessorReader& reader, const GltfOutlin
     }
 }
 
+// The images of materials, and those of the environment.
+void DecodePictures(GltfContext& context, const GltfOutline& outline, GltfBuffers& buffers,
+                    SceneData& scene) {
+    std::vector<uint32_t> images = outline.images;
+    if (outline.imageLight) {
+        const std::vector<uint32_t> faces = ImagesOf(*outline.imageLight);
+        images.insert(images.end(), faces.begin(), faces.end());
+    }
+    std::vector<ImageData> decoded = DecodeImages(context, outline.imageSources, images, buffers);
+    if (outline.imageLight)
+        scene.environment = MakeEnvironmentLight(context, *outline.imageLight,
+                                                 std::span(decoded).subspan(outline.images.size()));
+    decoded.resize(outline.images.size());
+    scene.images = std::move(decoded);
+}
+
 // Everything is checked before the first buffer is opened; meshes before images, which take longest.
 SceneData Import(GltfContext& context, const GltfContainer& container) {
     GltfOutline outline = ReadOutline(context, container.json);
@@ -57,7 +75,7 @@ SceneData Import(GltfContext& context, const GltfContainer& container) {
     AccessorReader reader(context, outline.tables, buffers);
     DecodeMeshes(context, reader, outline, scene);
     PlaceInstances(context, reader, outline.instancing, scene);
-    scene.images = DecodeImages(context, outline.imageSources, outline.images, buffers);
+    DecodePictures(context, outline, buffers, scene);
     CompleteNormalMaps(scene);
     Check(scene, context.label, ErrorKind::BadInput);
     context.Progress("done", 1.0f);
@@ -99,7 +117,8 @@ GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
     outline.images = ReadMaterials(context, document.model, outline.scene);
     outline.layouts = ReadMeshLayouts(context, document.model, outline.tables);
     outline.instancing = ReadInstancing(context, document.model, outline.tables);
-    ReadNodes(context, document.model, outline.scene);
+    const uint32_t chosen = ReadNodes(context, document.model, outline.scene);
+    outline.imageLight = ReadImageLight(context, document.model, chosen);
     outline.defaultMaterial = AddDefaultMaterial(outline.layouts, outline.scene);
     outline.scene.variants = ReadVariantNames(document.model);
     outline.bufferSources = std::move(document.buffers);

@@ -187,8 +187,13 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
         throw MakeError(ErrorKind::BadInput, "{}: {}", context.label, Printable(error.what(), 1024));
     }
     const fs::path to = target.parent_path();
-    if (!IsSameFolder(located.folder, to))
-        CopyFiles(root, loaded.images, folder, to, options.limits.maxFileBytes);
+    if (!IsSameFolder(located.folder, to)) {
+        std::vector<uint32_t> imagesRead = loaded.images;
+        if (loaded.imageLight)
+            imagesRead.insert(imagesRead.end(), loaded.imageLight->faces.begin(),
+                              loaded.imageLight->faces.end());
+        CopyFiles(root, imagesRead, folder, to, options.limits.maxFileBytes);
+    }
     Write(container, root, target, isGlb);
 }
 

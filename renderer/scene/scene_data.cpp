@@ -174,6 +174,7 @@ SceneStatistics Statistics(const SceneData& scene) {
         isPlaced[instance.mesh] = true;
     }
     for (const ImageData& image : scene.images) statistics.imageBytes += Bytes(image.rgba);
+    statistics.imageBytes += Bytes(scene.environment.map.rgba);
     statistics.instanceCount = scene.instances.size();
     statistics.materialCount = scene.materials.size();
     statistics.textureCount = scene.textures.size();

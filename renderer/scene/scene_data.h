@@ -33,6 +33,7 @@
 #include <vector>
 
 #include "base/api.h"
+#include "renderer/image/image.h"
 #include "shaders/shared/alpha_modes.h"
 
 namespace raygraph::scene {
@@ -340,6 +341,16 @@ struct Light {
     bool operator==(const Light&) const = default;
 };
 
+// The light from infinity that a scene brings along (EXT_lights_image_based), turned and scaled as its file
+// says.
+struct EnvironmentLight {
+    std::string name;
+    uint32_t faceSize = 0;  // Of the file's cube map: texels a side.
+    image::ImageF map;      // As GpuScene::SetEnvironmentMap takes it. Empty: the scene has none.
+
+    bool IsPresent() const { return !map.rgba.empty(); }
+};
+
 struct SceneData {
     std::string name;
     std::vector<Mesh> meshes;
@@ -354,7 +365,8 @@ struct SceneData {
     std::vector<Instance> instances;
     std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
     std::vector<Light> lights;    // Those placed in the loaded scene, in order of the file's light index.
-    Bounds bounds;                // World space, of all visible instances.
+    EnvironmentLight environment;
+    Bounds bounds;                      // World space, of all visible instances.
     std::vector<std::string> warnings;  // One line each: what was skipped or repaired while loading.
     std::vector<std::string> variants;  // KHR_materials_variants: their names, in the file's order.
     uint32_t variant = kNone;           // The one shown (renderer/scene/variants.h).

@@ -125,8 +125,8 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("render a.gltf --light-group a=b --light-group a=c", "--light-group", "two");
     ExpectUsage("render a.gltf --background 1,1", "--background");
     ExpectUsage("render a.gltf --background 1,1,1 --env a.hdr", "--background", "--env");
-    ExpectUsage("render a.gltf --env-rotation 90", "--env-rotation", "--env");
-    ExpectUsage("render a.gltf --env-tint 1,1,0", "--env-tint", "--env");
+    ExpectUsage("render a.gltf --background 1,1,1 --env-rotation 90", "--env-rotation", "--background");
+    ExpectUsage("render a.gltf --background 1,1,1 --env-tint 1,1,0", "--env-tint", "--background");
     ExpectUsage("render a.gltf -o a.exr --exposure 1", "--exposure", ".png");
     ExpectUsage("render a.gltf --resume a.exr --tonemap agx", "--tonemap", ".png");
     ExpectUsage("render a.gltf --camera '0 1 5 0 0'", "--camera", "0 1 5 0 0");
@@ -134,8 +134,7 @@ TEST(Arguments, MistakesAreUsageErrorsThatNameTheOption) {
     ExpectUsage("render a.gltf --max-depth -1", "--max-depth");
     ExpectUsage("bench a.gltf --spp 4", "--spp");
     ExpectUsage("bench a.gltf --tolerance 0.1", "--tolerance", "--compare");
-    ExpectUsage("bench a.gltf --env-rotation 90", "--env-rotation", "--env");
-    ExpectUsage("bench a.gltf --env-tint 1,1,0", "--env-tint", "--env");
+    ExpectUsage("bench a.gltf --background 1,1,1 --env-tint 1,1,0", "--env-tint", "--background");
     ExpectUsage("info --devices --scene 1", "--scene", "--devices");
     ExpectUsage("info", "--devices");
     ExpectUsage("info --devices --extensions", "--devices or --extensions");

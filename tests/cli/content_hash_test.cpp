@@ -28,6 +28,7 @@ SceneData OneOfEach() {
     scene.instances.resize(1);
     scene.cameras.resize(1);
     scene.lights.resize(1);
+    scene.environment.map = {1, 1, {1, 1, 1, 1}};
     return scene;
 }
 
@@ -73,6 +74,9 @@ void Change(TextureRef& value) {
 }
 void Change(Sampler& value) {
     Change(value.wrapU);
+}
+void Change(EnvironmentLight& value) {
+    Change(value.map.rgba[0]);
 }
 void Change(Bounds& value) {
     value.Extend(glm::vec3(1.0f));
@@ -139,9 +143,13 @@ auto FieldsOf(Light& s) {
     auto& [a, b, c, d, e, f, g, h, i, j] = s;
     return std::tie(a, b, c, d, e, f, g, h, i, j);
 }
+auto FieldsOf(image::ImageF& s) {
+    auto& [a, b, c] = s;
+    return std::tie(a, b, c);
+}
 auto FieldsOf(SceneData& s) {
-    auto& [name, a, b, c, d, e, f, g, h, i, j, warnings, variants, variant] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j);
+    auto& [name, a, b, c, d, e, f, g, h, i, j, k, warnings, variants, variant] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
 }
 
 // Changes each field of what `select` finds in a scene, and expects another hash every time.
@@ -182,6 +190,7 @@ TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
     ExpectEachChangeSeen("node", [](SceneData& s) -> Node& { return s.nodes[0]; });
     ExpectEachChangeSeen("instance", [](SceneData& s) -> Instance& { return s.instances[0]; });
     ExpectEachChangeSeen("camera", [](SceneData& s) -> Camera& { return s.cameras[0]; });
+    ExpectEachChangeSeen("environment", [](SceneData& s) -> image::ImageF& { return s.environment.map; });
     ExpectEachChangeSeen("light", [](SceneData& s) -> Light& { return s.lights[0]; });
 }
 

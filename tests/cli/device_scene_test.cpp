@@ -50,13 +50,15 @@ Parts PartsOf(DeviceScene& scene) {
             {"regularize", Number(s.biases.regularize)},
             {"shadow terminator", Number(s.biases.shadowTerminator)},
             {"environment", Text(environment.radiance)},
-            {"environment's rotation", Number(environment.rotation)}};
+            {"environment's rotation", Number(environment.rotation)},
+            {"environment is the scene's", Number(environment.usesScene)}};
 }
 
 class DeviceSceneTest : public testing::VulkanTest {
   protected:
-    static Parts PartsWith(const SettingTexts& texts, bool hasMap = false) {
+    static Parts PartsWith(const SettingTexts& texts, bool hasMap = false, bool sceneHasMap = false) {
         SceneInput input;
+        if (sceneHasMap) input.data.environment.map = {1, 1, {1.0f, 1.0f, 1.0f, 1.0f}};
         scene::Camera camera;
         camera.cameraToWorld[3] = {0.0f, 0.0f, 5.0f};
         input.data.cameras.push_back(camera);
@@ -118,6 +120,16 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
     // With a map, the tint applies to it, and the background is not used
     ExpectChange({"env-tint", "2,3,4", {"environment"}, "2.000000 3.000000 4.000000"}, true);
     ExpectChange({"background", "1,2,3", {}}, true);
+    // One that the scene brings along is tinted, too, and gives way to any background and to a map
+    const auto environmentOf = [](const SettingTexts& texts, bool isMapGiven = false) {
+        const Parts parts = PartsWith(texts, isMapGiven, true);
+        return parts.at("environment") + ", " + parts.at("environment is the scene's");
+    };
+    EXPECT_EQ(environmentOf({}), "1.000000 1.000000 1.000000, 1.000000");
+    EXPECT_EQ(environmentOf({{"env-tint", "2,3,4"}}), "2.000000 3.000000 4.000000, 1.000000");
+    EXPECT_EQ(environmentOf({{"background", "1,2,3"}}), "1.000000 2.000000 3.000000, 0.000000");
+    EXPECT_EQ(environmentOf({{"background", "0,0,0"}}), "0.000000 0.000000 0.000000, 0.000000");
+    EXPECT_EQ(environmentOf({}, true), "1.000000 1.000000 1.000000, 0.000000");
     // Every setting is here but those that tell the command what to do with the picture
     for (const PictureSetting& setting : PictureSettingTable()) {
         const std::string name = setting.name;

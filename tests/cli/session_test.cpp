@@ -200,7 +200,7 @@ TEST_F(SessionTest, SettingsThatNoTextGivesAreRefused) {
                   "clamp-indirect: \"1e-07\"");
     expectRefused([](PictureSettings& s) { s.paths.biases.regularize = NAN; }, "regularize: ");
     expectRefused([](PictureSettings& s) { s.size = {0, 8}; }, "size: \"0x8\"");
-    expectRefused([](PictureSettings& s) { s.background[1] = -1.0f; }, "background: ");
+    expectRefused([](PictureSettings& s) { s.background = {0.0f, -1.0f, 0.0f}; }, "background: ");
     expectRefused([](PictureSettings& s) { s.aperture = -1.0f; }, "aperture: ");
     expectRefused([](PictureSettings& s) { s.lightGroups = {{"rest", {"Light"}}}; }, "light-group: ");
     expectRefused([](PictureSettings& s) { s.lightGroups = {{"lamps", {"a,b"}}}; }, "light-group: ");

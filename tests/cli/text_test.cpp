@@ -23,6 +23,16 @@ TEST(SceneText, ALongListIsCut) {
     EXPECT_NE(text.find("cameras     none"), std::string::npos) << text;
 }
 
+TEST(SceneText, EnvironmentIsSaidWhereThereIsOne) {
+    scene::SceneData data;
+    EXPECT_EQ(DescribeScene("a.glb", data).find("environment"), std::string::npos);
+    data.environment = {"evening", 256, {1, 1, {1, 1, 1, 1}}};
+    const std::string text = DescribeScene("a.glb", data);
+    EXPECT_NE(text.find("  environment \"evening\", a cube of 256 x 256; --env or --background replace it\n"),
+              std::string::npos)
+        << text;
+}
+
 TEST(DeviceList, EveryRefusalIsShown) {
     std::vector<rhi::DeviceReport> devices(2);
     devices[0].name = "fast";

@@ -1,0 +1,63 @@
+// The environment that a scene brings along, to the program.
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "renderer/image/image.h"
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using test::ProgramResult;
+using test::RunProgram;
+
+constexpr const char* kTriangle = R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+ "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                "min": [-1, -1, 0], "max": [1, 1, 0]}],
+ "bufferViews": [{"buffer": 0, "byteLength": 36}],
+ "buffers": [{"byteLength": 36, "uri":
+  "data:application/octet-stream;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAAAAAAAAgD8AAAAA"}]})";
+
+// A pixel of PNG, opaque white, as each face.
+TEST(ProgramRender, EnvironmentOfTheSceneIsUsedUnlessAnotherIsGiven) {
+    const test::TemporaryFolder folder;
+    std::string text = kTriangle;
+    nlohmann::json scene = nlohmann::json::parse(text);
+    image::WritePng(folder / "white.png", {1, 1, {255, 255, 255, 255}});
+    scene["images"] = nlohmann::json::parse(R"([{"uri": "white.png"}])");
+    scene["scenes"][0]["extensions"]["EXT_lights_image_based"]["light"] = 0;
+    scene["extensions"]["EXT_lights_image_based"]["lights"] =
+        nlohmann::json::parse(R"([{"intensity": 0.25, "specularImages": [[0, 0, 0, 0, 0, 0]]}])");
+    std::ofstream(folder / "triangle.gltf") << scene;
+    std::ofstream(folder / "plain.gltf") << kTriangle;
+    const auto corner = [&](const std::string& options, const std::string& messages = "") {
+        const ProgramResult result =
+            RunProgram(folder, "render triangle.gltf --size 8x8 --spp 1 -o a.exr " + options);
+        EXPECT_EQ(result.exitCode, 0) << result.messages;
+        EXPECT_EQ(result.messages.find("nothing emits light") != std::string::npos, !messages.empty())
+            << result.messages;
+        return session::ReadRenderFile(folder / "a.exr").radiance[0];
+    };
+    EXPECT_NEAR(corner(""), 0.25f, 1e-6f);
+    EXPECT_NEAR(corner("--env-tint 4,4,4"), 1.0f, 1e-6f);
+    EXPECT_EQ(corner("--background 2,2,2"), 2.0f);
+    EXPECT_EQ(corner("--background 0,0,0", "nothing emits light"), 0.0f);
+    image::WriteHdr(folder / "sky.hdr", {2, 1, std::vector<float>(8, 0.5f)});
+    EXPECT_NEAR(corner("--env sky.hdr"), 0.5f, 0.01f);
+    // Recorded, so that it is asked for again
+    EXPECT_EQ(corner("--background 0,0,0", "nothing emits light"), 0.0f);
+    const ProgramResult resumed = RunProgram(folder, "render triangle.gltf --resume a.exr --spp 2 --quiet");
+    EXPECT_EQ(resumed.exitCode, 0) << resumed.messages;
+    EXPECT_EQ(session::ReadRenderFile(folder / "a.exr").radiance[0], 0.0f);
+    const ProgramResult refused = RunProgram(folder, "render plain.gltf --env-tint 1,1,1");
+    EXPECT_EQ(refused.exitCode, 2);
+    EXPECT_NE(refused.messages.find("--env-tint is of a map: it needs --env; plain.gltf has none"),
+              std::string::npos)
+        << refused.messages;
+}
+
+}  // namespace
+}  // namespace raygraph
