@@ -41,6 +41,7 @@ uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
         features |= kTraceLightSampling;
         if (scene.triangleLights > 0) features |= kTraceTriangleLights;
         if (scene.punctualLights > 0) features |= kTracePunctualLights;
+        if (scene.hasLightProfiles) features |= kTraceLightProfiles;
         if (lights.hasEnvironment != 0u) features |= kTraceEnvironmentLight;
     }
     if (scene.hasThinWalls) features |= kTraceThinWalls;
@@ -144,6 +145,7 @@ void BindLights(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("lights", scene.lights);
     pass.Reads("lightNodes", scene.lightNodes);
     pass.Reads("lightAlias", scene.lightAlias);
+    pass.Reads("lightProfiles", scene.lightProfiles);
     pass.Reads("environmentAlias", scene.environmentAlias);
 }
 

@@ -28,6 +28,7 @@ scene::SceneData OutlineOf(const scene::SceneData& data) {
     outline.instances = data.instances;
     outline.cameras = data.cameras;
     outline.lights = data.lights;
+    outline.profiles = data.profiles;
     outline.environment = {data.environment.name, data.environment.faceSize, {}};
     outline.bounds = data.bounds;
     outline.warnings = data.warnings;

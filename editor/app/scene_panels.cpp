@@ -215,8 +215,8 @@ void LightFields(Workspace& work, uint32_t index) {
     scene::Light light = work.document.Scene().lights[index];
     ImGui::PushID(static_cast<int>(index));
     bool isEdited = false;
-    scene::ForEachLightField(light.type, [&](const auto& field) {
-        isEdited |= Edits(work, light.*field.member, field, scene::UnitOf(field, light.type));
+    scene::ForEachLightField(light, [&](const auto& field) {
+        isEdited |= Edits(work, light.*field.member, field, scene::UnitOf(field, light));
     });
     if (isEdited) work.Apply(LightEdit{index, light});
     ImGui::PopID();

@@ -45,9 +45,13 @@ std::string Describe(const scene::Camera& camera) {
     return Text("perspective, vertical angle {:.4g} degrees, at {}", Degrees(camera.yFov), VectorText(eye));
 }
 
-std::string Describe(const scene::Light& light) {
+std::string Describe(const scene::Light& light, const std::vector<scene::LightProfile>& profiles) {
     const double intensity = static_cast<double>(light.intensity);
     std::string text;
+    if (light.profile != scene::kNone)
+        return Text("profile, at most {:.4g} cd, color {}",
+                    intensity * static_cast<double>(profiles.at(light.profile).MaxIntensity()),
+                    VectorText(light.color));
     switch (light.type) {
         case scene::LightType::Directional:
             text = Text("directional, {:.4g} lx", intensity);
@@ -126,7 +130,8 @@ std::string DescribeScene(std::string_view file, const scene::SceneData& scene) 
                                          Quoted(light.name, kMaxNameBytes), light.faceSize, light.faceSize));
     const auto describe = [](const auto& thing) { return Describe(thing); };
     text += List("cameras", scene.cameras, describe);
-    text += List("lights", scene.lights, describe);
+    text += List("lights", scene.lights,
+                 [&](const scene::Light& light) { return Describe(light, scene.profiles); });
     text += List("materials", scene.materials, describe);
     text += ListVariants(scene);
     return text;

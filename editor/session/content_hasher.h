@@ -125,10 +125,15 @@ class ContentHasher {
                translationRest);
     }
     void Add(const scene::Light& light) {
-        const auto& [name, node, type, color, intensity, range, innerConeAngle, outerConeAngle, lightToWorld,
-                     translationRest] = light;
+        const auto& [name, node, type, color, intensity, range, innerConeAngle, outerConeAngle, profile,
+                     lightToWorld, translationRest] = light;
         AddAll(name, node, type, lightToWorld, translationRest);
+        if (profile != scene::kNone) AddAll(std::string_view("profile"), profile);
         AddChanged(light, scene::light_fields::kAll);
+    }
+    void Add(const scene::LightProfile& profile) {
+        const auto& [name, type, vertical, horizontal, candela] = profile;
+        AddAll(name, type, vertical, horizontal, candela);
     }
     void Add(const scene::EnvironmentLight& light) {
         const auto& [name, faceSize, map] = light;
@@ -136,8 +141,9 @@ class ContentHasher {
     }
     void Add(const scene::SceneData& scene) {
         const auto& [name, meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights,
-                     environment, bounds, warnings, variants, variant] = scene;
+                     profiles, environment, bounds, warnings, variants, variant] = scene;
         AddAll(meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights, bounds);
+        if (!profiles.empty()) Add(profiles);
         if (environment.IsPresent()) Add(environment);
     }
     void Add(const image::ImageF& image) {

@@ -55,6 +55,7 @@ struct SceneIds {
     BufferId lights;                  // "lights": gpu::LightRecord[]
     BufferId lightNodes;              // "lightNodes": gpu::LightNode[]
     BufferId lightAlias;              // "lightAlias": gpu::AliasEntry[]
+    BufferId lightProfiles;           // "lightProfiles": float[], see shaders/lights/light_profile.glsl
     BufferId environmentAlias;        // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
     BufferId energyTables;         // "energyTables": float[], see shaders/shared/energy_tables.h
@@ -65,6 +66,7 @@ struct SceneIds {
     bool hasThinWalls = false;     // light passes straight through some surfaces: smooth thin walls
     uint32_t triangleLights = 0;   // of the lights, dark ones included
     uint32_t punctualLights = 0;
+    bool hasLightProfiles = false;                     // of these
     uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
     BufferId draws;                                    // "draws": gpu::DrawRecord[], one a group of triangles
     uint32_t placementCount = 0;                       // records of `instances`
@@ -138,14 +140,14 @@ class RAYGRAPH_API GpuScene {
     GpuScene(const GpuScene&) = delete;
     GpuScene& operator=(const GpuScene&) = delete;
 
-    // Replaces everything but the environment that was set. Consumes the data: host copies are freed as they are uploaded.
-    // On an Error the old scene stays, and is drawn as before: everything that the new one needs on the
-    // device, its acceleration structures included, is allocated before the old one is destroyed, so either
-    // both fit or nothing changes. SetScene({}) waits for the device, so that the old scene's memory is free
-    // when it returns. Error{Usage} for data that scene::Check refuses, for more textures or instances than
-    // the device or GpuSceneDesc allow; Error{OutOfMemory} if it does not fit the host or the device. An
-    // Error after the upload has begun leaves the data consumed: it has no meshes any more, and is refused if
-    // it has instances.
+    // Replaces everything but the environment that was set. Consumes the data: host copies are freed as they
+    // are uploaded. On an Error the old scene stays, and is drawn as before: everything that the new one
+    // needs on the device, its acceleration structures included, is allocated before the old one is
+    // destroyed, so either both fit or nothing changes. SetScene({}) waits for the device, so that the old
+    // scene's memory is free when it returns. Error{Usage} for data that scene::Check refuses, for more
+    // textures or instances than the device or GpuSceneDesc allow; Error{OutOfMemory} if it does not fit the
+    // host or the device. An Error after the upload has begun leaves the data consumed: it has no meshes any
+    // more, and is refused if it has instances.
     void SetScene(scene::SceneData&& scene);
 
     // The position from which the scene is viewed, in world space: the origin of the device's coordinates,
@@ -185,7 +187,8 @@ class RAYGRAPH_API GpuScene {
 
     // A punctual light; indices are those of SceneData::lights. Rebuilds the light tables, and nothing else.
     // Error{Usage} out of range, and for values that no file can have: numbers that are not finite, a
-    // negative color or intensity, cone angles that are not 0 <= inner < outer <= pi / 2.
+    // negative color or intensity, cone angles that are not 0 <= inner < outer <= pi / 2, a profile that the
+    // scene does not have.
     void SetLight(uint32_t light, const scene::Light& values);
     const scene::Light& Light(uint32_t light) const;
     // An invisible light does not shine. A change rebuilds the light tables. Error{Usage} out of range.
@@ -201,8 +204,8 @@ class RAYGRAPH_API GpuScene {
     // is what the scene brings along. Error{Usage} for values that are not finite, or negative radiance.
     void SetEnvironment(const EnvironmentSettings& settings);
     const EnvironmentSettings& Environment() const;
-    // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty. Stays
-    // when the scene is replaced, and counts instead of what a scene brings along.
+    // Finite, non-negative texels, rows from the zenith down. Error{Usage} otherwise, or if it is empty.
+    // Stays when the scene is replaced, and counts instead of what a scene brings along.
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     void RemoveEnvironmentMap();
 

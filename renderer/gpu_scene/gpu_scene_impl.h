@@ -61,8 +61,8 @@ struct GpuScene::Impl {
                 newResources = UploadScene(device, uploader, builder, *textureTable, data);
                 newInstances = std::make_unique<InstanceSet>(device, *newResources, data);
                 newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
-                newLights =
-                    std::make_unique<LightSet>(device, *newResources, newInstances->Placements(), data);
+                newLights = std::make_unique<LightSet>(device, uploader, *newResources,
+                                                       newInstances->Placements(), data);
                 if (data.environment.IsPresent())
                     newEnvironment = UploadEnvironment(device, uploader, data.environment.map);
                 builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one

@@ -31,7 +31,7 @@ void PlaceFromOrigin(scene::Light& light, const scene::Light& placed, const glm:
 
 }  // namespace
 
-LightSet::LightSet(rhi::Device& device, SceneResources& resources,
+LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
                    std::span<const InstanceSet::Placement> placements, const scene::SceneData& data)
     : m_device(device) {
     m_isEmitterInstance.resize(data.instances.size());
@@ -61,6 +61,7 @@ LightSet::LightSet(rhi::Device& device, SceneResources& resources,
     for (const scene::Light& light : data.lights)
         m_scene.isPunctualHidden.push_back(!scene::IsVisible(isVisible, light.node));
     m_scene.radius = data.bounds.Radius();
+    m_scene.profiles = MakeProfileTable(data.profiles);
 
     uint64_t lightCount = data.lights.size();
     for (const EmitterPlacement& placement : m_scene.placements)
@@ -68,6 +69,9 @@ LightSet::LightSet(rhi::Device& device, SceneResources& resources,
     m_lights = TableBuffer(device, "lights", lightCount, sizeof(gpu::LightRecord));
     m_nodes = TableBuffer(device, "light nodes", 2 * lightCount, sizeof(gpu::LightNode));
     m_alias = TableBuffer(device, "light alias", 3 * (lightCount + 1), sizeof(gpu::AliasEntry));
+    const std::vector<float>& words = m_scene.profiles.words;
+    m_profiles = TableBuffer(device, "light profiles", words.size(), sizeof(float));
+    if (!words.empty()) uploader.UploadBuffer(m_profiles, 0, std::as_bytes(std::span(words)));
 }
 
 void LightSet::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld) {
@@ -118,6 +122,9 @@ void LightSet::SetVariant(const SceneResources& resources) {
 void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
     const std::string subject = Text("GpuScene: SetLight: light {}", light);
     scene::Check(values, subject);
+    if (const size_t count = m_scene.profiles.firstWords.size();
+        values.profile != scene::kNone && values.profile >= count)
+        throw MakeError(ErrorKind::Usage, "{}: profile is {}, there are {}", subject, values.profile, count);
     // A file's transform may be degenerate; one that a host sets must have a direction
     scene::CheckTransform({values.lightToWorld, values.translationRest}, subject);
     scene::Light inWorld = values, fromOrigin = values;
@@ -172,6 +179,8 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
     ids.lights = renderer.Import("lights", m_lights, m_lightsState);
     ids.lightNodes = renderer.Import("lightNodes", m_nodes, m_nodesState);
     ids.lightAlias = renderer.Import("lightAlias", m_alias, m_aliasState);
+    ids.lightProfiles = renderer.Import("lightProfiles", m_profiles, m_profilesState);
+    ids.hasLightProfiles = !m_scene.profiles.words.empty();
     if (!m_isUploadDue) return;
     renderer.AddPass(
         "UploadLights", PassKind::Transfer,

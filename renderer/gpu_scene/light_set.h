@@ -13,13 +13,14 @@
 #include "renderer/gpu_scene/light_table.h"
 #include "renderer/gpu_scene/scene_resources.h"
 #include "rhi/device.h"
+#include "rhi/upload.h"
 
 namespace raygraph {
 
 class LightSet {
   public:
-    // Takes the emitters of `resources`; of `data` the materials, lights, instances and bounds.
-    LightSet(rhi::Device& device, SceneResources& resources,
+    // Takes the emitters of `resources`; of `data` the materials, lights, profiles, instances and bounds.
+    LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
              std::span<const InstanceSet::Placement> placements, const scene::SceneData& data);
 
     // Indices are those of the scene, and in range. Transforms of instances are from the scene's origin;
@@ -72,9 +73,11 @@ class LightSet {
     rhi::Buffer m_lights;  // as many as the scene can have; likewise the others
     rhi::Buffer m_nodes;
     rhi::Buffer m_alias;
+    rhi::Buffer m_profiles;  // does not change
     ResourceState m_lightsState;
     ResourceState m_nodesState;
     ResourceState m_aliasState;
+    ResourceState m_profilesState;
 };
 
 }  // namespace raygraph

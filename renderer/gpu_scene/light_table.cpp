@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <glm/gtc/quaternion.hpp>
 #include "base/check.h"
 #include "renderer/gpu_scene/alias_table.h"
 #include "renderer/gpu_scene/light_bvh.h"
@@ -112,6 +113,25 @@ gpu::LightRecord PunctualLight(const scene::Light& light) {
             .spotOffsetOrClearance = isSpot ? -cosOuter * scale : 0.0f};
 }
 
+// Turns a point light's record into that of one with a profile.
+void PutProfile(gpu::LightRecord& record, const scene::Light& light, const ProfileTable& profiles) {
+    // From the node's axes, z first, without scale and shear; what is flat has axes of its own
+    glm::dvec3 z(light.lightToWorld[2]), x(light.lightToWorld[0]);
+    z = glm::length(z) > 0.0 ? glm::normalize(z) : glm::dvec3(0.0, 0.0, 1.0);
+    if (glm::length(x) > 0.0) x = glm::normalize(x);
+    x -= glm::dot(x, z) * z;
+    if (!(glm::length(x) > 1e-9))
+        x = glm::cross(glm::abs(z.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0), z);
+    x = glm::normalize(x);
+    const glm::dmat3 axes(x, glm::cross(z, x), z);
+    const glm::dquat toProfile = glm::normalize(glm::conjugate(glm::quat_cast(axes)));
+    record.flags |= gpu::kLightProfile;
+    if (glm::determinant(glm::mat3(light.lightToWorld)) < 0.0f) record.flags |= gpu::kLightMirrored;
+    record.e1 = glm::dvec3(toProfile.x, toProfile.y, toProfile.z);
+    record.spotScale = static_cast<float>(toProfile.w);
+    record.primitive = profiles.firstWords[light.profile];
+}
+
 double PunctualPower(const gpu::LightRecord& light, double sceneRadius) {
     const double intensity = Luminance(light.e2);
     if (light.kind == gpu::kLightDirectional) return kPi * sceneRadius * sceneRadius * intensity;
@@ -131,6 +151,25 @@ void AppendAlias(std::vector<gpu::AliasEntry>& alias, std::span<const double> po
 }
 
 }  // namespace
+
+ProfileTable MakeProfileTable(std::span<const scene::LightProfile> profiles) {
+    ProfileTable table;
+    std::vector<float>& words = table.words;
+    const auto append = [&](const std::vector<float>& values) {
+        words.insert(words.end(), values.begin(), values.end());
+    };
+    for (const scene::LightProfile& profile : profiles) {
+        table.firstWords.push_back(static_cast<uint32_t>(words.size()));
+        table.means.push_back(profile.MeanIntensity());
+        words.push_back(static_cast<float>(profile.type));
+        words.push_back(static_cast<float>(profile.vertical.size()));
+        words.push_back(static_cast<float>(profile.horizontal.size()));
+        append(profile.vertical);
+        append(profile.horizontal);
+        append(profile.candela);
+    }
+    return table;
+}
 
 uint32_t LightScene::NumberEmitters() {
     uint32_t count = 0;
@@ -169,7 +208,12 @@ LightTable BuildLightTable(const LightScene& scene) {
             if (isDirectional != (light.type == scene::LightType::Directional)) continue;
             gpu::LightRecord record = PunctualLight(light);
             if (i < scene.isPunctualHidden.size() && scene.isPunctualHidden[i]) record.e2 = glm::vec3(0.0f);
-            add(record, GroupAt(scene.lightGroups.lights, i), PunctualPower(record, radius));
+            double lightPower = PunctualPower(record, radius);
+            if (light.profile != scene::kNone) {
+                PutProfile(record, light, scene.profiles);
+                lightPower *= scene.profiles.means[light.profile];
+            }
+            add(record, GroupAt(scene.lightGroups.lights, i), lightPower);
         }
         if (!isDirectional) table.set.boundedCount = static_cast<uint32_t>(table.lights.size());
     }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
 #include <vector>
 
 #include "renderer/gpu_scene/light_groups.h"
@@ -28,6 +29,14 @@ struct EmitterPlacement {
     uint32_t firstLight = 0;
 };
 
+// The profiles of a scene's lights, as in the buffer of shaders/lights/light_profile.glsl.
+struct ProfileTable {
+    std::vector<float> words;
+    std::vector<uint32_t> firstWords;  // by profile
+    std::vector<double> means;         // intensity over all directions, candela
+};
+ProfileTable MakeProfileTable(std::span<const scene::LightProfile> profiles);
+
 // Everything that the tables depend on.
 struct LightScene {
     struct Instance {
@@ -40,7 +49,8 @@ struct LightScene {
     std::vector<glm::vec3> emission;  // by material: radiance, before the texture
     std::vector<scene::Light> punctual;
     std::vector<bool> isPunctualHidden;  // empty: none is
-    float radius = 0.0f;                 // of the scene's bounding sphere, m: what infinite lights shine on
+    ProfileTable profiles;
+    float radius = 0.0f;  // of the scene's bounding sphere, m: what infinite lights shine on
 
     LightGroups lightGroups;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/gtc/constants.hpp>
 #include <type_traits>
 
@@ -107,12 +108,41 @@ void CheckTextures(const Material& material, size_t textureCount, const Subject&
 }
 
 void CheckValues(const Light& light, const Subject& subject) {
-    ForEachLightField(light.type,
-                      [&](const auto& field) { CheckField(light.*field.member, field, subject); });
+    ForEachLightField(light, [&](const auto& field) { CheckField(light.*field.member, field, subject); });
+    subject.Require(light.profile == kNone || light.type == LightType::Point,
+                    "it has a profile, and is no point light");
     subject.Require(AllFinite(light.color * light.intensity), "color times intensity is infinite");
     subject.Require(IsFinite(light.lightToWorld) && IsFinite(light.translationRest),
                     "its transform is not finite");
     subject.Require(HasCone(light), kConeRule);
+}
+
+bool AreIncreasing(const std::vector<float>& angles) {
+    return std::ranges::all_of(angles, [](float angle) { return std::isfinite(angle); }) &&
+           std::ranges::adjacent_find(angles, std::greater_equal<>()) == angles.end();
+}
+
+void CheckProfile(const LightProfile& profile, const Subject& subject) {
+    constexpr float kPi = glm::pi<float>(), kRounding = 1e-5f;
+    const bool isC = profile.type == PhotometricType::C;
+    const size_t vertical = profile.vertical.size(), horizontal = profile.horizontal.size();
+    subject.Require(vertical >= 2 && horizontal >= (isC ? 1 : 2), "it has too few angles");
+    if (profile.candela.size() != vertical * horizontal)
+        subject.Fail(Text("{} intensities of {} x {} angles", profile.candela.size(), horizontal, vertical));
+    subject.Require(AreIncreasing(profile.vertical) && AreIncreasing(profile.horizontal),
+                    "its angles must be finite and increase");
+    subject.Require(profile.vertical.front() >= (isC ? 0.0f : -kPi - kRounding) &&
+                        profile.vertical.back() <= kPi + kRounding,
+                    "its vertical angles are out of range");
+    const float first = profile.horizontal.front(), last = profile.horizontal.back();
+    if (!isC)
+        subject.Require(first >= -kPi - kRounding && last <= kPi + kRounding,
+                        "its horizontal angles are out of range");
+    else if (horizontal > 1)
+        subject.Require(std::abs(last - first - 2.0f * kPi) <= kRounding,
+                        "its horizontal angles must be a turn");
+    for (const float candela : profile.candela)
+        subject.RequireRange("an intensity", candela, 0.0f, kUnbounded);
 }
 
 void CheckValues(const Camera& camera, const Subject& subject) {
@@ -240,7 +270,10 @@ void CheckAll(const SceneData& scene, const Subject& subject) {
     for (size_t i = 0; i < scene.lights.size(); ++i) {
         subject.In("lights", i).RequireIndex("node", scene.lights[i].node, scene.nodes.size(), true);
         CheckValues(scene.lights[i], subject.In("lights", i));
+        subject.In("lights", i).RequireIndex("profile", scene.lights[i].profile, scene.profiles.size(), true);
     }
+    for (size_t i = 0; i < scene.profiles.size(); ++i)
+        CheckProfile(scene.profiles[i], subject.In("profiles", i));
     CheckEnvironment(scene.environment, subject);
     subject.Require(scene.bounds.IsEmpty() || (AllFinite(scene.bounds.min) && AllFinite(scene.bounds.max)),
                     "its bounds are not finite");

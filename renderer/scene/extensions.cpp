@@ -15,6 +15,8 @@ constexpr GltfExtension NotRead(std::string_view name, std::string_view why) {
 
 // clang-format off
 constexpr std::array kKnown{
+    Read("EXT_lights_ies", "IesLightScene.IrradianceOnAPlaneIsThatOfTheProfile",
+         "point lights with measured profiles"),
     Read("EXT_lights_image_based", "ImageLightScene.LightsTheSceneFromEachSideAsItsFileSays",
          "the environment, where --env and --background give none"),
     Read("EXT_mesh_gpu_instancing", "Instancing.EachIsTranslatedAfterRotationAfterScaleWithinItsNode",

@@ -9,6 +9,7 @@
 #include "base/printable.h"
 #include "base/text.h"
 #include "renderer/scene/check.h"
+#include "renderer/scene/gltf_light_profiles.h"
 #include "renderer/scene/split_place.h"
 
 namespace raygraph::scene {
@@ -44,14 +45,16 @@ class GraphReader {
         m_scene.nodes.resize(count);
         m_cameraOfNode.assign(count, kNone);
         m_lightOfNode.assign(count, kNone);
+        m_profileOfNode.assign(count, kNone);
         for (size_t i = 0; i < count; ++i) ReadNode(static_cast<uint32_t>(i));
         CheckForest();
         m_scene.nodeOrder = Descendants(ChooseRoots());
         PlaceCameras();
         PlaceLights();
+        PlaceProfiles();
     }
 
-    uint32_t ChosenScene() const { return m_chosenScene; }
+    const GraphIndices& Indices() const { return m_indices; }
 
   private:
     static Place NodeAt(size_t index) { return Place("nodes")[index]; }
@@ -76,6 +79,8 @@ class GraphReader {
         m_cameraOfNode[index] = static_cast<uint32_t>(file.camera);
         if (const auto light = file.extensions.find("KHR_lights_punctual"); light != file.extensions.end())
             m_lightOfNode[index] = static_cast<uint32_t>(light->second.Get("light").GetNumberAsInt());
+        if (const auto light = file.extensions.find(kProfileExtension); light != file.extensions.end())
+            m_profileOfNode[index] = static_cast<uint32_t>(light->second.Get("light").GetNumberAsInt());
         if (const auto own = file.extensions.find("KHR_node_visibility"); own != file.extensions.end())
             node.isVisible = !own->second.Has("visible") || own->second.Get("visible").Get<bool>();
         if (file.skin >= 0)
@@ -151,7 +156,7 @@ class GraphReader {
         }
         const size_t chosen =
             asked.empty() ? static_cast<size_t>(std::max(m_model.defaultScene, 0)) : FindScene(asked);
-        m_chosenScene = static_cast<uint32_t>(chosen);
+        m_indices.scene = static_cast<uint32_t>(chosen);
         m_scene.name = scenes[chosen].name;
         return std::move(roots[chosen]);
     }
@@ -214,14 +219,28 @@ class GraphReader {
         }
     }
 
+    void PlaceProfiles() {
+        std::vector<uint32_t>& profiles = m_indices.profiles;
+        for (const uint32_t node : NodesWith(m_profileOfNode)) {
+            const uint32_t profile = m_profileOfNode[node];
+            if (profiles.empty() || profiles.back() != profile) profiles.push_back(profile);
+            Light light = ReadProfileLight(m_model, node);
+            light.node = node;
+            light.profile = static_cast<uint32_t>(profiles.size() - 1);
+            if (light.name.empty()) light.name = m_scene.nodes[node].name;
+            m_scene.lights.push_back(std::move(light));
+        }
+    }
+
     GltfContext& m_context;
     const gltf::Model& m_model;
     SceneData& m_scene;
-    uint32_t m_chosenScene = kNone;
+    GraphIndices m_indices;
     std::vector<Camera> m_cameras;
     std::vector<Light> m_lights;
     std::vector<uint32_t> m_cameraOfNode;
     std::vector<uint32_t> m_lightOfNode;
+    std::vector<uint32_t> m_profileOfNode;
     std::vector<size_t> m_firstChild;
     std::vector<uint32_t> m_children;
 };
@@ -251,10 +270,10 @@ void PlaceMany(GltfContext& context, AccessorReader& reader, const InstancingLay
 
 }  // namespace
 
-uint32_t ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene) {
+GraphIndices ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene) {
     GraphReader reader(context, model, scene);
     reader.Read();
-    return reader.ChosenScene();
+    return reader.Indices();
 }
 
 void PlaceInstances(GltfContext& context, AccessorReader& reader,

@@ -11,10 +11,16 @@
 
 namespace raygraph::scene {
 
+// The file's indices of what the scene has.
+struct GraphIndices {
+    uint32_t scene = kNone;          // kNone: the file has no scenes.
+    std::vector<uint32_t> profiles;  // As they will be in SceneData::profiles.
+};
+
 // Fills scene.name, nodes, nodeOrder, cameras and lights; transforms of the latter two are still identity.
 // Checks that the nodes form a forest and that every index is in range. Throws Error{Usage} if options.scene
-// does not exist. Returns the index of the scene, kNone if the file has none.
-uint32_t ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene);
+// does not exist.
+GraphIndices ReadNodes(GltfContext& context, const gltf::Model& model, SceneData& scene);
 
 // Places an instance for every node of scene.nodeOrder with a mesh, or as many as `instancing` has of the
 // node, then world transforms and bounds. Fails if a transform or the bounds are not finite.

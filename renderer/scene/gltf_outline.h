@@ -13,6 +13,7 @@
 #include "renderer/scene/gltf_image_light.h"
 #include "renderer/scene/gltf_images.h"
 #include "renderer/scene/gltf_instancing.h"
+#include "renderer/scene/gltf_light_profiles.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/scene_data.h"
 
@@ -35,6 +36,7 @@ struct GltfOutline {
     SceneData scene;                  // Materials, textures, nodes, cameras and lights, without transforms.
     std::vector<ImageChoice> images;  // As ReadMaterials returns them.
     std::optional<ImageLight> imageLight;      // The loaded scene's.
+    std::vector<ProfileSource> profiles;       // By SceneData::profiles.
     std::vector<MeshLayout> layouts;           // By mesh.
     std::vector<InstancingLayout> instancing;  // By node.
     uint32_t defaultMaterial = kNone;          // Added to scene.materials, if a primitive names none.

@@ -10,6 +10,7 @@
 
 #include "base/text.h"
 #include "renderer/scene/gltf_choice.h"
+#include "renderer/scene/gltf_light_profiles.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 
@@ -278,13 +279,13 @@ Json& AddDefault(Json& root) {
 constexpr const char* kLights = "KHR_lights_punctual";
 
 bool HasSameValues(const Light& a, const Light& b) {
-    bool isSame = a.type == b.type;
-    ForEachLightField(a.type, [&](const auto& field) { isSame &= a.*field.member == b.*field.member; });
+    bool isSame = a.type == b.type && a.profile == b.profile;
+    ForEachLightField(a, [&](const auto& field) { isSame &= a.*field.member == b.*field.member; });
     return isSame;
 }
 
 void PutLight(Json& light, const Light& loaded, const Light& edited) {
-    ForEachLightField(edited.type, [&](const auto& field) {
+    ForEachLightField(edited, [&](const auto& field) {
         if (edited.*field.member == loaded.*field.member) return;
         PutField(*field.object == 0 ? light : light[field.object], field, edited.*field.member);
     });
@@ -299,15 +300,30 @@ Json* LightOf(Json& node) {
     return light == lights->end() ? nullptr : &*light;
 }
 
-// The edited light of each loaded one, by their nodes, which have at most one each: a light that was split
-// when the file was saved is another place down in the file than in what was edited.
+// The values of a node's light with a profile, whose color glTF bounds by 1: what is above goes to the
+// factor.
+void PutProfileLight(Json& node, const Light& loaded, Light edited) {
+    if (HasSameValues(loaded, edited)) return;
+    const float brightest = std::max({edited.color.x, edited.color.y, edited.color.z});
+    if (brightest > 1.0f) {
+        edited.color /= brightest;
+        edited.intensity *= brightest;
+    }
+    Json& light = node["extensions"][kProfileExtension];
+    if (edited.color != loaded.color) light["color"] = JsonOf(edited.color);
+    if (edited.intensity != loaded.intensity) light["multiplier"] = JsonOf(edited.intensity);
+}
+
+// The edited light of each loaded one, by their nodes, which have at most one each, and one with a profile: a
+// light that was split when the file was saved is another place down in the file than in what was edited.
 std::vector<const Light*> EditedLights(const SceneData& loaded, const SceneData& edited) {
-    std::vector<const Light*> byNode(loaded.nodes.size(), nullptr);
+    std::vector<const Light*> byNode[2];
+    for (std::vector<const Light*>& ofKind : byNode) ofKind.resize(loaded.nodes.size(), nullptr);
     for (const Light& light : edited.lights)
-        if (light.node < byNode.size()) byNode[light.node] = &light;
+        if (light.node < loaded.nodes.size()) byNode[light.profile != kNone][light.node] = &light;
     std::vector<const Light*> lights;
     for (const Light& light : loaded.lights) {
-        lights.push_back(byNode.at(light.node));
+        lights.push_back(byNode[light.profile != kNone].at(light.node));
         if (!lights.back())
             throw MakeError(ErrorKind::BadInput,
                             "nodes[{}] has a light in the file and none in the scene: it is not the one "
@@ -373,16 +389,22 @@ void PatchLights(Json& root, const SceneData& loaded, const SceneData& edited) {
     if (loaded.lights.empty()) return;
     const std::vector<const Light*> now = EditedLights(loaded, edited);
     Json& nodes = root["nodes"];
+    size_t count = loaded.lights.size();  // without those with a profile, which are the last ones
+    for (; count > 0 && loaded.lights[count - 1].profile != kNone; --count) {
+        const Light& light = loaded.lights[count - 1];
+        PutProfileLight(nodes[light.node], light, *now[count - 1]);
+    }
+    if (count == 0) return;
     Json& lights = root["extensions"][kLights]["lights"];
     std::vector<size_t> userCount(lights.size(), 0);  // nodes
     for (Json& node : nodes)
         if (const Json* light = LightOf(node)) userCount[light->get<size_t>()]++;
     // The scene's lights by the file's: those of one are neighbors (SceneData::lights)
-    for (size_t first = 0, end = 0; first < loaded.lights.size(); first = end) {
+    for (size_t first = 0, end = 0; first < count; first = end) {
         const auto lightOf = [&](size_t i) { return LightOf(nodes[loaded.lights[i].node])->get<size_t>(); };
         const size_t index = lightOf(first);
         bool isAlike = true;
-        for (end = first; end < loaded.lights.size() && lightOf(end) == index; ++end) {
+        for (end = first; end < count && lightOf(end) == index; ++end) {
             if (now[end]->type != loaded.lights[end].type)
                 throw MakeError(ErrorKind::Usage, "the light of nodes[{}]: its type cannot be changed",
                                 now[end]->node);

@@ -19,9 +19,9 @@ using Json = nlohmann::json;
 
 const char* Name(Target target) {
     constexpr std::array<const char*, static_cast<size_t>(Target::Count)> kNames{
-        "",       "accessors", "bufferViews", "buffers",  "cameras", "lights",
-        "images", "lights",    "materials",   "meshes",   "nodes",   "samplers",
-        "scenes", "skins",     "textures",    "variants", "samplers"};
+        "",         "accessors", "bufferViews", "buffers",   "cameras",  "lights",
+        "images",   "lights",    "lights",      "materials", "meshes",   "nodes",
+        "samplers", "scenes",    "skins",       "textures",  "variants", "samplers"};
     return kNames[static_cast<size_t>(target)];
 }
 

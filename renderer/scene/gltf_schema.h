@@ -43,6 +43,7 @@ enum class Target : uint8_t {
     Cameras,
     ImageLights,
     Images,
+    LightProfiles,
     Lights,
     Materials,
     Meshes,

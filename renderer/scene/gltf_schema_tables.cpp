@@ -4,6 +4,7 @@
 
 #include "renderer/scene/gltf_choice.h"
 #include "renderer/scene/gltf_image_light.h"
+#include "renderer/scene/gltf_light_profiles.h"
 #include "renderer/scene/gltf_schema.h"
 #include "renderer/scene/gltf_schema_rows.h"
 #include "renderer/scene/light_fields.h"
@@ -229,6 +230,14 @@ constexpr auto kLight =
 constexpr auto kLights = Table(Objects("lights", kLight).PointedAtAs(Target::Lights));
 constexpr auto kNodeLight = Table(Index("light", Target::Lights).Required());
 
+constexpr std::array<std::string_view, 1> kProfileTypes{"application/x-ies-lm-63"};
+constexpr auto kProfile = Table(Text("name"), Text("uri"), Index("bufferView", Target::BufferViews),
+                                Text("mimeType").OneOf(kProfileTypes));
+constexpr auto kProfiles = Table(Objects("lights", kProfile).PointedAtAs(Target::LightProfiles));
+constexpr auto kNodeProfile =
+    Table(Index("light", Target::LightProfiles).Required(), Number("multiplier").AtLeast(0.0f).PutIntoRange(),
+          Numbers("color", 3).Between(0.0f, 1.0f).PutIntoRange());
+
 // Of EXT_lights_image_based. A path tracer has no use for the irradiance; it is checked.
 constexpr auto kImageLight =
     Table(Text("name"), Numbers("rotation", 4), Number("intensity").AtLeast(0.0f).PutIntoRange(),
@@ -297,6 +306,8 @@ constexpr std::array kExtensions{
     Extension{"KHR_draco_mesh_compression", ExtensionPlace::Primitive, kDraco},
     Extension{"KHR_lights_punctual", ExtensionPlace::Root, kLights},
     Extension{"KHR_lights_punctual", ExtensionPlace::Node, kNodeLight},
+    Extension{kProfileExtension, ExtensionPlace::Root, kProfiles},
+    Extension{kProfileExtension, ExtensionPlace::Node, kNodeProfile},
     Extension{kImageLightExtension, ExtensionPlace::Root, kImageLights},
     Extension{kImageLightExtension, ExtensionPlace::Scene, kSceneLight},
     Extension{"EXT_mesh_gpu_instancing", ExtensionPlace::Node, kInstancing},

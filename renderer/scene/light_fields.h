@@ -28,10 +28,10 @@ inline constexpr auto kAll = std::tuple{
 
 // A field more or less than these does not compile: list it above, then here.
 inline size_t CountMembers(const Light& light) {
-    const auto& [name, node, type, f1, f2, f3, f4, f5, lightToWorld, translationRest] = light;
-    std::ignore = std::tie(name, node, type, lightToWorld, translationRest);
+    const auto& [name, node, type, f1, f2, f3, f4, f5, profile, lightToWorld, translationRest] = light;
+    std::ignore = std::tie(name, node, type, profile, lightToWorld, translationRest);
     static_assert(std::tuple_size_v<decltype(kAll)> == 5, "each field of Light is in the list, once");
-    return 10;
+    return 11;
 }
 
 }  // namespace light_fields
@@ -53,11 +53,29 @@ constexpr void ForEachLightField(LightType type, Visit&& visit) {
     std::apply([&](const auto&... field) { (look(field), ...); }, light_fields::kAll);
 }
 
+// The same of a light: one with a profile has a factor and a color.
+template <typename Visit>
+constexpr void ForEachLightField(const Light& light, Visit&& visit) {
+    const auto look = [&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), float Light::*>)
+            if (light.profile != kNone && field.member == &Light::range) return;
+        visit(field);
+    };
+    ForEachLightField(light.type, look);
+}
+
 // The unit of a field of a light of `type`: the intensity of a directional one is what arrives.
 template <typename T>
 constexpr std::string_view UnitOf(const Field<Light, T>& field, LightType type) {
     const std::string_view unit = field.unit;
     return unit == "cd" && type == LightType::Directional ? "lx" : unit;
+}
+
+// The intensity of one with a profile is a factor.
+template <typename T>
+constexpr std::string_view UnitOf(const Field<Light, T>& field, const Light& light) {
+    const std::string_view unit = UnitOf(field, light.type);
+    return unit == "cd" && light.profile != kNone ? "" : unit;
 }
 
 // The one of a member.

@@ -15,6 +15,7 @@
 #include "renderer/scene/gltf_context.h"
 #include "renderer/scene/gltf_image_light.h"
 #include "renderer/scene/gltf_images.h"
+#include "renderer/scene/gltf_light_profiles.h"
 #include "renderer/scene/gltf_materials.h"
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/gltf_nodes.h"
@@ -54,11 +55,9 @@ void DecodeMeshes(GltfContext& context, AccessorReader& reader, const GltfOutlin
 // The images of materials, and those of the environment.
 void DecodePictures(GltfContext& context, const GltfOutline& outline, GltfBuffers& buffers,
                     SceneData& scene) {
-    std::vector<uint32_t> images = outline.images;
-    if (outline.imageLight) {
-        const std::vector<uint32_t> faces = ImagesOf(*outline.imageLight);
-        images.insert(images.end(), faces.begin(), faces.end());
-    }
+    std::vector<ImageChoice> images = outline.images;
+    if (outline.imageLight)
+        for (const uint32_t face : ImagesOf(*outline.imageLight)) images.push_back({face});
     std::vector<ImageData> decoded = DecodeImages(context, outline.imageSources, images, buffers);
     if (outline.imageLight)
         scene.environment = MakeEnvironmentLight(context, *outline.imageLight,
@@ -75,6 +74,7 @@ SceneData Import(GltfContext& context, const GltfContainer& container) {
     AccessorReader reader(context, outline.tables, buffers);
     DecodeMeshes(context, reader, outline, scene);
     PlaceInstances(context, reader, outline.instancing, scene);
+    scene.profiles = DecodeProfiles(context, outline.profiles, buffers);
     DecodePictures(context, outline, buffers, scene);
     CompleteNormalMaps(scene);
     Check(scene, context.label, ErrorKind::BadInput);
@@ -117,8 +117,9 @@ GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
     outline.images = ReadMaterials(context, document.model, outline.scene);
     outline.layouts = ReadMeshLayouts(context, document.model, outline.tables);
     outline.instancing = ReadInstancing(context, document.model, outline.tables);
-    const uint32_t chosen = ReadNodes(context, document.model, outline.scene);
-    outline.imageLight = ReadImageLight(context, document.model, chosen);
+    const GraphIndices graph = ReadNodes(context, document.model, outline.scene);
+    outline.imageLight = ReadImageLight(context, document.model, graph.scene);
+    outline.profiles = ReadProfileSources(context, document.model, graph.profiles);
     outline.defaultMaterial = AddDefaultMaterial(outline.layouts, outline.scene);
     outline.scene.variants = ReadVariantNames(document.model);
     outline.bufferSources = std::move(document.buffers);

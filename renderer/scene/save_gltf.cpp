@@ -12,6 +12,7 @@
 #include "renderer/image/image.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_patch.h"
+#include "renderer/scene/ies_file.h"
 #include "renderer/scene/uri.h"
 
 namespace raygraph::scene {
@@ -105,10 +106,20 @@ bool IsFallback(const Json& buffer) {
     return isMarked("EXT_meshopt_compression") || isMarked("KHR_meshopt_compression");
 }
 
-// What the file names: buffers, and images, of which some are read. One that has another in its place may be
-// missing.
-void CopyFiles(const Json& root, const std::vector<ImageChoice>& choices, const ConfinedFolder& from,
-               const fs::path& to, uint64_t maxBytes) {
+bool IsIes(std::span<const std::byte> bytes) {
+    try {
+        ParseIes({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+        return true;
+    } catch (const Error&) {
+        return false;
+    }
+}
+
+// What the file names: buffers, images and profiles of lights, of which some are read. An image that has
+// another in its place may be missing.
+void CopyFiles(const Json& root, const std::vector<ImageChoice>& choices,
+               const std::vector<ProfileSource>& profilesRead, const ConfinedFolder& from, const fs::path& to,
+               uint64_t maxBytes) {
     const auto copy = [&](const Json& thing, bool isRead) {
         const auto uri = thing.find("uri");
         if (uri == thing.end() || IsDataUri(uri->get_ref<const std::string&>())) return;
@@ -120,7 +131,9 @@ void CopyFiles(const Json& root, const std::vector<ImageChoice>& choices, const 
             if (isRead) throw;
             return;  // nothing reads it: the scene was loaded without
         }
-        if (!isRead && !IsFallback(thing) && image::SniffFormat(bytes) == image::FileFormat::Unknown) return;
+        if (!isRead && !IsFallback(thing) && image::SniffFormat(bytes) == image::FileFormat::Unknown &&
+            !IsIes(bytes))
+            return;
         WriteBeside(PlaceFor(text, to), bytes);
     };
     if (const auto buffers = root.find("buffers"); buffers != root.end())
@@ -130,6 +143,11 @@ void CopyFiles(const Json& root, const std::vector<ImageChoice>& choices, const 
         if (choice.size() == 1) read.insert(choice.front());
     if (const auto images = root.find("images"); images != root.end())
         for (uint32_t i = 0; i < images->size(); ++i) copy((*images)[i], read.contains(i));
+    const Json::json_pointer profiles(Text("/extensions/{}/lights", kProfileExtension));
+    if (!root.contains(profiles)) return;
+    for (uint32_t i = 0; i < root[profiles].size(); ++i)
+        copy(root[profiles][i],
+             std::ranges::find(profilesRead, i, &ProfileSource::index) != profilesRead.end());
 }
 
 std::span<const std::byte> AsBytes(const std::string& text) {
@@ -192,7 +210,7 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
         if (loaded.imageLight)
             imagesRead.insert(imagesRead.end(), loaded.imageLight->faces.begin(),
                               loaded.imageLight->faces.end());
-        CopyFiles(root, imagesRead, folder, to, options.limits.maxFileBytes);
+        CopyFiles(root, imagesRead, loaded.profiles, folder, to, options.limits.maxFileBytes);
     }
     Write(container, root, target, isGlb);
 }

@@ -34,6 +34,7 @@
 
 #include "base/api.h"
 #include "renderer/image/image.h"
+#include "renderer/scene/light_profile.h"
 #include "shaders/shared/alpha_modes.h"
 
 namespace raygraph::scene {
@@ -325,16 +326,19 @@ struct Camera {
     X(Of, Spot, 2, "spot", "spot")
 RAYGRAPH_CHOICE(LightType, RAYGRAPH_LIGHT_TYPES)
 
-// A light of KHR_lights_punctual placed by a node, along the node's -z where it has a direction.
+// A light of KHR_lights_punctual placed by a node, along the node's -z where it has a direction; or one of
+// EXT_lights_ies: a point light with a profile, whose axes are those of the node.
 struct Light {
     std::string name;  // The light's, else the node's; may be empty.
     uint32_t node = kNone;
     LightType type = LightType::Point;
-    glm::vec3 color{1.0f};        // Linear.
-    float intensity = 1.0f;       // Point and spot: cd. Directional: lx. Taken as they stand, see the README.
+    glm::vec3 color{1.0f};  // Linear.
+    // Point and spot: cd. Directional: lx. Taken as they stand, see the README. The factor on a profile.
+    float intensity = 1.0f;
     float range = 0.0f;           // Meters; 0 = infinite. A hint for raster views, no part of the physics.
     float innerConeAngle = 0.0f;  // Spot: radians from the axis, full intensity within.
     float outerConeAngle = 0.785398163f;  // Spot: radians from the axis, nothing outside.
+    uint32_t profile = kNone;             // Into SceneData::profiles, of a point light.
     glm::mat4x3 lightToWorld{1.0f};
     glm::vec3 translationRest{0.0f};
 
@@ -364,7 +368,10 @@ struct SceneData {
     // when loading, with a warning.
     std::vector<Instance> instances;
     std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
-    std::vector<Light> lights;    // Those placed in the loaded scene, in order of the file's light index.
+    // Those placed in the loaded scene, in order of the file's light index; then those with a profile, in
+    // order of the file's profile index.
+    std::vector<Light> lights;
+    std::vector<LightProfile> profiles;  // Only those that lights use.
     EnvironmentLight environment;
     Bounds bounds;                      // World space, of all visible instances.
     std::vector<std::string> warnings;  // One line each: what was skipped or repaired while loading.

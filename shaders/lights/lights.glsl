@@ -11,6 +11,7 @@
 //     LightSetRecord LightSet()                     counts and shares
 //     LightRecord LightAt(uint light)               light < lightCount
 //     LightNode LightNodeAt(uint node)              node < nodeCount
+//     float LightProfileAt(uint word)               layout in lights/light_profile.glsl
 //     AliasEntry LightAliasAt(uint slot)            layout in shared/light_records.h
 //     AliasEntry EnvironmentAliasAt(uint slot)
 //     vec3 EnvironmentRadiance(vec3 direction)
@@ -23,6 +24,7 @@
 #include "core/ray_offset.glsl"
 #include "lights/environment_light.glsl"
 #include "lights/light_bvh.glsl"
+#include "lights/light_profile.glsl"
 #include "lights/triangle_light.glsl"
 
 SHADING_BEGIN
@@ -122,6 +124,8 @@ INLINE LightSample SamplePunctual(LightRecord light, LightContext context) {
     result.wi = toLight / result.distance;
     result.target = light.p0;
     result.radiance /= distance2;
+    if (HasTraceFeature(kTraceLightProfiles) && (light.flags & kLightProfile) != 0u)
+        result.radiance *= LightProfileIntensity(light, -result.wi);
     if (light.kind == kLightSpot)
         result.radiance *=
             Sqr(clamp(-dot(light.e1, result.wi) * light.spotScale + light.spotOffsetOrClearance, 0.0f, 1.0f));

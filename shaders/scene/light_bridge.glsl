@@ -9,6 +9,7 @@ LightSetRecord LightSet() { return parameters.value.lights; }
 LightRecord LightAt(uint index) { return lights.at[index]; }
 LightNode LightNodeAt(uint index) { return lightNodes.at[index]; }
 AliasEntry LightAliasAt(uint index) { return lightAlias.at[index]; }
+float LightProfileAt(uint index) { return lightProfiles.at[index]; }
 AliasEntry EnvironmentAliasAt(uint index) { return environmentAlias.at[index]; }
 uvec4 EnergyEntryAt(uint index) { return energyTables.at[index]; }
 

@@ -34,7 +34,9 @@ RAYGRAPH_CONSTANT uint kLightDirectional = 3u;
 
 // LightRecord::flags
 RAYGRAPH_CONSTANT uint kLightDoubleSided = 1u;  // the triangle emits from both sides
-RAYGRAPH_CONSTANT uint kLightMirrored = 2u;     // its front is the side that -cross(e1, e2) points to
+// A triangle's front is the side that -cross(e1, e2) points to; of a profile y is negated.
+RAYGRAPH_CONSTANT uint kLightMirrored = 2u;
+RAYGRAPH_CONSTANT uint kLightProfile = 4u;  // the intensity of the point light is times that of a profile
 
 // The rest of LightRecord::flags is the light's group.
 RAYGRAPH_CONSTANT uint kLightGroupShift = 8u;
@@ -46,22 +48,28 @@ RAYGRAPH_CONSTANT uint kLightGroupNamed = 2u;        // the first of the named g
 RAYGRAPH_CONSTANT uint kMaxNamedLightGroups = 8u;
 RAYGRAPH_CONSTANT uint kMaxLightGroups = 10u;
 
+// The first word of a profile (lights/light_profile.glsl).
+RAYGRAPH_CONSTANT uint kProfileTypeA = 0u;
+RAYGRAPH_CONSTANT uint kProfileTypeB = 1u;
+RAYGRAPH_CONSTANT uint kProfileTypeC = 2u;
+
 // "No light": in a group's triangleLights and in InstanceRecord::firstLight.
 RAYGRAPH_CONSTANT uint kNoLight = 0xFFFFFFFFu;
 
 // World space from the scene's origin, throughout. A triangle keeps the order of its vertices, so that
 // barycentrics mean the same here and in a hit.
 struct LightRecord {
-    vec3 p0;          // triangle: vertex 0. Point, spot: position
-    uint kind;        // kLight*
-    vec3 e1;          // triangle: vertex 1 - vertex 0. Spot, directional: unit vector the light travels along
-    uint flags;       // kLight*, and the group
-    vec3 e2;          // triangle: vertex 2 - vertex 0. Point, spot: intensity in cd. Directional: lx
-    uint instance;    // triangle: index of its InstanceRecord
-    uint primitive;   // triangle: its number in the BLAS
-    uint bitTrail;    // path through the tree: bit d says which child is taken at depth d
-    float spotScale;  // spot: falls off by clamp(cos * spotScale + spotOffset, 0, 1)^2, with
-                      // KHR_lights_punctual's lightAngleScale and lightAngleOffset
+    vec3 p0;         // triangle: vertex 0. Point, spot: position
+    uint kind;       // kLight*
+    vec3 e1;         // triangle: vertex 1 - vertex 0. Spot, directional: unit vector the light travels along.
+                     // Profile: with spotScale a unit quaternion, from the world's axes to the profile's
+    uint flags;      // kLight*, and the group
+    vec3 e2;         // triangle: vertex 2 - vertex 0. Point, spot: intensity in cd. Directional: lx
+    uint instance;   // triangle: index of its InstanceRecord
+    uint primitive;  // triangle: its number in the BLAS. Profile: its first word in the buffer of profiles
+    uint bitTrail;   // path through the tree: bit d says which child is taken at depth d
+    float spotScale;              // spot: falls off by clamp(cos * spotScale + spotOffset, 0, 1)^2, with
+                                  // KHR_lights_punctual's lightAngleScale and lightAngleOffset
     float spotOffsetOrClearance;  // spot: spotOffset. Triangle: the RayClearance of its points
 };
 

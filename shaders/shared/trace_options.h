@@ -35,6 +35,7 @@
 // code, which saves time on a device and, on a CPU device, seconds of compilation.
 //   LightSampling:    lights are sampled, of which there are
 //   TriangleLights, PunctualLights, EnvironmentLight
+//   LightProfiles:    some punctual lights have one
 //   Textures:         materials have textures
 //   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates
 //   Glass, Metals, Opaque, Clearcoat, Sheen: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit
@@ -71,7 +72,8 @@
     X(Iridescence, 131072)         \
     X(Dispersion, 262144)          \
     X(DiffuseTransmission, 524288) \
-    X(Scattering, 1048576)
+    X(Scattering, 1048576)         \
+    X(LightProfiles, 2097152)
 
 #ifdef __cplusplus
 namespace raygraph {

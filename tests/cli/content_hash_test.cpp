@@ -28,6 +28,7 @@ SceneData OneOfEach() {
     scene.instances.resize(1);
     scene.cameras.resize(1);
     scene.lights.resize(1);
+    scene.profiles.resize(1);
     scene.environment.map = {1, 1, {1, 1, 1, 1}};
     return scene;
 }
@@ -140,16 +141,20 @@ auto FieldsOf(Camera& s) {
     return std::tie(a, b, c, d, e, f, g, h, i, j, k);
 }
 auto FieldsOf(Light& s) {
-    auto& [a, b, c, d, e, f, g, h, i, j] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j);
+    auto& [a, b, c, d, e, f, g, h, i, j, k] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
+}
+auto FieldsOf(LightProfile& s) {
+    auto& [a, b, c, d, e] = s;
+    return std::tie(a, b, c, d, e);
 }
 auto FieldsOf(image::ImageF& s) {
     auto& [a, b, c] = s;
     return std::tie(a, b, c);
 }
 auto FieldsOf(SceneData& s) {
-    auto& [name, a, b, c, d, e, f, g, h, i, j, k, warnings, variants, variant] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
+    auto& [name, a, b, c, d, e, f, g, h, i, j, k, l, warnings, variants, variant] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l);
 }
 
 // Changes each field of what `select` finds in a scene, and expects another hash every time.
@@ -190,6 +195,7 @@ TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
     ExpectEachChangeSeen("node", [](SceneData& s) -> Node& { return s.nodes[0]; });
     ExpectEachChangeSeen("instance", [](SceneData& s) -> Instance& { return s.instances[0]; });
     ExpectEachChangeSeen("camera", [](SceneData& s) -> Camera& { return s.cameras[0]; });
+    ExpectEachChangeSeen("profile", [](SceneData& s) -> LightProfile& { return s.profiles[0]; });
     ExpectEachChangeSeen("environment", [](SceneData& s) -> image::ImageF& { return s.environment.map; });
     ExpectEachChangeSeen("light", [](SceneData& s) -> Light& { return s.lights[0]; });
 }

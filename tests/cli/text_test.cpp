@@ -33,6 +33,14 @@ TEST(SceneText, EnvironmentIsSaidWhereThereIsOne) {
         << text;
 }
 
+TEST(SceneText, LightWithAProfileSaysHowBrightItIs) {
+    scene::SceneData data;
+    data.profiles.push_back({.vertical = {0.0f, 1.0f}, .horizontal = {0.0f}, .candela = {300.0f, 450.0f}});
+    data.lights.push_back({.name = "panel", .intensity = 2.0f, .profile = 0});
+    const std::string text = DescribeScene("a.glb", data);
+    EXPECT_NE(text.find("0  \"panel\"  profile, at most 900 cd, color 1 1 1\n"), std::string::npos) << text;
+}
+
 TEST(DeviceList, EveryRefusalIsShown) {
     std::vector<rhi::DeviceReport> devices(2);
     devices[0].name = "fast";

@@ -30,15 +30,20 @@ constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0
 "extensionsUsed": ["KHR_lights_punctual", "EXT_texture_webp", "MSFT_texture_dds",
  "KHR_texture_basisu", "X_unknown"],
 "extensionsRequired": ["KHR_mesh_quantization", "EXT_mesh_gpu_instancing"],
-"scenes": [{"name": "one", "nodes": [0, 1, 4]}, {"nodes": []}],
+"scenes": [{"name": "one", "nodes": [0, 1, 4], "extensions": {"EXT_lights_image_based": {"light": 0}}}, {"nodes": []}],
 "nodes": [{"name": "a", "camera": 0, "children": [2, 3], "rotation": [0, 0, 0, 1], "translation": [1e3, 2.5, -3]},
  {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 4, 5, 6, 1], "skin": 0},
  {"extensions": {"KHR_lights_punctual": {"light": 0}, "KHR_node_visibility": {"visible": false}},
   "scale": [1, 2, -3]},
- {"mesh": 1, "camera": 1, "extensions": {"KHR_lights_punctual": {"light": 1}}},
+ {"mesh": 1, "camera": 1, "extensions": {"KHR_lights_punctual": {"light": 1},
+  "EXT_lights_ies": {"light": 0, "multiplier": 2, "color": [1, 0.5, 0]}}},
  {"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0, "ROTATION": 5, "SCALE": 0,
   "_ID": 3}}}}],
-"extensions": {"KHR_lights_punctual": {"lights": [
+"extensions": {"EXT_lights_ies": {"lights": [
+ {"uri": "data:,TILT=NONE%201%20-1%201%202%201%201%201%200%200%200%201%201%201%200%2090%200%205%207"}]},
+"EXT_lights_image_based": {"lights": [{"intensity": 2, "rotation": [0, 1, 0, 0], "specularImageSize": 2,
+ "specularImages": [[0, 0, 0, 0, 0, 0]]}]},
+"KHR_lights_punctual": {"lights": [
  {"type": "spot", "spot": {"innerConeAngle": 0.1, "outerConeAngle": 0.7}, "color": [1, 0.5, 0.25], "intensity": 9},
  {"type": "directional", "range": 3}]},
  "KHR_materials_variants": {"variants": [{"name": "a"}, {"name": "b"}]}},

@@ -14,6 +14,7 @@ bool EndsAs(std::string_view target, const std::filesystem::path& extension) {
     if (target == "gltf_container") return extension == ".glb";
     if (target == "images") return extension == ".png" || extension == ".jpg";
     if (target == "environment") return extension == ".exr" || extension == ".hdr";
+    if (target == "light_profiles") return extension == ".ies";
     return false;
 }
 
@@ -28,6 +29,7 @@ std::vector<Seed> Seeds(const Target& target, bool withAssets) {
         seeds = GltfSeeds(name);
     if (name == "images") seeds = ImageSeeds();
     if (name == "environment") seeds = EnvironmentSeeds();
+    if (name == "light_profiles") seeds = ProfileSeeds();
     if (name == "render_file") seeds = RenderFileSeeds();
     if (name == "scripts") seeds = ScriptSeeds();
     if (name == "settings") seeds = SettingsSeeds();

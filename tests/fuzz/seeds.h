@@ -23,6 +23,7 @@ std::vector<Seed> CompressedSeeds();
 std::vector<Seed> ImageSeeds();
 std::vector<Seed> EnvironmentSeeds();
 std::vector<Seed> RenderFileSeeds();
+std::vector<Seed> ProfileSeeds();
 std::vector<Seed> ScriptSeeds();
 std::vector<Seed> SettingsSeeds();
 std::vector<Seed> TextSeeds();

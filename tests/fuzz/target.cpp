@@ -15,6 +15,7 @@ constexpr std::array kTargets{
     Target{"gltf_save", RunGltfSave, 16384},
     Target{"images", RunImages, 4096, RepairPng},
     Target{"environment", RunEnvironment, 4096},
+    Target{"light_profiles", RunProfiles, 4096},
     Target{"render_file", RunRenderFile, 1024, nullptr, true},
     Target{"settings", RunSettings, 4096, nullptr, true},
     Target{"texts", RunTexts, 2048},

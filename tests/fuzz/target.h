@@ -48,6 +48,7 @@ void RunGltfCompressed(Input input);
 void RunGltfSave(Input input);
 void RunImages(Input input);
 void RunEnvironment(Input input);
+void RunProfiles(Input input);
 void RunRenderFile(Input input);
 void RunSettings(Input input);
 void RunTexts(Input input);

@@ -1,5 +1,6 @@
 // Seeds of texts and of stored renders.
 #include "tests/fuzz/seeds.h"
+#include "tests/support/ies_text.h"
 
 namespace raygraph::fuzz {
 
@@ -21,6 +22,23 @@ std::vector<Seed> SettingsSeeds() {
 "help": true}, "window": {"width": 1440, "height": 900}, "view": {"view": "path-traced", "tonemap": "Neutral",
 "exposure": -1.5, "wipe": 0.25, "maxError": 0.5}, "gizmo": {"tool": "rotate", "space": "local",
 "pivot": "origin"}, "recent": ["/a/b.gltf", "/c.glb"]})")};
+}
+
+// Of each photometric type, with the parts that symmetry completes.
+std::vector<Seed> ProfileSeeds() {
+    const auto quarter = [](double v, double h) { return 90.0 - v + h; };
+    return {
+        Text("all_around", test::IesText{.candela = [](double v, double) { return 180.0 - v; }}.Text()),
+        Text("quarters", test::IesText{.horizontal = {0, 45, 90}, .candela = quarter}.Text()),
+        Text("halves",
+             test::IesText{.version = "IESNA91", .horizontal = {90, 180, 270}, .ballastLamp = 0.5}.Text()),
+        Text("turn", test::IesText{.version = "IES:LM-63-2019",
+                                   .tilt = "TILT=INCLUDE\r\n1\r\n2\r\n0 90\r\n1 0.5",
+                                   .vertical = {0, 10, 180},
+                                   .horizontal = {0, 120, 240}}
+                         .Text()),
+        Text("b", test::IesText{.type = 2, .vertical = {-90, 90}, .horizontal = {0, 90}}.Text()),
+        Text("a", test::IesText{.type = 3, .vertical = {-90, 0, 90}, .horizontal = {-90, 90}}.Text())};
 }
 
 std::vector<Seed> ScriptSeeds() {

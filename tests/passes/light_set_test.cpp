@@ -85,6 +85,7 @@ LightSetRecord LightSet() { return lightSet.value; }
 LightRecord LightAt(uint light) { return lights.at[light]; }
 LightNode LightNodeAt(uint node) { return lightNodes.at[node]; }
 AliasEntry LightAliasAt(uint slot) { return lightAlias.at[slot]; }
+float LightProfileAt(uint word) { return 0.0f; }
 AliasEntry EnvironmentAliasAt(uint slot) { return environmentAlias.at[slot]; }
 vec3 EnvironmentRadiance(vec3 d) {
     vec2 uv = EquirectFromDirection(d, LightSet().environmentRotation);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "tests/scene/gltf_document.h"
+#include "tests/support/ies_text.h"
 
 namespace raygraph::test {
 namespace {
@@ -64,12 +65,23 @@ GltfDocument RichDocument() {
         {{"type", "spot"}, {"spot", Json::object()}}};
     document.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "a"}}, {{"name", "b"}}};
     primitive["extensions"]["KHR_materials_variants"]["mappings"] = {{{"material", 0}, {"variants", {1, 0}}}};
+    document.json["extensions"]["EXT_lights_ies"]["lights"] = Json::array(
+        {{{"uri", DataUri(ToBytes(IesText{.vertical = {0, 30, 90}, .horizontal = {0, 90}}.Text()))},
+          {"mimeType", "application/x-ies-lm-63"}}});
+    document.json["extensions"]["EXT_lights_image_based"]["lights"] =
+        Json::array({{{"intensity", 2},
+                      {"rotation", {0, 1, 0, 0}},
+                      {"irradianceCoefficients", Json(9, Json{1, 0.5, 0})},
+                      {"specularImageSize", 2},
+                      {"specularImages", Json::array({Json(6, 0), Json(6, 0)})}}});
+    document.json["scenes"][0]["extensions"]["EXT_lights_image_based"]["light"] = 0;
     document.AddNode({{"camera", 0}, {"children", {2, 3}}, {"rotation", {0, 0, 0, 1}}});
     document.Add("nodes", {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
-    document.Add("nodes",
-                 {{"extensions",
-                   {{"KHR_lights_punctual", {{"light", 0}}}, {"KHR_node_visibility", {{"visible", false}}}}},
-                  {"scale", {1, 2, -3}}});
+    document.Add("nodes", {{"extensions",
+                            {{"KHR_lights_punctual", {{"light", 0}}},
+                             {"EXT_lights_ies", {{"light", 0}, {"multiplier", 2}, {"color", {1, 0.5, 0}}}},
+                             {"KHR_node_visibility", {{"visible", false}}}}},
+                           {"scale", {1, 2, -3}}});
     const size_t places = document.AddAccessor<float>({1, 2, 3, 4, 5, 6}, 3);
     const size_t turns = document.AddAccessor<int8_t>({0, 0, 0, 127, 127, 0, 0, 0}, 4, true);
     document.AddNode(

@@ -100,7 +100,7 @@ void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tole
         EXPECT_EQ(a.lights[i].name, b.lights[i].name);
         EXPECT_EQ(a.lights[i].node, b.lights[i].node);
         ASSERT_EQ(a.lights[i].type, b.lights[i].type);
-        scene::ForEachLightField(a.lights[i].type, [&](const auto& field) {
+        scene::ForEachLightField(a.lights[i], [&](const auto& field) {
             EXPECT_EQ(a.lights[i].*field.member, b.lights[i].*field.member) << i << ' ' << field.name;
         });
     }

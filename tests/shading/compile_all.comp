@@ -35,6 +35,8 @@ LightSetRecord LightSet() { return lightSet; }
 LightRecord LightAt(uint light) { return lights[light]; }
 LightNode LightNodeAt(uint node) { return lightNodes[node]; }
 AliasEntry LightAliasAt(uint slot) { return lightAlias[slot]; }
+layout(set = 0, binding = 7, scalar) readonly buffer LightProfiles { float lightProfiles[]; };
+float LightProfileAt(uint word) { return lightProfiles[word]; }
 AliasEntry EnvironmentAliasAt(uint slot) { return environmentAlias[slot]; }
 vec3 EnvironmentRadiance(vec3 direction) { return abs(direction); }
 vec3 TriangleEmission(LightRecord light, vec2 barycentrics, vec3 toViewer) {

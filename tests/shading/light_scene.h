@@ -71,6 +71,9 @@ inline LightRecord LightAt(uint light) {
 inline LightNode LightNodeAt(uint node) {
     return testLights.table.nodes.at(node);
 }
+inline float LightProfileAt(uint word) {
+    return testLights.scene.profiles.words.at(word);
+}
 inline AliasEntry LightAliasAt(uint slot) {
     return testLights.table.alias.at(slot);
 }

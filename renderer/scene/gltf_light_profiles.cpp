@@ -1,0 +1,76 @@
+#include "renderer/scene/gltf_light_profiles.h"
+
+#include <utility>
+
+#include "base/text.h"
+#include "renderer/scene/ies_file.h"
+
+namespace raygraph::scene {
+namespace {
+
+Place PlaceOf(size_t profile) {
+    return Place("extensions")[kProfileExtension]["lights"][profile];
+}
+
+ProfileSource ReadSource(GltfContext& context, const gltf::Value& file, uint32_t index) {
+    ProfileSource source{.index = index};
+    if (file.Has("name")) source.name = file.Get("name").Get<std::string>();
+    if (file.Has("uri")) source.uri = file.Get("uri").Get<std::string>();
+    if (file.Has("bufferView")) source.view = static_cast<uint32_t>(file.Get("bufferView").GetNumberAsInt());
+    if (source.uri.has_value() == (source.view != kNone))
+        context.Fail(PlaceOf(index), "must have either a uri or a bufferView");
+    return source;
+}
+
+LightProfile Decode(GltfContext& context, const ProfileSource& source, GltfBuffers& buffers) {
+    const Place where = PlaceOf(source.index)[source.uri ? "uri" : "bufferView"];
+    std::vector<std::byte> file;
+    if (source.uri) file = context.ReadUri(*source.uri, where);
+    const std::span<const std::byte> bytes = source.uri ? file : buffers.View(source.view);
+    IesFile ies;
+    try {
+        ies = ParseIes({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    } catch (const Error& error) {
+        context.Fail(where, error.what());
+    }
+    for (const std::string& warning : ies.warnings) context.Warn(where, "light profile", warning);
+    context.ChargeGeometry(where, uint64_t{ies.profile.candela.size()} * sizeof(float));
+    ies.profile.name = source.name;
+    return std::move(ies.profile);
+}
+
+}  // namespace
+
+std::vector<ProfileSource> ReadProfileSources(GltfContext& context, const gltf::Model& model,
+                                              const std::vector<uint32_t>& profiles) {
+    const auto extension = model.extensions.find(kProfileExtension);
+    if (extension == model.extensions.end() || !extension->second.Has("lights")) return {};
+    const gltf::Value& files = extension->second.Get("lights");
+    std::vector<ProfileSource> all, used;
+    for (uint32_t i = 0; i < files.ArrayLen(); ++i)
+        all.push_back(ReadSource(context, files.Get(static_cast<int>(i)), i));
+    for (const uint32_t profile : profiles) used.push_back(all[profile]);
+    return used;
+}
+
+Light ReadProfileLight(const gltf::Model& model, uint32_t node) {
+    const gltf::Value& file = model.nodes[node].extensions.at(kProfileExtension);
+    const gltf::Value& profile =
+        model.extensions.at(kProfileExtension).Get("lights").Get(file.Get("light").GetNumberAsInt());
+    Light light;
+    if (profile.Has("name")) light.name = profile.Get("name").Get<std::string>();
+    if (file.Has("multiplier"))
+        light.intensity = static_cast<float>(file.Get("multiplier").GetNumberAsDouble());
+    for (int i = 0; file.Has("color") && i < 3; ++i)
+        light.color[i] = static_cast<float>(file.Get("color").Get(i).GetNumberAsDouble());
+    return light;
+}
+
+std::vector<LightProfile> DecodeProfiles(GltfContext& context, const std::vector<ProfileSource>& sources,
+                                         GltfBuffers& buffers) {
+    std::vector<LightProfile> profiles;
+    for (const ProfileSource& source : sources) profiles.push_back(Decode(context, source, buffers));
+    return profiles;
+}
+
+}  // namespace raygraph::scene
