@@ -206,11 +206,10 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     }
     const fs::path to = target.parent_path();
     if (!IsSameFolder(located.folder, to)) {
-        std::vector<uint32_t> imagesRead = loaded.images;
+        std::vector<ImageChoice> images = loaded.images;
         if (loaded.imageLight)
-            imagesRead.insert(imagesRead.end(), loaded.imageLight->faces.begin(),
-                              loaded.imageLight->faces.end());
-        CopyFiles(root, imagesRead, loaded.profiles, folder, to, options.limits.maxFileBytes);
+            for (const uint32_t face : loaded.imageLight->faces) images.push_back({face});
+        CopyFiles(root, images, loaded.profiles, folder, to, options.limits.maxFileBytes);
     }
     Write(container, root, target, isGlb);
 }
