@@ -46,7 +46,8 @@ TEST(IesLights, ProfilesAreReadOfUrisAndBufferViewsAndLightsPlaced) {
     Json& second = document.json["extensions"]["EXT_lights_ies"]["lights"][1];
     second = {{"name", "panel"}, {"mimeType", "application/x-ies-lm-63"}};
     second["bufferView"] = document.AddBufferView(ToBytes(Constant(9).Text()));
-    document.json["extensions"]["KHR_lights_punctual"]["lights"] = Json::array({{{"type", "spot"}}});
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] =
+        Json::array({{{"type", "spot"}, {"spot", Json::object()}}});
     document.json["nodes"][2]["extensions"]["KHR_lights_punctual"]["light"] = 0;
     document.json["nodes"][1]["translation"] = {1, 2, 3};
     const scene::SceneData scene = folder.Load(document);
