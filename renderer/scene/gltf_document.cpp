@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "renderer/scene/gltf_container.h"
+#include "renderer/scene/gltf_light_profiles.h"
 #include "renderer/scene/gltf_schema.h"
 
 namespace raygraph::scene {
@@ -82,6 +83,18 @@ std::vector<ImageSource> TakeImages(GltfContext& context, Json& root) {
         image["uri"] = "placeholder";
     }
     return sources;
+}
+
+// Before tinygltf, which drops empty objects from the lists of an extension: what follows would be another.
+void CheckLightProfiles(GltfContext& context, Json& root) {
+    const auto extensions = root.find("extensions");
+    if (extensions == root.end()) return;
+    const auto extension = extensions->find(kProfileExtension);
+    if (extension == extensions->end()) return;
+    const Json::array_t* const profiles = ArrayOf(*extension, "lights");
+    for (size_t i = 0; profiles && i < profiles->size(); ++i)
+        if ((*profiles)[i].contains("uri") == (*profiles)[i].contains("bufferView"))
+            context.Fail(PlaceOfProfile(i), "must have either a uri or a bufferView");
 }
 
 // tinygltf refuses indices of an accessor without a view, which are all zeros or sparse ones.
@@ -195,6 +208,7 @@ GltfDocument ReadDocument(GltfContext& context, std::string_view json) {
     root.erase("animations");
     root.erase("skins");
     GltfDocument document;
+    CheckLightProfiles(context, root);
     document.buffers = TakeBuffers(root);
     document.images = TakeImages(context, root);
     document.strides = TakeStrides(root);

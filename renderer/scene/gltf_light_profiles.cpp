@@ -8,22 +8,16 @@
 namespace raygraph::scene {
 namespace {
 
-Place PlaceOf(size_t profile) {
-    return Place("extensions")[kProfileExtension]["lights"][profile];
-}
-
-ProfileSource ReadSource(GltfContext& context, const gltf::Value& file, uint32_t index) {
+ProfileSource ReadSource(const gltf::Value& file, uint32_t index) {
     ProfileSource source{.index = index};
     if (file.Has("name")) source.name = file.Get("name").Get<std::string>();
     if (file.Has("uri")) source.uri = file.Get("uri").Get<std::string>();
     if (file.Has("bufferView")) source.view = static_cast<uint32_t>(file.Get("bufferView").GetNumberAsInt());
-    if (source.uri.has_value() == (source.view != kNone))
-        context.Fail(PlaceOf(index), "must have either a uri or a bufferView");
     return source;
 }
 
 LightProfile Decode(GltfContext& context, const ProfileSource& source, GltfBuffers& buffers) {
-    const Place where = PlaceOf(source.index)[source.uri ? "uri" : "bufferView"];
+    const Place where = PlaceOfProfile(source.index)[source.uri ? "uri" : "bufferView"];
     std::vector<std::byte> file;
     if (source.uri) file = context.ReadUri(*source.uri, where);
     const std::span<const std::byte> bytes = source.uri ? file : buffers.View(source.view);
@@ -41,14 +35,18 @@ LightProfile Decode(GltfContext& context, const ProfileSource& source, GltfBuffe
 
 }  // namespace
 
-std::vector<ProfileSource> ReadProfileSources(GltfContext& context, const gltf::Model& model,
+Place PlaceOfProfile(size_t profile) {
+    return Place("extensions")[kProfileExtension]["lights"][profile];
+}
+
+std::vector<ProfileSource> ReadProfileSources(const gltf::Model& model,
                                               const std::vector<uint32_t>& profiles) {
     const auto extension = model.extensions.find(kProfileExtension);
     if (extension == model.extensions.end() || !extension->second.Has("lights")) return {};
     const gltf::Value& files = extension->second.Get("lights");
     std::vector<ProfileSource> all, used;
     for (uint32_t i = 0; i < files.ArrayLen(); ++i)
-        all.push_back(ReadSource(context, files.Get(static_cast<int>(i)), i));
+        all.push_back(ReadSource(files.Get(static_cast<int>(i)), i));
     for (const uint32_t profile : profiles) used.push_back(all[profile]);
     return used;
 }

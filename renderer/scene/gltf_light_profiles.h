@@ -22,8 +22,10 @@ struct ProfileSource {
     uint32_t view = kNone;
 };
 
-// Those of the file that `profiles` lists, in that order; all of the file's are checked. Opens nothing.
-std::vector<ProfileSource> ReadProfileSources(GltfContext& context, const gltf::Model& model,
+Place PlaceOfProfile(size_t profile);
+
+// Those of the file that `profiles` lists, in that order. Opens nothing.
+std::vector<ProfileSource> ReadProfileSources(const gltf::Model& model,
                                               const std::vector<uint32_t>& profiles);
 
 // The light of a node that has one: its name, color and factor.

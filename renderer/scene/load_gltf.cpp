@@ -119,7 +119,7 @@ GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
     outline.instancing = ReadInstancing(context, document.model, outline.tables);
     const GraphIndices graph = ReadNodes(context, document.model, outline.scene);
     outline.imageLight = ReadImageLight(context, document.model, graph.scene);
-    outline.profiles = ReadProfileSources(context, document.model, graph.profiles);
+    outline.profiles = ReadProfileSources(document.model, graph.profiles);
     outline.defaultMaterial = AddDefaultMaterial(outline.layouts, outline.scene);
     outline.scene.variants = ReadVariantNames(document.model);
     outline.bufferSources = std::move(document.buffers);

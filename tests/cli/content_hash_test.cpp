@@ -268,6 +268,8 @@ TEST(ContentHash, KnowsWhoseValueItIs) {
 // and the order in which they are hashed stay as they are, or kFormat of render_file.cpp goes up.
 TEST(ContentHash, IsTheOneOfEarlierVersions) {
     SceneData scene = OneOfEach();
+    scene.profiles.clear();  // A scene without them is hashed as before there were any.
+    scene.environment = {};
     Material& material = scene.materials[0];
     material.baseColorFactor = {0.01f, 0.02f, 0.03f, 0.04f};
     material.metallicFactor = 0.05f;
