@@ -169,6 +169,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     ids.energyTables = renderer.Import("energyTables", energyTables, energyTablesState);
     ids.lobeFeatures = LobeFeatures(*resources);
     ids.textureFeatures = TextureFeatures(*resources);
+    ids.hasTextureLevels = desc.textureLevels;
     ids.hasVolumes = HasVolumes(*resources);
     for (const GroupResources& group : resources->groups) {
         ids.hasAlpha |= !group.kind.isOpaque;

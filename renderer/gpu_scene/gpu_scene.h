@@ -58,13 +58,14 @@ struct SceneIds {
     BufferId lightProfiles;           // "lightProfiles": float[], see shaders/lights/light_profile.glsl
     BufferId environmentAlias;        // "environmentAlias": gpu::AliasEntry[]
     gpu::LightSetRecord lightSet{};
-    BufferId energyTables;         // "energyTables": float[], see shaders/shared/energy_tables.h
-    bool hasAlpha = false;         // an any-hit shader decides whether rays hit some surfaces
-    uint32_t lobeFeatures = 0;     // bits of kTraceFeatures: LobeFeatures of all materials
-    uint32_t textureFeatures = 0;  // bits of kTraceFeatures: TextureFeatures of all materials
-    bool hasVolumes = false;       // a material bounds a medium
-    bool hasThinWalls = false;     // light passes straight through some surfaces: smooth thin walls
-    uint32_t triangleLights = 0;   // of the lights, dark ones included
+    BufferId energyTables;          // "energyTables": float[], see shaders/shared/energy_tables.h
+    bool hasAlpha = false;          // an any-hit shader decides whether rays hit some surfaces
+    uint32_t lobeFeatures = 0;      // bits of kTraceFeatures: LobeFeatures of all materials
+    uint32_t textureFeatures = 0;   // bits of kTraceFeatures: TextureFeatures of all materials
+    bool hasTextureLevels = false;  // textures have mip levels (GpuSceneDesc::textureLevels)
+    bool hasVolumes = false;        // a material bounds a medium
+    bool hasThinWalls = false;      // light passes straight through some surfaces: smooth thin walls
+    uint32_t triangleLights = 0;    // of the lights, dark ones included
     uint32_t punctualLights = 0;
     bool hasLightProfiles = false;                     // of these
     uint32_t lightGroupCount = gpu::kLightGroupNamed;  // rest, environment, and those of SetLightGroups
@@ -101,7 +102,9 @@ struct GpuSceneStatistics {
     std::string whyCompactionOff;
     uint64_t tlasBytes = 0;
     uint64_t geometryBytes = 0;
-    uint64_t textureBytes = 0;
+    uint64_t textureBytes = 0;     // all levels; without what the device adds to align them
+    uint64_t textureBudget = 0;    // in bytes, when the scene was set
+    uint32_t reducedTextures = 0;  // smaller than their images, to fit it
     TlasWork lastTlasWork = TlasWork::None;
     uint64_t tlasUpdates = 0;
     uint64_t tlasRebuilds = 0;
@@ -129,6 +132,12 @@ struct GpuSceneDesc {
     uint64_t scratchBudget = 64ull << 20;     // bytes of build scratch at a time
     uint64_t compactionBudget = 64ull << 20;  // bytes of compacted structures made in one frame
     uint32_t textureCapacity = 4096;
+    // Gives textures mip levels, made on the device when a scene is set; of those whose samplers filter
+    // without levels, one stays. False: they cost nothing.
+    bool textureLevels = false;
+    // Bytes of all textures of a scene; 0: half of what the process may use of the largest heap of device
+    // memory. Where they take more, levels are dropped, of the largest textures first, and a warning says so.
+    uint64_t textureBudget = 0;
     // Compacts also on a driver where it saves nothing, to test compaction there.
     bool compactsWithoutGain = false;
 };

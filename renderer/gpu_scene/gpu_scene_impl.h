@@ -18,6 +18,7 @@
 #include "renderer/gpu_scene/light_set.h"
 #include "renderer/gpu_scene/scene_origin.h"
 #include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/texture_upload.h"
 #include "renderer/scene/check.h"
 #include "rhi/blas_builder.h"
 #include "rhi/texture_table.h"
@@ -26,8 +27,9 @@
 namespace raygraph {
 
 struct GpuScene::Impl {
-    Impl(Renderer& r, const GpuSceneDesc& desc)
-        : device(r.Device()),
+    Impl(Renderer& r, const GpuSceneDesc& sceneDesc)
+        : desc(sceneDesc),
+          device(r.Device()),
           uploader(device),
           builder(device, {.name = "scene BLASes",
                            .scratchBudget = desc.scratchBudget,
@@ -51,6 +53,9 @@ struct GpuScene::Impl {
         scene::Check(data, "GpuScene: SetScene");
         CheckLimits(device, *textureTable, data);
         device.CollectGarbage();  // room that there is already
+        const TextureUploadSettings textures{
+            .hasLevels = desc.textureLevels,
+            .budget = desc.textureBudget > 0 ? desc.textureBudget : DefaultTextureBudget(device)};
         std::unique_ptr<SceneResources> newResources;
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;
@@ -58,7 +63,7 @@ struct GpuScene::Impl {
         std::optional<EnvironmentOnDevice> newEnvironment;
         try {
             uploader.FlushAfter([&] {
-                newResources = UploadScene(device, uploader, builder, *textureTable, data);
+                newResources = UploadScene(device, uploader, builder, *textureTable, data, textures);
                 newInstances = std::make_unique<InstanceSet>(device, *newResources, data);
                 newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
                 newLights = std::make_unique<LightSet>(device, uploader, *newResources,
@@ -98,8 +103,12 @@ struct GpuScene::Impl {
         statistics.geometryCount = resources->geometryCount;
         statistics.geometryBytes = resources->geometryBytes;
         statistics.textureBytes = resources->textureBytes;
+        statistics.textureBudget = textures.budget;
+        statistics.reducedTextures = resources->reducedTextures;
         statistics.trianglesUnique = TriangleCount(*resources);
         statistics.trianglesPlaced = TriangleCount(*resources, data.instances);
+        if (!resources->textureReduction.empty())
+            device.Log().Send(LogLevel::Warning, log_category::kScene, resources->textureReduction);
         if (statistics.instanceCount > 0)
             Say(device.Log(), LogLevel::Info, log_category::kScene,
                 "{} triangles in {} instances are uploaded in {}", statistics.trianglesPlaced,
@@ -246,6 +255,7 @@ struct GpuScene::Impl {
         statistics.lightRebuilds = lights->RebuildCount();
     }
 
+    GpuSceneDesc desc;
     rhi::Device& device;
     rhi::Uploader uploader;
     rhi::BlasBuilder builder;

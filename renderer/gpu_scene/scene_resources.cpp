@@ -9,6 +9,7 @@
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/gpu_scene/material_records.h"
 #include "renderer/gpu_scene/spatial_order.h"
+#include "renderer/gpu_scene/texture_upload.h"
 
 namespace raygraph {
 namespace {
@@ -195,62 +196,6 @@ MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::Blas
     return result;
 }
 
-rhi::Filter ToRhi(scene::FilterMode mode) {
-    return mode == scene::FilterMode::Nearest ? rhi::Filter::Nearest : rhi::Filter::Linear;
-}
-
-rhi::AddressMode ToRhi(scene::WrapMode mode) {
-    switch (mode) {
-        case scene::WrapMode::Repeat:
-            return rhi::AddressMode::Repeat;
-        case scene::WrapMode::MirroredRepeat:
-            return rhi::AddressMode::MirroredRepeat;
-        case scene::WrapMode::ClampToEdge:
-            return rhi::AddressMode::ClampToEdge;
-    }
-    return rhi::AddressMode::Repeat;
-}
-
-// Samplers are few: equal ones are shared.
-uint32_t SamplerFor(rhi::Device& device, const scene::Sampler& wanted, std::vector<scene::Sampler>& known,
-                    std::vector<rhi::Sampler>& samplers) {
-    const auto found = std::find(known.begin(), known.end(), wanted);
-    const auto index = static_cast<uint32_t>(found - known.begin());
-    if (found == known.end()) {
-        known.push_back(wanted);
-        samplers.push_back(device.CreateSampler({.name = "material sampler",
-                                                 .magFilter = ToRhi(wanted.magFilter),
-                                                 .minFilter = ToRhi(wanted.minFilter),
-                                                 .mipFilter = ToRhi(wanted.mipFilter),
-                                                 .addressU = ToRhi(wanted.wrapU),
-                                                 .addressV = ToRhi(wanted.wrapV)}));
-    }
-    return index;
-}
-
-void UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
-                    SceneResources& resources) {
-    std::vector<uint32_t> usesLeft(scene.images.size(), 0);
-    for (const scene::Texture& texture : scene.textures) usesLeft[texture.image]++;
-    std::vector<scene::Sampler> known;
-    for (const scene::Texture& texture : scene.textures) {
-        scene::ImageData& image = scene.images[texture.image];
-        TextureResources result;
-        const bool isSrgb = texture.colorSpace == scene::ColorSpace::Srgb;
-        result.texture =
-            device.CreateTexture({.name = texture.name.empty() ? image.name : texture.name,
-                                  .extent = {image.width, image.height},
-                                  .format = isSrgb ? rhi::Format::Rgba8Srgb : rhi::Format::Rgba8Unorm});
-        uploader.UploadTexture(result.texture, std::as_bytes(std::span(image.rgba)));
-        result.sampler = SamplerFor(device, texture.sampler, known, resources.samplers);
-        resources.textureBytes += image.rgba.size();
-        resources.textures.push_back(std::move(result));
-        if (--usesLeft[texture.image] == 0) image.rgba = {};
-    }
-    for (TextureResources& texture : resources.textures)
-        texture.slot = resources.textureTable.Add(texture.texture, resources.samplers[texture.sampler]);
-}
-
 // A table on the device; one zero record where there is none, since an empty buffer cannot be bound.
 template <typename T>
 rhi::Buffer UploadTable(rhi::Device& device, rhi::Uploader& uploader, const char* name,
@@ -286,7 +231,7 @@ SceneResources::~SceneResources() {
 
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
                                             rhi::BlasBuilder& builder, rhi::TextureTable& table,
-                                            scene::SceneData& scene) {
+                                            scene::SceneData& scene, const TextureUploadSettings& textures) {
     auto resources = std::make_unique<SceneResources>(table);
     std::vector<gpu::GeometryRecord> records;
     EmitterFinder finder(scene);
@@ -296,7 +241,7 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
         resources->meshes.push_back(
             UploadMesh(device, uploader, builder, mesh, textureAlphas, finder, *resources, records));
     resources->usedMaterials = UsedMaterials(*resources);
-    UploadTextures(device, uploader, scene, *resources);
+    UploadTextures(device, uploader, scene, textures, *resources);
     resources->materialRecords = MaterialRecords(scene.materials, resources->textures);
     resources->geometryCount = static_cast<uint32_t>(records.size());
     resources->geometries = UploadTable<gpu::GeometryRecord>(device, uploader, "geometries", records);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "renderer/gpu_scene/emitters.h"
@@ -88,16 +89,20 @@ struct SceneResources {
     uint32_t geometryCount = 0;
     uint64_t geometryBytes = 0;
     uint64_t textureBytes = 0;
+    uint32_t reducedTextures = 0;  // smaller than their images, to fit the budget
+    std::string textureReduction;  // says so, if there are any
 };
 
 // Triangles of all meshes, and of all that instances place.
 uint64_t TriangleCount(const SceneResources& resources);
 uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::Instance> instances);
 
+struct TextureUploadSettings;
+
 // Uploads everything but the instances, and adds the BLASes to the builder. Frees each mesh and image of
 // `scene` after its upload.
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
                                             rhi::BlasBuilder& builder, rhi::TextureTable& table,
-                                            scene::SceneData& scene);
+                                            scene::SceneData& scene, const TextureUploadSettings& textures);
 
 }  // namespace raygraph

@@ -1,0 +1,105 @@
+// One mip level of a material texture: means over the texels of the finer level, as floats for the next level
+// and encoded as the image is. Includers may define WIDENED: green is a roughness, widened by the variance of
+// a normal map.
+//
+// Where the finer level has an odd number m = 2 n + 1 of texels, each of the n coarser ones covers m / n of
+// them: three, of which the outer ones count by the parts that it covers. So nothing shifts, and the mean of
+// every level is that of the image.
+#include "core/color.glsl"
+#include "shared/texture_levels.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 0) uniform sampler2D finer;
+layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D means;
+layout(set = 0, binding = 2, rgba8) writeonly uniform image2D encoded;
+#ifdef WIDENED
+// Means of unit normals, from level 1 of the normal map on.
+layout(set = 0, binding = 3) uniform sampler2D normals;
+#endif
+
+layout(push_constant, scalar) uniform Constants { TextureLevelConstants level; };
+
+// Transparent texels keep a little weight: theirs is the color where all are.
+const float kLeastWeight = 1.0f / 4096.0f;
+
+// What is averaged: linear numbers.
+vec4 Linear(vec4 stored) {
+    if (level.texels == kTexelsColor) return vec4(SrgbDecode(stored.xyz), stored.w);
+    if (level.texels == kTexelsTransparentColor)
+        return vec4(SrgbDecode(stored.xyz) * (stored.w + kLeastWeight), stored.w);
+    if (level.texels == kTexelsNormals) {
+        vec3 normal = 2.0f * stored.xyz - 1.0f;
+        float size = length(normal);
+        return vec4(size > 0.0f ? normal / size : vec3(0.0f, 0.0f, 1.0f), stored.w);
+    }
+    return stored;
+}
+
+vec4 Encoded(vec4 mean) {
+    if (level.texels == kTexelsColor) return vec4(SrgbEncode(mean.xyz), mean.w);
+    if (level.texels == kTexelsTransparentColor)
+        return vec4(SrgbEncode(min(mean.xyz / (mean.w + kLeastWeight), vec3(1.0f))), mean.w);
+    if (level.texels == kTexelsNormals) {
+        float size = length(mean.xyz);
+        return vec4(0.5f + 0.5f * (size > 1e-4f ? mean.xyz / size : vec3(0.0f, 0.0f, 1.0f)), mean.w);
+    }
+    return mean;
+}
+
+// The texels of the finer level that texel i of n covers: the first one, how many, and what share each has.
+struct Cover {
+    int first;
+    int count;
+    vec3 weights;
+};
+
+Cover CoverOf(int i, int n, int finerSize) {
+    Cover cover;
+    cover.first = 2 * i;
+    cover.count = min(finerSize, 2 + (finerSize & 1));
+    cover.weights = vec3(1.0f / float(cover.count));
+    if (cover.count == 3) cover.weights = vec3(float(n - i), float(n), float(i + 1)) / float(finerSize);
+    return cover;
+}
+
+#ifdef WIDENED
+// Variance of the slopes about their mean, per axis, by the length of the mean normal: Toksvig 2005,
+// "Mipmapping Normal Maps". Below level 1 of the normal map it is a part of what level 1 has.
+float SlopeVariance(vec2 place) {
+    if (level.normalsLod <= 0.0f) return 0.0f;
+    float size = clamp(length(textureLod(normals, place, level.normalsLod - 1.0f).xyz), 1e-3f, 1.0f);
+    return min(level.normalsLod, 1.0f) * level.slopeScale * level.slopeScale * (1.0f - size) / size;
+}
+
+// Toksvig's sharpness s turns into 1 / (1 / s + variance); with alpha^2 = 2 / s, alpha^2 grows by twice the
+// variance, as that of Beckmann's facets does whose slopes are added to those of the map.
+float Widened(float roughness, vec2 place) {
+    float alpha = level.roughnessFactor * roughness;
+    alpha *= alpha;
+    float square = min(alpha * alpha + 2.0f * SlopeVariance(place), 1.0f);
+    return max(min(sqrt(sqrt(square)) / level.roughnessFactor, 1.0f), roughness);
+}
+#endif
+
+void main() {
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 size = imageSize(means);
+    if (any(greaterThanEqual(texel, size))) return;
+    ivec2 finerSize = textureSize(finer, 0);
+    Cover columns = CoverOf(texel.x, size.x, finerSize.x);
+    Cover rows = CoverOf(texel.y, size.y, finerSize.y);
+    vec4 mean = vec4(0.0f);
+    for (int y = 0; y < rows.count; ++y)
+        for (int x = 0; x < columns.count; ++x) {
+            vec4 value = texelFetch(finer, ivec2(columns.first + x, rows.first + y), 0);
+            if (level.isFirst != 0u) value = Linear(value);
+            mean += columns.weights[x] * rows.weights[y] * value;
+        }
+    imageStore(means, texel, mean);
+    vec4 result = Encoded(mean);
+#ifdef WIDENED
+    result.y = Widened(result.y, (vec2(texel) + 0.5f) / vec2(size));
+#endif
+    // A whole number: a device may round others either way
+    imageStore(encoded, texel, floor(clamp(result, 0.0f, 1.0f) * 255.0f + 0.5f) / 255.0f);
+}

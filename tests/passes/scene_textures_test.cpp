@@ -1,0 +1,191 @@
+// The textures of a GpuScene on the device: their levels, and what a budget leaves of them.
+#include <algorithm>
+
+#include "renderer/graph/pass_harness.h"
+#include "rhi/shader_compiler.h"
+#include "tests/support/scene_render.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+namespace {
+
+constexpr uint32_t kMaxLevels = 8;
+
+// For each slot a row: levels, width and height of level 0; then the first texel of each level.
+constexpr std::string_view kReadSlots = R"(#version 460
+#extension GL_EXT_nonuniform_qualifier : require
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 0, rgba32f) writeonly uniform image2D rows;
+layout(set = 1, binding = 0) uniform sampler2D textures[];
+void main() {
+    ivec2 place = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(place, imageSize(rows)))) return;
+    int levels = textureQueryLevels(textures[nonuniformEXT(place.y)]);
+    vec4 value = vec4(vec2(textureSize(textures[nonuniformEXT(place.y)], 0)), levels, 0);
+    if (place.x > levels) value = vec4(-1);
+    else if (place.x > 0) value = texelFetch(textures[nonuniformEXT(place.y)], ivec2(0), place.x - 1);
+    imageStore(rows, place, value);
+})";
+
+struct OnDevice {
+    Extent2D extent;
+    std::vector<glm::vec4> firstTexels;  // of each level, as shaders see them
+};
+
+class SceneTextures : public VulkanTest {
+  protected:
+    // What is on the device of the textures of a scene of its own.
+    std::vector<OnDevice> Set(const GpuSceneDesc& desc, scene::SceneData&& data) {
+        const auto count = static_cast<uint32_t>(data.textures.size());
+        SceneRender render(Device(), desc);
+        render.scene.SetScene(std::move(data));
+        statistics = render.scene.Statistics();
+        render.renderer.AddShader("test/read_slots.comp", rhi::CompileGlsl({.name = "test/read_slots.comp",
+                                                                            .text = std::string(kReadSlots),
+                                                                            .stage = {},
+                                                                            .includeRoot = {}}));
+        const Extent2D extent{kMaxLevels + 1, count};
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        hasLevels = ids.hasTextureLevels;
+        TextureId rows = render.renderer.CreateTexture("rows", {.extent = extent});
+        render.renderer.AddPass(
+            "ReadSlots", PassKind::Compute,
+            [&](PassBuilder& pass) {
+                pass.Compute("test/read_slots.comp");
+                pass.Uses(ids.textures);
+                rows = pass.Writes("rows", rows);
+            },
+            [extent](CommandList& commands) { commands.DispatchOver(extent); });
+        const Readback readback = render.renderer.ReadBack(rows);
+        render.renderer.Execute();
+        const FloatImage read = ToFloatImage(readback);
+        std::vector<OnDevice> textures;
+        for (uint32_t slot = 0; slot < count; ++slot) {
+            const glm::vec4 head = read.At(0, slot);
+            OnDevice& texture = textures.emplace_back(
+                OnDevice{{static_cast<uint32_t>(head.x), static_cast<uint32_t>(head.y)}, {}});
+            for (uint32_t level = 0; level < static_cast<uint32_t>(head.z); ++level)
+                texture.firstTexels.push_back(read.At(level + 1, slot));
+        }
+        return textures;
+    }
+
+    GpuSceneStatistics statistics;
+    bool hasLevels = false;
+};
+
+// Black and white columns of `stripe` texels.
+scene::ImageData Stripes(Extent2D extent, uint32_t stripe) {
+    scene::ImageData image{.name = "stripes", .width = extent.width, .height = extent.height, .rgba = {}};
+    for (uint32_t i = 0; i < extent.width * extent.height; ++i)
+        for (int c = 0; c < 4; ++c)
+            image.rgba.push_back(c == 3 || (i % extent.width) / stripe % 2 == 1 ? 255 : 0);
+    return image;
+}
+
+scene::SceneData SceneWith(std::vector<scene::ImageData> images) {
+    scene::SceneData scene = SceneOf({QuadMesh(1.0f)}, {Lambert(glm::vec3(0.5f))});
+    for (uint32_t i = 0; i < images.size(); ++i)
+        scene.textures.push_back({.name = "stripes", .image = i, .colorSpace = scene::ColorSpace::Srgb});
+    scene.images = std::move(images);
+    return scene;
+}
+
+constexpr float kCode = 0.01f;  // of 8 bits, in linear light at half of white
+
+}  // namespace
+
+TEST_F(SceneTextures, HaveOneLevelUnlessAskedFor) {
+    const auto textures = Set({}, SceneWith({Stripes({8, 4}, 1)}));
+    EXPECT_EQ(textures[0].firstTexels.size(), 1u);
+    EXPECT_EQ(statistics.textureBytes, 8u * 4 * 4);
+    EXPECT_EQ(statistics.reducedTextures, 0u);
+    EXPECT_FALSE(hasLevels);
+}
+
+TEST_F(SceneTextures, LevelsAreMeansInLinearLight) {
+    scene::SceneData scene = SceneWith({Stripes({8, 4}, 1)});
+    scene.textures.push_back({.name = "data", .image = 0});
+    scene.textures.push_back({.name = "alone", .image = 0, .sampler = {.usesMips = false}});
+    const auto textures = Set({.textureLevels = true}, std::move(scene));
+    EXPECT_TRUE(hasLevels);
+    for (const size_t texture : {0u, 1u}) {
+        EXPECT_EQ(textures[texture].extent, (Extent2D{8, 4}));
+        ASSERT_EQ(textures[texture].firstTexels.size(), 4u);
+        EXPECT_EQ(textures[texture].firstTexels[0], glm::vec4(0, 0, 0, 1));
+        for (size_t level = 1; level < 4; ++level) {
+            EXPECT_NEAR(textures[texture].firstTexels[level].g, 0.5f, kCode) << texture;
+            EXPECT_EQ(textures[texture].firstTexels[level].a, 1.0f);
+        }
+    }
+    // Its sampler filters without levels
+    EXPECT_EQ(textures[2].firstTexels.size(), 1u);
+    EXPECT_EQ(statistics.textureBytes, 4u * (2 * (32 + 8 + 2 + 1) + 32));
+}
+
+// One level after the other goes, of the largest, and the rest stays; with one level each, too.
+TEST_F(SceneTextures, AreSmallerWhereTheyDoNotFitTheBudget) {
+    for (const bool wantsLevels : {false, true}) {
+        const uint64_t all = wantsLevels ? 4 * (1024 + 256 + 64 + 16 + 4 + 1) : 4 * 1024;
+        const uint64_t less = wantsLevels ? 4 * (256 + 64 + 16 + 4 + 1) : 4 * 256;
+        const size_t first = Log().Count();
+        const auto textures =
+            Set({.textureLevels = wantsLevels, .textureBudget = 2 * all},
+                SceneWith({Stripes({32, 32}, 1), Stripes({16, 16}, 4), Stripes({32, 32}, 2)}));
+        EXPECT_EQ(textures[0].extent, (Extent2D{16, 16}));
+        EXPECT_EQ(textures[1].extent, (Extent2D{16, 16}));
+        EXPECT_EQ(textures[2].extent, (Extent2D{32, 32}));
+        EXPECT_EQ(textures[0].firstTexels.size(), wantsLevels ? 5u : 1u);
+        EXPECT_NEAR(textures[0].firstTexels[0].g, 0.5f, kCode);
+        EXPECT_EQ(textures[1].firstTexels[0].g, 0.0f);
+        EXPECT_EQ(textures[2].firstTexels[0].g, 0.0f);
+        EXPECT_EQ(statistics.textureBytes, all + 2 * less);
+        EXPECT_EQ(statistics.textureBudget, 2 * all);
+        EXPECT_EQ(statistics.reducedTextures, 1u);
+        EXPECT_NE(Log().Text(first).find("1 of 3 textures is smaller on the device"), std::string::npos);
+        EXPECT_NE(Log().Text(first).find("1 of 32x32 texels is 16x16"), std::string::npos);
+    }
+}
+
+// What is left of them is drawn: a gray square.
+TEST_F(SceneTextures, PictureOfATinyBudgetHasTheMeanOfItsTextures) {
+    scene::SceneData scene = SceneWith({Stripes({64, 64}, 1)});
+    scene.meshes[0].primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    scene.materials[0] = Lambert(glm::vec3(1.0f));
+    scene.materials[0].baseColorTexture.texture = 0;
+    SceneRender render(Device(), {.textureBudget = 1});
+    render.scene.SetScene(std::move(scene));
+    EXPECT_EQ(render.scene.Statistics().textureBytes, 4u);
+    passes::TraceSettings settings = LookAt({0, 0, 3}, {0, 0, 0}, 0.2f, 4);
+    for (const glm::vec4& albedo : render.PrimaryHits(settings).albedo.values)
+        EXPECT_NEAR(albedo.g, 0.5f, kCode);
+}
+
+// Waves of a normal map become roughness of the levels that have lost them.
+TEST_F(SceneTextures, RoughnessIsWidenedByTheMaterialsNormalMap) {
+    scene::ImageData waves{.name = "waves", .width = 8, .height = 8, .rgba = {}};
+    scene::ImageData roughness{.name = "roughness", .width = 8, .height = 8, .rgba = {}};
+    for (uint32_t i = 0; i < 64; ++i) {
+        waves.rgba.insert(waves.rgba.end(), {uint8_t(i % 2 == 0 ? 78 : 177), 128, 245, 255});
+        roughness.rgba.insert(roughness.rgba.end(), {0, 102, 255, 255});
+    }
+    scene::SceneData scene = SceneWith({roughness, waves});
+    for (scene::Texture& texture : scene.textures) texture.colorSpace = scene::ColorSpace::Linear;
+    scene.materials[0] = {};
+    scene.materials[0].metallicRoughnessTexture.texture = 0;
+    scene.materials[0].normalTexture.texture = 1;
+    scene::SceneData flat = scene;
+    flat.materials[0].normalTexture = {};
+    const auto bent = Set({.textureLevels = true}, std::move(scene));
+    const auto smooth = Set({.textureLevels = true}, std::move(flat));
+    for (size_t level = 1; level < 4; ++level) {
+        EXPECT_NEAR(smooth[0].firstTexels[level].g, 0.4f, 1e-4f);
+        EXPECT_GT(bent[0].firstTexels[level].g, 0.5f);
+        EXPECT_NEAR(bent[1].firstTexels[level].b, 1.0f, 1e-2f);  // unit vectors again
+    }
+    EXPECT_NEAR(bent[0].firstTexels[0].g, 0.4f, 1e-4f);
+}
+
+}  // namespace raygraph::testing
