@@ -15,7 +15,8 @@ void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     Script script(options.script);
     const std::unique_ptr<rhi::Device> device = openDevice({});
     PictureScreen screen;
-    Editor editor(*device, {.shaders = options.shaders, .log = options.log});
+    Editor editor(*device,
+                  {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
     if (!options.scene.empty()) editor.Work().Open(options.scene, options.variant);
     script.Play(editor, screen);
 }
@@ -28,7 +29,8 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
     rhi::Swapchain swapchain(
         *device, {.name = "window", .makeSurface = window.SurfaceMaker(), .extent = window.Extent()});
     WindowScreen screen(swapchain);
-    Editor editor(*device, {.shaders = options.shaders, .log = options.log});
+    Editor editor(*device,
+                  {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
     window.ShareClipboard();
     if (!config.empty()) editor.UseConfig(config);
     if (!options.scene.empty()) editor.Work().Open(options.scene, options.variant);

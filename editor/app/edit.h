@@ -18,6 +18,7 @@ struct EditOptions {
     std::string variant = {};       // of it, by name or index; "": none
     std::filesystem::path script;   // "": a window; else runs this script without one
     std::filesystem::path shaders;  // folder of sources to reload from; "": none
+    uint64_t textureBudget = 0;     // as GpuSceneDesc
     // What the log panel shows: it is given what devices say; null: nothing.
     std::shared_ptr<LogHistory> log = {};
 };

@@ -35,7 +35,7 @@ void Panel(const char* title, ImVec2 position, ImVec2 size, Body&& body) {
 }  // namespace
 
 Editor::Editor(rhi::Device& device, EditorOptions options)
-    : m_work(device, options.shaders, std::move(options.log)) {}
+    : m_work(device, options.shaders, std::move(options.log), options.textureBudget) {}
 
 bool Editor::IsBusy() const {
     return m_work.IsLoading() || m_isPicking || !m_saving.empty() || !m_savingRenders.empty() ||

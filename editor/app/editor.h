@@ -21,6 +21,7 @@ namespace raygraph::editor {
 
 struct EditorOptions {
     std::filesystem::path shaders;         // folder of sources to reload from; "": none
+    uint64_t textureBudget = 0;            // as GpuSceneDesc
     std::shared_ptr<LogHistory> log = {};  // what the log panel shows; null: nothing
 };
 

@@ -71,7 +71,9 @@ void Table(Workspace& work) {
         Text("{} builds, {} updates, {}", scene.tlasRebuilds, scene.tlasUpdates, BytesText(scene.tlasBytes)));
     const std::vector<rhi::MemoryHeap> heaps = work.device.MemoryHeaps();
     for (const MemoryRow& row : MemoryRows(work.device.Memory(), heaps)) Row(row.name.c_str(), row.value);
-    Row("textures", BytesText(scene.textureBytes));
+    Row("textures",
+        Text("{} of a budget of {}", BytesText(scene.textureBytes), BytesText(scene.textureBudget)));
+    if (scene.reducedTextures > 0) Row("", Text("{} smaller, to fit it", scene.reducedTextures));
     ImGui::EndTable();
 }
 

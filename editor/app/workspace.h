@@ -35,12 +35,12 @@ class Workspace {
     // `shaders`: the folder of shader sources to reload from, or "". `messages`: what the log panel shows,
     // null: none.
     explicit Workspace(rhi::Device& of, const std::filesystem::path& shaders = {},
-                       std::shared_ptr<LogHistory> messages = {})
+                       std::shared_ptr<LogHistory> messages = {}, uint64_t textureBudget = 0)
         : device(of),
           log(messages ? std::move(messages) : std::make_shared<LogHistory>()),
           hasShaderSources(!shaders.empty()),
           renderer(of, {.shaderRoot = shaders}),
-          gpu(renderer),
+          gpu(renderer, {.textureLevels = true, .textureBudget = textureBudget}),
           view(renderer, gpu),
           loader(of.Log()) {
         view.SetBudget({.frameMs = 30.0, .whileMoving = viewport::MotionView::PathTraced});

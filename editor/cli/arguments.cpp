@@ -187,7 +187,7 @@ CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     AddSettings(
         *bench, arguments.given,
         {"size", "camera", "scene", "variant", "sampler", "brdf", "multiscatter", "nee", "light-sampler",
-         "mis", "rr", "rr-start", "max-depth", "background", "env-rotation", "env-tint"},
+         "mis", "rr", "rr-start", "max-depth", "background", "env-rotation", "env-tint", "texture-budget"},
         BenchDefaults());
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", Text("Timed frames of each kind in a round ({})", arguments.frames),
@@ -257,6 +257,7 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
         app.add_subcommand("edit", "Open a window on a scene: path-traced and raster views, edits");
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
+    AddSettings(*edit, arguments.given, {"texture-budget"});
     AddPath(*edit, "--headless-script", "FILE",
             "Play keys, mouse and waits from a file, without a window; see docs/editor.md", arguments.script);
     AddPath(*edit, "--shaders", "FOLDER", "Shader sources, for F5 to reload from", arguments.shaders);

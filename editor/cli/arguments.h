@@ -79,6 +79,7 @@ struct MergeArguments : OutputArguments {
 struct EditArguments : OutputArguments {
     std::filesystem::path scene;    // "": opens empty
     std::string variant;            // of it; "": none
+    SettingTexts given;             // picture settings, as given
     std::filesystem::path script;   // "": a window
     std::filesystem::path shaders;  // "": none to reload from
     std::string device;

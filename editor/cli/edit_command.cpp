@@ -21,6 +21,7 @@ void EditCommand(const EditArguments& arguments, Console& console) {
                        .variant = arguments.variant,
                        .script = arguments.script,
                        .shaders = arguments.shaders,
+                       .textureBudget = SettingsFrom(arguments.given).textureBudget,
                        .log = history},
                       [&](std::vector<std::string> surfaceExtensions) {
                           return OpenDevice({.select = arguments.device,

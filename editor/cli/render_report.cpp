@@ -63,7 +63,10 @@ Report DescribeRun(const rhi::Device& device, Session& session, const SessionRes
                      .hostPeakBytes = os::PeakResidentBytes(),
                      .deviceFallbackBytes = memory.fallbackBytes,
                      .isBudgetOfDriver = info.optional.memoryBudget,
-                     .heaps = device.MemoryHeaps()};
+                     .heaps = device.MemoryHeaps(),
+                     .textureBytes = statistics.scene.textureBytes,
+                     .textureBudgetBytes = statistics.scene.textureBudget,
+                     .reducedTextures = statistics.scene.reducedTextures};
     return report;
 }
 

@@ -48,6 +48,9 @@ Json MemoryJson(const Report& report) {
             {"host_peak_bytes", report.memory.hostPeakBytes},
             {"device_fallback_bytes", report.memory.deviceFallbackBytes},
             {"budget_of_driver", report.memory.isBudgetOfDriver},
+            {"texture_bytes", report.memory.textureBytes},
+            {"texture_budget_bytes", report.memory.textureBudgetBytes},
+            {"reduced_textures", report.memory.reducedTextures},
             {"heaps", heaps}};
 }
 

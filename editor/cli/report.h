@@ -47,6 +47,8 @@ struct Report {
         uint64_t deviceFallbackBytes = 0;  // what had to go into the host's memory
         bool isBudgetOfDriver = false;     // else estimated
         std::vector<rhi::MemoryHeap> heaps;
+        uint64_t textureBytes = 0, textureBudgetBytes = 0;
+        uint32_t reducedTextures = 0;  // smaller than their images, to fit that budget
     } memory;
     struct {
         std::optional<double> samplesPerSecond;  // over the samples after the first

@@ -36,7 +36,9 @@ passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const s
 }  // namespace
 
 DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
-    : m_renderer(device), m_scene(m_renderer), m_settings(TraceSettingsFrom(settings, input.data)) {
+    : m_renderer(device),
+      m_scene(m_renderer, {.textureBudget = settings.textureBudget}),
+      m_settings(TraceSettingsFrom(settings, input.data)) {
     LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
     const bool hasMap = !input.environment.rgba.empty();
     const bool usesScene = !hasMap && !settings.background && input.data.environment.IsPresent();

@@ -21,6 +21,8 @@ std::string BoundText(double value) {
     return {text.data(), end};
 }
 
+constexpr std::string_view kAutomatic = "auto", kUnits = "KMG";
+
 }  // namespace
 
 uint32_t ParseCount(std::string_view text, uint32_t minimum, uint32_t maximum) {
@@ -49,6 +51,21 @@ double ParseNumber(std::string_view text, double minimum, double maximum) {
     else if (hasMaximum)
         expected += " of at most " + BoundText(maximum);
     Refuse(text, expected);
+}
+
+uint64_t ParseBudget(std::string_view text) {
+    if (text == kAutomatic) return 0;
+    constexpr double kMostBytes = 0x1p50;
+    const size_t unit = text.empty() ? std::string_view::npos : kUnits.find(text.back());
+    const std::string_view digits = text.substr(0, text.size() - (unit == std::string_view::npos ? 0 : 1));
+    try {
+        const double units = unit == std::string_view::npos ? 1.0 : std::exp2(10.0 * (1.0 + double(unit)));
+        const double bytes = std::floor(ParseNumber(digits, 0.0, kMostBytes) * units);
+        if (bytes >= 1.0 && bytes <= kMostBytes) return static_cast<uint64_t>(bytes);
+    } catch (const Error&) {
+        // The message for the whole text says more than the one for its digits
+    }
+    Refuse(text, Text("{} or a size like 512M or 1.5G", kAutomatic));
 }
 
 rhi::Extent2D ParseSize(std::string_view text) {
@@ -122,6 +139,13 @@ std::string ToText(float value) {
 
 std::string ToText(rhi::Extent2D size) {
     return Text("{}x{}", size.width, size.height);
+}
+
+std::string BudgetText(uint64_t bytes) {
+    if (bytes == 0) return std::string(kAutomatic);
+    size_t units = 0;
+    for (; units < kUnits.size() && bytes % 1024 == 0; ++units) bytes /= 1024;
+    return Text("{}{}", bytes, units == 0 ? "" : kUnits.substr(units - 1, 1));
 }
 
 std::string ToText(const std::array<float, 3>& radiance) {

@@ -22,6 +22,8 @@ uint32_t ParseCount(std::string_view text, uint32_t minimum = 0,
 // A finite decimal number, "-1.5" or "2e3".
 double ParseNumber(std::string_view text, double minimum = std::numeric_limits<double>::lowest(),
                    double maximum = std::numeric_limits<double>::max());
+// "auto": 0. Else a size in memory, more than 0: "512M", "1.5G", "65536"; K, M and G count by 1024.
+uint64_t ParseBudget(std::string_view text);
 // "640x360".
 rhi::Extent2D ParseSize(std::string_view text);
 // "R,G,B" of finite numbers that are not negative.
@@ -51,6 +53,8 @@ std::string ListForHelp(Choice ofDefault) {
 // The shortest text that reads back as the same number.
 std::string ToText(float value);
 std::string ToText(rhi::Extent2D size);
+// As ParseBudget reads it.
+std::string BudgetText(uint64_t bytes);
 std::string ToText(const std::array<float, 3>& radiance);
 
 }  // namespace raygraph::session

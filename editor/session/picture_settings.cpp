@@ -205,6 +205,12 @@ const std::vector<PictureSetting>& Table() {
          [](const PictureSettings& settings) {
              return settings.background ? ToText(*settings.background) : std::string("none");
          }},
+        {"texture-budget", "SIZE",
+         "Bias: device memory that textures may take, 512M say; where they take more, large ones lose "
+         "detail. "
+         "Default: {}, half of the device's",
+         [](PictureSettings& settings, std::string_view text) { settings.textureBudget = ParseBudget(text); },
+         [](const PictureSettings& settings) { return BudgetText(settings.textureBudget); }},
         {"light-group", "NAME=PATTERN,...",
          "Keep the light of a group of lights apart, as light.NAME.R and so on in an .exr: those whose "
          "material, light or node has a name like a PATTERN (* and ? as in a shell). May be given eight "

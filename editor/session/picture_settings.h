@@ -35,6 +35,7 @@ struct PictureSettings {
     std::array<float, 3> environmentTint{1.0f, 1.0f, 1.0f};  // on the radiance of a map
     // Constant radiance, where no map is given. None: what the scene brings along, or black.
     std::optional<std::array<float, 3>> background;
+    uint64_t textureBudget = 0;  // bytes of all textures on the device; 0: GpuSceneDesc's default
     std::vector<LightGroupPatterns> lightGroups;
 };
 

@@ -278,6 +278,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.environmentRotation = 0.1f;
     settings.environmentTint = {0.5f, 1.0f, 2.0f};
     settings.background = {0.1f, 0.2f, 0.3f};
+    settings.textureBudget = uint64_t{3} << 20;
     settings.lightGroups = {{"key", {"lamp*", "bulb"}}, {"fill", {"window"}}};
     const SettingTexts texts = Texts(settings);
     EXPECT_EQ(Texts(SettingsFrom(texts)), texts);
@@ -324,11 +325,12 @@ TEST(PictureSettings, AWrongTextNamesItsSetting) {
 }  // namespace
 TEST(Arguments, EditOpensEmptyOrASceneOrPlaysAScript) {
     EXPECT_TRUE(std::get<EditArguments>(Parse("edit")).scene.empty());
-    const auto edit =
-        std::get<EditArguments>(Parse("edit a.gltf --headless-script b.txt --device llvm --validate"));
+    const auto edit = std::get<EditArguments>(
+        Parse("edit a.gltf --headless-script b.txt --device llvm --validate --texture-budget 64M"));
     EXPECT_EQ(edit.scene, "a.gltf");
     EXPECT_EQ(edit.script, "b.txt");
     EXPECT_EQ(edit.device, "llvm");
+    EXPECT_EQ(SettingsFrom(edit.given).textureBudget, uint64_t{64} << 20);
     EXPECT_TRUE(edit.isValidating);
 }
 

@@ -27,6 +27,8 @@ std::string Number(T value) {
 Parts PartsOf(DeviceScene& scene) {
     const passes::TraceSettings s = scene.SettingsFor(3);
     const EnvironmentSettings& environment = scene.Scene().Environment();
+    constexpr uint64_t kLeastAutomatic = uint64_t{1} << 20;  // of what is free, which changes
+    const uint64_t budget = scene.Scene().Statistics().textureBudget;
     return {{"extent", Number(s.extent.width) + "x" + Number(s.extent.height)},
             {"eye", Text(s.camera.origin)},
             {"lens radius", Number(s.camera.lensRadius)},
@@ -49,6 +51,7 @@ Parts PartsOf(DeviceScene& scene) {
             {"clamp", Number(s.biases.clampIndirect)},
             {"regularize", Number(s.biases.regularize)},
             {"shadow terminator", Number(s.biases.shadowTerminator)},
+            {"texture budget", budget < kLeastAutomatic ? Number(budget) : "automatic"},
             {"environment", Text(environment.radiance)},
             {"environment's rotation", Number(environment.rotation)},
             {"environment is the scene's", Number(environment.usesScene)}};
@@ -112,6 +115,7 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
         {"clamp-indirect", "2.5", {"clamp"}, "2.500000"},
         {"regularize", "0.5", {"regularize"}, "0.500000"},
         {"shadow-terminator", "on", {"shadow terminator"}, "1.000000"},
+        {"texture-budget", "64K", {"texture budget"}, "65536.000000"},
         {"background", "1,2,3", {"environment"}, "1.000000 2.000000 3.000000"},
         {"env-rotation", "180", {"environment's rotation"}, "3.141593"},
         {"env-tint", "2,3,4", {}},

@@ -59,6 +59,22 @@ TEST(Parse, SizeIsTwoSidesOfAtLeastOnePixel) {
             ErrorKind::Usage, [&] { ParseSize(text); }, "640x360");
 }
 
+TEST(Parse, BudgetIsASizeInMemoryOrAutomatic) {
+    EXPECT_EQ(ParseBudget("auto"), 0u);
+    EXPECT_EQ(ParseBudget("1"), 1u);
+    EXPECT_EQ(ParseBudget("64K"), 65536u);
+    EXPECT_EQ(ParseBudget("512M"), uint64_t{512} << 20);
+    EXPECT_EQ(ParseBudget("1.5G"), uint64_t{1536} << 20);
+    for (const char* text :
+         {"", "0", "K", "0.5", "-1M", "1T", "1m", "1MB", "2e15", "1048577G", "nan", "Auto"})
+        ExpectError(
+            ErrorKind::Usage, [&] { ParseBudget(text); }, "is not auto or a size like 512M or 1.5G");
+    for (const uint64_t bytes : {0ull, 1ull, 1000ull, 1024ull, 1536ull << 20, 3ull << 30, (3ull << 30) + 1})
+        EXPECT_EQ(ParseBudget(BudgetText(bytes)), bytes);
+    EXPECT_EQ(BudgetText(uint64_t{1536} << 20), "1536M");
+    EXPECT_EQ(BudgetText(0), "auto");
+}
+
 TEST(Parse, RadianceIsThreeNumbersThatAreNotNegative) {
     EXPECT_EQ(ParseRadiance("0,0.5,2e1"), (std::array<float, 3>{0.0f, 0.5f, 20.0f}));
     for (const char* text :

@@ -41,8 +41,9 @@ TEST(Report, SchemaOneHasTheseMembers) {
     EXPECT_EQ(Keys(json.at("passes").at(0)), (Names{"count", "gpu_ms_median", "gpu_ms_total", "name"}));
     EXPECT_EQ(Keys(json.at("acceleration")),
               (Names{"blas_count", "bytes_built", "bytes_compacted", "tlas_bytes"}));
-    EXPECT_EQ(Keys(json.at("memory")), (Names{"budget_of_driver", "device_fallback_bytes",
-                                              "device_peak_bytes", "heaps", "host_peak_bytes"}));
+    EXPECT_EQ(Keys(json.at("memory")),
+              (Names{"budget_of_driver", "device_fallback_bytes", "device_peak_bytes", "heaps",
+                     "host_peak_bytes", "reduced_textures", "texture_budget_bytes", "texture_bytes"}));
     EXPECT_EQ(Keys(json.at("throughput")), (Names{"mrays_per_s", "msamples_per_s", "rays_per_sample"}));
     EXPECT_EQ(Keys(json.at("image")), (Names{"mean", "nonfinite_samples", "relative_error"}));
     EXPECT_TRUE(json.contains("settings"));
