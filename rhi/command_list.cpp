@@ -62,7 +62,10 @@ void CheckBufferCopy(const char* call, const Buffer& buffer, uint64_t offset, co
     const uint32_t texelBytes = TexelBytes(texture.Desc().format);
     const uint32_t alignment = std::lcm(texelBytes, 4u);
     if (offset % alignment != 0) fail(Text("offset {} is not a multiple of {}", offset, alignment));
-    const uint64_t bytes = uint64_t{texelBytes} * extent.width * rowCount;
+    const uint32_t side = BlockSide(texture.Desc().format);
+    if (firstRow % side != 0 || (rowCount % side != 0 && firstRow + rowCount != extent.height))
+        fail(Text("{} rows from {} on, the format has blocks of {}", rowCount, firstRow, side));
+    const uint64_t bytes = ImageBytes(texture.Desc().format, {extent.width, rowCount});
     if (bytes > buffer.Size() || offset > buffer.Size() - bytes)
         fail(Text("{} bytes at {} do not fit", bytes, offset));
 }
@@ -316,7 +319,7 @@ void CommandList::CopyTexture(const Texture& source, const Place& from, const Te
     const Format format = source.Desc().format;
     const Format targetFormat = target.Desc().format;
     if (extent != targetExtent || TexelBytes(format) != TexelBytes(targetFormat) ||
-        IsDepth(format) != IsDepth(targetFormat))
+        BlockSide(format) != BlockSide(targetFormat) || IsDepth(format) != IsDepth(targetFormat))
         throw MakeError(ErrorKind::Usage, "CopyTexture: {} does not fit {}{}", TextOf(source), TextOf(target),
                         from.level == 0 && to.level == 0
                             ? std::string()

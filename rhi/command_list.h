@@ -111,7 +111,7 @@ class RAYGRAPH_API CommandList {
                     uint64_t size);
     void CopyToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel = 0,
                        uint32_t layer = 0);
-    // Rows [firstRow, firstRow + rowCount) of a mip level, tightly packed at `offset`.
+    // Rows [firstRow, firstRow + rowCount) of a mip level, tightly packed at `offset`: whole blocks.
     void CopyRowsToTexture(const Buffer& source, uint64_t offset, const Texture& target, uint32_t mipLevel,
                            uint32_t firstRow, uint32_t rowCount, uint32_t layer = 0);
     void CopyToBuffer(const Texture& source, const Buffer& target, uint64_t offset = 0, uint32_t mipLevel = 0,

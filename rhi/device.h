@@ -205,6 +205,8 @@ class RAYGRAPH_API Device {
     MemoryRequirements RequirementsOf(const BufferDesc& desc);
     // Whether mip levels of such a texture can be generated (CommandList::BlitMip).
     bool CanGenerateMips(Format format) const;
+    // Whether textures of the format can be filled and sampled with linear filters; of one of blocks, too.
+    bool CanSample(Format format) const;
     MemoryStatistics Memory() const;
     std::vector<MemoryHeap> MemoryHeaps() const;
     // From now on resources that would take MemoryStatistics::usedBytes above `bytes` are refused with
@@ -269,6 +271,7 @@ class RAYGRAPH_API Device {
     friend class Texture;
     struct Impl;
     void Finish(Texture& texture);
+    bool HasFormatFeatures(Format format, VkFormatFeatureFlags needed) const;
     VkImageView CreateView(const Texture& texture, const Subresources& part, ImageShape shape);
     void Free(VkBuffer buffer, VmaAllocation allocation) noexcept;
     void Free(VkImage image, VkImageView view, VmaAllocation allocation) noexcept;

@@ -63,6 +63,7 @@ std::string LackingFeatures(const OptionalFeatures& features) {
     add(features.multiDrawIndirect, "multi-draw indirect");
     add(features.drawIndirectFirstInstance, "first instances of indirect draws");
     add(features.bufferInt64Atomics, "64-bit atomics");
+    add(features.textureCompressionBc, "compressed textures");
     add(features.memoryBudget, "memory budgets");
     return text;
 }

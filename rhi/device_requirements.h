@@ -61,8 +61,9 @@ struct OptionalFeatures {
     bool clipDistance = false;  // shaderClipDistance
     bool multiDrawIndirect = false;
     bool drawIndirectFirstInstance = false;
-    bool bufferInt64Atomics = false;  // shaderBufferInt64Atomics
-    bool memoryBudget = false;        // VK_EXT_memory_budget, an extension without a feature to enable
+    bool bufferInt64Atomics = false;    // shaderBufferInt64Atomics
+    bool textureCompressionBc = false;  // textureCompressionBC
+    bool memoryBudget = false;          // VK_EXT_memory_budget, an extension without a feature to enable
 
     bool operator==(const OptionalFeatures&) const = default;
 };

@@ -118,6 +118,8 @@ void CheckDesc(const InstanceFunctions& vk, VkPhysicalDevice device, const Devic
     if (desc.extent.IsEmpty()) Refuse(subject, "its extent is empty");
     if (desc.format == Format::Undefined) Refuse(subject, "it has no format");
     if (desc.usage == TextureUsage::None) Refuse(subject, "it has no usage");
+    if (BlockSide(desc.format) > 1 && !info.optional.textureCompressionBc)
+        Refuse(subject, info.name + " has no compressed textures (textureCompressionBC)");
     if (desc.mipLevels == 0 || desc.mipLevels > FullMipCount(desc.extent))
         Refuse(subject,
                Text("{} mip levels, possible are 1 to {}", desc.mipLevels, FullMipCount(desc.extent)));
@@ -312,13 +314,23 @@ Texture Device::WrapTexture(const TextureDesc& desc, VkImage image) {
     return texture;
 }
 
-bool Device::CanGenerateMips(Format format) const {
+bool Device::HasFormatFeatures(Format format, VkFormatFeatureFlags needed) const {
     VkFormatProperties2 properties{VK_STRUCTURE_TYPE_FORMAT_PROPERTIES_2, nullptr, {}};
     m_impl->instanceFunctions.vkGetPhysicalDeviceFormatProperties2(PhysicalDevice(), rhi::ToVk(format),
                                                                    &properties);
-    constexpr VkFormatFeatureFlags kNeeded = VK_FORMAT_FEATURE_BLIT_SRC_BIT | VK_FORMAT_FEATURE_BLIT_DST_BIT |
-                                             VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT;
-    return (properties.formatProperties.optimalTilingFeatures & kNeeded) == kNeeded;
+    return (properties.formatProperties.optimalTilingFeatures & needed) == needed;
+}
+
+bool Device::CanGenerateMips(Format format) const {
+    return HasFormatFeatures(format, VK_FORMAT_FEATURE_BLIT_SRC_BIT | VK_FORMAT_FEATURE_BLIT_DST_BIT |
+                                         VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT);
+}
+
+bool Device::CanSample(Format format) const {
+    if (BlockSide(format) > 1 && !Info().optional.textureCompressionBc) return false;
+    return HasFormatFeatures(format, VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT |
+                                         VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT |
+                                         VK_FORMAT_FEATURE_TRANSFER_DST_BIT);
 }
 
 Sampler Device::CreateSampler(const SamplerDesc& desc) {

@@ -34,6 +34,18 @@ constexpr std::array kFormats{
     FormatRow{Format::Rg32Float, VK_FORMAT_R32G32_SFLOAT, 8, "rg32f"},
     FormatRow{Format::Rgba32Float, VK_FORMAT_R32G32B32A32_SFLOAT, 16, "rgba32f"},
     FormatRow{Format::D32Float, VK_FORMAT_D32_SFLOAT, 4, "d32f"},
+    FormatRow{Format::Bc1Unorm, VK_FORMAT_BC1_RGB_UNORM_BLOCK, 8, "bc1"},
+    FormatRow{Format::Bc1Srgb, VK_FORMAT_BC1_RGB_SRGB_BLOCK, 8, "bc1-srgb"},
+    FormatRow{Format::Bc1AlphaUnorm, VK_FORMAT_BC1_RGBA_UNORM_BLOCK, 8, "bc1-alpha"},
+    FormatRow{Format::Bc1AlphaSrgb, VK_FORMAT_BC1_RGBA_SRGB_BLOCK, 8, "bc1-alpha-srgb"},
+    FormatRow{Format::Bc2Unorm, VK_FORMAT_BC2_UNORM_BLOCK, 16, "bc2"},
+    FormatRow{Format::Bc2Srgb, VK_FORMAT_BC2_SRGB_BLOCK, 16, "bc2-srgb"},
+    FormatRow{Format::Bc3Unorm, VK_FORMAT_BC3_UNORM_BLOCK, 16, "bc3"},
+    FormatRow{Format::Bc3Srgb, VK_FORMAT_BC3_SRGB_BLOCK, 16, "bc3-srgb"},
+    FormatRow{Format::Bc4Unorm, VK_FORMAT_BC4_UNORM_BLOCK, 8, "bc4"},
+    FormatRow{Format::Bc5Unorm, VK_FORMAT_BC5_UNORM_BLOCK, 16, "bc5"},
+    FormatRow{Format::Bc7Unorm, VK_FORMAT_BC7_UNORM_BLOCK, 16, "bc7"},
+    FormatRow{Format::Bc7Srgb, VK_FORMAT_BC7_SRGB_BLOCK, 16, "bc7-srgb"},
 };
 
 constexpr bool IsInOrder() {
@@ -63,12 +75,26 @@ uint32_t TexelBytes(Format format) {
     return Row(format).bytes;
 }
 
+uint32_t BlockSide(Format format) {
+    return format >= Format::Bc1Unorm ? 4 : 1;
+}
+
 const char* Name(Format format) {
     return Row(format).name;
 }
 
 bool IsDepth(Format format) {
     return format == Format::D32Float;
+}
+
+Extent2D BlockCounts(Format format, Extent2D extent) {
+    const uint32_t side = BlockSide(format);
+    return {(extent.width + side - 1) / side, (extent.height + side - 1) / side};
+}
+
+uint64_t ImageBytes(Format format, Extent2D extent) {
+    const Extent2D blocks = BlockCounts(format, extent);
+    return uint64_t{blocks.width} * blocks.height * TexelBytes(format);
 }
 
 Extent2D MipExtent(Extent2D extent, uint32_t level) {

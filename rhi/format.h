@@ -27,14 +27,29 @@ enum class Format : uint8_t {
     Rg32Float,
     Rgba32Float,
     D32Float,
+    // Blocks of 4 x 4 texels, sampled alone; of devices with OptionalFeatures::textureCompressionBc
+    Bc1Unorm,  // without alpha
+    Bc1Srgb,
+    Bc1AlphaUnorm,
+    Bc1AlphaSrgb,
+    Bc2Unorm,
+    Bc2Srgb,
+    Bc3Unorm,
+    Bc3Srgb,
+    Bc4Unorm,
+    Bc5Unorm,
+    Bc7Unorm,
+    Bc7Srgb,
 };
-constexpr uint32_t kFormatCount = static_cast<uint32_t>(Format::D32Float) + 1;
+constexpr uint32_t kFormatCount = static_cast<uint32_t>(Format::Bc7Srgb) + 1;
 
 RAYGRAPH_API VkFormat ToVk(Format format);
 // Undefined for a VkFormat that is not in the list.
 RAYGRAPH_API Format FormatFromVk(VkFormat format);
-// Bytes of one texel; 0 for Undefined.
+// Bytes of one texel, or of one block; 0 for Undefined.
 RAYGRAPH_API uint32_t TexelBytes(Format format);
+// Texels a side of what TexelBytes counts: 4 of formats of blocks, else 1.
+RAYGRAPH_API uint32_t BlockSide(Format format);
 // "rgba32f", "rgba8-srgb", ...: for plan text, labels and errors.
 RAYGRAPH_API const char* Name(Format format);
 RAYGRAPH_API bool IsDepth(Format format);
@@ -46,6 +61,11 @@ struct Extent2D {
     bool operator==(const Extent2D&) const = default;
     bool IsEmpty() const { return width == 0 || height == 0; }
 };
+
+// What covers so many texels: columns and rows of blocks, or of texels where the format has no blocks.
+RAYGRAPH_API Extent2D BlockCounts(Format format, Extent2D extent);
+// Bytes of so many texels, without padding.
+RAYGRAPH_API uint64_t ImageBytes(Format format, Extent2D extent);
 
 // Size of a mip level: halved and rounded down `level` times (level < 32), at least 1.
 RAYGRAPH_API Extent2D MipExtent(Extent2D extent, uint32_t level);

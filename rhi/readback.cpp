@@ -63,8 +63,7 @@ Readback Readback::Record(CommandList& commands, const Texture& source, VkImageL
     const Extent2D extent = MipExtent(desc.extent, mipLevel);
     Readback readback;
     readback.m_device = &commands.Owner();
-    readback.m_staging = StagingFor(commands.Owner(), desc.name,
-                                    uint64_t{extent.width} * extent.height * TexelBytes(desc.format));
+    readback.m_staging = StagingFor(commands.Owner(), desc.name, ImageBytes(desc.format, extent));
     commands.Transition(source, layout, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL);
     commands.CopyToBuffer(source, readback.m_staging, 0, mipLevel, layer);
     ReleaseToHost(commands);

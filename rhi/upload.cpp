@@ -33,7 +33,13 @@ VkImageMemoryBarrier2 MipBarrier(const Texture& texture, uint32_t level, uint32_
 
 uint64_t LevelBytes(const Texture& texture, uint32_t level) {
     const Extent2D extent = MipExtent(texture.Extent(), level);
-    return uint64_t{extent.width} * extent.height * TexelBytes(texture.Desc().format);
+    return ImageBytes(texture.Desc().format, extent);
+}
+
+// Of a row of texels, or of blocks.
+uint64_t RowBytes(const Texture& texture, uint32_t level) {
+    const Format format = texture.Desc().format;
+    return ImageBytes(format, {MipExtent(texture.Extent(), level).width, BlockSide(format)});
 }
 
 }  // namespace
@@ -157,7 +163,7 @@ void Uploader::CheckTexture(const Texture& target, std::span<const std::span<con
         if (levels[level].size() != LevelBytes(target, level))
             Refuse(subject, Text("mip level {} has {} bytes, given are {}", level, LevelBytes(target, level),
                                  levels[level].size()));
-    if (uint64_t{target.Extent().width} * TexelBytes(desc.format) > m_chunkBytes)
+    if (RowBytes(target, 0) > m_chunkBytes)
         Refuse(subject, Text("a row is larger than a staging chunk ({} bytes)", m_chunkBytes));
     if (desc.layers != 1) Refuse(subject, Text("it has {} layers, an upload is for one", desc.layers));
     if (levels.size() == desc.mipLevels) return;
@@ -175,11 +181,13 @@ void Uploader::UploadTexture(const Texture& target, std::span<const std::span<co
     List().Barriers({}, {&toTransfer, 1});
     for (uint32_t level = 0; level < levels.size(); ++level) {
         const Extent2D extent = MipExtent(target.Extent(), level);
-        const uint64_t rowBytes = uint64_t{extent.width} * TexelBytes(desc.format);
+        const uint64_t rowBytes = RowBytes(target, level);
         std::span<const std::byte> bytes = levels[level];
         for (uint32_t row = 0; row < extent.height;) {
             const Staged staged = Stage(bytes.size(), rowBytes);
-            const auto rowCount = static_cast<uint32_t>(staged.bytes.size() / rowBytes);
+            const uint32_t rowCount =
+                std::min(static_cast<uint32_t>(staged.bytes.size() / rowBytes) * BlockSide(desc.format),
+                         extent.height - row);
             std::memcpy(staged.bytes.data(), bytes.data(), staged.bytes.size());
             List().CopyRowsToTexture(*staged.buffer, staged.offset, target, level, row, rowCount);
             bytes = bytes.subspan(staged.bytes.size());

@@ -104,8 +104,9 @@ class ContentHasher {
         AddAll(image, sampler, colorSpace);
     }
     void Add(const scene::ImageData& image) {
-        const auto& [name, width, height, rgba] = image;
+        const auto& [name, width, height, rgba, blocks] = image;
         AddAll(width, height, rgba);
+        if (!blocks.IsEmpty()) Add(blocks.levels);
     }
     void Add(const scene::Node& node) {
         const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh, isVisible] =

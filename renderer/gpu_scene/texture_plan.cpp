@@ -9,38 +9,61 @@
 
 namespace raygraph {
 
-TextureSizes PlainTextureSizes(rhi::Extent2D extent, bool hasLevels) {
-    constexpr uint64_t kTexelBytes = 4;
-    TextureSizes sizes{.extent = extent, .bytes = {}};
-    for (uint32_t level = 0; level < rhi::FullMipCount(extent); ++level) {
-        const rhi::Extent2D size = rhi::MipExtent(extent, level);
-        sizes.bytes.push_back(kTexelBytes * size.width * size.height);
-    }
+namespace {
+
+// From each level on, or of it alone.
+std::vector<TextureChoice> Choices(std::span<const uint64_t> levelBytes, bool hasLevels, bool isBlocks) {
+    std::vector<TextureChoice> choices;
+    for (uint32_t level = 0; level < levelBytes.size(); ++level)
+        choices.push_back({level, levelBytes[level], isBlocks});
     if (hasLevels)
-        for (size_t level = sizes.bytes.size() - 1; level > 0; --level)
-            sizes.bytes[level - 1] += sizes.bytes[level];
+        for (size_t level = choices.size() - 1; level > 0; --level)
+            choices[level - 1].bytes += choices[level].bytes;
+    return choices;
+}
+
+}  // namespace
+
+TextureSizes PlainTextureSizes(rhi::Extent2D extent, bool hasLevels) {
+    std::vector<uint64_t> levelBytes;
+    for (uint32_t level = 0; level < rhi::FullMipCount(extent); ++level)
+        levelBytes.push_back(rhi::ImageBytes(rhi::Format::Rgba8Unorm, rhi::MipExtent(extent, level)));
+    return {extent, Choices(levelBytes, hasLevels, false)};
+}
+
+TextureSizes BlockTextureSizes(rhi::Extent2D extent, std::span<const uint64_t> levelBytes, bool hasLevels) {
+    TextureSizes sizes{extent, {}};
+    const auto add = [&](const TextureChoice& choice) {
+        if (sizes.choices.empty() || choice.bytes < sizes.choices.back().bytes)
+            sizes.choices.push_back(choice);
+    };
+    for (const TextureChoice& choice : Choices(levelBytes, hasLevels, true)) add(choice);
+    for (const TextureChoice& choice : PlainTextureSizes(extent, hasLevels).choices)
+        if (choice.firstLevel >= levelBytes.size()) add(choice);
     return sizes;
 }
 
 TexturePlan PlanTextures(std::span<const TextureSizes> textures, uint64_t budget) {
     TexturePlan plan;
-    plan.firstLevels.assign(textures.size(), 0);
+    std::vector<size_t> chosen(textures.size(), 0);
     // Bytes, and the texture: the largest first, of equal ones that with the lowest index
     std::priority_queue<std::pair<uint64_t, int64_t>> largest;
     for (size_t i = 0; i < textures.size(); ++i) {
-        plan.bytes += textures[i].bytes.front();
-        largest.emplace(textures[i].bytes.front(), -static_cast<int64_t>(i));
+        const uint64_t bytes = textures[i].choices.front().bytes;
+        plan.bytes += bytes;
+        largest.emplace(bytes, -static_cast<int64_t>(i));
     }
     while (plan.bytes > budget && !largest.empty()) {
-        const auto texture = static_cast<size_t>(-largest.top().second);
+        const auto [bytes, negative] = largest.top();
         largest.pop();
-        const std::vector<uint64_t>& bytes = textures[texture].bytes;
-        uint32_t& level = plan.firstLevels[texture];
-        if (level + 1 == bytes.size()) continue;  // stays as it is
-        plan.bytes -= bytes[level] - bytes[level + 1];
-        ++level;
-        largest.emplace(bytes[level], -static_cast<int64_t>(texture));
+        const auto texture = static_cast<size_t>(-negative);
+        const std::vector<TextureChoice>& choices = textures[texture].choices;
+        if (chosen[texture] + 1 == choices.size()) continue;  // stays as it is
+        const uint64_t smaller = choices[++chosen[texture]].bytes;
+        plan.bytes -= bytes - smaller;
+        largest.emplace(smaller, negative);
     }
+    for (size_t i = 0; i < textures.size(); ++i) plan.choices.push_back(textures[i].choices[chosen[i]]);
     return plan;
 }
 
@@ -50,8 +73,8 @@ std::string ReductionText(std::span<const TextureSizes> textures, const TextureP
     std::map<std::pair<Size, Size>, uint32_t, std::greater<>> kinds;
     uint32_t count = 0;
     for (size_t i = 0; i < textures.size(); ++i) {
-        if (plan.firstLevels[i] == 0) continue;
-        const rhi::Extent2D from = textures[i].extent, to = rhi::MipExtent(from, plan.firstLevels[i]);
+        if (plan.choices[i].firstLevel == 0) continue;
+        const rhi::Extent2D from = textures[i].extent, to = rhi::MipExtent(from, plan.choices[i].firstLevel);
         ++kinds[{{from.width, from.height}, {to.width, to.height}}];
         ++count;
     }

@@ -11,19 +11,29 @@
 
 namespace raygraph {
 
-// A texture before it is made: what it would take on the device if it began with level 0, 1, ... of its
-// image; descending, at least one.
+// What a texture can be on the device.
+struct TextureChoice {
+    uint32_t firstLevel = 0;  // of the image: the texture's level 0
+    uint64_t bytes = 0;
+    bool isBlocks = false;  // those of its file
+
+    bool operator==(const TextureChoice&) const = default;
+};
+
+// A texture before it is made.
 struct TextureSizes {
-    rhi::Extent2D extent;  // of level 0
-    std::vector<uint64_t> bytes;
+    rhi::Extent2D extent;                // of level 0
+    std::vector<TextureChoice> choices;  // at least one; each takes less than the one before
 };
 
 // Of texels of four bytes: with all levels from each one on, or with that one alone.
 TextureSizes PlainTextureSizes(rhi::Extent2D extent, bool hasLevels);
+// Of an image whose file has levels of so many bytes, in blocks: these, and below the last of them plain ones.
+TextureSizes BlockTextureSizes(rhi::Extent2D extent, std::span<const uint64_t> levelBytes, bool hasLevels);
 
 struct TexturePlan {
-    std::vector<uint32_t> firstLevels;  // of each texture
-    uint64_t bytes = 0;                 // of all
+    std::vector<TextureChoice> choices;  // of each texture
+    uint64_t bytes = 0;                  // of all
 };
 
 // Drops a level of whichever texture is the largest, the first of them if several are, until all fit `budget`

@@ -46,6 +46,31 @@ uint32_t SamplerFor(rhi::Device& device, const scene::Sampler& wanted, std::vect
     return index;
 }
 
+// Undefined where a color has no such blocks: those of one or two channels are data.
+rhi::Format FormatOf(image::BlockCoding coding, bool isSrgb) {
+    using image::BlockCoding;
+    using rhi::Format;
+    switch (coding) {
+        case BlockCoding::Bc1Opaque:
+            return isSrgb ? Format::Bc1Srgb : Format::Bc1Unorm;
+        case BlockCoding::Bc1:
+            return isSrgb ? Format::Bc1AlphaSrgb : Format::Bc1AlphaUnorm;
+        case BlockCoding::Bc2:
+            return isSrgb ? Format::Bc2Srgb : Format::Bc2Unorm;
+        case BlockCoding::Bc3:
+            return isSrgb ? Format::Bc3Srgb : Format::Bc3Unorm;
+        case BlockCoding::Bc4:
+            return isSrgb ? Format::Undefined : Format::Bc4Unorm;
+        case BlockCoding::Bc5:
+            return isSrgb ? Format::Undefined : Format::Bc5Unorm;
+        case BlockCoding::Bc7:
+            return isSrgb ? Format::Bc7Srgb : Format::Bc7Unorm;
+        case BlockCoding::None:
+            break;
+    }
+    return Format::Undefined;
+}
+
 class SceneTextures {
   public:
     SceneTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
@@ -65,7 +90,11 @@ class SceneTextures {
             m_resources.textures.push_back(
                 {.texture = Create(i),
                  .sampler = SamplerFor(m_device, m_scene.textures[i].sampler, known, m_resources.samplers)});
-            if (!IsMade(i)) UploadImage(i, m_resources.textures[i].texture);
+            const rhi::Texture& texture = m_resources.textures[i].texture;
+            if (m_plan.choices[i].isBlocks)
+                UploadBlocks(i, texture);
+            else if (!IsMade(i))
+                UploadImage(i, texture);
         }
         MakeLevels();
         for (TextureResources& texture : m_resources.textures)
@@ -82,37 +111,70 @@ class SceneTextures {
     bool HasLevels(uint32_t texture) const {
         return m_settings.hasLevels && m_scene.textures[texture].sampler.usesMips;
     }
-    // Of several levels, or smaller than its image.
+    bool IsSrgb(uint32_t texture) const {
+        return m_scene.textures[texture].colorSpace == scene::ColorSpace::Srgb;
+    }
+    // Of several levels, or smaller than its image, and not those of its file.
     bool IsMade(uint32_t texture) {
+        const TextureChoice& choice = m_plan.choices[texture];
         const uint32_t levels = rhi::FullMipCount(ExtentOf(texture));
-        return levels > 1 && (HasLevels(texture) || m_plan.firstLevels[texture] > 0);
+        return !choice.isBlocks && levels > 1 && (HasLevels(texture) || choice.firstLevel > 0);
+    }
+
+    TextureSizes SizesOf(uint32_t texture) {
+        const image::BlockLevels& blocks = ImageOf(texture).blocks;
+        const rhi::Format format = FormatOf(blocks.coding, IsSrgb(texture));
+        if (blocks.IsEmpty() || format == rhi::Format::Undefined || !m_device.CanSample(format))
+            return PlainTextureSizes(ExtentOf(texture), HasLevels(texture));
+        std::vector<uint64_t> levelBytes;
+        for (const std::vector<std::byte>& level : blocks.levels) levelBytes.push_back(level.size());
+        return BlockTextureSizes(ExtentOf(texture), levelBytes, HasLevels(texture));
     }
 
     void Plan() {
         std::vector<TextureSizes> sizes;
-        for (uint32_t i = 0; i < m_scene.textures.size(); ++i)
-            sizes.push_back(PlainTextureSizes(ExtentOf(i), HasLevels(i)));
+        for (uint32_t i = 0; i < m_scene.textures.size(); ++i) sizes.push_back(SizesOf(i));
         m_plan = PlanTextures(sizes, m_settings.budget);
         m_resources.textureBytes = m_plan.bytes;
         m_resources.reducedTextures = static_cast<uint32_t>(
-            std::ranges::count_if(m_plan.firstLevels, [](uint32_t level) { return level > 0; }));
+            std::ranges::count_if(m_plan.choices, [](const auto& choice) { return choice.firstLevel > 0; }));
         m_resources.textureReduction = ReductionText(sizes, m_plan, m_settings.budget);
     }
 
     rhi::Texture Create(uint32_t index) {
         const scene::Texture& texture = m_scene.textures[index];
-        const bool isSrgb = texture.colorSpace == scene::ColorSpace::Srgb;
-        const rhi::Extent2D extent = rhi::MipExtent(ExtentOf(index), m_plan.firstLevels[index]);
-        return m_device.CreateTexture({.name = texture.name.empty() ? ImageOf(index).name : texture.name,
-                                       .extent = extent,
-                                       .format = isSrgb ? rhi::Format::Rgba8Srgb : rhi::Format::Rgba8Unorm,
-                                       .mipLevels = HasLevels(index) ? rhi::FullMipCount(extent) : 1});
+        const scene::ImageData& image = ImageOf(index);
+        const TextureChoice& choice = m_plan.choices[index];
+        const rhi::Extent2D extent = rhi::MipExtent(ExtentOf(index), choice.firstLevel);
+        const auto levels = choice.isBlocks
+                                ? static_cast<uint32_t>(image.blocks.levels.size()) - choice.firstLevel
+                                : rhi::FullMipCount(extent);
+        const rhi::Format plain = IsSrgb(index) ? rhi::Format::Rgba8Srgb : rhi::Format::Rgba8Unorm;
+        return m_device.CreateTexture(
+            {.name = texture.name.empty() ? image.name : texture.name,
+             .extent = extent,
+             .format = choice.isBlocks ? FormatOf(image.blocks.coding, IsSrgb(index)) : plain,
+             .mipLevels = HasLevels(index) ? levels : 1});
     }
 
     void UploadImage(uint32_t texture, const rhi::Texture& target) {
-        scene::ImageData& image = ImageOf(texture);
-        m_uploader.UploadTexture(target, std::as_bytes(std::span(image.rgba)));
-        if (--m_usesLeft[m_scene.textures[texture].image] == 0) image.rgba = {};
+        m_uploader.UploadTexture(target, std::as_bytes(std::span(ImageOf(texture).rgba)));
+        DoneWith(texture);
+    }
+
+    void UploadBlocks(uint32_t texture, const rhi::Texture& target) {
+        const image::BlockLevels& blocks = ImageOf(texture).blocks;
+        std::vector<std::span<const std::byte>> levels;
+        for (uint32_t level = 0; level < target.Desc().mipLevels; ++level)
+            levels.push_back(blocks.levels[m_plan.choices[texture].firstLevel + level]);
+        m_uploader.UploadTexture(target, levels);
+        DoneWith(texture);
+    }
+
+    void DoneWith(uint32_t texture) {
+        if (--m_usesLeft[m_scene.textures[texture].image] > 0) return;
+        ImageOf(texture).rgba = {};
+        ImageOf(texture).blocks = {};
     }
 
     // A frame for each texture, so that the memory of few is needed at a time; those whose roughness depends
@@ -152,7 +214,7 @@ class SceneTextures {
         for (size_t i = 0; i < textures.size(); ++i) {
             const TextureUse& use = m_uses[textures[i]];
             TextureLevelSettings settings{
-                .content = use.content, .widening = {}, .firstLevel = m_plan.firstLevels[textures[i]]};
+                .content = use.content, .widening = {}, .firstLevel = m_plan.choices[textures[i]].firstLevel};
             if (use.normals && normals)
                 settings.widening = {.normals = *normals,
                                      .normalScale = use.normals->normalScale,

@@ -50,7 +50,7 @@ Layout LayoutOf(rhi::Format format) {
             return {2, Component::Float};
         case Format::Rgba32Float:
             return {4, Component::Float};
-        case Format::Undefined:
+        default:  // blocks, which no pass writes
             break;
     }
     return {};

@@ -96,7 +96,7 @@ Readback Renderer::ReadBack(TextureId texture, uint32_t level, uint32_t layer) {
                         missing);
     const std::string name = impl.graph.resources[index].name + rhi::PartText(part, desc.levels, desc.layers);
     const Extent2D extent = rhi::MipExtent(desc.extent, level);
-    const uint64_t bytes = uint64_t{extent.width} * extent.height * rhi::TexelBytes(desc.format);
+    const uint64_t bytes = rhi::ImageBytes(desc.format, extent);
     Readback readback;
     readback.m_state = impl.TakeReadback(bytes);
     readback.m_state->extent = extent;

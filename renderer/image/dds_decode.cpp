@@ -1,5 +1,5 @@
 // DDS, DirectX's container of textures, after Microsoft's "Programming Guide for DDS" and "DDS_HEADER": the
-// largest level of a single 2D picture.
+// largest level of a single 2D picture, and all levels of one in blocks.
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -15,7 +15,8 @@ namespace {
 
 // Offsets from the start of the file, whose first four bytes are "DDS ".
 constexpr size_t kHeaderBytes = 128, kHeaderBytesDx10 = 148;
-constexpr size_t kHeaderSizeAt = 4, kHeightAt = 12, kWidthAt = 16, kFormatSizeAt = 76, kFormatFlagsAt = 80;
+constexpr size_t kHeaderSizeAt = 4, kHeightAt = 12, kWidthAt = 16, kLevelCountAt = 28, kFormatSizeAt = 76,
+                 kFormatFlagsAt = 80;
 constexpr size_t kFourCcAt = 84, kBitCountAt = 88, kMasksAt = 92, kCaps2At = 112;
 constexpr size_t kDxgiFormatAt = 128, kDimensionAt = 132, kMiscFlagsAt = 136, kArraySizeAt = 140,
                  kMiscFlags2At = 144;
@@ -97,10 +98,30 @@ class DdsReader {
             Fail(
                 Text("{} x {} pixels need {} bytes, and there are {}", width, height, stored, texels.size()));
         }
-        return DecodeTexels(layout, texels, width, height, m_name);
+        Image8 image = DecodeTexels(layout, texels, width, height, m_name);
+        image.blocks = Blocks(layout, texels, width, height);
+        return image;
     }
 
   private:
+    // One level after the other, as far as they go.
+    BlockLevels Blocks(const TexelLayout& layout, std::span<const std::byte> texels, uint32_t width,
+                       uint32_t height) const {
+        BlockLevels blocks{.coding = CodingOf(layout), .levels = {}};
+        if (blocks.coding == BlockCoding::None) return blocks;
+        for (uint32_t level = 0; level < std::max(At(kLevelCountAt), 1u); ++level) {
+            const uint64_t bytes = StoredBytes(layout, width, height);
+            if (bytes > texels.size()) break;
+            const std::span<const std::byte> stored = texels.first(bytes);
+            blocks.levels.emplace_back(stored.begin(), stored.end());
+            texels = texels.subspan(bytes);
+            if (width == 1 && height == 1) break;
+            width = std::max(width / 2, 1u);
+            height = std::max(height / 2, 1u);
+        }
+        return blocks;
+    }
+
     [[noreturn]] void Fail(const std::string& what) const { Refuse(m_name, "DDS: " + what); }
     void Require(size_t bytes) const {
         if (m_bytes.size() < bytes) Fail("the file is truncated");

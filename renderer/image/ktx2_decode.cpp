@@ -1,5 +1,5 @@
 // KTX2, Khronos' container of textures: the largest level of a 2D texture, plain, in blocks, or as Basis
-// Universal (KHR_texture_basisu).
+// Universal (KHR_texture_basisu); of blocks that GPUs read, all levels.
 #include <zstd.h>
 
 #include <algorithm>
@@ -64,11 +64,12 @@ struct Inflated {
     size_t size = 0;
 };
 
-Inflated Inflate(const Ktx2Header& header, uint64_t bytes, std::string_view name) {
+Inflated Inflate(const Ktx2Header& header, std::span<const std::byte> stored, uint64_t bytes,
+                 std::string_view name) {
     // A block of Zstandard has 4 bytes or more, and becomes 128 KiB at most.
     constexpr uint64_t kMaxRatio = (uint64_t{128} << 10) / 4;
-    if (bytes > header.level.size() * kMaxRatio) {
-        Refuse(name, Text("KTX2: {} bytes of Zstandard cannot hold {} x {} pixels", header.level.size(),
+    if (bytes > stored.size() * kMaxRatio) {
+        Refuse(name, Text("KTX2: {} bytes of Zstandard cannot hold {} x {} pixels", stored.size(),
                           header.width, header.height));
     }
     Inflated inflated;
@@ -77,12 +78,37 @@ Inflated Inflate(const Ktx2Header& header, uint64_t bytes, std::string_view name
     } catch (const std::bad_alloc&) {
         RefuseMemory(name, header.width, header.height);
     }
-    const size_t done =
-        ZSTD_decompress(inflated.memory.get(), bytes, header.level.data(), header.level.size());
+    const size_t done = ZSTD_decompress(inflated.memory.get(), bytes, stored.data(), stored.size());
     if (ZSTD_isError(done) != 0) Refuse(name, Text("KTX2: Zstandard: {}", ZSTD_getErrorName(done)));
     if (done != bytes)
         Refuse(name, Text("KTX2: Zstandard: {} bytes came out, {} were expected", done, bytes));
     return inflated;
+}
+
+// As the file has them, where no swizzle comes between them and the picture. `largest` is inflated.
+BlockLevels Blocks(const Ktx2Header& header, const TexelLayout& layout, std::span<const std::byte> largest,
+                   std::string_view name) {
+    BlockLevels blocks{.coding = CodingOf(layout), .levels = {}};
+    if (header.swizzle.value_or(kIdentity) != kIdentity) blocks.coding = BlockCoding::None;
+    if (blocks.coding == BlockCoding::None) return blocks;
+    blocks.levels.emplace_back(largest.begin(), largest.end());
+    uint32_t width = header.width, height = header.height;
+    for (const Ktx2Header::StoredLevel& level : header.smaller) {
+        if (width == 1 && height == 1) break;
+        width = std::max(width / 2, 1u);
+        height = std::max(height / 2, 1u);
+        const uint64_t wanted = StoredBytes(layout, width, height);
+        const bool isInflated = header.supercompression == Supercompression::Zstd;
+        if ((isInflated ? level.inflatedBytes : level.bytes.size()) != wanted) break;
+        Inflated inflated;
+        std::span<const std::byte> texels = level.bytes;
+        if (isInflated) {
+            inflated = Inflate(header, level.bytes, wanted, name);
+            texels = {inflated.memory.get(), inflated.size};
+        }
+        blocks.levels.emplace_back(texels.begin(), texels.end());
+    }
+    return blocks;
 }
 
 Image8 DecodeStored(const Ktx2Header& header, std::string_view name) {
@@ -97,10 +123,12 @@ Image8 DecodeStored(const Ktx2Header& header, std::string_view name) {
     Inflated inflated;
     std::span<const std::byte> texels = header.level;
     if (isInflated) {
-        inflated = Inflate(header, stored, name);
+        inflated = Inflate(header, header.level, stored, name);
         texels = {inflated.memory.get(), inflated.size};
     }
-    return DecodeTexels(layout, texels, header.width, header.height, name);
+    Image8 image = DecodeTexels(layout, texels, header.width, header.height, name);
+    image.blocks = Blocks(header, layout, texels.first(stored), name);
+    return image;
 }
 
 }  // namespace

@@ -71,6 +71,12 @@ class HeaderReader {
         m_header.level = Slice(Little(m_bytes, kHeaderBytes, 8), Little(m_bytes, kHeaderBytes + 8, 8),
                                "the largest level");
         m_header.inflatedBytes = Little(m_bytes, kHeaderBytes + 16, 8);
+        for (uint32_t level = 1; level < m_header.levelCount; ++level) {
+            const size_t at = kHeaderBytes + level * kLevelBytes;
+            const uint64_t offset = Little(m_bytes, at, 8), length = Little(m_bytes, at + 8, 8);
+            if (length > m_bytes.size() || offset > m_bytes.size() - length) break;
+            m_header.smaller.push_back({m_bytes.subspan(offset, length), Little(m_bytes, at + 16, 8)});
+        }
     }
 
     void ReadDescriptor(std::span<const std::byte> descriptor) {

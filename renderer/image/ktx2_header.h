@@ -29,6 +29,11 @@ struct Ktx2Header {
     Supercompression supercompression = Supercompression::None;
     std::span<const std::byte> level;  // The largest one, as stored.
     uint64_t inflatedBytes = 0;        // Its size without Zstandard, by the file.
+    struct StoredLevel {
+        std::span<const std::byte> bytes;
+        uint64_t inflatedBytes = 0;
+    };
+    std::vector<StoredLevel> smaller;  // The other levels, as far as they lie in the file.
     std::span<const std::byte> global;
     // That the file wishes for; of what is decoded, in place of BasisFormat::channels.
     std::optional<Swizzle> swizzle;

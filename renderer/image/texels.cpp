@@ -88,6 +88,36 @@ void DecodeBlocks(TexelCoding coding, std::span<const std::byte> bytes, Image8& 
 
 }  // namespace
 
+BlockCoding CodingOf(const TexelLayout& layout) {
+    switch (layout.coding) {
+        case TexelCoding::Bc1Opaque:
+            return BlockCoding::Bc1Opaque;
+        case TexelCoding::Bc1:
+            return BlockCoding::Bc1;
+        case TexelCoding::Bc2:
+            return BlockCoding::Bc2;
+        case TexelCoding::Bc3:
+            return BlockCoding::Bc3;
+        case TexelCoding::Bc4:
+            return BlockCoding::Bc4;
+        case TexelCoding::Bc5:
+            return BlockCoding::Bc5;
+        case TexelCoding::Bc7:
+            return BlockCoding::Bc7;
+        case TexelCoding::Plain:
+        case TexelCoding::Uastc:
+        case TexelCoding::UastcSrgb:
+            break;
+    }
+    return BlockCoding::None;
+}
+
+uint64_t BlockBytes(BlockCoding coding, uint32_t width, uint32_t height) {
+    const bool isSmall =
+        coding == BlockCoding::Bc1Opaque || coding == BlockCoding::Bc1 || coding == BlockCoding::Bc4;
+    return (isSmall ? 8 : 16) * BlockCount(width) * BlockCount(height);
+}
+
 uint64_t StoredBytes(const TexelLayout& layout, uint32_t width, uint32_t height) {
     if (layout.coding == TexelCoding::Plain) return uint64_t{layout.texelBytes} * width * height;
     return BlockBytes(layout.coding) * BlockCount(width) * BlockCount(height);

@@ -42,6 +42,9 @@ struct TexelLayout {
 // Of a picture without padding between its rows.
 uint64_t StoredBytes(const TexelLayout& layout, uint32_t width, uint32_t height);
 
+// None for texels that are no blocks of a GPU's.
+BlockCoding CodingOf(const TexelLayout& layout);
+
 // `bytes` has at least StoredBytes().
 Image8 DecodeTexels(const TexelLayout& layout, std::span<const std::byte> bytes, uint32_t width,
                     uint32_t height, std::string_view name);

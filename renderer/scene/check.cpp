@@ -206,6 +206,18 @@ void CheckImage(const ImageData& image, const Subject& subject) {
     const uint64_t wanted = uint64_t{4} * image.width * image.height;
     if (wanted == 0 || image.rgba.size() != wanted)
         subject.Fail(Text("{} bytes of {}x{} texels", image.rgba.size(), image.width, image.height));
+    const image::BlockLevels& blocks = image.blocks;
+    if (blocks.IsEmpty()) return;
+    subject.Require(blocks.coding != image::BlockCoding::None, "has blocks of no coding");
+    uint32_t width = image.width, height = image.height;
+    for (size_t level = 0; level < blocks.levels.size(); ++level) {
+        if (level > 0 && width == 1 && height == 1)
+            subject.Fail(Text("{} levels of blocks, possible are {}", blocks.levels.size(), level));
+        if (level > 0) width = std::max(width / 2, 1u), height = std::max(height / 2, 1u);
+        if (blocks.levels[level].size() != image::BlockBytes(blocks.coding, width, height))
+            subject.Fail(Text("level {}: {} bytes of blocks for {}x{} texels", level,
+                              blocks.levels[level].size(), width, height));
+    }
 }
 
 void CheckEnvironment(const EnvironmentLight& light, const Subject& subject) {

@@ -160,6 +160,7 @@ class ImageDecoder {
         task.data.width = image->width;
         task.data.height = image->height;
         task.data.rgba = std::move(attempt.image->rgba);
+        task.data.blocks = std::move(attempt.image->blocks);
         m_context.imageTexels += uint64_t{task.data.width} * task.data.height;
         return std::move(task.data);
     }

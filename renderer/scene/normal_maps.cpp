@@ -24,6 +24,7 @@ void AddZ(ImageData& image) {
         const float z = std::sqrt(std::max(1.0f - x * x - y * y, 0.0f));
         image.rgba[i + kBlue] = static_cast<uint8_t>(std::lround(255.0f * (0.5f + 0.5f * z)));
     }
+    image.blocks = {};  // which lack it
 }
 
 }  // namespace

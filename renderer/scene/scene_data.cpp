@@ -173,7 +173,10 @@ SceneStatistics Statistics(const SceneData& scene) {
         }
         isPlaced[instance.mesh] = true;
     }
-    for (const ImageData& image : scene.images) statistics.imageBytes += Bytes(image.rgba);
+    for (const ImageData& image : scene.images) {
+        statistics.imageBytes += Bytes(image.rgba);
+        for (const std::vector<std::byte>& level : image.blocks.levels) statistics.imageBytes += level.size();
+    }
     statistics.imageBytes += Bytes(scene.environment.map.rgba);
     statistics.instanceCount = scene.instances.size();
     statistics.materialCount = scene.materials.size();

@@ -17,7 +17,8 @@
 //   - every float is finite and in the range of its field, and an instance's transform has an inverse;
 //   - nodeOrder lists nodes after their parents;
 //   - a primitive's `variants` are empty, or ascend and end with kNone;
-//   - the bounds of a primitive are around its positions, and an image has all of its texels.
+//   - the bounds of a primitive are around its positions, and an image has all of its texels,
+//     and of its blocks levels from the largest one on.
 //
 // Threads: plain values; pure functions, for any thread. Editing one needs exclusive access.
 #pragma once
@@ -265,6 +266,8 @@ struct ImageData {
     uint32_t width = 0;
     uint32_t height = 0;
     std::vector<uint8_t> rgba;
+    // The same texels as blocks that GPUs read, if the file has them, and the smaller levels of the file.
+    image::BlockLevels blocks = {};
 };
 
 // A node of the scene graph. Its index is the file's node index, so that animation and editing can name it.

@@ -100,6 +100,7 @@ void main() {
 #ifdef WIDENED
     result.y = Widened(result.y, (vec2(texel) + 0.5f) / vec2(size));
 #endif
-    // A whole number: a device may round others either way
-    imageStore(encoded, texel, floor(clamp(result, 0.0f, 1.0f) * 255.0f + 0.5f) / 255.0f);
+    // Whole numbers, since a device may round others either way; and halves, which means of a few texels often
+    // are, up as often as down
+    imageStore(encoded, texel, roundEven(clamp(result, 0.0f, 1.0f) * 255.0f) / 255.0f);
 }

@@ -311,6 +311,7 @@ TEST(ContentHash, SeesWhatIsWithinAList) {
     EXPECT_TRUE(changed([](SceneData& s) { s.meshes[0].primitives[0].positions[2].y = 1.0000001f; }));
     EXPECT_TRUE(changed([](SceneData& s) { s.meshes[0].primitives[0].indices = {0, 2, 1}; }));
     EXPECT_TRUE(changed([](SceneData& s) { s.images[0].rgba[3] = 5; }));
+    EXPECT_TRUE(changed([](SceneData& s) { s.images[0].blocks.levels = {{std::byte{5}}}; }));
 }
 
 TEST(ContentHash, IgnoresNamesThatNoOptionChoosesBy) {

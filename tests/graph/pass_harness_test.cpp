@@ -16,6 +16,10 @@ using ::testing::HasSubstr;
 TEST(Texels, EveryFormat_KeepsWhatItCanHold) {
     for (uint32_t f = 1; f < rhi::kFormatCount; ++f) {
         const auto format = static_cast<rhi::Format>(f);
+        if (rhi::BlockSide(format) > 1) {
+            EXPECT_EQ(ChannelCount(format), 0u) << rhi::Name(format);
+            continue;
+        }
         std::vector<float> values(size_t{6} * ChannelCount(format));
         for (size_t i = 0; i < values.size(); ++i) values[i] = i % 3 == 0 ? 1.0f : 0.0f;
         const Extent2D extent{3, 2};

@@ -67,6 +67,32 @@ Texels FirstTexels(const Image8& image, size_t count) {
     return Texels(image.rgba.begin(), image.rgba.begin() + static_cast<ptrdiff_t>(4 * count));
 }
 
+// 8x8 texels in four blocks, and one for each smaller level.
+TEST(Dds, BlocksAreKeptWithTheLevelsThatAreThere) {
+    Texels all;
+    for (uint8_t i = 0; i < 7 * 8; ++i) all.push_back(i);
+    const auto levels = [](const Image8& image) {
+        Texels sizes;
+        for (const auto& level : image.blocks.levels) sizes.push_back(static_cast<uint8_t>(level.size()));
+        return sizes;
+    };
+    const DdsDesc desc{.width = 8, .height = 8, .fourCc = "DXT1", .levels = 4};
+    const Image8 image = Decode(desc, all);
+    EXPECT_EQ(image.blocks.coding, image::BlockCoding::Bc1);
+    EXPECT_EQ(levels(image), (Texels{32, 8, 8, 8}));
+    EXPECT_EQ(image.blocks.levels[0][31], std::byte{31});
+    EXPECT_EQ(image.blocks.levels[3][0], std::byte{48});
+    // A header that promises more than the file has, or than there can be; none; no blocks
+    EXPECT_EQ(levels(Decode(desc, Texels(all.begin(), all.end() - 1))), (Texels{32, 8, 8}));
+    DdsDesc many = desc, one = desc;
+    many.levels = 4000000000u;
+    one.levels = 0;
+    all.resize(100);
+    EXPECT_EQ(levels(Decode(many, all)), (Texels{32, 8, 8, 8}));
+    EXPECT_EQ(levels(Decode(one, all)), (Texels{32}));
+    EXPECT_TRUE(Decode({.width = 2, .height = 1, .levels = 2}, Texels(64)).blocks.IsEmpty());
+}
+
 TEST(Dds, BlocksAreReadByTheirName) {
     for (const DdsDesc& desc : {DdsDesc{.fourCc = "DXT1"}, DdsDesc{.dxgiFormat = kDxgiBc1Srgb}})
         EXPECT_EQ(FirstTexels(Decode(desc, kColors), 3),

@@ -58,6 +58,31 @@ TEST(Ktx2, BlocksAreReadByTheirFormat) {
         EXPECT_EQ(first(format, mode5, Texels(8)), (Texels{255, 0, 0, 0}));
 }
 
+// 4x8 texels in two blocks, and one for each smaller level, with and without Zstandard.
+TEST(Ktx2, BlocksAreKeptWithTheLevelsThatAreThere) {
+    const Texels first(32, 7), second(16, 8), third(16, 9), fourth(16, 10);
+    for (const bool isPacked : {false, true}) {
+        const auto stored = [&](const Texels& level) { return isPacked ? Compressed(level) : level; };
+        Ktx2Desc desc{.vkFormat = kVkBc7, .width = 4, .height = 8, .levels = 4};
+        desc.supercompression = isPacked ? 2 : 0;
+        desc.inflatedBytes = 32;
+        desc.smaller = {{stored(second), 16}, {stored(third), 16}, {stored(fourth), 16}};
+        const auto blocks = [&] { return DecodeImage8(MakeKtx2(desc, stored(first)), "a.ktx2").blocks; };
+        const image::BlockLevels all = blocks();
+        EXPECT_EQ(all.coding, image::BlockCoding::Bc7);
+        ASSERT_EQ(all.levels.size(), 4u);
+        EXPECT_EQ(all.levels[0], std::vector<std::byte>(32, std::byte{7}));
+        EXPECT_EQ(all.levels[3], std::vector<std::byte>(16, std::byte{10}));
+        // One of another size, and those after it, are left out
+        desc.smaller[1] = {stored(first), 32};
+        EXPECT_EQ(blocks().levels.size(), 2u);
+        // What a swizzle makes of them is not what they hold
+        desc.keys = {{"KTXswizzle", "bgra"}};
+        EXPECT_TRUE(blocks().IsEmpty());
+    }
+    EXPECT_TRUE(DecodeImage8(MakeKtx2({.vkFormat = kVkRgba8}, Texels(64)), "a.ktx2").blocks.IsEmpty());
+}
+
 TEST(Ktx2, ZstandardIsInflated) {
     const image::Image8 pattern = Pattern(13, 7);
     const Texels packed = Compressed(pattern.rgba);

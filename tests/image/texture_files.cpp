@@ -22,7 +22,7 @@ std::vector<std::byte> MakeDds(const DdsDesc& desc, std::span<const uint8_t> tex
     put(0x1007);  // Caps, height, width, pixel format.
     put(desc.height);
     put(desc.width);
-    for (int i = 0; i < 14; ++i) put(0);  // Pitch, depth, levels, 11 reserved.
+    for (int i = 0; i < 14; ++i) put(i == 2 ? desc.levels : 0);  // Pitch, depth, levels, 11 reserved.
     put(32);
     put(isNamed ? 4 : desc.formatFlags);
     if (isNamed)
@@ -87,13 +87,23 @@ std::vector<std::byte> MakeKtx2(const Ktx2Desc& desc, std::span<const std::byte>
     put(keys.size());
     PutNumber(bytes, desc.global.empty() ? 0 : globalAt, 8);
     PutNumber(bytes, desc.global.size(), 8);
+    std::vector<std::byte> others;
     for (uint64_t i = 0; i < levelCount; ++i) {
+        if (i > 0 && i <= desc.smaller.size()) {
+            const auto& [stored, inflated] = desc.smaller[i - 1];
+            PutNumber(bytes, levelAt + level.size() + others.size(), 8);
+            PutNumber(bytes, stored.size(), 8);
+            PutNumber(bytes, inflated, 8);
+            PutBytes(others, stored);
+            continue;
+        }
         PutNumber(bytes, levelAt, 8);
         PutNumber(bytes, level.size(), 8);
         PutNumber(bytes, desc.inflatedBytes.value_or(desc.supercompression == 1 ? 0 : level.size()), 8);
     }
-    for (const auto& part : {std::span<const std::byte>(descriptor), std::span<const std::byte>(keys),
-                             std::span<const std::byte>(desc.global), level})
+    for (const auto& part :
+         {std::span<const std::byte>(descriptor), std::span<const std::byte>(keys),
+          std::span<const std::byte>(desc.global), level, std::span<const std::byte>(others)})
         bytes.insert(bytes.end(), part.begin(), part.end());
     return bytes;
 }

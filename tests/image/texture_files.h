@@ -27,6 +27,7 @@ struct DdsDesc {
     uint32_t formatFlags = 0x41;  // RGB and alpha.
     uint32_t caps2 = 0;
     uint32_t dimension = 3, miscFlags = 0, arraySize = 1, alphaMode = 0;
+    uint32_t levels = 0;  // As the header says.
 };
 std::vector<std::byte> MakeDds(const DdsDesc& desc, std::span<const uint8_t> texels);
 
@@ -50,6 +51,8 @@ struct Ktx2Desc {
     std::vector<std::pair<std::string, std::string>> keys = {};
     std::vector<std::byte> global = {};
     std::optional<uint64_t> inflatedBytes = {};  // Else the level's size.
+    // Bytes of the other levels, and their sizes without Zstandard. Those that are not here are the first again.
+    std::vector<std::pair<std::vector<uint8_t>, uint64_t>> smaller = {};
 };
 // The level is stored as it is given.
 std::vector<std::byte> MakeKtx2(const Ktx2Desc& desc, std::span<const std::byte> level);

@@ -95,6 +95,29 @@ scene::SceneData SceneWith(std::vector<scene::ImageData> images) {
 
 constexpr float kCode = 0.01f;  // of 8 bits, in linear light at half of white
 
+// Blocks of BC1: two colors, and which of them each texel has. On a device without them the texels are used.
+scene::ImageData Blocks(uint16_t color, uint32_t levelCount) {
+    const uint32_t side = 16;
+    scene::ImageData image{.name = "blocks", .width = side, .height = side, .rgba = {}};
+    image.blocks.coding = image::BlockCoding::Bc1;
+    for (uint32_t level = 0; level < levelCount; ++level) {
+        std::vector<std::byte>& bytes = image.blocks.levels.emplace_back();
+        const uint32_t blocks = std::max((side >> level) / 4, 1u);
+        for (uint32_t i = 0; i < blocks * blocks; ++i)
+            for (const uint32_t byte :
+                 {color & 0xFFu, uint32_t{color} >> 8, 0u, 0u, 0x44u, 0x11u, 0x44u, 0x11u})
+                bytes.push_back(static_cast<std::byte>(byte));
+    }
+    // 0x44 and 0x11: the first color where column and row are both even or both odd
+    for (uint32_t i = 0; i < side * side; ++i) {
+        const bool isSecond = (i % side + i / side) % 2 == 1;
+        image.rgba.insert(image.rgba.end(),
+                          {uint8_t(isSecond ? 0 : 255), 0, uint8_t(isSecond ? 0 : 255), 255});
+    }
+    return image;
+}
+constexpr uint16_t kMagenta = 0xF81F;
+
 }  // namespace
 
 TEST_F(SceneTextures, HaveOneLevelUnlessAskedFor) {
@@ -161,6 +184,52 @@ TEST_F(SceneTextures, PictureOfATinyBudgetHasTheMeanOfItsTextures) {
     passes::TraceSettings settings = LookAt({0, 0, 3}, {0, 0, 0}, 0.2f, 4);
     for (const glm::vec4& albedo : render.PrimaryHits(settings).albedo.values)
         EXPECT_NEAR(albedo.g, 0.5f, kCode);
+}
+
+TEST_F(SceneTextures, BlocksGoToTheDeviceAsTheyAreAndShowTheSame) {
+    const bool hasBlocks = Device().Info().optional.textureCompressionBc;
+    for (const bool isRough : {false, true}) {
+        std::vector<FloatImage> pictures;
+        for (const bool wantsBlocks : {true, false}) {
+            scene::ImageData image = Blocks(kMagenta, 1);
+            if (!wantsBlocks) image.blocks = {};
+            scene::SceneData scene = SceneWith({std::move(image)});
+            if (isRough) scene.textures[0].colorSpace = scene::ColorSpace::Linear;
+            scene.meshes[0].primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+            scene.materials[0] = Lambert(glm::vec3(1.0f));
+            scene.materials[0].baseColorTexture.texture = 0;
+            SceneRender render(Device());
+            render.scene.SetScene(std::move(scene));
+            EXPECT_EQ(render.scene.Statistics().textureBytes, wantsBlocks && hasBlocks ? 128u : 1024u);
+            pictures.push_back(render.PrimaryHits(LookAt({0, 0, 3}, {0, 0, 0}, 0.6f, 32)).albedo);
+        }
+        double contrast = 0.0;
+        for (size_t i = 0; i < pictures[0].values.size(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                EXPECT_NEAR(pictures[0].values[i][c], pictures[1].values[i][c], 2.0f / 255.0f);
+                contrast = std::max(contrast, double(pictures[0].values[i].r));
+            }
+        EXPECT_GT(contrast, 0.5);
+    }
+}
+
+TEST_F(SceneTextures, OfBlocksTheLevelsOfTheFileAreTaken) {
+    if (!Device().Info().optional.textureCompressionBc)
+        GTEST_SKIP() << "the device lacks textureCompressionBC";
+    const auto three = Set({.textureLevels = true}, SceneWith({Blocks(kMagenta, 3)}));
+    EXPECT_EQ(three[0].firstTexels.size(), 3u);
+    EXPECT_EQ(statistics.textureBytes, 128u + 32 + 8);
+    EXPECT_EQ(Set({}, SceneWith({Blocks(kMagenta, 3)}))[0].firstTexels.size(), 1u);
+    EXPECT_EQ(statistics.textureBytes, 128u);
+    // The budget takes the second; below the third, levels are made of the texels
+    const auto smaller = Set({.textureLevels = true, .textureBudget = 40}, SceneWith({Blocks(kMagenta, 3)}));
+    EXPECT_EQ(smaller[0].extent, (Extent2D{8, 8}));
+    EXPECT_EQ(smaller[0].firstTexels.size(), 2u);
+    EXPECT_EQ(smaller[0].firstTexels[1].r, 1.0f);
+    EXPECT_EQ(statistics.textureBytes, 40u);
+    const auto tiny = Set({.textureBudget = 4}, SceneWith({Blocks(kMagenta, 3)}));
+    EXPECT_EQ(tiny[0].extent, (Extent2D{1, 1}));
+    EXPECT_NEAR(tiny[0].firstTexels[0].r, 0.5f, kCode);
 }
 
 // Waves of a normal map become roughness of the levels that have lost them.

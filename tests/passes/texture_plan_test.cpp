@@ -20,6 +20,17 @@ std::vector<TextureSizes> Textures(std::initializer_list<rhi::Extent2D> extents,
     return sizes;
 }
 
+std::vector<uint64_t> Bytes(const TextureSizes& sizes) {
+    std::vector<uint64_t> bytes;
+    for (const TextureChoice& choice : sizes.choices) bytes.push_back(choice.bytes);
+    return bytes;
+}
+std::vector<uint32_t> FirstLevels(const TexturePlan& plan) {
+    std::vector<uint32_t> levels;
+    for (const TextureChoice& choice : plan.choices) levels.push_back(choice.firstLevel);
+    return levels;
+}
+
 scene::TextureRef Ref(int32_t texture) {
     return {.texture = texture};
 }
@@ -43,14 +54,14 @@ Material RoughAndBent() {
 }  // namespace
 
 TEST(TexturePlan, SizesAreThoseOfTheLevelsThatAreLeft) {
-    EXPECT_THAT(PlainTextureSizes({5, 2}, false).bytes, ElementsAre(40, 8, 4));
-    EXPECT_THAT(PlainTextureSizes({5, 2}, true).bytes, ElementsAre(52, 12, 4));
+    EXPECT_THAT(Bytes(PlainTextureSizes({5, 2}, false)), ElementsAre(40, 8, 4));
+    EXPECT_THAT(Bytes(PlainTextureSizes({5, 2}, true)), ElementsAre(52, 12, 4));
 }
 
 TEST(TexturePlan, WhatFitsStaysWhole) {
     const auto textures = Textures({{512, 512}, {1024, 1024}}, false);
     const TexturePlan plan = PlanTextures(textures, 5 * kMiB);
-    EXPECT_THAT(plan.firstLevels, ElementsAre(0, 0));
+    EXPECT_THAT(FirstLevels(plan), ElementsAre(0, 0));
     EXPECT_EQ(plan.bytes, 5 * kMiB);
     EXPECT_EQ(ReductionText(textures, plan, 5 * kMiB), "");
 }
@@ -58,10 +69,10 @@ TEST(TexturePlan, WhatFitsStaysWhole) {
 // 4 + 4 + 1 + 4: the first of the large ones goes first, and none a second time before the others had to.
 TEST(TexturePlan, TheLargestLoseLevelsFirst) {
     const auto textures = Textures({{1024, 1024}, {1024, 1024}, {512, 512}, {1024, 1024}}, false);
-    EXPECT_THAT(PlanTextures(textures, 13 * kMiB - 1).firstLevels, ElementsAre(1, 0, 0, 0));
-    EXPECT_THAT(PlanTextures(textures, 9 * kMiB).firstLevels, ElementsAre(1, 1, 0, 0));
+    EXPECT_THAT(FirstLevels(PlanTextures(textures, 13 * kMiB - 1)), ElementsAre(1, 0, 0, 0));
+    EXPECT_THAT(FirstLevels(PlanTextures(textures, 9 * kMiB)), ElementsAre(1, 1, 0, 0));
     const TexturePlan plan = PlanTextures(textures, 7 * kMiB / 2);
-    EXPECT_THAT(plan.firstLevels, ElementsAre(2, 1, 0, 1));
+    EXPECT_THAT(FirstLevels(plan), ElementsAre(2, 1, 0, 1));
     EXPECT_EQ(plan.bytes, 13 * kMiB / 4);
     EXPECT_EQ(ReductionText(textures, plan, 7 * kMiB / 2),
               "3 of 4 textures are smaller on the device, to fit 3.2 MiB into a budget of 3.5 MiB: "
@@ -71,8 +82,23 @@ TEST(TexturePlan, TheLargestLoseLevelsFirst) {
 TEST(TexturePlan, NothingIsSmallerThanATexel) {
     const auto textures = Textures({{4, 1}, {1, 1}}, true);
     const TexturePlan plan = PlanTextures(textures, 1);
-    EXPECT_THAT(plan.firstLevels, ElementsAre(2, 0));
+    EXPECT_THAT(FirstLevels(plan), ElementsAre(2, 0));
     EXPECT_EQ(plan.bytes, 8u);
+}
+
+// BC7 of 16 bytes a block: 8x8, 4x4 and no more in the file. One of 2x2 texels of four bytes takes as much as
+// a block, and the plain texel less.
+TEST(TexturePlan, BlocksShrinkAsFarAsTheirFileHasLevels) {
+    const uint64_t levelBytes[] = {64, 16};
+    EXPECT_THAT(
+        BlockTextureSizes({8, 8}, levelBytes, false).choices,
+        ElementsAre(TextureChoice{0, 64, true}, TextureChoice{1, 16, true}, TextureChoice{3, 4, false}));
+    EXPECT_THAT(
+        BlockTextureSizes({8, 8}, levelBytes, true).choices,
+        ElementsAre(TextureChoice{0, 80, true}, TextureChoice{1, 16, true}, TextureChoice{3, 4, false}));
+    EXPECT_THAT(
+        BlockTextureSizes({8, 8}, std::span(levelBytes).first(1), true).choices,
+        ElementsAre(TextureChoice{0, 64, true}, TextureChoice{2, 20, false}, TextureChoice{3, 4, false}));
 }
 
 TEST(TextureUses, FollowTheMaterials) {

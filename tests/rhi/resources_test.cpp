@@ -174,7 +174,15 @@ TEST(FormatTest, TablesAgree) {
         EXPECT_EQ(rhi::FormatFromVk(rhi::ToVk(format)), format) << rhi::Name(format);
         EXPECT_GT(rhi::TexelBytes(format), 0u);
     }
-    EXPECT_EQ(rhi::FormatFromVk(VK_FORMAT_BC7_SRGB_BLOCK), Format::Undefined);
+    EXPECT_EQ(rhi::FormatFromVk(VK_FORMAT_BC6H_SFLOAT_BLOCK), Format::Undefined);
+}
+
+TEST(FormatTest, BlocksCoverTheTexels) {
+    EXPECT_EQ(rhi::BlockCounts(Format::Bc7Unorm, {5, 4}), (rhi::Extent2D{2, 1}));
+    EXPECT_EQ(rhi::BlockCounts(Format::Rgba8Unorm, {5, 4}), (rhi::Extent2D{5, 4}));
+    EXPECT_EQ(rhi::ImageBytes(Format::Bc7Unorm, {5, 4}), 32u);
+    EXPECT_EQ(rhi::ImageBytes(Format::Bc1Srgb, {1, 1}), 8u);
+    EXPECT_EQ(rhi::ImageBytes(Format::Rgba8Unorm, {5, 4}), 80u);
 }
 
 TEST(FormatTest, MipsHalveDownToOne) {

@@ -67,6 +67,15 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
         {[](SceneData& s) { s.meshes[0].primitives[0].bounds = {}; },
          "meshes[0].primitives[0]: bounds are not around its positions"},
         {[](SceneData& s) { s.images[0].width = 2; }, "images[0]: 4 bytes of 2x1 texels"},
+        {[](SceneData& s) { s.images[0].blocks.levels.resize(1); }, "images[0]: has blocks of no coding"},
+        {[](SceneData& s) {
+             s.images[0].blocks = {image::BlockCoding::Bc7, {std::vector<std::byte>(8)}};
+         },
+         "images[0]: level 0: 8 bytes of blocks for 1x1 texels"},
+        {[](SceneData& s) {
+             s.images[0].blocks = {image::BlockCoding::Bc4, {2, std::vector<std::byte>(8)}};
+         },
+         "images[0]: 2 levels of blocks, possible are 1"},
         {[](SceneData& s) { s.textures[0].image = 1; }, "textures[0]: image is 1, there are 1"},
         {[](SceneData& s) { s.materials[0].normalTexture.texture = 7; },
          "materials[0]: a texture is 7, there are 1"},
