@@ -24,7 +24,8 @@ void AddZ(ImageData& image) {
         const float z = std::sqrt(std::max(1.0f - x * x - y * y, 0.0f));
         image.rgba[i + kBlue] = static_cast<uint8_t>(std::lround(255.0f * (0.5f + 0.5f * z)));
     }
-    image.blocks = {};  // which lack it
+    // Shaders give it to what they read from blocks of two channels
+    if (image.blocks.coding != image::BlockCoding::Bc5) image.blocks = {};
 }
 
 }  // namespace

@@ -34,6 +34,8 @@ vec3 NormalAt(InstanceRecord instance, GeometryRecord geometry, uint map, mat3x2
     if (map != kNoTexture && IsPresent(geometry.tangents)) {
         vec4 tangent = InterpolateVec4(Vec4Stream(geometry.tangents), triangle);
         vec3 bend = 2.0f * SampleTexture(map, transform, geometry, triangle).xyz - 1.0f;
+        // Blocks of two channels have no blue: z of a unit vector that points up
+        if (bend.z <= -1.0f) bend.z = sqrt(max(1.0f - dot(bend.xy, bend.xy), 0.0f));
         bend.xy *= scale;
         // In object space, where the file's tangent frame is orthogonal: a normal goes over to world space by
         // the inverse transpose, however it was computed

@@ -3,6 +3,8 @@
 
 #include "renderer/graph/pass_harness.h"
 #include "rhi/shader_compiler.h"
+#include "tests/rhi/fake_loader.h"
+#include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
 
@@ -213,6 +215,34 @@ TEST_F(SceneTextures, BlocksGoToTheDeviceAsTheyAreAndShowTheSame) {
     }
 }
 
+// A normal map of two channels: the third one is made by the shader, or was by the importer.
+TEST_F(SceneTextures, NormalMapsOfTwoChannelsBendAlikeWithAndWithoutBlocks) {
+    const glm::dvec2 slope(2.0 * 200.0 / 255.0 - 1.0, 2.0 * 90.0 / 255.0 - 1.0);
+    const glm::dvec3 bent(slope, std::sqrt(1.0 - glm::dot(slope, slope)));
+    for (const bool hasBlocks : {true, false}) {
+        scene::ImageData image{.name = "bent", .width = 4, .height = 4, .rgba = {}};
+        const auto blue = uint8_t(hasBlocks ? 0 : std::lround(255.0 * (0.5 + 0.5 * bent.z)));
+        for (int i = 0; i < 16; ++i) image.rgba.insert(image.rgba.end(), {200, 90, blue, 255});
+        if (hasBlocks) {
+            image.blocks.coding = image::BlockCoding::Bc5;
+            for (const uint32_t byte : {200, 200, 0, 0, 0, 0, 0, 0, 90, 90, 0, 0, 0, 0, 0, 0}) {
+                if (image.blocks.IsEmpty()) image.blocks.levels.emplace_back();
+                image.blocks.levels[0].push_back(static_cast<std::byte>(byte));
+            }
+        }
+        scene::SceneData scene = SceneWith({std::move(image)});
+        scene.textures[0].colorSpace = scene::ColorSpace::Linear;
+        scene.meshes[0].primitives[0].uv0 = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+        scene.meshes[0].primitives[0].tangents.assign(4, {1.0f, 0.0f, 0.0f, 1.0f});
+        scene.materials[0].normalTexture.texture = 0;
+        SceneRender render(Device());
+        render.scene.SetScene(std::move(scene));
+        for (const glm::vec4& normal :
+             render.PrimaryHits(LookAt({0, 0, 3}, {0, 0, 0}, 0.3f, 4)).normal.values)
+            for (int c = 0; c < 3; ++c) EXPECT_NEAR(normal[c], bent[c], 0.01) << hasBlocks;
+    }
+}
+
 TEST_F(SceneTextures, OfBlocksTheLevelsOfTheFileAreTaken) {
     if (!Device().Info().optional.textureCompressionBc)
         GTEST_SKIP() << "the device lacks textureCompressionBC";
@@ -230,6 +260,38 @@ TEST_F(SceneTextures, OfBlocksTheLevelsOfTheFileAreTaken) {
     const auto tiny = Set({.textureBudget = 4}, SceneWith({Blocks(kMagenta, 3)}));
     EXPECT_EQ(tiny[0].extent, (Extent2D{1, 1}));
     EXPECT_NEAR(tiny[0].firstTexels[0].r, 0.5f, kCode);
+}
+
+TEST(SceneTexturesElsewhere, DecodedOnADeviceWithoutBlocks) {
+    FakeLoader loader;
+    loader.Tell().hasNoBlocks = true;
+    rhi::DeviceDesc desc;
+    desc.getInstanceProcAddr = loader.Entry();
+    desc.savePipelineCache = false;
+    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    Renderer renderer(*device);
+    GpuScene scene(renderer);
+    scene.SetScene(SceneWith({Blocks(kMagenta, 3)}));
+    EXPECT_EQ(scene.Statistics().textureBytes, 1024u);
+    EXPECT_NE(std::string(
+                  ErrorOf([&] {
+                      device->CreateTexture({.name = "t", .extent = {4, 4}, .format = rhi::Format::Bc7Unorm});
+                  }).what())
+                  .find("has no compressed textures (textureCompressionBC)"),
+              std::string::npos);
+}
+
+TEST(SceneTexturesElsewhere, BudgetIsHalfOfWhatTheProcessMayUse) {
+    FakeLoader loader;
+    loader.Tell().hasSeparateMemory = true;
+    rhi::DeviceDesc desc;
+    desc.getInstanceProcAddr = loader.Entry();
+    desc.savePipelineCache = false;
+    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    Renderer renderer(*device);
+    GpuScene scene(renderer);
+    scene.SetScene(SceneWith({Stripes({4, 4}, 1)}));
+    EXPECT_EQ(scene.Statistics().textureBudget, kFakeDeviceBudgetBytes / 2);
 }
 
 // Waves of a normal map become roughness of the levels that have lost them.

@@ -63,6 +63,7 @@ VKAPI_ATTR void VKAPI_CALL Features(VkPhysicalDevice device, VkPhysicalDeviceFea
     activeState->features(device, features);
     const Lies& lies = activeState->lies;
     if (lies.cannotDraw) features->features.drawIndirectFirstInstance = VK_FALSE;
+    if (lies.hasNoBlocks) features->features.textureCompressionBC = VK_FALSE;
     ForEach<VkPhysicalDeviceVulkan12Features>(features, VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
                                               [&](auto& f) {
                                                   if (lies.hasNoScalarBlockLayout)

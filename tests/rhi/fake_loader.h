@@ -16,6 +16,7 @@ struct Lies {
     std::string hiddenExtension;             // a device extension that no device has
     bool hasNoScalarBlockLayout = false;     // the feature reads as missing
     bool cannotDraw = false;                 // the features that drawing a scene needs read as missing
+    bool hasNoBlocks = false;                // textureCompressionBC reads as missing
     uint32_t maxPushDescriptors = 0;         // not 0: the limit reads so
     uint32_t apiVersion = 0;                 // not 0: every device reads so
     VkResult submitResult = VK_SUCCESS;      // not VK_SUCCESS: vkQueueSubmit2 fails so, and submits nothing

@@ -72,7 +72,9 @@ void ViewFrame(SweptWorld& world, viewport::View view) {
 
 void Start(SweptScenario& steps) {
     steps.push_back({"renderer", [](SweptWorld& world) { world.renderer.emplace(*world.device); }});
-    steps.push_back({"scene", [](SweptWorld& world) { world.scene.emplace(*world.renderer); }});
+    steps.push_back({"scene", [](SweptWorld& world) {
+                         world.scene.emplace(*world.renderer, GpuSceneDesc{.textureLevels = true});
+                     }});
     steps.push_back({"open",
                      [](SweptWorld& world) {
                          scene::SceneData data = Load();
