@@ -79,6 +79,9 @@ struct RasterSettings {
     bool hasOcclusion = true;         // of the environment, in screen space (passes/occlusion.h)
     // Glass shows what is behind it (passes/see_through.h), else the environment.
     bool hasTransmission = true;
+    // Textures are read at the mip level that fits a pixel's footprint (shaders/raster/pixel_footprint.glsl),
+    // else at level 0. Only where SceneIds::hasTextureLevels is set.
+    bool hasTextureLevels = true;
 
     bool operator==(const RasterSettings&) const = default;
 };

@@ -29,6 +29,7 @@ struct Shading {
     ShadowMapIds maps;
     TextureId openShare;
     TextureId behind, behindBlurred, behindDepth;
+    bool hasTextureLevels = false;
 };
 
 void BindShading(PassBuilder& pass, const SceneIds& scene, const Shading& shading) {
@@ -71,7 +72,7 @@ TextureId ShadePixels(Renderer& renderer, const SceneIds& scene, const TraceSett
         if (shading.behind.IsValid()) options |= gpu::kShadeBehind;
         BindPixelSurfaces(pass, scene, seen, {.option = options, .shadowTiles = shading.maps.tilesPerSide});
         BindShading(pass, scene, shading);
-        SpecializeDirect(pass, scene, settings);
+        SpecializeDirect(pass, scene, settings, shading.hasTextureLevels);
         radiance = pass.Writes("radiance", radiance);
     };
     const Extent2D extent = settings.extent;
@@ -92,6 +93,7 @@ TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSett
     Shading shading;
     shading.filteredEnvironment = FilterEnvironment(renderer, scene, environment);
     shading.shadows = ShadowsFor(scene, raster.shadows);
+    shading.hasTextureLevels = raster.hasTextureLevels;
     if (shading.shadows == RasterShadows::Maps)
         shading.maps = DrawShadowMaps(renderer, scene, settings, {.atlasSize = raster.shadowAtlasSize});
     const bool hasDepth = seen.depth.IsValid();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "renderer/gpu_scene/camera_record.h"
 
@@ -16,6 +17,8 @@ constexpr HitGroupShaders kOpaqueShadow{};
 constexpr HitGroupShaders kTestedShadow{.closestHit = {}, .anyHit = "scene/shadow.rahit", .intersection = {}};
 constexpr HitGroupShaders kWallShadow{
     .closestHit = {}, .anyHit = "scene/wall_shadow.rahit", .intersection = {}};
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 uint32_t MixBits(uint32_t x) {
     x = (x ^ (x >> 16)) * 0x21f0aaadu;
@@ -47,6 +50,12 @@ uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
     if (scene.hasThinWalls) features |= kTraceThinWalls;
     if (scene.hasAlpha) features |= kTraceAnyHit;
     return features;
+}
+
+// That of reading textures at other levels than 0, if the scene has any.
+uint32_t LevelFeature(const SceneIds& scene) {
+    const bool hasTextures = (scene.textureFeatures & kTraceTextures) != 0;
+    return hasTextures && scene.hasTextureLevels ? kTraceTextureLod : 0u;
 }
 
 void SpecializeModels(PassBuilder& pass, const TraceSettings& settings, uint32_t features) {
@@ -105,6 +114,7 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
         .frameDepth = FrameDepth(settings),
         .clampIndirect = settings.biases.clampIndirect,
         .regularize = settings.biases.regularize,
+        .textureLod = settings.biases.textureLod,
         .sceneOrigin = scene.origin,
     };
 }
@@ -149,16 +159,19 @@ void BindLights(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("environmentAlias", scene.environmentAlias);
 }
 
-void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
+void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,
+                      bool hasTextureLevels) {
     TraceSettings direct;
     direct.scattering = settings.scattering;
-    SpecializeModels(pass, settings, FeaturesOf(scene, direct));
+    const uint32_t levels = hasTextureLevels ? LevelFeature(scene) : 0u;
+    SpecializeModels(pass, settings, FeaturesOf(scene, direct) | levels);
 }
 
 void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings) {
     uint32_t features = FeaturesOf(scene, settings);
     if (scene.hasVolumes) features |= kTraceVolumes | kTraceProbeMedia;
     if (settings.biases.shadowTerminator) features |= kTraceShadowTerminator;
+    if (settings.biases.textureLod > -kInfinity) features |= LevelFeature(scene);
     SpecializeModels(pass, settings, features);
     pass.Specialize("kMis", static_cast<uint32_t>(settings.lights.mis));
     pass.Specialize("kRoulette", static_cast<uint32_t>(settings.roulette.kind));

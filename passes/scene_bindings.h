@@ -40,8 +40,10 @@ RAYGRAPH_API uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& s
 // it finds that the features are off, which on a CPU device doubles the time of compilation.
 RAYGRAPH_API std::string FacetVariant(std::string shader, const SceneIds& scene,
                                       const TraceSettings& settings);
-// Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has.
-RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
+// Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has; whether
+// textures are read at other levels than 0, if there are any.
+RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,
+                                   bool hasTextureLevels);
 // The choices that TraceSettings makes when a pipeline is created.
 RAYGRAPH_API void SpecializeTrace(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings);
 

@@ -61,6 +61,9 @@ struct RAYGRAPH_API BiasSettings {
     // Opaque surfaces are shaded as the curved surface of their vertex normals: no edges of triangles in the
     // self-shadow of a smooth body.
     bool shadowTerminator = false;
+    // Textures are read at the mip level that fits the path's cone (shaders/core/ray_cone.glsl), plus this;
+    // negative: sharper. -infinity: at level 0. Does nothing where SceneIds::hasTextureLevels is not set.
+    float textureLod = -std::numeric_limits<float>::infinity();
 
     bool operator==(const BiasSettings&) const = default;
 };

@@ -99,6 +99,7 @@ struct DeviceInfo {
     uint32_t maxShaderGroupStride = 0;
     uint32_t maxRayRecursionDepth = 0;
     uint64_t maxRayInvocationCount = 0;        // width * height of one TraceRays
+    float maxAnisotropy = 1.0f;                // of a sampler; 1: the device lacks samplerAnisotropy
     std::array<uint32_t, 3> maxGroupCounts{};  // of one Dispatch
     // Acceleration structures
     uint32_t scratchAlignment = 0;

@@ -64,6 +64,7 @@ std::string LackingFeatures(const OptionalFeatures& features) {
     add(features.drawIndirectFirstInstance, "first instances of indirect draws");
     add(features.bufferInt64Atomics, "64-bit atomics");
     add(features.textureCompressionBc, "compressed textures");
+    add(features.samplerAnisotropy, "anisotropic filters");
     add(features.memoryBudget, "memory budgets");
     return text;
 }
@@ -115,6 +116,7 @@ DeviceInfo ReadDeviceInfo(const InstanceFunctions& vk, VkPhysicalDevice device, 
     info.maxTextureLayers = properties.limits.maxImageArrayLayers;
     info.subgroupSize = chain.Get<VkPhysicalDeviceSubgroupProperties>().subgroupSize;
     info.optional = optional;
+    if (optional.samplerAnisotropy) info.maxAnisotropy = properties.limits.maxSamplerAnisotropy;
     return info;
 }
 

@@ -63,7 +63,8 @@ struct OptionalFeatures {
     bool drawIndirectFirstInstance = false;
     bool bufferInt64Atomics = false;    // shaderBufferInt64Atomics
     bool textureCompressionBc = false;  // textureCompressionBC
-    bool memoryBudget = false;          // VK_EXT_memory_budget, an extension without a feature to enable
+    bool samplerAnisotropy = false;
+    bool memoryBudget = false;  // VK_EXT_memory_budget, an extension without a feature to enable
 
     bool operator==(const OptionalFeatures&) const = default;
 };

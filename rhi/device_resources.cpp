@@ -356,6 +356,11 @@ Sampler Device::CreateSampler(const SamplerDesc& desc) {
     info.addressModeV = address(desc.addressV);
     info.addressModeW = VK_SAMPLER_ADDRESS_MODE_REPEAT;
     info.maxLod = VK_LOD_CLAMP_NONE;
+    if (!(desc.maxAnisotropy >= 1.0f))
+        Refuse(Text("sampler '{}'", desc.name),
+               Text("maxAnisotropy {}, must be at least 1", desc.maxAnisotropy));
+    info.maxAnisotropy = std::min(desc.maxAnisotropy, Info().maxAnisotropy);
+    info.anisotropyEnable = info.maxAnisotropy > 1.0f ? VK_TRUE : VK_FALSE;
     VkSampler handle = VK_NULL_HANDLE;
     Check(Vk().vkCreateSampler(Handle(), &info, AllocationCallbacks(), &handle),
           "sampler '" + desc.name + "': vkCreateSampler");

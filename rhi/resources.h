@@ -177,6 +177,9 @@ struct SamplerDesc {
     Filter mipFilter = Filter::Linear;
     AddressMode addressU = AddressMode::Repeat;
     AddressMode addressV = AddressMode::Repeat;
+    // Samples along the longer axis of a footprint that a shader gives by derivatives, at most; 1: none, it
+    // is filtered as if it were round. More than DeviceInfo::maxAnisotropy counts as that. For linear filters.
+    float maxAnisotropy = 1.0f;
 };
 
 class RAYGRAPH_API Sampler {

@@ -117,6 +117,26 @@ def texture_orientation():
     return writer.text()
 
 
+def checker_floor():
+    """A floor of squares, half a meter each, to the horizon; a mirror ball and a rough one."""
+    writer = GltfWriter()
+    squares = [[LIGHT if (x // 8 + y // 8) % 2 else DARK for x in range(64)] for y in range(64)]
+    texture = writer.add("textures", {"source": writer.image("squares", png_rgb(squares))})
+    floor = writer.material("squares", [1, 1, 1], baseColorTexture={"index": texture})
+    mirror = writer.material("mirror", [0.9, 0.9, 0.9], metallicFactor=1, roughnessFactor=0)
+    rough = writer.material("rough", [0.9, 0.8, 0.6], metallicFactor=1, roughnessFactor=0.3)
+    corners = ((-400, 0, 20), (400, 0, 20), (400, 0, -780), (-400, 0, -780))
+    primitive = writer.primitive(corners, ((0, 1, 2), (0, 2, 3)), floor, [(0, 1, 0)] * 4,
+                                 [((0, 200), (200, 200), (200, 0), (0, 0))])
+    writer.node(name="floor", mesh=writer.mesh("floor", [primitive]))
+    positions, triangles = icosphere(4)
+    for name, material, x in (("mirror", mirror, -1.2), ("rough", rough, 1.2)):
+        ball = writer.primitive(positions, triangles, material, normals=positions)
+        writer.node(name=name, mesh=writer.mesh(name, [ball]), translation=[x, 1, -6])
+    writer.camera("camera", (0, 1.6, 1), math.radians(45))
+    return writer.text()
+
+
 def instanced_field():
     """10,000 nodes of one mesh on a plain under a lamp: 100 rows with 100 children each."""
     writer = GltfWriter()
@@ -156,6 +176,7 @@ SCENES = {
     "closed_box_a50.gltf": lambda: closed_box(0.5),
     "closed_box_a80.gltf": lambda: closed_box(0.8),
     "texture_orientation.gltf": texture_orientation,
+    "checker_floor.gltf": checker_floor,
     "instanced_field.gltf": instanced_field,
     "small_light.gltf": small_light,
     "many_lights.gltf": many_lights,

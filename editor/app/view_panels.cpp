@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <glm/gtc/type_ptr.hpp>
+#include <limits>
 #include <string>
 
 #include "editor/app/actions.h"
@@ -74,7 +75,18 @@ void SettingsPanel(Workspace& work) {
         if (ImGui::SliderInt("bounces", &depth, 0, 32, "%d", ImGuiSliderFlags_AlwaysClamp))
             paths.biases.maxDepth = static_cast<uint32_t>(depth);
     }
+    constexpr float kOff = -std::numeric_limits<float>::infinity();
+    passes::RasterSettings raster = work.view.Raster();
+    bool hasLevels = paths.biases.textureLod > kOff;
+    if (ImGui::Checkbox("mip levels", &hasLevels)) {
+        paths.biases.textureLod = hasLevels ? 0.0f : kOff;
+        raster.hasTextureLevels = hasLevels;
+    }
+    if (hasLevels)
+        ImGui::SliderFloat("level", &paths.biases.textureLod, -4.0f, 4.0f, "%+.1f",
+                           ImGuiSliderFlags_AlwaysClamp);
     if (!(paths == work.view.Paths())) work.view.SetPaths(paths);
+    if (!(raster == work.view.Raster())) work.view.SetRaster(raster);
     ImGui::PopItemWidth();
 }
 

@@ -44,6 +44,9 @@ class Workspace {
           view(renderer, gpu),
           loader(of.Log()) {
         view.SetBudget({.frameMs = 30.0, .whileMoving = viewport::MotionView::PathTraced});
+        viewport::PathSettings paths;
+        paths.biases.textureLod = 0.0f;
+        view.SetPaths(paths);
         camera.Set(scene::ViewOfBounds({}, 1.0f), 2.0f);
     }
 

@@ -22,7 +22,7 @@ namespace raygraph::session {
     X(Of, Material, 4, "material", "")
 
 // Those of surfaces, then passes::PathPart, then what each Bias removed: "removed_max_depth" to
-// "removed_shadow_terminator".
+// "removed_texture_lod".
 #define RAYGRAPH_DECLARE(Of, name, value, text, note)         name,
 #define RAYGRAPH_DECLARE_REMOVED(Of, name, value, text, note) Removed##name,
 enum class Aov : uint8_t {
@@ -51,7 +51,7 @@ constexpr Aov AovOf(Bias bias) {
     return static_cast<Aov>(static_cast<size_t>(Aov::RemovedMaxDepth) + static_cast<size_t>(bias));
 }
 static_assert(AovOf(passes::PathPart::Transmission) == Aov::Transmission &&
-              AovOf(Bias::ShadowTerminator) == Aov::RemovedShadowTerminator);
+              AovOf(Bias::TextureLod) == Aov::RemovedTextureLod);
 
 class RAYGRAPH_API AovSet {
   public:

@@ -23,6 +23,8 @@ bool IsOn(const passes::BiasSettings& biases, Bias bias) {
             return biases.regularize > 0.0f;
         case Bias::ShadowTerminator:
             return biases.shadowTerminator;
+        case Bias::TextureLod:
+            return !std::isinf(biases.textureLod);
     }
     return false;
 }
@@ -49,6 +51,9 @@ passes::TraceSettings Without(passes::TraceSettings settings, Bias bias) {
             break;
         case Bias::ShadowTerminator:
             settings.biases.shadowTerminator = off.shadowTerminator;
+            break;
+        case Bias::TextureLod:
+            settings.biases.textureLod = off.textureLod;
             break;
     }
     return settings;

@@ -16,11 +16,12 @@
 namespace raygraph::session {
 
 // Named as in the AOV removed_max_depth and in the report.
-#define RAYGRAPH_BIASES(X, Of)                    \
-    X(Of, MaxDepth, 0, "max_depth", "")           \
-    X(Of, ClampIndirect, 1, "clamp_indirect", "") \
-    X(Of, Regularize, 2, "regularize", "")        \
-    X(Of, ShadowTerminator, 3, "shadow_terminator", "")
+#define RAYGRAPH_BIASES(X, Of)                          \
+    X(Of, MaxDepth, 0, "max_depth", "")                 \
+    X(Of, ClampIndirect, 1, "clamp_indirect", "")       \
+    X(Of, Regularize, 2, "regularize", "")              \
+    X(Of, ShadowTerminator, 3, "shadow_terminator", "") \
+    X(Of, TextureLod, 4, "texture_lod", "")
 RAYGRAPH_CHOICE(Bias, RAYGRAPH_BIASES)
 inline constexpr size_t kBiasCount = Texts(Bias{}).size();
 inline constexpr std::array kBiases = Values<Bias>();

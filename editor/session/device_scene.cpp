@@ -1,6 +1,7 @@
 #include "editor/session/device_scene.h"
 
 #include "base/text.h"
+#include "editor/session/bias.h"
 #include "passes/path_settings.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/scene/camera_view.h"
@@ -33,11 +34,18 @@ passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const s
                                  {settings.aperture, focus}, settings.paths);
 }
 
+// Only what reads them needs the levels of textures.
+GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
+    const bool isDrawn = settings.view == View::Raster;
+    return {.textureLevels = isDrawn || IsOn(settings.paths.biases, Bias::TextureLod),
+            .textureBudget = settings.textureBudget};
+}
+
 }  // namespace
 
 DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
     : m_renderer(device),
-      m_scene(m_renderer, {.textureBudget = settings.textureBudget}),
+      m_scene(m_renderer, SceneDescFor(settings)),
       m_settings(TraceSettingsFrom(settings, input.data)) {
     LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
     const bool hasMap = !input.environment.rgba.empty();

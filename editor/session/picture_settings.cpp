@@ -173,6 +173,18 @@ const std::vector<PictureSetting>& Table() {
             "Bias: shade opaque surfaces where their vertex normals bend them to, so that the shadow which a "
             "smooth body throws on itself shows no triangles ({})",
             [](auto& settings) -> auto& { return settings.paths.biases.shadowTerminator; }),
+        {"texture-lod", "BIAS",
+         "Bias: read textures at the mip level that fits how wide a path is, plus this (0: as computed; "
+         "negative: sharper), for less noise where they are seen small. Default: {}, all at full resolution",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.paths.biases.textureLod = text == "none"
+                                                    ? -std::numeric_limits<float>::infinity()
+                                                    : static_cast<float>(ParseNumber(text, -16.0, 16.0));
+         },
+         [](const PictureSettings& settings) {
+             return std::isinf(settings.paths.biases.textureLod) ? std::string("none")
+                                                                 : ToText(settings.paths.biases.textureLod);
+         }},
         Choice(
             "shadows", "SHADOWS", "Shadows of the raster view",
             [](auto& settings) -> auto& { return settings.raster.shadows; }),

@@ -135,6 +135,9 @@ struct GpuSceneDesc {
     // Gives textures mip levels, made on the device when a scene is set; of those whose samplers filter
     // without levels, one stays. False: they cost nothing.
     bool textureLevels = false;
+    // Samples along the longer axis of a footprint that raster views read of a texture with levels, at most;
+    // 1: none, as if footprints were round. Beyond what the device has, that.
+    float maxAnisotropy = 8.0f;
     // Bytes of all textures of a scene; 0: half of what the process may use of the largest heap of device
     // memory. Where they take more, levels are dropped, of the largest textures first, and a warning says so.
     uint64_t textureBudget = 0;

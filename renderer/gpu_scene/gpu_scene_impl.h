@@ -55,7 +55,8 @@ struct GpuScene::Impl {
         device.CollectGarbage();  // room that there is already
         const TextureUploadSettings textures{
             .hasLevels = desc.textureLevels,
-            .budget = desc.textureBudget > 0 ? desc.textureBudget : DefaultTextureBudget(device)};
+            .budget = desc.textureBudget > 0 ? desc.textureBudget : DefaultTextureBudget(device),
+            .maxAnisotropy = desc.maxAnisotropy};
         std::unique_ptr<SceneResources> newResources;
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;

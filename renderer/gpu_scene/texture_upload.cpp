@@ -30,18 +30,20 @@ rhi::AddressMode ToRhi(scene::WrapMode mode) {
 }
 
 // Samplers are few: equal ones are shared.
-uint32_t SamplerFor(rhi::Device& device, const scene::Sampler& wanted, std::vector<scene::Sampler>& known,
-                    std::vector<rhi::Sampler>& samplers) {
+uint32_t SamplerFor(rhi::Device& device, const scene::Sampler& wanted, float maxAnisotropy,
+                    std::vector<scene::Sampler>& known, std::vector<rhi::Sampler>& samplers) {
     const auto found = std::find(known.begin(), known.end(), wanted);
     const auto index = static_cast<uint32_t>(found - known.begin());
     if (found == known.end()) {
         known.push_back(wanted);
+        const bool isSmooth = wanted.usesMips && wanted.minFilter == scene::FilterMode::Linear;
         samplers.push_back(device.CreateSampler({.name = "material sampler",
                                                  .magFilter = ToRhi(wanted.magFilter),
                                                  .minFilter = ToRhi(wanted.minFilter),
                                                  .mipFilter = ToRhi(wanted.mipFilter),
                                                  .addressU = ToRhi(wanted.wrapU),
-                                                 .addressV = ToRhi(wanted.wrapV)}));
+                                                 .addressV = ToRhi(wanted.wrapV),
+                                                 .maxAnisotropy = isSmooth ? maxAnisotropy : 1.0f}));
     }
     return index;
 }
@@ -89,7 +91,9 @@ class SceneTextures {
         for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
             m_resources.textures.push_back(
                 {.texture = Create(i),
-                 .sampler = SamplerFor(m_device, m_scene.textures[i].sampler, known, m_resources.samplers)});
+                 .sampler = SamplerFor(m_device, m_scene.textures[i].sampler,
+                                       m_settings.hasLevels ? m_settings.maxAnisotropy : 1.0f, known,
+                                       m_resources.samplers)});
             const rhi::Texture& texture = m_resources.textures[i].texture;
             if (m_plan.choices[i].isBlocks)
                 UploadBlocks(i, texture);

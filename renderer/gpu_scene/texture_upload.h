@@ -12,6 +12,7 @@ namespace raygraph {
 struct TextureUploadSettings {
     bool hasLevels = false;        // of textures whose samplers filter by them
     uint64_t budget = UINT64_MAX;  // bytes of all textures
+    float maxAnisotropy = 1.0f;    // of those with levels, where they are filtered linearly
 };
 
 // Fills SceneResources::textures, samplers, textureBytes and textureReduction. Frees each image after its

@@ -10,7 +10,8 @@ SHADING_BEGIN
 OPTION(BrdfModel, Brdf, 5, Gltf)
 OPTION(MisHeuristic, Mis, 7, Power)
 OPTION(Roulette, Roulette, 8, Throughput)
-OPTION_BITS(TraceFeatures, HasTraceFeature, 9, ~kTraceShadowTerminator)  // all, without biases
+// All, without biases
+OPTION_BITS(TraceFeatures, HasTraceFeature, 9, ~(kTraceShadowTerminator | kTraceTextureLod))
 
 SHADING_END
 

@@ -18,6 +18,7 @@ INLINE MediumStack MediaAround(vec3 origin) {
     Ray ray;
     ray.origin = origin;
     ray.direction = normalize(vec3(0.0137f, 1.0f, 0.0091f));  // off the axes: edges lie there
+    ray.cone = MakeCone(0.0f, 0.0f);
     for (uint probe = 0u; probe < kMaxProbes; ++probe) {
         Hit hit = Intersect(ray, probe);
         if (!IsHit(hit)) break;

@@ -97,6 +97,13 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     return direct;
 }
 
+// The cone of the next ray, from that of the path where it met the surface.
+INLINE RayCone ScatteredCone(RayCone cone, float curvature, BSDFSample scattered) {
+    cone = IsTransmissive(scattered.flags) ? RefractCone(cone, curvature, scattered.eta)
+                                           : ReflectCone(cone, curvature);
+    return IsSpecular(scattered.flags) ? cone : WidenCone(cone, scattered.pdf);
+}
+
 // Gives the path its next ray. `diffuse` is the diffuse part of scattered.f. False: there is none.
 INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, vec3 diffuse,
                     PathSettings settings) {
@@ -111,6 +118,8 @@ INLINE bool Scatter(INOUT(PathState) path, Vertex vertex, BSDFSample scattered, 
     path.scatterPDF = IsSpecular(scattered.flags) ? 0.0f : scattered.pdf;
     path.ray.direction = direction;
     path.ray.origin = OriginTowards(vertex.surface, side);
+    if (HasTraceFeature(kTraceTextureLod))
+        path.ray.cone = ScatteredCone(path.ray.cone, vertex.surface.curvature, scattered);
     if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(vertex.surface, path.ray.origin);
     if (HasTraceFeature(kTraceTransmission) && IsTransmissive(scattered.flags)) {
         path.etaScale *= scattered.eta * scattered.eta;
@@ -242,6 +251,7 @@ INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, P
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions + 4u;
     path.ray.direction = FromLocal(FrameFromZ(forward), SamplePhaseHG(g, Get2D(path.rng)));
     path.scatterPDF = PhaseHG(g, dot(forward, path.ray.direction));
+    if (HasTraceFeature(kTraceTextureLod)) path.ray.cone = WidenCone(path.ray.cone, path.scatterPDF);
     if (!SurviveRoulette(path, settings)) return false;
     ++path.depth;
     return true;
@@ -276,6 +286,8 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
             if (flight.isScattered) {
                 vec3 position =
                     PositionInMedium(path.start, path.ray, surface, isHit, inside, flight.distance);
+                if (HasTraceFeature(kTraceTextureLod))
+                    path.ray.cone = AdvanceCone(path.ray.cone, flight.distance);
                 return ScatterInMedium(path, medium, position, settings, direct);
             }
         } else {
@@ -290,6 +302,7 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     if (MaxComponent(surface.emission) > 0.0f)
         CollectFound(path, surface.emission, surface.light, distance, settings);
     if (!isHit) return false;
+    if (HasTraceFeature(kTraceTextureLod)) path.ray.cone = AdvanceCone(path.ray.cone, distance);
     if (HasTraceFeature(kTraceVolumes) && !boundary.isReal) {
         path.media = boundary.beyond;
         PassThrough(path, surface);

@@ -86,6 +86,8 @@ PathState PathOf(uvec2 texel) {
     Sampler rng = StartPixelSample(pixel, parameters.value.sampleIndex, parameters.value.seed);
     vec2 film = (vec2(pixel) + Get2D(rng)) / vec2(parameters.value.pictureSize);
     Ray ray = CameraRay(parameters.value.camera, film, Get2D(rng));
+    if (HasTraceFeature(kTraceTextureLod))
+        ray.cone = PixelCone(parameters.value.camera, parameters.value.pictureSize, ray.direction);
     return StartPath(ray, rng);
 }
 

@@ -9,7 +9,7 @@
 #endif
 #include "scene/extensions.glsl"
 
-#include "raster/pixel.glsl"
+#include "raster/pixel_footprint.glsl"
 #include "scene/environment.glsl"
 #include "scene/light_bridge.glsl"
 #include "scene/surface.glsl"

@@ -12,6 +12,7 @@
 Ray CameraRay(CameraRecord camera, vec2 film, vec2 lens) {
     vec3 offset = (2.0f * film.x - 1.0f) * camera.right + (1.0f - 2.0f * film.y) * camera.up;
     Ray ray;
+    ray.cone = MakeCone(0.0f, 0.0f);
     if (camera.orthographic != 0u) {
         ray.origin = camera.origin + offset;
         ray.direction = camera.forward;
@@ -27,6 +28,15 @@ Ray CameraRay(CameraRecord camera, vec2 film, vec2 lens) {
     }
     ray.direction = normalize(toFilm);
     return ray;
+}
+
+// Of a pixel of a picture of that size, in a camera ray's direction. A lens does not widen it: each of its points
+// sees the scene through a cone of its own.
+RayCone PixelCone(CameraRecord camera, uvec2 pictureSize, vec3 direction) {
+    float film = 4.0f * length(camera.right) * length(camera.up);
+    float width = sqrt(film / (float(pictureSize.x) * float(pictureSize.y)));
+    if (camera.orthographic != 0u) return MakeCone(width, 0.0f);
+    return PerspectiveCone(width, max(dot(direction, camera.forward), 0.0f));
 }
 
 #endif

@@ -2,13 +2,22 @@
 #ifndef RAYGRAPH_SCENE_MATERIAL_TEXTURES_GLSL
 #define RAYGRAPH_SCENE_MATERIAL_TEXTURES_GLSL
 
+#include "core/ray_cone.glsl"
 #include "core/trace_options.glsl"
 #include "scene/bindings.glsl"
 #include "shared/alpha_modes.h"
 
+// With the part of it that is seen, if kTraceTextureLod is set: nothing, that is level 0 of all textures, until
+// SurfaceAt says more. Alpha tests and sampled lights stay at level 0: a threshold of a mean is no mean of the
+// outcomes, and of a chance the noise does not depend on the level.
 struct Triangle {
     uvec3 vertices;
     vec3 weights;
+#ifdef PIXEL_FOOTPRINT
+    vec3 weightsAcross, weightsDown;  // from this pixel to the next
+#else
+    vec2 uvAreas;  // of the ray's footprint, in uv0 and uv1
+#endif
 };
 
 // Index of the GeometryRecord that a triangle belongs to.
@@ -25,13 +34,22 @@ Triangle TriangleAt(InstanceRecord instance, uint primitive, vec2 barycentrics) 
     Triangle triangle;
     triangle.vertices = uvec3(indices.at[first], indices.at[first + 1u], indices.at[first + 2u]);
     triangle.weights = vec3(1.0f - barycentrics.x - barycentrics.y, barycentrics);
+#ifdef PIXEL_FOOTPRINT
+    triangle.weightsAcross = vec3(0.0f);
+    triangle.weightsDown = vec3(0.0f);
+#else
+    triangle.uvAreas = vec2(0.0f);
+#endif
     return triangle;
 }
 
+vec2 WeighVec2(Vec2Stream values, uvec3 vertices, vec3 weights) {
+    return weights.x * values.at[vertices.x] + weights.y * values.at[vertices.y] +
+           weights.z * values.at[vertices.z];
+}
+
 vec2 InterpolateVec2(Vec2Stream values, Triangle triangle) {
-    return triangle.weights.x * values.at[triangle.vertices.x] +
-           triangle.weights.y * values.at[triangle.vertices.y] +
-           triangle.weights.z * values.at[triangle.vertices.z];
+    return WeighVec2(values, triangle.vertices, triangle.weights);
 }
 
 vec3 InterpolateVec3(Vec3Stream values, Triangle triangle) {
@@ -49,13 +67,38 @@ vec4 InterpolateVec4(Vec4Stream values, Triangle triangle) {
 // A material's texture of the name as SampleTexture takes it.
 #define TEXTURE_OF(material, name) material.name##Texture, material.name##Transform
 
+// A texture, at the level of what the ray or the pixel sees of it.
+vec4 ReadTexture(uint slot, mat3x2 transform, uvec2 stream, vec2 uv, Triangle triangle) {
+    uint index = slot & ~kSecondTexCoord;
+    if (!HasTraceFeature(kTraceTextureLod)) return textureLod(textures[nonuniformEXT(index)], uv, 0.0f);
+#ifdef PIXEL_FOOTPRINT
+    vec2 across = vec2(0.0f), down = vec2(0.0f);
+    if (IsPresent(stream)) {
+        across = WeighVec2(Vec2Stream(stream), triangle.vertices, triangle.weightsAcross);
+        down = WeighVec2(Vec2Stream(stream), triangle.vertices, triangle.weightsDown);
+    }
+    if (HasTraceFeature(kTraceTextureTransforms)) {
+        across = transform * vec3(across, 0.0f);
+        down = transform * vec3(down, 0.0f);
+    }
+    return textureGrad(textures[nonuniformEXT(index)], uv, across, down);
+#else
+    float area = (slot & kSecondTexCoord) != 0u ? triangle.uvAreas.y : triangle.uvAreas.x;
+    if (HasTraceFeature(kTraceTextureTransforms))
+        area *= abs(transform[0].x * transform[1].y - transform[0].y * transform[1].x);
+    vec2 size = vec2(textureSize(textures[nonuniformEXT(index)], 0));
+    float level = TextureLevel(area * size.x * size.y, parameters.value.textureLod);
+    return textureLod(textures[nonuniformEXT(index)], uv, level);
+#endif
+}
+
 // One texture of a material; white where it has none.
 vec4 SampleTexture(uint slot, mat3x2 transform, GeometryRecord geometry, Triangle triangle) {
     if (!HasTraceFeature(kTraceTextures) || slot == kNoTexture) return vec4(1.0f);
     uvec2 stream = (slot & kSecondTexCoord) != 0u ? geometry.uv1 : geometry.uv0;
     vec2 uv = IsPresent(stream) ? InterpolateVec2(Vec2Stream(stream), triangle) : vec2(0.0f);
     if (HasTraceFeature(kTraceTextureTransforms)) uv = transform * vec3(uv, 1.0f);
-    return textureLod(textures[nonuniformEXT(slot & ~kSecondTexCoord)], uv, 0.0f);
+    return ReadTexture(slot, transform, stream, uv, triangle);
 }
 
 vec4 BaseColor(GeometryRecord geometry, MaterialRecord material, Triangle triangle) {

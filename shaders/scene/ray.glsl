@@ -3,6 +3,7 @@
 #define RAYGRAPH_SCENE_RAY_GLSL
 
 #include "core/glue.h"
+#include "core/ray_cone.glsl"
 #include "shared/scene_records.h"
 
 #ifdef __cplusplus
@@ -17,6 +18,7 @@ SHADING_BEGIN
 struct Ray {
     vec3 origin;
     vec3 direction;  // unit length
+    RayCone cone;    // for the level of textures; set if kTraceTextureLod is
 };
 
 // The result of closest-hit: only 20 bytes. SurfaceAt looks up everything else.
@@ -74,6 +76,7 @@ struct SurfaceInteraction {
     vec3 geometricNormal;
     vec3 shadingNormal;
     vec3 coatNormal;  // of the clear coat; set if kTraceClearcoat is
+    float curvature;  // mean, 1/m; positive: convex on the side of wo. Set if kTraceTextureLod is
     vec3 stretch;  // along which facets are rougher, any length; 0: none. Set if kTraceAnisotropy is
     vec3 emission;  // radiance towards wo
     uint light;     // index of the light that this is, or kNoLight: light sampling does not find it

@@ -142,6 +142,39 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
     return result;
 }
 
+// Of a triangle in a set of texture coordinates, twice.
+float UvArea(uvec2 stream, Triangle triangle) {
+    if (!IsPresent(stream)) return 0.0f;
+    Vec2Stream values = Vec2Stream(stream);
+    vec2 first = values.at[triangle.vertices.x];
+    vec2 a = values.at[triangle.vertices.y] - first;
+    vec2 b = values.at[triangle.vertices.z] - first;
+    return abs(a.x * b.y - a.y * b.x);
+}
+
+#ifndef PIXEL_FOOTPRINT
+// For kTraceTextureLod: what the ray's cone covers of a triangle with those edges.
+void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0, vec3 e1,
+                   vec3 e2, Ray ray, float t) {
+    vec3 normal = NormalToWorld(instance.objectToWorld, cross(e1, e2));
+    float area = length(normal);  // of the triangle, twice
+    if (!(area > 0.0f)) return;
+    float seen = FootprintArea(AdvanceCone(ray.cone, t).width, dot(normal, ray.direction) / area) / area;
+    triangle.uvAreas = seen * vec2(UvArea(geometry.uv0, triangle), UvArea(geometry.uv1, triangle));
+}
+#endif
+
+// Of the surface that the vertex normals describe, on the front; in the world.
+float CurvatureAt(InstanceRecord instance, GeometryRecord geometry, Triangle triangle, vec3 e1, vec3 e2) {
+    if (!IsPresent(geometry.normals)) return 0.0f;
+    Vec3Stream normals = Vec3Stream(geometry.normals);
+    vec3 normal = cross(e1, e2);
+    vec3 inWorld = NormalToWorld(instance.objectToWorld, normal);
+    float shrink = sqrt(dot(normal, normal) / max(dot(inWorld, inWorld), 1e-30f));  // of areas
+    return sqrt(shrink) * MeanCurvature(e1, e2, normals.at[triangle.vertices.x], normals.at[triangle.vertices.y],
+                                        normals.at[triangle.vertices.z]);
+}
+
 uint LightOf(InstanceRecord instance, uint primitive) {
     if (!IsPresent(instance.triangleLights)) return kNoLight;
     uint ordinal = UintStream(instance.triangleLights).at[primitive];
@@ -204,6 +237,9 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.clearance =
         RayClearance(mat3(instance.objectToWorld), instance.objectToWorld[3], p0, e1, e2, p);
 
+    if (HasTraceFeature(kTraceTextureLod))
+        FindFootprint(triangle, instance, geometry, p0, e1, e2, ray, hit.t);
+
     // Normals, on the side the ray came from
     vec3 ng = GeometricNormalAt(instance, e1, e2, -ray.direction);
     vec3 ns = ShadingNormalAt(instance, geometry, material, triangle, ng);
@@ -214,6 +250,11 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     }
     surface.geometricNormal = ng;
     surface.shadingNormal = AdaptShadingNormal(ns, ng, -ray.direction);
+
+    if (HasTraceFeature(kTraceTextureLod)) {
+        float curvature = CurvatureAt(instance, geometry, triangle, e1, e2);
+        surface.curvature = surface.isFront ? curvature : -curvature;
+    }
 
     surface.emission = EmissionAt(geometry, material, triangle);
     surface.light = LightOf(instance, hit.primitive);

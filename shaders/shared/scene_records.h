@@ -189,6 +189,7 @@ struct TraceParameters {
     uint frameDepth;      // bounces of this sample's paths, where they all have the same
     float clampIndirect;  // largest component of a contribution after the first bounce; infinity: off
     float regularize;     // least alpha of a surface after the first bounce; 0: off
+    float textureLod;     // added to the level at which paths read textures, if kTraceTextureLod is set
     vec3 sceneOrigin;     // in world space; all other positions on the device are relative to it
 };
 
@@ -200,7 +201,7 @@ struct TraceParameters {
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 165 * 4);
-static_assert(sizeof(TraceParameters) == 49 * 4);
+static_assert(sizeof(TraceParameters) == 50 * 4);
 }  // namespace raygraph::gpu
 #endif
 

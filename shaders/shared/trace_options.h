@@ -49,8 +49,10 @@
 //   ProbeMedia:       the camera may be inside of some
 //   ThinWalls:        light goes straight on through some surfaces
 //   AnyHit:           some surfaces are there or not to a ray as an any-hit shader says
-// and of the biases, one that changes what a surface is:
+// and of the biases, those that change what a surface is:
 //   ShadowTerminator: opaque surfaces are where their vertex normals bend them to (scene/surface.glsl)
+//   TextureLod:       textures are read at a level that fits the path's cone (core/ray_cone.glsl), or, by passes
+//                     over pixels, the pixel's footprint (raster/pixel_footprint.glsl)
 #define RAYGRAPH_TRACE_FEATURES(X) \
     X(LightSampling, 1)            \
     X(TriangleLights, 2)           \
@@ -73,7 +75,8 @@
     X(Dispersion, 262144)          \
     X(DiffuseTransmission, 524288) \
     X(Scattering, 1048576)         \
-    X(LightProfiles, 2097152)
+    X(LightProfiles, 2097152)      \
+    X(TextureLod, 4194304)
 
 #ifdef __cplusplus
 namespace raygraph {

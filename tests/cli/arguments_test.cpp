@@ -267,8 +267,11 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.paths.seed = 4294967295u;
     settings.paths.sampler = SamplerKind::Tea;
     settings.raster.shadows = passes::RasterShadows::Maps;
-    settings.paths.biases = {
-        .maxDepth = 0, .clampIndirect = 2.5f, .regularize = 0.25f, .shadowTerminator = true};
+    settings.paths.biases = {.maxDepth = 0,
+                             .clampIndirect = 2.5f,
+                             .regularize = 0.25f,
+                             .shadowTerminator = true,
+                             .textureLod = -0.5f};
     settings.paths.scattering = {BrdfModel::Lafortune, MicrofacetModel::Phong, MaskingModel::Separable,
                                  FresnelModel::Lazanyi, MultiscatterKind::Walk};
     settings.paths.lights = {false, LightSampler::Power, MisHeuristic::Balance};

@@ -12,7 +12,11 @@ namespace {
 
 passes::TraceSettings AllOn() {
     passes::TraceSettings settings;
-    settings.biases = {.maxDepth = 3, .clampIndirect = 2.0f, .regularize = 0.1f, .shadowTerminator = true};
+    settings.biases = {.maxDepth = 3,
+                       .clampIndirect = 2.0f,
+                       .regularize = 0.1f,
+                       .shadowTerminator = true,
+                       .textureLod = 0.0f};
     return settings;
 }
 

@@ -52,6 +52,7 @@ Parts PartsOf(DeviceScene& scene) {
             {"regularize", Number(s.biases.regularize)},
             {"shadow terminator", Number(s.biases.shadowTerminator)},
             {"texture budget", budget < kLeastAutomatic ? Number(budget) : "automatic"},
+            {"texture levels", Number(s.biases.textureLod)},
             {"environment", Text(environment.radiance)},
             {"environment's rotation", Number(environment.rotation)},
             {"environment is the scene's", Number(environment.usesScene)}};
@@ -116,6 +117,7 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
         {"regularize", "0.5", {"regularize"}, "0.500000"},
         {"shadow-terminator", "on", {"shadow terminator"}, "1.000000"},
         {"texture-budget", "64K", {"texture budget"}, "65536.000000"},
+        {"texture-lod", "-0.5", {"texture levels"}, "-0.500000"},
         {"background", "1,2,3", {"environment"}, "1.000000 2.000000 3.000000"},
         {"env-rotation", "180", {"environment's rotation"}, "3.141593"},
         {"env-tint", "2,3,4", {}},

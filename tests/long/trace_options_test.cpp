@@ -7,6 +7,7 @@
 #include <string>
 
 #include "passes/raster.h"
+#include "tests/passes/level_texture.h"
 #include "tests/support/option_rows.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -64,6 +65,7 @@ const Option kOfPaths[] = {
     {"depth", [](TraceSettings& s) { s.biases.maxDepth = 1; }},
     {"clamp", [](TraceSettings& s) { s.biases.clampIndirect = 0.01f; }},
     {"shadow terminator", [](TraceSettings& s) { s.biases.shadowTerminator = true; }},
+    {"texture levels", [](TraceSettings& s) { s.biases.textureLod = 1.0f; }},
     {"seed", [](TraceSettings& s) { s.seed = 9; }, true, Moves::CameraRays},
     {"sample", [](TraceSettings& s) { s.sampleIndex = 9; }, true, Moves::CameraRays},
     {"pcg", [](TraceSettings& s) { s.sampler = SamplerKind::Pcg; }, true, Moves::CameraRays},
@@ -97,10 +99,10 @@ auto FieldsOf(TraceSettings& s) {
     auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
     auto& [isOn, lightSampler, mis] = lights;
     auto& [kind, start, survival] = roulette;
-    auto& [maxDepth, clampIndirect, regularize, shadowTerminator] = biases;
+    auto& [maxDepth, clampIndirect, regularize, shadowTerminator, textureLod] = biases;
     return std::tie(s.extent, s.region, s.camera, sampler, seed, s.sampleIndex, brdf, distribution, masking,
                     fresnel, multiscatter, isOn, lightSampler, mis, kind, start, survival, maxDepth,
-                    clampIndirect, regularize, shadowTerminator);
+                    clampIndirect, regularize, shadowTerminator, textureLod);
 }
 
 class TraceOptions : public VulkanTest {
@@ -109,13 +111,19 @@ class TraceOptions : public VulkanTest {
         scene::Material metal = Lambert({0.7f, 0.5f, 0.3f});
         metal.metallicFactor = 0.6f;
         metal.roughnessFactor = 0.5f;
+        scene::Material squares = metal;
+        squares.baseColorTexture = {.texture = 0};
+        scene::Mesh floor = QuadMesh(2.0f, 3);
+        floor.primitives[0].uv0 = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
         // Two lamps, of which one is brighter: what samples lights has a choice
         scene::SceneData scene = SceneOf(
-            {QuadMesh(2.0f, 0), BoxMesh(0.4f, 0), QuadMesh(0.4f, 1), QuadMesh(2.0f, 0),
-             SphereMesh(0.5f, 4, 0), QuadMesh(0.3f, 2)},
-            {metal, Lambert({}, glm::vec3(6.0f)), Lambert({}, {1.0f, 2.0f, 1.0f})},
+            {floor, BoxMesh(0.4f, 0), QuadMesh(0.4f, 1), QuadMesh(2.0f, 0), SphereMesh(0.5f, 4, 0),
+             QuadMesh(0.3f, 2)},
+            {metal, Lambert({}, glm::vec3(6.0f)), Lambert({}, {1.0f, 2.0f, 1.0f}), squares},
             {glm::mat4x3(1.0f), Translation({0.2f, -0.3f, 0.4f}), Translation({0.5f, 0.6f, 1.8f}),
              Translation({0, 0, 2.2f}), Translation({-0.7f, -0.2f, 0.6f}), Translation({-0.9f, 0.9f, 1.0f})});
+        scene.images = {CheckerImage(512, 200, 250)};
+        scene.textures = {{.name = "squares", .image = 0}};
         scene::Light light;
         light.intensity = 2.0f;
         light.lightToWorld = Translation({-0.8f, 0.5f, 1.0f});
@@ -200,7 +208,7 @@ class TraceOptions : public VulkanTest {
         });
     }
 
-    SceneRender render{Device()};
+    SceneRender render{Device(), {.textureLevels = true}};
     passes::FilteredEnvironment environment{"environment"};
 };
 

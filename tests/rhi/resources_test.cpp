@@ -168,6 +168,21 @@ TEST_F(ResourcesTest, Sampler_IsMadeForEveryDescription) {
                                                 .addressV = mode}));
 }
 
+TEST_F(ResourcesTest, Sampler_TakesAsMuchAnisotropyAsThereIs) {
+    if (Device().Info().optional.samplerAnisotropy)
+        EXPECT_GE(Device().Info().maxAnisotropy, 2.0f);
+    else
+        EXPECT_EQ(Device().Info().maxAnisotropy, 1.0f);
+    for (const float anisotropy : {1.0f, 2.0f, 1000.0f})
+        EXPECT_TRUE(Device().CreateSampler({.name = "s", .maxAnisotropy = anisotropy}));
+    for (const float wrong : {0.0f, std::numeric_limits<float>::quiet_NaN()}) {
+        const Error error = ErrorOf([&] { Device().CreateSampler({.name = "s", .maxAnisotropy = wrong}); });
+        EXPECT_EQ(error.Kind(), ErrorKind::Usage);
+        EXPECT_THAT(error.what(),
+                    AllOf(HasSubstr("'s'"), HasSubstr("maxAnisotropy"), HasSubstr("at least 1")));
+    }
+}
+
 TEST(FormatTest, TablesAgree) {
     for (uint32_t i = 1; i < rhi::kFormatCount; ++i) {
         const auto format = static_cast<Format>(i);

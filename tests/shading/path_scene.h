@@ -117,6 +117,7 @@ inline SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.emission = scene.emission;
     surface.light = kNoLight;
     surface.isFront = normal == outward;
+    surface.curvature = (surface.isFront ? 1.0f : -1.0f) / scene.radius;
     surface.material.baseColor = scene.albedo;
     surface.material.ior = 1.5f;
     if (scene.isMedium) {

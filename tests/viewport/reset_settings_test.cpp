@@ -53,6 +53,7 @@ const Row<PathSettings> kOfPaths[] = {
     {"clamp", [](PathSettings& s) { s.biases.clampIndirect = 0.02f; }},
     {"regularization", [](PathSettings& s) { s.biases.regularize = 0.1f; }},
     {"shadow terminator", [](PathSettings& s) { s.biases.shadowTerminator = true; }},
+    {"texture levels", [](PathSettings& s) { s.biases.textureLod = 0.5f; }},
 };
 
 const Row<CameraView> kOfCamera[] = {
@@ -79,6 +80,7 @@ const Row<RasterSettings> kOfRaster[] = {
     {"atlas", [](RasterSettings& s) { s.shadowAtlasSize = 64; }},
     {"occlusion", [](RasterSettings& s) { s.hasOcclusion = true; }},
     {"transmission", [](RasterSettings& s) { s.hasTransmission = true; }},
+    {"texture levels", [](RasterSettings& s) { s.hasTextureLevels = false; }},
 };
 
 class ViewportResetSettings : public VulkanTest {
@@ -128,10 +130,10 @@ TEST_F(ViewportResetSettings, EveryFieldAndValueOfPathsDoesSo) {
             auto& [brdf, distribution, masking, fresnel, multiscatter] = scattering;
             auto& [isOn, lightSampler, mis] = lights;
             auto& [kind, start, survival] = roulette;
-            auto& [maxDepth, clampIndirect, regularize, shadowTerminator] = biases;
+            auto& [maxDepth, clampIndirect, regularize, shadowTerminator, textureLod] = biases;
             return std::tie(sampler, seed, brdf, distribution, masking, fresnel, multiscatter, isOn,
                             lightSampler, mis, kind, start, survival, maxDepth, clampIndirect, regularize,
-                            shadowTerminator);
+                            shadowTerminator, textureLod);
         },
         [&](const PathSettings& s) { viewed.viewport.SetPaths(s); }, ResetCause::Settings);
 }
@@ -158,8 +160,8 @@ TEST_F(ViewportResetSettings, EveryFieldAndValueOfTheRasterViewDoesSoToItAlone) 
     ExpectEachResets(
         std::span<const Row<RasterSettings>>(kOfRaster), PlainRaster(),
         [](RasterSettings& s) {
-            auto& [shadows, shadowAtlasSize, hasOcclusion, hasTransmission] = s;
-            return std::tie(shadows, shadowAtlasSize, hasOcclusion, hasTransmission);
+            auto& [shadows, shadowAtlasSize, hasOcclusion, hasTransmission, hasTextureLevels] = s;
+            return std::tie(shadows, shadowAtlasSize, hasOcclusion, hasTransmission, hasTextureLevels);
         },
         [&](const RasterSettings& s) { viewed.viewport.SetRaster(s); }, ResetCause::Settings);
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "passes/raster.h"
+#include "tests/passes/level_texture.h"
 #include "tests/support/option_rows.h"
 #include "tests/support/scene_render.h"
 #include "tests/support/vulkan_test.h"
@@ -17,7 +18,7 @@ using passes::TraceSettings;
 
 namespace {
 
-constexpr uint32_t kMiss = 0xFFFFFFFFu, kPane = 2;
+constexpr uint32_t kMiss = 0xFFFFFFFFu, kFloor = 0, kPane = 2;
 
 class RasterOptions : public VulkanTest {
   protected:
@@ -28,11 +29,17 @@ class RasterOptions : public VulkanTest {
         pane.metallicFactor = 0.0f;
         pane.roughnessFactor = 0.2f;
         pane.transmissionFactor = 0.9f;
+        scene::Material squares = floor;
+        squares.baseColorTexture = {.texture = 0};
+        scene::Mesh ground = QuadMesh(1.0f, 3);
+        ground.primitives[0].uv0 = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
         scene::SceneData scene =
-            SceneOf({QuadMesh(1.0f, 0), BoxMesh(0.3f, 0), QuadMesh(0.3f, 1), QuadMesh(0.3f, 2)},
-                    {floor, pane, Lambert({}, glm::vec3(9.0f))},
+            SceneOf({ground, BoxMesh(0.3f, 0), QuadMesh(0.3f, 1), QuadMesh(0.3f, 2)},
+                    {floor, pane, Lambert({}, glm::vec3(9.0f)), squares},
                     {glm::mat4x3(1.0f), Translation({0.2f, -0.1f, 0.3f}), Translation({-0.4f, -0.5f, 0.5f}),
                      Translation({0.9f, 0.9f, 1.2f})});
+        scene.images = {CheckerImage(512, 200, 250)};
+        scene.textures = {{.name = "squares", .image = 0}};
         scene::Light light;
         light.intensity = 2.0f;
         light.lightToWorld = Translation({-0.6f, 0.4f, 1.3f});
@@ -67,7 +74,7 @@ class RasterOptions : public VulkanTest {
         return change;
     }
 
-    SceneRender render{Device()};
+    SceneRender render{Device(), {.textureLevels = true}};
     passes::FilteredEnvironment environment{"environment"};
     const TraceSettings settings = [] {
         TraceSettings view = LookAt({0.3f, -2.2f, 1.6f}, {0, -0.1f, 0.3f}, 1.0f, 32);
@@ -77,8 +84,10 @@ class RasterOptions : public VulkanTest {
     std::vector<glm::uvec4> surfaces;
 };
 
-constexpr RasterSettings kPlain{
-    .shadows = RasterShadows::Off, .hasOcclusion = false, .hasTransmission = false};
+constexpr RasterSettings kPlain{.shadows = RasterShadows::Off,
+                                .hasOcclusion = false,
+                                .hasTransmission = false,
+                                .hasTextureLevels = false};
 
 }  // namespace
 
@@ -100,15 +109,17 @@ TEST_F(RasterOptions, EachOfTheRasterViewChangesItsPixelsAlone) {
          {.shadows = RasterShadows::Off,
           .shadowAtlasSize = 512,
           .hasOcclusion = false,
-          .hasTransmission = false}},
+          .hasTransmission = false,
+          .hasTextureLevels = false}},
         {"rays in place of maps", [](RasterSettings& s) { s.shadows = RasterShadows::Rays; }, kSmallMaps},
         {"atlas", [](RasterSettings& s) { s.shadowAtlasSize = 48; }, kSmallMaps},
         {"occlusion", [](RasterSettings& s) { s.hasOcclusion = true; }},
         {"transmission", [](RasterSettings& s) { s.hasTransmission = true; }, kPlain, kPane},
+        {"texture levels", [](RasterSettings& s) { s.hasTextureLevels = true; }, kPlain, kFloor},
     };
     auto rows = OptionRowsOf<RasterSettings>([](RasterSettings& s) {
-        auto& [shadows, shadowAtlasSize, hasOcclusion, hasTransmission] = s;
-        return std::tie(shadows, shadowAtlasSize, hasOcclusion, hasTransmission);
+        auto& [shadows, shadowAtlasSize, hasOcclusion, hasTransmission, hasTextureLevels] = s;
+        return std::tie(shadows, shadowAtlasSize, hasOcclusion, hasTransmission, hasTextureLevels);
     });
     for (const Row& row : kRows) {
         RasterSettings after = row.before;
@@ -151,6 +162,7 @@ TEST_F(RasterOptions, WhatOnlyPathsHaveChangesNothing) {
         {"clamp", [](TraceSettings& s) { s.biases.clampIndirect = 0.0f; }},
         {"regularization", [](TraceSettings& s) { s.biases.regularize = 0.9f; }},
         {"shadow terminator", [](TraceSettings& s) { s.biases.shadowTerminator = true; }},
+        {"texture levels of paths", [](TraceSettings& s) { s.biases.textureLod = 4.0f; }},
         {"aperture", [](TraceSettings& s) { s.camera.lensRadius = 0.3f; }},
     };
     for (const auto& row : kOfPaths) EXPECT_EQ(draw(row.change).pixels, 0u) << row.name;
