@@ -59,13 +59,13 @@ TextureId ShadePixels(Renderer& renderer, const SceneIds& scene, const TraceSett
     const bool isTraced = shading.shadows == RasterShadows::Rays;
     const auto setup = [&](PassBuilder& pass) {
         if (isTraced) {
-            pass.RayGen(FacetVariant("raster/shade_rays.rgen", scene, settings));
+            pass.RayGen(PlainVariant("raster/shade_rays.rgen", scene, settings));
             BindTracing(pass, scene, RasterParameters(scene, settings), AlphaTest::On);
             BindShadowRays(pass, scene);
         } else {
             const char* shader =
                 shading.shadows == RasterShadows::Maps ? "raster/shade_maps.comp" : "raster/shade.comp";
-            pass.Compute(FacetVariant(shader, scene, settings));
+            pass.Compute(PlainVariant(shader, scene, settings));
             pass.Uniform("parameters", RasterParameters(scene, settings));
         }
         uint32_t options = shading.openShare.IsValid() ? gpu::kShadeOcclusion : 0u;

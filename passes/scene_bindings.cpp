@@ -85,8 +85,8 @@ uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings) {
     return settings.scattering.brdf == BrdfModel::Gltf ? scene.lobeFeatures : 0u;
 }
 
-std::string FacetVariant(std::string shader, const SceneIds& scene, const TraceSettings& settings) {
-    if ((LobeFeatures(scene, settings) & (kTraceIridescence | kTraceAnisotropy)) == 0)
+std::string PlainVariant(std::string shader, const SceneIds& scene, const TraceSettings& settings) {
+    if ((LobeFeatures(scene, settings) & (kTraceIridescence | kTraceAnisotropy | kTraceMatchedMedia)) == 0)
         shader.insert(shader.rfind('.'), "_plain");
     return shader;
 }

@@ -35,10 +35,11 @@ RAYGRAPH_API void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindLights(PassBuilder& pass, const SceneIds& scene);
 // The lobes that materials have under that model: bits of kTraceFeatures. None but glTF's own has any.
 RAYGRAPH_API uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings);
-// The variant of a shader that shades surfaces without the code of thin films and of stretched highlights, if
-// the scene has neither: "raster/shade_plain.comp" for "raster/shade.comp". A device inlines that code before
-// it finds that the features are off, which on a CPU device doubles the time of compilation.
-RAYGRAPH_API std::string FacetVariant(std::string shader, const SceneIds& scene,
+// The variant of a shader that shades surfaces without the code of thin films, of stretched highlights and of
+// light through matched media, if the scene has none of them: "raster/shade_plain.comp" for
+// "raster/shade.comp". A device inlines that code before it finds that the features are off, which on a CPU
+// device doubles the time of compilation.
+RAYGRAPH_API std::string PlainVariant(std::string shader, const SceneIds& scene,
                                       const TraceSettings& settings);
 // Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has; whether
 // textures are read at other levels than 0, if there are any.

@@ -38,6 +38,28 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     return features;
 }
 
+// Whether light passes straight into the medium of some material: it has the index of air, or it or another one
+// of its index scatters. That other pairs of media of one index touch is rare (two objects of glass), so their
+// boundaries stop shadow rays like those of all glass.
+bool HasMatchedMedia(const SceneResources& resources) {
+    const auto isOpen = [](const gpu::MaterialRecord& material) {
+        return (material.flags & (gpu::kMaterialVolume | gpu::kMaterialUnlit)) == gpu::kMaterialVolume &&
+               material.transmission > 0.0f;
+    };
+    for (const uint32_t used : resources.usedMaterials) {
+        const gpu::MaterialRecord& inner = resources.materialRecords[used];
+        if (!isOpen(inner)) continue;
+        if (inner.ior == 1.0f) return true;
+        for (const uint32_t other : resources.usedMaterials) {
+            const gpu::MaterialRecord& outer = resources.materialRecords[other];
+            if (other != used && (outer.flags & gpu::kMaterialVolume) != 0u && outer.ior == inner.ior &&
+                (inner.scattering != glm::vec3(0.0f) || outer.scattering != glm::vec3(0.0f)))
+                return true;
+        }
+    }
+    return false;
+}
+
 bool HasTextureTransform(const gpu::MaterialRecord& material) {
     const glm::mat3x2 none = scene::TextureTransform{}.Matrix();
     const auto isTransformed = [&](uint32_t texture, const glm::mat3x2& transform) {
@@ -54,6 +76,7 @@ uint32_t LobeFeatures(const SceneResources& resources) {
     uint32_t features = 0;
     for (const uint32_t used : resources.usedMaterials)
         features |= LobeFeatures(resources.materialRecords[used]);
+    if (HasMatchedMedia(resources)) features |= kTraceMatchedMedia;
     return features;
 }
 

@@ -87,7 +87,7 @@ INLINE FacetEnergy EstimateFacets(vec2 alpha, vec3 wo, uint seed) {
     energy.curveMean = 0.0f;
     energy.curveProduct = 0.0f;
     energy.continuation = 0.0f;
-#ifndef PLAIN_FACETS
+#ifndef PLAIN_SURFACES
     float share = 1.0f / float(kStretchFacets);
     DONT_UNROLL
     for (uint i = 0u; i < kStretchFacets; ++i) {
@@ -109,7 +109,7 @@ INLINE FacetEnergy EstimateFacets(vec2 alpha, vec3 wo, uint seed) {
 
 // GlassEnergy towards wo. How light that meets more facets is divided is that of `table`.
 INLINE GlassEnergy EstimateGlass(vec2 alpha, float eta, vec3 wo, uint seed, GlassEnergy table) {
-#ifdef PLAIN_FACETS
+#ifdef PLAIN_SURFACES
     return table;
 #else
     FacetLattice lattice = StartLattice(seed);

@@ -69,8 +69,17 @@ INLINE bool IsSmoothThinWall(SurfaceMaterial material) {
            IsEffectivelySmooth(MakeMicrofacetDistribution(AlphaOf(material)));
 }
 
-// Of such a wall: the share that goes straight on from wo, the probability that a sample does, and the wall's
-// other lobes, which sample the rest. The probability is below 1.
+// So it does at the boundary of a medium whose two sides have one index: whatever its roughness, its facets
+// have no effect, unless there is a film on them.
+INLINE bool IsMatchedBoundary(SurfaceMaterial material, bool areSidesAlike) {
+    if (!HasTraceFeature(kTraceMatchedMedia) || ActiveBrdf() != kBrdfGltf) return false;
+    if (HasTraceFeature(kTraceIridescence) && material.iridescence > 0.0f) return false;
+    return areSidesAlike && (material.flags & (kMaterialVolume | kMaterialUnlit)) == kMaterialVolume &&
+           material.transmission > 0.0f;
+}
+
+// Of such walls and boundaries: the share that goes straight on from wo, the probability that a sample does,
+// and the other lobes, which sample the rest. The probability is below 1, or there is no rest.
 INLINE vec3 StraightShare(SurfaceBSDF wall) { return StraightShare(wall.gltf); }
 INLINE float StraightChance(SurfaceBSDF wall) { return StraightChance(wall.gltf); }
 INLINE SurfaceBSDF WithoutStraight(SurfaceBSDF wall, float chance) {

@@ -8,6 +8,9 @@
 // A thin wall has air on both sides: light that a facet transmits passes straight on. Its direction is that
 // of the reflection mirrored through the wall, roughened as much, with the same masking and a returned eta of
 // 1 (KHR_materials_transmission). Light between the two faces of the wall is not followed.
+//
+// Between media of one index no facet deflects light, however rough: all goes straight on, as through a
+// smooth thin wall that reflects nothing.
 #ifndef RAYGRAPH_BXDF_GLASS_GLSL
 #define RAYGRAPH_BXDF_GLASS_GLSL
 
@@ -54,6 +57,12 @@ INLINE void PlaceLobe(OUT(GlassBxDF) lobe, SurfaceMaterial material, SurfaceSett
     lobe = GlassOf(material, setting.eta, view.isThin, own);
     lobe.fresnel = DielectricFresnel(material, setting);
     if (!(own > 0.0f)) return;
+    if (HasTraceFeature(kTraceMatchedMedia) && setting.isMatched) {
+        lobe.reflect = vec3(0.0f);
+        lobe.weight = max(Average(lobe.pass), 0.01f * own);
+        lobe.passedAlbedo = lobe.pass;
+        return;
+    }
     if (!view.isThin && !view.isSmooth) {
         lobe.eta = lobe.eta >= 1.0f ? max(lobe.eta, 1.0f + kGlassMinRefraction)
                                     : min(lobe.eta, 1.0f - kGlassMinRefraction);

@@ -172,9 +172,11 @@ INLINE BSDFSample Sample_f(GltfBSDF g, float uc, vec2 u) {
     return result;
 }
 
-// ----------------------------------------------------------------------------------------- smooth thin walls
+// ------------------------------------------------------------------------------------------ straight passage
 
-// The probability that Sample_f passes straight through a smooth thin wall, and the share of light that does.
+// At smooth thin walls, and between media of one index.
+
+// The probability that Sample_f passes straight through, and the share of light that does.
 INLINE float StraightChance(GltfBSDF g) {
     float chance = 0.0f;
 #define RAYGRAPH_ADD_STRAIGHT_(Lobe, name, feature)             \
@@ -195,7 +197,7 @@ INLINE vec3 StraightShare(GltfBSDF g) {
     return share;
 }
 
-// A smooth thin wall without that; `chance` is StraightChance, and below 1.
+// The surface without that; `chance` is StraightChance, and below 1.
 INLINE GltfBSDF WithoutStraight(GltfBSDF g, float chance) {
     float scale = 1.0f / (1.0f - chance);
     uint flags = kBxDFNone;
@@ -212,7 +214,7 @@ INLINE GltfBSDF WithoutStraight(GltfBSDF g, float chance) {
     return g;
 }
 
-// The share of light from wo that passes straight through a smooth thin wall, without the rest of the BSDF.
+// The share of light from wo that passes straight through, without the rest of the BSDF.
 INLINE vec3 StraightShare(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
     vec3 sum = vec3(0.0f);
     if (!(wo.z > 0.0f)) return sum;

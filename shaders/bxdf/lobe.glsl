@@ -49,6 +49,7 @@ SHADING_BEGIN
 struct SurfaceSetting {
     float eta;    // n(other side) / n(side of wo)
     bool isThin;  // there is no medium behind it: a thin wall of that index
+    bool isMatched;  // IsMatchedBoundary (bxdf/bsdf.glsl); read if kTraceMatchedMedia is set
     vec2 alpha;   // roughness of its facets along x and y
     uint seed;    // of the random walk and of bxdf/anisotropy.glsl; another one for each sample
     vec3 coatNormal;  // of its clear coat, in the frame of the surface; not read without one
@@ -62,6 +63,7 @@ INLINE SurfaceSetting SettingOf(SurfaceMaterial material, float eta, float minAl
     SurfaceSetting setting;
     setting.eta = eta;
     setting.isThin = (material.flags & kMaterialVolume) == 0u;
+    setting.isMatched = false;
     setting.alpha = max(AlphaOf(material), vec2(minAlpha));
     setting.seed = seed;
     setting.coatNormal = vec3(0.0f, 0.0f, 1.0f);

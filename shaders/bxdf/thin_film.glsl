@@ -171,7 +171,7 @@ INLINE vec3 InterferenceGain(ComplexColor r12, ComplexColor r23, PathSpectrum sp
 // What the film adds to the reflectance of a facet of the index eta + i k, relative to the medium before it
 // as the film's is: less than 0 where it takes away. cosI > 0 is in that medium.
 INLINE vec3 FilmGain(ThinFilm film, float cosI, vec3 eta, vec3 k) {
-#ifdef PLAIN_FACETS
+#ifdef PLAIN_SURFACES
     return vec3(0.0f);
 #else
     vec3 zero = vec3(0.0f);

@@ -89,9 +89,11 @@ INLINE float MediumIor(uint material, float wavelength) {
     return DispersedIor(medium.ior, medium.dispersion, wavelength);
 }
 
-INLINE bool IsDispersive(uint material) {
-    return material != kVacuum && MediumAt(material).dispersion > 0.0f;
+INLINE float DispersionOf(uint material) {
+    return material == kVacuum ? 0.0f : MediumAt(material).dispersion;
 }
+
+INLINE bool IsDispersive(uint material) { return DispersionOf(material) > 0.0f; }
 
 CONST float kFarInMedium = 1.0e18f;
 
@@ -125,6 +127,13 @@ INLINE Boundary CrossBoundary(MediumStack media, uint material, bool isEntering)
     boundary.here = here;
     boundary.there = there;
     return boundary;
+}
+
+// Whether the media on both sides refract alike all light of a path of that wavelength.
+INLINE bool AreAlike(Boundary boundary, float wavelength) {
+    if (MediumIor(boundary.here, wavelength) != MediumIor(boundary.there, wavelength)) return false;
+    if (!HasTraceFeature(kTraceDispersion) || wavelength != kNoWavelength) return true;
+    return DispersionOf(boundary.here) == DispersionOf(boundary.there);
 }
 
 // The index beyond over that on this side.

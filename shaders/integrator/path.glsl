@@ -5,7 +5,8 @@
 //     Hit Intersect(Ray ray, uint alphaSeed)                    the nearest surface
 //     vec3 UnblockedShare(Ray ray, float distance, float ior, uint alphaSeed)
 //         share of light that comes along the ray from there: 0 if anything opaque is nearer, less than 1 if
-//         smooth thin walls are. `ior` is of the medium that the ray starts in. A distance of 0 is legal
+//         smooth thin walls are. `ior` is of the medium that the ray starts in. A distance of 0 is legal. Not
+//         asked for where kTraceMatchedMedia is set
 //     SurfaceInteraction SurfaceAt(Hit hit, Ray ray)            what is there
 //     Medium MediumAt(uint material)                            what the surfaces of a material enclose
 //     void AddToGroup(vec3 value, uint light)                   what a light (kNoLight: a surface that is
@@ -16,8 +17,9 @@
 // sampling weights both ways to find a light (Veach 1997, chapter 9). Unbiased, except for maxDepth,
 // clampIndirect and regularize, which are off by default.
 //
-// Light that passes straight through a smooth thin wall has not been scattered: to both ways of finding a
-// light the wall is a hole for a share of the light, and the remaining paths sample its other lobes.
+// Light that passes straight through a smooth thin wall, or into or out of a medium of the same index, has not
+// been scattered: to both ways of finding a light the surface is a hole for a share of the light, and the
+// remaining paths sample its other lobes.
 //
 // Sample dimensions: 0 to 3 are the camera's; each bounce has kBounceDimensions of its own, so that the same
 // decision uses the same dimension on every path. Straight crossings and flights
@@ -30,6 +32,7 @@
 #include "core/ray_offset.glsl"
 #include "core/rng.glsl"
 #include "core/trace_options.glsl"
+#include "integrator/direct_light.glsl"
 #include "integrator/media.glsl"
 #include "integrator/path_state.glsl"
 #include "integrator/scattering.glsl"
@@ -45,29 +48,6 @@ CONST uint kBounceDimensions = 7u;
 CONST uint kStraightDimensions = 0x40000000u;
 CONST uint kWavelengthDimension = 0x3fffffffu;
 CONST uint kFlightDimensions = 0x20000000u;  // 2 for each ray
-CONST uint kMaxRays = 4096u;       // of one path: a guard against rooms that cannot be left
-
-// Light from one point of one light, scattered by a surface to the camera, if it is not occluded.
-struct DirectLight {
-    Ray ray;
-    float distance;  // that must be unoccluded
-    float ior;       // of the medium on the way
-    vec3 radiance;   // 0: no light
-    FirstLobe lobe;  // of the path, if kKeepsParts
-    uint light;      // its number
-};
-
-INLINE DirectLight NoDirectLight() {
-    DirectLight direct;
-    direct.ray.origin = vec3(0.0f);
-    direct.ray.direction = vec3(0.0f, 0.0f, 1.0f);
-    direct.distance = 0.0f;
-    direct.ior = 1.0f;
-    direct.radiance = vec3(0.0f);
-    direct.lobe = NoLobe();
-    direct.light = kNoLight;
-    return direct;
-}
 
 // A surface as the path meets it.
 struct Vertex {
@@ -89,7 +69,10 @@ INLINE DirectLight ScatterLight(PathState path, Vertex vertex, LightSample light
     direct.radiance =
         path.throughput * scattered * light.radiance * (LightWeight(light, scatterPDF) / light.pdf);
     direct.ior = 1.0f;
-    if (HasTraceFeature(kTraceVolumes)) {
+    if (HasTraceFeature(kTraceMatchedMedia)) {
+        direct.media = side > 0.0f ? path.media : vertex.beyond;
+        direct.start = StartAtSurface(vertex.surface, direct.ray.origin);
+    } else if (HasTraceFeature(kTraceVolumes)) {
         uint medium = CurrentMedium(side > 0.0f ? path.media : vertex.beyond);
         direct.radiance *= Transmittance(medium, light.distance);
         if (HasTraceFeature(kTraceThinWalls)) direct.ior = MediumIor(medium, path.wavelength);
@@ -182,8 +165,8 @@ INLINE void PassThrough(INOUT(PathState) path, SurfaceInteraction surface) {
     if (HasTraceFeature(kTraceVolumes)) path.start = StartAtSurface(surface, path.ray.origin);
 }
 
-// Whether the path passes straight through the smooth thin wall it has found. If not, the wall's transmission
-// is removed.
+// Whether the path passes straight through the smooth thin wall or matched boundary it has found. If not, its
+// transmission is removed.
 INLINE bool GoesStraight(INOUT(PathState) path, INOUT(Vertex) vertex) {
     float chance = StraightChance(vertex.bsdf);
     path.rng.dimension = kStraightDimensions + path.rayCount;
@@ -244,8 +227,12 @@ INLINE bool ScatterInMedium(INOUT(PathState) path, uint medium, vec3 position, P
             direct.lobe = path.lobe;
             direct.light = light.light;
             direct.ior = MediumIor(medium, path.wavelength);
-            direct.radiance = path.throughput * light.radiance * Transmittance(medium, light.distance) *
-                              (phase * LightWeight(light, phase) / light.pdf);
+            direct.media = path.media;
+            direct.start = StartAtCamera();
+            direct.radiance =
+                path.throughput * light.radiance * (phase * LightWeight(light, phase) / light.pdf);
+            if (!HasTraceFeature(kTraceMatchedMedia))
+                direct.radiance *= Transmittance(medium, light.distance);
         }
     }
     path.rng.dimension = kCameraDimensions + path.depth * kBounceDimensions + 4u;
@@ -306,15 +293,19 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     if (HasTraceFeature(kTraceVolumes) && !boundary.isReal) {
         path.media = boundary.beyond;
         PassThrough(path, surface);
-        path.scatterPDF = 0.0f;  // light sampling cannot follow: to its rays, surfaces of volumes are opaque
+        // Light sampling cannot follow: to its rays, surfaces of volumes are opaque
+        if (!HasTraceFeature(kTraceMatchedMedia)) path.scatterPDF = 0.0f;
         return true;
     }
     path.alpha = 1.0f;
-    bool isWall = IsSmoothThinWall(surface.material);
+    bool isMatched = isVolume && IsMatchedBoundary(surface.material, boundary, path.wavelength);
+    bool isWall = isMatched || IsSmoothThinWall(surface.material);
     bool isLast = path.depth >= settings.maxDepth;
     if ((isLast && !isWall) || (surface.material.flags & kMaterialUnlit) != 0u) return false;
 
-    if (HasTraceFeature(kTraceVolumes) && isVolume) {
+    if (isMatched) {
+        eta = 1.0f;
+    } else if (HasTraceFeature(kTraceVolumes) && isVolume) {
         if (HasTraceFeature(kTraceDispersion)) ChooseWavelength(path, boundary);
         eta = RelativeIor(boundary, path.wavelength);
     }
@@ -327,9 +318,11 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     float minAlpha = path.depth > 0u && !isWall ? settings.regularize : 0.0f;
     SurfaceSetting setting =
         SettingOf(surface, vertex.frame, eta, minAlpha, AlphaSeed(path.rng, path.rayCount));
+    setting.isMatched = isMatched;
     vertex.bsdf = BSDFOf(surface.material, ToLocal(vertex.frame, -path.ray.direction), setting);
     if (isWall) {
         if (GoesStraight(path, vertex)) {
+            if (HasTraceFeature(kTraceMatchedMedia)) path.media = boundary.beyond;
             PassThrough(path, surface);
             return true;
         }
@@ -356,8 +349,10 @@ INLINE bool ExtendPath(INOUT(PathState) path, PathSettings settings) {
             ++path.rayCount;
         else
             direct = NoDirectLight();
-        vec3 share =
-            UnblockedShare(direct.ray, direct.distance, direct.ior, AlphaSeed(path.rng, path.rayCount));
+        vec3 share = HasTraceFeature(kTraceMatchedMedia)
+                         ? ShareThroughMedia(direct, path.wavelength, path.rng, path.rayCount)
+                         : UnblockedShare(direct.ray, direct.distance, direct.ior,
+                                          AlphaSeed(path.rng, path.rayCount));
         if (isLit && MaxComponent(share) > 0.0f)
             Collect(path, direct.radiance * share, depth + 1u, direct.lobe, direct.light, settings);
     }

@@ -104,7 +104,7 @@ INLINE void CollectFound(INOUT(PathState) path, vec3 radiance, uint light, float
                          PathSettings settings) {
     float lightPDF = 0.0f;
     // The point from which light sampling sampled: straight crossings may have moved the ray's origin
-    if (HasTraceFeature(kTraceThinWalls))
+    if (HasTraceFeature(kTraceThinWalls | kTraceMatchedMedia))
         distance += dot(path.ray.origin - path.scatter.position, path.ray.direction);
     if (HasTraceFeature(kTraceLightSampling) && path.scatterPDF > 0.0f && light != kNoLight)
         lightPDF = LightPDF(path.scatter, light, path.ray.direction, distance);

@@ -2,5 +2,5 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define SHADOW_MAPS
-#define PLAIN_FACETS
+#define PLAIN_SURFACES
 #include "raster/shade_main.glsl"

@@ -46,6 +46,7 @@
 //   DiffuseTransmission: some opaque ones scatter light to their other side
 //   Scattering:       some media scatter
 //   Volumes:          surfaces enclose media
+//   MatchedMedia:     light goes straight on into and out of some, of the index of what is around them
 //   ProbeMedia:       the camera may be inside of some
 //   ThinWalls:        light goes straight on through some surfaces
 //   AnyHit:           some surfaces are there or not to a ray as an any-hit shader says
@@ -76,7 +77,8 @@
     X(DiffuseTransmission, 524288) \
     X(Scattering, 1048576)         \
     X(LightProfiles, 2097152)      \
-    X(TextureLod, 4194304)
+    X(TextureLod, 4194304)         \
+    X(MatchedMedia, 8388608)
 
 #ifdef __cplusplus
 namespace raygraph {
