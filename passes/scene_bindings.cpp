@@ -86,7 +86,9 @@ uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings) {
 }
 
 std::string PlainVariant(std::string shader, const SceneIds& scene, const TraceSettings& settings) {
-    if ((LobeFeatures(scene, settings) & (kTraceIridescence | kTraceAnisotropy | kTraceMatchedMedia)) == 0)
+    constexpr uint32_t kRare =
+        kTraceIridescence | kTraceAnisotropy | kTraceMatchedMedia | kTraceRetroreflection;
+    if ((LobeFeatures(scene, settings) & kRare) == 0)
         shader.insert(shader.rfind('.'), "_plain");
     return shader;
 }

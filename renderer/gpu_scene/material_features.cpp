@@ -35,6 +35,7 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
         features |= kTraceScattering;
     if (HasFilm(material)) features |= kTraceIridescence;
     if (material.anisotropy > 0.0f) features |= kTraceAnisotropy;
+    if (material.retroreflection > 0.0f) features |= kTraceRetroreflection;
     return features;
 }
 

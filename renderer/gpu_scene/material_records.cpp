@@ -27,8 +27,9 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
                  anisotropyRotation, anisotropyTexture, iridescenceFactor, iridescenceTexture, iridescenceIor,
                  iridescenceThicknessMinimum, iridescenceThicknessMaximum, iridescenceThicknessTexture,
                  dispersion, diffuseTransmissionFactor, diffuseTransmissionTexture,
-                 diffuseTransmissionColorFactor, diffuseTransmissionColorTexture, multiscatterColorFactor,
-                 scatterAnisotropy, isSpecularGlossiness, priority] = values;
+                 diffuseTransmissionColorFactor, diffuseTransmissionColorTexture, retroreflectionFactor,
+                 retroreflectionTexture, multiscatterColorFactor, scatterAnisotropy, isSpecularGlossiness,
+                 priority] = values;
     gpu::MaterialRecord record = textures;
     // Textures that `values` does not name stay as they are
 #define RAYGRAPH_TRANSFORM(name) \
@@ -65,6 +66,7 @@ gpu::MaterialRecord ToRecord(const scene::Material& values, const gpu::MaterialR
     record.dispersion = dispersion;
     record.diffuseTransmission = diffuseTransmissionFactor;
     record.diffuseTransmissionColor = diffuseTransmissionColorFactor;
+    record.retroreflection = retroreflectionFactor;
     record.scattering = values.Scattering();
     record.scatterAnisotropy = scatterAnisotropy;
     record.thickness = thicknessFactor;

@@ -162,6 +162,9 @@ constexpr auto kDiffuseTransmission = Table(
     Factor(&Material::diffuseTransmissionFactor), TextureOf(&Material::diffuseTransmissionTexture),
     Factor(&Material::diffuseTransmissionColorFactor), TextureOf(&Material::diffuseTransmissionColorTexture));
 
+constexpr auto kRetroreflection =
+    Table(Factor(&Material::retroreflectionFactor), TextureOf(&Material::retroreflectionTexture));
+
 constexpr auto kVolumeScatter =
     Table(Factor(&Material::multiscatterColorFactor), Factor(&Material::scatterAnisotropy),
           Object("multiscatterColorTexture", kUnreadTextureInfo));
@@ -327,6 +330,7 @@ constexpr std::array kExtensions{
     Extension{material_fields::kIridescence, ExtensionPlace::Material, kIridescence},
     Extension{FieldOf(&Material::dispersion).object, ExtensionPlace::Material, kDispersion},
     Extension{material_fields::kDiffuseTransmission, ExtensionPlace::Material, kDiffuseTransmission},
+    Extension{material_fields::kRetroreflection, ExtensionPlace::Material, kRetroreflection},
     Extension{material_fields::kVolumeScatter, ExtensionPlace::Material, kVolumeScatter},
     Extension{material_fields::kSpecularGlossiness, ExtensionPlace::Material, kSpecularGlossiness},
     Extension{"KHR_materials_unlit", ExtensionPlace::Material, {}},

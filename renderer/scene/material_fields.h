@@ -28,6 +28,7 @@ inline constexpr const char* kSheen = "KHR_materials_sheen";
 inline constexpr const char* kAnisotropy = "KHR_materials_anisotropy";
 inline constexpr const char* kIridescence = "KHR_materials_iridescence";
 inline constexpr const char* kDiffuseTransmission = "KHR_materials_diffuse_transmission";
+inline constexpr const char* kRetroreflection = "KHR_materials_retroreflection";
 inline constexpr const char* kVolumeScatter = "KHR_materials_volume_scatter";
 inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
 using Texture = TextureField;
@@ -120,6 +121,11 @@ inline constexpr auto kAll = std::tuple{
     Texture{{&M::diffuseTransmissionColorTexture, "diffuseTransmissionColorTexture", kDiffuseTransmission,
              "diffuseTransmissionColorTexture"},
             ColorSpace::Srgb},
+    Number{{&M::retroreflectionFactor, "retroreflectionFactor", kRetroreflection, "retroreflectionFactor"},
+           kShare},
+    Texture{
+        {&M::retroreflectionTexture, "retroreflectionTexture", kRetroreflection, "retroreflectionTexture"},
+        ColorSpace::Linear},
     Color{{&M::multiscatterColorFactor, "multiscatterColorFactor", kVolumeScatter, "multiscatterColorFactor"},
           kShare},
     Number{{&M::scatterAnisotropy, "scatterAnisotropy", kVolumeScatter, "scatterAnisotropy"},
@@ -132,11 +138,11 @@ inline constexpr auto kAll = std::tuple{
 inline size_t CountMembers(const Material& material) {
     const auto& [name, f1, f2, f3, f4, f5, f6, f7, f8, f9, f10, f11, f12, f13, f14, f15, f16, f17, f18, f19,
                  f20, f21, f22, f23, f24, f25, f26, f27, f28, f29, f30, f31, f32, f33, f34, f35, f36, f37,
-                 f38, f39, f40, f41, f42, f43, f44, f45, f46, f47, f48, f49, f50, f51, f52, f53, f54] =
-        material;
+                 f38, f39, f40, f41, f42, f43, f44, f45, f46, f47, f48, f49, f50, f51, f52, f53, f54, f55,
+                 f56] = material;
     std::ignore = name;
-    static_assert(std::tuple_size_v<decltype(kAll)> == 54, "each field of Material is in the list, once");
-    return 55;
+    static_assert(std::tuple_size_v<decltype(kAll)> == 56, "each field of Material is in the list, once");
+    return 57;
 }
 
 }  // namespace material_fields

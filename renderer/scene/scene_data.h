@@ -188,6 +188,8 @@ struct RAYGRAPH_API Material {
     TextureRef diffuseTransmissionTexture;  // alpha.
     glm::vec3 diffuseTransmissionColorFactor{1.0f};
     TextureRef diffuseTransmissionColorTexture;  // sRGB.
+    float retroreflectionFactor = 0.0f;  // KHR_materials_retroreflection: share of the facets' reflection
+    TextureRef retroreflectionTexture;   // that goes back to where the light came from; r.
     // KHR_materials_volume_scatter: the medium's albedo by multiple scattering, and the mean cosine of the
     // scattering angle.
     glm::vec3 multiscatterColorFactor{0.0f};

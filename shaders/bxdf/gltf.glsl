@@ -34,6 +34,19 @@ struct LobeSum {
     float walkedPDF;  // of the others: their densities of single scattering
 };
 
+// The part of a lobe that goes back, in SumLobes.
+#ifdef PLAIN_SURFACES
+#define RAYGRAPH_TURN_BACK_(name)
+#else
+#define RAYGRAPH_TURN_BACK_(name)                                                 \
+    if (isTurnedBack && IsWalked(g.name)) {                                       \
+        float backPDF = 0.0f;                                                     \
+        vec3 backValue = Evaluate(g.name, g.view, back, backPDF);                 \
+        value = mix(value, backValue, g.view.backShare);                          \
+        lobePDF = mix(lobePDF, backPDF, g.view.backShare);                        \
+    }
+#endif
+
 INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
     LobeSum sum;
     sum.value = vec3(0.0f);
@@ -41,10 +54,14 @@ INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
     sum.diffuse = vec3(0.0f);
     sum.walkedPDF = 0.0f;
     float passed = 1.0f;  // to diffuse lobes, by the lobes so far
+    FacetPair back = pair;
+    bool isTurnedBack = IsTurnedBack(g.view, pair.wi);
+    if (isTurnedBack) back = BackPairOf(g.view, pair.wi, pair.isDelta);  // a plain shader has none
 #define RAYGRAPH_ADD_LOBE_(Lobe, name, feature)                                   \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                      \
         float lobePDF = 0.0f;                                                     \
         vec3 value = Evaluate(g.name, g.view, pair, lobePDF);                     \
+        RAYGRAPH_TURN_BACK_(name)                                                 \
         if (IsDiffuse(g.name)) value *= passed;                                   \
         lobePDF *= g.name##Chance;                                                \
         if (hasWalk && IsWalked(g.name)) {                                        \
@@ -58,6 +75,7 @@ INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
     }
     GLTF_LOBES(RAYGRAPH_ADD_LOBE_)
 #undef RAYGRAPH_ADD_LOBE_
+#undef RAYGRAPH_TURN_BACK_
     return sum;
 }
 
@@ -117,11 +135,13 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
     uint chosen = 0u;
     bool isCosine = false;
     bool isWalked = false;
+    bool isBack = false;
 #define RAYGRAPH_CHOOSE_LOBE_(Lobe, name, feature)                               \
     ++lobe;                                                                      \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f && above > 0.0f) {     \
         chosen = lobe;                                                           \
         within = max(1.0f - above / g.name##Chance, 0.0f);                       \
+        isBack = IsWalked(g.name) && ChooseBack(g.view, within);                 \
         isCosine = DrawsCosine(g.name, within);                                  \
         isWalked = hasWalk && IsWalked(g.name);                                  \
         above -= g.name##Chance;                                                 \
@@ -132,6 +152,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
     // A direction of that lobe, or of its walk
     if (isWalked) {
         result = SampleWalk(g, chosen, u);
+        if (isBack && result.wi.z > 0.0f) result.wi = Mirrored(result.wi);
         return result.flags == kBxDFNone ? result : EvaluateWalked(g, result, chosen);
     }
     vec3 drawn = DrawFor(g.view, isCosine, u);
@@ -143,6 +164,7 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
     GLTF_LOBES(RAYGRAPH_SAMPLE_LOBE_)
 #undef RAYGRAPH_SAMPLE_LOBE_
     if (result.flags == kBxDFNone) return result;
+    if (isBack && result.wi.z > 0.0f) result.wi = Mirrored(result.wi);
     if (IsSpecular(result.flags)) return EvaluateDelta(g, result);
     if (hasWalk) return EvaluateWalked(g, result, 0u);
     isEvaluated = false;

@@ -15,6 +15,7 @@
 #include "bxdf/diffuse.glsl"
 #include "bxdf/diffuse_transmission.glsl"
 #include "bxdf/glass.glsl"
+#include "bxdf/retroreflection.glsl"
 #include "bxdf/sheen.glsl"
 
 SHADING_BEGIN

@@ -58,8 +58,10 @@ INLINE vec3 EstimateWalk(GltfBSDF g, FacetPair pair, float walkedChance) {
     WalkRng rng = StartWalkRng(g.seed ^ 0x5bd1e995u);
     uint chosen = ChooseWalked(g, WalkGet1D(rng), walkedChance);
     LobeWalk walk = WalkOf(g, chosen);
+    vec3 wi = pair.wi;
+    if (IsTurnedBack(g.view, wi) && WalkGet1D(rng) < g.view.backShare) wi = Mirrored(wi);
     vec3 weight = (pair.wi.z < 0.0f ? walk.pass : walk.reflect) * walkedChance;
-    return EstimateWalk(walk.surface, g.view.wo, pair.wi, rng.state) * weight / abs(pair.wi.z);
+    return EstimateWalk(walk.surface, g.view.wo, wi, rng.state) * weight / abs(wi.z);
 }
 
 // The density that approximates the walks': single scattering, and a cosine lobe for the rest; half of it on

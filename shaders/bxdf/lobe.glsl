@@ -82,6 +82,8 @@ struct FacetView {
     TableSpan row;       // of the energy tables, for RoundAlpha
     FacetEnergy energy;  // towards wo
     float laterCurve;    // of its later bounces, LaterCurve
+    float backShare;     // of what they reflect: it goes back (bxdf/retroreflection.glsl). Read if
+                         // kTraceRetroreflection is set
 };
 
 INLINE FacetView ViewOfFacets(vec2 alpha, bool isThin, float roughness, vec3 wo, uint seed) {
@@ -94,13 +96,16 @@ INLINE FacetView ViewOfFacets(vec2 alpha, bool isThin, float roughness, vec3 wo,
     view.row = EnergyRow(RoundAlpha(view.facets.alpha));
     view.energy = ViewEnergy(view.facets.alpha, view.row, wo, seed);
     view.laterCurve = ViewLaterCurve(view.facets.alpha, view.row, view.energy);
+    view.backShare = 0.0f;
     return view;
 }
 
 INLINE FacetView ViewOf(SurfaceMaterial material, SurfaceSetting setting, vec3 wo) {
     float roughness = material.roughness;
     if (HasTraceFeature(kTraceAnisotropy)) roughness = sqrt(RoundAlpha(AlphaOf(material)));
-    return ViewOfFacets(setting.alpha, setting.isThin, roughness, wo, setting.seed);
+    FacetView view = ViewOfFacets(setting.alpha, setting.isThin, roughness, wo, setting.seed);
+    if (HasTraceFeature(kTraceRetroreflection)) view.backShare = clamp(material.retroreflection, 0.0f, 1.0f);
+    return view;
 }
 
 INLINE float Average(vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3.0f); }
@@ -127,6 +132,9 @@ struct FacetPair {
     float reflectionPDF;  // 0, like the two above: no facet does
 };
 
+// About the normal.
+INLINE vec3 Mirrored(vec3 w) { return vec3(-w.x, -w.y, w.z); }
+
 INLINE FacetPair PairOf(FacetView view, vec3 wi, bool isDelta) {
     FacetPair pair;
     pair.wi = wi;
@@ -136,9 +144,10 @@ INLINE FacetPair PairOf(FacetView view, vec3 wi, bool isDelta) {
     pair.reflectionPDF = 0.0f;
     if (isDelta != view.isSmooth || (wi.z < 0.0f && !view.isThin)) return pair;
     if (isDelta) {
-        // A coat has deltas of its own, in other directions
-        vec3 mirrored = vec3(-view.wo.x, -view.wo.y, view.wo.z);
-        if (HasTraceFeature(kTraceClearcoat) && wi.z > 0.0f && distance(wi, mirrored) > 1e-3f) return pair;
+        // A coat has deltas of its own, in other directions, and so has light that goes back
+        if (HasTraceFeature(kTraceClearcoat | kTraceRetroreflection) && wi.z > 0.0f &&
+            distance(wi, Mirrored(view.wo)) > 1e-3f)
+            return pair;
         pair.cosI = view.wo.z;
         pair.reflection = 1.0f / abs(wi.z);
         pair.reflectionPDF = 1.0f;
@@ -210,7 +219,7 @@ INLINE vec3 DominantDirection(vec3 normal, vec3 mirrored, float roughness) {
 }
 
 INLINE vec3 DominantReflection(vec3 wo, float roughness) {
-    return DominantDirection(vec3(0.0f, 0.0f, 1.0f), vec3(-wo.x, -wo.y, wo.z), roughness);
+    return DominantDirection(vec3(0.0f, 0.0f, 1.0f), Mirrored(wo), roughness);
 }
 
 // Of facets that reflect `albedo`.

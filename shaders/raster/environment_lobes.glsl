@@ -60,11 +60,19 @@ vec3 LobeEnvironment(LobeMean lobe, vec3 wo, float open, Frame frame) {
     return OpenReflection(open, wo.z, lobe.roughness) * lobe.albedo * LobeMeanEnvironment(lobe, wo, frame);
 }
 
+// By the directions of two reflections where a part of it goes back.
+vec3 LobeEnvironment(LobeMean lobe, FacetView view, bool isOfFacets, float open, Frame frame) {
+    vec3 ahead = LobeEnvironment(lobe, view.wo, open, frame);
+    if (!isOfFacets || !IsTurnedBack(view, lobe.wi)) return ahead;
+    lobe.wi = Mirrored(lobe.wi);
+    return mix(ahead, LobeEnvironment(lobe, Mirrored(view.wo), open, frame), view.backShare);
+}
+
 vec3 GltfEnvironment(GltfBSDF g, float open, Frame frame) {
     vec3 sum = vec3(0.0f);
 #define ADD_LOBE(Lobe, name, feature)                         \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f)    \
-        sum += LobeEnvironment(Reflected(g.name, g.view), g.view.wo, open, frame);
+        sum += LobeEnvironment(Reflected(g.name, g.view), g.view, IsWalked(g.name), open, frame);
     GLTF_LOBES(ADD_LOBE)
 #undef ADD_LOBE
     return sum;

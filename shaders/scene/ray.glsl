@@ -52,6 +52,7 @@ struct SurfaceMaterial {
     float iridescenceThickness;  // nm
     float diffuseTransmission;
     vec3 diffuseTransmissionColor;
+    float retroreflection;  // share of the facets' reflection that goes back; set if kTraceRetroreflection is
     uint flags;  // kMaterial* of shared/scene_records.h
     uint id;     // index of the MaterialRecord
 };

@@ -137,6 +137,9 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
         vec4 color = SampleTexture(TEXTURE_OF(material, diffuseTransmissionColor), geometry, triangle);
         result.diffuseTransmissionColor = material.diffuseTransmissionColor * color.xyz;
     }
+    if (HasTraceFeature(kTraceRetroreflection))
+        result.retroreflection =
+            material.retroreflection * SampleTexture(TEXTURE_OF(material, retroreflection), geometry, triangle).x;
     result.flags = material.flags;
     result.id = geometry.material;
     return result;

@@ -90,6 +90,7 @@ RAYGRAPH_CONSTANT uint kMaterialGlossiness = 8u;
 //   clearcoat:         red; its roughness: green
 //   sheenRoughness:    alpha
 //   diffuseTransmission: alpha
+//   retroreflection:   red
 #define RAYGRAPH_MATERIAL_TEXTURES(X) \
     X(baseColor)                      \
     X(metallicRoughness)              \
@@ -107,7 +108,8 @@ RAYGRAPH_CONSTANT uint kMaterialGlossiness = 8u;
     X(iridescence)                    \
     X(iridescenceThickness)           \
     X(diffuseTransmission)            \
-    X(diffuseTransmissionColor)
+    X(diffuseTransmissionColor)       \
+    X(retroreflection)
 
 #define RAYGRAPH_TEXTURE_FIELD(name)   uint name##Texture;
 #define RAYGRAPH_TRANSFORM_FIELD(name) mat3x2 name##Transform;
@@ -140,6 +142,7 @@ struct MaterialRecord {
     float dispersion;           // 20 / Abbe number
     float diffuseTransmission;  // share of the diffuse light that passes to the other side
     vec3 diffuseTransmissionColor;
+    float retroreflection;    // share of the facets' reflection that goes back
     vec3 scattering;          // of the medium inside, 1/m
     float scatterAnisotropy;  // mean cosine of its scattering angle
     float thickness;          // about that of the body, for raster views; meters
@@ -200,7 +203,7 @@ struct TraceParameters {
 
 static_assert(sizeof(InstanceRecord) == 24 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
-static_assert(sizeof(MaterialRecord) == 165 * 4);
+static_assert(sizeof(MaterialRecord) == 173 * 4);
 static_assert(sizeof(TraceParameters) == 50 * 4);
 }  // namespace raygraph::gpu
 #endif

@@ -45,6 +45,7 @@
 //   Dispersion:       some glass refracts colors differently
 //   DiffuseTransmission: some opaque ones scatter light to their other side
 //   Scattering:       some media scatter
+//   Retroreflection:  facets of some materials reflect light back to where it came from
 //   Volumes:          surfaces enclose media
 //   MatchedMedia:     light goes straight on into and out of some, of the index of what is around them
 //   ProbeMedia:       the camera may be inside of some
@@ -78,7 +79,8 @@
     X(Scattering, 1048576)         \
     X(LightProfiles, 2097152)      \
     X(TextureLod, 4194304)         \
-    X(MatchedMedia, 8388608)
+    X(MatchedMedia, 8388608)       \
+    X(Retroreflection, 16777216)
 
 #ifdef __cplusplus
 namespace raygraph {

@@ -85,6 +85,7 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
                 "diffuseTransmissionFactor": 0.65, "diffuseTransmissionColorFactor": [0.15, 0.25, 0.35]
             },
             "KHR_materials_anisotropy": {"anisotropyStrength": 0.65, "anisotropyRotation": -1.5},
+            "KHR_materials_retroreflection": {"retroreflectionFactor": 0.55},
             "KHR_materials_volume": {
                 "thicknessFactor": 0.1, "attenuationColor": [0.5, 0.25, 0.125], "attenuationDistance": 2
             }
@@ -113,6 +114,7 @@ TEST_F(ImportedScene, EveryFactorOfAMaterialIsInItsRecord) {
     EXPECT_EQ(glm::vec4(record.diffuseTransmissionColor, record.diffuseTransmission),
               glm::vec4(0.15f, 0.25f, 0.35f, 0.65f));
     EXPECT_EQ(glm::vec2(record.anisotropy, record.anisotropyRotation), glm::vec2(0.65f, -1.5f));
+    EXPECT_EQ(record.retroreflection, 0.55f);
     ExpectNear(record.emission, {0.5f, 1.0f, 2.0f}, 1e-6f, "emission");
     EXPECT_EQ(record.alphaMode, 1u);
     EXPECT_EQ(record.alphaCutoff, 0.77f);
@@ -162,7 +164,7 @@ TEST_F(ImportedScene, EveryFieldOfAMaterialChangesItsRecord) {
 TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
     GltfDocument document;
     document.AddTriangle()["material"] = 0;
-    for (uint32_t i = 0; i < 17; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
+    for (uint32_t i = 0; i < 18; ++i) AddTexture(document, test::MakePng(i + 1, 1, {1, 2, 3, 4}));
     const auto ref = [](int index, int set) { return Json{{"index", index}, {"texCoord", set}}; };
     Json material{
         {"pbrMetallicRoughness", {{"baseColorTexture", ref(0, 1)}, {"metallicRoughnessTexture", ref(1, 0)}}},
@@ -175,7 +177,7 @@ TEST_F(ImportedScene, EveryTextureOfAMaterialIsInItsField) {
           "clearcoat/clearcoatRoughness", "clearcoat/clearcoatNormal", "sheen/sheenColor",
           "sheen/sheenRoughness", "anisotropy/anisotropy", "iridescence/iridescence",
           "iridescence/iridescenceThickness", "diffuse_transmission/diffuseTransmission",
-          "diffuse_transmission/diffuseTransmissionColor"}) {
+          "diffuse_transmission/diffuseTransmissionColor", "retroreflection/retroreflection"}) {
         material[Json::json_pointer("/extensions/KHR_materials_" + texture + "Texture")] =
             ref(next, 1 - next % 2);
         ++next;

@@ -137,10 +137,12 @@ const Slot kSlots[] = {
          material.anisotropyRotation += std::atan2(2.0f * texel.y - 1.0f, 2.0f * texel.x - 1.0f);
          material.anisotropyStrength *= texel.z;
      }},
+    {"retroreflection", &Material::retroreflectionTexture, ColorSpace::Linear,
+     [](Material& material, const glm::vec4& texel) { material.retroreflectionFactor *= texel.x; }},
 };
 
-// Every factor matters and none is 1. A film, or highlights that are stretched, are there for their own textures
-// alone: they make the shader several times as long to compile.
+// Every factor matters and none is 1. A film, highlights that are stretched and light that goes back are there for
+// their own textures alone: they make the shader several times as long to compile.
 Material OfEverythingFor(const Slot& slot) {
     Material material;
     material.baseColorFactor = {0.8f, 0.6f, 0.9f, 0.7f};
@@ -169,6 +171,7 @@ Material OfEverythingFor(const Slot& slot) {
         material.anisotropyStrength = 0.8f;
         material.anisotropyRotation = 0.4f;
     }
+    if (slot.texture == &Material::retroreflectionTexture) material.retroreflectionFactor = 0.9f;
     return material;
 }
 

@@ -100,8 +100,9 @@ TEST_F(TraceScattering, Trace_SunShinesIntoFogAndThroughIt) {
 TEST_F(TraceScattering, SetScene_OnlyMediaThatLightPassesStraightIntoAreMatched) {
     const auto isMatched = [&](const scene::Material& first, const scene::Material& second) {
         render.scene.SetScene(SceneOf({BoxMesh(1.0f, 0), BoxMesh(0.5f, 1)}, {first, second}));
+        render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
-        render.renderer.Execute();
+        render.renderer.DropFrame();
         return (ids.lobeFeatures & kTraceMatchedMedia) != 0u;
     };
     scene::Material glass = Fog();

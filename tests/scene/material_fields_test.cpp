@@ -94,6 +94,8 @@ TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwnAndTheirOrderStays) {
                                             "diffuseTransmissionTexture",
                                             "diffuseTransmissionColorFactor",
                                             "diffuseTransmissionColorTexture",
+                                            "retroreflectionFactor",
+                                            "retroreflectionTexture",
                                             "multiscatterColorFactor",
                                             "scatterAnisotropy",
                                             "isSpecularGlossiness",

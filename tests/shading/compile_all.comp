@@ -63,6 +63,7 @@ SurfaceMaterial MaterialOf(vec3 wo, float uc, vec2 u) {
     material.clearcoatRoughness = uc;
     material.sheenColor = vec3(u, uc);
     material.sheenRoughness = u.x;
+    material.retroreflection = u.y;
     material.iridescence = uc;
     material.iridescenceIor = 1.0f + u.x;
     material.iridescenceThickness = 1e3f * u.y;

@@ -79,6 +79,8 @@ std::vector<Case> Cases() {
     leaf.diffuseTransmissionColor = vec3(0.5f, 0.8f, 0.1f);
     GltfBxDF brushed = Metal(0.3f, vec3(1.0f, 0.7f, 0.3f));
     brushed.alpha.x = 0.7f;
+    GltfBxDF cone = Blend(0.3f);
+    cone.retroreflection = 0.4f;
     return {{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
             {"dielectric", GltfLobe(0.3f), kTraceOpaque},
             {"faint dielectric", faint, kTraceOpaque},
@@ -89,6 +91,7 @@ std::vector<Case> Cases() {
             {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals},
             {"coated metal", coated, kTraceMetals | kTraceClearcoat},
             {"brushed metal", brushed, kTraceMetals | kTraceAnisotropy},
+            {"cone", cone, kTraceMetals | kTraceGlass | kTraceOpaque | kTraceRetroreflection},
             {"velvet", velvet, kTraceOpaque | kTraceSheen},
             {"bubble", bubble, kTraceGlass | kTraceIridescence},
             {"leaf", leaf, kTraceOpaque | kTraceDiffuseTransmission}};
@@ -97,7 +100,8 @@ std::vector<Case> Cases() {
 TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
     const uint all = threadTraceFeatures;
     const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen |
-                       kTraceIridescence | kTraceDiffuseTransmission | kTraceAnisotropy;
+                       kTraceIridescence | kTraceDiffuseTransmission | kTraceAnisotropy |
+                       kTraceRetroreflection;
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);

@@ -1,0 +1,47 @@
+// Facets that reflect light back to where it came from (KHR_materials_retroreflection, draft): a share of what
+// the material's own facets reflect, of metal, dielectric layer and glass, is that of a viewer mirrored about
+// the normal, f(Mirrored(wo), wi). Portsmouth et al. 2026, "A Minimal Retroreflective Microfacet Model", JCGT
+// 15(1). What they transmit, clear coat, sheen and diffuse lobes stay as they are.
+//
+// Turned by half a circle facets are distributed as before. So f stays reciprocal, albedos and what passes to
+// lobes below are those without, and a direction of f(wo, .) that is mirrored is one of f(Mirrored(wo), .).
+//
+// Of the lobes, those that IsWalked, which have these facets.
+#ifndef RAYGRAPH_BXDF_RETROREFLECTION_GLSL
+#define RAYGRAPH_BXDF_RETROREFLECTION_GLSL
+
+#include "bxdf/lobe.glsl"
+
+SHADING_BEGIN
+
+// Whether a part of such light is reflected back: not of what is transmitted.
+INLINE bool IsTurnedBack(FacetView view, vec3 wi) {
+#ifdef PLAIN_SURFACES
+    return false;
+#else
+    return HasTraceFeature(kTraceRetroreflection) && view.backShare > 0.0f && wi.z > 0.0f;
+#endif
+}
+
+// The pair for light that goes back; only for directions that IsTurnedBack.
+INLINE FacetPair BackPairOf(FacetView view, vec3 wi, bool isDelta) {
+    view.wo = Mirrored(view.wo);
+    return PairOf(view, wi, isDelta);
+}
+
+// Whether a sample is of that light; `within` remains uniform.
+INLINE bool ChooseBack(FacetView view, INOUT(float) within) {
+#ifdef PLAIN_SURFACES
+    return false;
+#else
+    if (!HasTraceFeature(kTraceRetroreflection) || !(view.backShare > 0.0f)) return false;
+    bool isBack = within < view.backShare;
+    within = isBack ? within / view.backShare : (within - view.backShare) / (1.0f - view.backShare);
+    within = min(within, 0.99999994f);
+    return isBack;
+#endif
+}
+
+SHADING_END
+
+#endif
