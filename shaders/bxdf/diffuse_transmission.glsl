@@ -4,8 +4,11 @@
 // The layers above (dielectric, sheen, clear coat) are on both sides of a sheet, and light from either side
 // passes them by the same factor: the sum is reciprocal, and a white sheet returns and passes all light.
 //
-// At the boundary of a medium radiance is not scaled by the index of refraction, and the sample's eta is 1:
-// equal radiance all around remains equal radiance inside. The extension leaves the index to the layer.
+// At the boundary of a medium of relative index n it obeys the law of every boundary that does not make heat
+// flow from cold to warm: f(wo, wi) n(wi)^2 = f(wi, wo) n(wo)^2, as glass does. So of light from the denser
+// side, the share that passes is 1 / n^2 of that from the other, and the rest is returned diffusely, in the
+// color of the transmission; radiance scales by 1 / eta^2, and the sample returns eta. A body that is part
+// glass, part diffuse has the same light within by both: even surroundings stay even.
 #ifndef RAYGRAPH_BXDF_DIFFUSE_TRANSMISSION_GLSL
 #define RAYGRAPH_BXDF_DIFFUSE_TRANSMISSION_GLSL
 
@@ -14,35 +17,53 @@
 SHADING_BEGIN
 
 struct DiffuseTransmissionBxDF {
-    vec3 albedo;  // the share of light that is transmitted, in [0, 1]
+    vec3 albedo;    // the share of light that is transmitted, in [0, 1]
+    vec3 returned;  // and that is reflected in its place, on the denser side of a boundary
+    float backChance;  // of sampling that
+    float eta;
 };
 
-INLINE void PlaceLobe(OUT(DiffuseTransmissionBxDF) lobe, SurfaceMaterial material, SurfaceSetting, FacetView,
-                      INOUT(float) share) {
-    lobe.albedo = share * material.diffuseTransmission *
-                  clamp(material.diffuseTransmissionColor, vec3(0.0f), vec3(1.0f));
+INLINE void PlaceLobe(OUT(DiffuseTransmissionBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
+                      FacetView, INOUT(float) share) {
+    vec3 color = share * material.diffuseTransmission *
+                 clamp(material.diffuseTransmissionColor, vec3(0.0f), vec3(1.0f));
+    lobe.eta = setting.isThin ? 1.0f : setting.eta;
+    float passed = Sqr(min(lobe.eta, 1.0f));
+    lobe.albedo = color * passed;
+    lobe.returned = color * (1.0f - passed);
+    lobe.backChance = 1.0f - passed;
     share *= 1.0f - material.diffuseTransmission;
 }
 
 INLINE bool IsDiffuse(DiffuseTransmissionBxDF) { return true; }
 
-INLINE uint Flags(DiffuseTransmissionBxDF, FacetView) { return kBxDFTransmission | kBxDFDiffuse; }
+INLINE uint Flags(DiffuseTransmissionBxDF lobe, FacetView) {
+    return kBxDFTransmission | kBxDFDiffuse | (lobe.backChance > 0.0f ? kBxDFReflection : 0u);
+}
 
 INLINE vec3 Evaluate(DiffuseTransmissionBxDF lobe, FacetView, FacetPair pair, OUT(float) pdf) {
     pdf = 0.0f;
-    if (pair.isDelta || !(pair.wi.z < 0.0f)) return vec3(0.0f);
-    pdf = CosineHemispherePDF(-pair.wi.z);
-    return lobe.albedo * kInvPi;
+    if (!IsForDiffuse(pair)) return vec3(0.0f);
+    float density = CosineHemispherePDF(abs(pair.wi.z));
+    bool isThrough = pair.wi.z < 0.0f;
+    pdf = isThrough ? (1.0f - lobe.backChance) * density : lobe.backChance * density;
+    return (isThrough ? lobe.albedo / Sqr(lobe.eta) : lobe.returned) * kInvPi;
 }
 
 INLINE bool DrawsCosine(DiffuseTransmissionBxDF, float) { return true; }
 
-INLINE BSDFSample SampleDirection(DiffuseTransmissionBxDF, FacetView, vec3 drawn, float, vec2) {
+INLINE BSDFSample SampleDirection(DiffuseTransmissionBxDF lobe, FacetView, vec3 drawn, float uc, vec2) {
+    if (uc < lobe.backChance) return CosineDirection(drawn, kBxDFDiffuse);
     if (!(drawn.z > 0.0f)) return NoSample();
-    return SampledDirection(vec3(drawn.x, drawn.y, -drawn.z), 1.0f, kBxDFTransmission | kBxDFDiffuse);
+    return SampledDirection(vec3(drawn.x, drawn.y, -drawn.z), lobe.eta, kBxDFTransmission | kBxDFDiffuse);
 }
 
-INLINE LobeMean Reflected(DiffuseTransmissionBxDF, FacetView) { return NoMean(); }
+INLINE LobeMean Reflected(DiffuseTransmissionBxDF lobe, FacetView) {
+    LobeMean mean = NoMean();
+    mean.albedo = lobe.returned;
+    mean.isDiffuse = true;
+    return mean;
+}
 
 INLINE LobeMean Transmitted(DiffuseTransmissionBxDF lobe, FacetView) {
     LobeMean mean = NoMean();
@@ -52,7 +73,7 @@ INLINE LobeMean Transmitted(DiffuseTransmissionBxDF lobe, FacetView) {
     return mean;
 }
 
-INLINE float Weight(DiffuseTransmissionBxDF lobe, FacetView) { return Average(lobe.albedo); }
+INLINE float Weight(DiffuseTransmissionBxDF lobe, FacetView) { return Average(lobe.albedo + lobe.returned); }
 
 LOBE_GOES_NOT_STRAIGHT(DiffuseTransmissionBxDF)
 LOBE_COVERS_NOTHING(DiffuseTransmissionBxDF)

@@ -308,6 +308,8 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
     } else if (HasTraceFeature(kTraceVolumes) && isVolume) {
         if (HasTraceFeature(kTraceDispersion)) ChooseWavelength(path, boundary);
         eta = RelativeIor(boundary, path.wavelength);
+        if (HasTraceFeature(kTraceDispersion))  // what lies on either side of its film
+            surface.material.ior = MediumIor(surface.material.id, path.wavelength);
     }
 
     // Scattering at the surface

@@ -218,6 +218,8 @@ void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, Geom
     surface.clearance /= max(dot(n, surface.geometricNormal), 0.1f);  // it was along the triangle's normal
     surface.geometricNormal = n;
     surface.shadingNormal = AdaptShadingNormal(surface.shadingNormal, surface.geometricNormal, wo);
+    if (HasTraceFeature(kTraceClearcoat))
+        surface.coatNormal = AdaptShadingNormal(surface.coatNormal, surface.geometricNormal, wo);
 }
 
 // `ray` is the ray that found the hit.

@@ -129,7 +129,9 @@ TEST(DiffuseTransmission, IsReciprocalThroughEveryLayer) {
             if (dot(wo, test.sheet.coatNormal) < 0.01f || dot(wi, test.sheet.coatNormal) > -0.01f) continue;
             const float forth = f(test.sheet, wo, wi).x;
             const float back = f(TurnedOver(test.sheet), Mirrored(wi), Mirrored(wo)).x;
-            EXPECT_NEAR(back, forth, 2e-4f * (1e-3f + forth)) << test.name << ": " << wo.z << ", " << wi.z;
+            // Light of two media: f n^2 is what both directions share
+            const float scaled = forth * (test.sheet.isThin ? 1.0f : Sqr(test.sheet.eta));
+            EXPECT_NEAR(back, scaled, 2e-4f * (1e-3f + scaled)) << test.name << ": " << wo.z << ", " << wi.z;
         }
 }
 
@@ -156,7 +158,11 @@ TEST(DiffuseTransmission, ItsShareIsOfWhatTheLayersPass) {
                 const double passed = MeasureAlbedo(test.sheet, wo, 1u << 14u).transmitted.x;
                 test.sheet.baseColor = vec3(0.0f);
                 const double above = MeasureAlbedo(test.sheet, wo, 1u << 14u).reflected.x;
-                EXPECT_NEAR(passed, transmission * (1.0 - above), 0.02)
+                // From within a medium, only 1 / n^2 of that gets out; the rest comes back
+                const double out =
+                    test.sheet.isThin ? 1.0 : std::min(1.0, std::pow(double{test.sheet.eta}, 2.0));
+                const double below = (1.0 - above) / (1.0 - double{transmission} * (1.0 - out));
+                EXPECT_NEAR(passed, transmission * out * below, 0.02)
                     << test.name << ", factor " << transmission << ", cos " << cosine;
             }
 }
@@ -179,8 +185,8 @@ TEST(DiffuseTransmission, IsOfWhatMetalAndGlassLeave) {
         }
 }
 
-// Radiance is not scaled by the index, and roulette is told so.
-TEST(DiffuseTransmission, SamplesHaveAnEtaOfOne) {
+// Radiance is scaled by the index, and roulette is told so.
+TEST(DiffuseTransmission, SamplesHaveTheEtaOfTheirMedium) {
     for (const bool isInside : {false, true}) {
         const GltfBxDF sheet = Bounding(Leaf(0.3f, 1.0f), isInside);
         uint passed = 0;
@@ -189,10 +195,26 @@ TEST(DiffuseTransmission, SamplesHaveAnEtaOfOne) {
             const BSDFSample s = Sample_f(sheet, DirectionAt(0.6f, 0.0f), uc, vec2(0.3f, 0.4f));
             if (!(s.wi.z < 0.0f)) continue;
             ++passed;
-            EXPECT_EQ(s.eta, 1.0f);
+            EXPECT_EQ(s.eta, sheet.eta);
             EXPECT_EQ(s.flags, kBxDFTransmission | kBxDFDiffuse);
         }
-        EXPECT_GT(passed, 100u);
+        EXPECT_GT(passed, 50u);
+    }
+}
+
+// Glass and diffuse transmission at one boundary scale radiance alike.
+TEST(DiffuseTransmission, BesideGlassIsReciprocal) {
+    const MultiscatterScope scope(MultiscatterKind::Off);
+    GltfBxDF mixed = Bounding(Leaf(0.4f, 0.7f, vec3(0.8f), vec3(0.5f)), false);
+    mixed.transmission = 0.5f;
+    Uniform uniform(31);
+    for (int i = 0; i < 200; ++i) {
+        vec3 wo = uniform.Direction(), wi = uniform.Direction();
+        wo.z = std::max(std::abs(wo.z), 1e-2f);
+        wi.z = -std::max(std::abs(wi.z), 1e-2f);
+        const float forth = f(mixed, wo, wi).x * Sqr(mixed.eta);
+        const float back = f(TurnedOver(mixed), Mirrored(wi), Mirrored(wo)).x;
+        EXPECT_NEAR(back, forth, 1e-3f * (1e-2f + forth)) << wo.z << ", " << wi.z;
     }
 }
 

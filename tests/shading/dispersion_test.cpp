@@ -19,6 +19,7 @@ namespace {
 // Glass below z = 0, without an end, and in it at z = -1 a black floor that emits 3 + x.
 constexpr uint kGlass = 0u, kFloor = 1u;
 thread_local float dispersion = 0.0f;
+thread_local float filmWeight = 0.0f;  // of a film of the index of air
 constexpr float kIor = 1.6f;
 
 Hit Intersect(Ray ray, uint) {
@@ -50,6 +51,9 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
         surface.material.baseColor = vec3(1.0f);
         surface.material.transmission = 1.0f;
         surface.material.flags = kMaterialVolume;
+        surface.material.iridescence = filmWeight;
+        surface.material.iridescenceIor = 1.0f;
+        surface.material.iridescenceThickness = 500.0f;
     } else {
         surface.emission = vec3(3.0f + surface.position.x);
         surface.material.metallic = 1.0f;
@@ -93,6 +97,7 @@ class Dispersion : public ::testing::Test {
         threadTraceFeatures = m_features;
         threadBrdfModel = m_brdf;
         dispersion = 0.0f;
+        filmWeight = 0.0f;
     }
 
   private:
@@ -226,6 +231,38 @@ TEST_F(Dispersion, PathsThroughOtherGlassKeepAllColors) {
         EXPECT_EQ(path.wavelength, kNoWavelength);
         EXPECT_EQ(path.throughput.x, path.throughput.z);
         EXPECT_EQ(path.radiance.x, path.radiance.z);
+    }
+}
+
+// A film of the index of what is before it is not there, at any wavelength: its index is relative to that of the
+// path's own.
+TEST_F(Dispersion, FilmOfTheIndexOfAirChangesNothing) {
+    threadTraceFeatures |= kTraceIridescence;
+    const PathSettings settings{.maxDepth = 8u,
+                                .rouletteStart = 100u,
+                                .survival = 1.0f,
+                                .frameDepth = 0u,
+                                .clampIndirect = kInfinity,
+                                .regularize = 0.0f};
+    dispersion = 5.0f;
+    for (const bool isInside : {false, true}) {
+        const Ray ray{.origin = vec3(0.0f, 0.0f, isInside ? -0.5f : 1.0f),
+                      .direction = normalize(vec3(0.4f, 0.0f, isInside ? 1.0f : -1.0f))};
+        testLights.environmentTint = vec3(1.0f);
+        vec3 sums[2] = {vec3(0.0f), vec3(0.0f)};
+        for (const float weight : {0.0f, 1.0f}) {
+            filmWeight = weight;
+            for (uint i = 0; i < 4096u; ++i) {
+                PathState path = StartPath(ray, StartPixelSample(uvec2(3u, 5u), i, 9u));
+                if (isInside) path.media = EnterMedium(NoMedia(), kGlass);
+                while (ExtendPath(path, settings)) {
+                }
+                sums[weight > 0.0f ? 1 : 0] += path.radiance / 4096.0f;
+            }
+        }
+        testLights.environmentTint = vec3(0.0f);
+        for (int color = 0; color < 3; ++color)
+            EXPECT_NEAR(sums[1][color], sums[0][color], 2e-4f * sums[0][color]) << isInside << ", " << color;
     }
 }
 

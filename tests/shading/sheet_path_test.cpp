@@ -72,7 +72,7 @@ TEST_F(SheetPath, LightSamplingFindsBehindSheetsWhatChanceFinds) {
 
 // A ball of a medium in an even environment. Without a layer the light inside is even, too: with B the radiance
 // that leaves the boundary inwards and T what the medium lets through of it,
-//     B = t c + (1 - t) b T B    and outwards    (1 - t) b + t c T B
+//     B = t c + ((1 - t) b + (1 - 1 / n^2) t c) T B    and outwards    (1 - t) b + t c T B / n^2
 // A chord at an angle of cosine m is 2 R m long, so that T is the mean over m dm of exp(-2 R sigma m).
 TEST_F(SheetPath, DiffuselyTransmittingBallHasTheRadianceOfTheClosedForm) {
     const PathSettings settings = Unbiased(kNoLimit, 100u);
@@ -89,23 +89,25 @@ TEST_F(SheetPath, DiffuselyTransmittingBallHasTheRadianceOfTheClosedForm) {
             const double a = 2.0 * double(absorbed), t = double(transmission);
             const double passed = a > 0.0 ? 2.0 * (1.0 - (1.0 + a) * std::exp(-a)) / (a * a) : 1.0;
             const double b = double(kWallTint.y), c = 0.8;
-            const double inside = t * c / (1.0 - (1.0 - t) * b * passed);
-            const double expected = (1.0 - t) * b + t * c * passed * inside;
+            const double out = 1.0 / (1.5 * 1.5);
+            const double inside = t * c / (1.0 - ((1.0 - t) * b + (1.0 - out) * t * c) * passed);
+            const double expected = (1.0 - t) * b + out * t * c * passed * inside;
             EXPECT_NEAR(mean.radiance, expected, 4.0 * mean.standardError + 1e-5) << absorbed << ", " << t;
             EXPECT_LT(mean.standardError, 0.01 * expected) << "too noisy to prove anything";
         }
 }
 
-// Equal radiance all around stays equal, inside too: the index scales nothing, and no light is made or lost,
-// whatever the layer reflects on either side.
+// Equal radiance all around stays equal, and is n^2 of that inside, whatever the layer reflects on either side
+// and whatever share of the boundary is glass.
 TEST_F(SheetPath, WhiteDiffuselyTransmittingBallVanishesInAnEvenEnvironment) {
     PathSettings settings = Unbiased(kNoLimit, 5u);
-    for (const float ior : {1.0f, 1.5f, 2.4f})
+    for (const auto& [ior, glass] : {std::pair{1.0f, 0.0f}, {1.5f, 0.0f}, {2.4f, 0.0f}, {1.5f, 0.5f}})
         for (const bool isInside : {false, true}) {
             SetScene({.isMedium = true}, 1.0f);
             paper = PaperMaterial(0.4f, 1.0f);
+            paper.transmission = glass;
             paper.baseColor = paper.diffuseTransmissionColor = vec3(1.0f);
-            UseOptions(kTraceDiffuseTransmission | kTraceVolumes);
+            UseOptions(kTraceDiffuseTransmission | kTraceVolumes | (glass > 0.0f ? kTraceGlass : 0u));
             mediumIor = ior;
             Ray ray = FromAbove();
             ray.origin.x = 0.4f;
@@ -122,7 +124,9 @@ TEST_F(SheetPath, WhiteDiffuselyTransmittingBallVanishesInAnEvenEnvironment) {
                 sum += double(path.radiance.y) / kCount;
             }
             mediumIor = 1.0f;
-            EXPECT_NEAR(sum, 1.0, 0.01) << "index " << ior << (isInside ? ", from within" : "");
+            const double expected = isInside ? double{ior} * double{ior} : 1.0;
+            EXPECT_NEAR(sum, expected, 0.015 * expected)
+                << "index " << ior << ", glass " << glass << (isInside ? ", from within" : "");
         }
 }
 
