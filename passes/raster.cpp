@@ -15,12 +15,10 @@ bool CanDrawVisibility(const Renderer& renderer, const SceneIds& scene, Extent2D
 RasterVisibility DrawVisibility(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                                 FilmPosition film, Rasterizer rasterizer) {
     if (!CanRasterize(renderer, scene, settings.extent)) rasterizer = Rasterizer::Device;
-    const bool isDevice = rasterizer == Rasterizer::Device;
-    if (isDevice) RequireIndirectDraws(renderer, "DrawVisibility");
+    if (rasterizer == Rasterizer::Device) RequireIndirectDraws(renderer, "DrawVisibility");
     RasterVisibility seen{
         .hits = renderer.CreateTexture("visibility", {settings.extent, Format::Rgba32Uint}),
-        .depth = renderer.CreateTexture("rasterDepth",
-                                        {settings.extent, isDevice ? Format::D32Float : Format::R32Float}),
+        .depth = DepthTexture(renderer, "rasterDepth", settings.extent, rasterizer),
         .filmOffset = FilmOffset(film, settings.sampleIndex),
         .rasterizer = rasterizer,
     };
@@ -47,7 +45,7 @@ RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene, cons
             pass.RayGen("raster/trace_visibility.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
             BindTracing(pass, scene, RasterParameters(scene, settings), AlphaTest::On);
-            if (scene.hasAlpha) {
+            if (scene.hasAlpha || scene.hasCapsules) {
                 BindGeometry(pass, scene);
                 BindMaterials(pass, scene);
             }

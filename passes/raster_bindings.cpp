@@ -14,6 +14,11 @@ struct PixelConstants {
     uint32_t option;
     uint32_t shadowTiles;
 };
+// Of shaders/raster/trace_capsules.rgen.
+struct CapsuleConstants {
+    glm::vec2 filmOffset;
+    uint32_t drawsGlass;
+};
 
 }  // namespace
 
@@ -41,8 +46,15 @@ void BindAlphaTest(PassBuilder& pass, const SceneIds& scene, SamplerKind sampler
     pass.Specialize("kSamplerKind", static_cast<uint32_t>(sampler));
 }
 
-void DrawHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
-              RasterVisibility& seen, GlassDrawn glass) {
+TextureId DepthTexture(Renderer& renderer, const char* name, Extent2D extent, Rasterizer rasterizer) {
+    const bool isDevice = rasterizer == Rasterizer::Device;
+    return renderer.CreateTexture(name, {extent, isDevice ? Format::D32Float : Format::R32Float});
+}
+
+namespace {
+
+void DrawTriangles(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                   RasterVisibility& seen, GlassDrawn glass) {
     if (seen.rasterizer == Rasterizer::Compute) return RasterizeHits(renderer, scene, settings, seen, glass);
     const gpu::TraceParameters parameters = RasterParameters(scene, settings);
     const glm::vec2 shift = ShiftOf(seen.filmOffset, settings.extent);
@@ -83,6 +95,36 @@ void DrawHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& se
             seen.hits = pass.Updates("visibility", seen.hits);
         },
         [extent = settings.extent](CommandList& commands) { commands.DispatchOver(extent); });
+}
+
+// Round primitives are no triangles: rays find those in front of what was drawn.
+void TraceCapsules(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+                   RasterVisibility& seen, GlassDrawn glass) {
+    TextureId depth = renderer.CreateTexture("capsuleDepth", {settings.extent, Format::R32Float});
+    renderer.AddPass(
+        "TraceCapsules", PassKind::RayTracing,
+        [&](PassBuilder& pass) {
+            pass.RayGen("raster/trace_capsules.rgen");
+            pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
+            BindTracing(pass, scene, RasterParameters(scene, settings), AlphaTest::On);
+            BindGeometry(pass, scene);
+            BindMaterials(pass, scene);
+            pass.Constants(CapsuleConstants{seen.filmOffset, glass == GlassDrawn::Yes ? 1u : 0u});
+            pass.Reads("drawnDepth", seen.depth,
+                       {.magFilter = rhi::Filter::Nearest, .minFilter = rhi::Filter::Nearest});
+            seen.hits = pass.Updates("visibility", seen.hits);
+            depth = pass.Writes("depths", depth);
+        },
+        [extent = settings.extent](CommandList& commands) { commands.TraceRays(extent); });
+    seen.depth = depth;
+}
+
+}  // namespace
+
+void DrawHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
+              RasterVisibility& seen, GlassDrawn glass) {
+    DrawTriangles(renderer, scene, settings, seen, glass);
+    if (scene.hasCapsules) TraceCapsules(renderer, scene, settings, seen, glass);
 }
 
 }  // namespace raygraph::passes

@@ -22,8 +22,12 @@ void BindDrawing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParam
 // The bindings of shaders/raster/fragment_alpha.glsl beside "instances" and, of BindDrawing, "parameters".
 void BindAlphaTest(PassBuilder& pass, const SceneIds& scene, SamplerKind sampler);
 
+// A depth buffer that this rasterizer draws.
+TextureId DepthTexture(Renderer& renderer, const char* name, Extent2D extent, Rasterizer rasterizer);
+
 enum class GlassDrawn : uint8_t { Yes, No };
-// Clears seen.hits and seen.depth and draws them from its lists, by one command a class of triangles.
+// Clears seen.hits and seen.depth and draws them from its lists, by one command a class of triangles. Rays
+// find round primitives; seen.depth is another texture then.
 void DrawHits(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
               RasterVisibility& seen, GlassDrawn glass);
 

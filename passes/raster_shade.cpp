@@ -113,8 +113,9 @@ TextureId RasterShade(Renderer& renderer, const SceneIds& scene, const TraceSett
 TextureId AnyRasterShade(Renderer& renderer, const SceneIds& scene, const TraceSettings& settings,
                          FilmPosition film, FilteredEnvironment& environment, const RasterSettings& raster) {
     RasterSettings possible = raster;
+    // Round primitives are found by rays alone
     if (possible.shadows == RasterShadows::Maps &&
-        !renderer.Device().Info().optional.drawIndirectFirstInstance)
+        (scene.hasCapsules || !renderer.Device().Info().optional.drawIndirectFirstInstance))
         possible.shadows = RasterShadows::Rays;
     return RasterShade(renderer, scene, settings, AnyVisibility(renderer, scene, settings, film), environment,
                        possible);

@@ -19,6 +19,16 @@ constexpr HitGroupShaders kWallShadow{
     .closestHit = {}, .anyHit = "scene/wall_shadow.rahit", .intersection = {}};
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+// For the hits of round primitives.
+HitGroupShaders Capsules(HitGroupShaders shaders) {
+    shaders.intersection = "scene/capsule.rint";
+    return shaders;
+}
+
+void BindHits(PassBuilder& pass, const SceneIds& scene, RayType rayType, const HitGroupShaders& shaders) {
+    pass.HitGroup(rayType, shaders, kHitSetTriangles);
+    if (scene.hasCapsules) pass.HitGroup(rayType, Capsules(shaders), kHitSetCapsules);
+}
 
 uint32_t MixBits(uint32_t x) {
     x = (x ^ (x >> 16)) * 0x21f0aaadu;
@@ -49,6 +59,7 @@ uint32_t FeaturesOf(const SceneIds& scene, const TraceSettings& settings) {
     }
     if (scene.hasThinWalls) features |= kTraceThinWalls;
     if (scene.hasAlpha) features |= kTraceAnyHit;
+    if (scene.hasCapsules) features |= kTraceCapsules;
     return features;
 }
 
@@ -88,8 +99,7 @@ uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings) {
 std::string PlainVariant(std::string shader, const SceneIds& scene, const TraceSettings& settings) {
     constexpr uint32_t kRare =
         kTraceIridescence | kTraceAnisotropy | kTraceMatchedMedia | kTraceRetroreflection;
-    if ((LobeFeatures(scene, settings) & kRare) == 0)
-        shader.insert(shader.rfind('.'), "_plain");
+    if ((LobeFeatures(scene, settings) & kRare) == 0) shader.insert(shader.rfind('.'), "_plain");
     return shader;
 }
 
@@ -123,9 +133,11 @@ gpu::TraceParameters ParametersFor(const SceneIds& scene, const TraceSettings& s
 
 void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters,
                  AlphaTest alphaTest) {
-    const bool isTested = alphaTest == AlphaTest::On && scene.hasAlpha;
     pass.Miss(RayType::Radiance, "scene/miss.rmiss");
-    pass.HitGroup(RayType::Radiance, isTested ? kTestedHit : kOpaqueHit);
+    if (alphaTest == AlphaTest::On)
+        BindHits(pass, scene, RayType::Radiance, scene.hasAlpha ? kTestedHit : kOpaqueHit);
+    else
+        pass.HitGroup(RayType::Radiance, kOpaqueHit);
     pass.Reads("sceneTlas", scene.tlas);
     pass.ReadsByAddress(scene.blases);
     pass.Uniform("parameters", parameters);
@@ -133,10 +145,8 @@ void BindTracing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParam
 
 void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
     pass.Miss(RayType::Shadow, "scene/shadow.rmiss");
-    if (scene.hasThinWalls)
-        pass.HitGroup(RayType::Shadow, kWallShadow);
-    else
-        pass.HitGroup(RayType::Shadow, scene.hasAlpha ? kTestedShadow : kOpaqueShadow);
+    const HitGroupShaders& tested = scene.hasThinWalls ? kWallShadow : kTestedShadow;
+    BindHits(pass, scene, RayType::Shadow, scene.hasThinWalls || scene.hasAlpha ? tested : kOpaqueShadow);
 }
 
 void BindGeometry(PassBuilder& pass, const SceneIds& scene) {

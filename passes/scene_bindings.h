@@ -18,14 +18,14 @@ RAYGRAPH_API gpu::TraceParameters ParametersFor(const SceneIds& scene, const Tra
 
 // A pass binds only what its shaders use. How its rays treat surfaces that are not opaque:
 enum class AlphaTest : uint8_t {
-    Off,  // as opaque; no any-hit shader runs
-    On,   // alpha-tested; needs BindGeometry and BindMaterials
+    Off,  // as opaque, no any-hit shader runs; for rays that meet only triangles (kMaskTriangles)
+    On,   // alpha-tested; needs BindGeometry and BindMaterials, where there is alpha or a round primitive
 };
 // The miss and hit shaders of radiance rays, the TLAS with the BLASes that it references, and the parameters.
 RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
                               const gpu::TraceParameters& parameters, AlphaTest alphaTest);
-// Those of shadow rays; beside BindTracing. Where the scene has alpha or thin walls, needs BindGeometry
-// and BindMaterials.
+// Those of shadow rays; beside BindTracing. Where the scene has alpha, thin walls or round primitives, needs
+// BindGeometry and BindMaterials.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
 // Instance and geometry records: from a hit to its triangle.
 RAYGRAPH_API void BindGeometry(PassBuilder& pass, const SceneIds& scene);

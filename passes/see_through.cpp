@@ -9,7 +9,7 @@ RasterVisibility DrawBehindGlass(Renderer& renderer, const SceneIds& scene, cons
                                  const RasterVisibility& seen) {
     RasterVisibility behind = seen;
     behind.hits = renderer.CreateTexture("behindVisibility", renderer.Desc(seen.hits));
-    behind.depth = renderer.CreateTexture("behindDepth", renderer.Desc(seen.depth));
+    behind.depth = DepthTexture(renderer, "behindDepth", settings.extent, seen.rasterizer);
     DrawHits(renderer, scene, settings, behind, GlassDrawn::No);
     return behind;
 }

@@ -64,6 +64,7 @@ struct AabbGeometry {
     VkDeviceAddress boxes = 0;  // a multiple of 8
     uint32_t boxCount = 0;
     bool isOpaque = true;
+    bool isAnyHitOnce = false;  // no ray runs it more than once for a reported hit
 };
 
 // Either triangles or AABBs: one BLAS cannot hold both. gl_GeometryIndexEXT counts the elements;

@@ -82,6 +82,7 @@ void CheckUpdatable(const BlasDesc& built, const BlasDesc& next) {
         const std::string name = At("aabbs", i);
         CheckSame(built, name + ".boxCount", built.aabbs[i].boxCount, next.aabbs[i].boxCount);
         CheckSame(built, name + ".isOpaque", built.aabbs[i].isOpaque, next.aabbs[i].isOpaque);
+        CheckSame(built, name + ".isAnyHitOnce", built.aabbs[i].isAnyHitOnce, next.aabbs[i].isAnyHitOnce);
     }
 }
 
@@ -106,7 +107,7 @@ BlasGeometry::BlasGeometry(const BlasDesc& desc, VkBuildAccelerationStructureFla
         VkAccelerationStructureGeometryKHR geometry{};
         geometry.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_KHR;
         geometry.geometryType = VK_GEOMETRY_TYPE_AABBS_KHR;
-        geometry.flags = FlagsOf(source.isOpaque, false);
+        geometry.flags = FlagsOf(source.isOpaque, source.isAnyHitOnce);
         auto& aabbs = geometry.geometry.aabbs;
         aabbs.sType = VK_STRUCTURE_TYPE_ACCELERATION_STRUCTURE_GEOMETRY_AABBS_DATA_KHR;
         aabbs.data.deviceAddress = source.boxes;

@@ -16,6 +16,7 @@ sys.dont_write_bytecode = True
 from cornell_box import cornell
 from gltf_writer import GltfWriter, png_rgb
 from light_scenes import many_lights, small_light, terrace
+from line_scenes import points_and_lines
 from material_scenes import furnace_row, glass_sphere, material_row, nested_dielectrics, thin_films
 from shapes import Picker, box_quads, icosphere
 
@@ -186,6 +187,7 @@ SCENES = {
     "furnace_row.gltf": furnace_row,
     "nested_dielectrics.gltf": nested_dielectrics,
     "thin_films.gltf": thin_films,
+    "points_and_lines.gltf": points_and_lines,
 }
 
 

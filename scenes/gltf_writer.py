@@ -73,6 +73,16 @@ class GltfWriter:
         indices = self.accessor(flat, 1, component, ELEMENT_ARRAY_BUFFER)
         return {"attributes": attributes, "indices": indices, "material": material}
 
+    def lines(self, mode, positions, material, colors=None, indices=None):
+        """Points or lines, of the mode's number; `colors` are linear RGB."""
+        attributes = {"POSITION": self.accessor(positions, 3, has_bounds=True)}
+        if colors is not None:
+            attributes["COLOR_0"] = self.accessor(colors, 3)
+        primitive = {"attributes": attributes, "material": material, "mode": mode}
+        if indices is not None:
+            primitive["indices"] = self.accessor(indices, 1, UNSIGNED_SHORT, ELEMENT_ARRAY_BUFFER)
+        return primitive
+
     def quads(self, quads, material):
         """Planar or nearly planar quads, each as two triangles with their own flat normals. Corners run
         counter-clockwise seen from the front."""

@@ -12,6 +12,7 @@
 
 #include "base/log.h"
 #include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/scene/round_primitives.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::editor {
@@ -48,8 +49,9 @@ std::optional<FileStamp> StampOf(const std::filesystem::path& file);  // nothing
 struct FileContent {
     std::filesystem::path file;  // "": there is none, or the scene differs from what is in it
     std::optional<FileStamp> stamp;
-    uint32_t variant = scene::kNone;  // in which it is shown
-    std::string hash;                 // of what is in it, so shown (session::HashOf); "": not known
+    uint32_t variant = scene::kNone;            // in which it is shown
+    std::string hash;                           // of what is in it, so shown (session::HashOf); "": not known
+    scene::PointsAndLines pointsAndLines = {};  // radii of what is in it
 };
 // With the hash, for which the file is read if it is not known; "": the file has been written since, or
 // cannot be read. Threads: any.

@@ -17,6 +17,7 @@ void PlayScript(const EditOptions& options, const OpenDevice& openDevice) {
     PictureScreen screen;
     Editor editor(*device,
                   {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
+    editor.Work().pointsAndLines = options.pointsAndLines;
     if (!options.scene.empty()) editor.Work().Open(options.scene, options.variant);
     script.Play(editor, screen);
 }
@@ -33,6 +34,7 @@ void RunWindow(const EditOptions& options, const OpenDevice& openDevice) {
                   {.shaders = options.shaders, .textureBudget = options.textureBudget, .log = options.log});
     window.ShareClipboard();
     if (!config.empty()) editor.UseConfig(config);
+    editor.Work().pointsAndLines = options.pointsAndLines;
     if (!options.scene.empty()) editor.Work().Open(options.scene, options.variant);
     RunFrames(editor, screen,
               {.poll = [&](double seconds) { return window.Poll(seconds); },

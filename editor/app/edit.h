@@ -9,16 +9,18 @@
 
 #include "editor/app/editor.h"
 #include "editor/app/log_history.h"
+#include "renderer/scene/round_primitives.h"
 #include "rhi/device.h"
 
 namespace raygraph::editor {
 
 struct EditOptions {
-    std::filesystem::path scene;    // "": opens empty
-    std::string variant = {};       // of it, by name or index; "": none
-    std::filesystem::path script;   // "": a window; else runs this script without one
-    std::filesystem::path shaders;  // folder of sources to reload from; "": none
-    uint64_t textureBudget = 0;     // as GpuSceneDesc
+    std::filesystem::path scene;                // "": opens empty
+    std::string variant = {};                   // of it, by name or index; "": none
+    scene::PointsAndLines pointsAndLines = {};  // radii of those in this and all later files; off: left out
+    std::filesystem::path script;               // "": a window; else runs this script without one
+    std::filesystem::path shaders;              // folder of sources to reload from; "": none
+    uint64_t textureBudget = 0;                 // as GpuSceneDesc
     // What the log panel shows: it is given what devices say; null: nothing.
     std::shared_ptr<LogHistory> log = {};
 };

@@ -155,6 +155,7 @@ void Editor::NoteCaptured() {
         saving.isTaken = true;
         saving.source = m_work.Source();
         saving.content = m_work.document.Content();
+        saving.content.pointsAndLines = m_work.pointsAndLines;
     }
 }
 

@@ -10,6 +10,7 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const session::S
     settings.size = picture.extent;
     settings.view = picture.isRaster ? session::View::Raster : session::View::PathTraced;
     settings.variant = source.variant;
+    settings.pointsAndLines = source.pointsAndLines;
     settings.camera = session::CameraText(picture.camera);
     if (picture.lens.radius > 0.0f) {
         settings.aperture = picture.lens.radius;

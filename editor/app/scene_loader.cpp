@@ -13,14 +13,16 @@ SceneLoader::~SceneLoader() {
     if (m_thread.joinable()) m_thread.join();
 }
 
-bool SceneLoader::Start(const std::filesystem::path& file, const std::string& variant) {
+bool SceneLoader::Start(const std::filesystem::path& file, const std::string& variant,
+                        const scene::PointsAndLines& pointsAndLines) {
     if (IsLoading()) return false;
     m_isDone = false;
     m_progress = {};
-    m_thread = std::thread([this, file, variant] {
+    m_thread = std::thread([this, file, variant, pointsAndLines] {
         try {
             scene::LoadOptions options;
             options.log = m_log;
+            options.pointsAndLines = pointsAndLines;
             options.progress = [this](std::string_view stage, float fraction) {
                 const std::scoped_lock lock(m_mutex);
                 m_progress = {std::string(stage), fraction};

@@ -12,6 +12,7 @@
 
 #include "base/log.h"
 #include "editor/app/document.h"
+#include "renderer/scene/round_primitives.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::editor {
@@ -38,7 +39,8 @@ class SceneLoader {
     SceneLoader& operator=(const SceneLoader&) = delete;
 
     // In this variant, by name or index; "": none. False: another load is still running, and continues.
-    bool Start(const std::filesystem::path& file, const std::string& variant = {});
+    bool Start(const std::filesystem::path& file, const std::string& variant = {},
+               const scene::PointsAndLines& pointsAndLines = {});
     bool IsLoading() const { return m_thread.joinable(); }
     struct Progress {
         std::string stage;

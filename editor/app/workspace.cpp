@@ -29,7 +29,7 @@ void Workspace::Open(const std::filesystem::path& file, const std::string& varia
         OpenEnvironment(file);
         return;
     }
-    if (!loader.Start(file, variant)) Say("another scene is being loaded");
+    if (!loader.Start(file, variant, pointsAndLines)) Say("another scene is being loaded");
 }
 
 template <typename Change>
@@ -180,6 +180,7 @@ void Workspace::RemoveEnvironmentMap() {
 session::SceneInput Workspace::Source() const {
     return {.file = document.File().filename().string(),
             .variant = scene::VariantText(document.Scene(), document.Scene().variant),
+            .pointsAndLines = pointsAndLines,
             .environmentFile = m_environmentFile.filename().string(),
             .environmentHash = m_environmentHash};
 }

@@ -111,6 +111,7 @@ class Workspace {
     Document document;
     CameraController camera;
     SceneLoader loader;
+    scene::PointsAndLines pointsAndLines;              // radii of those of scenes that are opened
     std::array<std::optional<Bookmark>, 9> bookmarks;  // keys 1 to 9
     Hierarchy hierarchy;
     std::optional<uint32_t> nodeToReveal;  // in it

@@ -61,6 +61,15 @@ void AddVariant(CLI::App& app, std::string& variant) {
               [&variant](const std::string& text) { variant = text; });
 }
 
+void AddPointsAndLines(CLI::App& app, scene::PointsAndLines& radii) {
+    const auto add = [&](const char* option, const std::string& what, scene::RoundRadius& radius) {
+        AddOption(app, option, "RADIUS", what + kRadiusHelp,
+                  [&radius](const std::string& text) { radius = scene::ParseRoundRadius(text); });
+    };
+    add("--points", "Radius of the scene's points, shown as spheres", radii.points);
+    add("--lines", "Radius of the scene's lines, shown as capsules", radii.lines);
+}
+
 CLI::Option* AddScene(CLI::App& app, std::filesystem::path& path) {
     return app
         .add_option_function<std::string>(
@@ -184,11 +193,11 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
 CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     CLI::App* bench = app.add_subcommand("bench", "Time the passes against the barest ray tracing");
     AddScene(*bench, arguments.scene)->required();
-    AddSettings(
-        *bench, arguments.given,
-        {"size", "camera", "scene", "variant", "sampler", "brdf", "multiscatter", "nee", "light-sampler",
-         "mis", "rr", "rr-start", "max-depth", "background", "env-rotation", "env-tint", "texture-budget"},
-        BenchDefaults());
+    AddSettings(*bench, arguments.given,
+                {"size", "camera", "scene", "variant", "points", "lines", "sampler", "brdf", "multiscatter",
+                 "nee", "light-sampler", "mis", "rr", "rr-start", "max-depth", "background", "env-rotation",
+                 "env-tint", "texture-budget"},
+                BenchDefaults());
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", Text("Timed frames of each kind in a round ({})", arguments.frames),
               [&](const std::string& text) { arguments.frames = ParseCount(text, 1, 100000); });
@@ -216,6 +225,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
     AddOption(*info, "--scene", "SCENE", "Which scene of the glTF file, by name or index",
               [&](const std::string& text) { arguments.sceneChoice = text; });
     AddVariant(*info, arguments.variant);
+    AddPointsAndLines(*info, arguments.pointsAndLines);
     info->add_flag("--devices", arguments.isListingDevices,
                    "List every Vulkan device, and why the unsuitable ones are not used");
     info->add_flag("--extensions", arguments.isListingExtensions,
@@ -227,7 +237,7 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
 CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     CLI::App* graph = app.add_subcommand("graph", "Show the plan of a frame: passes, barriers, memory");
     AddScene(*graph, arguments.scene)->required();
-    AddSettings(*graph, arguments.given, {"size", "camera", "scene", "variant"});
+    AddSettings(*graph, arguments.given, {"size", "camera", "scene", "variant", "points", "lines"});
     graph->add_flag("--dot", arguments.isDot, "As Graphviz");
     graph->add_flag("--first", arguments.isFirstFrame,
                     "The first frame, which uploads and builds the scene, instead of a later one");
@@ -258,6 +268,7 @@ CLI::App* AddEdit(CLI::App& app, EditArguments& arguments) {
     AddScene(*edit, arguments.scene);
     AddVariant(*edit, arguments.variant);
     AddSettings(*edit, arguments.given, {"texture-budget"});
+    AddPointsAndLines(*edit, arguments.pointsAndLines);
     AddPath(*edit, "--headless-script", "FILE",
             "Play keys, mouse and waits from a file, without a window; see docs/editor.md", arguments.script);
     AddPath(*edit, "--shaders", "FOLDER", "Shader sources, for F5 to reload from", arguments.shaders);
@@ -313,6 +324,8 @@ void CheckInfo(const InfoArguments& arguments) {
         Refuse(Text("--scene is one of a scene file, and {} lists none", lists));
     if (!arguments.variant.empty())
         Refuse(Text("--variant is one of a scene file, and {} lists none", lists));
+    if (arguments.pointsAndLines != scene::PointsAndLines{})
+        Refuse(Text("--points and --lines are of a scene file, and {} lists none", lists));
 }
 
 void CheckEdit(const EditArguments& arguments) {

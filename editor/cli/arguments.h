@@ -59,6 +59,7 @@ struct InfoArguments : OutputArguments {
     std::filesystem::path scene;  // "": one of the lists
     std::string sceneChoice;
     std::string variant;
+    scene::PointsAndLines pointsAndLines;
     bool isListingDevices = false;
     bool isListingExtensions = false;
 };
@@ -77,11 +78,12 @@ struct MergeArguments : OutputArguments {
 };
 
 struct EditArguments : OutputArguments {
-    std::filesystem::path scene;    // "": opens empty
-    std::string variant;            // of it; "": none
-    SettingTexts given;             // picture settings, as given
-    std::filesystem::path script;   // "": a window
-    std::filesystem::path shaders;  // "": none to reload from
+    std::filesystem::path scene;           // "": opens empty
+    std::string variant;                   // of it; "": none
+    scene::PointsAndLines pointsAndLines;  // radii of its, and of what is opened later
+    SettingTexts given;                    // picture settings, as given
+    std::filesystem::path script;          // "": a window
+    std::filesystem::path shaders;         // "": none to reload from
     std::string device;
     bool isValidating = false;
 };

@@ -94,6 +94,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
                                                    .variant = settings.variant,
+                                                   .pointsAndLines = settings.pointsAndLines,
                                                    .environment = arguments.environment,
                                                    .log = log});
     RequireMapFor(arguments.given, input);

@@ -19,6 +19,7 @@ void EditCommand(const EditArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     editor::RunEditor({.scene = arguments.scene,
                        .variant = arguments.variant,
+                       .pointsAndLines = arguments.pointsAndLines,
                        .script = arguments.script,
                        .shaders = arguments.shaders,
                        .textureBudget = SettingsFrom(arguments.given).textureBudget,

@@ -30,8 +30,10 @@ void DeclareFrame(DeviceScene& scene, passes::Accumulation& accumulation, uint32
 void GraphCommand(const GraphArguments& arguments, Console& console) {
     const PictureSettings settings = SettingsFrom(arguments.given);
     const Log log = console.log.ForLibraries();
-    SceneInput input =
-        LoadInput(arguments.scene, {.scene = settings.scene, .variant = settings.variant, .log = log});
+    SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
+                                                   .variant = settings.variant,
+                                                   .pointsAndLines = settings.pointsAndLines,
+                                                   .log = log});
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);
     DeviceScene scene(*device, input, settings);
     Renderer& renderer = scene.GraphRenderer();

@@ -17,9 +17,10 @@ void InfoCommand(const InfoArguments& arguments, Console& console) {
         std::fputs(DescribeExtensions().c_str(), stdout);
         return;
     }
-    const SceneInput input = LoadInput(
-        arguments.scene,
-        {.scene = arguments.sceneChoice, .variant = arguments.variant, .log = console.log.ForLibraries()});
+    const SceneInput input = LoadInput(arguments.scene, {.scene = arguments.sceneChoice,
+                                                         .variant = arguments.variant,
+                                                         .pointsAndLines = arguments.pointsAndLines,
+                                                         .log = console.log.ForLibraries()});
     std::fputs(DescribeScene(input.file, input.data).c_str(), stdout);
 }
 

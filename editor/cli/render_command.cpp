@@ -187,6 +187,7 @@ void RenderCommand(RenderArguments arguments, Console& console) {
     Progress& progress = console.progress;
     SceneInput input = LoadInput(arguments.scene, {.scene = job.settings.scene,
                                                    .variant = job.settings.variant,
+                                                   .pointsAndLines = job.settings.pointsAndLines,
                                                    .environment = arguments.environment,
                                                    .log = log,
                                                    .progress = [&](std::string_view stage, float fraction) {

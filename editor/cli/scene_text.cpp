@@ -117,6 +117,10 @@ std::string DescribeScene(std::string_view file, const scene::SceneData& scene) 
     std::string text(file);
     text += '\n';
     text += Line("triangles", TriangleText(statistics));
+    if (statistics.placedSpheres > 0)
+        text += Line("points", Text("{} placed", GroupDigits(statistics.placedSpheres)));
+    if (statistics.placedCapsules > 0)
+        text += Line("segments", Text("{} placed", GroupDigits(statistics.placedCapsules)));
     text += Line("instances", Text("{} of {} meshes", GroupDigits(statistics.instanceCount),
                                    GroupDigits(statistics.meshCount)));
     text += Line("textures", GroupDigits(statistics.textureCount));

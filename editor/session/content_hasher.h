@@ -78,9 +78,11 @@ class ContentHasher {
     }
     void Add(const scene::Primitive& primitive) {
         // Without variants: `material` is that of the one that is shown
-        const auto& [positions, normals, tangents, uv0, uv1, colors, indices, material, bounds, variants] =
-            primitive;
+        const auto& [positions, normals, tangents, uv0, uv1, colors, indices, material, bounds, variants,
+                     radii] = primitive;
         AddAll(positions, normals, tangents, uv0, uv1, colors, indices, material, bounds);
+        // Scenes of triangles keep their hash
+        if (!radii.empty()) Add(radii);
     }
     void Add(const scene::Mesh& mesh) {
         const auto& [name, primitives] = mesh;

@@ -45,6 +45,17 @@ PictureSetting Switch(const char* name, const std::string& help, Field field) {
             .choices = {"on", "off"}};
 }
 
+// Of points or lines.
+template <typename Field>
+PictureSetting Radius(const char* name, const std::string& what, Field field) {
+    return {.name = name,
+            .operand = "RADIUS",
+            .help = what + kRadiusHelp,
+            .set = [field](PictureSettings& settings,
+                           std::string_view text) { field(settings) = scene::ParseRoundRadius(text); },
+            .text = [field](const PictureSettings& settings) { return scene::ToText(field(settings)); }};
+}
+
 bool HasProbability(Roulette kind) {
     return kind == Roulette::Constant || kind == Roulette::Frame;
 }
@@ -101,6 +112,12 @@ const std::vector<PictureSetting>& Table() {
         {"variant", "VARIANT", "Which variant of the scene's materials, by name or index (none)",
          [](PictureSettings& settings, std::string_view text) { settings.variant = text; },
          [](const PictureSettings& settings) { return settings.variant; }},
+        Radius(
+            "points", "Radius of the scene's points, shown as spheres",
+            [](auto& settings) -> auto& { return settings.pointsAndLines.points; }),
+        Radius(
+            "lines", "Radius of the scene's lines, shown as capsules",
+            [](auto& settings) -> auto& { return settings.pointsAndLines.lines; }),
         {"seed", "N", "Seed of the random numbers ({})",
          [](PictureSettings& settings, std::string_view text) { settings.paths.seed = ParseCount(text); },
          [](const PictureSettings& settings) { return std::to_string(settings.paths.seed); }},

@@ -16,19 +16,25 @@
 #include "passes/raster.h"
 #include "passes/views.h"
 #include "renderer/scene/camera_view.h"
+#include "renderer/scene/round_primitives.h"
 
 namespace raygraph::session {
 
 using passes::View;  // what the picture's RGB shows
 
+// Of a setting of pointsAndLines, after what it is.
+inline constexpr const char* kRadiusHelp =
+    ": in meters, or with % of the diagonal of the scene's bounds (off: left out)";
+
 struct PictureSettings {
     Extent2D size{640, 360};  // pixels, 1 to 16384 a side
     View view = View::PathTraced;
-    std::string camera;          // as of scene::ChooseView; CameraText makes it of a view
-    std::string scene;           // glTF scene by name or index; "": the file's default
-    std::string variant;         // of materials, by name or index; "": none, the materials without one
-    float aperture = 0.0f;       // lens radius, meters; 0: a pinhole
-    float focusDistance = 0.0f;  // meters; 0: to what is seen in the middle of the scene's bounds
+    std::string camera;   // as of scene::ChooseView; CameraText makes it of a view
+    std::string scene;    // glTF scene by name or index; "": the file's default
+    std::string variant;  // of materials, by name or index; "": none, the materials without one
+    scene::PointsAndLines pointsAndLines;  // the radii that the scene's have; off: they are left out
+    float aperture = 0.0f;                 // lens radius, meters; 0: a pinhole
+    float focusDistance = 0.0f;            // meters; 0: to what is seen in the middle of the scene's bounds
     passes::PathSettings paths{};
     passes::RasterSettings raster{};
     float environmentRotation = 0.0f;                        // degrees about +y

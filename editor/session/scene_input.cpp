@@ -65,6 +65,7 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     const Stopwatch watch;
     scene::LoadOptions loading;
     loading.scene = options.scene;
+    loading.pointsAndLines = options.pointsAndLines;
     loading.log = options.log;
     loading.progress = options.progress;
     scene::SceneData data = AsInput([&] { return scene::LoadGltf(path, loading); });
@@ -74,6 +75,7 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     SceneInput input = MakeInput(std::move(data), path.filename().string());
     input.scene = options.scene;
     input.variant = options.variant;
+    input.pointsAndLines = options.pointsAndLines;
     input.loadMs = loadMs;
     input.environment = std::move(environment.environment);
     input.environmentFile = std::move(environment.environmentFile);

@@ -10,6 +10,7 @@
 #include "base/api.h"
 #include "base/log.h"
 #include "renderer/image/image.h"
+#include "renderer/scene/round_primitives.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::session {
@@ -17,12 +18,13 @@ namespace raygraph::session {
 struct SceneInput {
     scene::SceneData data;
     scene::SceneStatistics statistics;
-    std::string file;           // name without folders
-    std::string scene;          // which of the file's scenes `data` is, as it was asked for; "": the default
-    std::string variant;        // which variant it shows, likewise; "": none
-    std::string hash;           // of `data`
-    image::ImageF environment;  // empty: none but the one in `data`
-    std::string environmentFile;  // "": none
+    std::string file;     // name without folders
+    std::string scene;    // which of the file's scenes `data` is, as it was asked for; "": the default
+    std::string variant;  // which variant it shows, likewise; "": none
+    scene::PointsAndLines pointsAndLines;  // the radii that the file's were given; off of a host's scene
+    std::string hash;                      // of `data`
+    image::ImageF environment;             // empty: none but the one in `data`
+    std::string environmentFile;           // "": none
     std::string environmentHash;
     double loadMs = 0.0;  // reading and decoding, both files
 };
@@ -31,9 +33,10 @@ struct InputOptions {
     // Which of the file's scenes, by name or index; "": the default. That of the picture's settings: any
     // other is refused when the input is rendered.
     std::string scene;
-    std::string variant;                // of materials, by name or index; "": none. Otherwise as `scene`
-    std::filesystem::path environment;  // equirectangular .hdr or .exr; "": none
-    Log log;                            // takes warnings
+    std::string variant;  // of materials, by name or index; "": none. Otherwise as `scene`
+    scene::PointsAndLines pointsAndLines = {};  // radii of the file's; off: left out. Otherwise as `scene`
+    std::filesystem::path environment;          // equirectangular .hdr or .exr; "": none
+    Log log;                                    // takes warnings
     // Called on the loading thread, `fraction` from 0 to 1.
     std::function<void(std::string_view stage, float fraction)> progress;
 };

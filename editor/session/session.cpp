@@ -73,6 +73,15 @@ void RequireChoice(const char* setting, const char* unnamed, const std::string& 
 void RequireScene(const SceneInput& input, const PictureSettings& settings) {
     RequireChoice("scene", "the default one", settings.scene, input.scene, input);
     RequireChoice("variant", "none", settings.variant, input.variant, input);
+    const auto requireRadius = [&](const char* setting, const scene::RoundRadius& asked,
+                                   const scene::RoundRadius& loaded) {
+        if (loaded != asked)
+            throw SettingError(ErrorKind::Usage,
+                               Text("{}: {} is to be rendered with {}, but was loaded with {}", setting,
+                                    Printable(input.file), ToText(asked), ToText(loaded)));
+    };
+    requireRadius("points", settings.pointsAndLines.points, input.pointsAndLines.points);
+    requireRadius("lines", settings.pointsAndLines.lines, input.pointsAndLines.lines);
 }
 
 FramePlan PlanOf(const SessionDesc& desc) {

@@ -23,7 +23,7 @@ DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResou
         table.drawsOfKind[kind].first = static_cast<uint32_t>(records.size());
         for (size_t i = 0; i < resources.groups.size(); ++i) {
             GroupResources& group = resources.groups[i];
-            if (KindOf(group.kind) != static_cast<DrawKind>(kind)) continue;
+            if (group.kind.isRound || KindOf(group.kind) != static_cast<DrawKind>(kind)) continue;
             group.record.draw = static_cast<uint32_t>(records.size());
             records.push_back({.boundsMin = group.bounds.min,
                                .vertexCount = static_cast<uint32_t>(3 * group.triangleCount),
@@ -34,6 +34,11 @@ DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResou
                 placementsOf[i] * ((group.triangleCount + gpu::kChunkTriangles - 1) / gpu::kChunkTriangles);
         }
         table.drawsOfKind[kind].count = static_cast<uint32_t>(records.size()) - table.drawsOfKind[kind].first;
+    }
+    for (size_t i = 0; i < resources.groups.size(); ++i) {
+        if (!resources.groups[i].kind.isRound) continue;
+        resources.groups[i].record.draw = gpu::kNotDrawn;
+        table.placementCount += placementsOf[i];
     }
     if (records.empty()) records.emplace_back();  // an empty buffer cannot be bound
     RequireBindable(device, "draws", records.size(), sizeof(records[0]));

@@ -1,4 +1,5 @@
-// The scene as a list of draws: one for each group of triangles, whatever the number of its placements.
+// The scene as a list of draws: one for each group of triangles, whatever the number of its placements. Round
+// primitives are not drawn: raster views find them by rays.
 #pragma once
 
 #include <array>

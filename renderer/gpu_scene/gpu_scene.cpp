@@ -174,6 +174,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     for (const GroupResources& group : resources->groups) {
         ids.hasAlpha |= !group.kind.isOpaque;
         ids.hasThinWalls |= group.kind.isThinWall;
+        ids.hasCapsules |= group.kind.isRound;
     }
     ids.textures = renderer.Import("textures", *textureTable);
     ids.blases = renderer.ImportBlasSet("BLASes", blasState);

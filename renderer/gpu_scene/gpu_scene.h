@@ -64,6 +64,7 @@ struct SceneIds {
     uint32_t textureFeatures = 0;   // bits of kTraceFeatures: TextureFeatures of all materials
     bool hasTextureLevels = false;  // textures have mip levels (GpuSceneDesc::textureLevels)
     bool hasVolumes = false;        // a material bounds a medium
+    bool hasCapsules = false;       // some primitives are round
     bool hasThinWalls = false;      // light passes straight through some surfaces: smooth thin walls
     uint32_t triangleLights = 0;    // of the lights, dark ones included
     uint32_t punctualLights = 0;

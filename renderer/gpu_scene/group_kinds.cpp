@@ -46,14 +46,22 @@ GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::Material
         kind.isThinWall |= IsThinWall(material);
         kind.isBackCulled &= IsBackCulled(material);
         isSomeBackCulled |= IsBackCulled(material);
+        kind.isRound = part.isRound;
     }
     kind.isOpaque &= kind.isBackCulled || !isSomeBackCulled;
     return kind;
 }
 
-void SetFlags(rhi::TriangleGeometry& triangles, const GroupKind& kind) {
-    triangles.isOpaque = kind.isOpaque && !kind.isThinWall;
-    triangles.isAnyHitOnce = kind.isThinWall;
+bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind) {
+    bool isChanged = false;
+    const auto set = [&](auto& geometry) {
+        const bool isOpaque = kind.isOpaque && !kind.isThinWall;
+        isChanged |= std::exchange(geometry.isOpaque, isOpaque) != isOpaque;
+        isChanged |= std::exchange(geometry.isAnyHitOnce, kind.isThinWall) != kind.isThinWall;
+    };
+    for (rhi::TriangleGeometry& triangles : blas.triangles) set(triangles);
+    for (rhi::AabbGeometry& boxes : blas.aabbs) set(boxes);
+    return isChanged;
 }
 
 std::vector<uint32_t> UsedMaterials(const SceneResources& resources) {
@@ -85,10 +93,7 @@ KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder,
         if (kind == group.kind) continue;
         changed.push_back({group, kind, group.blas});
         rhi::BlasDesc desc = group.blas->Desc();
-        const rhi::TriangleGeometry built = desc.triangles[0];
-        SetFlags(desc.triangles[0], kind);
-        if (desc.triangles[0].isOpaque != built.isOpaque ||
-            desc.triangles[0].isAnyHitOnce != built.isAnyHitOnce) {
+        if (SetFlags(desc, kind)) {
             changed.back().blas = builder.Add(desc);
             changes.areStructures = true;
         }

@@ -1,4 +1,4 @@
-// How rays treat the groups of a scene's triangles, and what becomes of them when materials change. For
+// How rays treat the groups of a scene's primitives, and what becomes of them when materials change. For
 // renderer/gpu_scene alone. Threads: exclusive access to what is changed.
 #pragma once
 
@@ -15,8 +15,8 @@ bool IsBackCulled(const gpu::MaterialRecord& material);
 
 // Where the back faces of only some parts are culled, an any-hit shader decides.
 GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::MaterialRecord> materials);
-// Of the geometry of a group's BLAS.
-void SetFlags(rhi::TriangleGeometry& triangles, const GroupKind& kind);
+// Of the geometry of a group's BLAS. True if they have changed.
+bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind);
 // Of some triangle, ascending.
 std::vector<uint32_t> UsedMaterials(const SceneResources& resources);
 

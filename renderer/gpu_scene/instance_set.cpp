@@ -70,7 +70,7 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, c
     m_movedInRecords = m_movedInTlas = MovedPlacements(m_placements.size());
 
     RequirePlacements(device, m_placements.size());
-    RequireBindable(device, "instances of groups of triangles", m_placements.size(),
+    RequireBindable(device, "instances of groups of primitives", m_placements.size(),
                     sizeof(gpu::InstanceRecord));
     const uint64_t capacity = std::max<uint64_t>(1, m_placements.size());
     m_tlasInstances =
@@ -132,6 +132,10 @@ rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t placement) const {
     result.blas = instance.isVisible ? group.blas->Address() : 0;
     // A face keeps its side under a mirroring transform, for Vulkan as for glTF: nothing to flip
     result.isCullingDisabled = !group.kind.isBackCulled;
+    if (group.kind.isRound) {
+        result.hitSet = kHitSetCapsules;
+        result.mask &= static_cast<uint8_t>(~kMaskTriangles);
+    }
     return result;
 }
 

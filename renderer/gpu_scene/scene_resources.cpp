@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "renderer/gpu_scene/alpha_bounds.h"
+#include "renderer/gpu_scene/capsules.h"
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/gpu_scene/material_records.h"
@@ -81,8 +82,8 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
     return merged;
 }
 
-// Kinds of groups, of which a mesh has one each at most. Walls have both sides, and alpha needs
-// any-hit anyway.
+// Kinds of groups, of which a mesh has one each at most, and as many of round primitives. Walls have both sides,
+// and alpha needs any-hit anyway.
 constexpr GroupKind kGroupKinds[] = {
     {.isOpaque = true, .isBackCulled = true},
     {.isOpaque = true, .isBackCulled = false},
@@ -91,6 +92,13 @@ constexpr GroupKind kGroupKinds[] = {
     {.isOpaque = true, .isBackCulled = false, .isThinWall = true},
     {.isOpaque = false, .isBackCulled = false, .isThinWall = true},
 };
+
+std::vector<GroupKind> AllGroupKinds() {
+    std::vector<GroupKind> kinds(std::begin(kGroupKinds), std::end(kGroupKinds));
+    kinds.insert(kinds.end(), std::begin(kGroupKinds), std::end(kGroupKinds));
+    for (size_t i = std::size(kGroupKinds); i < kinds.size(); ++i) kinds[i].isRound = true;
+    return kinds;
+}
 
 // Uploads one group and appends its geometry records. Empties the primitives.
 GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
@@ -101,7 +109,10 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
     result.kind = kind;
     result.parts = std::move(parts);
     for (const scene::Primitive* primitive : primitives) result.bounds.Extend(primitive->bounds);
-    const GroupTriangles triangles = MergeTriangles(primitives);
+    const GroupCapsules capsules = kind.isRound ? MergeCapsules(primitives) : GroupCapsules{};
+    const GroupTriangles triangles = kind.isRound ? GroupTriangles{} : MergeTriangles(primitives);
+    const std::vector<uint32_t>& firstVertices =
+        kind.isRound ? capsules.firstVertices : triangles.firstVertices;
     result.triangleCount = triangles.indices.size() / 3;
     FoundEmitters found = finder.Find(triangles, primitives, !kind.isBackCulled);
     result.emitters = std::move(found.emitters);
@@ -109,10 +120,12 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
 
     // Offsets now, addresses once the buffer exists
     StreamPacker packer;
-    const uint64_t positions = packer.Append(triangles.positions);
-    const uint64_t indices = packer.Append(triangles.indices);
-    const uint64_t geometries = packer.Append(triangles.geometries);
-    const uint64_t originals = packer.Append(triangles.originals);
+    const uint64_t positions =
+        kind.isRound ? packer.Append(capsules.records) : packer.Append(triangles.positions);
+    const uint64_t indices = packer.Append(triangles.indices);  // absent of capsules
+    const uint64_t boxes = packer.Append(capsules.boxes);
+    const uint64_t geometries = packer.Append(kind.isRound ? capsules.geometries : triangles.geometries);
+    const uint64_t originals = packer.Append(kind.isRound ? capsules.originals : triangles.originals);
     const uint64_t lights = packer.Append(TriangleLights(result.emitters, result.triangleCount));
     const size_t firstRecord = records.size();
     for (scene::Primitive* primitive : primitives) {
@@ -137,7 +150,7 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
     const VkDeviceAddress base = result.streams.Address();
     for (size_t i = 0; i < primitives.size(); ++i) {
         gpu::GeometryRecord& record = records[firstRecord + i];
-        const uint64_t first = triangles.firstVertices[i];
+        const uint64_t first = firstVertices[i];
         record.normals = StreamPacker::Address(record.normals, base, first, sizeof(glm::vec3));
         record.tangents = StreamPacker::Address(record.tangents, base, first, sizeof(glm::vec4));
         record.uv0 = StreamPacker::Address(record.uv0, base, first, sizeof(glm::vec2));
@@ -153,11 +166,15 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
 
     rhi::BlasDesc blas;
     blas.name = name;
-    blas.triangles.push_back({.vertices = result.record.positions,
-                              .vertexCount = static_cast<uint32_t>(triangles.positions.size()),
-                              .indices = result.record.indices,
-                              .triangleCount = static_cast<uint32_t>(result.triangleCount)});
-    SetFlags(blas.triangles.back(), kind);
+    if (kind.isRound)
+        blas.aabbs.push_back({.boxes = StreamPacker::Address(boxes, base),
+                              .boxCount = static_cast<uint32_t>(capsules.boxes.size())});
+    else
+        blas.triangles.push_back({.vertices = result.record.positions,
+                                  .vertexCount = static_cast<uint32_t>(triangles.positions.size()),
+                                  .indices = result.record.indices,
+                                  .triangleCount = static_cast<uint32_t>(result.triangleCount)});
+    SetFlags(blas, kind);
     result.blas = builder.Add(blas);
     return result;
 }
@@ -169,14 +186,16 @@ MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::Blas
     std::vector<GroupPart> parts;
     for (const scene::Primitive& primitive : mesh.primitives) {
         const float ofColors = LowestAlpha(primitive.colors);
-        GroupPart& part = parts.emplace_back(GroupPart{
-            .material = primitive.material, .lowestAlpha = ofColors * textureAlphas[primitive.material]});
+        GroupPart& part =
+            parts.emplace_back(GroupPart{.material = primitive.material,
+                                         .lowestAlpha = ofColors * textureAlphas[primitive.material],
+                                         .isRound = primitive.IsRound()});
         for (const auto& [variant, material] : primitive.variants)
             part.variants.push_back({variant, material, ofColors * textureAlphas[material]});
     }
     MeshResources result;
     result.firstGroup = static_cast<uint32_t>(resources.groups.size());
-    for (const GroupKind& kind : kGroupKinds) {
+    for (const GroupKind& kind : AllGroupKinds()) {
         std::vector<scene::Primitive*> primitives;
         std::vector<GroupPart> ofKind;
         for (size_t i = 0; i < parts.size(); ++i) {

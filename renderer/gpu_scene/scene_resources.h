@@ -23,6 +23,7 @@ struct GroupKind {
     bool isOpaque = true;      // opaque to rays of all types: no any-hit shader
     bool isBackCulled = true;  // its back faces are culled
     bool isThinWall = false;   // a smooth thin wall somewhere: shadow rays pass through it
+    bool isRound = false;      // found by an intersection shader
 
     bool operator==(const GroupKind&) const = default;
 };
@@ -39,10 +40,12 @@ struct GroupPart {
     uint32_t material = 0;
     float lowestAlpha = 1.0f;                // of vertex colors times the base color's texture
     std::vector<PartVariant> variants = {};  // as Primitive::variants
+    bool isRound = false;
 };
 
-// The primitives of a mesh that were of one kind when the scene was set, as one list of triangles in one
-// BLAS: a mesh has up to six groups. A changed material may turn a group of one kind into one of several.
+// The primitives of a mesh that were of one kind when the scene was set, as one list of triangles or of
+// capsules in one BLAS: a mesh has up to six groups of either. A changed material may turn a group of one
+// kind into one of several.
 struct GroupResources {
     GroupKind kind;
     std::vector<GroupPart> parts;
@@ -51,8 +54,8 @@ struct GroupResources {
     gpu::InstanceRecord record{};   // but for transform, instance and firstLight
     std::vector<Emitter> emitters;  // until they are moved into the light set
     std::vector<EmitterVariant> emitterVariants;
-    uint64_t triangleCount = 0;
-    scene::Bounds bounds;  // object space
+    uint64_t triangleCount = 0;  // 0 of round primitives
+    scene::Bounds bounds;        // object space
 };
 
 struct MeshResources {

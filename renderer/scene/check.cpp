@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
+#include "renderer/scene/round_primitives.h"
 
 namespace raygraph::scene {
 namespace {
@@ -178,6 +179,18 @@ void CheckVariants(const Primitive& primitive, const SceneData& scene, const Sub
                     "its variants do not end with one for all others");
 }
 
+void CheckRadii(const Primitive& primitive, const Subject& subject) {
+    if (primitive.indices.size() != 2 * primitive.radii.size())
+        subject.Fail(Text("{} indices of {} round primitives, must be two each", primitive.indices.size(),
+                          primitive.radii.size()));
+    for (size_t i = 0; i < primitive.radii.size(); ++i)
+        if (!(primitive.radii[i] >= kMinRadius && primitive.radii[i] <= kMaxRadius))
+            subject.Fail(Text("radii[{}] is {:.6g}, must be {:.6g} to {:.6g}", i, primitive.radii[i],
+                              kMinRadius, kMaxRadius));
+    subject.Require(primitive.normals.empty() && primitive.tangents.empty(),
+                    "round primitives have normals or tangents");
+}
+
 void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subject& subject) {
     const size_t vertexCount = primitive.positions.size();
     subject.RequireFinite("positions", primitive.positions);
@@ -186,16 +199,18 @@ void CheckPrimitive(const Primitive& primitive, size_t materialCount, const Subj
     subject.RequireStream("uv0", primitive.uv0, vertexCount);
     subject.RequireStream("uv1", primitive.uv1, vertexCount);
     subject.RequireStream("colors", primitive.colors, vertexCount);
-    if (primitive.indices.size() % 3 != 0)
+    if (primitive.IsRound())
+        CheckRadii(primitive, subject);
+    else if (primitive.indices.size() % 3 != 0)
         subject.Fail(Text("{} indices are no whole triangles", primitive.indices.size()));
     for (size_t i = 0; i < primitive.indices.size(); ++i)
         if (primitive.indices[i] >= vertexCount)
             subject.Fail(
                 Text("indices[{}] is {}, there are {} positions", i, primitive.indices[i], vertexCount));
     subject.RequireIndex("material", primitive.material, materialCount);
-    Bounds bounds;
-    for (const glm::vec3& position : primitive.positions) bounds.Extend(position);
+    const Bounds bounds = primitive.IsRound() ? RoundBounds(primitive) : BoundsOf(primitive.positions);
     if (bounds.IsEmpty()) return;
+    subject.Require(AllFinite(bounds.min) && AllFinite(bounds.max), "its bounds are not finite");
     subject.Require(glm::all(glm::lessThanEqual(primitive.bounds.min, bounds.min)) &&
                         glm::all(glm::greaterThanEqual(primitive.bounds.max, bounds.max)) &&
                         AllFinite(primitive.bounds.min) && AllFinite(primitive.bounds.max),

@@ -4,6 +4,7 @@
 #include "base/text.h"
 #include "renderer/scene/gltf_draco.h"
 #include "renderer/scene/gltf_meshes.h"
+#include "renderer/scene/gltf_radii.h"
 #include "renderer/scene/tangents.h"
 
 namespace raygraph::scene {
@@ -17,6 +18,7 @@ class PrimitiveDecoder {
         : m_context(context), m_reader(reader), m_layout(layout), m_material(material) {}
 
     Primitive Decode() {
+        if (m_layout.mode < PrimitiveMode::Triangles) return DecodeRound();
         Primitive primitive;
         if (m_layout.draco)
             m_decoded =
@@ -38,11 +40,7 @@ class PrimitiveDecoder {
         const ElementSelection vertices = readsAll ? ElementSelection{m_layout.vertexCount}
                                                    : ElementSelection{chosen.size(), chosen.data()};
 
-        primitive.positions = Stream<glm::vec3>(Attribute::Position, vertices);
-        primitive.uv0 = Stream<glm::vec2>(Attribute::TexCoord0, vertices);
-        primitive.uv1 = Stream<glm::vec2>(Attribute::TexCoord1, vertices);
-        primitive.colors = Stream<glm::vec4>(Attribute::Color0, vertices, glm::vec4(1.0f));
-        ClampColors(primitive.colors);
+        ReadStreams(primitive, vertices);
         if (makesNormals) {
             m_context.ChargeGeometry(m_layout.where, primitive.positions.size() * sizeof(glm::vec3));
             primitive.normals = FlatNormals(primitive.positions);
@@ -55,7 +53,7 @@ class PrimitiveDecoder {
             if (lostTangents > 0) WarnLost("TANGENT", lostTangents, "made perpendicular to the normal");
         }
         if (primitive.tangents.empty()) MakeTangents(primitive);
-        for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
+        primitive.bounds = BoundsOf(primitive.positions);
         return primitive;
     }
 
@@ -65,8 +63,40 @@ class PrimitiveDecoder {
         return std::move(m_decoded.indices);
     }
 
-    // The primitive's triangles as indices into the file's vertices, all checked.
-    std::vector<uint32_t> Triangles() {
+    // Points and lines. Normals of the file are not read: the surface has its own.
+    Primitive DecodeRound() {
+        Primitive primitive;
+        std::vector<uint32_t> indices = Indices();
+        const size_t count = SegmentCount(m_layout.mode, indices.size());
+        if (m_layout.mode == PrimitiveMode::Lines && indices.size() % 2 != 0)
+            m_context.Warn(
+                m_layout.where, "leftover point",
+                Text("{} vertices make no whole number of segments, the last is left out", indices.size()));
+        m_context.ChargeGeometry(m_layout.where, count * (2 * sizeof(uint32_t) + sizeof(float)));
+        primitive.indices = SegmentList(m_layout.mode, indices);
+        std::vector<uint32_t> chosen;
+        if (indices.size() < m_layout.vertexCount / 2) chosen = CompactVertices(primitive.indices);
+        const ElementSelection vertices = chosen.empty() ? ElementSelection{m_layout.vertexCount}
+                                                         : ElementSelection{chosen.size(), chosen.data()};
+        ReadStreams(primitive, vertices);
+        const PointsAndLines& asked = m_context.options.pointsAndLines;
+        const bool isPoints = m_layout.mode == PrimitiveMode::Points;
+        primitive.radii.assign(count, AskedRadius(isPoints ? asked.points : asked.lines));
+        primitive.bounds = BoundsOf(primitive.positions);
+        return primitive;
+    }
+
+    // Those of round primitives, and of triangles too.
+    void ReadStreams(Primitive& primitive, const ElementSelection& vertices) {
+        primitive.positions = Stream<glm::vec3>(Attribute::Position, vertices);
+        primitive.uv0 = Stream<glm::vec2>(Attribute::TexCoord0, vertices);
+        primitive.uv1 = Stream<glm::vec2>(Attribute::TexCoord1, vertices);
+        primitive.colors = Stream<glm::vec4>(Attribute::Color0, vertices, glm::vec4(1.0f));
+        ClampColors(primitive.colors);
+    }
+
+    // The primitive's indices into the file's vertices, all checked.
+    std::vector<uint32_t> Indices() {
         std::vector<uint32_t> indices;
         if (m_layout.indices == kNone) {
             m_context.ChargeGeometry(m_layout.where, m_layout.vertexCount * sizeof(uint32_t));
@@ -80,6 +110,12 @@ class PrimitiveDecoder {
                     m_context.Fail(where, Text("accessors[{}] element {} is {}, but POSITION has {} elements",
                                                m_layout.indices, i, indices[i], m_layout.vertexCount));
         }
+        return indices;
+    }
+
+    // The primitive's triangles.
+    std::vector<uint32_t> Triangles() {
+        std::vector<uint32_t> indices = Indices();
         const size_t count = indices.size();
         const bool isList = m_layout.mode == PrimitiveMode::Triangles;
         if (count < 3 || (isList && count % 3 != 0))

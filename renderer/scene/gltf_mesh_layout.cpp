@@ -173,6 +173,47 @@ class LayoutReader {
     bool m_namesQuantization;
 };
 
+// The points and lines that are left out, for one warning of either.
+class LeftOut {
+  public:
+    explicit LeftOut(const PointsAndLines& shown) : m_shown(shown) {}
+
+    // Whether the primitive is one that is not shown.
+    bool Takes(const PrimitiveLayout& layout, const AccessorTables& tables) {
+        if (layout.mode >= PrimitiveMode::Triangles) return false;
+        const bool isPoints = layout.mode == PrimitiveMode::Points;
+        if ((isPoints ? m_shown.points : m_shown.lines).IsOn()) return false;
+        Some& some = isPoints ? m_points : m_lines;
+        const uint64_t indexCount =
+            layout.indices == kNone ? layout.vertexCount : tables.accessors[layout.indices].count;
+        some.count += SegmentCount(layout.mode, indexCount);
+        if (some.primitives++ == 0) some.where = layout.where;
+        return true;
+    }
+
+    void Warn(GltfContext& context) const {
+        const auto warn = [&](const Some& some, const char* what, const char* option, const char* shape) {
+            if (some.primitives == 0) return;
+            const std::string more =
+                some.primitives > 1 ? Text(" and {} more primitives", some.primitives - 1) : "";
+            context.Warn(
+                some.where + more, what,
+                Text("{} {} left out; a radius ({}) shows them as {}", some.count, what, option, shape));
+        };
+        warn(m_points, "points are", "--points", "spheres");
+        warn(m_lines, "line segments are", "--lines", "capsules");
+    }
+
+  private:
+    struct Some {
+        std::string where;  // of the first
+        size_t primitives = 0;
+        uint64_t count = 0;
+    };
+    const PointsAndLines& m_shown;
+    Some m_points, m_lines;
+};
+
 }  // namespace
 
 const char* AttributeName(Attribute attribute) {
@@ -196,6 +237,7 @@ const char* AttributeName(Attribute attribute) {
 std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model& model,
                                         const AccessorTables& tables) {
     const LayoutReader reader(context, model, tables);
+    LeftOut leftOut(context.options.pointsAndLines);
     std::vector<MeshLayout> meshes;
     for (size_t m = 0; m < model.meshes.size(); ++m) {
         const gltf::Mesh& file = model.meshes[m];
@@ -206,9 +248,8 @@ std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model&
             const PrimitiveLayout layout = reader.Read(file.primitives[p], primitives[p]);
             if (!file.primitives[p].targets.empty())
                 context.Warn(layout.where, "morph", "morph targets are not read, the base shape is shown");
-            if (layout.mode < PrimitiveMode::Triangles) {
-                context.Warn(layout.where, "mode", "points and lines are left out");
-            } else if (!layout.Has(Attribute::Position)) {
+            if (leftOut.Takes(layout, tables)) continue;
+            if (!layout.Has(Attribute::Position)) {
                 context.Warn(layout.where, "position", "has no POSITION, left out");
             } else {
                 mesh.primitives.push_back(layout);
@@ -216,6 +257,7 @@ std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model&
         }
         meshes.push_back(std::move(mesh));
     }
+    leftOut.Warn(context);
     return meshes;
 }
 

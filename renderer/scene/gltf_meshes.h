@@ -43,7 +43,7 @@ struct PrimitiveLayout {
 
 struct MeshLayout {
     std::string name;
-    std::vector<PrimitiveLayout> primitives;  // Points, lines and those without positions are left out.
+    std::vector<PrimitiveLayout> primitives;  // Without those that have no positions or are left out.
 };
 
 // Reads and checks all of the file's meshes.

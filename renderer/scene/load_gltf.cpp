@@ -20,6 +20,7 @@
 #include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/gltf_nodes.h"
 #include "renderer/scene/gltf_outline.h"
+#include "renderer/scene/gltf_radii.h"
 #include "renderer/scene/gltf_reader.h"
 #include "renderer/scene/normal_maps.h"
 
@@ -74,6 +75,7 @@ SceneData Import(GltfContext& context, const GltfContainer& container) {
     AccessorReader reader(context, outline.tables, buffers);
     DecodeMeshes(context, reader, outline, scene);
     PlaceInstances(context, reader, outline.instancing, scene);
+    SetRadii(context, scene);
     scene.profiles = DecodeProfiles(context, outline.profiles, buffers);
     DecodePictures(context, outline, buffers, scene);
     CompleteNormalMaps(scene);

@@ -2,8 +2,8 @@
 //
 // Read: the static core and the extensions that docs/gltf.md lists. Not read: animations, skins and morph
 // targets (meshes stand in their base pose; one warning each), other extensions (one warning each; an error
-// if the file requires them), points and lines (one warning). Threads: any, also several at once; none of
-// them touches a device.
+// if the file requires them), points and lines unless they are given a radius (one warning each). Threads:
+// any, also several at once; none of them touches a device.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +15,7 @@
 #include "base/api.h"
 #include "base/log.h"
 #include "renderer/scene/file_access.h"
+#include "renderer/scene/round_primitives.h"
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::scene {
@@ -40,6 +41,8 @@ struct LoadOptions {
     // else its first; all root nodes if the file has none.
     std::string scene;
     LoadLimits limits;
+    // The radii of points and lines, which become spheres and capsules. By default they are left out.
+    PointsAndLines pointsAndLines = {};
     // Called on the loading thread: what is being done and the part of the whole already done, 0 to 1.
     std::function<void(std::string_view stage, float fraction)> progress;
     FileReader* reader = nullptr;  // nullptr: the disk.

@@ -193,7 +193,15 @@ void Save(const fs::path& source, const SceneData& edited, const fs::path& targe
     context.bytesRead = file.size();
     const GltfContainer container = OpenContainer(file, context.label);
     // Once to be checked, once with its order
-    const GltfOutline loaded = ReadOutline(context, container.json);
+    GltfOutline loaded = ReadOutline(context, container.json);
+    if (edited.materials.size() > loaded.scene.materials.size()) {
+        // The default material may be that of points or lines
+        LoadOptions shown = options;
+        shown.pointsAndLines = {.points = {.value = 1.0f}, .lines = {.value = 1.0f}};
+        GltfContext all{.label = located.label, .options = shown, .folder = folder, .warnings = {}};
+        all.bytesRead = context.bytesRead;
+        loaded = ReadOutline(all, container.json);
+    }
     Json root = Json::parse(container.json);
     try {
         PatchNodes(root, loaded.scene, edited);

@@ -17,7 +17,15 @@ uint64_t Bytes(const std::vector<T>& values) {
 
 uint64_t StreamBytes(const Primitive& primitive) {
     return Bytes(primitive.positions) + Bytes(primitive.normals) + Bytes(primitive.tangents) +
-           Bytes(primitive.uv0) + Bytes(primitive.uv1) + Bytes(primitive.colors) + Bytes(primitive.indices);
+           Bytes(primitive.uv0) + Bytes(primitive.uv1) + Bytes(primitive.colors) + Bytes(primitive.indices) +
+           Bytes(primitive.radii);
+}
+
+uint64_t SphereCount(const Primitive& primitive) {
+    uint64_t count = 0;
+    for (size_t i = 0; i < primitive.radii.size(); ++i)
+        count += primitive.indices[2 * i] == primitive.indices[2 * i + 1] ? 1 : 0;
+    return count;
 }
 
 }  // namespace
@@ -156,17 +164,22 @@ bool HasEmission(const SceneData& scene) {
 }
 
 SceneStatistics Statistics(const SceneData& scene) {
-    std::vector<uint64_t> triangles(scene.meshes.size(), 0);
+    std::vector<uint64_t> triangles(scene.meshes.size(), 0), spheres = triangles, capsules = triangles;
     SceneStatistics statistics;
     for (size_t i = 0; i < scene.meshes.size(); ++i) {
         for (const Primitive& primitive : scene.meshes[i].primitives) {
             triangles[i] += primitive.TriangleCount();
+            const uint64_t sphereCount = SphereCount(primitive);
+            spheres[i] += sphereCount;
+            capsules[i] += primitive.radii.size() - sphereCount;
             statistics.geometryBytes += StreamBytes(primitive);
         }
     }
     std::vector<bool> isPlaced(scene.meshes.size(), false);
     for (const Instance& instance : scene.instances) {
         statistics.placedTriangles += triangles[instance.mesh];
+        statistics.placedSpheres += spheres[instance.mesh];
+        statistics.placedCapsules += capsules[instance.mesh];
         if (!isPlaced[instance.mesh]) {
             statistics.uniqueTriangles += triangles[instance.mesh];
             ++statistics.meshCount;

@@ -12,7 +12,7 @@
 // Holds for a SceneData that LoadGltf returned, and GpuScene::SetScene requires it (renderer/scene/check.h):
 //   - every index is in range, or kNone / -1 where the field allows it;
 //   - every vertex index of a primitive is below its vertex count;
-//   - the number of indices is a multiple of 3;
+//   - the number of indices is a multiple of 3; of round primitives, twice that of radii, which are above 0;
 //   - every optional vertex stream is empty or exactly as long as `positions`;
 //   - every float is finite and in the range of its field, and an instance's transform has an inverse;
 //   - nodeOrder lists nodes after their parents;
@@ -67,8 +67,14 @@ struct VariantMaterial {
     bool operator==(const VariantMaterial&) const = default;
 };
 
-// One draw's worth of triangles with one material. All streams but positions and indices are optional
-// (empty).
+// One draw's worth of triangles, or of round primitives, with one material. All streams but positions and
+// indices are optional (empty).
+//
+// Round primitives are capsules: the points that are nearer to the segment between two vertices than a
+// radius. Of a segment without length that is a sphere. They are solids with a surface of their own, whose
+// normals need no stream and stay exact: radius and segment are placed by the instance's transform, which may
+// make ellipsoids of spheres. Colors and texture coordinates vary along the segment. An importer makes
+// them of points and lines; a host may give any radii.
 struct Primitive {
     std::vector<glm::vec3> positions;
     // Unit length. Never empty after import: flat ones are made, vertices then split.
@@ -81,20 +87,23 @@ struct Primitive {
     std::vector<glm::vec2> uv1;
     // Linear; multiplies the base color. Alpha 1 where the file has three channels.
     std::vector<glm::vec4> colors;
-    // Triangle list, three a triangle, counter-clockwise seen from the front.
+    // Triangle list, three a triangle, counter-clockwise seen from the front; or two a capsule.
     std::vector<uint32_t> indices;
     uint32_t material = 0;  // Into SceneData::materials; always valid.
-    Bounds bounds;          // Of `positions`, object space.
+    Bounds bounds;          // Of `positions`, object space; of round primitives with their radii.
     // KHR_materials_variants: what scene::SetVariant chooses `material` from, ascending by variant. Empty:
     // `material` in all of them.
     std::vector<VariantMaterial> variants;
+    // Not empty: these are round primitives, one radius each. They have no normals and no tangents.
+    std::vector<float> radii;
 
-    size_t TriangleCount() const { return indices.size() / 3; }
+    bool IsRound() const { return !radii.empty(); }
+    size_t TriangleCount() const { return IsRound() ? 0 : indices.size() / 3; }
 };
 
 struct Mesh {
     std::string name;
-    // Empty for a mesh of points and lines only, and for one that the loaded scene does not place.
+    // Empty for one that the loaded scene does not place, and of points and lines only, if they are left out.
     std::vector<Primitive> primitives;
 };
 
@@ -424,6 +433,8 @@ RAYGRAPH_API bool HasVisibleLight(const SceneData& scene);
 struct SceneStatistics {
     uint64_t uniqueTriangles = 0;  // Each mesh that is placed at least once counted once.
     uint64_t placedTriangles = 0;  // Each instance counted.
+    uint64_t placedSpheres = 0;    // Likewise of round primitives: segments without length,
+    uint64_t placedCapsules = 0;   // and the others.
     uint64_t instanceCount = 0;
     uint64_t meshCount = 0;
     uint64_t materialCount = 0;

@@ -48,6 +48,32 @@ std::vector<uint32_t> TriangleList(PrimitiveMode mode, std::vector<uint32_t> ind
     return list;
 }
 
+uint64_t SegmentCount(PrimitiveMode mode, uint64_t indexCount) {
+    switch (mode) {
+        case PrimitiveMode::Points:
+            return indexCount;
+        case PrimitiveMode::Lines:
+            return indexCount / 2;
+        case PrimitiveMode::LineLoop:
+            return indexCount > 2 ? indexCount : indexCount / 2;
+        case PrimitiveMode::LineStrip:
+            return indexCount > 0 ? indexCount - 1 : 0;
+        default:
+            return 0;
+    }
+}
+
+std::vector<uint32_t> SegmentList(PrimitiveMode mode, std::span<const uint32_t> indices) {
+    RG_CHECK(mode < PrimitiveMode::Triangles);
+    const size_t count = SegmentCount(mode, indices.size());
+    const size_t step = mode == PrimitiveMode::Lines ? 2 : 1, next = mode == PrimitiveMode::Points ? 0 : 1;
+    std::vector<uint32_t> list;
+    list.reserve(2 * count);
+    for (size_t i = 0; i < count; ++i)
+        list.insert(list.end(), {indices[step * i], indices[(step * i + next) % indices.size()]});
+    return list;
+}
+
 std::vector<glm::vec3> FlatNormals(std::span<const glm::vec3> positions) {
     RG_CHECK_EQ(positions.size() % 3, 0u);
     std::vector<glm::vec3> normals(positions.size());

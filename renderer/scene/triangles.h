@@ -1,4 +1,5 @@
-// Topology and normals of a triangle list, free of any file format. Internal to renderer/scene.
+// Topology of triangles, points and lines, and normals of a triangle list, free of any file format.
+// Internal to renderer/scene.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +24,12 @@ enum class PrimitiveMode : uint8_t {
 // glTF 3.7.2.1 says: strip triangle i is (i, i + 1 + i % 2, i + 2 - i % 2), fan triangle i is (i + 1, i + 2,
 // 0). Indices left over at the end draw nothing.
 std::vector<uint32_t> TriangleList(PrimitiveMode mode, std::vector<uint32_t> indices);
+
+// Two indices for each of the points or segments that `indices` draw in `mode` (one of the other modes). A
+// point is a segment from a vertex to itself. A loop of two vertices is one segment.
+std::vector<uint32_t> SegmentList(PrimitiveMode mode, std::span<const uint32_t> indices);
+// How many segments so many indices make.
+uint64_t SegmentCount(PrimitiveMode mode, uint64_t indexCount);
 
 // For vertices that no two triangles share (three a triangle, in order): each triangle's own unit normal. A
 // triangle without area gets +z.

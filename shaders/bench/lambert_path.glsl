@@ -1,6 +1,6 @@
 // One path in two forms: traced by a loop in ray generation, as Trace does it, and by recursion from the
 // closest hit. Surfaces are Lambert's, of their base color and flat; the environment has one radiance; no
-// light is sampled, and only the depth ends a path early. Both forms share this source, so that they differ
+// light is sampled, round primitives are not hit, and only the depth ends a path early. Both forms share this source, so that they differ
 // only in where the next ray is traced, and in the consequences.
 #ifndef RAYGRAPH_BENCH_LAMBERT_PATH_GLSL
 #define RAYGRAPH_BENCH_LAMBERT_PATH_GLSL
@@ -13,6 +13,8 @@
 #include "scene/camera.glsl"
 #include "scene/surface.glsl"
 #include "shared/lambert_path.h"
+
+#define RAY_MASK kMaskTriangles  // of scene/trace_rays.glsl
 
 // Draws dimensions 0 to 3 of the sample; each bounce draws the next two.
 Ray StartLambertPath(out Sampler rng) {

@@ -1,6 +1,6 @@
 // An upper bound for a path tracer on this device, in this scene: the same camera rays in the same TLAS, and
 // no shading. LIMIT_BOUNCES cosine bounces follow, off the geometric normal, with only one number kept.
-// Includers define LIMIT_BOUNCES, and may define COUNT_RAYS.
+// Includers define LIMIT_BOUNCES, and may define COUNT_RAYS. Round primitives are not hit.
 #include "scene/extensions.glsl"
 
 #include "bench/limit_ray_offset.glsl"
@@ -9,6 +9,7 @@
 #include "core/warp.glsl"
 #include "scene/bindings.glsl"
 #include "scene/camera.glsl"
+#define RAY_MASK kMaskTriangles
 #include "scene/trace_rays.glsl"
 
 layout(set = 0, binding = 16, r32f) writeonly uniform image2D result;

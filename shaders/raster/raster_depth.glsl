@@ -1,4 +1,4 @@
-// From the depth buffer of a raster view to distances: the inverse of raster/projection.glsl.
+// From the depth buffer of a raster view to distances, the inverse of raster/projection.glsl, and back.
 #ifndef RAYGRAPH_RASTER_RASTER_DEPTH_GLSL
 #define RAYGRAPH_RASTER_RASTER_DEPTH_GLSL
 
@@ -7,6 +7,11 @@
 // Meters along the camera's forward. Of depth 0, infinity or the camera's zFar.
 float DistanceOf(CameraRecord camera, float depth) {
     return camera.orthographic != 0u ? (1.0f - depth) * camera.zFar : camera.zNear / depth;
+}
+
+// The depth of a distance.
+float RasterDepthOf(CameraRecord camera, float distance) {
+    return camera.orthographic != 0u ? 1.0f - distance / camera.zFar : camera.zNear / distance;
 }
 
 // The point of a pixel's camera ray at the pixel's depth.

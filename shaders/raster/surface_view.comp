@@ -24,9 +24,10 @@ vec2 WeightsOf(Ray ray, vec3 p0, vec3 e1, vec3 e2) {
 }
 
 // Coverage of the pixel by the edges of its triangle: each weight falls to 0 at one edge, and how fast it
-// does from pixel to pixel tells how far that edge is.
+// does from pixel to pixel tells how far that edge is. Round primitives have none.
 float EdgeCoverage(Hit hit) {
     InstanceRecord instance = instances.at[hit.instance];
+    if (IsRound(instance)) return 0.0f;
     Triangle triangle = TriangleAt(instance, hit.primitive, hit.barycentrics);
     Vec3Stream positions = Vec3Stream(instance.positions);
     vec3 p0 = instance.objectToWorld * vec4(positions.at[triangle.vertices.x], 1.0f);

@@ -11,6 +11,10 @@ bool IsBackCulled(MaterialRecord material) {
     return (material.flags & kMaterialTwoSided) == 0u;
 }
 
+// Hit kinds of triangles are 0xFE and 0xFF; those of capsules (capsule.rint) likewise tell sides by the
+// last bit.
+bool IsBackKind(uint hitKind) { return (hitKind & 1u) != 0u; }
+
 // BLEND is stochastic: of many rays, the share alpha is stopped. The same ray gets the same result however
 // often the device runs any-hit. `isBack`: the ray hits the back face.
 bool IsThere(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentrics, bool isBack) {
@@ -19,6 +23,8 @@ bool IsThere(uint alphaSeed, uint instanceIndex, uint primitive, vec2 barycentri
     MaterialRecord material = materials.at[geometry.material];
     if (isBack && IsBackCulled(material)) return false;
     float opacity = Opacity(geometry, material, TriangleAt(instance, primitive, barycentrics));
+    // The two sides of a capsule are one primitive, but stop light independently
+    if (IsRound(instance) && isBack) alphaSeed = MixBits(alphaSeed);
     return BitsToUnit(MixBits(alphaSeed ^ MixBits(instanceIndex * 0x9e3779b9u + primitive))) < opacity;
 }
 

@@ -25,6 +25,9 @@ layout(set = 0, binding = 11, scalar) readonly buffer LightProfiles { float at[]
 layout(set = 1, binding = 0) uniform sampler2D textures[];
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintStream { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CapsuleStream {
+    CapsuleRecord at[];
+};
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec2Stream { vec2 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec3Stream { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Vec4Stream { vec4 at[]; };

@@ -28,7 +28,26 @@ uint GeometryIndex(InstanceRecord instance, uint primitive) {
     return geometry;
 }
 
+// Whether the primitives of an instance are capsules.
+bool IsRound(InstanceRecord instance) {
+    return HasTraceFeature(kTraceCapsules) && !IsPresent(instance.indices);
+}
+
+CapsuleRecord CapsuleAt(InstanceRecord instance, uint primitive) {
+    return CapsuleStream(instance.positions).at[primitive];
+}
+
+// Of a capsule, whose place stands for barycentrics: its segment, as a triangle without a third vertex.
+Triangle SegmentAt(CapsuleRecord capsule, vec2 place) {
+    float along = clamp(place.y, 0.0f, 1.0f);
+    Triangle segment;
+    segment.vertices = uvec3(capsule.first, capsule.second, capsule.second);
+    segment.weights = vec3(1.0f - along, along, 0.0f);
+    return segment;
+}
+
 Triangle TriangleAt(InstanceRecord instance, uint primitive, vec2 barycentrics) {
+    if (IsRound(instance)) return SegmentAt(CapsuleAt(instance, primitive), barycentrics);
     UintStream indices = UintStream(instance.indices);
     uint first = 3u * primitive;
     Triangle triangle;

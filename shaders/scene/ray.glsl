@@ -25,8 +25,8 @@ struct Ray {
 struct Hit {
     float t;            // distance along the ray; negative: nothing was hit
     uint instance;      // index of the InstanceRecord
-    uint primitive;     // triangle, in the order of the BLAS
-    vec2 barycentrics;  // weights of the second and the third vertex
+    uint primitive;     // triangle or capsule, in the order of the BLAS
+    vec2 barycentrics;  // weights of the second and the third vertex; of a capsule, CapsulePlaceOf
 };
 
 INLINE bool IsHit(Hit hit) { return hit.t >= 0.0f; }

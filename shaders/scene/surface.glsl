@@ -2,6 +2,7 @@
 #ifndef RAYGRAPH_SCENE_SURFACE_GLSL
 #define RAYGRAPH_SCENE_SURFACE_GLSL
 
+#include "core/capsule.glsl"
 #include "core/ray_offset.glsl"
 #include "core/shading_normal.glsl"
 #include "scene/material_textures.glsl"
@@ -222,6 +223,17 @@ void BendSurface(inout SurfaceInteraction surface, InstanceRecord instance, Geom
         surface.coatNormal = AdaptShadingNormal(surface.coatNormal, surface.geometricNormal, wo);
 }
 
+// A point of a capsule, with two directions from it along the surface. They are as long as the capsule: the
+// distances that IntersectCapsule takes are rounded in proportion, which RayClearance of them then covers.
+void TangentPlaneAt(CapsuleRecord capsule, vec2 place, out vec3 p, out vec3 e1, out vec3 e2) {
+    CapsulePoint point = CapsulePointAt(capsule, place);
+    Frame frame = FrameFromZ(point.normal);
+    float extent = length(capsule.p1 - capsule.p0) + capsule.radius;
+    p = point.position;
+    e1 = extent * frame.x;
+    e2 = extent * frame.y;
+}
+
 // `ray` is the ray that found the hit.
 SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     InstanceRecord instance = instances.at[hit.instance];
@@ -230,11 +242,17 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     Triangle triangle = TriangleAt(instance, hit.primitive, hit.barycentrics);
 
     // Position from the vertices, so that its error does not grow with the ray's length
-    Vec3Stream positions = Vec3Stream(instance.positions);
-    vec3 p0 = positions.at[triangle.vertices.x];
-    vec3 e1 = positions.at[triangle.vertices.y] - p0;
-    vec3 e2 = positions.at[triangle.vertices.z] - p0;
-    vec3 p = p0 + triangle.weights.y * e1 + triangle.weights.z * e2;
+    vec3 p0, e1, e2, p;
+    if (IsRound(instance)) {
+        TangentPlaneAt(CapsuleAt(instance, hit.primitive), hit.barycentrics, p, e1, e2);
+        p0 = p;
+    } else {
+        Vec3Stream positions = Vec3Stream(instance.positions);
+        p0 = positions.at[triangle.vertices.x];
+        e1 = positions.at[triangle.vertices.y] - p0;
+        e2 = positions.at[triangle.vertices.z] - p0;
+        p = p0 + triangle.weights.y * e1 + triangle.weights.z * e2;
+    }
     SurfaceInteraction surface;
     surface.instanceOrigin = instance.objectToWorld[3];
     surface.fromInstance = mat3(instance.objectToWorld) * p;

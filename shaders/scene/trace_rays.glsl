@@ -18,6 +18,10 @@ layout(location = 0) rayPayloadEXT RadiancePayload radiancePayload;
 layout(location = 1) rayPayloadEXT ShadowPayload shadowPayload;
 #endif
 
+#ifndef RAY_MASK
+#define RAY_MASK 0xFFu  // kMaskTriangles: only those
+#endif
+
 const float kFarthest = 3.0e38f;
 
 // Runs the closest-hit shader of the nearest surface along a ray, or the miss shader, on the payload at
@@ -26,7 +30,7 @@ void TraceRadiance(Ray ray) {
     // Thin walls are opaque to these rays; only shadow rays pass through them
     uint flags = gl_RayFlagsCullBackFacingTrianglesEXT;
     if (!HasTraceFeature(kTraceAnyHit)) flags |= gl_RayFlagsOpaqueEXT;
-    traceRayEXT(sceneTlas, flags, 0xFFu, kRayTypeRadiance, 0u, kRayTypeRadiance, ray.origin, 0.0f,
+    traceRayEXT(sceneTlas, flags, RAY_MASK, kRayTypeRadiance, 0u, kRayTypeRadiance, ray.origin, 0.0f,
                 ray.direction, kFarthest, 0);
 }
 

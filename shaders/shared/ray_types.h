@@ -13,6 +13,12 @@
 
 #define RAYGRAPH_COUNT_RAY_TYPE(name, value) +1
 
+// Hit sets: which groups of a pipeline the hits of an instance run.
+#define RAYGRAPH_HIT_SET_TRIANGLES 0
+#define RAYGRAPH_HIT_SET_CAPSULES  1
+// A bit that the masks of round primitives lack: rays with it alone meet only triangles.
+#define RAYGRAPH_MASK_TRIANGLES 1
+
 #ifdef __cplusplus
 
 #include <cstdint>
@@ -24,6 +30,9 @@ enum class RayType : uint32_t { RAYGRAPH_RAY_TYPES(RAYGRAPH_DECLARE_RAY_TYPE) };
 #undef RAYGRAPH_DECLARE_RAY_TYPE
 
 inline constexpr uint32_t kRayTypeCount = RAYGRAPH_RAY_TYPES(RAYGRAPH_COUNT_RAY_TYPE);
+inline constexpr uint32_t kHitSetTriangles = RAYGRAPH_HIT_SET_TRIANGLES;
+inline constexpr uint32_t kHitSetCapsules = RAYGRAPH_HIT_SET_CAPSULES;
+inline constexpr uint8_t kMaskTriangles = RAYGRAPH_MASK_TRIANGLES;
 
 }  // namespace raygraph
 
@@ -34,9 +43,13 @@ RAYGRAPH_RAY_TYPES(RAYGRAPH_DECLARE_RAY_TYPE)
 #undef RAYGRAPH_DECLARE_RAY_TYPE
 
 const uint kRayTypeCount = uint(RAYGRAPH_RAY_TYPES(RAYGRAPH_COUNT_RAY_TYPE));
+const uint kMaskTriangles = RAYGRAPH_MASK_TRIANGLES;
 
 #endif
 
 #undef RAYGRAPH_COUNT_RAY_TYPE
+#undef RAYGRAPH_HIT_SET_TRIANGLES
+#undef RAYGRAPH_HIT_SET_CAPSULES
+#undef RAYGRAPH_MASK_TRIANGLES
 
 #endif

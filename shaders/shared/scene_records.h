@@ -2,12 +2,12 @@
 // is written).
 //
 //   TLAS instance    --customIndex-->  InstanceRecord: one group of a mesh's primitives, placed
-//   triangle         --triangleGeometries-->  GeometryRecord: one primitive of the file
+//   triangle, capsule  --triangleGeometries-->  GeometryRecord: one primitive of the file
 //   GeometryRecord   --material-->  MaterialRecord  --texture slots-->  texture table (set 1)
 //
-// A group is the content of one BLAS, as a single list of triangles. Streams are reached by device address; 0
-// means that there is none. All streams of a group's geometries are indexed by the group's vertex numbers:
-// their addresses are shifted accordingly.
+// A group is the content of one BLAS, as a single list of triangles, or of capsules. Streams are reached
+// by device address; 0 means that there is none. All streams of a group's geometries are indexed by the
+// group's vertex numbers: their addresses are shifted accordingly.
 #ifndef RAYGRAPH_SHARED_SCENE_RECORDS_H
 #define RAYGRAPH_SHARED_SCENE_RECORDS_H
 
@@ -47,8 +47,8 @@ RAYGRAPH_CONSTANT uint kNotDrawn = 0xFFFFFFFFu;
 
 struct InstanceRecord {
     mat4x3 objectToWorld;        // columns: x, y, z axes and translation, from the scene's origin
-    RAYGRAPH_ADDRESS positions;  // vec3 a vertex of the group
-    RAYGRAPH_ADDRESS indices;    // uint, three a triangle, in the order of the BLAS
+    RAYGRAPH_ADDRESS positions;  // vec3 a vertex of the group; or CapsuleRecord, in the order of the BLAS
+    RAYGRAPH_ADDRESS indices;    // uint, three a triangle, in the order of the BLAS; 0: these are capsules
     // uint a triangle: its geometry, from firstGeometry; 0: the first for all
     RAYGRAPH_ADDRESS triangleGeometries;
     // uint a triangle: its light, from firstLight, or kNoLight; 0: no lights
@@ -57,6 +57,15 @@ struct InstanceRecord {
     uint instance;       // index of the scene's instance
     uint firstLight;     // number of the group's first light
     uint draw;           // index of the group's DrawRecord, or kNotDrawn: it is hidden
+};
+
+// A round primitive, in object space (core/capsule.glsl).
+struct CapsuleRecord {
+    vec3 p0;
+    float radius;
+    vec3 p1;
+    uint first;  // vertices of the group
+    uint second;
 };
 
 struct GeometryRecord {
@@ -80,7 +89,8 @@ RAYGRAPH_CONSTANT uint kMaterialTwoSided = 1u;  // else back faces are culled
 RAYGRAPH_CONSTANT uint kMaterialUnlit = 2u;     // emits its base color, scatters nothing
 // The surface bounds a medium; else transmission is thin-walled.
 RAYGRAPH_CONSTANT uint kMaterialVolume = 4u;
-// The alpha of specularColor's texture scales glossiness: roughness is 1 - (1 - that of the record) * alpha.
+// The alpha of specularColor's texture scales glossiness: roughness is 1 - (1 - that of the record) *
+// alpha.
 RAYGRAPH_CONSTANT uint kMaterialGlossiness = 8u;
 
 // The textures that shaders read; those of the same names of scene::Material.
@@ -156,8 +166,8 @@ struct MaterialRecord {
 #undef RAYGRAPH_TRANSFORM_FIELD
 
 struct CameraRecord {
-    // On the device, relative to the scene's origin. As returned by ToRecord and passed to passes, in world
-    // space, with originRest: the remainder of the rounding to float.
+    // On the device, relative to the scene's origin. As returned by ToRecord and passed to passes, in
+    // world space, with originRest: the remainder of the rounding to float.
     vec3 origin;
     uint orthographic;    // 1: rays are parallel, origin moves over the film
     vec3 right;           // half the film's width at distance 1 (perspective), or in meters (orthographic)
@@ -202,6 +212,7 @@ struct TraceParameters {
 #undef RAYGRAPH_ADDRESS
 
 static_assert(sizeof(InstanceRecord) == 24 * 4);
+static_assert(sizeof(CapsuleRecord) == 9 * 4);
 static_assert(sizeof(GeometryRecord) == 14 * 4);
 static_assert(sizeof(MaterialRecord) == 173 * 4);
 static_assert(sizeof(TraceParameters) == 50 * 4);

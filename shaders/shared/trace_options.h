@@ -50,6 +50,7 @@
 //   MatchedMedia:     light goes straight on into and out of some, of the index of what is around them
 //   ProbeMedia:       the camera may be inside of some
 //   ThinWalls:        light goes straight on through some surfaces
+//   Capsules:         some primitives are round
 //   AnyHit:           some surfaces are there or not to a ray as an any-hit shader says
 // and of the biases, those that change what a surface is:
 //   ShadowTerminator: opaque surfaces are where their vertex normals bend them to (scene/surface.glsl)
@@ -80,7 +81,8 @@
     X(LightProfiles, 2097152)      \
     X(TextureLod, 4194304)         \
     X(MatchedMedia, 8388608)       \
-    X(Retroreflection, 16777216)
+    X(Retroreflection, 16777216)   \
+    X(Capsules, 33554432)
 
 #ifdef __cplusplus
 namespace raygraph {

@@ -93,8 +93,8 @@ auto FieldsOf(Bounds& s) {
     return std::tie(a, b);
 }
 auto FieldsOf(Primitive& s) {
-    auto& [a, b, c, d, e, f, g, h, i, variants] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i);
+    auto& [a, b, c, d, e, f, g, h, i, variants, j] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j);
 }
 auto FieldsOf(Mesh& s) {
     auto& [name, a] = s;

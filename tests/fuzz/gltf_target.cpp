@@ -76,6 +76,7 @@ scene::LoadOptions SceneFolder::Options() {
     options.limits.maxImageExtent = 256;
     options.limits.maxImageTexels = 1 << 16;
     options.limits.maxAllImageTexels = 1 << 17;
+    options.pointsAndLines = {.points = {.value = 0.1f}, .lines = {.value = 0.01f, .isRelative = true}};
     options.reader = this;
     return options;
 }

@@ -43,7 +43,19 @@ SceneData Whole() {
     return scene;
 }
 
+// One capsule of this radius, within the bounds if it is small.
+void MakeRound(SceneData& scene, float radius) {
+    Primitive& primitive = scene.meshes[0].primitives[0];
+    primitive.normals.clear();
+    primitive.indices = {0, 1};
+    primitive.radii = {radius};
+    if (radius < 1.0f) primitive.bounds = {glm::vec3(-1.0f), glm::vec3(2.0f)};
+}
+
 TEST(Check, AcceptsWhatIsWholeAndWhatIsEmpty) {
+    SceneData round = Whole();
+    MakeRound(round, 0.5f);
+    EXPECT_NO_THROW(Check(round));
     EXPECT_NO_THROW(Check(Whole()));
     EXPECT_NO_THROW(Check(SceneData{}));
     EXPECT_NO_THROW(Check(LoadGltf(test::SourceFile("scenes/cornell.gltf"))));
@@ -62,6 +74,19 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
          "meshes[0].primitives[0]: indices[2] is 3, there are 3 positions"},
         {[](SceneData& s) { s.meshes[0].primitives[0].indices.push_back(0); },
          "meshes[0].primitives[0]: 4 indices are no whole triangles"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].radii = {1.0f}; },
+         "meshes[0].primitives[0]: 3 indices of 1 round primitives, must be two each"},
+        {[](SceneData& s) { MakeRound(s, 0.0f); },
+         "meshes[0].primitives[0]: radii[0] is 0, must be 1e-09 to 1e+09"},
+        {[](SceneData& s) { MakeRound(s, std::numeric_limits<float>::quiet_NaN()); },
+         "meshes[0].primitives[0]: radii[0] is nan, must be 1e-09 to 1e+09"},
+        {[](SceneData& s) { MakeRound(s, 10.0f); },
+         "meshes[0].primitives[0]: bounds are not around its positions"},
+        {[](SceneData& s) {
+             MakeRound(s, 1e-3f);
+             s.meshes[0].primitives[0].normals.assign(3, {0, 0, 1});
+         },
+         "meshes[0].primitives[0]: round primitives have normals or tangents"},
         {[](SceneData& s) { s.meshes[0].primitives[0].material = 1; },
          "meshes[0].primitives[0]: material is 1, there are 1"},
         {[](SceneData& s) { s.meshes[0].primitives[0].bounds = {}; },

@@ -58,11 +58,18 @@ TEST(Import, FanIsConvertedAroundItsFirstVertex) {
 }
 
 TEST(Import, PointsAndLinesAreLeftOutWithOneWarning) {
+    const char* const kWarnings[] = {
+        "5 points are left out; a radius (--points) shows them as spheres",
+        "2 line segments are left out; a radius (--lines) shows them as capsules",
+        "5 line segments are left out; a radius (--lines) shows them as capsules",
+        "4 line segments are left out; a radius (--lines) shows them as capsules",
+    };
     for (int mode = 0; mode < 4; ++mode) {
         const scene::SceneData scene = Load(Drawn<uint8_t>(mode, {}));
         EXPECT_TRUE(scene.instances.empty());
-        EXPECT_EQ(scene.warnings, std::vector<std::string>{
-                                      "scene.gltf: meshes[0].primitives[0]: points and lines are left out"});
+        EXPECT_EQ(
+            scene.warnings,
+            std::vector<std::string>{std::string("scene.gltf: meshes[0].primitives[0]: ") + kWarnings[mode]});
     }
 }
 

@@ -75,6 +75,9 @@ GltfDocument RichDocument() {
                       {"specularImageSize", 2},
                       {"specularImages", Json::array({Json(6, 0), Json(6, 0)})}}});
     document.json["scenes"][0]["extensions"]["EXT_lights_image_based"]["light"] = 0;
+    Json line = primitive;
+    line["mode"] = 3;
+    document.json["meshes"][0]["primitives"].push_back(line);
     document.AddNode({{"camera", 0}, {"children", {2, 3}}, {"rotation", {0, 0, 0, 1}}});
     document.Add("nodes", {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}});
     document.Add("nodes", {{"extensions",
@@ -140,15 +143,18 @@ class Mutations : public ::testing::Test {
         options.limits.maxGeometryBytes = 1 << 20;
         options.limits.maxAllImageTexels = 1 << 20;
         options.limits.maxImageTexels = 1 << 20;
+        options.pointsAndLines = {.points = {.value = 0.1f}, .lines = {.value = 0.1f, .isRelative = true}};
         options.reader = &m_folder;
         m_folder.replacements[m_path] = file;
         try {
             const scene::SceneData scene = scene::LoadGltf(m_path, options);
             for (const scene::Instance& instance : scene.instances) {
                 for (const scene::Primitive& primitive : scene.meshes.at(instance.mesh).primitives) {
-                    ASSERT_EQ(primitive.indices.size() % 3, 0u);
+                    const bool isRound = primitive.IsRound();
+                    ASSERT_EQ(primitive.indices.size() % (isRound ? 2 : 3), 0u);
+                    ASSERT_TRUE(!isRound || primitive.indices.size() == 2 * primitive.radii.size());
                     ASSERT_LT(primitive.material, scene.materials.size());
-                    ASSERT_EQ(primitive.normals.size(), primitive.positions.size());
+                    ASSERT_EQ(primitive.normals.size(), isRound ? 0 : primitive.positions.size());
                     for (const uint32_t index : primitive.indices)
                         ASSERT_LT(index, primitive.positions.size());
                 }

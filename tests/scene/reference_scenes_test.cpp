@@ -32,8 +32,10 @@ scene::SceneStatistics OwnStatistics(const char* name) {
 
 TEST(OwnScenes, LoadWithoutWarnings) {
     size_t count = 0;
+    scene::LoadOptions options;
+    options.pointsAndLines = {.points = {.value = 0.02f}, .lines = {.value = 0.02f}};
     for (const fs::path& file : SceneFiles(test::SourceFile("scenes"))) {
-        const scene::SceneData scene = scene::LoadGltf(file);
+        const scene::SceneData scene = scene::LoadGltf(file, options);
         EXPECT_TRUE(scene.warnings.empty()) << file << ": " << scene.warnings[0];
         EXPECT_FALSE(scene.instances.empty()) << file;
         ++count;

@@ -21,6 +21,7 @@ void ExpectSamePrimitive(const scene::Primitive& a, const scene::Primitive& b) {
     EXPECT_EQ(a.uv1, b.uv1);
     EXPECT_EQ(a.colors, b.colors);
     EXPECT_EQ(a.indices, b.indices);
+    EXPECT_EQ(a.radii, b.radii);
     EXPECT_EQ(a.material, b.material);
 }
 

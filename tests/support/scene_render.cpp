@@ -5,6 +5,7 @@
 #include <glm/gtc/constants.hpp>
 #include <utility>
 
+#include "renderer/scene/round_primitives.h"
 #include "tests/support/vulkan_test.h"
 
 namespace raygraph::testing {
@@ -202,6 +203,22 @@ scene::SceneData SceneOf(std::vector<scene::Mesh> meshes, std::vector<scene::Mat
     scene.meshes = std::move(meshes);
     scene.materials = std::move(materials);
     return scene;
+}
+
+scene::Mesh RoundMesh(std::vector<glm::vec3> positions, std::vector<uint32_t> indices,
+                      std::vector<float> radii, uint32_t material) {
+    scene::Mesh mesh;
+    scene::Primitive& primitive = mesh.primitives.emplace_back();
+    primitive.positions = std::move(positions);
+    primitive.indices = std::move(indices);
+    primitive.radii = std::move(radii);
+    primitive.material = material;
+    primitive.bounds = scene::RoundBounds(primitive);
+    return mesh;
+}
+
+scene::Mesh RoundSphere(float radius, uint32_t material, const glm::vec3& at) {
+    return RoundMesh({at}, {0, 0}, {radius}, material);
 }
 
 passes::TraceSettings LookAt(const glm::vec3& eye, const glm::vec3& target, float yFov, uint32_t size) {

@@ -82,6 +82,10 @@ FloatImage ToFloatImage(const Readback& readback);
 scene::Mesh QuadMesh(float halfSize, uint32_t material = 0);                  // in the xy plane, facing +z
 scene::Mesh BoxMesh(float halfSize, uint32_t material = 0);                   // axis-aligned cube
 scene::Mesh SphereMesh(float radius, uint32_t rings, uint32_t material = 0);  // smooth normals
+// Capsules, two indices each.
+scene::Mesh RoundMesh(std::vector<glm::vec3> positions, std::vector<uint32_t> indices,
+                      std::vector<float> radii, uint32_t material = 0);
+scene::Mesh RoundSphere(float radius, uint32_t material = 0, const glm::vec3& at = glm::vec3(0.0f));
 // Both sides reflect and emit.
 scene::Material Lambert(const glm::vec3& albedo, const glm::vec3& emission = glm::vec3(0.0f));
 glm::mat4x3 Translation(const glm::vec3& offset);
