@@ -82,8 +82,8 @@ GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
     return merged;
 }
 
-// Kinds of groups, of which a mesh has one each at most, and as many of round primitives. Walls have both sides,
-// and alpha needs any-hit anyway.
+// Kinds of groups, of which a mesh has one each at most, and as many of round primitives. Walls have both
+// sides, and alpha needs any-hit anyway.
 constexpr GroupKind kGroupKinds[] = {
     {.isOpaque = true, .isBackCulled = true},
     {.isOpaque = true, .isBackCulled = false},

@@ -1,7 +1,7 @@
 // One path in two forms: traced by a loop in ray generation, as Trace does it, and by recursion from the
 // closest hit. Surfaces are Lambert's, of their base color and flat; the environment has one radiance; no
-// light is sampled, round primitives are not hit, and only the depth ends a path early. Both forms share this source, so that they differ
-// only in where the next ray is traced, and in the consequences.
+// light is sampled, round primitives are not hit, and only the depth ends a path early. Both forms share this
+// source, so that they differ only in where the next ray is traced, and in the consequences.
 #ifndef RAYGRAPH_BENCH_LAMBERT_PATH_GLSL
 #define RAYGRAPH_BENCH_LAMBERT_PATH_GLSL
 
