@@ -13,6 +13,8 @@ void DescribeScene(Report& report, const SceneInput& input) {
     report.scene = {.file = input.file,
                     .trianglesUnique = statistics.uniqueTriangles,
                     .trianglesPlaced = statistics.placedTriangles,
+                    .pointsPlaced = statistics.placedSpheres,
+                    .segmentsPlaced = statistics.placedCapsules,
                     .instances = statistics.instanceCount,
                     .materials = statistics.materialCount,
                     .textures = statistics.textureCount,

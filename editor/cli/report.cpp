@@ -84,6 +84,8 @@ std::string ToJson(const Report& report) {
     json["scene"] = {{"file", report.scene.file},
                      {"triangles_unique", report.scene.trianglesUnique},
                      {"triangles_placed", report.scene.trianglesPlaced},
+                     {"points_placed", report.scene.pointsPlaced},
+                     {"segments_placed", report.scene.segmentsPlaced},
                      {"instances", report.scene.instances},
                      {"materials", report.scene.materials},
                      {"textures", report.scene.textures},

@@ -23,8 +23,8 @@ namespace raygraph::cli {
 struct Report {
     struct {
         std::string file;
-        uint64_t trianglesUnique = 0, trianglesPlaced = 0, instances = 0, materials = 0, textures = 0,
-                 lights = 0;
+        uint64_t trianglesUnique = 0, trianglesPlaced = 0, pointsPlaced = 0, segmentsPlaced = 0,
+                 instances = 0, materials = 0, textures = 0, lights = 0;
     } scene;
     struct {
         std::string name, driver, type;

@@ -33,8 +33,9 @@ TEST(Report, SchemaOneHasTheseMembers) {
     report.passes = {{"Trace", 1.5, 30.0, 20}};
     const nlohmann::json json = nlohmann::json::parse(ToJson(report));
     EXPECT_EQ(json.at("schema"), 2);
-    EXPECT_EQ(Keys(json.at("scene")), (Names{"file", "instances", "lights", "materials", "textures",
-                                             "triangles_placed", "triangles_unique"}));
+    EXPECT_EQ(Keys(json.at("scene")),
+              (Names{"file", "instances", "lights", "materials", "points_placed", "segments_placed",
+                     "textures", "triangles_placed", "triangles_unique"}));
     EXPECT_EQ(Keys(json.at("device")), (Names{"driver", "name", "type"}));
     EXPECT_EQ(Keys(json.at("timings_ms")),
               (Names{"blas_build", "compaction", "first_sample", "load", "pipelines", "render", "upload"}));
