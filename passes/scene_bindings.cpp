@@ -19,6 +19,7 @@ constexpr HitGroupShaders kWallShadow{
     .closestHit = {}, .anyHit = "scene/wall_shadow.rahit", .intersection = {}};
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
 // For the hits of round primitives.
 HitGroupShaders Capsules(HitGroupShaders shaders) {
     shaders.intersection = "scene/capsule.rint";
