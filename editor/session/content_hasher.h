@@ -106,7 +106,7 @@ class ContentHasher {
         AddAll(image, sampler, colorSpace);
     }
     void Add(const scene::ImageData& image) {
-        const auto& [name, width, height, rgba, blocks] = image;
+        const auto& [name, width, height, rgba, blocks, lowestAlpha] = image;
         AddAll(width, height, rgba);
         if (!blocks.IsEmpty()) Add(blocks.levels);
     }

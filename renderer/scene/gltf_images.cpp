@@ -64,11 +64,11 @@ class ImageDecoder {
 
   private:
     struct Attempt {
-        std::optional<image::Image8> image;  // None: it failed, for whatever reason.
+        std::optional<ImageData> image;  // Without its name. None: it failed, for whatever reason.
         double seconds = 0.0;
     };
     struct Task {
-        ImageData data;     // No texels yet.
+        std::string name;
         std::string label;  // For messages.
         std::vector<std::byte> file;
         std::span<const std::byte> bytes;
@@ -94,10 +94,10 @@ class ImageDecoder {
     void Read(Task& task, uint32_t image) {
         const ImageSource& source = m_sources[image];
         const Place where = Place("images")[image];
-        task.data.name = source.name;
+        task.name = source.name;
         try {
-            if (task.data.name.empty() && source.uri && !IsDataUri(*source.uri))
-                task.data.name = PercentDecode(*source.uri);
+            if (task.name.empty() && source.uri && !IsDataUri(*source.uri))
+                task.name = PercentDecode(*source.uri);
             if (source.uri) task.file = m_context.ReadUri(*source.uri, where["uri"]);
             task.bytes = source.uri ? std::span<const std::byte>(task.file) : m_buffers.View(source.view);
         } catch (...) {
@@ -105,7 +105,7 @@ class ImageDecoder {
             return;
         }
         task.label = Text("{}: {}", m_context.label, where.Path());
-        if (!task.data.name.empty()) task.label += Text(" {}", Quoted(task.data.name, 60));
+        if (!task.name.empty()) task.label += Text(" {}", Quoted(task.name, 60));
     }
 
     Attempt Try(const Task& task) {
@@ -116,13 +116,24 @@ class ImageDecoder {
             image::DecodeLimits limits = Limits(m_context.options.limits.maxImageTexels);
             image::PixelBudget::Share share(m_budget);
             limits.share = &share;
-            attempt.image = image::DecodeImage8(task.bytes, task.label, limits);
+            attempt.image = Decoded(task, limits);
         } catch (...) {
             attempt.image.reset();
         }
         attempt.seconds = watch.Seconds();
         m_running.release();
         return attempt;
+    }
+
+    ImageData Decoded(const Task& task, const image::DecodeLimits& limits) const {
+        image::Image8 image = image::DecodeImage8(task.bytes, task.label, limits);
+        ImageData data{.name = {},
+                       .width = image.width,
+                       .height = image.height,
+                       .rgba = std::move(image.rgba),
+                       .blocks = std::move(image.blocks)};
+        data.lowestAlpha = LowestAlpha(data);
+        return data;
     }
 
     // The image of the task, or another one of the choice.
@@ -147,22 +158,19 @@ class ImageDecoder {
         const uint64_t texelsLeft = m_context.options.limits.maxAllImageTexels - m_context.imageTexels;
         Attempt attempt;
         if (task.attempt.valid()) attempt = task.attempt.get();
-        const std::optional<image::Image8>& image = attempt.image;
+        std::optional<ImageData>& image = attempt.image;
         if (!image || uint64_t{image->width} * image->height > texelsLeft) {
             const Stopwatch watch;
             const uint64_t maxTexels = std::min(m_context.options.limits.maxImageTexels, texelsLeft);
-            attempt.image = image::DecodeImage8(task.bytes, task.label, Limits(maxTexels));
+            image = Decoded(task, Limits(maxTexels));
             attempt.seconds = watch.Seconds();
         }
         Say(m_context.options.log, LogLevel::Debug, log_category::kScene,
             "{}: {} x {} {} of {} decoded in {}", task.label, image->width, image->height,
             FormatName(task.bytes), BytesText(task.bytes.size()), DurationText(attempt.seconds));
-        task.data.width = image->width;
-        task.data.height = image->height;
-        task.data.rgba = std::move(attempt.image->rgba);
-        task.data.blocks = std::move(attempt.image->blocks);
-        m_context.imageTexels += uint64_t{task.data.width} * task.data.height;
-        return std::move(task.data);
+        image->name = std::move(task.name);
+        m_context.imageTexels += uint64_t{image->width} * image->height;
+        return std::move(*image);
     }
 
     image::DecodeLimits Limits(uint64_t maxTexels) const {

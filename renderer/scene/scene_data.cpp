@@ -163,6 +163,18 @@ bool HasEmission(const SceneData& scene) {
     });
 }
 
+uint8_t LowestAlpha(const ImageData& image) {
+    if (image.lowestAlpha) return *image.lowestAlpha;
+    // In parts, each without a branch a texel
+    constexpr size_t kPart = size_t{4} << 12;
+    uint8_t lowest = 255;
+    for (size_t start = 0; start < image.rgba.size() && lowest > 0; start += kPart) {
+        const size_t end = std::min(start + kPart, image.rgba.size());
+        for (size_t i = start + 3; i < end; i += 4) lowest = std::min(lowest, image.rgba[i]);
+    }
+    return lowest;
+}
+
 SceneStatistics Statistics(const SceneData& scene) {
     std::vector<uint64_t> triangles(scene.meshes.size(), 0), spheres = triangles, capsules = triangles;
     SceneStatistics statistics;

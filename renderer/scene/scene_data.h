@@ -279,6 +279,8 @@ struct ImageData {
     std::vector<uint8_t> rgba;
     // The same texels as blocks that GPUs read, if the file has them, and the smaller levels of the file.
     image::BlockLevels blocks = {};
+    // LowestAlpha() of rgba, which the importer has computed where it decoded: who changes rgba resets this.
+    std::optional<uint8_t> lowestAlpha = {};
 };
 
 // A node of the scene graph. Its index is the file's node index, so that animation and editing can name it.
@@ -429,6 +431,9 @@ inline bool IsVisible(const std::vector<bool>& visibleNodes, uint32_t node) {
 RAYGRAPH_API bool HasEmission(const SceneData& scene);
 // True if some light is visible.
 RAYGRAPH_API bool HasVisibleLight(const SceneData& scene);
+
+// The lowest of all texels' alpha, 0 to 255: what is known of the image, else by looking at each.
+RAYGRAPH_API uint8_t LowestAlpha(const ImageData& image);
 
 struct SceneStatistics {
     uint64_t uniqueTriangles = 0;  // Each mesh that is placed at least once counted once.

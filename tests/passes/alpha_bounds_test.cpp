@@ -82,4 +82,16 @@ TEST_F(AlphaBounds, LowestOfNothingIsOne) {
     EXPECT_EQ(LowestTextureAlphas(scene), (std::vector<float>{1.0f, 1.0f}));
 }
 
+// Once, where the image was decoded: not when the scene is shown, by when its texels may be gone.
+TEST_F(AlphaBounds, WhatIsKnownOfAnImageIsNotComputedAgain) {
+    scene::SceneData scene;
+    scene.images.push_back({.name = {}, .width = 1, .height = 1, .rgba = {1, 2, 3, 51}, .lowestAlpha = {}});
+    scene.textures.resize(1);
+    scene.materials.resize(1);
+    scene.materials[0].baseColorTexture.texture = 0;
+    EXPECT_EQ(LowestTextureAlphas(scene), std::vector<float>{0.2f});
+    scene.images[0].lowestAlpha = uint8_t{102};
+    EXPECT_EQ(LowestTextureAlphas(scene), std::vector<float>{0.4f});
+}
+
 }  // namespace raygraph::testing

@@ -61,6 +61,23 @@ TEST(ImageThreads, SceneIsTheSameForAnyNumber) {
     }
 }
 
+TEST(ImageThreads, LowestAlphaIsComputedByTheDecoders) {
+    std::vector<uint8_t> texels(size_t{4} * 100 * 90, 255);
+    texels[size_t{4} * 100 * 90 - 1] = 17;
+    for (const uint32_t threads : kThreadCounts) {
+        scene::LoadOptions options;
+        options.maxThreads = threads;
+        const std::vector<scene::ImageData> images =
+            Load(WithImages({DataUri(MakePngOf(100, 90, texels)), DataUri(MakePng(3, 3, {1, 2, 3, 255})),
+                             DataUri(MakePng(2, 1, {9, 9, 9, 0}))}),
+                 options)
+                .images;
+        EXPECT_EQ(images[0].lowestAlpha, 17) << threads;
+        EXPECT_EQ(images[1].lowestAlpha, 255) << threads;
+        EXPECT_EQ(images[2].lowestAlpha, 0) << threads;
+    }
+}
+
 // The first one in order, whatever the others run into meanwhile.
 TEST(ImageThreads, ErrorIsTheSameForAnyNumber) {
     std::vector<std::string> uris = ManyImages();
