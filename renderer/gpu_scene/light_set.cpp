@@ -36,6 +36,12 @@ LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources&
     : m_device(device) {
     m_isEmitterInstance.resize(data.instances.size());
     m_isEmitterMaterial.resize(data.materials.size());
+    for (const MeshResources& mesh : resources.meshes) {
+        scene::Bounds& bounds = m_meshBounds.emplace_back();
+        for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
+            bounds.Extend(resources.groups[group].bounds);
+    }
+    for (const scene::Instance& instance : data.instances) m_meshes.push_back(instance.mesh);
     for (GroupResources& group : resources.groups) {
         for (const Emitter& emitter : group.emitters) m_isEmitterMaterial[emitter.material] = true;
         for (const EmitterVariant& variant : group.emitterVariants)
@@ -60,7 +66,6 @@ LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources&
     m_scene.punctual = m_punctual = data.lights;
     for (const scene::Light& light : data.lights)
         m_scene.isPunctualHidden.push_back(!scene::IsVisible(isVisible, light.node));
-    m_scene.radius = data.bounds.Radius();
     m_scene.profiles = MakeProfileTable(data.profiles);
 
     uint64_t lightCount = data.lights.size();
@@ -78,6 +83,7 @@ void LightSet::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld)
     glm::mat4x3& transform = m_scene.instances[instance].objectToWorld;
     if (transform == objectToWorld) return;
     transform = objectToWorld;
+    m_isRadiusOld = true;
     m_isTableDue |= m_isEmitterInstance[instance];
 }
 
@@ -85,6 +91,7 @@ void LightSet::SetVisible(uint32_t instance, bool isVisible) {
     bool& old = m_scene.instances[instance].isVisible;
     if (old == isVisible) return;
     old = isVisible;
+    m_isRadiusDue = m_isRadiusOld = true;
     m_isTableDue |= m_isEmitterInstance[instance];
 }
 
@@ -162,7 +169,29 @@ void LightSet::SetEnvironment(const glm::vec3& meanRadiance, float rotation, glm
     m_scene.environmentHeight = m_table.set.environmentHeight = cells.y;
 }
 
+bool LightSet::HasInfiniteLight() const {
+    return m_scene.environmentRadiance != glm::vec3(0.0f) ||
+           std::ranges::any_of(m_scene.punctual, [](const scene::Light& light) {
+               return light.type == scene::LightType::Directional;
+           });
+}
+
+float LightSet::VisibleRadius() const {
+    scene::Bounds bounds;
+    for (size_t i = 0; i < m_scene.instances.size(); ++i)
+        if (m_scene.instances[i].isVisible)
+            bounds.Extend(m_meshBounds[m_meshes[i]].Transformed(m_scene.instances[i].objectToWorld));
+    return bounds.Radius();
+}
+
 void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
+    // What only moves does not make the tables due by itself: that would be every frame of an animation
+    if (m_isRadiusOld && (m_isTableDue || m_isRadiusDue) && HasInfiniteLight()) {
+        const float radius = VisibleRadius();
+        m_isTableDue |= radius != m_scene.radius;
+        m_scene.radius = radius;
+        m_isRadiusOld = m_isRadiusDue = false;
+    }
     if (m_isTableDue) {
         m_table = BuildLightTable(m_scene);
         m_isUploadDue = m_isAliasUploadDue = true;

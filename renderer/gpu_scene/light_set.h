@@ -1,6 +1,7 @@
 // LightSet: the lights of the scene on the device. It tracks what has changed since its tables were built,
-// and rebuilds them only when an emitter's transform, visibility or emission changed. When the origin moves,
-// all lights are translated.
+// and rebuilds them only when an emitter's transform, visibility or emission changed, or when infinite lights
+// shine on more or less of the scene because something was shown or hidden. When the origin moves, all lights
+// are translated.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@ namespace raygraph {
 
 class LightSet {
   public:
-    // Takes the emitters of `resources`; of `data` the materials, lights, profiles, instances and bounds.
+    // Takes the emitters of `resources`; of `data` the materials, lights, profiles and instances.
     LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
              std::span<const InstanceSet::Placement> placements, const scene::SceneData& data);
 
@@ -55,12 +56,19 @@ class LightSet {
     uint64_t RebuildCount() const { return m_rebuildCount; }
 
   private:
+    bool HasInfiniteLight() const;
+    // Of the sphere around all instances that are visible now.
+    float VisibleRadius() const;
     void RecordUpload(CommandList& commands);
 
     rhi::Device& m_device;
     LightScene m_scene;                    // from the origin
     std::vector<scene::Light> m_punctual;  // in the world
     glm::dvec3 m_origin{0.0};
+    std::vector<scene::Bounds> m_meshBounds;  // object space
+    std::vector<uint32_t> m_meshes;           // by instance
+    bool m_isRadiusOld = true;                // an instance has moved since it was computed
+    bool m_isRadiusDue = false;               // one has been shown or hidden
     std::vector<bool> m_isEmitterInstance;
     std::vector<bool> m_isEmitterMaterial;
     LightTable m_table;

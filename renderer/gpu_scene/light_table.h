@@ -50,7 +50,7 @@ struct LightScene {
     std::vector<scene::Light> punctual;
     std::vector<bool> isPunctualHidden;  // empty: none is
     ProfileTable profiles;
-    float radius = 0.0f;  // of the scene's bounding sphere, m: what infinite lights shine on
+    float radius = 0.0f;  // of what is visible, m: what infinite lights shine on
 
     LightGroups lightGroups;
 

@@ -125,7 +125,7 @@ auto FieldsOf(Texture& s) {
     return std::tie(a, b, c);
 }
 auto FieldsOf(ImageData& s) {
-    auto& [name, a, b, c, lowestAlpha] = s;
+    auto& [name, a, b, c, blocks, lowestAlpha] = s;
     return std::tie(a, b, c);
 }
 auto FieldsOf(Node& s) {

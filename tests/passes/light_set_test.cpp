@@ -206,6 +206,41 @@ TEST_F(LightSetTest, OriginThatMovesPlacesTheLightsAgain) {
         0);
 }
 
+// What an infinite light shines on is what can be seen now, not what could when the scene was loaded.
+TEST_F(LightSetTest, InfiniteLightsShineOnWhatIsShownLater) {
+    const auto probabilityOfTheSun = [&](const Tables& tables) { return tables.alias.at(5).probability; };
+    const auto withSun = [](bool isFarVisible) {
+        scene::SceneData scene = Lamps();
+        scene.lights.push_back({.name = {}, .type = scene::LightType::Directional, .intensity = 1.0f});
+        scene.nodes.resize(1);
+        scene.nodes[0].isVisible = isFarVisible;
+        scene.nodes[0].translation = {0, 0, 40};
+        scene.nodeOrder = {0};
+        scene.instances.push_back({.mesh = 0, .node = 0});
+        scene.instances.push_back({.mesh = 0, .objectToWorld = Translation({2, 0, 0.5f})});
+        scene::UpdateWorldTransforms(scene);
+        return scene;
+    };
+    render.scene.SetScene(withSun(true));
+    const float far = probabilityOfTheSun(Frame());
+    render.scene.SetScene(withSun(false));
+    const float near = probabilityOfTheSun(Frame());
+    EXPECT_GT(far, 1.2f * near);
+    const uint64_t before = Rebuilds();
+    render.scene.SetVisible(4, true);
+    EXPECT_EQ(probabilityOfTheSun(Frame()), far);
+    EXPECT_EQ(Rebuilds(), before + 1);
+    render.scene.SetVisible(4, false);
+    EXPECT_EQ(probabilityOfTheSun(Frame()), near);
+    render.scene.SetVisible(5, false);  // among what else is seen
+    Frame();
+    EXPECT_EQ(Rebuilds(), before + 2);
+    // What has moved counts as soon as the tables are built again
+    render.scene.SetTransform(4, Translation({0, 0, 1}));
+    render.scene.SetVisible(4, true);
+    EXPECT_EQ(probabilityOfTheSun(Frame()), near);
+}
+
 TEST_F(LightSetTest, EnvironmentIsOneMoreLight) {
     render.scene.SetScene(Lamps());
     Frame();
