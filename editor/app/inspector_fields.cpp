@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <glm/gtc/constants.hpp>
+#include <type_traits>
 
 #include "base/text.h"
 #include "renderer/scene/material_fields.h"
@@ -13,6 +14,16 @@ namespace {
 constexpr float kMaxDragged = 1e7f;  // of what has no bound of its own
 constexpr float kMaxTurn = 2.0f * glm::pi<float>();
 constexpr float kMinFinite = 0.001f;  // the last that the format shows; dragging does not end in infinity
+
+// Of what is in a texture's place in the file: whether the material has the texture. True of other places.
+bool IsPresentOrNoTexture(const scene::Material& material, std::string_view place) {
+    bool isPresent = true;
+    scene::ForEachMaterialField([&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>)
+            if (field.key == place) isPresent = (material.*field.member).IsPresent();
+    });
+    return isPresent;
+}
 
 }  // namespace
 
@@ -30,10 +41,10 @@ std::string LabelOf(std::string_view name) {
     return label;
 }
 
-bool Counts(const scene::Material& material, std::string_view object, std::string_view name) {
-    if (object == "normalTexture") return material.normalTexture.IsPresent();
-    if (object == "occlusionTexture") return material.occlusionTexture.IsPresent();
-    if (name == "clearcoatNormalScale") return material.clearcoatNormalTexture.IsPresent();
+bool Counts(const scene::Material& material, std::string_view object, std::string_view key,
+            std::string_view name) {
+    const scene::KeyParts parts = scene::KeyPartsOf(key);
+    if (!IsPresentOrNoTexture(material, parts.object.empty() ? object : parts.object)) return false;
     if (object == scene::material_fields::kVolume || name == "priority") return material.IsTransmissive();
     if (name == "isSpecularGlossiness") return false;  // a material stays what it is
     if (name == "alphaCutoff") return material.alphaMode == scene::AlphaMode::Mask;

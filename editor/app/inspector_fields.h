@@ -13,8 +13,9 @@ namespace raygraph::editor {
 // "baseColorFactor" as "base color".
 std::string LabelOf(std::string_view name);
 
-// Whether a material as it is shows what a field says.
-bool Counts(const scene::Material& material, std::string_view object, std::string_view name);
+// Whether a material as it is shows what a field of this place and name says.
+bool Counts(const scene::Material& material, std::string_view object, std::string_view key,
+            std::string_view name);
 
 // The widget of a number.
 struct NumberStyle {

@@ -201,7 +201,7 @@ void MaterialFields(Workspace& work, uint32_t index) {
     ImGui::PushID(static_cast<int>(index));
     bool isEdited = false;
     scene::ForEachFieldOf(material, [&](const auto& field) {
-        if (!Counts(material, field.object, field.name)) return;
+        if (!Counts(material, field.object, field.key, field.name)) return;
         if constexpr (std::is_same_v<decltype(field.member), scene::TextureRef scene::Material::*>)
             isEdited |= TextureFields(work, field.name, material.*field.member);
         else

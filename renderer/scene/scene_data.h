@@ -118,7 +118,6 @@ struct TextureTransform {
         const float c = std::cos(rotation), s = std::sin(rotation);
         return {glm::vec2(c, -s) * scale.x, glm::vec2(s, c) * scale.y, offset};
     }
-    glm::vec2 Apply(const glm::vec2& uv) const { return Matrix() * glm::vec3(uv, 1.0f); }
 
     bool operator==(const TextureTransform&) const = default;
 };

@@ -52,6 +52,28 @@ TEST(InspectorFields, SharesStayBelowOne) {
     EXPECT_FALSE(Style(0.0f, FieldOf(&Material::metallicFactor)).isInfinite);
 }
 
+// A number that scales what a texture says counts where the material has the texture, wherever glTF keeps it.
+TEST(InspectorFields, ScalesOfTexturesCountWhereTheTextureIs) {
+    const auto counts = [](const Material& material, const auto& field) {
+        return Counts(material, field.object, field.key, field.name);
+    };
+    const auto expectWith = [&](const auto& field, scene::TextureRef Material::*texture) {
+        Material material;
+        for (scene::TextureRef Material::*other :
+             {&Material::normalTexture, &Material::occlusionTexture, &Material::clearcoatNormalTexture})
+            if (other != texture) (material.*other).texture = 0;
+        EXPECT_FALSE(counts(material, field)) << field.name;
+        (material.*texture).texture = 0;
+        EXPECT_TRUE(counts(material, field)) << field.name;
+    };
+    expectWith(FieldOf(&Material::normalScale), &Material::normalTexture);
+    expectWith(FieldOf(&Material::occlusionStrength), &Material::occlusionTexture);
+    expectWith(FieldOf(&Material::clearcoatNormalScale), &Material::clearcoatNormalTexture);
+    EXPECT_TRUE(counts(Material(), FieldOf(&Material::clearcoatFactor)));
+    EXPECT_TRUE(counts(Material(), FieldOf(&Material::baseColorFactor)));
+    EXPECT_FALSE(counts(Material(), FieldOf(&Material::attenuationDistance)));
+}
+
 TEST(InspectorFields, InfinityIsShownAsAWordAndNotAsZero) {
     const auto expectInfinite = [](const auto& field, const char* finiteFormat) {
         const NumberStyle infinite = Style(0.0f, field);
