@@ -69,20 +69,24 @@ Bytes Draco(const Grid& grid, int method, int submethod, int speed, int bits) {
     for (size_t i = 0; i < grid.indices.size(); i += 3)
         mesh.AddFace({draco::PointIndex(grid.indices[i]), draco::PointIndex(grid.indices[i + 1]),
                       draco::PointIndex(grid.indices[i + 2])});
-    const auto add = [&](draco::GeometryAttribute::Type type, const std::vector<float>& values) {
+    const auto add = [&](draco::GeometryAttribute::Type type, uint8_t components,
+                         const std::vector<float>& values) {
         draco::GeometryAttribute attribute;
-        attribute.Init(type, nullptr, 3, draco::DT_FLOAT32, false, 12, 0);
+        attribute.Init(type, nullptr, components, draco::DT_FLOAT32, false, components * sizeof(float), 0);
         const int id = mesh.AddAttribute(attribute, true, kVertices);
         for (uint32_t i = 0; i < kVertices; ++i)
-            mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i), &values[size_t{3} * i]);
+            mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i),
+                                                  &values[size_t{components} * i]);
     };
-    add(draco::GeometryAttribute::POSITION, grid.positions);
-    add(draco::GeometryAttribute::NORMAL, grid.normals);
+    add(draco::GeometryAttribute::POSITION, 3, grid.positions);
+    add(draco::GeometryAttribute::NORMAL, 3, grid.normals);
+    // Which no primitive has; it is decoded all the same, and predicted by the positions
+    add(draco::GeometryAttribute::TEX_COORD, 2, grid.positions);
     draco::ExpertEncoder encoder(mesh);
     encoder.SetSpeedOptions(speed, speed);
     encoder.SetEncodingMethod(method);
     if (submethod >= 0) encoder.SetEncodingSubmethod(submethod);
-    for (int attribute = 0; bits > 0 && attribute < 2; ++attribute)
+    for (int attribute = 0; bits > 0 && attribute < 3; ++attribute)
         encoder.SetAttributeQuantization(attribute, bits);
     draco::EncoderBuffer buffer;
     return encoder.EncodeToBuffer(&buffer).ok() ? BytesOf(buffer.data(), buffer.size()) : Bytes();

@@ -78,13 +78,15 @@ Json Scene(const Kind& kind, uint64_t vertices, uint64_t triangles, size_t size)
 
 }  // namespace
 
-void RunGltfCompressed(Input input) {
-    if (input.size() < 4) return;
+Bytes CompressedFile(Input input) {
     const auto byte = [&](size_t i) { return std::to_integer<uint64_t>(input[i]); };
     const Input compressed = input.subspan(3);
     const Json json = Scene(kKinds[byte(0) % kKinds.size()], 1 + byte(1), 1 + byte(2), compressed.size());
-    const Bytes file = MakeGlb(json.dump(), compressed);
-    SharedSceneFolder().Load(file);
+    return MakeGlb(json.dump(), compressed);
+}
+
+void RunGltfCompressed(Input input) {
+    if (input.size() >= 4) SharedSceneFolder().Load(CompressedFile(input));
 }
 
 }  // namespace raygraph::fuzz

@@ -41,6 +41,8 @@ SceneFolder& SharedSceneFolder();
 Bytes MakeGlb(std::string_view json, Input binary);
 // What the target gltf_accessors makes of an input: a .glb.
 Bytes AccessorFile(Input input);
+// What the target gltf_compressed makes of an input of four bytes or more: a .glb.
+Bytes CompressedFile(Input input);
 // 2 x 2 texels.
 Bytes SmallPng();
 

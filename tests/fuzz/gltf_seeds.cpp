@@ -1,4 +1,5 @@
 // Seeds of glTF: the scenes as they are, and those that are long with their buffers and images outside.
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -6,6 +7,7 @@
 #include "renderer/scene/uri.h"
 #include "tests/fuzz/gltf_files.h"
 #include "tests/fuzz/seeds.h"
+#include "tests/support/material_extensions.h"
 #include "tests/support/source_file.h"
 
 namespace raygraph::fuzz {
@@ -25,7 +27,7 @@ Bytes ToBytes(std::string_view text) {
     return {input.begin(), input.end()};
 }
 
-// All that is read, in one small file.
+// All that is read, in one small file, but for kMaterialExtensions.
 constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0"}, "scene": 0,
 "extensionsUsed": ["KHR_lights_punctual", "EXT_texture_webp", "MSFT_texture_dds",
  "KHR_texture_basisu", "X_unknown"],
@@ -78,12 +80,7 @@ constexpr const char* kRich = R"({"asset": {"version": "2.0", "minVersion": "2.0
    "extensions": {"KHR_texture_transform": {"offset": [0, 1], "rotation": 1, "scale": [1, 2], "texCoord": 1}}},
   "occlusionTexture": {"index": 1, "strength": 0.5, "texCoord": 1},
   "emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1], "alphaMode": "MASK", "alphaCutoff": 0.4,
-  "doubleSided": true, "extras": {"priority": 3}, "extensions": {"KHR_materials_ior": {"ior": 1.3},
-   "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 2, 3],
-    "specularTexture": {"index": 0}, "specularColorTexture": {"index": 0}},
-   "KHR_materials_transmission": {"transmissionFactor": 0.5, "transmissionTexture": {"index": 0}},
-   "KHR_materials_volume": {"thicknessFactor": 1, "attenuationColor": [0, 0.5, 1], "attenuationDistance": 2,
-    "thicknessTexture": {"index": 0}}, "KHR_materials_emissive_strength": {"emissiveStrength": 4}}},
+  "doubleSided": true, "extras": {"priority": 3}},
  {"alphaMode": "BLEND", "extensions": {"KHR_materials_unlit": {}}},
  {"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseFactor": [1, 0.5, 0.25, 1], "specularFactor": [0, 0, 1],
   "glossinessFactor": 0.5, "diffuseTexture": {"index": 0}, "specularGlossinessTexture": {"index": 0}}}}]})";
@@ -108,6 +105,22 @@ Bytes AsGlb(const std::string& text) {
     return MakeGlb(json.dump(), binary);
 }
 
+// A .glb of CompressedFile() as text.
+std::string WithDataUri(Input glb) {
+    uint32_t length = 0;
+    std::memcpy(&length, &glb[12], sizeof(length));
+    const char* const text = reinterpret_cast<const char*>(&glb[20]);
+    Json json = Json::parse(text, text + length);
+    Json& buffer = json["buffers"][0];
+    std::string uri = "data:,";
+    for (const std::byte byte : glb.subspan(size_t{28} + length, buffer["byteLength"].get<size_t>()))
+        for (const uint32_t digit :
+             {16u, std::to_integer<uint32_t>(byte) >> 4, std::to_integer<uint32_t>(byte) & 15})
+            uri += "0123456789ABCDEF%"[digit];
+    buffer["uri"] = uri;
+    return json.dump(1);
+}
+
 }  // namespace
 
 std::vector<Seed> GltfSeeds(std::string_view target) {
@@ -128,7 +141,16 @@ std::vector<Seed> GltfSeeds(std::string_view target) {
         if (target == "gltf_save") bytes.insert(bytes.begin(), static_cast<std::byte>(seeds.size() % 2));
         seeds.push_back({name, bytes});
     };
-    add("rich", kRich);
+    Json rich = Json::parse(kRich);
+    rich["materials"][0]["extensions"] = Json::parse(test::kMaterialExtensions);
+    add("rich", rich.dump());
+    for (const Seed& compressed : CompressedSeeds()) {
+        const Bytes file = CompressedFile(compressed.bytes);
+        if (target == "gltf_container")
+            seeds.push_back({compressed.name, file});
+        else
+            add(compressed.name, WithDataUri(file));
+    }
     for (const auto& file : std::filesystem::directory_iterator(test::SourceFile("scenes"))) {
         if (file.path().extension() != ".gltf" || file.file_size() > 400000) continue;
         const std::string text = ReadText(file.path()), stem = file.path().stem().string();

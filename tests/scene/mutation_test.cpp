@@ -5,8 +5,10 @@
 #include <chrono>
 #include <random>
 
+#include "tests/image/texture_files.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/ies_text.h"
+#include "tests/support/material_extensions.h"
 
 namespace raygraph::test {
 namespace {
@@ -37,23 +39,19 @@ GltfDocument RichDocument() {
            {"extensions",
             {{"KHR_texture_transform", {{"offset", {0, 1}}, {"rotation", 1}, {"scale", {1, 2}}}}}}}},
          {"alphaMode", "MASK"},
-         {"extensions",
-          {{"KHR_materials_ior", {{"ior", 1.3}}},
-           {"KHR_materials_specular",
-            {{"specularColorFactor", {1, 2, 3}}, {"specularTexture", {{"index", 0}}}}},
-           {"KHR_materials_transmission", {{"transmissionFactor", 0.5}}},
-           {"KHR_materials_volume",
-            {{"thicknessFactor", 1}, {"attenuationColor", {0, 0.5, 1}}, {"attenuationDistance", 2}}},
-           {"KHR_materials_unlit", Json::object()}}},
+         {"extensions", Json::parse(kMaterialExtensions)},
          {"extras", {{"priority", 3}}}});
     document.AddMaterial({{"extensions",
                            {{"KHR_materials_pbrSpecularGlossiness",
                              {{"diffuseFactor", {1, 0.5, 0.25, 1}},
                               {"glossinessFactor", 0.5},
-                              {"specularGlossinessTexture", {{"index", 0}}}}}}}});
+                              {"specularGlossinessTexture", {{"index", 0}}}}},
+                            {"KHR_materials_unlit", Json::object()}}}});
     document.Add("images", {{"uri", DataUri(MakePng(3, 3, {1, 2, 3, 4}))}});
     document.Add("samplers", {{"minFilter", 9987}, {"wrapS", 33071}});
     document.Add("textures", {{"source", 0}, {"sampler", 0}});
+    document.Add("images", {{"uri", DataUri(MakePlainDds(2, 2, {1, 2, 3, 4}))}});
+    document.Add("textures", {{"extensions", {{"MSFT_texture_dds", {{"source", 1}}}}}, {"source", 0}});
     const size_t indexView = document.AddBufferView(BytesOf<uint8_t>({0, 2}));
     const size_t valueView = document.AddBufferView(BytesOf<float>({1, 2, 3, 4, 5, 6}));
     document.json["accessors"][0]["sparse"] = {

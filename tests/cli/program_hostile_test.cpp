@@ -1,0 +1,102 @@
+// Files of each extension with something wrong in them, as a user meets them: one line, and exit code 4.
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/cli_test.h"
+#include "tests/cli/program_runner.h"
+#include "tests/support/temporary_folder.h"
+
+namespace raygraph {
+namespace {
+
+using Json = nlohmann::json;
+
+// A triangle with a material, a texture and an image: all parts that extensions are at.
+Json Scene() {
+    return Json::parse(R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "extensions": {}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0, "extensions": {}}]}],
+        "materials": [{"emissiveTexture": {"index": 0, "extensions": {}}, "extensions": {}}],
+        "textures": [{"source": 0, "extensions": {}}],
+        "images": [{"uri": "data:,%89PNG"}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36, "extensions": {}}],
+        "buffers": [{"byteLength": 36, "uri": "data:,)" +
+                       std::string(36, '0') + R"("}], "extensions": {}})");
+}
+
+struct Row {
+    const char* where;  // what is put into the scene
+    const char* value;
+    const char* message;  // after "bad.gltf: "
+};
+
+const Row kRows[] = {
+    {"/materials/0/extensions/KHR_materials_sheen", R"({"sheenColorFactor": [1, 1]})",
+     "materials[0].extensions.KHR_materials_sheen.sheenColorFactor: has 2 elements, must have 3"},
+    {"/materials/0/extensions/KHR_materials_dispersion", R"({"dispersion": "strong"})",
+     "materials[0].extensions.KHR_materials_dispersion.dispersion: is \"strong\", must be a number"},
+    {"/materials/0/extensions/KHR_materials_volume_scatter", R"({"multiscatterColorFactor": 1})",
+     "materials[0].extensions.KHR_materials_volume_scatter.multiscatterColorFactor: is 1, must be an array"},
+    {"/materials/0/extensions/KHR_materials_diffuse_transmission",
+     R"({"diffuseTransmissionTexture": {"index": 7}})",
+     "materials[0].extensions.KHR_materials_diffuse_transmission.diffuseTransmissionTexture.index: is 7, but "
+     "there are 1 textures"},
+    {"/materials/0/extensions/KHR_materials_iridescence", R"({"iridescenceTexture": {}})",
+     "materials[0].extensions.KHR_materials_iridescence.iridescenceTexture.index: is absent, must be a whole "
+     "number of at least 0"},
+    {"/materials/0/extensions/KHR_materials_anisotropy", "[]",
+     "materials[0].extensions.KHR_materials_anisotropy: is an array, must be an object"},
+    {"/materials/0/extensions/KHR_materials_clearcoat",
+     R"({"clearcoatNormalTexture": {"index": 0, "scale": []}})",
+     "materials[0].extensions.KHR_materials_clearcoat.clearcoatNormalTexture.scale: is an array, must be a "
+     "number"},
+    {"/materials/0/extensions/KHR_materials_pbrSpecularGlossiness", R"({"diffuseFactor": [1, 1, 1]})",
+     "materials[0].extensions.KHR_materials_pbrSpecularGlossiness.diffuseFactor: has 3 elements, must have "
+     "4"},
+    {"/materials/0/emissiveTexture/extensions/KHR_texture_transform", R"({"offset": 3})",
+     "materials[0].emissiveTexture.extensions.KHR_texture_transform.offset: is 3, must be an array"},
+    {"/extensions/KHR_materials_variants", R"({"variants": {}})",
+     "extensions.KHR_materials_variants.variants: is an object, must be an array"},
+    {"/meshes/0/primitives/0/extensions/KHR_materials_variants",
+     R"({"mappings": [{"variants": [0], "material": 0}]})",
+     "meshes[0].primitives[0].extensions.KHR_materials_variants.mappings[0].variants[0]: is 0, but there are "
+     "0 "
+     "variants"},
+    {"/nodes/0/extensions/KHR_node_visibility", R"({"visible": 0})",
+     "nodes[0].extensions.KHR_node_visibility.visible: is 0, must be true or false"},
+    {"/nodes/0/extensions/EXT_mesh_gpu_instancing", R"({"attributes": {"ROTATION": 0}})",
+     "nodes[0].extensions.EXT_mesh_gpu_instancing.attributes.ROTATION: "},
+    {"/bufferViews/0/extensions/EXT_meshopt_compression",
+     R"({"buffer": 0, "byteLength": 36, "byteStride": 12, "count": 3, "mode": "ATTRIBUTES"})",
+     "bufferViews[0].extensions.EXT_meshopt_compression: 36 bytes are no ATTRIBUTES of 3 elements of 12 "
+     "bytes"},
+    {"/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression",
+     R"({"bufferView": 0, "attributes": {"POSITION": 0}})",
+     "meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: its bytes are not those of Draco"},
+    {"/accessors/0/componentType", "5125", "accessors[0]"},  // KHR_mesh_quantization ends at 16 bits
+    {"/images/0/uri", R"("data:,RIFF%10%00%00%00WEBPVP8L")", "images[0]: "},
+    {"/images/0/uri", R"("data:,DDS %7C%00%00%00")", "images[0]: "},
+    {"/images/0/uri", R"("data:,%ABKTX 20%BB%0D%0A%1A%0A%00%00%00%00")", "images[0]: "},
+    {"/images/0/uri", R"("data:,%FF%D8%FF%E0%00%10")", "images[0]: "},
+};
+
+TEST(ProgramHostileFiles, EachIsRefusedWithOneLine) {
+    const test::TemporaryFolder folder;
+    for (const Row& row : kRows) {
+        Json scene = Scene();
+        scene[Json::json_pointer(row.where)] = Json::parse(row.value);
+        std::ofstream(folder / "bad.gltf") << scene;
+        const test::ProgramResult result = test::RunProgram(folder, "info bad.gltf");
+        EXPECT_EQ(result.exitCode, 4) << row.where;
+        EXPECT_EQ(result.output, "") << row.where;
+        const std::string start = "raygraph: ";
+        EXPECT_TRUE(result.messages.starts_with(start)) << result.messages;
+        EXPECT_EQ(result.messages.find('\n') + 1, result.messages.size()) << result.messages;
+        EXPECT_NE(result.messages.find(std::string("bad.gltf: ") + row.message), std::string::npos)
+            << row.where << ": " << result.messages << "  lacks " << row.message;
+    }
+}
+
+}  // namespace
+}  // namespace raygraph
