@@ -14,11 +14,15 @@ import sys
 sys.dont_write_bytecode = True
 
 from cornell_box import cornell
-from gltf_writer import GltfWriter, png_rgb
+from gltf_writer import GltfWriter, png
+from layer_grids import films_grid, layers_grid
+from light_grids import diffuse_transmission_grid, scattering_grid
 from light_scenes import many_lights, small_light, terrace
 from line_scenes import points_and_lines
 from material_scenes import furnace_row, glass_sphere, material_row, nested_dielectrics, thin_films
+from mesh_grids import meshes_grid
 from shapes import Picker, box_quads, icosphere
+from texture_grids import texture_coordinates_grid, texture_formats_grid, variants_grid
 
 
 def furnace_sphere():
@@ -65,7 +69,7 @@ def orientation_picture():
     for strokes, color in ((LETTER_F, DARK), (U_ARROW, MAGENTA), (V_ARROW, CYAN)):
         for stroke in strokes:
             fill(*stroke, color)
-    return png_rgb(rows)
+    return png(rows)
 
 
 def texture_orientation():
@@ -188,6 +192,14 @@ SCENES = {
     "nested_dielectrics.gltf": nested_dielectrics,
     "thin_films.gltf": thin_films,
     "points_and_lines.gltf": points_and_lines,
+    "scattering_grid.gltf": scattering_grid,
+    "diffuse_transmission_grid.gltf": diffuse_transmission_grid,
+    "texture_formats_grid.gltf": texture_formats_grid,
+    "texture_coordinates_grid.gltf": texture_coordinates_grid,
+    "variants_grid.gltf": variants_grid,
+    "layers_grid.gltf": layers_grid,
+    "films_grid.gltf": films_grid,
+    "meshes_grid.gltf": meshes_grid,
 }
 
 

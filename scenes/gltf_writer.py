@@ -25,11 +25,16 @@ def rounded(values, digits=6):
     return result
 
 
+def data_uri(kind, data):
+    return f"data:{kind};base64," + base64.b64encode(data).decode("ascii")
+
+
 class GltfWriter:
     """Collects meshes, materials, nodes; `text` gives the file."""
 
     def __init__(self):
         self.buffer = bytearray()
+        self.more_buffers = []
         self.extensions = set()
         self.root = {
             "asset": {"version": "2.0", "generator": "raygraph scenes/generate.py"},
@@ -161,15 +166,14 @@ class GltfWriter:
             fields["rotation"] = rounded(rotation, 8)
         return self.node(**fields)
 
-    def image(self, name, png):
-        uri = "data:image/png;base64," + base64.b64encode(png).decode("ascii")
-        return self.add("images", {"name": name, "uri": uri})
+    def image(self, name, data, kind="png"):
+        return self.add("images", {"name": name, "uri": data_uri("image/" + kind, data)})
 
     def text(self):
         if self.extensions:
             self.root["extensionsUsed"] = sorted(self.extensions)
-        uri = "data:application/octet-stream;base64," + base64.b64encode(bytes(self.buffer)).decode("ascii")
-        self.root["buffers"] = [{"byteLength": len(self.buffer), "uri": uri}]
+        uri = data_uri("application/octet-stream", bytes(self.buffer))
+        self.root["buffers"] = [{"byteLength": len(self.buffer), "uri": uri}] + self.more_buffers
         lines = []
         for key, value in self.root.items():
             if isinstance(value, list) and value and isinstance(value[0], dict):
@@ -188,20 +192,29 @@ def normal_of(a, b, c):
     return tuple(x / length for x in n)
 
 
-def png_rgb(rows):
-    """8-bit RGB rows as a PNG whose data is stored, not compressed: the same bytes with every zlib."""
-    raw = b"".join(b"\0" + bytes(channel for pixel in row for channel in pixel) for row in rows)
+def stored(data):
+    """A zlib stream whose data is stored, not compressed: the same bytes with every zlib."""
     deflated = b"\x78\x01"
-    for start in range(0, len(raw), 65535):
-        block = raw[start:start + 65535]
-        is_last = start + 65535 >= len(raw)
+    for start in range(0, len(data), 65535):
+        block = data[start:start + 65535]
+        is_last = start + 65535 >= len(data)
         deflated += struct.pack("<BHH", is_last, len(block), len(block) ^ 0xFFFF) + block
-    deflated += struct.pack(">I", zlib.adler32(raw))
+    return deflated + struct.pack(">I", zlib.adler32(data))
 
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 2, 0, 0, 0)
+def png_file(header, data):
+    """`data` is the zlib stream of the rows."""
+    def chunk(kind, content):
+        check = zlib.crc32(kind + content)
+        return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", check)
+
     # sRGB chunk: the colors are meant as sRGB, perceptual intent.
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"sRGB", b"\0") + chunk(b"IDAT", deflated)
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"sRGB", b"\0") + chunk(b"IDAT", data)
             + chunk(b"IEND", b""))
+
+
+def png(rows):
+    """8-bit rows of RGB or RGBA texels."""
+    raw = b"".join(b"\0" + bytes(channel for texel in row for channel in texel) for row in rows)
+    color_type = {3: 2, 4: 6}[len(rows[0][0])]
+    return png_file(struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, color_type, 0, 0, 0), stored(raw))

@@ -97,7 +97,8 @@ TEST(OwnScenes, NestedDielectricsRankGlassIceDrink) {
 // face outwards, so that the volume counted by signed tetrahedra is positive.
 TEST(OwnScenes, SurfacesOfMediaAreClosedAndFaceOutwards) {
     size_t count = 0;
-    for (const char* name : {"glass_sphere.gltf", "material_row.gltf", "nested_dielectrics.gltf"}) {
+    for (const char* name :
+         {"glass_sphere.gltf", "material_row.gltf", "nested_dielectrics.gltf", "scattering_grid.gltf"}) {
         const scene::SceneData scene = OwnScene(name);
         for (const scene::Mesh& mesh : scene.meshes)
             for (const scene::Primitive& primitive : mesh.primitives) {
@@ -123,7 +124,7 @@ TEST(OwnScenes, SurfacesOfMediaAreClosedAndFaceOutwards) {
                 ++count;
             }
     }
-    EXPECT_EQ(count, 11u);
+    EXPECT_EQ(count, 41u);
 }
 
 // "| known.glb | ... | 12 / 1500 | ..." rows of the manifest: file name to triangle counts.
