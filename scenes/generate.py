@@ -126,7 +126,7 @@ def checker_floor():
     """A floor of squares, half a meter each, to the horizon; a mirror ball and a rough one."""
     writer = GltfWriter()
     squares = [[LIGHT if (x // 8 + y // 8) % 2 else DARK for x in range(64)] for y in range(64)]
-    texture = writer.add("textures", {"source": writer.image("squares", png_rgb(squares))})
+    texture = writer.add("textures", {"source": writer.image("squares", png(squares))})
     floor = writer.material("squares", [1, 1, 1], baseColorTexture={"index": texture})
     mirror = writer.material("mirror", [0.9, 0.9, 0.9], metallicFactor=1, roughnessFactor=0)
     rough = writer.material("rough", [0.9, 0.8, 0.6], metallicFactor=1, roughnessFactor=0.3)

@@ -97,5 +97,30 @@ TEST_F(TraceClearcoat, Trace_CoatHasANormalMapOfItsOwn) {
     EXPECT_NEAR(seenWith(&scene::Material::clearcoatNormalTexture), 0.4, 0.02);
 }
 
+// Where the shadow terminator's bias bends a surface, its coat reflects into what is then outside: here a normal
+// map would mirror the view below the bent surface, though above the triangle.
+TEST_F(TraceClearcoat, Trace_CoatFollowsASurfaceThatTheShadowTerminatorBends) {
+    scene::Material black;
+    black.baseColorFactor = {0.0f, 0.0f, 0.0f, 1.0f};
+    black.specularFactor = 0.0f;
+    black.metallicFactor = 0.0f;
+    black.clearcoatFactor = 1.0f;
+    black.clearcoatNormalTexture = {.texture = 0};
+    scene::Mesh mirror = QuadMesh(1.0f, 0);
+    scene::Primitive& quad = mirror.primitives[0];
+    quad.uv0.assign(4, {0.5f, 0.5f});
+    // 20 degrees towards +x, and by the map 60 degrees back
+    quad.normals.assign(4, {0.34202f, 0.0f, 0.93969f});
+    quad.tangents.assign(4, {0.93969f, 0.0f, -0.34202f, 1.0f});
+    scene::SceneData scene = SceneOf({mirror}, {black});
+    scene.images = {{.name = "tilt", .width = 1, .height = 1, .rgba = {17, 128, 191, 255}}};
+    scene.textures = {{.name = "tilt", .image = 0}};
+    render.scene.SetScene(std::move(scene));
+    render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
+    TraceSettings settings = Gltf({0, 0, 100.0f}, {0, 0, 0}, 1e-4f, 4);
+    settings.biases.shadowTerminator = true;
+    EXPECT_NEAR(render.TraceOnce(settings).Mean().x, 0.04, 2e-3);
+}
+
 }  // namespace
 }  // namespace raygraph::testing
