@@ -51,8 +51,8 @@ def layers_grid():
     gold, glow, tint, violet = (1, 0.7, 0.3), (0.1, 0.5, 0.2), (0.9, 0.3, 0.1), (0.6, 0.2, 0.8)
     dull = {"KHR_materials_specular": {"specularFactor": 0}}
     coat = lambda factor: {**dull, "KHR_materials_clearcoat": {"clearcoatFactor": factor}}
-    sheen = {**dull, "KHR_materials_sheen": {"sheenColorFactor": violet, "sheenRoughnessFactor": 0.6}}
-    sheen_at = {angle: sheen_albedo(0.6, math.cos(math.radians(angle))) for angle in angles}
+    sheen = {**dull, "KHR_materials_sheen": {"sheenColorFactor": violet, "sheenRoughnessFactor": 0.9}}
+    sheen_at = {angle: sheen_albedo(0.9, math.cos(math.radians(angle))) for angle in angles}
     smooth = {"roughnessFactor": 0}
     # Label, base color, emission, extensions, fields, what is seen at a cosine of the angle
     kinds = [

@@ -39,12 +39,12 @@ void Remove(Json& json, const std::string& extension) {
 
 class Grids : public VulkanTest {
   protected:
-    // Loads a scene, without an extension if one is named, and finds its pairs.
-    void Set(const std::string& name, const std::string& without = {}) {
+    // Loads a scene, without these extensions, and finds its pairs.
+    void Set(const std::string& name, const std::vector<std::string>& without = {}) {
         std::ifstream file(test::SourceFile("scenes/" + name));
         test::GltfDocument document;
         document.json = Json::parse(file);
-        if (!without.empty()) Remove(document.json, without);
+        for (const std::string& extension : without) Remove(document.json, extension);
         scene::SceneData data = test::Load(document);
         ASSERT_EQ(data.cameras.size(), 1u);
         const scene::Camera& camera = data.cameras[0];
@@ -73,11 +73,14 @@ class Grids : public VulkanTest {
     std::vector<std::string> DifferentMeans(uint32_t sampleCount, double tolerance, double errorLimit) {
         const RenderedImage seen = render.Render(settings, sampleCount);
         std::vector<std::string> names;
+        glm::dvec3 allDifferences(0.0), allVariances(0.0);
         for (const Pair& pair : pairs) {
             const auto [tested, testedError] = MeanOf(seen, pair, pair.side);
             const auto [expected, expectedError] = MeanOf(seen, pair, 0);
             const glm::dvec3 error = glm::sqrt(testedError * testedError + expectedError * expectedError);
             EXPECT_LT(std::max({error.x, error.y, error.z}), errorLimit) << pair.name;
+            allDifferences += tested - expected;
+            allVariances += error * error;
             for (int c = 0; c < 3; ++c)
                 if (std::abs(tested[c] - expected[c]) > 5.0 * error[c] + tolerance) {
                     names.push_back(pair.name + ": is " + TextOf(tested) + ", expected " + TextOf(expected) +
@@ -85,6 +88,11 @@ class Grids : public VulkanTest {
                     break;
                 }
         }
+        // What is too small to be seen in one pair may be seen in all of them
+        const double count = double(pairs.size());
+        for (int c = 0; c < 3 && names.empty(); ++c)
+            if (std::abs(allDifferences[c]) > 5.0 * std::sqrt(allVariances[c]) + tolerance * count)
+                names.push_back("all: differ by " + TextOf(allDifferences / count) + " on average");
         return names;
     }
 
@@ -145,34 +153,30 @@ TEST_F(Grids, Trace_SlabsOfScatteringMediaReturnWhatDoublingComputes) {
     render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
     Set("scattering_grid.gltf");
     ASSERT_EQ(pairs.size(), 30u);
-    EXPECT_EQ(Lines(DifferentMeans(32, 0.002, 0.015)), "");
+    EXPECT_EQ(Lines(DifferentMeans(16, 0.002, 0.03)), "");
     // What does not scatter lets e^-depth through.
-    Set("scattering_grid.gltf", "KHR_materials_volume_scatter");
-    EXPECT_EQ(DifferentMeans(4, 0.002, 0.015).size(), 30u);
+    Set("scattering_grid.gltf", {"KHR_materials_volume_scatter"});
+    EXPECT_EQ(DifferentMeans(4, 0.002, 0.03).size(), 30u);
 }
 
 TEST_F(Grids, Trace_SheetsPassAndReflectTheirSharesOfLight) {
     Set("diffuse_transmission_grid.gltf");
     ASSERT_EQ(pairs.size(), 15u);
-    EXPECT_EQ(Lines(DifferentMeans(128, 0.002, 0.008)), "");
-    Set("diffuse_transmission_grid.gltf", "KHR_materials_diffuse_transmission");
-    EXPECT_EQ(DifferentMeans(128, 0.002, 0.008).size(), 12u) << "all but those that transmit nothing";
+    EXPECT_EQ(Lines(DifferentMeans(64, 0.002, 0.012)), "");
+    Set("diffuse_transmission_grid.gltf", {"KHR_materials_diffuse_transmission"});
+    EXPECT_EQ(DifferentMeans(32, 0.002, 0.02).size(), 12u) << "all but those that transmit nothing";
 }
 
 TEST_F(Grids, Trace_LayersReflectAndPassWhatTheirFormulasSay) {
     render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
     Set("layers_grid.gltf");
     ASSERT_EQ(pairs.size(), 40u);
-    EXPECT_EQ(Lines(DifferentMeans(16, 0.003, 0.005)), "");
-    const auto without = [&](const char* extension) {
-        Set("layers_grid.gltf", extension);
-        return DifferentMeans(4, 0.003, 0.02).size();
-    };
-    EXPECT_EQ(without("KHR_materials_clearcoat"), 10u);
-    EXPECT_EQ(without("KHR_materials_sheen"), 10u);
-    EXPECT_EQ(without("KHR_materials_ior"), 5u);
-    EXPECT_EQ(without("KHR_materials_transmission"), 5u);
-    EXPECT_GE(without("KHR_materials_specular"), 5u) << "its own row; others have a little too much gloss";
+    EXPECT_EQ(Lines(DifferentMeans(16, 0.003, 0.01)), "");
+    Set("layers_grid.gltf", {"KHR_materials_clearcoat", "KHR_materials_sheen", "KHR_materials_ior",
+                             "KHR_materials_transmission"});
+    EXPECT_EQ(DifferentMeans(16, 0.003, 0.01).size(), 30u) << "all but metal and the specular layer";
+    Set("layers_grid.gltf", {"KHR_materials_specular"});
+    EXPECT_GE(DifferentMeans(16, 0.003, 0.01).size(), 5u);
 }
 
 // The spectra of linear sRGB are sums of Gaussians in the shader: shaders/bxdf/thin_film.glsl.
@@ -181,7 +185,7 @@ TEST_F(Grids, Trace_FilmsReflectTheColorsOfAirysFormula) {
     Set("films_grid.gltf");
     ASSERT_EQ(pairs.size(), 24u);
     EXPECT_EQ(Lines(DifferentMeans(4, 0.012, 0.005)), "");
-    Set("films_grid.gltf", "KHR_materials_iridescence");
+    Set("films_grid.gltf", {"KHR_materials_iridescence"});
     EXPECT_EQ(DifferentMeans(4, 0.012, 0.005).size(), 24u);
 }
 
@@ -190,7 +194,7 @@ TEST_F(Grids, EveryTextureFormatShowsThePicture) {
     ASSERT_EQ(pairs.size(), 24u);
     EXPECT_EQ(Lines(DifferentHits(1e-6f)), "");
     const auto without = [&](const char* extension) {
-        Set("texture_formats_grid.gltf", extension);
+        Set("texture_formats_grid.gltf", {extension});
         return DifferentHits(1e-6f).size();
     };
     EXPECT_EQ(without("EXT_texture_webp"), 1u);
@@ -203,7 +207,7 @@ TEST_F(Grids, TextureCoordinatesAreTransformedAndChosen) {
     ASSERT_EQ(pairs.size(), 8u);
     EXPECT_EQ(Lines(DifferentHits(1e-6f)), "");
     EXPECT_EQ(Lines(DifferentMeans(16, 0.002, 0.02)), "");
-    Set("texture_coordinates_grid.gltf", "KHR_texture_transform");
+    Set("texture_coordinates_grid.gltf", {"KHR_texture_transform"});
     EXPECT_EQ(DifferentHits(1e-6f).size(), 6u) << "all but the one of the core format, and emission";
     EXPECT_NE(Lines(DifferentMeans(16, 0.002, 0.02)).find("EMISSION"), std::string::npos);
 }
@@ -228,7 +232,7 @@ TEST_F(Grids, StoredMeshesAreThePlainOne) {
     ASSERT_EQ(pairs.size(), 10u);
     EXPECT_EQ(Lines(DifferentHits(2e-3f)), "") << "normals of 8 bits are made unit vectors";
     for (const char* extension : {"KHR_draco_mesh_compression", "EXT_mesh_gpu_instancing"}) {
-        Set("meshes_grid.gltf", extension);
+        Set("meshes_grid.gltf", {extension});
         EXPECT_EQ(DifferentHits(2e-3f).size(), 1u) << extension;
     }
 }
