@@ -194,8 +194,7 @@ class LeftOut {
     void Warn(GltfContext& context) const {
         const auto warn = [&](const Some& some, const char* what, const char* option, const char* shape) {
             if (some.primitives == 0) return;
-            const std::string more =
-                some.primitives > 1 ? Text(" and {} more primitives", some.primitives - 1) : "";
+            const std::string more = some.primitives > 1 ? Text(" and {} more", some.primitives - 1) : "";
             context.Warn(
                 some.where + more, what,
                 Text("{} {} left out; a radius ({}) shows them as {}", some.count, what, option, shape));

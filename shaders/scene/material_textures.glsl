@@ -37,12 +37,19 @@ CapsuleRecord CapsuleAt(InstanceRecord instance, uint primitive) {
     return CapsuleStream(instance.positions).at[primitive];
 }
 
-// Of a capsule, whose place stands for barycentrics: its segment, as a triangle without a third vertex.
+// Of a capsule, whose place stands for barycentrics: its segment, as a triangle without a third vertex. Its
+// textures are read at level 0.
 Triangle SegmentAt(CapsuleRecord capsule, vec2 place) {
     float along = clamp(place.y, 0.0f, 1.0f);
     Triangle segment;
     segment.vertices = uvec3(capsule.first, capsule.second, capsule.second);
     segment.weights = vec3(1.0f - along, along, 0.0f);
+#ifdef PIXEL_FOOTPRINT
+    segment.weightsAcross = vec3(0.0f);
+    segment.weightsDown = vec3(0.0f);
+#else
+    segment.uvAreas = vec2(0.0f);
+#endif
     return segment;
 }
 

@@ -260,7 +260,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.clearance =
         RayClearance(mat3(instance.objectToWorld), instance.objectToWorld[3], p0, e1, e2, p);
 
-    if (HasTraceFeature(kTraceTextureLod))
+    if (HasTraceFeature(kTraceTextureLod) && !IsRound(instance))
         FindFootprint(triangle, instance, geometry, p0, e1, e2, ray, hit.t);
 
     // Normals, on the side the ray came from

@@ -255,7 +255,7 @@ TEST_F(TraceCapsules, Trace_ColorsRunAlongSegmentsAndIdsAreTheFiles) {
         ASSERT_EQ(hits.ids[i].z, position.y < 0.0f ? 0u : 1u);
         seen[hits.ids[i].z]++;
         ASSERT_NEAR(color.x, glm::clamp(0.5f + 0.5f * position.x, 0.0f, 1.0f), 1e-5f);
-        ASSERT_EQ(color.y, position.y < 0.0f ? 1.0f : 0.0f);
+        ASSERT_NEAR(color.y, position.y < 0.0f ? 1.0f : 0.0f, 1e-6f);
     }
     EXPECT_GT(seen[0], 100u);
     EXPECT_GT(seen[1], 100u);

@@ -99,10 +99,9 @@ TEST(ImportPoints, OneOptionDoesNotShowTheOther) {
     document.json["meshes"][0]["primitives"].push_back(line);
     const scene::SceneData points = Load(document, WithRadii({.value = 1.0f}, {}));
     EXPECT_EQ(points.meshes[0].primitives.size(), 1u);
-    EXPECT_EQ(
-        points.warnings,
-        std::vector<std::string>{"scene.gltf: meshes[0].primitives[1] and 1 more primitives: 6 line segments "
-                                 "are left out; a radius (--lines) shows them as capsules"});
+    EXPECT_EQ(points.warnings,
+              std::vector<std::string>{"scene.gltf: meshes[0].primitives[1] and 1 more: 6 line segments "
+                                       "are left out; a radius (--lines) shows them as capsules"});
     EXPECT_EQ(Load(document, WithRadii({}, {.value = 1.0f})).meshes[0].primitives.size(), 2u);
 }
 
