@@ -39,9 +39,9 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     return features;
 }
 
-// Whether light passes straight into the medium of some material: it has the index of air, or it or another one
-// of its index scatters. That other pairs of media of one index touch is rare (two objects of glass), so their
-// boundaries stop shadow rays like those of all glass.
+// Whether light passes straight into the medium of some material: it has the index of air, or it or another
+// one of its index scatters. That other pairs of media of one index touch is rare (two objects of glass), so
+// their boundaries stop shadow rays like those of all glass.
 bool HasMatchedMedia(const SceneResources& resources) {
     const auto isOpen = [](const gpu::MaterialRecord& material) {
         return (material.flags & (gpu::kMaterialVolume | gpu::kMaterialUnlit)) == gpu::kMaterialVolume &&

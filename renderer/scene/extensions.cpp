@@ -52,7 +52,7 @@ constexpr std::array kKnown{
     Read("KHR_materials_sheen", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord", "fibers on the surface"),
     Read("KHR_materials_specular", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord",
          "strength and color of the reflection"),
-    NotRead("KHR_materials_subsurface", "a proposal of 2021; what became of it is KHR_materials_volume_scatter"),
+    NotRead("KHR_materials_subsurface", "a proposal of 2021: now KHR_materials_volume_scatter"),
     Read("KHR_materials_transmission", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord",
          "light passes through"),
     Read("KHR_materials_unlit", "ImportedScene.EveryFactorOfAMaterialIsInItsRecord", "shows its base color"),

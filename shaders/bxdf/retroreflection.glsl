@@ -1,7 +1,7 @@
-// Facets that reflect light back to where it came from (KHR_materials_retroreflection, draft): a share of what
-// the material's own facets reflect, of metal, dielectric layer and glass, is that of a viewer mirrored about
-// the normal, f(Mirrored(wo), wi). Portsmouth et al. 2026, "A Minimal Retroreflective Microfacet Model", JCGT
-// 15(1). What they transmit, clear coat, sheen and diffuse lobes stay as they are.
+// Facets that reflect light back to where it came from (KHR_materials_retroreflection, draft): a share of
+// what the material's own facets reflect, of metal, dielectric layer and glass, is that for a viewer mirrored
+// about the normal, f(Mirrored(wo), wi). Portsmouth et al. 2026, the minimal retroreflective microfacet
+// model, JCGT 15(1). What they transmit, clear coat, sheen and diffuse lobes stay as they are.
 //
 // Turned by half a circle facets are distributed as before. So f stays reciprocal, albedos and what passes to
 // lobes below are those without, and a direction of f(wo, .) that is mirrored is one of f(Mirrored(wo), .).

@@ -17,8 +17,8 @@
 // sampling weights both ways to find a light (Veach 1997, chapter 9). Unbiased, except for maxDepth,
 // clampIndirect and regularize, which are off by default.
 //
-// Light that passes straight through a smooth thin wall, or into or out of a medium of the same index, has not
-// been scattered: to both ways of finding a light the surface is a hole for a share of the light, and the
+// Light that passes straight through a smooth thin wall, or into or out of a medium of the same index, has
+// not been scattered: to both ways of finding a light the surface is a hole for a share of the light, and the
 // remaining paths sample its other lobes.
 //
 // Sample dimensions: 0 to 3 are the camera's; each bounce has kBounceDimensions of its own, so that the same

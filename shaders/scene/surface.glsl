@@ -138,9 +138,10 @@ SurfaceMaterial MaterialInputs(GeometryRecord geometry, MaterialRecord material,
         vec4 color = SampleTexture(TEXTURE_OF(material, diffuseTransmissionColor), geometry, triangle);
         result.diffuseTransmissionColor = material.diffuseTransmissionColor * color.xyz;
     }
-    if (HasTraceFeature(kTraceRetroreflection))
-        result.retroreflection =
-            material.retroreflection * SampleTexture(TEXTURE_OF(material, retroreflection), geometry, triangle).x;
+    if (HasTraceFeature(kTraceRetroreflection)) {
+        vec4 share = SampleTexture(TEXTURE_OF(material, retroreflection), geometry, triangle);
+        result.retroreflection = material.retroreflection * share.x;
+    }
     result.flags = material.flags;
     result.id = geometry.material;
     return result;

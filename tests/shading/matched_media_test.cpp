@@ -301,10 +301,14 @@ TEST_F(MatchedMedia, LightSamplingFindsThroughBoundariesWhatChanceFinds) {
     milky.roughness = 0.5f;
     milky.clearcoat = 0.6f;
     milky.baseColor = vec3(0.9f, 0.6f, 0.8f);
-    balls = {{.medium = Fog(vec3(0.5f, 1.0f, 2.0f), vec3(0.9f, 0.8f, 0.95f), 0.4f, 1.0f, 0u)},
+    balls = {{.medium = Fog(vec3(0.5f, 1.0f, 2.0f), vec3(0.9f, 0.8f, 0.95f), 0.4f, 1.0f, 1u)},
              {.center = vec3(0.1f, 0.2f, 0.5f),
               .radius = 0.35f,
-              .medium = Fog(vec3(3.0f, 2.0f, 0.5f), vec3(0.9f), 0.0f, 1.0f, 1u)}};
+              .medium = Fog(vec3(3.0f, 2.0f, 0.5f), vec3(0.9f), 0.0f, 1.0f, 2u)},
+             // Hidden in the first
+             {.center = vec3(0.2f, -0.2f, 0.0f),
+              .radius = 0.4f,
+              .medium = Fog(vec3(50.0f), vec3(0.0f), 0.0f, 1.7f, 0u)}};
     hasLamp = true;
     testLights.AddTriangle(kLampCorners[0], kLampCorners[2], kLampCorners[1], vec3(40.0f));
     image::ImageF sky{.width = 16, .height = 8, .rgba = {}};
