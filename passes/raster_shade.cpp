@@ -59,13 +59,12 @@ TextureId ShadePixels(Renderer& renderer, const SceneIds& scene, const TraceSett
     const bool isTraced = shading.shadows == RasterShadows::Rays;
     const auto setup = [&](PassBuilder& pass) {
         if (isTraced) {
-            pass.RayGen(PlainVariant("raster/shade_rays.rgen", scene, settings));
+            pass.RayGen("raster/shade_rays.rgen");
             BindTracing(pass, scene, RasterParameters(scene, settings), AlphaTest::On);
             BindShadowRays(pass, scene);
         } else {
-            const char* shader =
-                shading.shadows == RasterShadows::Maps ? "raster/shade_maps.comp" : "raster/shade.comp";
-            pass.Compute(PlainVariant(shader, scene, settings));
+            pass.Compute(shading.shadows == RasterShadows::Maps ? "raster/shade_maps.comp"
+                                                                : "raster/shade.comp");
             pass.Uniform("parameters", RasterParameters(scene, settings));
         }
         uint32_t options = shading.openShare.IsValid() ? gpu::kShadeOcclusion : 0u;

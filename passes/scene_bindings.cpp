@@ -97,13 +97,6 @@ uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings) {
     return settings.scattering.brdf == BrdfModel::Gltf ? scene.lobeFeatures : 0u;
 }
 
-std::string PlainVariant(std::string shader, const SceneIds& scene, const TraceSettings& settings) {
-    constexpr uint32_t kRare =
-        kTraceIridescence | kTraceAnisotropy | kTraceMatchedMedia | kTraceRetroreflection;
-    if ((LobeFeatures(scene, settings) & kRare) == 0) shader.insert(shader.rfind('.'), "_plain");
-    return shader;
-}
-
 Region RegionOf(const TraceSettings& settings) {
     const Extent2D& extent = settings.extent;
     const Region& region = settings.region;

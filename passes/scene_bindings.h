@@ -2,8 +2,6 @@
 // of the Renderer.
 #pragma once
 
-#include <string>
-
 #include "base/api.h"
 #include "passes/trace.h"
 #include "renderer/graph/pass_builder.h"
@@ -35,12 +33,6 @@ RAYGRAPH_API void BindEnvironment(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindLights(PassBuilder& pass, const SceneIds& scene);
 // The lobes that materials have under that model: bits of kTraceFeatures. None but glTF's own has any.
 RAYGRAPH_API uint32_t LobeFeatures(const SceneIds& scene, const TraceSettings& settings);
-// The variant of a shader that shades surfaces without the code of thin films, of stretched highlights, of
-// light that is reflected back or passes matched media, if the scene has none of them:
-// "raster/shade_plain.comp" for "raster/shade.comp". A device inlines that code before it finds that the
-// features are off, which on a CPU device doubles the time of compilation.
-RAYGRAPH_API std::string PlainVariant(std::string shader, const SceneIds& scene,
-                                      const TraceSettings& settings);
 // Those of direct light: settings.scattering and settings.lights.sampler, and what the scene has; whether
 // textures are read at other levels than 0, if there are any.
 RAYGRAPH_API void SpecializeDirect(PassBuilder& pass, const SceneIds& scene, const TraceSettings& settings,

@@ -67,7 +67,7 @@ TraceIds Trace(Renderer& renderer, const SceneIds& scene, const TraceSettings& s
     renderer.AddPass(
         "Trace", PassKind::RayTracing,
         [&](PassBuilder& pass) {
-            pass.RayGen(PlainVariant(RayGenOf(outputs), scene, settings));
+            pass.RayGen(RayGenOf(outputs));
             SpecializeTrace(pass, scene, settings);
             BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::On);
             BindShadowRays(pass, scene);

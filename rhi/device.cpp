@@ -83,6 +83,8 @@ void Device::Impl::Open(const OptionalFeatures& optional, const std::filesystem:
     VkPipelineCache cache = VK_NULL_HANDLE;
     check(vk.vkCreatePipelineCache(device, &cacheInfo, allocation, &cache), "vkCreatePipelineCache");
     pipelineCache = cache;
+    if (info.isLavapipe)
+        specializedShaders.emplace(savesPipelineCache ? cacheFolder : std::filesystem::path(), log);
 }
 
 VkResult Device::Impl::Await(uint64_t value) noexcept {
@@ -287,6 +289,12 @@ bool Device::SavePipelineCache() {
         Say(Log(), LogLevel::Debug, log_category::kCache, "pipeline cache of {} is saved",
             BytesText(savedBytes));
     return problem.empty();
+}
+
+std::shared_ptr<const std::vector<uint32_t>> Device::Specialized(
+    std::span<const uint32_t> spirv, std::span<const SpecializationValue> values) {
+    if (!m_impl->specializedShaders) return nullptr;
+    return m_impl->specializedShaders->Find(spirv, values);
 }
 
 VkDescriptorSetLayout Device::TextureTableLayout() {

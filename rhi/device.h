@@ -13,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,7 @@ namespace raygraph::rhi {
 
 class CommandList;
 class Tlas;
+struct SpecializationValue;  // rhi/shader_stage.h
 
 // The longest time that a wait may last without any submission completing; see hangLimit.
 inline constexpr std::chrono::milliseconds kDefaultHangLimit = std::chrono::minutes(2);
@@ -264,6 +266,10 @@ class RAYGRAPH_API Device {
 
     // Shared by all pipelines: the layout of set 1 (bindless textures), see rhi/texture_table.h.
     VkDescriptorSetLayout TextureTableLayout();
+    // The SPIR-V to give to the driver in place of a shader's own (rhi/shader_specializer.h); null: its own,
+    // with the values. Null on all but CPU devices: drivers of GPUs do this well. Only for rhi/.
+    std::shared_ptr<const std::vector<uint32_t>> Specialized(std::span<const uint32_t> spirv,
+                                                             std::span<const SpecializationValue> values);
 
   private:
     friend class Buffer;

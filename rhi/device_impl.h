@@ -10,6 +10,7 @@
 #include "rhi/message_sink.h"
 #include "rhi/pipeline_cache_file.h"
 #include "rhi/retire_queue.h"
+#include "rhi/specialized_shaders.h"
 #include "rhi/vma.h"
 
 namespace raygraph::rhi {
@@ -138,6 +139,7 @@ struct Device::Impl {
     std::mutex pipelineCacheMutex;
     PipelineCacheFile pipelineCacheFile;
     VkPipelineCache pipelineCache = VK_NULL_HANDLE;
+    std::optional<SpecializedShaders> specializedShaders;  // of a CPU device
     std::mutex tableLayoutMutex;
     VkDescriptorSetLayout tableLayout = VK_NULL_HANDLE;
 };

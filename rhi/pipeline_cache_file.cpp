@@ -8,6 +8,7 @@
 #include "base/atomic_file.h"
 #include "base/read_file.h"
 #include "base/text.h"
+#include "rhi/checksum.h"
 
 namespace raygraph::rhi {
 namespace {
@@ -21,13 +22,6 @@ struct FileHeader {
 
 // No cache should be larger; NVIDIA's own limit for its disk cache is of this order.
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 30;
-
-// FNV-1a, 64 bits.
-uint64_t Checksum(std::span<const std::byte> bytes) {
-    uint64_t hash = 0xcbf29ce484222325ull;
-    for (const std::byte b : bytes) hash = (hash ^ static_cast<uint64_t>(b)) * 0x100000001b3ull;
-    return hash;
-}
 
 std::string Hex(std::span<const uint8_t> bytes) {
     constexpr char kDigits[] = "0123456789abcdef";

@@ -10,7 +10,7 @@ namespace raygraph::rhi {
 
 StageSet::StageSet(Device& device, const std::string& pipeline, const ShaderInterface& interface,
                    std::span<const SpecializationValue> specialization)
-    : m_device(device), m_pipeline(pipeline) {
+    : m_device(device), m_pipeline(pipeline), m_given(specialization.begin(), specialization.end()) {
     for (const SpecializationValue& value : specialization) {
         const auto& known = interface.specialization;
         if (std::none_of(known.begin(), known.end(), [&](const auto& c) { return c.id == value.id; })) {
@@ -45,13 +45,15 @@ uint32_t StageSet::Add(const ShaderStage& shader, StageKind expected) {
 
     VkShaderModuleCreateInfo create{};
     create.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-    create.codeSize = shader.spirv.size_bytes();
-    create.pCode = shader.spirv.data();
+    const auto specialized = m_device.Specialized(shader.spirv, m_given);
+    const std::span<const uint32_t> words = specialized ? std::span(*specialized) : shader.spirv;
+    create.codeSize = words.size_bytes();
+    create.pCode = words.data();
     VkPipelineShaderStageCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
     info.stage = ToVk(stage);
     info.pName = "main";
-    info.pSpecializationInfo = m_entries.empty() ? nullptr : &m_specialization;
+    info.pSpecializationInfo = m_entries.empty() || specialized ? nullptr : &m_specialization;
     m_words.push_back(shader.spirv.data());
     m_kinds.push_back(stage);
     m_infos.emplace_back();  // a null module is legal to destroy

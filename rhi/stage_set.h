@@ -34,6 +34,7 @@ class StageSet {
   private:
     Device& m_device;
     std::string m_pipeline;
+    std::vector<SpecializationValue> m_given;
     std::vector<uint32_t> m_values;
     std::vector<VkSpecializationMapEntry> m_entries;
     VkSpecializationInfo m_specialization{};

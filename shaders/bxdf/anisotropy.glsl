@@ -87,7 +87,7 @@ INLINE FacetEnergy EstimateFacets(vec2 alpha, vec3 wo, uint seed) {
     energy.curveMean = 0.0f;
     energy.curveProduct = 0.0f;
     energy.continuation = 0.0f;
-#ifndef PLAIN_SURFACES
+    if (!HasTraceFeature(kTraceAnisotropy)) return energy;
     float share = 1.0f / float(kStretchFacets);
     DONT_UNROLL
     for (uint i = 0u; i < kStretchFacets; ++i) {
@@ -103,15 +103,12 @@ INLINE FacetEnergy EstimateFacets(vec2 alpha, vec3 wo, uint seed) {
         energy.curveMean += second * 0.5f * (curve + next);
         energy.curveProduct += second * curve * next;
     }
-#endif
     return energy;
 }
 
 // GlassEnergy towards wo. How light that meets more facets is divided is that of `table`.
 INLINE GlassEnergy EstimateGlass(vec2 alpha, float eta, vec3 wo, uint seed, GlassEnergy table) {
-#ifdef PLAIN_SURFACES
-    return table;
-#else
+    if (!HasTraceFeature(kTraceAnisotropy)) return table;
     FacetLattice lattice = StartLattice(seed);
     GlassEnergy energy;
     energy.passed = vec2(0.0f);
@@ -137,7 +134,6 @@ INLINE GlassEnergy EstimateGlass(vec2 alpha, float eta, vec3 wo, uint seed, Glas
     energy.passed /= float(kStretchGlassFacets);
     energy.reflected /= float(kStretchGlassFacets);
     return energy;
-#endif
 }
 
 // ------------------------------------------------------------------------------------------- by the tables

@@ -35,17 +35,13 @@ struct LobeSum {
 };
 
 // The part of a lobe that goes back, in SumLobes.
-#ifdef PLAIN_SURFACES
-#define RAYGRAPH_TURN_BACK_(name)
-#else
 #define RAYGRAPH_TURN_BACK_(name)                                                 \
-    if (isTurnedBack && IsWalked(g.name)) {                                       \
+    if (HasTraceFeature(kTraceRetroreflection) && isTurnedBack && IsWalked(g.name)) { \
         float backPDF = 0.0f;                                                     \
         vec3 backValue = Evaluate(g.name, g.view, back, backPDF);                 \
         value = mix(value, backValue, g.view.backShare);                          \
         lobePDF = mix(lobePDF, backPDF, g.view.backShare);                        \
     }
-#endif
 
 INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
     LobeSum sum;
@@ -56,7 +52,7 @@ INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
     float passed = 1.0f;  // to diffuse lobes, by the lobes so far
     FacetPair back = pair;
     bool isTurnedBack = IsTurnedBack(g.view, pair.wi);
-    if (isTurnedBack) back = BackPairOf(g.view, pair.wi, pair.isDelta);  // a plain shader has none
+    if (isTurnedBack) back = BackPairOf(g.view, pair.wi, pair.isDelta);
 #define RAYGRAPH_ADD_LOBE_(Lobe, name, feature)                                   \
     if (HasTraceFeature(feature) && g.name##Chance > 0.0f) {                      \
         float lobePDF = 0.0f;                                                     \

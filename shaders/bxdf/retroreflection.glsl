@@ -16,11 +16,7 @@ SHADING_BEGIN
 
 // Whether a part of such light is reflected back: not of what is transmitted.
 INLINE bool IsTurnedBack(FacetView view, vec3 wi) {
-#ifdef PLAIN_SURFACES
-    return false;
-#else
     return HasTraceFeature(kTraceRetroreflection) && view.backShare > 0.0f && wi.z > 0.0f;
-#endif
 }
 
 // The pair for light that goes back; only for directions that IsTurnedBack.
@@ -31,15 +27,11 @@ INLINE FacetPair BackPairOf(FacetView view, vec3 wi, bool isDelta) {
 
 // Whether a sample is of that light; `within` remains uniform.
 INLINE bool ChooseBack(FacetView view, INOUT(float) within) {
-#ifdef PLAIN_SURFACES
-    return false;
-#else
     if (!HasTraceFeature(kTraceRetroreflection) || !(view.backShare > 0.0f)) return false;
     bool isBack = within < view.backShare;
     within = isBack ? within / view.backShare : (within - view.backShare) / (1.0f - view.backShare);
     within = min(within, 0.99999994f);
     return isBack;
-#endif
 }
 
 SHADING_END

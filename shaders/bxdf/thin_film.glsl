@@ -19,6 +19,7 @@
 #define RAYGRAPH_BXDF_THIN_FILM_GLSL
 
 #include "core/math.glsl"
+#include "core/trace_options.glsl"
 
 SHADING_BEGIN
 
@@ -171,9 +172,7 @@ INLINE vec3 InterferenceGain(ComplexColor r12, ComplexColor r23, PathSpectrum sp
 // What the film adds to the reflectance of a facet of the index eta + i k, relative to the medium before it
 // as the film's is: less than 0 where it takes away. cosI > 0 is in that medium.
 INLINE vec3 FilmGain(ThinFilm film, float cosI, vec3 eta, vec3 k) {
-#ifdef PLAIN_SURFACES
-    return vec3(0.0f);
-#else
+    if (!HasTraceFeature(kTraceIridescence)) return vec3(0.0f);
     vec3 zero = vec3(0.0f);
     float c = min(cosI, 1.0f);
     float sin2 = 1.0f - c * c;
@@ -197,7 +196,6 @@ INLINE vec3 FilmGain(ThinFilm film, float cosI, vec3 eta, vec3 k) {
     vec3 tunneled = exp2((-1.44269504088896f * kTwoPi * path * within.im.x) * MeanWaveNumbers());
     vec3 with = AiryReflectance(r12s, Scaled(r23s, tunneled)) + AiryReflectance(r12p, Scaled(r23p, tunneled));
     return 0.5f * (with - AiryReflectance(r12s, r23s) - AiryReflectance(r12p, r23p));
-#endif
 }
 
 SHADING_END

@@ -26,16 +26,20 @@
 
 #else
 
-#define OPTION(Choice, Name, id, value)                           \
-    layout(constant_id = id) const uint k##Name = k##Name##value; \
-    uint Active##Name() {                                         \
-        return k##Name;                                           \
-    }
-#define OPTION_BITS(Name, Has, id, value)                \
-    layout(constant_id = id) const uint k##Name = value; \
-    bool Has(uint bit) {                                 \
-        return (k##Name & bit) != 0u;                    \
-    }
+#define OPTION(Choice, Name, id, value)   layout(constant_id = id) const uint k##Name = k##Name##value;
+#define OPTION_BITS(Name, Has, id, value) layout(constant_id = id) const uint k##Name = value;
+// As macros (which no macro can define, so a new option gets its line here): glslang makes a constant of
+// operators on specialization constants but not of a call. rhi/shader_specializer.h starts from constants.
+#define ActiveBrdf()             kBrdf
+#define ActiveDistribution()     kDistribution
+#define ActiveFresnel()          kFresnel
+#define ActiveLightSampler()     kLightSampler
+#define ActiveMasking()          kMasking
+#define ActiveMis()              kMis
+#define ActiveMultiscatterKind() kMultiscatterKind
+#define ActiveRoulette()         kRoulette
+#define ActiveSamplerKind()      kSamplerKind
+#define HasTraceFeature(bit)     ((kTraceFeatures & (bit)) != 0u)
 
 #endif
 

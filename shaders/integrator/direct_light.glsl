@@ -52,9 +52,7 @@ INLINE bool IsMatchedBoundary(SurfaceMaterial material, Boundary boundary, float
 // The share of it that arrives, where light passes from medium to medium. Which medium lies behind a boundary
 // depends on those before it, so they must be met in order: an any-hit shader would not. Counts its rays.
 INLINE vec3 ShareThroughMedia(DirectLight direct, float wavelength, Sampler rng, INOUT(uint) rayCount) {
-#ifdef PLAIN_SURFACES
-    return vec3(0.0f);
-#else
+    if (!HasTraceFeature(kTraceMatchedMedia)) return vec3(0.0f);
     vec3 share = vec3(1.0f);
     Ray ray = direct.ray;
     float rest = direct.distance;
@@ -91,7 +89,6 @@ INLINE vec3 ShareThroughMedia(DirectLight direct, float wavelength, Sampler rng,
         ++rayCount;
     }
     return rayCount < kMaxRays ? share : vec3(0.0f);
-#endif
 }
 
 SHADING_END

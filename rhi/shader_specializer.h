@@ -1,0 +1,31 @@
+// SPIR-V made for given values of its specialization constants, without the code that they switch off.
+//
+// A driver may inline every function before it looks at the constants: on Mesa's CPU driver, whose
+// compilation is most of the time to a first picture, code that is off then costs as much as code that runs.
+// Stands on SPIRV-Tools; where the library was built without it, nothing is specialized here and the driver
+// does it all. For rhi/ alone. Threads: pure functions, for any.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "rhi/shader_stage.h"
+
+namespace raygraph::rhi {
+
+// Names what makes the words: the version of SPIRV-Tools and of this use of it. Empty: there is none.
+std::string SpecializerVersion();
+
+// Those of `values` that the module has a constant for, in the order of its declarations.
+std::vector<SpecializationValue> ValuesOf(std::span<const uint32_t> spirv,
+                                          std::span<const SpecializationValue> values);
+
+// The module with constants in place of its specialization constants: those of `values`, otherwise the
+// defaults. Branches that they decide, functions that are no longer called and names are gone; what is bound
+// and what is computed is as before. Empty: without SPIRV-Tools, or if it cannot read the module.
+std::vector<uint32_t> SpecializeSpirv(std::span<const uint32_t> spirv,
+                                      std::span<const SpecializationValue> values);
+
+}  // namespace raygraph::rhi

@@ -1,0 +1,52 @@
+// SpecializedShaders: what SpecializeSpirv made (rhi/shader_specializer.h), kept in memory and on disk,
+// because a large shader takes up to a second.
+//
+// A file a module, "shaders/<key>.spv" in the folder of the pipeline cache. The key is a hash of module,
+// values and the specializer's version; the file says its key, size and checksum, and one that is damaged or
+// of another key is made anew. The files that were not used for longest are removed beyond 64 MiB. Processes
+// may share the folder. Threads: any. For rhi/ alone.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "base/log.h"
+#include "rhi/shader_stage.h"
+
+namespace raygraph::rhi {
+
+class SpecializedShaders {
+  public:
+    using Words = std::shared_ptr<const std::vector<uint32_t>>;
+
+    // `folder`: that of the pipeline cache; empty: nothing is kept on disk. `log` is told of files that are
+    // not what they should be, and of one that cannot be written.
+    SpecializedShaders(const std::filesystem::path& folder, Log log);
+
+    // Null: the module has none of the values, or nothing is made of it; then it is used as it is. Throws
+    // std::bad_alloc alone.
+    Words Find(std::span<const uint32_t> spirv, std::span<const SpecializationValue> values);
+
+  private:
+    using Key = std::pair<uint64_t, uint64_t>;
+    std::filesystem::path FileOf(const Key& key) const;
+    Words Load(const Key& key) const;
+    void Save(const Key& key, const std::vector<uint32_t>& words) const;
+    void RemoveOldFiles() const;
+
+    std::filesystem::path m_folder;
+    Log m_log;
+    std::string m_version;
+    std::mutex m_mutex;
+    std::map<Key, Words> m_known;
+    uint64_t m_knownBytes = 0;
+};
+
+}  // namespace raygraph::rhi
