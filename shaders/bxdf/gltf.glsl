@@ -35,12 +35,12 @@ struct LobeSum {
 };
 
 // The part of a lobe that goes back, in SumLobes.
-#define RAYGRAPH_TURN_BACK_(name)                                                 \
+#define RAYGRAPH_TURN_BACK_(name)                                                     \
     if (HasTraceFeature(kTraceRetroreflection) && isTurnedBack && IsWalked(g.name)) { \
-        float backPDF = 0.0f;                                                     \
-        vec3 backValue = Evaluate(g.name, g.view, back, backPDF);                 \
-        value = mix(value, backValue, g.view.backShare);                          \
-        lobePDF = mix(lobePDF, backPDF, g.view.backShare);                        \
+        float backPDF = 0.0f;                                                         \
+        vec3 backValue = Evaluate(g.name, g.view, back, backPDF);                     \
+        value = mix(value, backValue, g.view.backShare);                              \
+        lobePDF = mix(lobePDF, backPDF, g.view.backShare);                            \
     }
 
 INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
