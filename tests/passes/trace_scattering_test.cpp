@@ -70,7 +70,8 @@ scene::Light SlantingSun() {
 }
 
 // A layer of fog under the sun, over a floor. Of light that is scattered once, straight up,
-//     E w p (1 - exp(-depth (1 + 1 / mu))) / (1 + 1 / mu) / mu,   p = 1 / (4 pi), w = 1
+//     E w p (1 - exp(-depth (1 + 1 / mu))) / (1 + 1 / mu),   p = 1 / (4 pi), w = 1
+// with E the irradiance across the sun's direction, of cosine mu.
 TEST_F(TraceScattering, Trace_SunShinesIntoFogAndThroughIt) {
     const glm::mat4x3 turned({1, 0, 0}, {0, -1, 0}, {0, 0, -1}, {0, 0, -float(kHeight)});
     for (const float albedo : {0.0f, 0.6f}) {
@@ -88,8 +89,8 @@ TEST_F(TraceScattering, Trace_SunShinesIntoFogAndThroughIt) {
         const RenderedImage seen = render.Render(settings, 64);
         const double path = 1.0 + 1.0 / kSunCosine;
         const double passed = std::exp(-kOpticalDepth * path);
-        const double expected = 3.0 / (4.0 * M_PI) * (1.0 - passed) / (path * kSunCosine) +
-                                passed * 3.0 * kSunCosine * double(albedo) / M_PI;
+        const double expected =
+            3.0 / (4.0 * M_PI) * (1.0 - passed) / path + passed * 3.0 * kSunCosine * double(albedo) / M_PI;
         const glm::dvec3 error = seen.StandardErrorOfMean();
         EXPECT_LT(error.y, 0.01 * expected) << "too noisy to prove anything";
         EXPECT_NEAR(seen.mean.Mean().y, expected, 4.0 * error.y + 1e-3 * expected) << "floor of " << albedo;
