@@ -38,17 +38,19 @@ def sheen_albedo(roughness, cosine):
     return total * 2 * math.pi / (steps * turns)
 
 
-def place_turned(grid, column, row, material, angle):
-    """The square turned about the vertical axis and so wide that it fills its cell."""
+def place_turned(grid, column, row, material, angle, back=0.0):
+    """The square turned about the vertical axis and so wide that it fills its cell; `back` meters behind
+    where others are."""
     half = math.radians(angle) / 2
-    grid.place(column, row, grid.square_of(material), -APART * (column + row * grid.across),
+    grid.place(column, row, grid.square_of(material), -APART * (column + row * grid.across) - back,
                rotation=[0, round(math.sin(half), 8), 0, round(math.cos(half), 8)],
                scale=[round(1 / math.cos(2 * half), 6), 1, 1])
 
 
 def layers_grid():
     angles = (0, 30, 50, 65, 75)
-    gold, glow, tint, violet = (1, 0.7, 0.3), (0.1, 0.5, 0.2), (0.9, 0.3, 0.1), (0.6, 0.2, 0.8)
+    gold, glow, tint, violet = (1, 0.7, 0.3), (0.1, 0.5, 0.2), (0.9, 0.7, 0.5), (0.6, 0.2, 0.8)
+    behind = (0.2, 0.5, 0.8)  # the wall, straight on
     dull = {"KHR_materials_specular": {"specularFactor": 0}}
     coat = lambda factor: {**dull, "KHR_materials_clearcoat": {"clearcoatFactor": factor}}
     sheen = {**dull, "KHR_materials_sheen": {"sheenColorFactor": violet, "sheenRoughnessFactor": 0.9}}
@@ -70,12 +72,15 @@ def layers_grid():
         ("SHEEN ON WHITE", (1, 1, 1), None, sheen, {},
          lambda _, angle: [1 - (max(violet) - v) * sheen_at[angle] for v in violet]),
         ("THIN WALL", tint, None, {"KHR_materials_transmission": {"transmissionFactor": 1}}, smooth,
-         lambda c, _: [schlick(0.04, c) + (1 - schlick(0.04, c)) * t for t in tint])]
+         lambda c, _: [schlick(0.04, c) + (1 - schlick(0.04, c)) * t * b for t, b in zip(tint, behind)])]
     grid = TestGrid([f"ANGLE {angle}" for angle in angles], [kind[0] for kind in kinds])
+    wall, plate = grid.rows.index("THIN WALL"), grid.unlit("behind", behind)
     for row, (_, base, emission, extensions, fields, seen) in enumerate(kinds):
         material = grid.writer.material(grid.rows[row], base, emission, extensions, **fields)
         for column, angle in enumerate(angles):
             place_turned(grid, column, row, material, angle)
+            if row == wall:
+                place_turned(grid, column, row, plate, 0, 10)
             grid.expect_color(column, row, seen(math.cos(math.radians(angle)), angle))
     return grid.text()
 
