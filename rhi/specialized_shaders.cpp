@@ -131,8 +131,8 @@ void SpecializedShaders::Save(const Key& key, const std::vector<uint32_t>& words
         file.Write(bytes);
         file.Commit();
     } catch (const Error& error) {
-        Say(m_log, LogLevel::Warning, log_category::kCache, "specialized shader is not saved: {}",
-            error.what());
+        // Of the same folder the pipeline cache warns, once.
+        Say(m_log, LogLevel::Info, log_category::kCache, "specialized shader is not saved: {}", error.what());
         return;
     }
     RemoveOldFiles();

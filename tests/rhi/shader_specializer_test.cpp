@@ -292,9 +292,10 @@ TEST_F(SpecializedShadersTest, WithoutAFolderNothingIsWritten) {
 
 TEST_F(SpecializedShadersTest, UnwritableFolderIsAMessageNotAnError) {
     Overwrite(folder / "file", {});
-    SpecializedShaders shaders(folder / "file", log.Listener());
+    SpecializedShaders shaders(folder / "file", log.Listener(LogLevel::Info));
     EXPECT_EQ(*shaders.Find(FeaturesShader(), values), expected);
     EXPECT_THAT(log.Text(), HasSubstr("specialized shader is not saved"));
+    EXPECT_EQ(log.All()[0].level, LogLevel::Info);
 }
 
 }  // namespace
