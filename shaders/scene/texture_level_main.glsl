@@ -100,7 +100,8 @@ void main() {
 #ifdef WIDENED
     result.y = Widened(result.y, (vec2(texel) + 0.5f) / vec2(size));
 #endif
-    // Whole numbers, since a device may round others either way; and halves, which means of a few texels often
-    // are, up as often as down
-    imageStore(encoded, texel, roundEven(clamp(result, 0.0f, 1.0f) * 255.0f) / 255.0f);
+    // Whole numbers, since a device may round others either way. Means of few texels often end in a half, but
+    // for the floats' rounding: they are made halves again, of which as many go up as down
+    vec4 codes = clamp(result, 0.0f, 1.0f) * 255.0f;
+    imageStore(encoded, texel, roundEven(floor(codes * 1024.0f + 0.5f) / 1024.0f) / 255.0f);
 }
