@@ -103,7 +103,7 @@ TEST_F(TraceDiffuseTransmission, Trace_WhiteBodyVanishesInUnitEnvironment) {
     const auto seen = [&] {
         render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {wax}));
         render.scene.SetEnvironment({.radiance = glm::vec3(1.0f)});
-        const RenderedImage image = render.Render(settings, 64);
+        const RenderedImage image = render.Render(settings, 128);
         EXPECT_LT(4.0 * image.StandardErrorOfMean().y, 0.02) << "too noisy to prove anything";
         return image.mean.Mean();
     };

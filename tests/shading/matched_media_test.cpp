@@ -330,7 +330,7 @@ TEST_F(MatchedMedia, LightSamplingFindsThroughBoundariesWhatChanceFinds) {
                 const Mean sampled = MeanRadiance(kAcross, depth, kSamples);
                 for (int color = 0; color < 3; ++color) {
                     const double error = std::hypot(found.error[color], sampled.error[color]);
-                    EXPECT_LT(error, 0.04 * found.radiance[color]) << "too noisy to prove anything";
+                    EXPECT_LT(error, 0.06 * found.radiance[color]) << "too noisy to prove anything";
                     EXPECT_NEAR(sampled.radiance[color], found.radiance[color], 4.0 * error)
                         << "color " << color << ", depth " << depth << ", mis " << int(mis);
                 }
