@@ -110,11 +110,11 @@ auto FieldsOf(TextureRef& s) {
 }
 auto FieldsOf(Material& s) {
     auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, ab, ac, ad, ae, af,
-           ag, ah, ai, aj, ak, al, am, an, ao, ap, aq, ar, at, au, av, aw, ax, ay, az, ba, bb, bc, bd, be] =
-        s;
+           ag, ah, ai, aj, ak, al, am, an, ao, ap, aq, ar, at, au, av, aw, ax, ay, az, ba, bb, bc, bd, be, bf,
+           bg] = s;
     return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, t, u, v, w, x, y, z, aa, ab, ac, ad,
                     ae, af, ag, ah, ai, aj, ak, al, am, an, ao, ap, aq, ar, at, au, av, aw, ax, ay, az, ba,
-                    bb, bc, bd, be);
+                    bb, bc, bd, be, bf, bg);
 }
 auto FieldsOf(Sampler& s) {
     auto& [a, b, c, d, e, f] = s;

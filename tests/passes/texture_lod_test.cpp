@@ -122,7 +122,8 @@ TEST_F(TextureLod, TransformsAndCoordinateSetsScaleTheTexels) {
     }
 }
 
-// A mirror does not change what it shows, and a ball of radius r widens the cone by 2 / r a meter of its width.
+// A mirror does not change what it shows, and a ball of radius r widens the cone by 2 / r a meter of its
+// width.
 TEST_F(TextureLod, MirrorBallWidensWhatItShowsByItsCurvature) {
     constexpr float kFov = 0.05f, kRepeats = 60000.0f, kHalf = 3.0f, kBehind = 8.0f;
     scene::Material mirror;

@@ -1,4 +1,5 @@
-// The mip level at which the raster view reads textures: by the derivatives in a pixel, and anisotropic filters.
+// The mip level at which the raster view reads textures: by the derivatives in a pixel, and anisotropic
+// filters.
 #include <algorithm>
 #include <cmath>
 
@@ -48,8 +49,8 @@ glm::mat4x3 Turned(float angle, float scale) {  // about x
 
 }  // namespace
 
-// Texture coordinates hardly change along x, so that the texels along y decide: those of a pixel's height, over
-// the cosine of the tilt.
+// Texture coordinates hardly change along x, so that the texels along y decide: those of a pixel's height,
+// over the cosine of the tilt.
 TEST_F(RasterLevels, PlaneIsReadAtTheLevelOfThePixelsTexels) {
     SceneRender render(Device(), {.textureLevels = true});
     constexpr float kFov = 0.1f, kRepeats = 4.0f;
@@ -109,8 +110,8 @@ TEST_F(RasterLevels, CheckerToTheHorizonIsItsMeanFarAway) {
     }
 }
 
-// A pixel that is long in v and short in u is filtered along v by several samples of a finer level: lines along
-// v, which a round filter blurs, stay.
+// A pixel that is long in v and short in u is filtered along v by several samples of a finer level: lines
+// along v, which a round filter blurs, stay.
 TEST_F(RasterLevels, AnisotropicFilterKeepsLinesAlongAFootprint) {
     if (Device().Info().maxAnisotropy < 8.0f) GTEST_SKIP() << "the device has no anisotropic filter";
     // Across 64 pixels, 4 texels each, in lines of 8; along v 32 texels a pixel
