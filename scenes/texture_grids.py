@@ -17,16 +17,24 @@ HOLES = ("................",) * 11 + (".............#..", "...........###..", ".
                                        "..........##....", "................")
 
 
+def agreed(value, bits):
+    """As 8 bits; of numbers that decoders round differently (some repeat the bits), the next smaller one."""
+    repeated = lambda v: v << (8 - bits) | v >> (2 * bits - 8)
+    while wide(value, bits) != repeated(value):
+        value -= 1
+    return wide(value, bits)
+
+
 def blocks():
     """From the upper left, row by row: the color of the paper and of the letter, of 5, 6 and 5 bits, and
     which texel has which. All are different, so that no block can stand for another."""
     result = []
     for y in range(4):
         for x in range(4):
-            paper = (wide(31 - 5 * x, 5), wide(24 + 12 * y, 6), wide(10 + 6 * x - 3 * y, 5))
-            ink = (wide(3 + 4 * y, 5), wide(2 + 3 * x, 6), wide(2 + 3 * x + y, 5))
+            paper = (agreed(31 - 5 * x, 5), agreed(24 + 12 * y, 6), agreed(10 + 6 * x - 3 * y, 5))
+            ink = (agreed(3 + 4 * y, 5), agreed(2 + 3 * x, 6), agreed(2 + 3 * x + y, 5))
             if x == y == 0:
-                paper = (wide(31, 5), 0, 0)
+                paper = (agreed(31, 5), 0, 0)
             bits = [int(LETTER[4 * y + i // 4][4 * x + i % 4] == "#") for i in range(16)]
             alphas = [0 if HOLES[4 * y + i // 4][4 * x + i % 4] == "#" else 255 for i in range(16)]
             result.append((paper, ink, bits, alphas))
