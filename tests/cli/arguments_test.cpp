@@ -282,6 +282,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.environmentTint = {0.5f, 1.0f, 2.0f};
     settings.background = {0.1f, 0.2f, 0.3f};
     settings.textureBudget = uint64_t{3} << 20;
+    settings.pointsAndLines = {scene::ParseRoundRadius("0.01"), scene::ParseRoundRadius("0.2%")};
     settings.lightGroups = {{"key", {"lamp*", "bulb"}}, {"fill", {"window"}}};
     const SettingTexts texts = Texts(settings);
     EXPECT_EQ(Texts(SettingsFrom(texts)), texts);

@@ -30,7 +30,8 @@ inline constexpr const char* kMaterialExtensions = R"({
  "diffuseTransmissionTexture": {"index": 0}, "diffuseTransmissionColorFactor": [1, 0.5, 0],
  "diffuseTransmissionColorTexture": {"index": 1}},
 "KHR_materials_volume_scatter": {"multiscatterColorFactor": [0.5, 1, 0.25], "scatterAnisotropy": -0.5,
- "multiscatterColorTexture": {"index": 0}}
+ "multiscatterColorTexture": {"index": 0}},
+"KHR_materials_retroreflection": {"retroreflectionFactor": 0.5, "retroreflectionTexture": {"index": 1}}
 })";
 
 }  // namespace raygraph::test
