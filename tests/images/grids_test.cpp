@@ -192,10 +192,10 @@ TEST_F(Grids, Trace_FilmsReflectTheColorsOfAirysFormula) {
 TEST_F(Grids, EveryTextureFormatShowsThePicture) {
     Set("texture_formats_grid.gltf");
     ASSERT_EQ(pairs.size(), 24u);
-    EXPECT_EQ(Lines(DifferentHits(1e-6f)), "");
+    EXPECT_EQ(Lines(DifferentHits(2e-5f)), "");
     const auto without = [&](const char* extension) {
         Set("texture_formats_grid.gltf", {extension});
-        return DifferentHits(1e-6f).size();
+        return DifferentHits(2e-5f).size();
     };
     EXPECT_EQ(without("EXT_texture_webp"), 1u);
     EXPECT_EQ(without("KHR_texture_basisu"), 12u);
