@@ -192,10 +192,12 @@ TEST_F(Grids, Trace_FilmsReflectTheColorsOfAirysFormula) {
 TEST_F(Grids, EveryTextureFormatShowsThePicture) {
     Set("texture_formats_grid.gltf");
     ASSERT_EQ(pairs.size(), 24u);
-    EXPECT_EQ(Lines(DifferentHits(2e-5f)), "");
+    constexpr float kTolerance =
+        3e-3f;  // Less than a step of eight bits: devices need not round BC7 to these.
+    EXPECT_EQ(Lines(DifferentHits(kTolerance)), "");
     const auto without = [&](const char* extension) {
         Set("texture_formats_grid.gltf", {extension});
-        return DifferentHits(2e-5f).size();
+        return DifferentHits(kTolerance).size();
     };
     EXPECT_EQ(without("EXT_texture_webp"), 1u);
     EXPECT_EQ(without("KHR_texture_basisu"), 12u);

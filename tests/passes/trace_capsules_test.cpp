@@ -130,9 +130,9 @@ TEST_F(TraceCapsules, Trace_APictureOfSpheresIsThatOfTheirMeshes) {
         return SceneOf({ball, ball, floor}, {Gloss(), Lambert(glm::vec3(0.6f))}, places);
     };
     render.scene.SetScene(scene(SphereMesh(0.9f, 256)));
-    const RenderedImage mesh = render.Render(settings, 128);
+    const RenderedImage mesh = render.Render(settings, 160);
     render.scene.SetScene(scene(RoundSphere(0.9f)));
-    const RenderedImage round = render.Render(settings, 128);
+    const RenderedImage round = render.Render(settings, 160);
     ExpectSameMean(round, mesh, 0.01);
     ExpectSameImage(round, mesh, "spheres", PixelErrors::Independent);
 }
