@@ -178,7 +178,8 @@ struct SamplerDesc {
     AddressMode addressU = AddressMode::Repeat;
     AddressMode addressV = AddressMode::Repeat;
     // Samples along the longer axis of a footprint that a shader gives by derivatives, at most; 1: none, it
-    // is filtered as if it were round. More than DeviceInfo::maxAnisotropy counts as that. For linear filters.
+    // is filtered as if it were round. More than DeviceInfo::maxAnisotropy counts as that. For linear
+    // filters.
     float maxAnisotropy = 1.0f;
 };
 

@@ -22,7 +22,7 @@ namespace raygraph::session {
     X(Of, Material, 4, "material", "")
 
 // Those of surfaces, then passes::PathPart, then what each Bias removed: "removed_max_depth" to
-// "removed_texture_lod".
+// "removed_shadow_terminator" and "removed_texture_lod".
 #define RAYGRAPH_DECLARE(Of, name, value, text, note)         name,
 #define RAYGRAPH_DECLARE_REMOVED(Of, name, value, text, note) Removed##name,
 enum class Aov : uint8_t {

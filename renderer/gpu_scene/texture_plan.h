@@ -28,7 +28,7 @@ struct TextureSizes {
 
 // Of texels of four bytes: with all levels from each one on, or with that one alone.
 TextureSizes PlainTextureSizes(rhi::Extent2D extent, bool hasLevels);
-// Of an image whose file has levels of so many bytes, in blocks: these, and below the last of them plain ones.
+// Of an image whose file has levels of so many bytes, in blocks: these, and plain ones below the last.
 TextureSizes BlockTextureSizes(rhi::Extent2D extent, std::span<const uint64_t> levelBytes, bool hasLevels);
 
 struct TexturePlan {

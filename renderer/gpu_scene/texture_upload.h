@@ -1,4 +1,4 @@
-// Brings the textures of a scene to the device: the levels that fit, made there. For renderer/gpu_scene alone.
+// Brings the textures of a scene to the device: the levels that fit, made there. For renderer/gpu_scene.
 // Threads: that of the uploader.
 #pragma once
 

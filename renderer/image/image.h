@@ -23,8 +23,8 @@ namespace raygraph::image {
 // Texels in blocks of 4 x 4, as GPUs read them.
 enum class BlockCoding : uint8_t { None, Bc1Opaque, Bc1, Bc2, Bc3, Bc4, Bc5, Bc7 };
 
-// A picture as its file has it: blocks row by row, from the largest level on, each half the one before (rounded
-// down, at least one texel). Decoded, a block has the texels of Image8.
+// A picture as its file has it: blocks row by row, from the largest level on, each half the one before,
+// rounded down, at least one texel. Decoded, a block has the texels of Image8.
 struct BlockLevels {
     BlockCoding coding = BlockCoding::None;
     std::vector<std::vector<std::byte>> levels;
@@ -67,8 +67,8 @@ RAYGRAPH_API FileFormat SniffFormat(std::span<const std::byte> bytes);
 // PNG, JPEG, WebP, DDS or KTX2, as SniffFormat() says. `name` is for error messages. Color profiles, gamma
 // chunks, EXIF orientation and whether a texel format is one of sRGB are ignored, as glTF asks. Gray becomes
 // R = G = B, missing alpha 255, 16-bit PNG is rounded to 8, CMYK JPEG is converted by the plain formula (no
-// profile). Of textures with levels the largest is decoded, and blocks are kept as far as their levels are there
-// and whole; channels that a format of one or two lacks are 0. A
+// profile). Of textures with levels the largest is decoded, and blocks are kept as far as their levels are
+// there and whole; channels that a format of one or two lacks are 0. A
 // truncated or corrupt file is an error even where the decoder could invent the rest; animated WebP, cube
 // maps, arrays, volumes and premultiplied alpha are errors.
 RAYGRAPH_API Image8 DecodeImage8(std::span<const std::byte> bytes, std::string_view name,

@@ -73,8 +73,7 @@ struct VariantMaterial {
 // Round primitives are capsules: the points that are nearer to the segment between two vertices than a
 // radius. Of a segment without length that is a sphere. They are solids with a surface of their own, whose
 // normals need no stream and stay exact: radius and segment are placed by the instance's transform, which may
-// make ellipsoids of spheres. Colors and texture coordinates vary along the segment. An importer makes
-// them of points and lines; a host may give any radii.
+// make ellipsoids of spheres. Colors and texture coordinates vary along the segment.
 struct Primitive {
     std::vector<glm::vec3> positions;
     // Unit length. Never empty after import: flat ones are made, vertices then split.
@@ -360,8 +359,7 @@ struct Light {
     bool operator==(const Light&) const = default;
 };
 
-// The light from infinity that a scene brings along (EXT_lights_image_based), turned and scaled as its file
-// says.
+// The light from infinity that a scene brings along (EXT_lights_image_based), turned and scaled.
 struct EnvironmentLight {
     std::string name;
     uint32_t faceSize = 0;  // Of the file's cube map: texels a side.
@@ -383,8 +381,7 @@ struct SceneData {
     // when loading, with a warning.
     std::vector<Instance> instances;
     std::vector<Camera> cameras;  // Those placed in the loaded scene, in order of the file's camera index.
-    // Those placed in the loaded scene, in order of the file's light index; then those with a profile, in
-    // order of the file's profile index.
+    // Those placed in the loaded scene, by the file's light index; then those with a profile, by its index.
     std::vector<Light> lights;
     std::vector<LightProfile> profiles;  // Only those that lights use.
     EnvironmentLight environment;

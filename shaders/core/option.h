@@ -30,6 +30,7 @@
 #define OPTION_BITS(Name, Has, id, value) layout(constant_id = id) const uint k##Name = value;
 // As macros (which no macro can define, so a new option gets its line here): glslang makes a constant of
 // operators on specialization constants but not of a call. rhi/shader_specializer.h starts from constants.
+// clang-format off
 #define ActiveBrdf()             kBrdf
 #define ActiveDistribution()     kDistribution
 #define ActiveFresnel()          kFresnel
@@ -40,6 +41,7 @@
 #define ActiveRoulette()         kRoulette
 #define ActiveSamplerKind()      kSamplerKind
 #define HasTraceFeature(bit)     ((kTraceFeatures & (bit)) != 0u)
+// clang-format on
 
 #endif
 

@@ -1,11 +1,12 @@
-// How wide a path is, for the level at which it reads textures: a cone about each of its rays. Akenine-Moeller,
-// Nilsson, Andersson, Barre-Brisebois, Toth and Karras 2019, "Texture Level of Detail Strategies for Real-Time
-// Ray Tracing", Ray Tracing Gems, chapter 20; Akenine-Moeller, Crassin, Boksansky, Belcour, Panteleev and Wright
-// 2021, "Improved Shader and Texture Level of Detail Using Ray Cones", JCGT 10(1).
+// How wide a path is, for the level at which it reads textures: a cone about each of its rays.
+// Akenine-Moeller, Nilsson, Andersson, Barre-Brisebois, Toth and Karras 2019, "Texture Level of Detail
+// Strategies for Real-Time Ray Tracing", Ray Tracing Gems, chapter 20; Akenine-Moeller, Crassin, Boksansky,
+// Belcour, Panteleev and Wright 2021, "Improved Shader and Texture Level of Detail Using Ray Cones",
+// JCGT 10(1).
 //
 // Widths are square roots of areas: cross-sections, footprints on a surface and pixels are compared by their
-// area, whatever their shape. So a tilted surface counts 1 / sqrt(cosine), between the long and the short axis of
-// the footprint: the samples of a pixel, which are spread over it, take care of the long one.
+// area, whatever their shape. So a tilted surface counts 1 / sqrt(cosine), between the long and the short
+// axis of the footprint: the samples of a pixel, which are spread over it, take care of the long one.
 #ifndef RAYGRAPH_CORE_RAY_CONE_GLSL
 #define RAYGRAPH_CORE_RAY_CONE_GLSL
 
@@ -25,8 +26,8 @@ INLINE RayCone MakeCone(float width, float spread) {
     return cone;
 }
 
-// A pixel of that width (meters) at distance 1 along the camera's axis, in a direction at that cosine to it: its
-// solid angle falls by the cube of the cosine.
+// A pixel of that width (meters) at distance 1 along the camera's axis, in a direction at that cosine to it:
+// its solid angle falls by the cube of the cosine.
 INLINE RayCone PerspectiveCone(float pixelWidth, float cosine) {
     return MakeCone(0.0f, pixelWidth * cosine * sqrt(cosine));
 }
@@ -49,9 +50,9 @@ INLINE RayCone RefractCone(RayCone cone, float curvature, float eta) {
     return MakeCone(cone.width, (cone.spread + turn) / eta - turn);
 }
 
-// A lobe is seen by many paths of a pixel. Each stands for the part of it that this many paths would share, by
-// its density: the lobe's own blur becomes wider by an eighth, as variances add. Colbert and Krivanek 2007,
-// "GPU-Based Importance Sampling", GPU Gems 3, chapter 20.
+// A lobe is seen by many paths of a pixel. Each stands for the part of it that this many paths would share,
+// by its density: the lobe's own blur becomes wider by an eighth, as variances add. Colbert and Krivanek
+// 2007, "GPU-Based Importance Sampling", GPU Gems 3, chapter 20.
 CONST float kPathsOfLobe = 4.0f;
 CONST float kWidestLobe = 6.283185307179586f;  // sr: a path stands for no more than a part of a hemisphere
 
@@ -61,8 +62,8 @@ INLINE RayCone WidenCone(RayCone cone, float pdf) {
     return MakeCone(cone.width, cone.spread + sqrt(solidAngle));
 }
 
-// The mean curvature of a triangle with edges e1 and e2 from its first vertex, by its vertex normals: half their
-// divergence. Of unit normals; of any other vectors, in proportion to their length. 0 for a sliver.
+// The mean curvature of a triangle with edges e1 and e2 from its first vertex, by its vertex normals: half
+// their divergence. Of unit normals; of any other vectors, in proportion to their length. 0 for a sliver.
 INLINE float MeanCurvature(vec3 e1, vec3 e2, vec3 n0, vec3 n1, vec3 n2) {
     vec3 normal = cross(e1, e2);
     float square = dot(normal, normal);
@@ -72,7 +73,9 @@ INLINE float MeanCurvature(vec3 e1, vec3 e2, vec3 n0, vec3 n1, vec3 n2) {
 
 // The area of a cone's footprint on a surface at that cosine to the ray. A grazing one is not infinite.
 CONST float kLeastCosine = 1e-4f;
-INLINE float FootprintArea(float width, float cosine) { return width * width / max(abs(cosine), kLeastCosine); }
+INLINE float FootprintArea(float width, float cosine) {
+    return width * width / max(abs(cosine), kLeastCosine);
+}
 
 // The level at which a footprint of so many texels of level 0 has one, plus `bias`; no finer than level 0.
 INLINE float TextureLevel(float texels, float bias) {

@@ -1,6 +1,6 @@
-// What a pixel sees of its triangle, for passes over pixels: the derivatives of the weights of its vertices, and
-// by them those of texture coordinates. Neighbors see other triangles: their differences would not do. Included
-// before scene/surface.glsl.
+// What a pixel sees of its triangle, for passes over pixels: the derivatives of the weights of its vertices,
+// and by them those of texture coordinates. Neighbors see other triangles: their differences would not do.
+// Included before scene/surface.glsl.
 #ifndef RAYGRAPH_RASTER_PIXEL_FOOTPRINT_GLSL
 #define RAYGRAPH_RASTER_PIXEL_FOOTPRINT_GLSL
 
@@ -9,9 +9,9 @@
 #include "raster/pixel.glsl"
 #include "scene/material_textures.glsl"
 
-// How the weights of the second and third vertex of a triangle change where the ray meets its plane, as the ray's
-// origin and direction change: the derivative of the solution by Cramer's rule (Moeller and Trumbore 1997, "Fast,
-// Minimum Storage Ray/Triangle Intersection").
+// How the weights of the second and third vertex of a triangle change where the ray meets its plane, as the
+// ray's origin and direction change: the derivative of the solution by Cramer's rule (Moeller and Trumbore
+// 1997, "Fast, Minimum Storage Ray/Triangle Intersection").
 vec2 WeightChange(vec3 direction, vec3 originChange, vec3 directionChange, vec3 offset, vec3 e1, vec3 e2,
                   vec2 weights) {
     float determinant = dot(e1, cross(direction, e2));
@@ -24,8 +24,8 @@ vec2 WeightChange(vec3 direction, vec3 originChange, vec3 directionChange, vec3 
 }
 
 // For kTraceTextureLod, as of a ray's cone in scene/surface.glsl.
-void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0, vec3 e1,
-                   vec3 e2, Ray ray, float t) {
+void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0,
+                   vec3 e1, vec3 e2, Ray ray, float t) {
     CameraRecord camera = parameters.value.camera;
     mat3 toWorld = mat3(instance.objectToWorld);
     e1 = toWorld * e1;

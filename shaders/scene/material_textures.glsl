@@ -7,9 +7,9 @@
 #include "scene/bindings.glsl"
 #include "shared/alpha_modes.h"
 
-// With the part of it that is seen, if kTraceTextureLod is set: nothing, that is level 0 of all textures, until
-// SurfaceAt says more. Alpha tests and sampled lights stay at level 0: a threshold of a mean is no mean of the
-// outcomes, and of a chance the noise does not depend on the level.
+// With the part of it that is seen, if kTraceTextureLod is set: nothing, that is level 0 of all textures,
+// until SurfaceAt says more. Alpha tests and sampled lights stay at level 0: a threshold of a mean is no mean
+// of the outcomes, and of a chance the noise does not depend on the level.
 struct Triangle {
     uvec3 vertices;
     vec3 weights;

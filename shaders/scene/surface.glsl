@@ -159,8 +159,8 @@ float UvArea(uvec2 stream, Triangle triangle) {
 
 #ifndef PIXEL_FOOTPRINT
 // For kTraceTextureLod: what the ray's cone covers of a triangle with those edges.
-void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0, vec3 e1,
-                   vec3 e2, Ray ray, float t) {
+void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRecord geometry, vec3 p0,
+                   vec3 e1, vec3 e2, Ray ray, float t) {
     vec3 normal = NormalToWorld(instance.objectToWorld, cross(e1, e2));
     float area = length(normal);  // of the triangle, twice
     if (!(area > 0.0f)) return;
@@ -176,8 +176,8 @@ float CurvatureAt(InstanceRecord instance, GeometryRecord geometry, Triangle tri
     vec3 normal = cross(e1, e2);
     vec3 inWorld = NormalToWorld(instance.objectToWorld, normal);
     float shrink = sqrt(dot(normal, normal) / max(dot(inWorld, inWorld), 1e-30f));  // of areas
-    return sqrt(shrink) * MeanCurvature(e1, e2, normals.at[triangle.vertices.x], normals.at[triangle.vertices.y],
-                                        normals.at[triangle.vertices.z]);
+    return sqrt(shrink) * MeanCurvature(e1, e2, normals.at[triangle.vertices.x],
+                                        normals.at[triangle.vertices.y], normals.at[triangle.vertices.z]);
 }
 
 uint LightOf(InstanceRecord instance, uint primitive) {

@@ -54,8 +54,8 @@
 //   AnyHit:           some surfaces are there or not to a ray as an any-hit shader says
 // and of the biases, those that change what a surface is:
 //   ShadowTerminator: opaque surfaces are where their vertex normals bend them to (scene/surface.glsl)
-//   TextureLod:       textures are read at a level that fits the path's cone (core/ray_cone.glsl), or, by passes
-//                     over pixels, the pixel's footprint (raster/pixel_footprint.glsl)
+//   TextureLod:       textures are read at a level that fits the path's cone (core/ray_cone.glsl), or, by
+//                     passes over pixels, the pixel's footprint (raster/pixel_footprint.glsl)
 #define RAYGRAPH_TRACE_FEATURES(X) \
     X(LightSampling, 1)            \
     X(TriangleLights, 2)           \
