@@ -74,7 +74,8 @@ const Row kRows[] = {
     {"/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression",
      R"({"bufferView": 0, "attributes": {"POSITION": 0}})",
      "meshes[0].primitives[0].extensions.KHR_draco_mesh_compression: its bytes are not those of Draco"},
-    {"/accessors/0/componentType", "5125", "accessors[0]"},  // KHR_mesh_quantization ends at 16 bits
+    {"/accessors/0/componentType", "5125",  // KHR_mesh_quantization ends at 16 bits
+     "meshes[0].primitives[0].attributes.POSITION: accessors[0] must be VEC3 of float, byte or short"},
     {"/images/0/uri", R"("data:,RIFF%10%00%00%00WEBPVP8L")", "images[0]: "},
     {"/images/0/uri", R"("data:,DDS %7C%00%00%00")", "images[0]: "},
     {"/images/0/uri", R"("data:,%ABKTX 20%BB%0D%0A%1A%0A%00%00%00%00")", "images[0]: "},
