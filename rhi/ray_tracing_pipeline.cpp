@@ -24,7 +24,8 @@ std::vector<ShaderStage> StagesOf(const RayTracingPipelineDesc& desc) {
 // Shader groups in the order in which they are numbered: ray generation, misses, hit sets, callables.
 class GroupList {
   public:
-    explicit GroupList(StageSet& stages) : m_stages(stages) {}
+    GroupList(StageSet& stages, const DeviceInfo& info)
+        : m_stages(stages), m_needsOwnIntersections(info.isLavapipe) {}
 
     void AddGeneral(const ShaderStage& shader, StageKind kind) {
         if (shader.IsEmpty()) return;
@@ -40,7 +41,10 @@ class GroupList {
                                               : VK_RAY_TRACING_SHADER_GROUP_TYPE_PROCEDURAL_HIT_GROUP_KHR);
         group.closestHitShader = m_stages.AddIfPresent(hit.closestHit, StageKind::ClosestHit);
         group.anyHitShader = m_stages.AddIfPresent(hit.anyHit, StageKind::AnyHit);
-        group.intersectionShader = m_stages.AddIfPresent(hit.intersection, StageKind::Intersection);
+        // Mesa's CPU driver (25.0) compiles an intersection stage once, with the any-hit shader of the first
+        // group that has it, and runs that one for all groups: each any-hit shader gets a stage of its own.
+        const uint32_t partner = m_needsOwnIntersections ? group.anyHitShader : VK_SHADER_UNUSED_KHR;
+        group.intersectionShader = m_stages.AddIfPresent(hit.intersection, StageKind::Intersection, partner);
         m_groups.push_back(group);
     }
 
@@ -59,6 +63,7 @@ class GroupList {
     }
 
     StageSet& m_stages;
+    bool m_needsOwnIntersections;
     std::vector<VkRayTracingShaderGroupCreateInfoKHR> m_groups;
 };
 
@@ -124,7 +129,7 @@ void CheckDesc(const Device& device, const RayTracingPipelineDesc& desc) {
 RayTracingPipeline::RayTracingPipeline(Device& device, const RayTracingPipelineDesc& desc)
     : Pipeline(device, desc.name, StagesOf(desc)), m_tableLayout(LayOut(device, desc)) {
     StageSet stages(device, m_name, m_interface, desc.specialization);
-    GroupList groups(stages);
+    GroupList groups(stages, device.Info());
     groups.AddGeneral(desc.rayGen.stage, StageKind::RayGen);
     for (const GeneralShader& miss : desc.miss) groups.AddGeneral(miss.stage, StageKind::Miss);
     for (const HitGroupSet& set : desc.hitSets)

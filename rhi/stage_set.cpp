@@ -33,10 +33,11 @@ StageSet::~StageSet() {
         m_device.Vk().vkDestroyShaderModule(m_device.Handle(), info.module, m_device.AllocationCallbacks());
 }
 
-uint32_t StageSet::Add(const ShaderStage& shader, StageKind expected) {
-    const auto known = std::find(m_words.begin(), m_words.end(), shader.spirv.data());
-    const bool isKnown = known != m_words.end();
-    const size_t index = static_cast<size_t>(known - m_words.begin());
+uint32_t StageSet::Add(const ShaderStage& shader, StageKind expected, uint32_t partner) {
+    size_t index = 0;
+    while (index < m_words.size() && (m_words[index] != shader.spirv.data() || m_partners[index] != partner))
+        ++index;
+    const bool isKnown = index < m_words.size();
     const StageKind stage = isKnown ? m_kinds[index] : Reflect(shader.spirv, shader.name).stage;
     if (stage != expected)
         throw MakeError(ErrorKind::Usage, "{}: {} is a {} shader, given as {} shader", m_pipeline,
@@ -55,6 +56,7 @@ uint32_t StageSet::Add(const ShaderStage& shader, StageKind expected) {
     info.pName = "main";
     info.pSpecializationInfo = m_entries.empty() || specialized ? nullptr : &m_specialization;
     m_words.push_back(shader.spirv.data());
+    m_partners.push_back(partner);
     m_kinds.push_back(stage);
     m_infos.emplace_back();  // a null module is legal to destroy
     m_device.Check(m_device.Vk().vkCreateShaderModule(m_device.Handle(), &create,
@@ -65,8 +67,8 @@ uint32_t StageSet::Add(const ShaderStage& shader, StageKind expected) {
     return static_cast<uint32_t>(index);
 }
 
-uint32_t StageSet::AddIfPresent(const ShaderStage& shader, StageKind expected) {
-    return shader.IsEmpty() ? VK_SHADER_UNUSED_KHR : Add(shader, expected);
+uint32_t StageSet::AddIfPresent(const ShaderStage& shader, StageKind expected, uint32_t partner) {
+    return shader.IsEmpty() ? VK_SHADER_UNUSED_KHR : Add(shader, expected, partner);
 }
 
 }  // namespace raygraph::rhi

@@ -22,11 +22,12 @@ class StageSet {
     StageSet(const StageSet&) = delete;
     StageSet& operator=(const StageSet&) = delete;
 
-    // The index of the stage in Infos(); one that was added before is not added again. Throws Error{Usage} if
-    // the shader is not of the given stage.
-    uint32_t Add(const ShaderStage& shader, StageKind expected);
+    // The index of the stage in Infos(); one that was added before for the same `partner` is not added again.
+    // Throws Error{Usage} if the shader is not of the given stage.
+    uint32_t Add(const ShaderStage& shader, StageKind expected, uint32_t partner = VK_SHADER_UNUSED_KHR);
     // VK_SHADER_UNUSED_KHR for an empty stage.
-    uint32_t AddIfPresent(const ShaderStage& shader, StageKind expected);
+    uint32_t AddIfPresent(const ShaderStage& shader, StageKind expected,
+                          uint32_t partner = VK_SHADER_UNUSED_KHR);
 
     // Valid while the set lives and nothing is added.
     std::span<const VkPipelineShaderStageCreateInfo> Infos() const { return m_infos; }
@@ -40,6 +41,7 @@ class StageSet {
     VkSpecializationInfo m_specialization{};
     // Of each stage, in parallel.
     std::vector<const uint32_t*> m_words;
+    std::vector<uint32_t> m_partners;
     std::vector<StageKind> m_kinds;
     std::vector<VkPipelineShaderStageCreateInfo> m_infos;
 };

@@ -54,13 +54,14 @@ GroupKind KindOf(std::span<const GroupPart> parts, std::span<const gpu::Material
 
 bool SetFlags(rhi::BlasDesc& blas, const GroupKind& kind) {
     bool isChanged = false;
-    const auto set = [&](auto& geometry) {
-        const bool isOpaque = kind.isOpaque && !kind.isThinWall;
-        isChanged |= std::exchange(geometry.isOpaque, isOpaque) != isOpaque;
-        isChanged |= std::exchange(geometry.isAnyHitOnce, kind.isThinWall) != kind.isThinWall;
-    };
-    for (rhi::TriangleGeometry& triangles : blas.triangles) set(triangles);
-    for (rhi::AabbGeometry& boxes : blas.aabbs) set(boxes);
+    const bool isOpaque = kind.isOpaque && !kind.isThinWall;
+    for (rhi::TriangleGeometry& triangles : blas.triangles) {
+        isChanged |= std::exchange(triangles.isOpaque, isOpaque) != isOpaque;
+        isChanged |= std::exchange(triangles.isAnyHitOnce, kind.isThinWall) != kind.isThinWall;
+    }
+    // A round primitive reports two hits, where a ray enters and where it leaves: any-hit runs for each.
+    for (rhi::AabbGeometry& boxes : blas.aabbs)
+        isChanged |= std::exchange(boxes.isOpaque, isOpaque) != isOpaque;
     return isChanged;
 }
 

@@ -210,6 +210,36 @@ TEST_F(TraceCapsules, Trace_BlendedSpheresPassTheirShareOfEachSide) {
     }
 }
 
+// A smooth thin wall is a hole for a share of the light, at each of its two sides, with and without other
+// surfaces that are tested in the scene.
+TEST_F(TraceCapsules, Trace_LightThroughAThinWalledSphereIsThatOfItsTwoWalls) {
+    for (const bool hasAlpha : {false, true}) {
+        SCOPED_TRACE(hasAlpha ? "with a veil elsewhere" : "alone");
+        scene::Material veil = Lambert(glm::vec3(0.0f));
+        veil.alphaMode = scene::AlphaMode::Blend;
+        veil.baseColorFactor.a = 0.5f;
+        scene::SceneData scene = SceneOf(
+            {QuadMesh(1.0f, 0), RoundSphere(0.5f, 1, {0, 0, 2}), RoundSphere(0.5f, 2, {9, 0, 2})},
+            {Lambert(glm::vec3(0.5f)), Glass(0.0f, {0.8f, 0.5f, 0.3f}), hasAlpha ? veil : Lambert({})});
+        scene.materials[0].metallicFactor = 0.0f;
+        scene.materials[0].specularFactor = 0.0f;
+        scene::Light sun;
+        sun.type = scene::LightType::Directional;
+        sun.intensity = 2.0f;
+        scene.lights = {sun};
+        render.scene.SetScene(std::move(scene));
+        TraceSettings settings = LookAt({0, 0, 0.5f}, {0, 0, 0}, 1e-3f, 8);
+        settings.scattering.brdf = BrdfModel::Gltf;
+        settings.biases.maxDepth = 1;
+        const glm::dvec3 mean = render.Render(settings, 8).mean.Mean();
+        const glm::dvec3 tint(0.8, 0.5, 0.3);
+        for (int channel = 0; channel < 3; ++channel) {
+            const double expected = 0.5 * 2.0 / M_PI * std::pow(0.96 * tint[channel], 2.0);
+            EXPECT_NEAR(mean[channel], expected, 0.01 * expected) << channel;
+        }
+    }
+}
+
 // Two segments of one primitive: colors run along each, ids count in the file's order, and the emission of a
 // round primitive is found by rays.
 TEST_F(TraceCapsules, Trace_ColorsRunAlongSegmentsAndIdsAreTheFiles) {

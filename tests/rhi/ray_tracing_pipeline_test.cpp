@@ -237,6 +237,42 @@ TEST_F(RayTracingPipelineTest, IntersectionShaderDecidesWhereABoxIsHit) {
     EXPECT_EQ(results[2].code, 9u) << "in the box, past the sphere";
 }
 
+TEST_F(RayTracingPipelineTest, GroupsWithOneIntersectionShaderHaveAnyHitShadersOfTheirOwn) {
+    const ShaderStage box = Compile("box.rint", R"(
+        hitAttributeEXT vec3 unused;
+        void main() { reportIntersectionEXT(2.0 + float(gl_PrimitiveID), 0u); })");
+    const ShaderStage ignoring =
+        Compile("ignoring.rahit", "hitAttributeEXT vec3 unused; void main() { ignoreIntersectionEXT; }");
+    const ShaderStage second = Compile("second.rahit", R"(
+        hitAttributeEXT vec3 unused;
+        void main() { if (gl_PrimitiveID == 0) ignoreIntersectionEXT; })");
+    const std::vector<VkAabbPositionsKHR> boxes{{-1, -1, -1, 1, 1, 1}, {-1, -1, 3, 1, 1, 5}};
+    const Buffer buffer = Upload("boxes", boxes, BufferUsage::BuildInput);
+    const std::shared_ptr<Blas> blas =
+        Build({.name = "boxes",
+               .triangles = {},
+               .aabbs = {{.boxes = buffer.Address(), .boxCount = 2, .isOpaque = false}}});
+    const auto traced = [&](const ShaderStage& ofRadiance, const ShaderStage& ofShadow) {
+        HitGroupSet set;
+        set[RayType::Radiance] = {ClosestHit("hit", 1), ofRadiance, box, {}};
+        set[RayType::Shadow] = {ClosestHit("hit", 1), ofShadow, box, {}};
+        const RayTracingPipeline pipeline =
+            CreateRayTracingPipeline(Device(), {.name = "one intersection",
+                                                .rayGen = {RayGen(), {}},
+                                                .miss = {{{Miss("m", 9), {}}, {Miss("m", 9), {}}}},
+                                                .hitSets = {set}});
+        std::vector<uint32_t> seen;
+        for (const TestResult& result : Trace(pipeline, BuildTlas({Instance(*blas)}),
+                                              {Ray(0, RayType::Radiance), Ray(0, RayType::Shadow)}))
+            seen.push_back(result.code == 9 ? 9 : result.primitive);
+        return seen;
+    };
+    EXPECT_EQ(traced({}, ignoring), (std::vector<uint32_t>{0, 9}));
+    EXPECT_EQ(traced(ignoring, {}), (std::vector<uint32_t>{9, 0}));
+    EXPECT_EQ(traced(second, ignoring), (std::vector<uint32_t>{1, 9}));
+    EXPECT_EQ(traced(ignoring, second), (std::vector<uint32_t>{9, 1}));
+}
+
 TEST_F(RayTracingPipelineTest, GroupsThatAreNotGivenRunNothing) {
     std::vector<HitGroupSet> sets(1);
     sets[0][RayType::Radiance].closestHit = ClosestHit("hit", 1);
