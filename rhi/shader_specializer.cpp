@@ -54,9 +54,6 @@ std::vector<uint32_t> SpecializeSpirv(std::span<const uint32_t>, std::span<const
 
 namespace {
 
-// To be raised with any change of what this file makes of a module.
-constexpr const char* kOwnVersion = "1";
-
 // Functions that do nothing but return a constant of the module, by what they return.
 std::unordered_map<uint32_t, uint32_t> ConstantFunctions(std::span<const uint32_t> spirv) {
     std::unordered_map<uint32_t, uint32_t> found;
@@ -147,7 +144,7 @@ std::vector<spvtools::Optimizer::PassToken> Pruning() {
 }  // namespace
 
 std::string SpecializerVersion() {
-    return std::string(kOwnVersion) + " " + spvSoftwareVersionDetailsString();
+    return RAYGRAPH_SPECIALIZER_HASH " " + std::string(spvSoftwareVersionDetailsString());
 }
 
 std::vector<uint32_t> SpecializeSpirv(std::span<const uint32_t> spirv,

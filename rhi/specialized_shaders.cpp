@@ -111,7 +111,7 @@ SpecializedShaders::Words SpecializedShaders::Load(const Key& key) const {
     } catch (const Error& error) {
         problem = error.what();
     }
-    Say(m_log, LogLevel::Warning, log_category::kCache, "specialized shader {} is made anew: {}",
+    Say(m_log, LogLevel::Warning, log_category::kCache, "specialized shader {} is made again: {}",
         Printable(path.string(), 1024), problem);
     return nullptr;
 }

@@ -3,7 +3,7 @@
 //
 // A file a module, "shaders/<key>.spv" in the folder of the pipeline cache. The key is a hash of module,
 // values and the specializer's version; the file says its key, size and checksum, and one that is damaged or
-// of another key is made anew. The files that were not used for longest are removed beyond 64 MiB. Processes
+// of another key is made again. The files that were not used for longest are removed beyond 64 MiB. Processes
 // may share the folder. Threads: any. For rhi/ alone.
 #pragma once
 

@@ -246,7 +246,7 @@ TEST_F(SpecializedShadersTest, DamagedFileIsRefusedAndMadeAnew) {
         EXPECT_EQ(*Open().Find(FeaturesShader(), values), expected) << size;
         EXPECT_EQ(log.Count(), ++refused) << size;
     }
-    EXPECT_THAT(log.All()[0].text, AllOf(HasSubstr(path.string()), HasSubstr("is made anew")));
+    EXPECT_THAT(log.All()[0].text, AllOf(HasSubstr(path.string()), HasSubstr("is made again")));
     EXPECT_EQ(log.All()[0].level, LogLevel::Warning);
 }
 

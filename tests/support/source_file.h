@@ -1,4 +1,5 @@
-// The files of the source tree that tests read: scenes, shaders, pages of the documentation.
+// The files of the source tree that tests read: scenes, shaders, pages of the documentation. And the folder that
+// they keep things in.
 #pragma once
 
 #include <cstdlib>
@@ -16,5 +17,9 @@ inline const char* EnvironmentOr(const char* variable, const char* otherwise) {
 // SourceFile("scenes/cornell.gltf"): in the folder that RAYGRAPH_SOURCES names, so that tests run on machines
 // that did not build them, or else in the tree that they were built from.
 std::filesystem::path SourceFile(std::string_view name);
+
+// Where devices of tests keep what they make of shaders: all test programs of a build share it, because most of
+// the suite's time on Mesa's CPU driver goes there.
+std::filesystem::path CacheFolder();
 
 }  // namespace raygraph::test

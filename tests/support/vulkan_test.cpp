@@ -3,6 +3,8 @@
 #include <exception>
 #include <utility>
 
+#include "tests/support/source_file.h"
+
 #if defined(__SANITIZE_ADDRESS__)
 #define RAYGRAPH_LEAKS_ARE_LOOKED_FOR 1
 #elif defined(__has_feature)
@@ -110,7 +112,7 @@ rhi::Device& VulkanTest::Device() {
         shared.device = rhi::Device::Create({.name = "test",
                                              .validation = true,
                                              .log = shared.log.Listener(LogLevel::Info),
-                                             .savePipelineCache = false});
+                                             .cacheDirectory = test::CacheFolder()});
     return *shared.device;
 }
 
