@@ -128,7 +128,7 @@ scene::Bounds Document::InstanceBounds(uint32_t instance) const {
 std::vector<uint32_t> Document::Subtree(uint32_t node) const {
     std::vector<uint32_t> nodes{node};
     for (size_t i = 0; i < nodes.size(); ++i)
-        nodes.insert(nodes.end(), m_children[nodes[i]].begin(), m_children[nodes[i]].end());
+        for (const uint32_t child : m_children[nodes[i]]) nodes.push_back(child);
     return nodes;
 }
 

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "tests/fuzz/seeds.h"
+#include "tests/support/encode_exponentials.h"
 
 namespace raygraph::fuzz {
 
@@ -113,7 +114,7 @@ std::vector<Seed> CompressedSeeds() {
     add("draco_floats", 0, Draco(grid, MESH_EDGEBREAKER_ENCODING, -1, 3, 0));
     std::array<std::byte, size_t{kVertices} * 12> filtered{};
     add("attributes", 1, Attributes(grid.positions.data(), 12));
-    meshopt_encodeFilterExp(filtered.data(), kVertices, 12, 12, grid.positions.data());
+    test::EncodeExponentials(filtered.data(), kVertices, 12, 12, grid.positions.data());
     add("exponential", 2, Attributes(filtered.data(), 12));
     meshopt_encodeFilterOct(filtered.data(), kVertices, 4, 8, normals.data());
     add("octahedral_bytes", 3, Attributes(filtered.data(), 4));

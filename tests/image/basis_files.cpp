@@ -182,7 +182,7 @@ class SliceWriter {
                 if (x > 0 && ColorAt(x - 1, y) == ColorAt(x, y)) choices.push_back(0);
                 if (y > 0 && ColorAt(x, y - 1) == ColorAt(x, y)) choices.push_back(1);
                 if (x > 0 && y > 0 && ColorAt(x - 1, y - 1) == ColorAt(x, y)) choices.push_back(2);
-                if (choices.empty() || (m_picture.seed != 0 && m_random() % 8 == 0)) choices = {3};
+                if (choices.empty() || (m_picture.seed != 0 && m_random() % 8 == 0)) choices.assign(1, 3u);
                 if (m_picture.seed == 0) choices.resize(1);
                 m_symbols[(y / 2) * ((m_columns + 1) / 2) + x / 2] |= choices[m_random() % choices.size()]
                                                                       << (2 * (x % 2) + 4 * (y % 2));

@@ -10,6 +10,7 @@
 #include "renderer/scene/save_gltf.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/scene/same_scene.h"
+#include "tests/support/encode_exponentials.h"
 
 namespace raygraph::test {
 namespace {
@@ -187,7 +188,7 @@ TEST(Meshopt, ExponentialsAreUnfiltered) {
     const size_t count = grid.VertexCount();
     GltfDocument document = Plain(grid);
     std::vector<std::byte> filtered(count * 12);
-    meshopt_encodeFilterExp(filtered.data(), count, 12, 20, grid.positions.data());
+    EncodeExponentials(filtered.data(), count, 12, 20, grid.positions.data());
     const size_t view = AddView(
         document, {EncodeAttributes(filtered.data(), count, 12), count, 12, "ATTRIBUTES", "EXPONENTIAL"});
     document.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] =

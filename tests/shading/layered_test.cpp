@@ -1,6 +1,7 @@
 // Layers over layers: what each of them is alone is tested beside it; here is what they leave to each other.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
