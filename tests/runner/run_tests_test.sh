@@ -8,10 +8,13 @@ trap 'rm -rf -- "$folder"' EXIT
 # Speaks as GoogleTest does. A process lives for all the tests that it is given, unless one of them ends it.
 cat >"$folder/program" <<'END'
 #!/usr/bin/env bash
-all=(A.Passes A.Fails A.Crashes A.Hangs A.SkipsAsExpected A.Skips A.PassesToo)
+all=(A.Passes A.Fails A.Crashes A.Hangs A.SkipsAsExpected A.Skips A.PassesToo B.Passes B.PassesToo)
 for word in "$@"; do
     case $word in
-        --gtest_list_tests) printf 'A.\n'; printf '  %s\n' "${all[@]#A.}" && exit 0 ;;
+        --gtest_list_tests) for suite in A B; do
+            printf '%s.\n' $suite
+            for name in "${all[@]}"; do [[ $name != $suite.* ]] || printf '  %s\n' "${name#*.}"; done
+        done && exit 0 ;;
         --gtest_flagfile=*) filter=$(cat "${word#*=}") ;;
     esac
 done
@@ -21,7 +24,7 @@ for name in "${all[@]}"; do
     [[ $filter == *":$name:"* ]] || continue
     echo "[ RUN      ] $name"
     case $name in
-        A.Passes*) printf 'a line without an end[       OK ] %s (12 ms)\n' "$name" ;;
+        ?.Passes*) printf 'a line without an end[       OK ] %s (12 ms)\n' "$name" ;;
         A.Fails) echo "what was wrong"; echo "[  FAILED  ] $name, where GetParam() = 3 (1 ms)"; status=1 ;;
         A.Crashes) kill -SEGV $$ ;;
         A.Hangs) sleep 100 ;;
@@ -39,7 +42,7 @@ Expect() { # TEXT WHAT
 
 text=$("$runner" --timeout 2 --group 99 --skips "$folder/skips" --out "$folder/out" "$folder/program" 2>&1)
 [[ $? == 1 ]] || { echo "the exit status is not 1"; bad=1; }
-Expect '7 tests: 2 passed, 4 failed, 1 skipped as expected' 'the tests behind a crash and a hang are run'
+Expect '9 tests: 4 passed, 4 failed, 1 skipped as expected' 'the tests behind a crash and a hang are run'
 Expect 'failed: A.Fails' 'a failure has its name'
 Expect 'what was wrong' 'a failure has its message'
 Expect "alone: $folder/program --gtest_filter=A.Fails" 'a failure says how to run it alone'
@@ -47,13 +50,13 @@ Expect 'crashed: A.Crashes' 'a crash is that of its test'
 Expect 'timed-out: A.Hangs' 'a test that hangs is named'
 Expect 'skipped-unexpectedly: A.Skips ' 'a skip that is not in the list fails'
 [[ $(wc -l <"$folder/processes") == 3 ]] || { echo "three processes, one for each that ended early and one: $(cat "$folder/processes")"; bad=1; }
-[[ $(wc -l <"$folder/out/results.txt") == 7 ]] || { echo "not a line a test in results.txt"; bad=1; }
+[[ $(wc -l <"$folder/out/results.txt") == 9 ]] || { echo "not a line a test in results.txt"; bad=1; }
 
-text=$("$runner" --shard 0/7 --skips "$folder/skips" "$folder/program" 2>&1) || { echo "shard 0 of 7 fails"; bad=1; }
-Expect '1 tests: 1 passed, 0 failed' 'a shard is its own tests alone'
+text=$("$runner" --shard 1/2 --skips "$folder/skips" "$folder/program" 2>&1) || { echo "shard 1 of 2 fails"; bad=1; }
+Expect '2 tests: 2 passed, 0 failed' 'a shard is its own suites alone'
 echo 'A.PassesToo | measures time' >"$folder/alone"
 text=$("$runner" --part alone --alone "$folder/alone" --skips "$folder/skips" "$folder/program" 2>&1)
 Expect '1 tests: 1 passed, 0 failed' 'of the tests that run alone, there is one'
 text=$("$runner" --timeout 1 --part together --alone "$folder/alone" --skips "$folder/skips" "$folder/program" 2>&1)
-Expect '6 tests: 1 passed, 4 failed' 'the others are run without it'
+Expect '8 tests: 3 passed, 4 failed' 'the others are run without it'
 exit $bad
