@@ -21,6 +21,13 @@ const char* Reason(VP8StatusCode status) {
     }
 }
 
+// libwebp 1.5 says of some damaged files, too, that there is no memory for them.
+bool HasMemoryFor(uint32_t width, uint32_t height) {
+    constexpr size_t kBytesAPixel = 16;  // more than it takes
+    const std::unique_ptr<std::byte[]> memory(new (std::nothrow) std::byte[kBytesAPixel * width * height]);
+    return memory != nullptr;
+}
+
 }  // namespace
 
 Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const DecodeLimits& limits) {
@@ -43,7 +50,7 @@ Image8 DecodeWebp(std::span<const std::byte> bytes, std::string_view name, const
     const std::unique_ptr<WebPDecBuffer, decltype(&WebPFreeDecBuffer)> output(&config.output,
                                                                               WebPFreeDecBuffer);
     const VP8StatusCode status = WebPDecode(data, bytes.size(), &config);
-    if (status == VP8_STATUS_OUT_OF_MEMORY) RefuseMemory(name, width, height);
+    if (status == VP8_STATUS_OUT_OF_MEMORY && !HasMemoryFor(width, height)) RefuseMemory(name, width, height);
     check(status);
     try {
         const WebPRGBABuffer& texels = config.output.u.RGBA;
