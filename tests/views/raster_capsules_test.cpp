@@ -74,6 +74,16 @@ TEST_F(RasterCapsules, BlendedOnesAreSeenAsRaysSeeThem) {
     ExpectAgreement(2);
 }
 
+// More surfaces than are looked through: nothing of the glass is taken for what is behind it.
+TEST_F(RasterCapsules, BehindMuchGlassIsNoGlass) {
+    std::vector<scene::Mesh> meshes{QuadMesh(2.0f, 0)};
+    for (int i = 0; i < 18; ++i) meshes.push_back(RoundSphere(0.1f, 1, {0, 0, 0.5f + 0.3f * float(i)}));
+    render.scene.SetScene(SceneOf(std::move(meshes), {Lambert(glm::vec3(0.5f)), Glass()}));
+    const TraceSettings settings = LookAt({0, 0, 9}, {0, 0, 0}, 0.01f, 4);
+    for (const Rasterizer rasterizer : {Rasterizer::Compute, Rasterizer::Device})
+        for (const glm::uvec4& ids : Draw(settings, rasterizer, true).ids) EXPECT_EQ(ids.x, 0u);
+}
+
 TEST_F(RasterCapsules, WhatIsBehindGlassIsFoundBehindRoundGlass) {
     // A ball of glass before a ball of chalk before a wall
     render.scene.SetScene(
