@@ -163,6 +163,13 @@ INLINE vec2 CapsulePlaceOf(CapsuleRecord capsule, vec3 point) {
     return vec2(turn, along);
 }
 
+// The mean curvature at a place: half of the sum of the principal ones, of which one is 0 along the segment.
+INLINE float CapsuleCurvature(CapsuleRecord capsule, vec2 place) {
+    vec3 segment = capsule.p1 - capsule.p0;
+    bool isBody = place.y > 0.0f && place.y < 1.0f && dot(segment, segment) > 0.0f;
+    return (isBody ? 0.5f : 1.0f) / capsule.radius;
+}
+
 INLINE CapsulePoint CapsulePointAt(CapsuleRecord capsule, vec2 place) {
     Frame frame = CapsuleFrame(capsule);
     bool isBack = place.x > 2.0f;

@@ -77,9 +77,12 @@ INLINE float FootprintArea(float width, float cosine) {
     return width * width / max(abs(cosine), kLeastCosine);
 }
 
-// The level at which a footprint of so many texels of level 0 has one, plus `bias`; no finer than level 0.
-INLINE float TextureLevel(float texels, float bias) {
-    return max(0.5f * log2(max(texels, 1e-30f)) + bias, 0.0f);
+// The level at which a footprint of so many texels of level 0 has one, plus `bias`; no finer than level 0. A
+// level has a quarter of the texels of the one before, or half, once the texture is one texel wide or high:
+// `side` is its shorter side in texels of level 0.
+INLINE float TextureLevel(float texels, float side, float bias) {
+    float logTexels = log2(max(texels, 1e-30f));
+    return max(max(0.5f * logTexels, logTexels - log2(side)) + bias, 0.0f);
 }
 
 SHADING_END

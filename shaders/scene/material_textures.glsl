@@ -113,7 +113,7 @@ vec4 ReadTexture(uint slot, mat3x2 transform, uvec2 stream, vec2 uv, Triangle tr
     if (HasTraceFeature(kTraceTextureTransforms))
         area *= abs(transform[0].x * transform[1].y - transform[0].y * transform[1].x);
     vec2 size = vec2(textureSize(textures[nonuniformEXT(index)], 0));
-    float level = TextureLevel(area * size.x * size.y, parameters.value.textureLod);
+    float level = TextureLevel(area * size.x * size.y, min(size.x, size.y), parameters.value.textureLod);
     return textureLod(textures[nonuniformEXT(index)], uv, level);
 #endif
 }

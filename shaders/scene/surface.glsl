@@ -170,14 +170,20 @@ void FindFootprint(inout Triangle triangle, InstanceRecord instance, GeometryRec
 #endif
 
 // Of the surface that the vertex normals describe, on the front; in the world.
-float CurvatureAt(InstanceRecord instance, GeometryRecord geometry, Triangle triangle, vec3 e1, vec3 e2) {
-    if (!IsPresent(geometry.normals)) return 0.0f;
-    Vec3Stream normals = Vec3Stream(geometry.normals);
+float CurvatureAt(Hit hit, InstanceRecord instance, GeometryRecord geometry, Triangle triangle, vec3 e1,
+                  vec3 e2) {
+    float curvature = 0.0f;
+    if (IsRound(instance)) {
+        curvature = CapsuleCurvature(CapsuleAt(instance, hit.primitive), hit.barycentrics);
+    } else if (IsPresent(geometry.normals)) {
+        Vec3Stream normals = Vec3Stream(geometry.normals);
+        curvature = MeanCurvature(e1, e2, normals.at[triangle.vertices.x], normals.at[triangle.vertices.y],
+                                  normals.at[triangle.vertices.z]);
+    }
     vec3 normal = cross(e1, e2);
     vec3 inWorld = NormalToWorld(instance.objectToWorld, normal);
     float shrink = sqrt(dot(normal, normal) / max(dot(inWorld, inWorld), 1e-30f));  // of areas
-    return sqrt(shrink) * MeanCurvature(e1, e2, normals.at[triangle.vertices.x],
-                                        normals.at[triangle.vertices.y], normals.at[triangle.vertices.z]);
+    return sqrt(shrink) * curvature;
 }
 
 uint LightOf(InstanceRecord instance, uint primitive) {
@@ -276,7 +282,7 @@ SurfaceInteraction SurfaceAt(Hit hit, Ray ray) {
     surface.shadingNormal = AdaptShadingNormal(ns, ng, -ray.direction);
 
     if (HasTraceFeature(kTraceTextureLod)) {
-        float curvature = CurvatureAt(instance, geometry, triangle, e1, e2);
+        float curvature = CurvatureAt(hit, instance, geometry, triangle, e1, e2);
         surface.curvature = surface.isFront ? curvature : -curvature;
     }
 

@@ -145,6 +145,7 @@ TEST_F(TextureLod, MirrorBallWidensWhatItShowsByItsCurvature) {
         const double expected = 0.5 * std::log2(ball * ball * density);
         ASSERT_LT(expected, kFinestLevel);
         EXPECT_NEAR(levelIn(SphereMesh(float(radius), 96), {0, 0, -float(radius)}), expected, 0.12) << radius;
+        EXPECT_NEAR(levelIn(RoundSphere(float(radius)), {0, 0, -float(radius)}), expected, 0.1) << radius;
     }
 }
 

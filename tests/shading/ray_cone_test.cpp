@@ -68,19 +68,26 @@ TEST(RayCone, LevelOfAPlaneIsThatOfThePixelsAreaOnIt) {
         const RayCone cone = AdvanceCone(PerspectiveCone(float(pixel), float(-direction.z)), float(distance));
         const float seen = FootprintArea(cone.width, float(-cosine));
         for (const double bias : {0.0, 3.0})
-            ASSERT_NEAR(TextureLevel(seen / float(texel * texel), float(bias)),
+            ASSERT_NEAR(TextureLevel(seen / float(texel * texel), 1e9f, float(bias)),
                         std::max(expected + bias, 0.0), 0.01)
                 << "distance " << distance << ", cosine " << cosine << ", bias " << bias;
     }
 }
 
 TEST(RayCone, BiasIsAddedAndNothingIsSharperThanLevel0) {
-    EXPECT_FLOAT_EQ(TextureLevel(4096.0f, 0.0f), 6.0f);
-    EXPECT_FLOAT_EQ(TextureLevel(4096.0f, -2.5f), 3.5f);
-    EXPECT_FLOAT_EQ(TextureLevel(4096.0f, -7.0f), 0.0f);
-    EXPECT_FLOAT_EQ(TextureLevel(0.25f, 0.0f), 0.0f);
-    EXPECT_FLOAT_EQ(TextureLevel(0.0f, 0.0f), 0.0f) << "nothing is seen: no cone";
-    EXPECT_FLOAT_EQ(TextureLevel(0.0f, -kInfinity), 0.0f);
+    EXPECT_FLOAT_EQ(TextureLevel(4096.0f, 64.0f, 0.0f), 6.0f);
+    EXPECT_FLOAT_EQ(TextureLevel(4096.0f, 64.0f, -2.5f), 3.5f);
+    EXPECT_FLOAT_EQ(TextureLevel(4096.0f, 64.0f, -7.0f), 0.0f);
+    EXPECT_FLOAT_EQ(TextureLevel(0.25f, 64.0f, 0.0f), 0.0f);
+    EXPECT_FLOAT_EQ(TextureLevel(0.0f, 64.0f, 0.0f), 0.0f) << "nothing is seen: no cone";
+    EXPECT_FLOAT_EQ(TextureLevel(0.0f, 64.0f, -kInfinity), 0.0f);
+}
+
+TEST(RayCone, TextureOneTexelWideHalvesFromLevelToLevel) {
+    EXPECT_FLOAT_EQ(TextureLevel(256.0f, 1.0f, 0.0f), 8.0f) << "all of 1 x 256";
+    EXPECT_FLOAT_EQ(TextureLevel(256.0f, 4.0f, 0.0f), 6.0f) << "all of 4 x 64: the last level";
+    EXPECT_FLOAT_EQ(TextureLevel(16.0f, 4.0f, 0.0f), 2.0f) << "a square of it";
+    EXPECT_FLOAT_EQ(TextureLevel(4.0f, 4.0f, 0.0f), 1.0f);
 }
 
 TEST(RayCone, NarrowsToAPointAndWidensBehindIt) {
