@@ -271,7 +271,8 @@ class MaterialImporter {
         material.isSpecularGlossiness = true;
         material.metallicFactor = 0.0f;
         material.ior = 0.0f;
-        for (const char* other : {FieldOf(&Material::ior).object, material_fields::kSpecular})
+        const char* const others[] = {FieldOf(&Material::ior).object, material_fields::kSpecular};
+        for (const char* other : others)
             if (file.extensions.contains(other))
                 m_context.Warn(where["extensions"][other], "beside specular-glossiness",
                                "has no effect: the material is one of KHR_materials_pbrSpecularGlossiness");

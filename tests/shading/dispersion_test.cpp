@@ -18,7 +18,7 @@ namespace {
 
 // Glass below z = 0, without an end, and in it at z = -1 a black floor that emits 3 + x.
 constexpr uint kGlass = 0u, kFloor = 1u;
-thread_local float dispersion = 0.0f;
+thread_local float glassDispersion = 0.0f;
 thread_local float filmWeight = 0.0f;  // of a film of the index of air
 constexpr float kIor = 1.6f;
 
@@ -70,7 +70,7 @@ Medium MediumAt(uint) {
             .scattering = vec3(0.0f),
             .anisotropy = 0.0f,
             .ior = kIor,
-            .dispersion = dispersion,
+            .dispersion = glassDispersion,
             .priority = 0u};
 }
 
@@ -96,7 +96,7 @@ class Dispersion : public ::testing::Test {
     ~Dispersion() override {
         threadTraceFeatures = m_features;
         threadBrdfModel = m_brdf;
-        dispersion = 0.0f;
+        glassDispersion = 0.0f;
         filmWeight = 0.0f;
     }
 
@@ -188,7 +188,7 @@ TEST_F(Dispersion, ColorsSeeTheFloorWhereTheirWavelengthsRefractTo) {
                                 .clampIndirect = kInfinity,
                                 .regularize = 0.0f};
     for (const float value : {0.36f, 4.0f}) {
-        dispersion = value;
+        glassDispersion = value;
         constexpr uint kCount = 1u << 16;
         glm::dvec3 sum(0.0), squares(0.0);
         for (uint i = 0; i < kCount; ++i) {
@@ -244,7 +244,7 @@ TEST_F(Dispersion, FilmOfTheIndexOfAirChangesNothing) {
                                 .frameDepth = 0u,
                                 .clampIndirect = kInfinity,
                                 .regularize = 0.0f};
-    dispersion = 5.0f;
+    glassDispersion = 5.0f;
     for (const bool isInside : {false, true}) {
         const Ray ray{.origin = vec3(0.0f, 0.0f, isInside ? -0.5f : 1.0f),
                       .direction = normalize(vec3(0.4f, 0.0f, isInside ? 1.0f : -1.0f))};

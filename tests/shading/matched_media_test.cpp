@@ -104,7 +104,6 @@ namespace raygraph::shading {
 
 namespace {
 
-constexpr uint kNoLimit = 0xFFFFFFFFu;
 constexpr uint kFeatures = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceVolumes | kTraceScattering |
                            kTraceMatchedMedia | kTraceClearcoat;
 

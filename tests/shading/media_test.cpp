@@ -12,10 +12,10 @@ namespace raygraph::shading {
 
 namespace {
 
-thread_local std::vector<Medium> media;
+thread_local std::vector<Medium> mediaTable;
 
 Medium MediumAt(uint material) {
-    return media.at(material);
+    return mediaTable.at(material);
 }
 
 }  // namespace
@@ -30,14 +30,14 @@ namespace {
 
 // Media of these priorities, of indices 1.1, 1.2, ...
 void SetMedia(std::vector<uint> priorities) {
-    media.clear();
+    mediaTable.clear();
     for (size_t i = 0; i < priorities.size(); ++i)
-        media.push_back({.extinction = vec3(0.0f),
-                         .scattering = vec3(0.0f),
-                         .anisotropy = 0.0f,
-                         .ior = 1.1f + 0.1f * float(i),
-                         .dispersion = 0.0f,
-                         .priority = priorities[i]});
+        mediaTable.push_back({.extinction = vec3(0.0f),
+                              .scattering = vec3(0.0f),
+                              .anisotropy = 0.0f,
+                              .ior = 1.1f + 0.1f * float(i),
+                              .dispersion = 0.0f,
+                              .priority = priorities[i]});
 }
 
 }  // namespace
@@ -120,7 +120,7 @@ TEST(Media, MoreVolumesThanFitLoseTheOutermost) {
 
 TEST(Media, LightFadesExponentially) {
     SetMedia({0});
-    media[0].extinction = vec3(0.0f, 1.0f, 3.0f);
+    mediaTable[0].extinction = vec3(0.0f, 1.0f, 3.0f);
     const vec3 passed = Transmittance(0, 0.5f);
     EXPECT_FLOAT_EQ(passed.x, 1.0f);
     EXPECT_NEAR(passed.y, std::exp(-0.5), 1e-6);

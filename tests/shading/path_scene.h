@@ -140,11 +140,11 @@ inline vec3 UnblockedShare(Ray ray, float distance, float ior, uint) {
     }
 }
 
-thread_local float extinction = 0.0f;
+thread_local float ballExtinction = 0.0f;
 thread_local float mediumIor = 1.0f;
 
 inline Medium MediumAt(uint) {
-    return {.extinction = vec3(extinction),
+    return {.extinction = vec3(ballExtinction),
             .scattering = vec3(0.0f),
             .anisotropy = 0.0f,
             .ior = mediumIor,

@@ -90,12 +90,12 @@ TEST_F(Path, MediumDimsTheWayToTheLightAndToTheEye) {
     testLights.Build();
     const PathSettings settings = Unbiased(kNoLimit, 100u);
     threadTraceFeatures = kTraceLightSampling | kTracePunctualLights | kTraceVolumes;
-    extinction = 0.25f;
+    ballExtinction = 0.25f;
     PathState path = StartPath(FromAbove(), StartPixelSample(uvec2(0u), 0u, 0u));
     path.media = EnterMedium(NoMedia(), 0u);
     while (ExtendPath(path, settings)) {
     }
-    extinction = 0.0f;
+    ballExtinction = 0.0f;
     const double expected = 0.7 * double(kInvPi) * 9.0 / (3.0 * 3.0) * std::exp(-0.25 * (3.0 + 4.0));
     EXPECT_NEAR(path.radiance.y, expected, 1e-4 * expected);
 }

@@ -18,7 +18,7 @@ namespace {
 
 enum class Shape { HalfSpace, Sphere, Lamp };
 thread_local Shape shape = Shape::HalfSpace;
-thread_local Medium medium;
+thread_local Medium fog;
 const vec3 kLampCorners[3] = {vec3(-2.0f, -2.0f, 1.5f), vec3(2.0f, -2.0f, 1.5f), vec3(0.0f, 3.0f, 1.5f)};
 
 // A half space below z = 0, a sphere of radius 1, or a triangle that shines.
@@ -74,7 +74,7 @@ vec3 UnblockedShare(Ray, float, float, uint) {
 }
 
 Medium MediumAt(uint) {
-    return medium;
+    return fog;
 }
 
 }  // namespace
@@ -109,12 +109,12 @@ class Scattering : public ::testing::Test {
 
     void Use(Shape wanted, vec3 extinction, vec3 albedo, float g) {
         shape = wanted;
-        medium = {.extinction = extinction,
-                  .scattering = extinction * albedo,
-                  .anisotropy = g,
-                  .ior = 1.0f,
-                  .dispersion = 0.0f,
-                  .priority = 0u};
+        fog = {.extinction = extinction,
+               .scattering = extinction * albedo,
+               .anisotropy = g,
+               .ior = 1.0f,
+               .dispersion = 0.0f,
+               .priority = 0u};
     }
 
   private:

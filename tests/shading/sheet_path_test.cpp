@@ -81,10 +81,10 @@ TEST_F(SheetPath, DiffuselyTransmittingBallHasTheRadianceOfTheClosedForm) {
             SetScene({.isMedium = true}, 1.0f);
             paper = PaperMaterial(transmission, 0.0f);
             UseOptions(kTraceDiffuseTransmission | kTraceVolumes);
-            extinction = absorbed;
+            ballExtinction = absorbed;
             mediumIor = 1.5f;
             const Mean mean = MeanRadiance(FromAbove(), settings, 1u << 16);
-            extinction = 0.0f;
+            ballExtinction = 0.0f;
             mediumIor = 1.0f;
             const double a = 2.0 * double(absorbed), t = double(transmission);
             const double passed = a > 0.0 ? 2.0 * (1.0 - (1.0 + a) * std::exp(-a)) / (a * a) : 1.0;
