@@ -101,8 +101,10 @@ TEST(MaterialFields, EachHasANameAndAPlaceOfItsOwnAndTheirOrderStays) {
                                             "isSpecularGlossiness",
                                             "priority"};
     EXPECT_EQ(names, expected);
-    EXPECT_STREQ(FieldOf(&Material::thicknessFactor).unit, "m");
-    EXPECT_STREQ(FieldOf(&Material::specularColorFactor).name, "specularColorFactor");
+    constexpr auto kThickness = FieldOf(&Material::thicknessFactor);
+    EXPECT_STREQ(kThickness.unit, "m");
+    constexpr auto kSpecularColor = FieldOf(&Material::specularColorFactor);
+    EXPECT_STREQ(kSpecularColor.name, "specularColorFactor");
 }
 
 TEST(MaterialFields, CheckRefusesWhatIsOutOfTheRangeOfEachAndNamesIt) {
@@ -311,8 +313,10 @@ TEST(MaterialFields, EachTextureIsReadFromItsPlaceInItsColorSpace) {
             EXPECT_EQ(scene.textures[0].colorSpace, field.colorSpace);
         }
     });
-    EXPECT_EQ(FieldOf(&Material::baseColorTexture).colorSpace, ColorSpace::Srgb);
-    EXPECT_EQ(FieldOf(&Material::specularTexture).colorSpace, ColorSpace::Linear);
+    constexpr auto kBaseColor = FieldOf(&Material::baseColorTexture);
+    EXPECT_EQ(kBaseColor.colorSpace, ColorSpace::Srgb);
+    constexpr auto kSpecular = FieldOf(&Material::specularTexture);
+    EXPECT_EQ(kSpecular.colorSpace, ColorSpace::Linear);
 }
 
 // --- Texture transforms ---
