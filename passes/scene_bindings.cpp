@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/gpu_scene/camera_record.h"
+#include "shaders/shared/mix_bits.h"
 
 namespace raygraph::passes {
 
@@ -31,19 +32,13 @@ void BindHits(PassBuilder& pass, const SceneIds& scene, RayType rayType, const H
     if (scene.hasCapsules) pass.HitGroup(rayType, Capsules(shaders), kHitSetCapsules);
 }
 
-uint32_t MixBits(uint32_t x) {
-    x = (x ^ (x >> 16)) * 0x21f0aaadu;
-    x = (x ^ (x >> 15)) * 0x735a2d97u;
-    return x ^ (x >> 15);
-}
-
 // The bounces of all paths of a sample: from roulette.start on, each is survived with the same probability. A
 // function of seed and sample, like all random numbers.
 uint32_t FrameDepth(const TraceSettings& settings) {
     const uint32_t before = std::max(settings.roulette.start, 1u) - 1u;
     if (settings.roulette.survival >= 1.0f) return kNoDepthLimit;
     const double u =
-        (MixBits(settings.seed ^ MixBits(settings.sampleIndex + 0x9e3779b9u)) + 1.0) / 4294967297.0;
+        (gpu::MixBits(settings.seed ^ gpu::MixBits(settings.sampleIndex + 0x9e3779b9u)) + 1.0) / 4294967297.0;
     return before + static_cast<uint32_t>(std::log(u) / std::log(double{settings.roulette.survival}));
 }
 

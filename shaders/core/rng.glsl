@@ -25,7 +25,14 @@
 #define RAYGRAPH_CORE_RNG_GLSL
 
 #include "core/option.h"
+#include "shared/mix_bits.h"
 #include "shared/sampler_kinds.h"
+
+#ifdef __cplusplus
+namespace raygraph::shading {
+using gpu::MixBits;
+}
+#endif
 
 SHADING_BEGIN
 
@@ -36,17 +43,6 @@ struct Sampler {
     uint index;      // The sample index; for Sobol with its bits reversed, as the scrambling needs it.
     uint dimension;  // Of the next draw.
 };
-
-// A one-to-one mix of 32 bits: two multiply-xorshift rounds with constants found by search (C. Wellons,
-// "Prospecting for Hash Functions", and its sequels).
-INLINE uint MixBits(uint x) {
-    x ^= x >> 16u;
-    x *= 0x21f0aaadu;
-    x ^= x >> 15u;
-    x *= 0x735a2d97u;
-    x ^= x >> 15u;
-    return x;
-}
 
 // The top 24 bits as a float in [0, 1). Through int: that conversion is one instruction on CPUs.
 INLINE float BitsToUnit(uint bits) { return float(int(bits >> 8u)) * 5.9604644775390625e-8f; }

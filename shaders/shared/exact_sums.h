@@ -349,5 +349,6 @@ RAYGRAPH_FUNCTION uint VarianceOfExactSums(ExactSum sum, ExactSquares squares, u
 #ifdef __cplusplus
 }  // namespace raygraph::gpu
 #endif
+#undef RAYGRAPH_FUNCTION
 
 #endif

@@ -23,7 +23,7 @@ struct TextureLevelConstants {
     uint texels;   // kTexels*
     uint isFirst;  // the finer level is the image itself, as it is stored; else means of it
     // Of a level of roughness that is widened by a normal map
-    float normalsLod;       // the level of the normal map whose texels are as large as those of this one
+    float normalsLod;       // the level of the normal map whose waves are lost in this one
     float slopeScale;       // the normal map's scale
     float roughnessFactor;  // what the material multiplies the texels with
 };
