@@ -294,6 +294,25 @@ TEST(SceneTexturesElsewhere, BudgetIsHalfOfWhatTheProcessMayUse) {
     EXPECT_EQ(scene.Statistics().textureBudget, kFakeDeviceBudgetBytes / 2);
 }
 
+// As when a scene is replaced: the old one lives until the new one is there.
+TEST(SceneTexturesElsewhere, BudgetIsNoMoreThanWhatIsLeft) {
+    FakeLoader loader;
+    loader.Tell().hasSeparateMemory = true;
+    rhi::DeviceDesc desc;
+    desc.getInstanceProcAddr = loader.Entry();
+    desc.savePipelineCache = false;
+    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    Renderer renderer(*device);
+    GpuScene scene(renderer);
+    loader.Tell().heapUsage = kFakeDeviceBudgetBytes - 1024;
+    scene.SetScene(SceneWith({Stripes({32, 32}, 1)}));
+    EXPECT_EQ(scene.Statistics().textureBudget, 1024u);
+    EXPECT_EQ(scene.Statistics().textureBytes, 1024u);
+    loader.Tell().heapUsage = 2 * kFakeDeviceBudgetBytes;
+    scene.SetScene(SceneWith({Stripes({4, 4}, 1)}));
+    EXPECT_EQ(scene.Statistics().textureBudget, 0u);
+}
+
 // Waves of a normal map become roughness of the levels that have lost them.
 TEST_F(SceneTextures, RoughnessIsWidenedByTheMaterialsNormalMap) {
     scene::ImageData waves{.name = "waves", .width = 8, .height = 8, .rgba = {}};
