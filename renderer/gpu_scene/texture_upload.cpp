@@ -14,289 +14,250 @@ namespace raygraph {
 namespace {
 
 rhi::Filter ToRhi(scene::FilterMode mode) {
-  return mode == scene::FilterMode::Nearest ? rhi::Filter::Nearest
-                                            : rhi::Filter::Linear;
+    return mode == scene::FilterMode::Nearest ? rhi::Filter::Nearest : rhi::Filter::Linear;
 }
 
 rhi::AddressMode ToRhi(scene::WrapMode mode) {
-  switch (mode) {
-  case scene::WrapMode::Repeat:
+    switch (mode) {
+        case scene::WrapMode::Repeat:
+            return rhi::AddressMode::Repeat;
+        case scene::WrapMode::MirroredRepeat:
+            return rhi::AddressMode::MirroredRepeat;
+        case scene::WrapMode::ClampToEdge:
+            return rhi::AddressMode::ClampToEdge;
+    }
     return rhi::AddressMode::Repeat;
-  case scene::WrapMode::MirroredRepeat:
-    return rhi::AddressMode::MirroredRepeat;
-  case scene::WrapMode::ClampToEdge:
-    return rhi::AddressMode::ClampToEdge;
-  }
-  return rhi::AddressMode::Repeat;
 }
 
 // Samplers are few: equal ones are shared.
-uint32_t SamplerFor(rhi::Device &device, const scene::Sampler &wanted,
-                    float maxAnisotropy, std::vector<scene::Sampler> &known,
-                    std::vector<rhi::Sampler> &samplers) {
-  const auto found = std::find(known.begin(), known.end(), wanted);
-  const auto index = static_cast<uint32_t>(found - known.begin());
-  if (found == known.end()) {
-    known.push_back(wanted);
-    const bool isSmooth =
-        wanted.usesMips && wanted.minFilter == scene::FilterMode::Linear;
-    samplers.push_back(device.CreateSampler(
-        {.name = "material sampler",
-         .magFilter = ToRhi(wanted.magFilter),
-         .minFilter = ToRhi(wanted.minFilter),
-         .mipFilter = ToRhi(wanted.mipFilter),
-         .addressU = ToRhi(wanted.wrapU),
-         .addressV = ToRhi(wanted.wrapV),
-         .maxAnisotropy = isSmooth ? maxAnisotropy : 1.0f}));
-  }
-  return index;
+uint32_t SamplerFor(rhi::Device& device, const scene::Sampler& wanted, float maxAnisotropy,
+                    std::vector<scene::Sampler>& known, std::vector<rhi::Sampler>& samplers) {
+    const auto found = std::find(known.begin(), known.end(), wanted);
+    const auto index = static_cast<uint32_t>(found - known.begin());
+    if (found == known.end()) {
+        known.push_back(wanted);
+        const bool isSmooth = wanted.usesMips && wanted.minFilter == scene::FilterMode::Linear;
+        samplers.push_back(device.CreateSampler({.name = "material sampler",
+                                                 .magFilter = ToRhi(wanted.magFilter),
+                                                 .minFilter = ToRhi(wanted.minFilter),
+                                                 .mipFilter = ToRhi(wanted.mipFilter),
+                                                 .addressU = ToRhi(wanted.wrapU),
+                                                 .addressV = ToRhi(wanted.wrapV),
+                                                 .maxAnisotropy = isSmooth ? maxAnisotropy : 1.0f}));
+    }
+    return index;
 }
 
-// Undefined where a color has no such blocks: those of one or two channels are
-// data.
+// Undefined where a color has no such blocks: those of one or two channels are data.
 rhi::Format FormatOf(image::BlockCoding coding, bool isSrgb) {
-  using image::BlockCoding;
-  using rhi::Format;
-  switch (coding) {
-  case BlockCoding::Bc1Opaque:
-    return isSrgb ? Format::Bc1Srgb : Format::Bc1Unorm;
-  case BlockCoding::Bc1:
-    return isSrgb ? Format::Bc1AlphaSrgb : Format::Bc1AlphaUnorm;
-  case BlockCoding::Bc2:
-    return isSrgb ? Format::Bc2Srgb : Format::Bc2Unorm;
-  case BlockCoding::Bc3:
-    return isSrgb ? Format::Bc3Srgb : Format::Bc3Unorm;
-  case BlockCoding::Bc4:
-    return isSrgb ? Format::Undefined : Format::Bc4Unorm;
-  case BlockCoding::Bc5:
-    return isSrgb ? Format::Undefined : Format::Bc5Unorm;
-  case BlockCoding::Bc7:
-    return isSrgb ? Format::Bc7Srgb : Format::Bc7Unorm;
-  case BlockCoding::None:
-    break;
-  }
-  return Format::Undefined;
+    using image::BlockCoding;
+    using rhi::Format;
+    switch (coding) {
+        case BlockCoding::Bc1Opaque:
+            return isSrgb ? Format::Bc1Srgb : Format::Bc1Unorm;
+        case BlockCoding::Bc1:
+            return isSrgb ? Format::Bc1AlphaSrgb : Format::Bc1AlphaUnorm;
+        case BlockCoding::Bc2:
+            return isSrgb ? Format::Bc2Srgb : Format::Bc2Unorm;
+        case BlockCoding::Bc3:
+            return isSrgb ? Format::Bc3Srgb : Format::Bc3Unorm;
+        case BlockCoding::Bc4:
+            return isSrgb ? Format::Undefined : Format::Bc4Unorm;
+        case BlockCoding::Bc5:
+            return isSrgb ? Format::Undefined : Format::Bc5Unorm;
+        case BlockCoding::Bc7:
+            return isSrgb ? Format::Bc7Srgb : Format::Bc7Unorm;
+        case BlockCoding::None:
+            break;
+    }
+    return Format::Undefined;
 }
 
 class SceneTextures {
-public:
-  SceneTextures(rhi::Device &device, rhi::Uploader &uploader,
-                scene::SceneData &scene, const TextureUploadSettings &settings,
-                SceneResources &resources)
-      : m_device(device), m_uploader(uploader), m_scene(scene),
-        m_settings(settings), m_resources(resources),
-        m_usesLeft(scene.images.size(), 0) {}
+  public:
+    SceneTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
+                  const TextureUploadSettings& settings, SceneResources& resources)
+        : m_device(device),
+          m_uploader(uploader),
+          m_scene(scene),
+          m_settings(settings),
+          m_resources(resources),
+          m_usesLeft(scene.images.size(), 0) {}
 
-  void Upload() {
-    for (const scene::Texture &texture : m_scene.textures)
-      m_usesLeft[texture.image]++;
-    Plan();
-    std::vector<scene::Sampler> known;
-    for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
-      m_resources.textures.push_back(
-          {.texture = Create(i),
-           .sampler = SamplerFor(m_device, m_scene.textures[i].sampler,
-                                 m_settings.hasLevels ? m_settings.maxAnisotropy
-                                                      : 1.0f,
-                                 known, m_resources.samplers)});
-      const rhi::Texture &texture = m_resources.textures[i].texture;
-      if (m_plan.choices[i].isBlocks)
-        UploadBlocks(i, texture);
-      else if (!IsMade(i))
-        UploadImage(i, texture);
+    void Upload() {
+        for (const scene::Texture& texture : m_scene.textures) m_usesLeft[texture.image]++;
+        Plan();
+        std::vector<scene::Sampler> known;
+        for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
+            m_resources.textures.push_back(
+                {.texture = Create(i),
+                 .sampler = SamplerFor(m_device, m_scene.textures[i].sampler,
+                                       m_settings.hasLevels ? m_settings.maxAnisotropy : 1.0f, known,
+                                       m_resources.samplers)});
+            const rhi::Texture& texture = m_resources.textures[i].texture;
+            if (m_plan.choices[i].isBlocks)
+                UploadBlocks(i, texture);
+            else if (!IsMade(i))
+                UploadImage(i, texture);
+        }
+        MakeLevels();
+        for (TextureResources& texture : m_resources.textures)
+            texture.slot =
+                m_resources.textureTable.Add(texture.texture, m_resources.samplers[texture.sampler]);
     }
-    MakeLevels();
-    for (TextureResources &texture : m_resources.textures)
-      texture.slot = m_resources.textureTable.Add(
-          texture.texture, m_resources.samplers[texture.sampler]);
-  }
 
-private:
-  scene::ImageData &ImageOf(uint32_t texture) {
-    return m_scene.images[m_scene.textures[texture].image];
-  }
-  rhi::Extent2D ExtentOf(uint32_t texture) {
-    const scene::ImageData &image = ImageOf(texture);
-    return {image.width, image.height};
-  }
-  bool HasLevels(uint32_t texture) const {
-    return m_settings.hasLevels && m_scene.textures[texture].sampler.usesMips;
-  }
-  bool IsSrgb(uint32_t texture) const {
-    return m_scene.textures[texture].colorSpace == scene::ColorSpace::Srgb;
-  }
-  // Of several levels, or smaller than its image, and not those of its file.
-  bool IsMade(uint32_t texture) {
-    const TextureChoice &choice = m_plan.choices[texture];
-    const uint32_t levels = rhi::FullMipCount(ExtentOf(texture));
-    return !choice.isBlocks && levels > 1 &&
-           (HasLevels(texture) || choice.firstLevel > 0);
-  }
-
-  TextureSizes SizesOf(uint32_t texture) {
-    const image::BlockLevels &blocks = ImageOf(texture).blocks;
-    const rhi::Format format = FormatOf(blocks.coding, IsSrgb(texture));
-    if (blocks.IsEmpty() || format == rhi::Format::Undefined ||
-        !m_device.CanSample(format))
-      return PlainTextureSizes(ExtentOf(texture), HasLevels(texture));
-    std::vector<uint64_t> levelBytes;
-    for (const std::vector<std::byte> &level : blocks.levels)
-      levelBytes.push_back(level.size());
-    return BlockTextureSizes(ExtentOf(texture), levelBytes, HasLevels(texture));
-  }
-
-  void Plan() {
-    std::vector<TextureSizes> sizes;
-    for (uint32_t i = 0; i < m_scene.textures.size(); ++i)
-      sizes.push_back(SizesOf(i));
-    m_plan = PlanTextures(sizes, m_settings.budget);
-    m_resources.textureBytes = m_plan.bytes;
-    m_resources.reducedTextures = static_cast<uint32_t>(
-        std::ranges::count_if(m_plan.choices, [](const auto &choice) {
-          return choice.firstLevel > 0;
-        }));
-    m_resources.textureReduction =
-        ReductionText(sizes, m_plan, m_settings.budget);
-  }
-
-  rhi::Texture Create(uint32_t index) {
-    const scene::Texture &texture = m_scene.textures[index];
-    const scene::ImageData &image = ImageOf(index);
-    const TextureChoice &choice = m_plan.choices[index];
-    const rhi::Extent2D extent =
-        rhi::MipExtent(ExtentOf(index), choice.firstLevel);
-    const auto levels =
-        choice.isBlocks ? static_cast<uint32_t>(image.blocks.levels.size()) -
-                              choice.firstLevel
-                        : rhi::FullMipCount(extent);
-    const rhi::Format plain =
-        IsSrgb(index) ? rhi::Format::Rgba8Srgb : rhi::Format::Rgba8Unorm;
-    return m_device.CreateTexture(
-        {.name = texture.name.empty() ? image.name : texture.name,
-         .extent = extent,
-         .format = choice.isBlocks
-                       ? FormatOf(image.blocks.coding, IsSrgb(index))
-                       : plain,
-         .mipLevels = HasLevels(index) ? levels : 1});
-  }
-
-  void UploadImage(uint32_t texture, const rhi::Texture &target) {
-    m_uploader.UploadTexture(target,
-                             std::as_bytes(std::span(ImageOf(texture).rgba)));
-    DoneWith(texture);
-  }
-
-  void UploadBlocks(uint32_t texture, const rhi::Texture &target) {
-    const image::BlockLevels &blocks = ImageOf(texture).blocks;
-    std::vector<std::span<const std::byte>> levels;
-    for (uint32_t level = 0; level < target.Desc().mipLevels; ++level)
-      levels.push_back(
-          blocks.levels[m_plan.choices[texture].firstLevel + level]);
-    m_uploader.UploadTexture(target, levels);
-    DoneWith(texture);
-  }
-
-  void DoneWith(uint32_t texture) {
-    if (--m_usesLeft[m_scene.textures[texture].image] > 0)
-      return;
-    ImageOf(texture).rgba = {};
-    ImageOf(texture).blocks = {};
-  }
-
-  // A frame for each texture, so that the memory of few is needed at a time;
-  // those whose roughness depends on a normal map share the frame of that.
-  void MakeLevels() {
-    m_uses = TextureUses(m_scene);
-    std::map<uint32_t, std::vector<uint32_t>>
-        groups; // by the first texture of each
-    for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
-      if (!IsMade(i))
-        continue;
-      std::optional<PairedNormals> &normals = m_uses[i].normals;
-      if (normals && !IsMade(normals->texture))
-        normals.reset(); // read in all detail
-      if (normals)
-        groups[normals->texture].push_back(i);
-      else
-        groups[i].insert(groups[i].begin(), i);
+  private:
+    scene::ImageData& ImageOf(uint32_t texture) { return m_scene.images[m_scene.textures[texture].image]; }
+    rhi::Extent2D ExtentOf(uint32_t texture) {
+        const scene::ImageData& image = ImageOf(texture);
+        return {image.width, image.height};
     }
-    if (groups.empty())
-      return;
-    Renderer renderer(
-        m_device,
-        {.name = "texture levels", .gpuTimes = false, .passMarks = false});
-    for (const auto &[first, textures] : groups)
-      MakeGroup(renderer, textures);
-  }
-
-  void MakeGroup(Renderer &renderer, const std::vector<uint32_t> &textures) {
-    std::vector<rhi::Texture> images;
-    for (const uint32_t texture : textures) {
-      images.push_back(m_device.CreateTexture(
-          {.name = "image of '" + ImageOf(texture).name + "'",
-           .extent = ExtentOf(texture),
-           .format = rhi::Format::Rgba8Unorm,
-           .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::CopySource |
-                    rhi::TextureUsage::CopyDestination}));
-      UploadImage(texture, images.back());
+    bool HasLevels(uint32_t texture) const {
+        return m_settings.hasLevels && m_scene.textures[texture].sampler.usesMips;
     }
-    m_uploader.Flush();
-    renderer.BeginFrame();
-    std::deque<ResourceState> states;
-    std::optional<TextureMeans> normals;
-    for (size_t i = 0; i < textures.size(); ++i) {
-      const TextureUse &use = m_uses[textures[i]];
-      TextureLevelSettings settings{.content = use.content,
-                                    .widening = {},
-                                    .firstLevel =
-                                        m_plan.choices[textures[i]].firstLevel};
-      if (use.normals && normals)
-        settings.widening = {.normals = *normals,
-                             .normalScale = use.normals->normalScale,
-                             .roughnessFactor = use.normals->roughnessFactor};
-      const TextureId image = renderer.Import(
-          "image", images[i],
-          states.emplace_back(ResourceState{
-              .layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}));
-      const TextureId target =
-          renderer.Import("texture", m_resources.textures[textures[i]].texture,
-                          states.emplace_back());
-      const TextureLevels made =
-          MakeTextureLevels(renderer, image, target, settings);
-      renderer.Export(made.texture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-      if (use.content == TexelContent::Normals)
-        normals = made.means;
+    bool IsSrgb(uint32_t texture) const {
+        return m_scene.textures[texture].colorSpace == scene::ColorSpace::Srgb;
     }
-    renderer.Execute();
-  }
+    // Of several levels, or smaller than its image, and not those of its file.
+    bool IsMade(uint32_t texture) {
+        const TextureChoice& choice = m_plan.choices[texture];
+        const uint32_t levels = rhi::FullMipCount(ExtentOf(texture));
+        return !choice.isBlocks && levels > 1 && (HasLevels(texture) || choice.firstLevel > 0);
+    }
 
-  rhi::Device &m_device;
-  rhi::Uploader &m_uploader;
-  scene::SceneData &m_scene;
-  const TextureUploadSettings &m_settings;
-  SceneResources &m_resources;
-  std::vector<uint32_t> m_usesLeft; // of each image
-  TexturePlan m_plan;
-  std::vector<TextureUse> m_uses;
+    TextureSizes SizesOf(uint32_t texture) {
+        const image::BlockLevels& blocks = ImageOf(texture).blocks;
+        const rhi::Format format = FormatOf(blocks.coding, IsSrgb(texture));
+        if (blocks.IsEmpty() || format == rhi::Format::Undefined || !m_device.CanSample(format))
+            return PlainTextureSizes(ExtentOf(texture), HasLevels(texture));
+        std::vector<uint64_t> levelBytes;
+        for (const std::vector<std::byte>& level : blocks.levels) levelBytes.push_back(level.size());
+        return BlockTextureSizes(ExtentOf(texture), levelBytes, HasLevels(texture));
+    }
+
+    void Plan() {
+        std::vector<TextureSizes> sizes;
+        for (uint32_t i = 0; i < m_scene.textures.size(); ++i) sizes.push_back(SizesOf(i));
+        m_plan = PlanTextures(sizes, m_settings.budget);
+        m_resources.textureBytes = m_plan.bytes;
+        m_resources.reducedTextures = static_cast<uint32_t>(
+            std::ranges::count_if(m_plan.choices, [](const auto& choice) { return choice.firstLevel > 0; }));
+        m_resources.textureReduction = ReductionText(sizes, m_plan, m_settings.budget);
+    }
+
+    rhi::Texture Create(uint32_t index) {
+        const scene::Texture& texture = m_scene.textures[index];
+        const scene::ImageData& image = ImageOf(index);
+        const TextureChoice& choice = m_plan.choices[index];
+        const rhi::Extent2D extent = rhi::MipExtent(ExtentOf(index), choice.firstLevel);
+        const auto levels = choice.isBlocks
+                                ? static_cast<uint32_t>(image.blocks.levels.size()) - choice.firstLevel
+                                : rhi::FullMipCount(extent);
+        const rhi::Format plain = IsSrgb(index) ? rhi::Format::Rgba8Srgb : rhi::Format::Rgba8Unorm;
+        return m_device.CreateTexture(
+            {.name = texture.name.empty() ? image.name : texture.name,
+             .extent = extent,
+             .format = choice.isBlocks ? FormatOf(image.blocks.coding, IsSrgb(index)) : plain,
+             .mipLevels = HasLevels(index) ? levels : 1});
+    }
+
+    void UploadImage(uint32_t texture, const rhi::Texture& target) {
+        m_uploader.UploadTexture(target, std::as_bytes(std::span(ImageOf(texture).rgba)));
+        DoneWith(texture);
+    }
+
+    void UploadBlocks(uint32_t texture, const rhi::Texture& target) {
+        const image::BlockLevels& blocks = ImageOf(texture).blocks;
+        std::vector<std::span<const std::byte>> levels;
+        for (uint32_t level = 0; level < target.Desc().mipLevels; ++level)
+            levels.push_back(blocks.levels[m_plan.choices[texture].firstLevel + level]);
+        m_uploader.UploadTexture(target, levels);
+        DoneWith(texture);
+    }
+
+    void DoneWith(uint32_t texture) {
+        if (--m_usesLeft[m_scene.textures[texture].image] > 0) return;
+        ImageOf(texture).rgba = {};
+        ImageOf(texture).blocks = {};
+    }
+
+    // A frame for each texture, so that the memory of few is needed at a time; those whose roughness depends
+    // on a normal map share the frame of that.
+    void MakeLevels() {
+        m_uses = TextureUses(m_scene);
+        std::map<uint32_t, std::vector<uint32_t>> groups;  // by the first texture of each
+        for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
+            if (!IsMade(i)) continue;
+            std::optional<PairedNormals>& normals = m_uses[i].normals;
+            if (normals && !IsMade(normals->texture)) normals.reset();  // read in all detail
+            if (normals)
+                groups[normals->texture].push_back(i);
+            else
+                groups[i].insert(groups[i].begin(), i);
+        }
+        if (groups.empty()) return;
+        Renderer renderer(m_device, {.name = "texture levels", .gpuTimes = false, .passMarks = false});
+        for (const auto& [first, textures] : groups) MakeGroup(renderer, textures);
+    }
+
+    void MakeGroup(Renderer& renderer, const std::vector<uint32_t>& textures) {
+        std::vector<rhi::Texture> images;
+        for (const uint32_t texture : textures) {
+            images.push_back(
+                m_device.CreateTexture({.name = "image of '" + ImageOf(texture).name + "'",
+                                        .extent = ExtentOf(texture),
+                                        .format = rhi::Format::Rgba8Unorm,
+                                        .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::CopySource |
+                                                 rhi::TextureUsage::CopyDestination}));
+            UploadImage(texture, images.back());
+        }
+        m_uploader.Flush();
+        renderer.BeginFrame();
+        std::deque<ResourceState> states;
+        std::optional<TextureMeans> normals;
+        for (size_t i = 0; i < textures.size(); ++i) {
+            const TextureUse& use = m_uses[textures[i]];
+            TextureLevelSettings settings{
+                .content = use.content, .widening = {}, .firstLevel = m_plan.choices[textures[i]].firstLevel};
+            if (use.normals && normals)
+                settings.widening = {.normals = *normals,
+                                     .normalScale = use.normals->normalScale,
+                                     .roughnessFactor = use.normals->roughnessFactor};
+            const TextureId image = renderer.Import(
+                "image", images[i],
+                states.emplace_back(ResourceState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}));
+            const TextureId target =
+                renderer.Import("texture", m_resources.textures[textures[i]].texture, states.emplace_back());
+            const TextureLevels made = MakeTextureLevels(renderer, image, target, settings);
+            renderer.Export(made.texture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+            if (use.content == TexelContent::Normals) normals = made.means;
+        }
+        renderer.Execute();
+    }
+
+    rhi::Device& m_device;
+    rhi::Uploader& m_uploader;
+    scene::SceneData& m_scene;
+    const TextureUploadSettings& m_settings;
+    SceneResources& m_resources;
+    std::vector<uint32_t> m_usesLeft;  // of each image
+    TexturePlan m_plan;
+    std::vector<TextureUse> m_uses;
 };
 
-} // namespace
+}  // namespace
 
-void UploadTextures(rhi::Device &device, rhi::Uploader &uploader,
-                    scene::SceneData &scene,
-                    const TextureUploadSettings &settings,
-                    SceneResources &resources) {
-  SceneTextures(device, uploader, scene, settings, resources).Upload();
+void UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
+                    const TextureUploadSettings& settings, SceneResources& resources) {
+    SceneTextures(device, uploader, scene, settings, resources).Upload();
 }
 
-uint64_t DefaultTextureBudget(const rhi::Device &device) {
-  rhi::MemoryHeap largest;
-  for (const rhi::MemoryHeap &heap : device.MemoryHeaps())
-    if (heap.isDeviceLocal && heap.budgetBytes > largest.budgetBytes)
-      largest = heap;
-  const uint64_t left =
-      largest.budgetBytes - std::min(largest.usedBytes, largest.budgetBytes);
-  return std::min(largest.budgetBytes / 2, left);
+uint64_t DefaultTextureBudget(const rhi::Device& device) {
+    rhi::MemoryHeap largest;
+    for (const rhi::MemoryHeap& heap : device.MemoryHeaps())
+        if (heap.isDeviceLocal && heap.budgetBytes > largest.budgetBytes) largest = heap;
+    const uint64_t left = largest.budgetBytes - std::min(largest.usedBytes, largest.budgetBytes);
+    return std::min(largest.budgetBytes / 2, left);
 }
 
-} // namespace raygraph
+}  // namespace raygraph
