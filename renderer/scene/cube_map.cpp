@@ -1,7 +1,7 @@
 // The map is drawn: each texel of the cube is a polygon in the plane of azimuth and height (z = cos of the
 // polar angle), where areas are solid angles (Lambert's cylindrical equal-area projection), and its coverage
 // of the map's cells is exact. Edges of neighbors have the same points, so the polygons leave no gaps, and a
-// constant cube becomes a constant map.
+// constant cube becomes a constant map. The map is drawn in bands, a band from the tiles that reach into it.
 #include "renderer/scene/cube_map.h"
 
 #include <algorithm>
@@ -20,7 +20,9 @@ using glm::dvec3;
 
 constexpr uint32_t kMinHeight = 128;   // Interpolation between the map's rows keeps its moments to 1e-4.
 constexpr uint32_t kMaxHeight = 4096;  // 512 MiB.
+constexpr uint32_t kMaxDrawnSize = kMaxHeight / 2;  // Of faces: what the largest map can show.
 constexpr size_t kBandBytes = size_t{16} << 20;
+constexpr uint32_t kTileSize = 32;  // Texels a side. Those of the largest face are half as high as a band.
 
 // A point of the plane.
 struct Spot {
@@ -125,59 +127,93 @@ class Drawing {
   public:
     Drawing(const CubeMap& cube, uint32_t height)
         : m_cube(cube),
-          m_size(cube.faces[0]->width),
+          m_size(std::min(cube.faces[0]->width, kMaxDrawnSize)),
           m_width(2 * height),
-          m_height(height),
-          m_toWorld(glm::mat3_cast(glm::normalize(glm::dquat(cube.rotation)))) {}
+          m_toWorld(glm::mat3_cast(glm::normalize(glm::dquat(cube.rotation)))) {
+        for (size_t face = 0; face < 6; ++face)
+            for (uint32_t top = 0; top < m_size; top += kTileSize)
+                for (uint32_t left = 0; left < m_size; left += kTileSize)
+                    m_tiles.push_back(TileAt(face, left, top));
+    }
 
-    void Draw(Band& band) const {
-        std::vector<Spot> lines[2], middles;
-        for (size_t face = 0; face < 6; ++face) {
-            lines[1] = Line(face, 0.0, 2);
-            for (uint32_t row = 0; row < m_size; ++row) {
-                std::swap(lines[0], lines[1]);
-                lines[1] = Line(face, row + 1.0, 2);
-                if (IsOutside(band, lines[0], lines[1])) continue;
-                middles = Line(face, row + 0.5, 1);
-                for (uint32_t column = 0; column < m_size; ++column) {
-                    const glm::vec3 radiance = m_cube.intensity * Texel(face, column, row);
-                    if (radiance == glm::vec3(0.0f)) continue;
-                    DrawTexel(band, face, column, row, lines, middles, radiance);
-                }
-            }
+    // Returns how many texels it took to draw the band.
+    uint64_t Draw(Band& band) const {
+        uint64_t texels = 0;
+        for (const Tile& tile : m_tiles) {
+            if (tile.lowest >= band.Top() || tile.highest <= band.Bottom()) continue;
+            DrawTile(band, tile);
+            texels += uint64_t{tile.width} * tile.height;
         }
+        return texels;
     }
 
   private:
     using Polygon = std::vector<Spot>;
 
-    glm::vec3 Texel(size_t face, uint32_t column, uint32_t row) const {
-        return FaceRadiance(&m_cube.faces[face]->rgba[4 * (size_t{row} * m_size + column)]);
+    // A part of a face; it is somewhere between these heights.
+    struct Tile {
+        size_t face;
+        uint32_t left, top, width, height;
+        double lowest, highest;
+    };
+
+    Tile TileAt(size_t face, uint32_t left, uint32_t top) const {
+        Tile tile{face, left, top, std::min(kTileSize, m_size - left), std::min(kTileSize, m_size - top),
+                  -1.0, 1.0};
+        const auto direction = [&](double x, double y) {
+            return Direction(face, left + x * tile.width, top + y * tile.height);
+        };
+        // The cone around its corners has all of it, and its poles
+        const dvec3 center = direction(0.5, 0.5);
+        double radius = 0.0;
+        for (const double x : {0.0, 1.0})
+            for (const double y : {0.0, 1.0})
+                radius = std::max(radius, std::acos(std::min(glm::dot(center, direction(x, y)), 1.0)));
+        radius += 1e-6;  // Far more than rounding, far less than a row.
+        const double polar = std::acos(std::clamp(center.y, -1.0, 1.0));
+        if (polar > radius) tile.highest = std::cos(polar - radius);
+        if (polar + radius < glm::pi<double>()) tile.lowest = std::cos(polar + radius);
+        return tile;
+    }
+
+    void DrawTile(Band& band, const Tile& tile) const {
+        std::vector<Spot> lines[2], middles;
+        lines[1] = Line(tile, tile.top, 2);
+        for (uint32_t row = tile.top; row < tile.top + tile.height; ++row) {
+            std::swap(lines[0], lines[1]);
+            lines[1] = Line(tile, row + 1.0, 2);
+            middles = Line(tile, row + 0.5, 1);
+            for (uint32_t i = 0; i < tile.width; ++i) {
+                const uint32_t column = tile.left + i;
+                const glm::vec3 radiance =
+                    m_cube.intensity * MeanRadiance(*m_cube.faces[tile.face], m_size, column, row);
+                if (radiance == glm::vec3(0.0f)) continue;
+                const size_t at = 2 * size_t{i};
+                DrawTexel(band, tile.face, column, row,
+                          {lines[0][at], lines[0][at + 1], lines[0][at + 2], middles[i + 1], lines[1][at + 2],
+                           lines[1][at + 1], lines[1][at], middles[i], lines[0][at]},
+                          radiance);
+            }
+        }
     }
 
     // Of a point of a face, in texels.
-    Spot SpotAt(size_t face, double column, double row) const {
+    dvec3 Direction(size_t face, double column, double row) const {
         const double scale = 2.0 / m_size;
-        const dvec3 d = glm::normalize(m_toWorld * FacePoint(face, column * scale - 1.0, row * scale - 1.0));
+        return glm::normalize(m_toWorld * FacePoint(face, column * scale - 1.0, row * scale - 1.0));
+    }
+    Spot SpotAt(size_t face, double column, double row) const {
+        const dvec3 d = Direction(face, column, row);
         const double turn = std::atan2(d.z, d.x) / glm::two_pi<double>() + 0.5;
         return {turn * m_width, d.y, d.x * d.x + d.z * d.z < 1e-20};
     }
 
-    // Across a face: that many points a texel.
-    std::vector<Spot> Line(size_t face, double row, uint32_t pointsATexel) const {
+    // Across a tile: that many points a texel. Neighbors have the same ones where they meet.
+    std::vector<Spot> Line(const Tile& tile, double row, uint32_t pointsATexel) const {
         std::vector<Spot> spots;
-        for (uint32_t i = 0; i <= pointsATexel * m_size; ++i)
-            spots.push_back(SpotAt(face, static_cast<double>(i) / pointsATexel, row));
+        for (uint32_t i = 0; i <= pointsATexel * tile.width; ++i)
+            spots.push_back(SpotAt(tile.face, tile.left + static_cast<double>(i) / pointsATexel, row));
         return spots;
-    }
-
-    bool IsOutside(const Band& band, const std::vector<Spot>& upper, const std::vector<Spot>& lower) const {
-        const double bulge = 4.0 / m_size;  // of edges, beyond their ends
-        const auto all = [&](auto&& test) {
-            return std::ranges::all_of(upper, test) && std::ranges::all_of(lower, test);
-        };
-        return all([&](const Spot& spot) { return spot.z > band.Top() + bulge; }) ||
-               all([&](const Spot& spot) { return spot.z < band.Bottom() - bulge; });
     }
 
     // From x to that of a neighbor, the shorter way around.
@@ -186,13 +222,8 @@ class Drawing {
     // Corners and middles of edges, around a texel.
     using Outline = std::array<Spot, 9>;
 
-    void DrawTexel(Band& band, size_t face, uint32_t column, uint32_t row,
-                   const std::vector<Spot> (&lines)[2], const std::vector<Spot>& middles,
+    void DrawTexel(Band& band, size_t face, uint32_t column, uint32_t row, const Outline& outline,
                    const dvec3& radiance) const {
-        const size_t i = 2 * size_t{column};
-        const Outline outline{lines[0][i],         lines[0][i + 1], lines[0][i + 2],
-                              middles[column + 1], lines[1][i + 2], lines[1][i + 1],
-                              lines[1][i],         middles[column], lines[0][i]};
         bool isPlain = true;  // neither at the seam nor near a pole
         for (size_t k = 0; k < 8; ++k)
             isPlain &=
@@ -296,8 +327,9 @@ class Drawing {
     }
 
     const CubeMap& m_cube;
-    const uint32_t m_size, m_width, m_height;
+    const uint32_t m_size, m_width;  // Of a face as it is drawn; of the map.
     const glm::dmat3 m_toWorld;
+    std::vector<Tile> m_tiles;
 };
 
 // The curve of IEC 61966-2-1.
@@ -319,11 +351,42 @@ glm::vec3 FaceRadiance(const uint8_t* rgba) {
     return factor * glm::vec3(kSrgb[rgba[0]], kSrgb[rgba[1]], kSrgb[rgba[2]]);
 }
 
+glm::vec3 MeanRadiance(const ImageData& face, uint32_t size, uint32_t column, uint32_t row) {
+    const auto at = [&](uint64_t x, uint64_t y) {
+        return FaceRadiance(&face.rgba[4 * (y * face.width + x)]);
+    };
+    if (face.width == size) return at(column, row);
+    // What a texel of the smaller face has of a texel, in units of which a texel is `size` long
+    struct Part {
+        double length, center;  // From -1 to 1.
+    };
+    const auto partOf = [&](uint64_t place, uint64_t texel) {
+        const auto begin = static_cast<double>(std::max(place * face.width, texel * size));
+        const auto end = static_cast<double>(std::min((place + 1) * face.width, (texel + 1) * size));
+        return Part{end - begin, (begin + end) / (1.0 * face.width * size) - 1.0};
+    };
+    const auto first = [&](uint64_t place) { return place * face.width / size; };
+    const auto last = [&](uint64_t place) { return ((place + 1) * face.width - 1) / size; };
+    dvec3 sum(0.0);
+    double weights = 0.0;
+    for (uint64_t y = first(row); y <= last(row); ++y) {
+        const Part high = partOf(row, y);
+        for (uint64_t x = first(column); x <= last(column); ++x) {
+            const Part wide = partOf(column, x);
+            const double square = 1.0 + wide.center * wide.center + high.center * high.center;
+            const double solidAngle = wide.length * high.length / (square * std::sqrt(square));
+            sum += solidAngle * dvec3(at(x, y));
+            weights += solidAngle;
+        }
+    }
+    return sum / weights;
+}
+
 uint32_t EquirectHeight(uint32_t faceSize) {
     return static_cast<uint32_t>(std::clamp<uint64_t>(uint64_t{2} * faceSize, kMinHeight, kMaxHeight));
 }
 
-image::ImageF ToEquirect(const CubeMap& cube, unsigned threads) {
+image::ImageF ToEquirect(const CubeMap& cube, unsigned threads, uint64_t* drawnTexels) {
     const uint32_t height = EquirectHeight(cube.faces[0]->width), width = 2 * height;
     image::ImageF map{width, height, std::vector<float>(size_t{4} * width * height)};
     const uint32_t rows = std::clamp<uint32_t>(
@@ -331,11 +394,12 @@ image::ImageF ToEquirect(const CubeMap& cube, unsigned threads) {
     const uint32_t bandCount = (height + rows - 1) / rows;
     const Drawing drawing(cube, height);
     std::atomic<uint32_t> next = 0;
+    std::atomic<uint64_t> drawn = 0;
     const auto work = [&] {
         for (uint32_t band; (band = next++) < bandCount;) {
             const uint32_t first = band * rows;
             Band part(width, height, first, std::min(rows, height - first));
-            drawing.Draw(part);
+            drawn += drawing.Draw(part);
             part.Store(map);
         }
     };
@@ -344,6 +408,7 @@ image::ImageF ToEquirect(const CubeMap& cube, unsigned threads) {
         others.push_back(std::async(std::launch::async | std::launch::deferred, work));
     work();
     for (std::future<void>& other : others) other.get();
+    if (drawnTexels) *drawnTexels = drawn;
     return map;
 }
 

@@ -27,8 +27,13 @@ glm::vec3 FaceRadiance(const uint8_t* rgba);
 // The rows of the map that a cube with faces of so many texels a side becomes; it has twice as many columns.
 uint32_t EquirectHeight(uint32_t faceSize);
 
+// Of a texel of the face when it is made smaller, to that many texels a side: the mean over its solid angle.
+glm::vec3 MeanRadiance(const ImageData& face, uint32_t size, uint32_t column, uint32_t row);
+
 // The map: a texel is the mean radiance over its solid angle, where a texel of a face has one radiance. So no
-// light is lost, however small the sun is. On that many threads; the same for any number.
-image::ImageF ToEquirect(const CubeMap& cube, unsigned threads);
+// light is lost, however small the sun is. Faces finer than the map can show are made smaller before. On that
+// many threads; the same for any number. The time grows with the texels that are drawn, where one counts
+// again for each part of the map that is drawn by itself.
+image::ImageF ToEquirect(const CubeMap& cube, unsigned threads, uint64_t* drawnTexels = nullptr);
 
 }  // namespace raygraph::scene

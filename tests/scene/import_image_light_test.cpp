@@ -275,6 +275,53 @@ TEST(ImageLights, MapIsTheSameForAnyNumberOfThreads) {
     EXPECT_TRUE(one.rgba == scene::ToEquirect(map, 3).rgba);
 }
 
+// Of 4 and of 13 bands. Turned, so a row of a face reaches into many of them.
+TEST(ImageLights, TimeGrowsWithTheTexelsNotWithTheirRowsTimesBands) {
+    uint64_t drawn[2]{};
+    for (const uint32_t size : {512u, 1024u}) {
+        const Cube black(size);
+        scene::CubeMap map = black.Map();
+        map.rotation = glm::normalize(glm::quat(0.9f, 0.3f, 0.2f, 0.5f));
+        scene::ToEquirect(map, 1, &drawn[size / 1024]);
+        EXPECT_GE(drawn[size / 1024], uint64_t{6} * size * size);
+        EXPECT_LT(drawn[size / 1024], uint64_t{9} * size * size) << size;
+    }
+    EXPECT_LT(static_cast<double>(drawn[1]), 4.5 * static_cast<double>(drawn[0]));
+}
+
+TEST(ImageLights, LoneTexelLosesNoLightWhenItsFaceIsMadeSmaller) {
+    constexpr uint32_t kSize = 200, kSmall = 64;
+    constexpr double kRatio = static_cast<double>(kSize) / kSmall;
+    const auto solidAngle = [](uint32_t size, uint32_t column, uint32_t row) {
+        const auto corner = [&](uint32_t x, uint32_t y) {
+            const double s = 2.0 * x / size - 1.0, t = 2.0 * y / size - 1.0;
+            return std::atan(s * t / std::sqrt(1.0 + s * s + t * t));
+        };
+        return corner(column + 1, row + 1) - corner(column, row + 1) - corner(column + 1, row) +
+               corner(column, row);
+    };
+    // Within a texel of the small face, across the border of two, in corners
+    for (const auto& [x, y] : {std::array{151u, 9u}, {3u, 100u}, {6u, 9u}, {0u, 0u}, {199u, 0u}}) {
+        SCOPED_TRACE(::testing::Message() << x << ' ' << y);
+        Cube cube(kSize);
+        std::ranges::copy(std::array<uint8_t, 4>{255, 200, 100, 1}, cube.Texel(0, x, y));
+        dvec3 light(0.0);
+        double columns = 0.0, rows = 0.0;
+        for (uint32_t row = 0; row < kSmall; ++row)
+            for (uint32_t column = 0; column < kSmall; ++column) {
+                const dvec3 part = dvec3(scene::MeanRadiance(cube.faces[0], kSmall, column, row)) *
+                                   solidAngle(kSmall, column, row);
+                light += part;
+                columns += part.x * (column + 0.5);
+                rows += part.x * (row + 0.5);
+            }
+        const dvec3 sun = scene::FaceRadiance(cube.Texel(0, x, y));
+        EXPECT_LT(glm::distance(light / (sun * solidAngle(kSize, x, y)), dvec3(1.0)), 2e-4);
+        EXPECT_NEAR(columns / light.x, (x + 0.5) / kRatio, 0.5);
+        EXPECT_NEAR(rows / light.x, (y + 0.5) / kRatio, 0.5);
+    }
+}
+
 TEST(ImageLights, IsThatOfTheLoadedScene) {
     GltfDocument document = WithLight({MakePng(1, 1, {255, 0, 0, 255})});
     document.Add("images", {{"uri", DataUri(MakePng(1, 1, {0, 255, 0, 255}))}});
