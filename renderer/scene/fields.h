@@ -62,9 +62,10 @@ constexpr KeyParts KeyPartsOf(std::string_view key) {
     return {key.substr(0, dot), key.substr(dot + 1)};
 }
 
-// The one of a member in a list, which is a tuple. Not a constant if there is none.
+// The one of a member in a list, which is a tuple. No constant if there is none; constexpr instead of consteval,
+// whose temporaries clang 14 cannot compile.
 template <typename Owner, typename T, typename List>
-consteval auto FindField(T Owner::*member, const List& list) {
+constexpr auto FindField(T Owner::*member, const List& list) {
     return std::apply(
         [&](const auto&... fields) {
             using Found = typename std::tuple_element_t<

@@ -219,7 +219,6 @@ class MaterialImporter {
     // In the order of the fields, which decides that of the textures.
     Material ReadMaterial(const gltf::Material& file, const Place& where) {
         const gltf::PbrMetallicRoughness& pbr = file.pbrMetallicRoughness;
-        // Constants: what a consteval function returns as a temporary is more than clang 14 can compile here
         constexpr TextureField kBaseColor = FieldOf(&Material::baseColorTexture);
         constexpr TextureField kMetallicRoughness = FieldOf(&Material::metallicRoughnessTexture);
         constexpr TextureField kNormal = FieldOf(&Material::normalTexture);

@@ -80,7 +80,7 @@ constexpr std::string_view UnitOf(const Field<Light, T>& field, const Light& lig
 
 // The one of a member.
 template <typename T>
-consteval auto FieldOf(T Light::*member) {
+constexpr auto FieldOf(T Light::*member) {
     return FindField(member, light_fields::kAll);
 }
 

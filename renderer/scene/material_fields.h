@@ -217,7 +217,7 @@ constexpr void ForEachTransformField(Visit&& visit) {
 
 // The one of a member.
 template <typename T>
-consteval auto FieldOf(T TextureTransform::*member) {
+constexpr auto FieldOf(T TextureTransform::*member) {
     return FindField(member, kTransformFields);
 }
 
@@ -229,7 +229,7 @@ constexpr void ForEachMaterialField(Visit&& visit) {
 
 // The one of a member.
 template <typename T>
-consteval auto FieldOf(T Material::*member) {
+constexpr auto FieldOf(T Material::*member) {
     return FindField(member, material_fields::kAll);
 }
 

@@ -308,7 +308,7 @@ TEST_F(LightSetTest, IrradianceOnTheDeviceIsTheSumOfTheClosedForms) {
                 pass.Specialize("kLightSampler", static_cast<uint32_t>(sampler));
                 target = pass.Writes("target", target);
             },
-            [](CommandList& commands) { commands.DispatchOver(kExtent); });
+            [extent = kExtent](CommandList& commands) { commands.DispatchOver(extent); });
         const std::vector<float> values = [&] {
             const Readback readback = render.renderer.ReadBack(target);
             render.renderer.Execute();

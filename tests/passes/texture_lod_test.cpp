@@ -12,8 +12,6 @@ using passes::TraceSettings;
 
 namespace {
 
-constexpr float kPi = 3.14159265f;
-
 class TextureLod : public VulkanTest {
   protected:
     double CenterLevel(const TraceSettings& settings) {
