@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "renderer/gpu_scene/scene_resources.h"
+#include "shaders/shared/microfacet_models.h"
 #include "shaders/shared/trace_options.h"
 
 namespace raygraph {
@@ -13,6 +14,12 @@ bool HasFilm(const gpu::MaterialRecord& material) {
     const glm::vec2 thickness = material.iridescenceThickness;
     const bool isTextured = material.iridescenceThicknessTexture != gpu::kNoTexture;
     return material.iridescence > 0.0f && (thickness.y > 0.0f || (isTextured && thickness.x > 0.0f));
+}
+
+// Whether facets of that roughness, which a texture scales down, may be as one mirror
+// (bxdf/microfacet.glsl, IsEffectivelySmooth).
+bool MayBeSmooth(float roughness, uint32_t texture) {
+    return roughness * roughness < kSmoothAlpha || texture != gpu::kNoTexture;
 }
 
 uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
@@ -27,7 +34,12 @@ uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     if (isDielectric && isOpaque) features |= kTraceOpaque;
     if (isDielectric && isOpaque && material.diffuseTransmission > 0.0f)
         features |= kTraceDiffuseTransmission;
-    if (material.clearcoat > 0.0f) features |= kTraceClearcoat;
+    if (MayBeSmooth(material.roughness, material.metallicRoughnessTexture)) features |= kTraceSmooth;
+    if (material.clearcoat > 0.0f) {
+        features |= kTraceClearcoat;
+        if (MayBeSmooth(material.clearcoatRoughness, material.clearcoatRoughnessTexture))
+            features |= kTraceSmooth;
+    }
     if (material.sheenColor != glm::vec3(0.0f)) features |= kTraceSheen;
     if (material.dispersion > 0.0f && (material.flags & gpu::kMaterialVolume) != 0u)
         features |= kTraceDispersion;

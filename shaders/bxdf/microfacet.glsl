@@ -21,6 +21,7 @@
 #include "bxdf/bxdf.glsl"
 #include "bxdf/fresnel.glsl"
 #include "core/option.h"
+#include "core/trace_options.glsl"
 #include "core/warp.glsl"
 #include "shared/microfacet_models.h"
 
@@ -36,12 +37,14 @@ struct MicrofacetDistribution {
 // A surface is smooth if both alphas are; one that is not has neither below kSmoothAlpha.
 INLINE MicrofacetDistribution MakeMicrofacetDistribution(vec2 alpha) {
     MicrofacetDistribution d;
-    bool isSmooth = max(alpha.x, alpha.y) < kSmoothAlpha;
+    bool isSmooth = HasTraceFeature(kTraceSmooth) && max(alpha.x, alpha.y) < kSmoothAlpha;
     d.alpha = isSmooth ? vec2(0.0f, 0.0f) : max(alpha, vec2(kSmoothAlpha, kSmoothAlpha));
     return d;
 }
 
-INLINE bool IsEffectivelySmooth(MicrofacetDistribution d) { return max(d.alpha.x, d.alpha.y) < kSmoothAlpha; }
+INLINE bool IsEffectivelySmooth(MicrofacetDistribution d) {
+    return HasTraceFeature(kTraceSmooth) && max(d.alpha.x, d.alpha.y) < kSmoothAlpha;
+}
 
 // ln(1 - x) for 0 <= x < 1 without the cancellation near 0.
 INLINE float LogOneMinus(float x) {

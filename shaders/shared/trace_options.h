@@ -40,6 +40,7 @@
 //   TextureTransforms: some are read elsewhere than at the primitive's texture coordinates
 //   Glass, Metals, Opaque, Clearcoat, Sheen: materials have these lobes (bxdf/gltf_lobes.glsl): they transmit
 //                     light, are metal, are a layer over a diffuse base, have a clear coat, have sheen
+//   Smooth:           some materials or coats reflect in a single direction
 //   Anisotropy:       highlights of some materials are stretched
 //   Iridescence:      some are under a thin film
 //   Dispersion:       some glass refracts colors differently
@@ -82,7 +83,8 @@
     X(TextureLod, 4194304)         \
     X(MatchedMedia, 8388608)       \
     X(Retroreflection, 16777216)   \
-    X(Capsules, 33554432)
+    X(Capsules, 33554432)          \
+    X(Smooth, 67108864)
 
 #ifdef __cplusplus
 namespace raygraph {

@@ -89,7 +89,7 @@ namespace {
 class Dispersion : public ::testing::Test {
   protected:
     Dispersion() {
-        threadTraceFeatures = kTraceGlass | kTraceMetals | kTraceVolumes | kTraceDispersion;
+        threadTraceFeatures = kTraceSmooth | kTraceGlass | kTraceMetals | kTraceVolumes | kTraceDispersion;
         threadBrdfModel = BrdfModel::Gltf;
         testLights = {};
     }

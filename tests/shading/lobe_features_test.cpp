@@ -67,6 +67,8 @@ std::vector<Case> Cases() {
     coated.clearcoat = 0.5f;
     coated.clearcoatRoughness = 0.4f;
     coated.coatAlpha = 0.16f;
+    GltfBxDF lacquered = coated;
+    lacquered.clearcoatRoughness = lacquered.coatAlpha = 0.0f;
     GltfBxDF velvet = GltfLobe(0.6f);
     velvet.sheenColor = vec3(0.4f, 0.2f, 0.1f);
     velvet.sheenRoughness = 0.5f;
@@ -87,9 +89,10 @@ std::vector<Case> Cases() {
             {"glass", Glass(0.3f, 1.5f), kTraceGlass},
             {"almost glass", almostGlass, kTraceGlass | kTraceOpaque},
             {"thin wall", ThinGlass(0.3f), kTraceGlass},
-            {"smooth thin wall", ThinGlass(0.0f), kTraceGlass},
-            {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals},
+            {"smooth thin wall", ThinGlass(0.0f), kTraceGlass | kTraceSmooth},
+            {"smooth metal", Metal(0.0f, vec3(0.9f)), kTraceMetals | kTraceSmooth},
             {"coated metal", coated, kTraceMetals | kTraceClearcoat},
+            {"lacquered metal", lacquered, kTraceMetals | kTraceClearcoat | kTraceSmooth},
             {"brushed metal", brushed, kTraceMetals | kTraceAnisotropy},
             {"cone", cone, kTraceMetals | kTraceGlass | kTraceOpaque | kTraceRetroreflection},
             {"velvet", velvet, kTraceOpaque | kTraceSheen},
@@ -101,7 +104,7 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
     const uint all = threadTraceFeatures;
     const uint lobes = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceClearcoat | kTraceSheen |
                        kTraceIridescence | kTraceDiffuseTransmission | kTraceAnisotropy |
-                       kTraceRetroreflection;
+                       kTraceRetroreflection | kTraceSmooth;
     for (const MultiscatterKind kind :
          {MultiscatterKind::Off, MultiscatterKind::Lut, MultiscatterKind::Walk}) {
         const MultiscatterScope scope(kind);
@@ -114,7 +117,7 @@ TEST(LobeFeatures, LobesThatNoMaterialHasMayBeOff) {
                     const Outcome whole = OutcomeOf(test.lobe, wo, wi, uc, u);
                     for (const uint others :
                          {0u, kTraceGlass, kTraceMetals, kTraceOpaque, kTraceClearcoat, kTraceSheen,
-                          kTraceIridescence, kTraceDiffuseTransmission, kTraceAnisotropy}) {
+                          kTraceIridescence, kTraceDiffuseTransmission, kTraceAnisotropy, kTraceSmooth}) {
                         const FeatureScope features((all & ~lobes) | test.features | others);
                         FillStack();
                         ExpectSame(OutcomeOf(test.lobe, wo, wi, uc, u), whole,

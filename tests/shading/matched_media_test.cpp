@@ -104,8 +104,8 @@ namespace raygraph::shading {
 
 namespace {
 
-constexpr uint kFeatures = kTraceGlass | kTraceMetals | kTraceOpaque | kTraceVolumes | kTraceScattering |
-                           kTraceMatchedMedia | kTraceClearcoat;
+constexpr uint kFeatures = kTraceSmooth | kTraceGlass | kTraceMetals | kTraceOpaque | kTraceVolumes |
+                           kTraceScattering | kTraceMatchedMedia | kTraceClearcoat;
 
 Medium Fog(vec3 extinction, vec3 albedo, float g, float ior = 1.0f, uint priority = 0u) {
     return {.extinction = extinction,

@@ -183,7 +183,7 @@ class PathFixture : public ::testing::Test {
 };
 
 inline void UseOptions(uint features, BrdfModel brdf = BrdfModel::Gltf) {
-    threadTraceFeatures = features | kTraceMetals | kTraceOpaque;
+    threadTraceFeatures = features | kTraceMetals | kTraceOpaque | kTraceSmooth;
     threadBrdfModel = brdf;
     threadMisHeuristic = MisHeuristic::Power;
 }

@@ -94,7 +94,7 @@ constexpr uint kNoLimit = 0xFFFFFFFFu;
 class Scattering : public ::testing::Test {
   protected:
     Scattering() {
-        threadTraceFeatures = kTraceGlass | kTraceMetals | kTraceVolumes | kTraceScattering;
+        threadTraceFeatures = kTraceSmooth | kTraceGlass | kTraceMetals | kTraceVolumes | kTraceScattering;
         threadBrdfModel = BrdfModel::Gltf;
         threadMisHeuristic = MisHeuristic::Power;
         testLights = {};
