@@ -25,6 +25,9 @@ struct TextureMeans {
 // A material whose roughness is in the texture's green, and what its surface is bent by.
 struct RoughnessWidening {
     TextureMeans normals;  // of its normal map, at the same texture coordinates
+    // The levels of the normal map's image that materials read: what it is without those before the first is
+    // seen nowhere, and what the last one has is seen at any distance.
+    uint32_t firstNormals = 0, lastNormals = UINT32_MAX;
     float normalScale = 1.0f;
     float roughnessFactor = 1.0f;  // greater than 0
 };
@@ -45,7 +48,8 @@ struct TextureLevels {
 // is 0. Each level is the mean of the one above over the area of its texels, also where that has an odd
 // number of them, by floats that are rounded once. A roughness grows by the variance of the normals that a
 // texel covers: the picture keeps the highlights' width as details of the normal map vanish (the formulas are
-// in shaders/scene/texture_level_main.glsl). Error{Usage} for sizes that do not fit.
+// in shaders/scene/texture_level_main.glsl). The target's level 0, which is also read from near, grows by
+// those before firstNormals alone. Error{Usage} for sizes that do not fit.
 [[nodiscard]] RAYGRAPH_API TextureLevels MakeTextureLevels(Renderer& renderer, TextureId image,
                                                            TextureId target,
                                                            const TextureLevelSettings& settings);

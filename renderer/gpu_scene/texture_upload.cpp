@@ -118,11 +118,14 @@ class SceneTextures {
     bool IsSrgb(uint32_t texture) const {
         return m_scene.textures[texture].colorSpace == scene::ColorSpace::Srgb;
     }
-    // Of several levels, or smaller than its image, and not those of its file.
+    // Of several levels, or smaller or rougher than its image, and not those of its file.
     bool IsMade(uint32_t texture) {
         const TextureChoice& choice = m_plan.choices[texture];
+        if (choice.isBlocks) return false;
+        const std::optional<PairedNormals>& normals = m_uses[texture].normals;
+        const bool isRougher = normals && m_plan.choices[normals->texture].firstLevel > 0;
         const uint32_t levels = rhi::FullMipCount(ExtentOf(texture));
-        return !choice.isBlocks && levels > 1 && (HasLevels(texture) || choice.firstLevel > 0);
+        return isRougher || (levels > 1 && (HasLevels(texture) || choice.firstLevel > 0));
     }
 
     TextureSizes SizesOf(uint32_t texture) {
@@ -139,6 +142,10 @@ class SceneTextures {
         std::vector<TextureSizes> sizes;
         for (uint32_t i = 0; i < m_scene.textures.size(); ++i) sizes.push_back(SizesOf(i));
         m_plan = PlanTextures(sizes, m_settings.budget);
+        m_uses = TextureUses(m_scene);
+        // Normals that are not made here: nothing of them is lost, or, of those in blocks, not known
+        for (TextureUse& use : m_uses)
+            if (use.normals && !IsMade(use.normals->texture)) use.normals.reset();
         m_resources.textureBytes = m_plan.bytes;
         m_resources.reducedTextures = static_cast<uint32_t>(
             std::ranges::count_if(m_plan.choices, [](const auto& choice) { return choice.firstLevel > 0; }));
@@ -184,13 +191,10 @@ class SceneTextures {
     // A frame for each texture, so that the memory of few is needed at a time; those whose roughness depends
     // on a normal map share the frame of that.
     void MakeLevels() {
-        m_uses = TextureUses(m_scene);
         std::map<uint32_t, std::vector<uint32_t>> groups;  // by the first texture of each
         for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
             if (!IsMade(i)) continue;
-            std::optional<PairedNormals>& normals = m_uses[i].normals;
-            if (normals && !IsMade(normals->texture)) normals.reset();  // read in all detail
-            if (normals)
+            if (const std::optional<PairedNormals>& normals = m_uses[i].normals)
                 groups[normals->texture].push_back(i);
             else
                 groups[i].insert(groups[i].begin(), i);
@@ -198,6 +202,16 @@ class SceneTextures {
         if (groups.empty()) return;
         Renderer renderer(m_device, {.name = "texture levels", .gpuTimes = false, .passMarks = false});
         for (const auto& [first, textures] : groups) MakeGroup(renderer, textures);
+    }
+
+    RoughnessWidening Widening(const PairedNormals& pair, const TextureMeans& means) const {
+        const uint32_t first = m_plan.choices[pair.texture].firstLevel;
+        const uint32_t count = m_resources.textures[pair.texture].texture.Desc().mipLevels;
+        return {.normals = means,
+                .firstNormals = first,
+                .lastNormals = first + count - 1,
+                .normalScale = pair.normalScale,
+                .roughnessFactor = pair.roughnessFactor};
     }
 
     void MakeGroup(Renderer& renderer, const std::vector<uint32_t>& textures) {
@@ -219,10 +233,7 @@ class SceneTextures {
             const TextureUse& use = m_uses[textures[i]];
             TextureLevelSettings settings{
                 .content = use.content, .widening = {}, .firstLevel = m_plan.choices[textures[i]].firstLevel};
-            if (use.normals && normals)
-                settings.widening = {.normals = *normals,
-                                     .normalScale = use.normals->normalScale,
-                                     .roughnessFactor = use.normals->roughnessFactor};
+            if (use.normals && normals) settings.widening = Widening(*use.normals, *normals);
             const TextureId image = renderer.Import(
                 "image", images[i],
                 states.emplace_back(ResourceState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}));

@@ -24,6 +24,7 @@ struct TextureLevelConstants {
     uint isFirst;  // the finer level is the image itself, as it is stored; else means of it
     // Of a level of roughness that is widened by a normal map
     float normalsLod;       // the level of the normal map whose waves are lost in this one
+    uint hasOtherTexels;    // not as large as those of this level: normalsLod is a whole number
     float slopeScale;       // the normal map's scale
     float roughnessFactor;  // what the material multiplies the texels with
 };

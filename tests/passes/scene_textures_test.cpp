@@ -313,22 +313,29 @@ TEST(SceneTexturesElsewhere, BudgetIsNoMoreThanWhatIsLeft) {
     EXPECT_EQ(scene.Statistics().textureBudget, 0u);
 }
 
-// Waves of a normal map become roughness of the levels that have lost them.
-TEST_F(SceneTextures, RoughnessIsWidenedByTheMaterialsNormalMap) {
-    scene::ImageData waves{.name = "waves", .width = 8, .height = 8, .rgba = {}};
-    scene::ImageData roughness{.name = "roughness", .width = 8, .height = 8, .rgba = {}};
-    for (uint32_t i = 0; i < 64; ++i) {
+// A texture of roughness 0.4, and a normal map of waves as wide as a texel.
+scene::SceneData Waves(Extent2D roughnessExtent, Extent2D wavesExtent) {
+    scene::ImageData waves{
+        .name = "waves", .width = wavesExtent.width, .height = wavesExtent.height, .rgba = {}};
+    scene::ImageData roughness{
+        .name = "roughness", .width = roughnessExtent.width, .height = roughnessExtent.height, .rgba = {}};
+    for (uint32_t i = 0; i < wavesExtent.width * wavesExtent.height; ++i)
         waves.rgba.insert(waves.rgba.end(), {uint8_t(i % 2 == 0 ? 78 : 177), 128, 245, 255});
+    for (uint32_t i = 0; i < roughnessExtent.width * roughnessExtent.height; ++i)
         roughness.rgba.insert(roughness.rgba.end(), {0, 102, 255, 255});
-    }
     scene::SceneData scene = SceneWith({roughness, waves});
     for (scene::Texture& texture : scene.textures) texture.colorSpace = scene::ColorSpace::Linear;
     scene.materials[0] = {};
     scene.materials[0].metallicRoughnessTexture.texture = 0;
     scene.materials[0].normalTexture.texture = 1;
-    scene::SceneData flat = scene;
+    return scene;
+}
+
+// Waves of a normal map become roughness of the levels that have lost them.
+TEST_F(SceneTextures, RoughnessIsWidenedByTheMaterialsNormalMap) {
+    scene::SceneData flat = Waves({8, 8}, {8, 8});
     flat.materials[0].normalTexture = {};
-    const auto bent = Set({.textureLevels = true}, std::move(scene));
+    const auto bent = Set({.textureLevels = true}, Waves({8, 8}, {8, 8}));
     const auto smooth = Set({.textureLevels = true}, std::move(flat));
     for (size_t level = 1; level < 4; ++level) {
         EXPECT_NEAR(smooth[0].firstTexels[level].g, 0.4f, 1e-4f);
@@ -336,6 +343,40 @@ TEST_F(SceneTextures, RoughnessIsWidenedByTheMaterialsNormalMap) {
         EXPECT_NEAR(bent[1].firstTexels[level].b, 1.0f, 1e-2f);  // unit vectors again
     }
     EXPECT_NEAR(bent[0].firstTexels[0].g, 0.4f, 1e-4f);
+}
+
+// What the budget took from the normal map is nowhere but in the roughness, also of level 0.
+TEST_F(SceneTextures, RoughnessIsWidenedByWhatTheBudgetTookFromTheNormalMap) {
+    for (const bool wantsLevels : {false, true})
+        for (const uint32_t side : {1u, 8u}) {
+            const uint64_t roughnessBytes = side == 1 ? 4 : (wantsLevels ? 4 * (64 + 16 + 4 + 1) : 4 * 64);
+            const uint64_t wavesBytes = wantsLevels ? 4 * (64 + 16 + 4 + 1) : 4 * 64;
+            const auto textures =
+                Set({.textureLevels = wantsLevels, .textureBudget = roughnessBytes + wavesBytes},
+                    Waves({side, side}, {16, 16}));
+            EXPECT_EQ(statistics.reducedTextures, 1u);
+            EXPECT_EQ(textures[0].extent, (Extent2D{side, side}));
+            EXPECT_EQ(textures[1].extent, (Extent2D{8, 8}));
+            EXPECT_EQ(textures[0].firstTexels.size(), wantsLevels && side > 1 ? 4u : 1u);
+            for (const glm::vec4& texel : textures[0].firstTexels) {
+                EXPECT_GT(texel.g, 0.5f) << wantsLevels << " " << side;
+                EXPECT_EQ(texel.b, 1.0f);
+            }
+        }
+}
+
+// A sampler without levels reads the normal map's level 0 at any distance: its waves are all there.
+TEST_F(SceneTextures, RoughnessIsNotWidenedByWavesThatAreStillRead) {
+    // Waves of two texels: what the budget takes is flat
+    scene::SceneData scene = Waves({16, 16}, {16, 16});
+    for (uint32_t i = 0; i < 256; ++i) scene.images[1].rgba[4 * i] = i % 4 < 2 ? 78 : 177;
+    scene.textures[1].sampler.usesMips = false;
+    const auto textures =
+        Set({.textureLevels = true, .textureBudget = 4 * (64 + 16 + 4 + 1) + 4 * 64}, std::move(scene));
+    EXPECT_EQ(textures[0].extent, (Extent2D{8, 8}));
+    EXPECT_EQ(textures[1].extent, (Extent2D{8, 8}));
+    EXPECT_EQ(textures[1].firstTexels.size(), 1u);
+    for (const glm::vec4& texel : textures[0].firstTexels) EXPECT_NEAR(texel.g, 0.4f, 1e-4f);
 }
 
 }  // namespace raygraph::testing
