@@ -58,7 +58,7 @@ TextureLevels MakeTextureLevels(Renderer& renderer, TextureId image, TextureId t
         const GraphTextureDesc chain{.extent = rhi::MipExtent(extent, 1),
                                      .format = Format::Rgba32Float,
                                      .levels = std::max(isAll ? levelCount - 1 : last, 1u)};
-        means = renderer.CreateTexture("textureMeans", chain);
+        means = settings.means ? *settings.means : renderer.CreateTexture("textureMeans", chain);
         encoded = renderer.CreateTexture(
             "textureLevels", {.extent = chain.extent, .format = Format::Rgba8Unorm, .levels = chain.levels});
         if (widensImage)

@@ -35,7 +35,8 @@ struct RoughnessWidening {
 struct TextureLevelSettings {
     TexelContent content = TexelContent::Data;
     std::optional<RoughnessWidening> widening;
-    uint32_t firstLevel = 0;  // of the image: the target's level 0
+    std::optional<TextureId> means;  // where a normal map's go: rgba32f, its level 1 and all below
+    uint32_t firstLevel = 0;         // of the image: the target's level 0
 };
 
 struct TextureLevels {

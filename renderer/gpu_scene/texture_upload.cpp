@@ -1,8 +1,8 @@
 #include "renderer/gpu_scene/texture_upload.h"
 
 #include <algorithm>
-#include <deque>
 #include <map>
+#include <utility>
 
 #include "renderer/gpu_scene/texture_levels.h"
 #include "renderer/gpu_scene/texture_plan.h"
@@ -188,20 +188,44 @@ class SceneTextures {
         ImageOf(texture).blocks = {};
     }
 
-    // A frame for each texture, so that the memory of few is needed at a time; those whose roughness depends
-    // on a normal map share the frame of that.
+    // A frame for each texture, so that the memory of few is needed at a time. Of a normal map that roughness
+    // depends on, the means are kept until that is made.
     void MakeLevels() {
-        std::map<uint32_t, std::vector<uint32_t>> groups;  // by the first texture of each
+        std::map<uint32_t, std::vector<uint32_t>> dependents;
         for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
             if (!IsMade(i)) continue;
             if (const std::optional<PairedNormals>& normals = m_uses[i].normals)
-                groups[normals->texture].push_back(i);
+                dependents[normals->texture].push_back(i);
             else
-                groups[i].insert(groups[i].begin(), i);
+                dependents.try_emplace(i);
         }
-        if (groups.empty()) return;
+        if (dependents.empty()) return;
         Renderer renderer(m_device, {.name = "texture levels", .gpuTimes = false, .passMarks = false});
-        for (const auto& [first, textures] : groups) MakeGroup(renderer, textures);
+        for (const auto& [texture, rougher] : dependents) {
+            std::optional<KeptMeans> means;
+            if (!rougher.empty()) means = MeansToKeep(texture);
+            MakeTexture(renderer, texture, means);
+            for (const uint32_t roughness : rougher) MakeTexture(renderer, roughness, means);
+        }
+    }
+
+    // Those of a normal map, over several frames.
+    struct KeptMeans {
+        rhi::Texture texture;
+        rhi::Extent2D extent;  // of the image
+        ResourceState state;
+    };
+
+    KeptMeans MeansToKeep(uint32_t texture) {
+        const rhi::Extent2D extent = ExtentOf(texture);
+        return {.texture =
+                    m_device.CreateTexture({.name = "means of '" + ImageOf(texture).name + "'",
+                                            .extent = rhi::MipExtent(extent, 1),
+                                            .format = rhi::Format::Rgba32Float,
+                                            .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::Storage,
+                                            .mipLevels = rhi::FullMipCount(extent) - 1}),
+                .extent = extent,
+                .state = {}};
     }
 
     RoughnessWidening Widening(const PairedNormals& pair, const TextureMeans& means) const {
@@ -214,36 +238,39 @@ class SceneTextures {
                 .roughnessFactor = pair.roughnessFactor};
     }
 
-    void MakeGroup(Renderer& renderer, const std::vector<uint32_t>& textures) {
-        std::vector<rhi::Texture> images;
-        for (const uint32_t texture : textures) {
-            images.push_back(
-                m_device.CreateTexture({.name = "image of '" + ImageOf(texture).name + "'",
-                                        .extent = ExtentOf(texture),
-                                        .format = rhi::Format::Rgba8Unorm,
-                                        .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::CopySource |
-                                                 rhi::TextureUsage::CopyDestination}));
-            UploadImage(texture, images.back());
-        }
+    // `kept`: of the texture, to be filled, or of the normal map that its roughness depends on.
+    void MakeTexture(Renderer& renderer, uint32_t texture, std::optional<KeptMeans>& kept) {
+        // One image is read while the next one is copied: there are two at most
+        if (m_frameBefore > 0) m_device.WaitFor(m_frameBefore);
+        const rhi::Texture source =
+            m_device.CreateTexture({.name = "image of '" + ImageOf(texture).name + "'",
+                                    .extent = ExtentOf(texture),
+                                    .format = rhi::Format::Rgba8Unorm,
+                                    .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::CopySource |
+                                             rhi::TextureUsage::CopyDestination});
+        UploadImage(texture, source);
         m_uploader.Flush();
         renderer.BeginFrame();
-        std::deque<ResourceState> states;
-        std::optional<TextureMeans> normals;
-        for (size_t i = 0; i < textures.size(); ++i) {
-            const TextureUse& use = m_uses[textures[i]];
-            TextureLevelSettings settings{
-                .content = use.content, .widening = {}, .firstLevel = m_plan.choices[textures[i]].firstLevel};
-            if (use.normals && normals) settings.widening = Widening(*use.normals, *normals);
-            const TextureId image = renderer.Import(
-                "image", images[i],
-                states.emplace_back(ResourceState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}));
-            const TextureId target =
-                renderer.Import("texture", m_resources.textures[textures[i]].texture, states.emplace_back());
-            const TextureLevels made = MakeTextureLevels(renderer, image, target, settings);
-            renderer.Export(made.texture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
-            if (use.content == TexelContent::Normals) normals = made.means;
+        const TextureUse& use = m_uses[texture];
+        TextureLevelSettings settings{.content = use.content,
+                                      .widening = {},
+                                      .means = {},
+                                      .firstLevel = m_plan.choices[texture].firstLevel};
+        if (kept) {
+            const TextureId means = renderer.Import("normals", kept->texture, kept->state);
+            if (use.normals)
+                settings.widening = Widening(*use.normals, {.levels = means, .extent = kept->extent});
+            else
+                settings.means = means;
         }
-        renderer.Execute();
+        ResourceState sourceState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}, targetState;
+        const TextureId image = renderer.Import("image", source, sourceState);
+        const TextureId target =
+            renderer.Import("texture", m_resources.textures[texture].texture, targetState);
+        const TextureLevels made = MakeTextureLevels(renderer, image, target, settings);
+        renderer.Export(made.texture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+        if (settings.means) renderer.Export(made.means->levels, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
+        m_frameBefore = std::exchange(m_lastFrame, renderer.Execute());
     }
 
     rhi::Device& m_device;
@@ -254,6 +281,7 @@ class SceneTextures {
     std::vector<uint32_t> m_usesLeft;  // of each image
     TexturePlan m_plan;
     std::vector<TextureUse> m_uses;
+    uint64_t m_lastFrame = 0, m_frameBefore = 0;  // that made textures, as Device counts
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 // The textures of a GpuScene on the device: their levels, and what a budget leaves of them.
 #include <algorithm>
 
+#include "renderer/gpu_scene/texture_upload.h"
 #include "renderer/graph/pass_harness.h"
 #include "rhi/shader_compiler.h"
 #include "tests/rhi/fake_loader.h"
@@ -377,6 +378,35 @@ TEST_F(SceneTextures, RoughnessIsNotWidenedByWavesThatAreStillRead) {
     EXPECT_EQ(textures[1].extent, (Extent2D{8, 8}));
     EXPECT_EQ(textures[1].firstTexels.size(), 1u);
     for (const glm::vec4& texel : textures[0].firstTexels) EXPECT_NEAR(texel.g, 0.4f, 1e-4f);
+}
+
+// One is read while the next one is copied, however many share a normal map.
+TEST_F(SceneTextures, MakingLevelsTakesTheMemoryOfTwoImages) {
+    constexpr uint32_t kSide = 1024, kRoughnessCount = 3;
+    constexpr uint64_t kImage = 4 * kSide * kSide;
+    scene::SceneData scene = Waves({kSide, kSide}, {kSide, kSide});
+    for (uint32_t i = 1; i < kRoughnessCount; ++i) {
+        scene.images.push_back(scene.images[0]);
+        scene.textures.push_back(scene.textures[0]);
+        scene.textures.back().image = i + 1;
+        scene.materials.push_back(scene.materials[0]);
+        scene.materials[i].metallicRoughnessTexture.texture = static_cast<int>(i) + 1;
+    }
+    rhi::Uploader uploader(Device(), {.stagingBytes = 128u << 10, .chunkCount = 2});
+    const rhi::Texture white = Device().CreateTexture({.name = "white", .extent = {1, 1}});
+    const rhi::Sampler sampler = Device().CreateSampler({.name = "sampler"});
+    rhi::TextureTable table(Device(), 8, white, sampler);
+    Device().WaitIdle();
+    // With the levels on the device (4/3 an image) the means of the normal map and of a roughness, as floats
+    // (4/3 each), and levels on the way (1/3, of two frames)
+    constexpr uint64_t kNeeded = (kRoughnessCount + 1) * kImage * 4 / 3 + 2 * kImage * 4 / 3 + kImage * 2 / 3;
+    constexpr uint64_t kSpare = kImage / 2;
+    Device().LimitMemory(Device().Memory().usedBytes + kNeeded + 2 * kImage + kSpare);
+    SceneResources resources(table);
+    EXPECT_NO_THROW(uploader.FlushAfter(
+        [&] { UploadTextures(Device(), uploader, scene, {.hasLevels = true}, resources); }));
+    Device().LimitMemory(0);
+    Device().WaitIdle();
 }
 
 }  // namespace raygraph::testing
