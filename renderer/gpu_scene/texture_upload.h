@@ -20,7 +20,7 @@ struct TextureUploadSettings {
 void UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
                     const TextureUploadSettings& settings, SceneResources& resources);
 
-// Half of what the process may use of the largest heap of device memory, but no more than it does not use yet.
+// Half of what the process may use of the largest heap of device memory, but no more than is left of it.
 uint64_t DefaultTextureBudget(const rhi::Device& device);
 
 }  // namespace raygraph

@@ -62,8 +62,8 @@ constexpr KeyParts KeyPartsOf(std::string_view key) {
     return {key.substr(0, dot), key.substr(dot + 1)};
 }
 
-// The one of a member in a list, which is a tuple. No constant if there is none; constexpr instead of consteval,
-// whose temporaries clang 14 cannot compile.
+// The one of a member in a list, which is a tuple. No constant if there is none. (Not consteval: clang 14
+// does not compile the temporaries of such functions.)
 template <typename Owner, typename T, typename List>
 constexpr auto FindField(T Owner::*member, const List& list) {
     return std::apply(
