@@ -123,7 +123,7 @@ CheckFiles() {
     done
     # Tests hold shaders and expected messages as raw strings, which nothing may break.
     grep -nHE '^.{111,}$' -- "${sources[@]}" | grep -v '^tests/' | cut -c -100 | Report 'columns: longer than 110'
-    grep -nHE "$(Word 'TODO|FIXME|XXX')([^[:alnum:]_]|$)" -- "${files[@]}" | grep -v '^tests/layering/' |
+    grep -nHIE "$(Word 'TODO|FIXME|XXX')([^[:alnum:]_]|$)" -- "${files[@]}" | grep -v '^tests/layering/' |
         Report 'unfinished: do it now or leave it out'
 }
 
