@@ -5,8 +5,8 @@
 #include <span>
 #include <utility>
 
+#include "renderer/gpu_scene/material_features.h"
 #include "renderer/scene/variants.h"
-#include "shaders/shared/microfacet_models.h"
 
 namespace raygraph {
 namespace {
@@ -27,8 +27,7 @@ bool IsOpaque(const gpu::MaterialRecord& material, float lowestAlpha) {
 bool IsThinWall(const gpu::MaterialRecord& material) {
     return material.transmission > 0.0f &&
            (material.flags & (gpu::kMaterialVolume | gpu::kMaterialUnlit)) == 0u &&
-           (material.roughness * material.roughness < kSmoothAlpha ||
-            material.metallicRoughnessTexture != gpu::kNoTexture);
+           MayBeSmooth(material.roughness, material.metallicRoughnessTexture);
 }
 
 }  // namespace

@@ -16,12 +16,6 @@ bool HasFilm(const gpu::MaterialRecord& material) {
     return material.iridescence > 0.0f && (thickness.y > 0.0f || (isTextured && thickness.x > 0.0f));
 }
 
-// Whether facets of that roughness, which a texture scales down, may be as one mirror
-// (bxdf/microfacet.glsl, IsEffectivelySmooth).
-bool MayBeSmooth(float roughness, uint32_t texture) {
-    return roughness * roughness < kSmoothAlpha || texture != gpu::kNoTexture;
-}
-
 uint32_t LobeFeatures(const gpu::MaterialRecord& material) {
     if ((material.flags & gpu::kMaterialUnlit) != 0u) return 0;
     // Textures scale their factors down
@@ -84,6 +78,10 @@ bool HasTextureTransform(const gpu::MaterialRecord& material) {
 }
 
 }  // namespace
+
+bool MayBeSmooth(float roughness, uint32_t texture) {
+    return roughness * roughness < kSmoothAlpha || texture != gpu::kNoTexture;
+}
 
 uint32_t LobeFeatures(const SceneResources& resources) {
     uint32_t features = 0;

@@ -8,6 +8,10 @@ namespace raygraph {
 
 struct SceneResources;  // renderer/gpu_scene/scene_resources.h
 
+// Whether facets of that roughness, which a texture (or gpu::kNoTexture) scales down, may reflect in a single
+// direction somewhere (bxdf/microfacet.glsl, IsEffectivelySmooth).
+bool MayBeSmooth(float roughness, uint32_t texture);
+
 // What lobes the materials in use may have at some point of them (shaders/bxdf/gltf_lobes.glsl): bits of
 // kTraceFeatures. Unlit ones have none.
 uint32_t LobeFeatures(const SceneResources& resources);

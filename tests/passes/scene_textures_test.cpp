@@ -263,13 +263,14 @@ TEST_F(SceneTextures, OfBlocksTheLevelsOfTheFileAreTaken) {
     EXPECT_NEAR(tiny[0].firstTexels[0].r, 0.5f, kCode);
 }
 
+std::unique_ptr<rhi::Device> DeviceOf(FakeLoader& loader) {
+    return rhi::Device::Create({.savePipelineCache = false, .getInstanceProcAddr = loader.Entry()});
+}
+
 TEST(SceneTexturesElsewhere, DecodedOnADeviceWithoutBlocks) {
     FakeLoader loader;
     loader.Tell().hasNoBlocks = true;
-    rhi::DeviceDesc desc;
-    desc.getInstanceProcAddr = loader.Entry();
-    desc.savePipelineCache = false;
-    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    const std::unique_ptr<rhi::Device> device = DeviceOf(loader);
     Renderer renderer(*device);
     GpuScene scene(renderer);
     scene.SetScene(SceneWith({Blocks(kMagenta, 3)}));
@@ -285,10 +286,7 @@ TEST(SceneTexturesElsewhere, DecodedOnADeviceWithoutBlocks) {
 TEST(SceneTexturesElsewhere, BudgetIsHalfOfWhatTheProcessMayUse) {
     FakeLoader loader;
     loader.Tell().hasSeparateMemory = true;
-    rhi::DeviceDesc desc;
-    desc.getInstanceProcAddr = loader.Entry();
-    desc.savePipelineCache = false;
-    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    const std::unique_ptr<rhi::Device> device = DeviceOf(loader);
     Renderer renderer(*device);
     GpuScene scene(renderer);
     scene.SetScene(SceneWith({Stripes({4, 4}, 1)}));
@@ -299,10 +297,7 @@ TEST(SceneTexturesElsewhere, BudgetIsHalfOfWhatTheProcessMayUse) {
 TEST(SceneTexturesElsewhere, BudgetIsNoMoreThanWhatIsLeft) {
     FakeLoader loader;
     loader.Tell().hasSeparateMemory = true;
-    rhi::DeviceDesc desc;
-    desc.getInstanceProcAddr = loader.Entry();
-    desc.savePipelineCache = false;
-    const std::unique_ptr<rhi::Device> device = rhi::Device::Create(desc);
+    const std::unique_ptr<rhi::Device> device = DeviceOf(loader);
     Renderer renderer(*device);
     GpuScene scene(renderer);
     loader.Tell().heapUsage = kFakeDeviceBudgetBytes - 1024;
