@@ -238,8 +238,7 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
 void Document::UpdateBounds() {
     m_scene.bounds = {};
     for (size_t i = 0; i < m_instanceBounds.size(); ++i) {
-        if (scene::IsVisible(m_isVisible, m_scene.instances[i].node))
-            m_scene.bounds.Extend(m_instanceBounds[i]);
+        if (scene::IsVisible(m_isVisible, m_scene.instances[i])) m_scene.bounds.Extend(m_instanceBounds[i]);
     }
 }
 
