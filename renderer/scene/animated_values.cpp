@@ -55,6 +55,9 @@ float ToFloat(double number) {
     constexpr double kMax = std::numeric_limits<float>::max();
     return static_cast<float>(std::clamp(number, -kMax, kMax));
 }
+// With which a rotated axis is still finite.
+constexpr FieldRange kScales{-1e37f, 1e37f};
+
 float InRange(double number, const FieldRange& range) {
     const float rounded = ToFloat(number);
     return range.mayBeZero && rounded == 0.0f ? rounded : std::clamp(rounded, range.min, range.max);
@@ -235,7 +238,7 @@ bool SetValue(SceneData& scene, const AnimationTarget& target, const double* val
         case AnimatedProperty::Translation:
             return SetTranslation(scene.nodes[target.object], value);
         case AnimatedProperty::Scale:
-            return Set(scene.nodes[target.object].scale, kAnyNumber, value);
+            return Set(scene.nodes[target.object].scale, kScales, value);
         case AnimatedProperty::Rotation:
             return Assign(
                 scene.nodes[target.object].rotation,

@@ -247,15 +247,15 @@ void PoseApplier::MeasureInstance(const SceneData& scene, uint32_t index) {
     Bounds bounds;
     for (const Primitive& primitive : scene.meshes[instance.mesh].primitives)
         bounds.Extend(DeformedBounds(primitive, weights, matrices));
-    m_instanceBounds[index] = bounds.Transformed(instance.objectToWorld);
+    bounds = bounds.Transformed(instance.objectToWorld);
+    m_instanceBounds[index] = IsFinite(bounds.min) && IsFinite(bounds.max) ? bounds : Bounds();
 }
 
 void PoseApplier::UpdateBounds(SceneData& scene) {
     Bounds bounds;
     for (size_t i = 0; i < m_instanceBounds.size(); ++i)
         if (m_isInstanceSeen[i]) bounds.Extend(m_instanceBounds[i]);
-    const bool isFinite = bounds.IsEmpty() || (IsFinite(bounds.min) && IsFinite(bounds.max));
-    if (!isFinite || (bounds.min == scene.bounds.min && bounds.max == scene.bounds.max)) return;
+    if (bounds.min == scene.bounds.min && bounds.max == scene.bounds.max) return;
     scene.bounds = bounds;
     m_changes.areBoundsChanged = true;
 }

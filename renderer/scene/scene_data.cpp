@@ -158,7 +158,10 @@ void UpdateWorldTransforms(SceneData& scene) {
             for (const Primitive& primitive : scene.meshes[instance.mesh].primitives)
                 bounds.Extend(DeformedBounds(primitive, MorphWeights(scene, instance), matrices));
         }
-        scene.bounds.Extend(bounds.Transformed(instance.objectToWorld));
+        bounds = bounds.Transformed(instance.objectToWorld);
+        // Joints may move vertices anywhere
+        if (instance.isDeformed && !(IsFinite(bounds.min) && IsFinite(bounds.max))) continue;
+        scene.bounds.Extend(bounds);
     }
     for (Camera& camera : scene.cameras) place(camera.node, camera.cameraToWorld, camera.translationRest);
     for (Light& light : scene.lights) place(light.node, light.lightToWorld, light.translationRest);

@@ -146,8 +146,10 @@ TEST(ImportSkin, TangentsSplitInfluencesAndTargetsToo) {
     const size_t positions = document.AddAccessor<float>({0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0}, 3);
     const size_t normals = document.AddAccessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
     const size_t uv = document.AddAccessor<float>({0, 0, 1, 0, 0, 1, 1, 0}, 2);
-    const size_t joints = document.AddAccessor<uint8_t>({0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0}, 4);
-    const size_t weights = document.AddAccessor<float>({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, 4);
+    // Each vertex follows the joint of its number, and a little that of the next
+    const size_t joints = document.AddAccessor<uint8_t>({0, 1, 0, 0, 1, 2, 0, 0, 2, 3, 0, 0, 3, 4, 0, 0}, 4);
+    const size_t weights = document.AddAccessor<float>(
+        {0.75f, 0.25f, 0, 0, 0.625f, 0.375f, 0, 0, 0.75f, 0.25f, 0, 0, 0.625f, 0.375f, 0, 0}, 4);
     const size_t shifts = document.AddAccessor<float>({0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4}, 3);
     const size_t mesh =
         document.AddMesh({{"attributes",
@@ -163,14 +165,19 @@ TEST(ImportSkin, TangentsSplitInfluencesAndTargetsToo) {
     document.Add("images", {{"uri", DataUri(MakePng(1, 1, {128, 128, 255, 255}))}});
     document.Add("textures", {{"source", 0}});
     document.AddNode({{"mesh", mesh}, {"skin", 0}});
-    document.Add("skins", {{"joints", {0, 0, 0, 0}}});
+    document.Add("skins", {{"joints", {0, 0, 0, 0, 0}}});
     const scene::SceneData scene = Load(document);
     const scene::Primitive& primitive = OnlyPrimitive(scene);
     ASSERT_EQ(primitive.positions.size(), 6u);
-    ASSERT_EQ(primitive.influences.joints.size(), 6u);
+    ASSERT_EQ(primitive.influences.joints.size(), 12u);
+    ASSERT_EQ(primitive.influences.weights.size(), 12u);
     for (size_t i = 0; i < 6; ++i) {
         const float number = primitive.targets[0].positions[i].z;
-        EXPECT_EQ(primitive.influences.joints[i] + 1.0f, number);
+        EXPECT_EQ(primitive.influences.joints[2 * i] + 1.0f, number);
+        EXPECT_EQ(primitive.influences.joints[2 * i + 1], number);
+        const float weight = primitive.influences.joints[2 * i] % 2 == 0 ? 0.75f : 0.625f;
+        EXPECT_EQ(primitive.influences.weights[2 * i], weight);
+        EXPECT_EQ(primitive.influences.weights[2 * i + 1], 1.0f - weight);
         EXPECT_EQ(primitive.targets[0].normals[i].z, number);
         EXPECT_EQ(primitive.positions[i].y, number == 3.0f ? 1.0f : 0.0f) << "vertex 2 is the upper one";
     }

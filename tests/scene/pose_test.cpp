@@ -7,6 +7,8 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
@@ -352,6 +354,24 @@ TEST_F(AppliedSkin, ABentJointDeforms) {
     EXPECT_EQ(streams.positions[1], vec3(1, 1, 0));
     EXPECT_GE(m_scene.bounds.max.y, 2.0f);
     ExpectAsIfLoadedSo();
+}
+
+// Whatever an animation or a skin says, the scene stays one that Check accepts (At calls it).
+TEST_F(Applied, HugeNumbersStayFinite) {
+    constexpr float kMost = std::numeric_limits<float>::max();
+    Add(m_scene, OfNode(AnimatedProperty::Scale, 0), {1, 1, 1}, {kMost, -kMost, kMost});
+    Add(m_scene, OfNode(AnimatedProperty::Translation, 0), {0, 0, 0}, {kMost, -kMost, kMost});
+    Add(m_scene, OfNode(AnimatedProperty::Weights, 2), {0, 0}, {kMost, kMost});
+    Add(m_scene, {.property = AnimatedProperty::LightField}, {0, 0, 0}, {kMost, kMost, kMost});
+    m_scene.lights[0].intensity = 1e30f;
+    for (const uint32_t animation : {0u, 1u, 2u, 3u}) At(1, animation);
+}
+
+TEST_F(AppliedSkin, HugeMatricesLeaveTheBoundsFinite) {
+    m_scene.skins[0].inverseBinds[0] = glm::mat4x3(vec3(3e38f), vec3(3e38f), vec3(3e38f), vec3(0));
+    Add(m_scene, OfNode(AnimatedProperty::Translation, 0), {0, 0, 0}, {0, 0, 5});
+    At(1);
+    EXPECT_TRUE(m_scene.bounds.IsEmpty());
 }
 
 TEST_F(AppliedSkin, ItsOwnNodeDoesNotCount) {
