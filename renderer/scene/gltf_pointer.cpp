@@ -195,7 +195,7 @@ class PointerResolver {
     template <typename List, typename Placed, typename IsOf>
     bool ReadPlaced(AnimatedProperty property, const List& fields, std::span<const uint32_t> sources,
                     const Placed& placed, uint32_t index, Steps steps, const IsOf& isOf) {
-        const auto [begin, end] = std::ranges::equal_range(sources, index);
+        const auto [begin, end] = std::equal_range(sources.begin(), sources.end(), index);
         m_context.ChargeGeometry(m_where, static_cast<uint64_t>(end - begin) * sizeof(uint64_t));
         for (auto source = begin; source != end; ++source) {
             const auto i = static_cast<uint32_t>(source - sources.begin());
