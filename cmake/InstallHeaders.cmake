@@ -23,6 +23,7 @@ set(public
     renderer/scene/file_access.h
     renderer/scene/load_gltf.h
     renderer/scene/pose_applier.h
+    renderer/scene/still_scene.h
     renderer/scene/save_gltf.h
     renderer/scene/scene_data.h
     renderer/scene/variants.h

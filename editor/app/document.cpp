@@ -9,6 +9,7 @@
 #include "renderer/scene/check.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/save_gltf.h"
+#include "renderer/scene/still_scene.h"
 #include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
@@ -79,6 +80,7 @@ FileContent WithHash(FileContent content, const Log& log) {
         scene::SceneData scene =
             scene::LoadGltf(content.file, {.pointsAndLines = content.pointsAndLines, .log = log});
         scene::SetVariant(scene, content.variant);
+        scene::FreezePose(scene, {});
         content.hash = session::HashOf(scene);
     } catch (const Error&) {
         return content;  // the picture is saved without

@@ -5,9 +5,11 @@
 #include <array>
 #include <vector>
 
+#include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/pose_applier.h"
+#include "renderer/scene/still_scene.h"
 #include "tests/scene/gltf_document.h"
 #include "tests/support/reference_assets.h"
 
@@ -194,6 +196,33 @@ TEST(PublishedMotion, VerticesAreWhereTheFilesSay) {
             EXPECT_GE(scene.bounds.max[i], exact.max[i] - 1e-5f * size) << i;
         }
         EXPECT_LT(scene.bounds.Radius(), 1.6f * exact.Radius());
+    }
+}
+
+// The same by a scene that is frozen there, which anything can draw.
+TEST(PublishedMotion, FrozenScenesAreThere) {
+    RAYGRAPH_SKIP_WITHOUT_ASSETS();
+    for (const Row& row : kRows) {
+        SCOPED_TRACE(std::string(row.file) + " " + std::to_string(row.animation));
+        scene::SceneData scene = scene::LoadGltf(*ReferenceAssets() / "scenes" / "known" / row.file);
+        std::vector<scene::ClipState> clips;
+        if (row.animation != kNone) clips.push_back({row.animation, row.seconds});
+        scene::FreezePose(scene, clips);
+        EXPECT_NO_THROW(scene::Check(scene, "frozen"));
+        const float size = glm::length(row.max - row.min);
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_NEAR(scene.bounds.min[i], row.min[i], 0.05f * size) << i;
+            EXPECT_NEAR(scene.bounds.max[i], row.max[i], 0.05f * size) << i;
+        }
+        scene::Bounds exact;
+        for (const scene::Instance& instance : scene.instances)
+            for (const scene::Primitive& primitive : scene.meshes[instance.mesh].primitives)
+                for (const uint32_t index : primitive.indices)
+                    exact.Extend(instance.objectToWorld * glm::vec4(primitive.positions[index], 1.0f));
+        for (int i = 0; i < 3; ++i) {
+            EXPECT_NEAR(exact.min[i], row.min[i], 2e-5f * size) << i;
+            EXPECT_NEAR(exact.max[i], row.max[i], 2e-5f * size) << i;
+        }
     }
 }
 
