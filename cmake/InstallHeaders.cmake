@@ -19,8 +19,11 @@ set(public
     renderer/image/image.h
     renderer/scene/camera_view.h
     renderer/scene/check.h
+    renderer/scene/deform.h
     renderer/scene/file_access.h
     renderer/scene/load_gltf.h
+    renderer/scene/pose_applier.h
+    renderer/scene/still_scene.h
     renderer/scene/save_gltf.h
     renderer/scene/scene_data.h
     renderer/scene/variants.h

@@ -9,6 +9,7 @@
 #include "renderer/scene/check.h"
 #include "renderer/scene/load_gltf.h"
 #include "renderer/scene/save_gltf.h"
+#include "renderer/scene/still_scene.h"
 #include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
@@ -79,6 +80,7 @@ FileContent WithHash(FileContent content, const Log& log) {
         scene::SceneData scene =
             scene::LoadGltf(content.file, {.pointsAndLines = content.pointsAndLines, .log = log});
         scene::SetVariant(scene, content.variant);
+        scene::FreezePose(scene, {});
         content.hash = session::HashOf(scene);
     } catch (const Error&) {
         return content;  // the picture is saved without
@@ -238,8 +240,7 @@ void Document::PutTransform(const TransformEdit& edit, GpuScene& gpu) {
 void Document::UpdateBounds() {
     m_scene.bounds = {};
     for (size_t i = 0; i < m_instanceBounds.size(); ++i) {
-        if (scene::IsVisible(m_isVisible, m_scene.instances[i].node))
-            m_scene.bounds.Extend(m_instanceBounds[i]);
+        if (scene::IsVisible(m_isVisible, m_scene.instances[i])) m_scene.bounds.Extend(m_instanceBounds[i]);
     }
 }
 

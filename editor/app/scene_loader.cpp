@@ -5,6 +5,7 @@
 
 #include "editor/session/content_hash.h"
 #include "renderer/scene/load_gltf.h"
+#include "renderer/scene/still_scene.h"
 #include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
@@ -30,6 +31,7 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             const std::optional<FileStamp> stamp = StampOf(file);
             scene::SceneData data = scene::LoadGltf(file, options);
             scene::SetVariant(data, scene::FindVariant(data, variant));
+            scene::FreezePose(data, {});
             std::string hash = session::HashOf(data);
             m_result = LoadedScene{file, stamp, std::move(data), std::move(hash)};
         } catch (const std::exception& failure) {

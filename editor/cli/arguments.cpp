@@ -193,11 +193,12 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
 CLI::App* AddBench(CLI::App& app, BenchArguments& arguments) {
     CLI::App* bench = app.add_subcommand("bench", "Time the passes against the barest ray tracing");
     AddScene(*bench, arguments.scene)->required();
-    AddSettings(*bench, arguments.given,
-                {"size", "camera", "scene", "variant", "points", "lines", "sampler", "brdf", "multiscatter",
-                 "nee", "light-sampler", "mis", "rr", "rr-start", "max-depth", "background", "env-rotation",
-                 "env-tint", "texture-budget"},
-                BenchDefaults());
+    AddSettings(
+        *bench, arguments.given,
+        {"size",  "camera",   "scene",     "variant",      "at",           "clips",         "points",
+         "lines", "sampler",  "brdf",      "multiscatter", "nee",          "light-sampler", "mis",
+         "rr",    "rr-start", "max-depth", "background",   "env-rotation", "env-tint",      "texture-budget"},
+        BenchDefaults());
     AddEnvironment(*bench, arguments.environment);
     AddOption(*bench, "--frames", "N", Text("Timed frames of each kind in a round ({})", arguments.frames),
               [&](const std::string& text) { arguments.frames = ParseCount(text, 1, 100000); });
@@ -237,7 +238,8 @@ CLI::App* AddInfo(CLI::App& app, InfoArguments& arguments) {
 CLI::App* AddGraph(CLI::App& app, GraphArguments& arguments) {
     CLI::App* graph = app.add_subcommand("graph", "Show the plan of a frame: passes, barriers, memory");
     AddScene(*graph, arguments.scene)->required();
-    AddSettings(*graph, arguments.given, {"size", "camera", "scene", "variant", "points", "lines"});
+    AddSettings(*graph, arguments.given,
+                {"size", "camera", "scene", "variant", "at", "clips", "points", "lines"});
     graph->add_flag("--dot", arguments.isDot, "As Graphviz");
     graph->add_flag("--first", arguments.isFirstFrame,
                     "The first frame, which uploads and builds the scene, instead of a later one");

@@ -94,6 +94,8 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
                                                    .variant = settings.variant,
+                                                   .at = settings.at,
+                                                   .clips = settings.clips,
                                                    .pointsAndLines = settings.pointsAndLines,
                                                    .environment = arguments.environment,
                                                    .log = log});

@@ -32,6 +32,8 @@ void GraphCommand(const GraphArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
                                                    .variant = settings.variant,
+                                                   .at = settings.at,
+                                                   .clips = settings.clips,
                                                    .pointsAndLines = settings.pointsAndLines,
                                                    .log = log});
     const std::unique_ptr<rhi::Device> device = OpenDevice({.select = arguments.device}, log);

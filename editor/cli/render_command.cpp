@@ -187,6 +187,8 @@ void RenderCommand(RenderArguments arguments, Console& console) {
     Progress& progress = console.progress;
     SceneInput input = LoadInput(arguments.scene, {.scene = job.settings.scene,
                                                    .variant = job.settings.variant,
+                                                   .at = job.settings.at,
+                                                   .clips = job.settings.clips,
                                                    .pointsAndLines = job.settings.pointsAndLines,
                                                    .environment = arguments.environment,
                                                    .log = log,

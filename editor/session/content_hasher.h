@@ -79,14 +79,26 @@ class ContentHasher {
     void Add(const scene::Primitive& primitive) {
         // Without variants: `material` is that of the one that is shown
         const auto& [positions, normals, tangents, uv0, uv1, colors, indices, material, bounds, variants,
-                     radii] = primitive;
+                     radii, influences, targets, hasFlatNormals] = primitive;
         AddAll(positions, normals, tangents, uv0, uv1, colors, indices, material, bounds);
-        // Scenes of triangles keep their hash
+        // Scenes of triangles keep their hash, as do those that nothing deforms
         if (!radii.empty()) Add(radii);
+        if (!influences.IsEmpty()) AddAll(std::string_view("joints"), influences);
+        if (!targets.empty()) AddAll(std::string_view("targets"), targets);
+        if (hasFlatNormals && (!influences.IsEmpty() || !targets.empty())) Add(std::string_view("flat"));
+    }
+    void Add(const scene::JointInfluences& influences) {
+        const auto& [perVertex, joints, weights, bounds] = influences;
+        AddAll(perVertex, joints, weights);
+    }
+    void Add(const scene::MorphTarget& target) {
+        const auto& [positions, normals, tangents, bounds] = target;
+        AddAll(positions, normals, tangents);
     }
     void Add(const scene::Mesh& mesh) {
-        const auto& [name, primitives] = mesh;
+        const auto& [name, primitives, weights] = mesh;
         Add(primitives);
+        if (!weights.empty()) Add(weights);
     }
     void Add(const scene::TextureRef& reference) {
         const auto& [texture, texCoord, transform] = reference;
@@ -111,15 +123,20 @@ class ContentHasher {
         if (!blocks.IsEmpty()) Add(blocks.levels);
     }
     void Add(const scene::Node& node) {
-        const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh, isVisible] =
-            node;
+        const auto& [name, parent, translation, translationRest, rotation, scale, matrix, mesh, isVisible,
+                     skin, weights] = node;
         AddAll(name, parent, translation, translationRest, rotation, scale, matrix, mesh);
         if (!isVisible) Add(std::string_view("hidden"));
+        if (skin != scene::kNone) AddAll(std::string_view("skin"), skin);
+        if (!weights.empty()) AddAll(std::string_view("weights"), weights);
     }
     void Add(const scene::Instance& instance) {
         // Without objectToNode: objectToWorld follows from it
-        const auto& [mesh, node, objectToWorld, translationRest, objectToNode] = instance;
+        const auto& [mesh, node, objectToWorld, translationRest, objectToNode, isDeformed, isCollapsed] =
+            instance;
         AddAll(mesh, node, objectToWorld, translationRest);
+        if (isDeformed) Add(std::string_view("deformed"));
+        if (isCollapsed) Add(std::string_view("collapsed"));
     }
     void Add(const scene::Camera& camera) {
         const auto& [name, node, projection, yFov, aspectRatio, xMag, yMag, zNear, zFar, cameraToWorld,
@@ -144,10 +161,33 @@ class ContentHasher {
     }
     void Add(const scene::SceneData& scene) {
         const auto& [name, meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights,
-                     profiles, environment, bounds, warnings, variants, variant] = scene;
+                     profiles, environment, bounds, warnings, variants, variant, skins, animations] = scene;
         AddAll(meshes, materials, textures, images, nodes, nodeOrder, instances, cameras, lights, bounds);
         if (!profiles.empty()) Add(profiles);
         if (environment.IsPresent()) Add(environment);
+        if (!skins.empty()) Add(skins);
+        if (!animations.empty()) Add(animations);
+    }
+    void Add(const scene::Skin& skin) {
+        const auto& [name, joints, inverseBinds] = skin;
+        AddAll(joints, inverseBinds);
+    }
+    void Add(const scene::AnimationSampler& sampler) {
+        const auto& [interpolation, width, times, values] = sampler;
+        AddAll(interpolation, width, times, values);
+    }
+    void Add(const scene::AnimationTarget& target) {
+        const auto& [property, field, object, element] = target;
+        AddAll(property, field, object, element);
+    }
+    void Add(const scene::AnimationChannel& channel) {
+        const auto& [sampler, target] = channel;
+        AddAll(sampler, target);
+    }
+    // With its name, by which options may choose.
+    void Add(const scene::Animation& animation) {
+        const auto& [name, samplers, channels, duration] = animation;
+        AddAll(name, samplers, channels);
     }
     void Add(const image::ImageF& image) {
         const auto& [width, height, rgba] = image;

@@ -112,6 +112,19 @@ const std::vector<PictureSetting>& Table() {
         {"variant", "VARIANT", "Which variant of the scene's materials, by name or index (none)",
          [](PictureSettings& settings, std::string_view text) { settings.variant = text; },
          [](const PictureSettings& settings) { return settings.variant; }},
+        {"at", "SECONDS",
+         "Time of the scene's animations. Default: none plays, and the scene has its rest pose",
+         [](PictureSettings& settings, std::string_view text) {
+             settings.at.reset();
+             if (!text.empty()) settings.at = ParseNumber(text, -1e6, 1e6);
+         },
+         [](const PictureSettings& settings) { return AtText(settings.at); }},
+        {"clips", "LIST",
+         "Which animations play, by name or index, with a weight if they blend: \"walk:0.3,run:0.7\"; all: "
+         "all "
+         "of them. Default: the first. Needs --at",
+         [](PictureSettings& settings, std::string_view text) { settings.clips = text; },
+         [](const PictureSettings& settings) { return settings.clips; }},
         Radius(
             "points", "Radius of the scene's points, shown as spheres",
             [](auto& settings) -> auto& { return settings.pointsAndLines.points; }),
@@ -305,6 +318,10 @@ std::string FirstDifference(const SettingTexts& a, const SettingTexts& b) {
         return Text("{}: {} against {}", setting.name, quoted(inA), quoted(inB));
     }
     return {};
+}
+
+std::string AtText(const std::optional<double>& at) {
+    return at ? NumberText(*at) : std::string();
 }
 
 std::string CameraText(const scene::CameraView& view) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,9 +30,11 @@ inline constexpr const char* kRadiusHelp =
 struct PictureSettings {
     Extent2D size{640, 360};  // pixels, 1 to 16384 a side
     View view = View::PathTraced;
-    std::string camera;   // as of scene::ChooseView; CameraText makes it of a view
-    std::string scene;    // glTF scene by name or index; "": the file's default
-    std::string variant;  // of materials, by name or index; "": none, the materials without one
+    std::string camera;        // as of scene::ChooseView; CameraText makes it of a view
+    std::string scene;         // glTF scene by name or index; "": the file's default
+    std::string variant;       // of materials, by name or index; "": none, the materials without one
+    std::optional<double> at;  // time of the scene's animations, in seconds; none: its rest pose
+    std::string clips;         // which of them, as of scene::FindClips
     scene::PointsAndLines pointsAndLines;  // the radii that the scene's have; off: they are left out
     float aperture = 0.0f;                 // lens radius, meters; 0: a pinhole
     float focusDistance = 0.0f;            // meters; 0: to what is seen in the middle of the scene's bounds
@@ -68,6 +71,9 @@ RAYGRAPH_API PictureSettings SettingsFrom(const SettingTexts& texts, const Pictu
 // The first setting whose texts differ: "seed: 1 against 2"; empty when all agree. A setting that one side
 // lacks has its default there.
 RAYGRAPH_API std::string FirstDifference(const SettingTexts& a, const SettingTexts& b);
+
+// A time as the setting `at` has it; "" for none.
+RAYGRAPH_API std::string AtText(const std::optional<double>& at);
 
 // "eye target up fov" or "eye target up HEIGHTm", which reads back as the same view but for rounding.
 RAYGRAPH_API std::string CameraText(const scene::CameraView& view);

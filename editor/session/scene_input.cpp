@@ -9,6 +9,7 @@
 #include "editor/session/content_hash.h"
 #include "editor/session/picture_settings.h"
 #include "renderer/scene/load_gltf.h"
+#include "renderer/scene/still_scene.h"
 #include "renderer/scene/variants.h"
 
 namespace raygraph::session {
@@ -57,6 +58,18 @@ void ChooseVariant(scene::SceneData& data, const std::string& choice) {
     }
 }
 
+void ChoosePose(scene::SceneData& data, const InputOptions& options) {
+    if (!options.at && !options.clips.empty())
+        throw SettingError(ErrorKind::Usage, "clips: animations play at a time, and none is given");
+    std::vector<scene::ClipState> clips;
+    try {
+        if (options.at) clips = scene::FindClips(data, options.clips, *options.at);
+    } catch (const Error& error) {
+        throw SettingError(error.Kind(), Text("clips: {}", error.what()));
+    }
+    scene::FreezePose(data, clips);
+}
+
 }  // namespace
 
 SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options) {
@@ -70,11 +83,14 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     loading.progress = options.progress;
     scene::SceneData data = AsInput([&] { return scene::LoadGltf(path, loading); });
     ChooseVariant(data, options.variant);
+    ChoosePose(data, options);
     const double loadMs = environment.loadMs + watch.Milliseconds();
 
     SceneInput input = MakeInput(std::move(data), path.filename().string());
     input.scene = options.scene;
     input.variant = options.variant;
+    input.at = options.at;
+    input.clips = options.clips;
     input.pointsAndLines = options.pointsAndLines;
     input.loadMs = loadMs;
     input.environment = std::move(environment.environment);

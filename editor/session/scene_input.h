@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -18,9 +19,11 @@ namespace raygraph::session {
 struct SceneInput {
     scene::SceneData data;
     scene::SceneStatistics statistics;
-    std::string file;     // name without folders
-    std::string scene;    // which of the file's scenes `data` is, as it was asked for; "": the default
-    std::string variant;  // which variant it shows, likewise; "": none
+    std::string file;          // name without folders
+    std::string scene;         // which of the file's scenes `data` is, as it was asked for; "": the default
+    std::string variant;       // which variant it shows, likewise; "": none
+    std::optional<double> at;  // the time of its animations that it shows, in seconds; none: its rest pose
+    std::string clips;         // which of them, as it was asked for
     scene::PointsAndLines pointsAndLines;  // the radii that the file's were given; off of a host's scene
     std::string hash;                      // of `data`
     image::ImageF environment;             // empty: none but the one in `data`
@@ -34,6 +37,9 @@ struct InputOptions {
     // other is refused when the input is rendered.
     std::string scene;
     std::string variant;  // of materials, by name or index; "": none. Otherwise as `scene`
+    std::optional<double>
+        at;             // time of the animations, in seconds; none: the rest pose. Otherwise as `scene`
+    std::string clips;  // which of them (scene::FindClips). Otherwise as `scene`
     scene::PointsAndLines pointsAndLines = {};  // radii of the file's; off: left out. Otherwise as `scene`
     std::filesystem::path environment;          // equirectangular .hdr or .exr; "": none
     Log log;                                    // takes warnings
@@ -42,7 +48,7 @@ struct InputOptions {
 };
 
 // Error{BadInput} naming the file, also for one that cannot be read; Error{Usage} for a scene that is not
-// in it; SettingError of kind BadInput for a variant that the scene does not have.
+// in it; SettingError of kind BadInput for a variant or an animation that the scene does not have.
 RAYGRAPH_API SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& options = {});
 
 // A scene that a host has made, which shows the variant that it chose (scene::SetVariant): that of the

@@ -73,6 +73,8 @@ void RequireChoice(const char* setting, const char* unnamed, const std::string& 
 void RequireScene(const SceneInput& input, const PictureSettings& settings) {
     RequireChoice("scene", "the default one", settings.scene, input.scene, input);
     RequireChoice("variant", "none", settings.variant, input.variant, input);
+    RequireChoice("at", "the rest pose", AtText(settings.at), AtText(input.at), input);
+    RequireChoice("clips", "the first", settings.clips, input.clips, input);
     const auto requireRadius = [&](const char* setting, const scene::RoundRadius& asked,
                                    const scene::RoundRadius& loaded) {
         if (loaded != asked)

@@ -57,7 +57,7 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, c
         m_instances.push_back({.objectToWorld = {instance.objectToWorld, instance.translationRest},
                                .mesh = instance.mesh,
                                .firstPlacement = PlacementCount(),
-                               .isVisible = scene::IsVisible(isVisible, instance.node)});
+                               .isVisible = scene::IsVisible(isVisible, instance)});
         for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group) {
             m_placements.push_back({.instance = index, .group = group, .firstLight = lightCount});
             lightCount += static_cast<uint32_t>(resources.groups[group].emitters.size());

@@ -59,8 +59,8 @@ LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources&
     }
     const std::vector<bool> isVisible = scene::VisibleNodes(data);
     for (const scene::Instance& instance : data.instances)
-        m_scene.instances.push_back({.objectToWorld = instance.objectToWorld,
-                                     .isVisible = scene::IsVisible(isVisible, instance.node)});
+        m_scene.instances.push_back(
+            {.objectToWorld = instance.objectToWorld, .isVisible = scene::IsVisible(isVisible, instance)});
     for (const scene::Material& material : data.materials)
         m_scene.emission.push_back(material.EmittedRadiance());
     m_scene.punctual = m_punctual = data.lights;

@@ -7,67 +7,13 @@
 #include <type_traits>
 
 #include "base/text.h"
+#include "renderer/scene/check_subject.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
 #include "renderer/scene/round_primitives.h"
 
 namespace raygraph::scene {
 namespace {
-
-constexpr float kUnbounded = kUnboundedField;
-
-template <typename Vector>
-bool AllFinite(const Vector& v) {
-    for (int i = 0; i < int(Vector::length()); ++i)
-        if (!std::isfinite(v[i])) return false;
-    return true;
-}
-
-// The object that is being checked. Its name is built only for a message.
-struct Subject {
-    const std::string& text;
-    ErrorKind kind;
-    const char* list = nullptr;  // null: the whole
-    size_t index = 0;
-    const char* innerList = nullptr;
-    size_t innerIndex = 0;
-
-    Subject In(const char* name, size_t at) const {
-        Subject inner = *this;
-        (list ? inner.innerList : inner.list) = name;
-        (list ? inner.innerIndex : inner.index) = at;
-        return inner;
-    }
-    [[noreturn]] void Fail(const std::string& what) const {
-        if (!list) throw MakeError(kind, "{}: {}", text, what);
-        if (!innerList) throw MakeError(kind, "{}: {}[{}]: {}", text, list, index, what);
-        throw MakeError(kind, "{}: {}[{}].{}[{}]: {}", text, list, index, innerList, innerIndex, what);
-    }
-    void Require(bool isGood, const char* what) const {
-        if (!isGood) Fail(what);
-    }
-    void RequireIndex(const char* what, uint32_t value, size_t count, bool mayBeNone = false) const {
-        if (value < count || (mayBeNone && value == kNone)) return;
-        Fail(Text("{} is {}, there are {}", what, value, count));
-    }
-    void RequireRange(const char* what, float value, float min, float max) const {
-        if (value >= min && value <= max) return;
-        if (min == -kUnbounded) Fail(Text("{} is not finite", what));
-        if (max < kUnbounded) Fail(Text("{} is {:.9g}, must be {:.9g} to {:.9g}", what, value, min, max));
-        Fail(Text("{} is {:.9g}, must be finite and at least {:.9g}", what, value, min));
-    }
-    template <typename T>
-    void RequireFinite(const char* what, const std::vector<T>& values) const {
-        for (size_t i = 0; i < values.size(); ++i)
-            if (!AllFinite(values[i])) Fail(Text("{}[{}] is not finite", what, i));
-    }
-    template <typename T>
-    void RequireStream(const char* what, const std::vector<T>& values, size_t vertexCount) const {
-        if (!values.empty() && values.size() != vertexCount)
-            Fail(Text("{} has {} elements for {} positions", what, values.size(), vertexCount));
-        RequireFinite(what, values);
-    }
-};
 
 template <typename Owner>
 void CheckField(float value, const Field<Owner, float>& field, const Subject& subject) {
@@ -283,6 +229,8 @@ void CheckAll(const SceneData& scene, const Subject& subject) {
         }
     subject.RequireIndex("its variant", scene.variant, scene.variants.size(), true);
     CheckNodes(scene, subject);
+    CheckDeformation(scene, subject);
+    CheckAnimations(scene, subject);
     for (size_t i = 0; i < scene.instances.size(); ++i) {
         const Subject here = subject.In("instances", i);
         here.RequireIndex("mesh", scene.instances[i].mesh, scene.meshes.size());

@@ -24,7 +24,7 @@ constexpr std::array kKnown{
     Read("EXT_meshopt_compression", "Meshopt.AttributesAndTrianglesAreWhatWasEncoded", "decoded"),
     NotRead("EXT_texture_avif", "there is no decoder for AVIF"),
     Read("EXT_texture_webp", "Textures.WebpExtensionsImageIsPreferred", "decoded"),
-    NotRead("KHR_animation_pointer", "animations are not evaluated"),
+    NotRead("KHR_animation_pointer", "evaluated by scene::PoseEvaluator; no picture shows animations yet"),
     Read("KHR_draco_mesh_compression", "Draco.EveryMethodGivesBackTheMesh", "decoded"),
     NotRead("KHR_gaussian_splatting", "splats are not drawn"),
     NotRead("KHR_interactivity", "behaviors are not run"),

@@ -68,6 +68,55 @@ std::vector<SparseNumbers> TakeSparseNumbers(Json& root) {
     return all;
 }
 
+uint32_t IndexOr(const Json& object, const char* name, uint32_t absent) {
+    const auto found = object.find(name);
+    return found == object.end() ? absent : found->get<uint32_t>();
+}
+
+std::vector<SkinSource> TakeSkins(Json& root) {
+    std::vector<SkinSource> skins;
+    if (Json::array_t* const list = ArrayOf(root, "skins"))
+        for (Json& skin : *list)
+            skins.push_back({TakeText(skin, "name").value_or(""), skin["joints"].get<std::vector<uint32_t>>(),
+                             IndexOr(skin, "inverseBindMatrices", kNone)});
+    root.erase("skins");
+    return skins;
+}
+
+Interpolation ReadInterpolation(const Json& sampler) {
+    const auto found = sampler.find("interpolation");
+    if (found == sampler.end() || *found == "LINEAR") return Interpolation::Linear;
+    return *found == "STEP" ? Interpolation::Step : Interpolation::CubicSpline;
+}
+
+AnimationSource::Channel TakeChannel(Json& channel) {
+    Json& target = channel["target"];
+    AnimationSource::Channel taken{.sampler = channel["sampler"].get<uint32_t>(),
+                                   .node = IndexOr(target, "node", kNone),
+                                   .path = TakeText(target, "path").value_or(""),
+                                   .pointer = {}};
+    const auto extensions = target.find("extensions");
+    if (extensions == target.end() || !extensions->contains(kAnimationPointer)) return taken;
+    taken.pointer = TakeText((*extensions)[kAnimationPointer], "pointer");
+    return taken;
+}
+
+std::vector<AnimationSource> TakeAnimations(Json& root) {
+    std::vector<AnimationSource> animations;
+    Json::array_t* const list = ArrayOf(root, "animations");
+    for (size_t i = 0; list && i < list->size(); ++i) {
+        Json& file = (*list)[i];
+        AnimationSource& animation = animations.emplace_back();
+        animation.name = TakeText(file, "name").value_or("");
+        for (const Json& sampler : file["samplers"])
+            animation.samplers.push_back({sampler["input"].get<uint32_t>(), sampler["output"].get<uint32_t>(),
+                                          ReadInterpolation(sampler)});
+        for (Json& channel : file["channels"]) animation.channels.push_back(TakeChannel(channel));
+    }
+    root.erase("animations");
+    return animations;
+}
+
 std::vector<ImageSource> TakeImages(GltfContext& context, Json& root) {
     std::vector<ImageSource> sources;
     Json::array_t* const images = ArrayOf(root, "images");
@@ -138,6 +187,11 @@ class ModelSize {
         AddList(root, "samplers", sizeof(gltf::Sampler));
         AddList(root, "scenes", sizeof(gltf::Scene));
         AddList(root, "textures", sizeof(gltf::Texture));
+        AddList(root, "skins", sizeof(SkinSource));
+        AddList(root, "animations", sizeof(AnimationSource), [this](Json& animation) {
+            AddList(animation, "samplers", sizeof(AnimationSource::Sampler));
+            AddList(animation, "channels", sizeof(AnimationSource::Channel));
+        });
         AddList(root, "meshes", sizeof(gltf::Mesh), [this](Json& mesh) {
             AddList(mesh, "primitives", sizeof(gltf::Primitive), [this](Json& primitive) {
                 AddMembers(primitive["attributes"], sizeof(std::pair<const std::string, int>));
@@ -202,12 +256,9 @@ GltfDocument ReadDocument(GltfContext& context, std::string_view json) {
     Json root = ParseJson(json, context.label, context.options.limits);
     CheckSchema(context, root);
     context.CheckModelBytes(ModelSize(root).Bytes(), json.size());
-    if (const Json::array_t* const animations = ArrayOf(root, "animations");
-        animations && !animations->empty())
-        context.Warn(Place("animations"), "animations", "are not read, the scene stands still");
-    root.erase("animations");
-    root.erase("skins");
     GltfDocument document;
+    document.skins = TakeSkins(root);
+    document.animations = TakeAnimations(root);
     CheckLightProfiles(context, root);
     document.buffers = TakeBuffers(root);
     document.images = TakeImages(context, root);

@@ -31,6 +31,30 @@ struct SparseNumbers {
     uint64_t valuesOffset = 0;
 };
 
+inline constexpr const char* kAnimationPointer = "KHR_animation_pointer";
+
+struct SkinSource {
+    std::string name;
+    std::vector<uint32_t> joints;
+    uint32_t inverseBinds = kNone;  // An accessor.
+};
+
+struct AnimationSource {
+    struct Sampler {
+        uint32_t input = 0, output = 0;  // Accessors.
+        Interpolation interpolation = Interpolation::Linear;
+    };
+    struct Channel {
+        uint32_t sampler = 0;
+        uint32_t node = kNone;
+        std::string path;
+        std::optional<std::string> pointer;  // Of KHR_animation_pointer.
+    };
+    std::string name;
+    std::vector<Sampler> samplers;
+    std::vector<Channel> channels;
+};
+
 struct GltfDocument {
     // All indices are in range, but for an accessor's bufferView: views.size() - 1, one more than the file
     // has, is none. Buffers and images are placeholders.
@@ -41,6 +65,9 @@ struct GltfDocument {
     // What tinygltf refuses, or cuts to 31 bits. The model has none of it.
     std::vector<uint32_t> strides;      // By buffer view; 0: none.
     std::vector<SparseNumbers> sparse;  // By accessor.
+    // What needs none of tinygltf's checks.
+    std::vector<SkinSource> skins;
+    std::vector<AnimationSource> animations;
 };
 
 // Parses the text, checks all of it against the schema (gltf_schema.h) and makes the model. Opens nothing.

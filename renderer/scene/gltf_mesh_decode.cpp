@@ -2,9 +2,12 @@
 #include <numeric>
 
 #include "base/text.h"
+#include "renderer/scene/deform.h"
 #include "renderer/scene/gltf_draco.h"
 #include "renderer/scene/gltf_meshes.h"
+#include "renderer/scene/gltf_morphs.h"
 #include "renderer/scene/gltf_radii.h"
+#include "renderer/scene/gltf_skins.h"
 #include "renderer/scene/tangents.h"
 
 namespace raygraph::scene {
@@ -14,8 +17,8 @@ class PrimitiveDecoder {
   public:
     // `material`: what tangents are for.
     PrimitiveDecoder(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
-                     const Material& material)
-        : m_context(context), m_reader(reader), m_layout(layout), m_material(material) {}
+                     const Material& material, const JointLimit& joints)
+        : m_context(context), m_reader(reader), m_layout(layout), m_material(material), m_joints(joints) {}
 
     Primitive Decode() {
         if (m_layout.mode < PrimitiveMode::Triangles) return DecodeRound();
@@ -41,6 +44,11 @@ class PrimitiveDecoder {
                                                    : ElementSelection{chosen.size(), chosen.data()};
 
         ReadStreams(primitive, vertices);
+        primitive.hasFlatNormals = makesNormals;
+        if (m_joints.skin != kNone)
+            primitive.influences =
+                DecodeInfluences(m_context, m_reader, m_layout, vertices, m_joints, m_decoded.attributes);
+        primitive.targets = DecodeTargets(m_context, m_reader, m_layout, vertices);
         if (makesNormals) {
             m_context.ChargeGeometry(m_layout.where, primitive.positions.size() * sizeof(glm::vec3));
             primitive.normals = FlatNormals(primitive.positions);
@@ -54,6 +62,7 @@ class PrimitiveDecoder {
         }
         if (primitive.tangents.empty()) MakeTangents(primitive);
         primitive.bounds = BoundsOf(primitive.positions);
+        UpdateDeformationBounds(primitive);
         return primitive;
     }
 
@@ -79,6 +88,9 @@ class PrimitiveDecoder {
         const ElementSelection vertices = chosen.empty() ? ElementSelection{m_layout.vertexCount}
                                                          : ElementSelection{chosen.size(), chosen.data()};
         ReadStreams(primitive, vertices);
+        if (!m_layout.targets.empty() || m_layout.Has(Attribute::Joints0))
+            m_context.Warn(m_layout.where, "round deformation",
+                           "points and lines with joints or morph targets keep their base shape");
         const PointsAndLines& asked = m_context.options.pointsAndLines;
         const bool isPoints = m_layout.mode == PrimitiveMode::Points;
         primitive.radii.assign(count, AskedRadius(isPoints ? asked.points : asked.lines));
@@ -156,6 +168,10 @@ class PrimitiveDecoder {
         constexpr uint64_t kBytesAnIndex = 64, kBytesAVertex = 64;
         m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * kBytesAnIndex +
                                                      primitive.positions.size() * kBytesAVertex);
+        const uint64_t deformationBytes =
+            primitive.influences.perVertex * (sizeof(uint16_t) + sizeof(float)) +
+            primitive.targets.size() * 2 * sizeof(glm::vec3);
+        m_context.ChargeGeometry(m_layout.where, primitive.indices.size() * deformationBytes);
         // Along the axes of the image as it lies on the surface
         std::vector<glm::vec2> uv = stream;
         if (map.transform != TextureTransform{}) {
@@ -169,16 +185,24 @@ class PrimitiveDecoder {
         AppendVertices(primitive.uv0, added);
         AppendVertices(primitive.uv1, added);
         AppendVertices(primitive.colors, added);
+        AppendVertices(primitive.influences.joints, added, primitive.influences.perVertex);
+        AppendVertices(primitive.influences.weights, added, primitive.influences.perVertex);
+        for (MorphTarget& target : primitive.targets) {
+            AppendVertices(target.positions, added);
+            AppendVertices(target.normals, added);
+        }
         primitive.indices = std::move(mesh.indices);
         primitive.tangents = std::move(mesh.tangents);
     }
 
-    // Copies of the vertices named, at the end of a stream that is there.
+    // Copies of the vertices named, at the end of a stream that is there and has so many elements of each.
     template <typename Vector>
-    static void AppendVertices(std::vector<Vector>& stream, std::span<const uint32_t> sources) {
+    static void AppendVertices(std::vector<Vector>& stream, std::span<const uint32_t> sources,
+                               size_t perVertex = 1) {
         if (stream.empty()) return;
-        stream.reserve(stream.size() + sources.size());
-        for (const uint32_t source : sources) stream.push_back(stream[source]);
+        stream.reserve(stream.size() + sources.size() * perVertex);
+        for (const uint32_t source : sources)
+            for (size_t i = 0; i < perVertex; ++i) stream.push_back(stream[source * perVertex + i]);
     }
 
     void ClampColors(std::vector<glm::vec4>& colors) {
@@ -201,6 +225,7 @@ class PrimitiveDecoder {
     AccessorReader& m_reader;
     const PrimitiveLayout& m_layout;
     const Material& m_material;
+    const JointLimit& m_joints;
     DracoPrimitive m_decoded;  // Empty if the layout is not compressed.
 };
 
@@ -225,16 +250,16 @@ const Material& TangentMaterial(GltfContext& context, const PrimitiveLayout& lay
 }  // namespace
 
 Mesh DecodeMesh(GltfContext& context, AccessorReader& reader, const MeshLayout& layout,
-                std::span<const Material> materials, uint32_t defaultMaterial) {
+                std::span<const Material> materials, uint32_t defaultMaterial, const JointLimit& joints) {
     const auto given = [&](uint32_t material) { return material == kNone ? defaultMaterial : material; };
-    Mesh mesh{.name = layout.name, .primitives = {}};
+    Mesh mesh{.name = layout.name, .primitives = {}, .weights = layout.weights};
     for (const PrimitiveLayout& part : layout.primitives) {
         Primitive shown;
         shown.material = given(part.material);
         for (const VariantMaterial& variant : part.variants)
             shown.variants.push_back({variant.variant, given(variant.material)});
         const Material& material = TangentMaterial(context, part, shown, materials);
-        Primitive primitive = PrimitiveDecoder(context, reader, part, material).Decode();
+        Primitive primitive = PrimitiveDecoder(context, reader, part, material, joints).Decode();
         if (primitive.indices.empty()) continue;
         primitive.material = shown.material;
         primitive.variants = std::move(shown.variants);

@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <map>
 #include <string>
 
 #include "base/text.h"
 #include "renderer/scene/gltf_meshes.h"
+#include "renderer/scene/gltf_morphs.h"
 
 namespace raygraph::scene {
 namespace {
@@ -11,8 +13,17 @@ constexpr const char* kDraco = "KHR_draco_mesh_compression";
 constexpr const char* kQuantization = "KHR_mesh_quantization";
 constexpr const char* kVariants = "KHR_materials_variants";
 
+bool IsAllowedOfJoints(Attribute attribute, const Accessor& accessor) {
+    const bool isUnsigned =
+        accessor.componentType == ComponentType::Uint8 || accessor.componentType == ComponentType::Uint16;
+    if (accessor.isMatrix || accessor.componentCount != 4) return false;
+    if (IsJoints(attribute)) return isUnsigned && !accessor.isNormalized;
+    return accessor.componentType == ComponentType::Float || (isUnsigned && accessor.isNormalized);
+}
+
 // Which accessors an attribute may be read from: the core's types and those KHR_mesh_quantization adds.
 bool IsAllowed(Attribute attribute, const Accessor& accessor) {
+    if (attribute >= Attribute::Joints0) return IsAllowedOfJoints(attribute, accessor);
     if (accessor.isMatrix || accessor.componentType == ComponentType::Uint32) return false;
     const bool isFloat = accessor.componentType == ComponentType::Float;
     const bool isSigned =
@@ -30,13 +41,14 @@ bool IsAllowed(Attribute attribute, const Accessor& accessor) {
             return components == 2;
         case Attribute::Color0:
             return (components == 3 || components == 4) && (isFloat || (!isSigned && accessor.isNormalized));
+        default:
+            return false;
     }
-    return false;
 }
 
 // Of those that are allowed: whether it takes KHR_mesh_quantization.
 bool IsQuantized(Attribute attribute, const Accessor& accessor) {
-    if (accessor.componentType == ComponentType::Float || attribute == Attribute::Color0) return false;
+    if (accessor.componentType == ComponentType::Float || attribute >= Attribute::Color0) return false;
     const bool isUnsigned =
         accessor.componentType == ComponentType::Uint8 || accessor.componentType == ComponentType::Uint16;
     const bool isTexCoord = attribute == Attribute::TexCoord0 || attribute == Attribute::TexCoord1;
@@ -56,8 +68,11 @@ const char* AllowedTypes(Attribute attribute) {
             return "VEC2 of float, byte or short";
         case Attribute::Color0:
             return "VEC3 or VEC4 of float, normalized unsigned byte or normalized unsigned short";
+        default:
+            return IsJoints(attribute)
+                       ? "VEC4 of unsigned byte or unsigned short"
+                       : "VEC4 of float, normalized unsigned byte or normalized unsigned short";
     }
-    return "";
 }
 
 bool IsIndexAccessor(const Accessor& accessor) {
@@ -85,6 +100,8 @@ class LayoutReader {
         if (layout.indices != kNone && !IsIndexAccessor(m_tables.accessors[layout.indices]))
             m_context.Fail(where["indices"],
                            Text("accessors[{}] must be SCALAR of 5121, 5123 or 5125", layout.indices));
+        CheckJointSets(primitive, layout);
+        layout.targets = ReadTargets(primitive, layout);
         layout.draco = ReadDraco(primitive, layout);
         layout.variants = ReadVariants(primitive, layout);
         return layout;
@@ -104,15 +121,66 @@ class LayoutReader {
                                Text("accessors[{}] {}", index, why));
             };
             if (!IsAllowed(attribute, accessor)) fail(Text("must be {}", AllowedTypes(attribute)));
-            if (IsQuantized(attribute, accessor) && !m_namesQuantization)
-                m_context.Warn(layout.where["attributes"][AttributeName(attribute)], "quantization",
-                               Text("accessors[{}] takes {}, which the file does not name; read with it",
-                                    index, kQuantization));
+            if (IsQuantized(attribute, accessor))
+                WarnOfQuantization(layout.where["attributes"][AttributeName(attribute)], index);
             layout.accessors[i] = index;
             if (attribute == Attribute::Position) layout.vertexCount = accessor.count;
             if (layout.Has(Attribute::Position) && accessor.count != layout.vertexCount)
                 fail(Text("has {} elements, POSITION has {}", accessor.count, layout.vertexCount));
         }
+    }
+
+    // Each set of joints has one of weights.
+    void CheckJointSets(const gltf::Primitive& primitive, const PrimitiveLayout& layout) const {
+        for (size_t set = 0; set < kJointSets; ++set) {
+            const bool hasJoints = layout.Has(JointsOf(set)), hasWeights = layout.Has(WeightsOf(set));
+            if (hasJoints == hasWeights) continue;
+            m_context.Fail(
+                layout.where["attributes"],
+                Text("has {} without {}", AttributeName(hasJoints ? JointsOf(set) : WeightsOf(set)),
+                     AttributeName(hasJoints ? WeightsOf(set) : JointsOf(set))));
+        }
+        if (primitive.attributes.contains(kUnreadJoints))
+            m_context.Warn(layout.where["attributes"][kUnreadJoints], "sets of joints",
+                           Text("is not read: the first {} sets are", kJointSets));
+    }
+
+    std::vector<MorphLayout> ReadTargets(const gltf::Primitive& primitive,
+                                         const PrimitiveLayout& layout) const {
+        std::vector<MorphLayout> targets;
+        for (size_t t = 0; t < primitive.targets.size(); ++t) {
+            const std::map<std::string, int>& file = primitive.targets[t];
+            const auto read = [&](Attribute attribute) {
+                const char* const name = AttributeName(attribute);
+                const auto found = file.find(name);
+                if (found == file.end()) return kNone;
+                const auto index = static_cast<uint32_t>(found->second);
+                const Accessor& accessor = m_tables.accessors[index];
+                const Place where = layout.where["targets"][t][name];
+                // A displacement of a tangent has no sign
+                const Attribute alike = attribute == Attribute::Tangent ? Attribute::Normal : attribute;
+                if (!IsAllowed(alike, accessor))
+                    m_context.Fail(where, Text("accessors[{}] must be {}", index, AllowedTypes(alike)));
+                if (accessor.count != layout.vertexCount)
+                    m_context.Fail(where, Text("accessors[{}] has {} elements, POSITION has {}", index,
+                                               accessor.count, layout.vertexCount));
+                if (IsQuantized(alike, accessor)) WarnOfQuantization(where, index);
+                return index;
+            };
+            targets.push_back({read(Attribute::Position), read(Attribute::Normal), read(Attribute::Tangent)});
+            for (const auto& [name, accessor] : file)
+                if (name != kAttributeNames[0] && name != kAttributeNames[1] && name != kAttributeNames[2])
+                    m_context.Warn(layout.where["targets"][t], "morph target",
+                                   "displaces more than POSITION, NORMAL and TANGENT, which is not read");
+        }
+        return targets;
+    }
+
+    void WarnOfQuantization(const Place& where, uint32_t accessor) const {
+        if (!m_namesQuantization)
+            m_context.Warn(where, "quantization",
+                           Text("accessors[{}] takes {}, which the file does not name; read with it",
+                                accessor, kQuantization));
     }
 
     std::optional<DracoLayout> ReadDraco(const gltf::Primitive& primitive,
@@ -215,24 +283,6 @@ class LeftOut {
 
 }  // namespace
 
-const char* AttributeName(Attribute attribute) {
-    switch (attribute) {
-        case Attribute::Position:
-            return "POSITION";
-        case Attribute::Normal:
-            return "NORMAL";
-        case Attribute::Tangent:
-            return "TANGENT";
-        case Attribute::TexCoord0:
-            return "TEXCOORD_0";
-        case Attribute::TexCoord1:
-            return "TEXCOORD_1";
-        case Attribute::Color0:
-            return "COLOR_0";
-    }
-    return "";
-}
-
 std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model& model,
                                         const AccessorTables& tables) {
     const LayoutReader reader(context, model, tables);
@@ -242,11 +292,13 @@ std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model&
         const gltf::Mesh& file = model.meshes[m];
         const Place primitives = Place("meshes")[m]["primitives"];
         if (file.primitives.empty()) context.Fail(primitives, "has no elements, must have at least 1");
-        MeshLayout mesh{.name = file.name, .primitives = {}};
+        MeshLayout mesh{.name = file.name, .primitives = {}, .weights = {}};
         for (size_t p = 0; p < file.primitives.size(); ++p) {
             const PrimitiveLayout layout = reader.Read(file.primitives[p], primitives[p]);
-            if (!file.primitives[p].targets.empty())
-                context.Warn(layout.where, "morph", "morph targets are not read, the base shape is shown");
+            if (layout.targets.size() != file.primitives[0].targets.size())
+                context.Fail(layout.where["targets"],
+                             Text("has {} elements, that of primitives[0] has {}", layout.targets.size(),
+                                  file.primitives[0].targets.size()));
             if (leftOut.Takes(layout, tables)) continue;
             if (!layout.Has(Attribute::Position)) {
                 context.Warn(layout.where, "position", "has no POSITION, left out");
@@ -254,6 +306,9 @@ std::vector<MeshLayout> ReadMeshLayouts(GltfContext& context, const gltf::Model&
                 mesh.primitives.push_back(layout);
             }
         }
+        mesh.weights = ReadMorphWeights(context, file.weights, file.primitives[0].targets.size(),
+                                        Place("meshes")[m]["weights"]);
+        mesh.weights.resize(file.primitives[0].targets.size(), 0.0f);
         meshes.push_back(std::move(mesh));
     }
     leftOut.Warn(context);

@@ -83,8 +83,6 @@ class GraphReader {
             m_profileOfNode[index] = static_cast<uint32_t>(light->second.Get("light").GetNumberAsInt());
         if (const auto own = file.extensions.find("KHR_node_visibility"); own != file.extensions.end())
             node.isVisible = !own->second.Has("visible") || own->second.Get("visible").Get<bool>();
-        if (file.skin >= 0)
-            m_context.Warn(NodeAt(index)["skin"], "skin", "skins are not read, the bind pose is shown");
         for (size_t i = 0; i < file.children.size(); ++i) {
             uint32_t& parent = m_scene.nodes[static_cast<size_t>(file.children[i])].parent;
             if (parent != kNone)
@@ -206,6 +204,7 @@ class GraphReader {
             Camera camera = m_cameras[m_cameraOfNode[node]];
             camera.node = node;
             if (camera.name.empty()) camera.name = m_scene.nodes[node].name;
+            m_indices.cameras.push_back(m_cameraOfNode[node]);
             m_scene.cameras.push_back(std::move(camera));
         }
     }
@@ -214,6 +213,7 @@ class GraphReader {
         for (const uint32_t node : NodesWith(m_lightOfNode)) {
             Light light = m_lights[m_lightOfNode[node]];
             light.node = node;
+            m_indices.lights.push_back(m_lightOfNode[node]);
             if (light.name.empty()) light.name = m_scene.nodes[node].name;
             m_scene.lights.push_back(std::move(light));
         }
@@ -245,6 +245,32 @@ class GraphReader {
     std::vector<uint32_t> m_children;
 };
 
+// Nodes whose place in the world may have an inverse at another time than now: their scale or that of a node
+// above is animated, or a skin places them.
+std::vector<bool> NodesThatMayGrow(const SceneData& scene) {
+    std::vector<bool> mayGrow(scene.nodes.size(), false);
+    for (const Animation& animation : scene.animations)
+        for (const AnimationChannel& channel : animation.channels)
+            if (channel.target.property == AnimatedProperty::Scale) mayGrow[channel.target.object] = true;
+    for (const uint32_t index : scene.nodeOrder) {
+        const Node& node = scene.nodes[index];
+        mayGrow[index] =
+            mayGrow[index] || node.skin != kNone || (node.parent != kNone && mayGrow[node.parent]);
+    }
+    return mayGrow;
+}
+
+// False if the transform has no inverse; unless the instance may have one later, as isCollapsed says before
+// the call. After it, it says whether it has none now.
+bool PlaceAt(const PlacedTransform& placed, Instance& instance) {
+    const bool mayGrow = instance.isCollapsed;
+    instance.isCollapsed = !CanInvert(placed.matrix);
+    if (instance.isCollapsed) return mayGrow;
+    instance.objectToWorld = placed.matrix;
+    instance.translationRest = placed.rest;
+    return true;
+}
+
 // The instances of one node: `one`, at each of the layout's transforms.
 void PlaceMany(GltfContext& context, AccessorReader& reader, const InstancingLayout& layout, Instance one,
                const PlacedTransform& nodeToWorld, SceneData& scene) {
@@ -257,14 +283,13 @@ void PlaceMany(GltfContext& context, AccessorReader& reader, const InstancingLay
         const PlacedTransform placed = PlaceInstance(nodeToWorld, one);
         if (!IsFinite(placed.matrix))
             context.Fail(layout.where, Text("the world transform of instance {} is not finite", i));
-        if (!CanInvert(placed.matrix)) {
+        Instance instance = one;
+        if (!PlaceAt(placed, instance)) {
             context.Warn(layout.where, "singular instance",
                          Text("instance {} is scaled to nothing or flat, left out", i));
             continue;
         }
-        one.objectToWorld = placed.matrix;
-        one.translationRest = placed.rest;
-        scene.instances.push_back(one);
+        scene.instances.push_back(instance);
     }
 }
 
@@ -279,21 +304,23 @@ GraphIndices ReadNodes(GltfContext& context, const gltf::Model& model, SceneData
 void PlaceInstances(GltfContext& context, AccessorReader& reader,
                     const std::vector<InstancingLayout>& instancing, SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
+    const std::vector<bool> mayGrow = NodesThatMayGrow(scene);
     for (const uint32_t node : scene.nodeOrder) {
         const Place where = Place("nodes")[node];
         if (!IsFinite(transforms[node].matrix)) context.Fail(where, "its world transform is not finite");
         const uint32_t mesh = scene.nodes[node].mesh;
         if (mesh == kNone || scene.meshes[mesh].primitives.empty()) continue;
+        Instance instance{.mesh = mesh, .node = node};
+        instance.isCollapsed = mayGrow[node];
         if (instancing[node].count > 0) {
-            PlaceMany(context, reader, instancing[node], {.mesh = mesh, .node = node}, transforms[node],
-                      scene);
+            PlaceMany(context, reader, instancing[node], instance, transforms[node], scene);
             continue;
         }
-        if (!CanInvert(transforms[node].matrix)) {
+        if (!PlaceAt(transforms[node], instance)) {
             context.Warn(where, "singular", "is scaled to nothing or flat, its mesh is left out");
             continue;
         }
-        scene.instances.push_back({mesh, node, transforms[node].matrix, transforms[node].rest});
+        scene.instances.push_back(instance);
     }
     UpdateWorldTransforms(scene);
     const bool isFinite =

@@ -15,6 +15,8 @@ namespace raygraph::scene {
 struct GraphIndices {
     uint32_t scene = kNone;          // kNone: the file has no scenes.
     std::vector<uint32_t> profiles;  // As they will be in SceneData::profiles.
+    std::vector<uint32_t> cameras;   // By SceneData::cameras.
+    std::vector<uint32_t> lights;    // By SceneData::lights, without those that have a profile.
 };
 
 // Fills scene.name, nodes, nodeOrder, cameras and lights; transforms of the latter two are still identity.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/scene/gltf_accessors.h"
+#include "renderer/scene/gltf_animations.h"
 #include "renderer/scene/gltf_context.h"
 #include "renderer/scene/gltf_document.h"
 #include "renderer/scene/gltf_image_light.h"
@@ -33,12 +34,15 @@ struct GltfOutline {
     AccessorTables tables;
     std::vector<BufferSource> bufferSources;  // By buffer.
     std::vector<ImageSource> imageSources;    // By the file's image.
-    SceneData scene;                  // Materials, textures, nodes, cameras and lights, without transforms.
-    std::vector<ImageChoice> images;  // As ReadMaterials returns them.
+    // Materials, textures, nodes, cameras, lights and skins, without transforms and matrices.
+    SceneData scene;
+    std::vector<ImageChoice> images;           // As ReadMaterials returns them.
     std::optional<ImageLight> imageLight;      // The loaded scene's.
     std::vector<ProfileSource> profiles;       // By SceneData::profiles.
     std::vector<MeshLayout> layouts;           // By mesh.
     std::vector<InstancingLayout> instancing;  // By node.
+    std::vector<SkinSource> skins;             // By skin.
+    std::vector<AnimationLayout> animations;   // By animation.
     uint32_t defaultMaterial = kNone;          // Added to scene.materials, if a primitive names none.
 };
 

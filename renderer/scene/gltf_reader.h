@@ -31,8 +31,8 @@ class AccessorReader {
     // The selected elements, `components` floats each, into `out` (selection.count * components floats); an
     // accessor with fewer components leaves the others of each element as they were. Normalized integers
     // become [0, 1] or
-    // [-1, 1], others their value. Fails at the accessor if a value is not finite. No matrices. `packed`: all
-    // elements, in place of those that the accessor's view or sparse part has.
+    // [-1, 1], others their value. Fails at the accessor if a value is not finite. Of matrices only those
+    // of floats. `packed`: all elements, in place of those that the accessor's view or sparse part has.
     void Read(uint32_t accessor, const ElementSelection& selection, size_t components, float* out,
               std::span<const std::byte> packed = {});
 

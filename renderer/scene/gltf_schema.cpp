@@ -206,6 +206,11 @@ class Checker {
                 return CheckIndex(value, row);
             case PropertyType::Numbers:
                 return CheckNumbers(value, row);
+            case PropertyType::NumberList:
+                return CheckEach(value, row, [&](Json& element) {
+                    if (!element.is_number()) FailValue(element, "must be a number");
+                    CheckNumber(element, row);
+                });
             case PropertyType::Indices:
                 return CheckEach(value, row, [&](Json& element) { CheckIndex(element, row); });
             case PropertyType::NumberLists:

@@ -20,10 +20,11 @@ namespace raygraph::scene {
 enum class PropertyType : uint8_t {
     Bool,
     String,
-    Number,   // Finite as a float.
-    Whole,    // At least 0; may be written 2.0 or 2e0.
-    Index,    // A Whole below the length of an array of the document.
-    Numbers,  // As many as the row says.
+    Number,      // Finite as a float.
+    Whole,       // At least 0; may be written 2.0 or 2e0.
+    Index,       // A Whole below the length of an array of the document.
+    Numbers,     // As many as the row says.
+    NumberList,  // As many as there are, of any value.
     Indices,
     NumberLists,  // As many lists as the row says, of as many each.
     IndexLists,   // At least one list.

@@ -153,6 +153,9 @@ constexpr Row Index(std::string_view name, Target target) {
 constexpr Row Indices(std::string_view name, Target target) {
     return Row(name, PropertyType::Indices).With([&](Row& row) { row.target = target; });
 }
+constexpr Row NumberList(std::string_view name) {
+    return {name, PropertyType::NumberList};
+}
 constexpr Row NumberLists(std::string_view name, size_t lists, size_t count) {
     return Row(name, PropertyType::NumberLists).With([&](Row& row) {
         row.listCount = lists, row.count = count;

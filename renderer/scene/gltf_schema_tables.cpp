@@ -3,8 +3,10 @@
 #include <glm/gtc/constants.hpp>
 
 #include "renderer/scene/gltf_choice.h"
+#include "renderer/scene/gltf_document.h"
 #include "renderer/scene/gltf_image_light.h"
 #include "renderer/scene/gltf_light_profiles.h"
+#include "renderer/scene/gltf_meshes.h"
 #include "renderer/scene/gltf_schema.h"
 #include "renderer/scene/gltf_schema_rows.h"
 #include "renderer/scene/light_fields.h"
@@ -183,22 +185,34 @@ constexpr auto kSpecularGlossiness =
 
 // --- Meshes ---
 
-constexpr auto kAttributes =
+template <typename MakeRow>
+consteval auto AttributeTable(const MakeRow& makeRow) {
+    std::array<Property, kAttributeCount> rows;
+    for (size_t i = 0; i < rows.size(); ++i) rows[i] = makeRow(kAttributeNames[i]);
+    return rows;
+}
+constexpr auto kReadAttributes =
+    AttributeTable([](const char* name) { return Index(name, Target::Accessors); });
+// And what is left out with a warning.
+constexpr auto kAttributes = [] {
+    std::array<Property, kAttributeCount + 1> rows;
+    for (size_t i = 0; i < kAttributeCount; ++i) rows[i] = kReadAttributes[i];
+    rows[kAttributeCount] = Index(kUnreadJoints, Target::Accessors);
+    return rows;
+}();
+constexpr auto kMorphTarget =
     Table(Index("POSITION", Target::Accessors), Index("NORMAL", Target::Accessors),
           Index("TANGENT", Target::Accessors), Index("TEXCOORD_0", Target::Accessors),
           Index("TEXCOORD_1", Target::Accessors), Index("COLOR_0", Target::Accessors));
-constexpr auto kMorphTarget = Table(Index("POSITION", Target::Accessors), Index("NORMAL", Target::Accessors),
-                                    Index("TANGENT", Target::Accessors));
 constexpr auto kPrimitive =
     Table(Object("attributes", kAttributes).Required(), Index("indices", Target::Accessors),
           Index("material", Target::Materials), Whole("mode").Between(0, 6), Objects("targets", kMorphTarget),
           Extensions(ExtensionPlace::Primitive));
 // Of KHR_draco_mesh_compression: ids of the compressed attributes.
-consteval WholeRow UniqueId(const char* attribute) {
+constexpr WholeRow UniqueId(const char* attribute) {
     return Whole(attribute).Between(0, std::numeric_limits<uint32_t>::max() - 1);
 }
-constexpr auto kDracoAttributes = Table(UniqueId("POSITION"), UniqueId("NORMAL"), UniqueId("TANGENT"),
-                                        UniqueId("TEXCOORD_0"), UniqueId("TEXCOORD_1"), UniqueId("COLOR_0"));
+constexpr auto kDracoAttributes = AttributeTable([](const char* name) { return UniqueId(name); });
 constexpr auto kDraco = Table(Index("bufferView", Target::BufferViews).Required(),
                               Object("attributes", kDracoAttributes).Required());
 // Of KHR_materials_variants.
@@ -207,7 +221,8 @@ constexpr auto kVariants = Table(Objects("variants", kVariant).PointedAtAs(Targe
 constexpr auto kVariantMapping =
     Table(Indices("variants", Target::Variants).Required(), Index("material", Target::Materials).Required());
 constexpr auto kVariantMappings = Table(Objects("mappings", kVariantMapping));
-constexpr auto kMesh = Table(Text("name"), Objects("primitives", kPrimitive).Required());
+constexpr auto kMesh =
+    Table(Text("name"), Objects("primitives", kPrimitive).Required(), NumberList("weights"));
 
 // --- Cameras and lights ---
 
@@ -254,7 +269,8 @@ constexpr auto kSceneLight = Table(Index("light", Target::ImageLights).Required(
 constexpr auto kNode =
     Table(Text("name"), Numbers("translation", 3), Numbers("rotation", 4), Numbers("scale", 3),
           Numbers("matrix", 16), Index("mesh", Target::Meshes), Index("camera", Target::Cameras),
-          Index("skin", Target::Skins), Indices("children", Target::Nodes), Extensions(ExtensionPlace::Node));
+          Index("skin", Target::Skins), NumberList("weights"), Indices("children", Target::Nodes),
+          Extensions(ExtensionPlace::Node));
 constexpr auto kNodeVisibility = Table(Flag("visible"));
 // Of EXT_mesh_gpu_instancing; others of its attributes belong to applications.
 constexpr auto kInstanceAttributes =
@@ -264,18 +280,25 @@ constexpr auto kInstancing = Table(Object("attributes", kInstanceAttributes));
 constexpr auto kScene =
     Table(Text("name"), Indices("nodes", Target::Nodes), Extensions(ExtensionPlace::Scene));
 
-// --- What is not read, but for its indices: a damaged file is refused whether or not it shows ---
+// --- Skins and animations ---
 
-constexpr auto kSkin = Table(Indices("joints", Target::Nodes), Index("skeleton", Target::Nodes),
-                             Index("inverseBindMatrices", Target::Accessors));
+constexpr auto kSkin =
+    Table(Text("name"), Indices("joints", Target::Nodes).Required(), Index("skeleton", Target::Nodes),
+          Index("inverseBindMatrices", Target::Accessors));
+constexpr std::array<std::string_view, 3> kInterpolations{"LINEAR", "STEP", "CUBICSPLINE"};
 constexpr auto kAnimationSampler =
-    Table(Index("input", Target::Accessors).Required(), Index("output", Target::Accessors).Required());
-constexpr auto kAnimationTarget = Table(Index("node", Target::Nodes));
+    Table(Index("input", Target::Accessors).Required(), Index("output", Target::Accessors).Required(),
+          Text("interpolation").OneOf(kInterpolations));
+// Not a line of kExtensions: pictures do not show it yet.
+constexpr auto kPointer = Table(Text("pointer").Required());
+constexpr auto kTargetExtensions = Table(Object(kAnimationPointer, kPointer));
+constexpr auto kAnimationTarget =
+    Table(Index("node", Target::Nodes), Text("path").Required(), Object("extensions", kTargetExtensions));
 constexpr auto kChannel = Table(Index("sampler", Target::AnimationSamplers).Required(),
                                 Object("target", kAnimationTarget).Required());
-constexpr auto kAnimation =
-    Table(Objects("samplers", kAnimationSampler).PointedAtAs(Target::AnimationSamplers),
-          Objects("channels", kChannel));
+constexpr auto kAnimation = Table(
+    Text("name"), Objects("samplers", kAnimationSampler).PointedAtAs(Target::AnimationSamplers).Required(),
+    Objects("channels", kChannel).Required());
 
 // --- The document ---
 

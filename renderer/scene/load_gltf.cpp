@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/gltf_accessors.h"
+#include "renderer/scene/gltf_animations.h"
 #include "renderer/scene/gltf_buffers.h"
 #include "renderer/scene/gltf_container.h"
 #include "renderer/scene/gltf_context.h"
@@ -22,6 +23,7 @@
 #include "renderer/scene/gltf_outline.h"
 #include "renderer/scene/gltf_radii.h"
 #include "renderer/scene/gltf_reader.h"
+#include "renderer/scene/gltf_skins.h"
 #include "renderer/scene/normal_maps.h"
 
 namespace raygraph::scene {
@@ -45,11 +47,13 @@ void DecodeMeshes(GltfContext& context, AccessorReader& reader, const GltfOutlin
     std::vector<bool> isPlaced(layouts.size(), false);
     for (const uint32_t node : scene.nodeOrder)
         if (scene.nodes[node].mesh != kNone) isPlaced[scene.nodes[node].mesh] = true;
+    const std::vector<JointLimit> joints = JointLimits(scene, layouts.size());
     for (size_t i = 0; i < layouts.size(); ++i) {
         context.Progress("meshes", 0.1f + 0.4f * static_cast<float>(i) / static_cast<float>(layouts.size()));
         scene.meshes.push_back(
-            isPlaced[i] ? DecodeMesh(context, reader, layouts[i], scene.materials, outline.defaultMaterial)
-                        : Mesh{.name = layouts[i].name, .primitives = {}});
+            isPlaced[i]
+                ? DecodeMesh(context, reader, layouts[i], scene.materials, outline.defaultMaterial, joints[i])
+                : Mesh{.name = layouts[i].name, .primitives = {}, .weights = layouts[i].weights});
     }
 }
 
@@ -74,6 +78,8 @@ SceneData Import(GltfContext& context, const GltfContainer& container) {
     GltfBuffers buffers(context, outline.bufferSources, outline.tables, container);
     AccessorReader reader(context, outline.tables, buffers);
     DecodeMeshes(context, reader, outline, scene);
+    DecodeSkins(context, reader, outline.skins, scene);
+    scene.animations = DecodeAnimations(context, reader, outline.animations);
     PlaceInstances(context, reader, outline.instancing, scene);
     SetRadii(context, scene);
     scene.profiles = DecodeProfiles(context, outline.profiles, buffers);
@@ -120,10 +126,16 @@ GltfOutline ReadOutline(GltfContext& context, std::string_view json) {
     outline.layouts = ReadMeshLayouts(context, document.model, outline.tables);
     outline.instancing = ReadInstancing(context, document.model, outline.tables);
     const GraphIndices graph = ReadNodes(context, document.model, outline.scene);
+    ReadSkins(context, document, outline.tables, outline.layouts, outline.instancing, outline.scene);
+    outline.animations = ReadAnimations(
+        context, document.animations, outline.tables, outline.layouts,
+        {outline.scene, graph.cameras, graph.lights, document.model.materials.size(),
+         document.model.meshes.size(), document.model.cameras.size(), document.model.lights.size()});
     outline.imageLight = ReadImageLight(context, document.model, graph.scene);
     outline.profiles = ReadProfileSources(document.model, graph.profiles);
     outline.defaultMaterial = AddDefaultMaterial(outline.layouts, outline.scene);
     outline.scene.variants = ReadVariantNames(document.model);
+    outline.skins = std::move(document.skins);
     outline.bufferSources = std::move(document.buffers);
     outline.imageSources = std::move(document.images);
     return outline;

@@ -1,9 +1,9 @@
 // glTF 2.0 files (.gltf with its buffers and images, .glb) to SceneData.
 //
-// Read: the static core and the extensions that docs/gltf.md lists. Not read: animations, skins and morph
-// targets (meshes stand in their base pose; one warning each), other extensions (one warning each; an error
-// if the file requires them), points and lines unless they are given a radius (one warning each). Threads:
-// any, also several at once; none of them touches a device.
+// Read: the core, with animations, skins and morph targets, which pose.h and deform.h apply, and the
+// extensions that docs/gltf.md lists. Not read: other extensions (one warning each; an error if the file
+// requires them), points and lines unless they are given a radius (one warning each). Threads: any, also
+// several at once; none of them touches a device.
 #pragma once
 
 #include <cstdint>
@@ -25,9 +25,10 @@ struct LoadLimits {
     uint64_t maxFileBytes = uint64_t{16} << 30;  // The scene file, its buffers and images together.
     uint64_t maxJsonBytes = uint64_t{256} << 20;
     uint32_t maxJsonDepth = 64;  // Nested arrays and objects; glTF itself needs about ten.
-    // Decoded vertices and indices: this many bytes, plus 64 for each byte of file read; and before them the
-    // model of the document: this many, plus 64 for each byte of its JSON. Stops a small file that claims a
-    // billion vertices, draws one accessor a million times or lists a million empty materials.
+    // Decoded vertices, indices, keys and joints: this many bytes, plus 64 for each byte of file read; and
+    // before them the model of the document: this many, plus 64 for each byte of its JSON. Stops a small
+    // file that claims a billion vertices, draws one accessor a million times or lists a million empty
+    // materials.
     uint64_t maxGeometryBytes = uint64_t{1} << 30;
     uint32_t maxImageExtent = 16384;              // Texels a side.
     uint64_t maxImageTexels = uint64_t{1} << 28;  // An image.

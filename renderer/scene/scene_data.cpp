@@ -5,6 +5,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "base/check.h"
+#include "renderer/scene/check.h"
+#include "renderer/scene/deform.h"
 #include "renderer/scene/split_place.h"
 
 namespace raygraph::scene {
@@ -15,10 +17,18 @@ uint64_t Bytes(const std::vector<T>& values) {
     return values.size() * sizeof(T);
 }
 
+uint64_t TargetBytes(const Primitive& primitive) {
+    uint64_t bytes = 0;
+    for (const MorphTarget& target : primitive.targets)
+        bytes += Bytes(target.positions) + Bytes(target.normals) + Bytes(target.tangents);
+    return bytes;
+}
+
 uint64_t StreamBytes(const Primitive& primitive) {
     return Bytes(primitive.positions) + Bytes(primitive.normals) + Bytes(primitive.tangents) +
            Bytes(primitive.uv0) + Bytes(primitive.uv1) + Bytes(primitive.colors) + Bytes(primitive.indices) +
-           Bytes(primitive.radii);
+           Bytes(primitive.radii) + Bytes(primitive.influences.joints) + Bytes(primitive.influences.weights) +
+           TargetBytes(primitive);
 }
 
 uint64_t SphereCount(const Primitive& primitive) {
@@ -121,18 +131,37 @@ void UpdateWorldTransforms(SceneData& scene) {
     std::vector<Bounds> meshBounds(scene.meshes.size());
     for (size_t i = 0; i < scene.meshes.size(); ++i)
         for (const Primitive& primitive : scene.meshes[i].primitives) meshBounds[i].Extend(primitive.bounds);
-
+    std::vector<glm::mat4x3> matrices;
     const std::vector<bool> isVisible = VisibleNodes(scene);
     scene.bounds = {};
     for (Instance& instance : scene.instances) {
         RG_CHECK_LT(instance.mesh, scene.meshes.size());
+        const Skin* const skin = instance.isDeformed && HasSkin(scene, instance)
+                                     ? &scene.skins[scene.nodes[instance.node].skin]
+                                     : nullptr;
         if (instance.node != kNone) {
-            const PlacedTransform placed = PlaceInstance(transforms[instance.node], instance);
-            instance.objectToWorld = placed.matrix;
-            instance.translationRest = placed.rest;
+            const PlacedTransform placed =
+                skin ? SkinFrame(transforms, *skin) : PlaceInstance(transforms[instance.node], instance);
+            instance.isCollapsed = instance.isCollapsed && !CanInvert(placed.matrix);
+            if (!instance.isCollapsed) {
+                instance.objectToWorld = placed.matrix;
+                instance.translationRest = placed.rest;
+            }
         }
-        if (IsVisible(isVisible, instance.node))
-            scene.bounds.Extend(meshBounds[instance.mesh].Transformed(instance.objectToWorld));
+        if (!IsVisible(isVisible, instance)) continue;
+        matrices.resize(skin ? skin->joints.size() : 0);
+        if (skin)
+            JointMatrices(transforms, *skin, {instance.objectToWorld, instance.translationRest}, matrices);
+        Bounds bounds = meshBounds[instance.mesh];
+        if (instance.isDeformed) {
+            bounds = {};
+            for (const Primitive& primitive : scene.meshes[instance.mesh].primitives)
+                bounds.Extend(DeformedBounds(primitive, MorphWeights(scene, instance), matrices));
+        }
+        bounds = bounds.Transformed(instance.objectToWorld);
+        // Joints may move vertices anywhere
+        if (instance.isDeformed && !(IsFinite(bounds.min) && IsFinite(bounds.max))) continue;
+        scene.bounds.Extend(bounds);
     }
     for (Camera& camera : scene.cameras) place(camera.node, camera.cameraToWorld, camera.translationRest);
     for (Light& light : scene.lights) place(light.node, light.lightToWorld, light.translationRest);
@@ -157,7 +186,7 @@ bool HasEmission(const SceneData& scene) {
     for (size_t i = 0; i < scene.materials.size(); ++i)
         isEmitting[i] = scene.materials[i].EmittedRadiance() != glm::vec3(0.0f);
     return std::ranges::any_of(scene.instances, [&](const Instance& instance) {
-        if (!IsVisible(isVisible, instance.node)) return false;
+        if (!IsVisible(isVisible, instance)) return false;
         return std::ranges::any_of(scene.meshes[instance.mesh].primitives,
                                    [&](const Primitive& p) { return isEmitting[p.material]; });
     });

@@ -18,7 +18,9 @@
 //   - nodeOrder lists nodes after their parents;
 //   - a primitive's `variants` are empty, or ascend and end with kNone;
 //   - the bounds of a primitive are around its positions, and an image has all of its texels,
-//     and of its blocks levels from the largest one on.
+//     and of its blocks levels from the largest one on;
+//   - what mesh_data.h says of joints and morph targets, and animation.h of animations and skins: a node's
+//     skin has all joints that its mesh names, and its weights are none or as many as those of its mesh.
 //
 // Threads: plain values; pure functions, for any thread. Editing one needs exclusive access.
 #pragma once
@@ -28,83 +30,18 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "base/api.h"
 #include "renderer/image/image.h"
+#include "renderer/scene/animation.h"
 #include "renderer/scene/light_profile.h"
+#include "renderer/scene/mesh_data.h"
 #include "shaders/shared/alpha_modes.h"
 
 namespace raygraph::scene {
-
-// "No such thing" in an index field.
-inline constexpr uint32_t kNone = 0xFFFFFFFFu;
-
-// An axis-aligned box. Default-constructed: empty (min above max).
-struct RAYGRAPH_API Bounds {
-    glm::vec3 min{std::numeric_limits<float>::infinity()};
-    glm::vec3 max{-std::numeric_limits<float>::infinity()};
-
-    bool IsEmpty() const { return !(min.x <= max.x && min.y <= max.y && min.z <= max.z); }
-    void Extend(const glm::vec3& point);
-    void Extend(const Bounds& other);
-    glm::vec3 Center() const { return 0.5f * (min + max); }
-    // Half the diagonal; 0 for an empty box.
-    float Radius() const { return IsEmpty() ? 0.0f : 0.5f * glm::length(max - min); }
-    // The box around this box's eight corners moved by an affine transform; empty stays empty.
-    Bounds Transformed(const glm::mat4x3& transform) const;
-};
-
-// The material that a variant of the scene gives a primitive. `variant` indexes SceneData::variants; kNone is
-// for those that are not listed, and for none chosen.
-struct VariantMaterial {
-    uint32_t variant = kNone;
-    uint32_t material = 0;
-
-    bool operator==(const VariantMaterial&) const = default;
-};
-
-// One draw's worth of triangles, or of round primitives, with one material. All streams but positions and
-// indices are optional (empty).
-//
-// Round primitives are capsules: the points that are nearer to the segment between two vertices than a
-// radius. Of a segment without length that is a sphere. They are solids with a surface of their own, whose
-// normals need no stream and stay exact: radius and segment are placed by the instance's transform, which may
-// make ellipsoids of spheres. Colors and texture coordinates vary along the segment.
-struct Primitive {
-    std::vector<glm::vec3> positions;
-    // Unit length. Never empty after import: flat ones are made, vertices then split.
-    std::vector<glm::vec3> normals;
-    // xyz unit length, w = +1 or -1: bitangent = cross(normal, tangent.xyz) * w. There if the material, or
-    // that of a variant, has a normal map, of its coat at least, or is anisotropic, and there are the texture
-    // coordinates for them.
-    std::vector<glm::vec4> tangents;
-    std::vector<glm::vec2> uv0;
-    std::vector<glm::vec2> uv1;
-    // Linear; multiplies the base color. Alpha 1 where the file has three channels.
-    std::vector<glm::vec4> colors;
-    // Triangle list, three a triangle, counter-clockwise seen from the front; or two a capsule.
-    std::vector<uint32_t> indices;
-    uint32_t material = 0;  // Into SceneData::materials; always valid.
-    Bounds bounds;          // Of `positions`, object space; of round primitives with their radii.
-    // KHR_materials_variants: what scene::SetVariant chooses `material` from, ascending by variant. Empty:
-    // `material` in all of them.
-    std::vector<VariantMaterial> variants;
-    // Not empty: these are round primitives, one radius each. They have no normals and no tangents.
-    std::vector<float> radii;
-
-    bool IsRound() const { return !radii.empty(); }
-    size_t TriangleCount() const { return IsRound() ? 0 : indices.size() / 3; }
-};
-
-struct Mesh {
-    std::string name;
-    // Empty for one that the loaded scene does not place, and of points and lines only, if they are left out.
-    std::vector<Primitive> primitives;
-};
 
 // KHR_texture_transform: from a primitive's texture coordinates to those that a texture is read at.
 struct TextureTransform {
@@ -295,6 +232,8 @@ struct RAYGRAPH_API Node {
     // KHR_node_visibility. False: meshes and lights of the node and of all below it are neither seen nor
     // shine (VisibleNodes).
     bool isVisible = true;
+    uint32_t skin = kNone;       // Into SceneData::skins: what deforms its mesh.
+    std::vector<float> weights;  // Of its mesh's morph targets; empty: Mesh::weights.
 
     // Node space to parent space.
     glm::mat4x3 LocalTransform() const;
@@ -312,6 +251,12 @@ struct Instance {
     glm::mat4x3 objectToWorld{1.0f};
     glm::vec3 translationRest{0.0f};
     glm::mat4x3 objectToNode{1.0f};  // Moves with the node. The identity without EXT_mesh_gpu_instancing.
+    // Its vertices are drawn deformed, by the skin and the weights of its node (renderer/scene/deform.h,
+    // which says what objectToWorld then is). False: in their base shape, where the node is.
+    bool isDeformed = false;
+    // Scaled to nothing or flat, without an inverse, and may have another scale at another time: not seen.
+    // objectToWorld is then of another time, or some that has an inverse.
+    bool isCollapsed = false;
 
     bool IsMirrored() const { return glm::determinant(glm::mat3(objectToWorld)) < 0.0f; }
 };
@@ -389,6 +334,8 @@ struct SceneData {
     std::vector<std::string> warnings;  // One line each: what was skipped or repaired while loading.
     std::vector<std::string> variants;  // KHR_materials_variants: their names, in the file's order.
     uint32_t variant = kNone;           // The one shown (renderer/scene/variants.h).
+    std::vector<Skin> skins;            // All of the file's, in the file's order.
+    std::vector<Animation> animations;  // Likewise. They are no part of what is shown: pose.h applies them.
 };
 
 // A transform whose translation has the digits of a double: matrix[3] + rest.
@@ -412,7 +359,9 @@ RAYGRAPH_API std::vector<PlacedTransform> WorldTransforms(const SceneData& scene
 // Object to world, of an instance of a node with this transform.
 RAYGRAPH_API PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, const Instance& instance);
 
-// Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved.
+// Recomputes the transforms of instances, cameras and lights, and `bounds`, after nodes were moved. Of
+// deformed instances as renderer/scene/deform.h says. One that is collapsed stays so as long as it has no
+// inverse.
 RAYGRAPH_API void UpdateWorldTransforms(SceneData& scene);
 
 // Whether a node and all above it are visible, one per entry of `scene.nodes`; true for nodes outside
@@ -421,6 +370,9 @@ RAYGRAPH_API std::vector<bool> VisibleNodes(const SceneData& scene);
 // By these, of what belongs to a node, or to none.
 inline bool IsVisible(const std::vector<bool>& visibleNodes, uint32_t node) {
     return node == kNone || visibleNodes[node];
+}
+inline bool IsVisible(const std::vector<bool>& visibleNodes, const Instance& instance) {
+    return !instance.isCollapsed && IsVisible(visibleNodes, instance.node);
 }
 
 // True if some placed and visible surface emits light.

@@ -30,6 +30,13 @@ SceneData OneOfEach() {
     scene.lights.resize(1);
     scene.profiles.resize(1);
     scene.environment.map = {1, 1, {1, 1, 1, 1}};
+    primitive.influences = {1, {0, 0, 0}, {1, 1, 1}, {}};
+    primitive.targets.resize(1);
+    primitive.hasFlatNormals = true;
+    scene.skins.push_back({"", {0}, {glm::mat4x3(1.0f)}});
+    Animation& animation = scene.animations.emplace_back();
+    animation.samplers.push_back({Interpolation::Linear, 1, {0}, {1}});
+    animation.channels.resize(1);
     return scene;
 }
 
@@ -45,6 +52,12 @@ void Change(int32_t& value) {
 }
 void Change(uint32_t& value) {
     ++value;
+}
+void Change(uint8_t& value) {
+    ++value;
+}
+void Change(JointInfluences& value) {
+    ++value.perVertex;
 }
 void Change(std::string& value) {
     value += 'x';
@@ -93,12 +106,40 @@ auto FieldsOf(Bounds& s) {
     return std::tie(a, b);
 }
 auto FieldsOf(Primitive& s) {
-    auto& [a, b, c, d, e, f, g, h, i, variants, j] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j);
+    auto& [a, b, c, d, e, f, g, h, i, variants, j, k, l, m] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m);
+}
+auto FieldsOf(JointInfluences& s) {
+    auto& [a, b, c, bounds] = s;
+    return std::tie(a, b, c);
+}
+auto FieldsOf(MorphTarget& s) {
+    auto& [a, b, c, bounds] = s;
+    return std::tie(a, b, c);
+}
+auto FieldsOf(Skin& s) {
+    auto& [name, a, b] = s;
+    return std::tie(a, b);
+}
+auto FieldsOf(AnimationSampler& s) {
+    auto& [a, b, c, d] = s;
+    return std::tie(a, b, c, d);
+}
+auto FieldsOf(AnimationTarget& s) {
+    auto& [a, b, c, d] = s;
+    return std::tie(a, b, c, d);
+}
+auto FieldsOf(AnimationChannel& s) {
+    auto& [a, target] = s;
+    return std::tie(a);
+}
+auto FieldsOf(Animation& s) {
+    auto& [a, b, c, duration] = s;
+    return std::tie(a, b, c);
 }
 auto FieldsOf(Mesh& s) {
-    auto& [name, a] = s;
-    return std::tie(a);
+    auto& [name, a, b] = s;
+    return std::tie(a, b);
 }
 auto FieldsOf(TextureTransform& s) {
     auto& [a, b, c] = s;
@@ -129,12 +170,12 @@ auto FieldsOf(ImageData& s) {
     return std::tie(a, b, c);
 }
 auto FieldsOf(Node& s) {
-    auto& [a, b, c, d, e, f, g, h, i] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i);
+    auto& [a, b, c, d, e, f, g, h, i, j, k] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k);
 }
 auto FieldsOf(Instance& s) {
-    auto& [a, b, c, d, objectToNode] = s;
-    return std::tie(a, b, c, d);
+    auto& [a, b, c, d, objectToNode, e, f] = s;
+    return std::tie(a, b, c, d, e, f);
 }
 auto FieldsOf(Camera& s) {
     auto& [a, b, c, d, e, f, g, h, i, j, k] = s;
@@ -153,8 +194,8 @@ auto FieldsOf(image::ImageF& s) {
     return std::tie(a, b, c);
 }
 auto FieldsOf(SceneData& s) {
-    auto& [name, a, b, c, d, e, f, g, h, i, j, k, l, warnings, variants, variant] = s;
-    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l);
+    auto& [name, a, b, c, d, e, f, g, h, i, j, k, l, warnings, variants, variant, m, n] = s;
+    return std::tie(a, b, c, d, e, f, g, h, i, j, k, l, m, n);
 }
 
 // Changes each field of what `select` finds in a scene, and expects another hash every time.
@@ -198,6 +239,18 @@ TEST(ContentHash, ChangesWithEveryFieldOfEveryStructOfAScene) {
     ExpectEachChangeSeen("profile", [](SceneData& s) -> LightProfile& { return s.profiles[0]; });
     ExpectEachChangeSeen("environment", [](SceneData& s) -> image::ImageF& { return s.environment.map; });
     ExpectEachChangeSeen("light", [](SceneData& s) -> Light& { return s.lights[0]; });
+    ExpectEachChangeSeen(
+        "joints", [](SceneData& s) -> JointInfluences& { return s.meshes[0].primitives[0].influences; });
+    ExpectEachChangeSeen("target",
+                         [](SceneData& s) -> MorphTarget& { return s.meshes[0].primitives[0].targets[0]; });
+    ExpectEachChangeSeen("skin", [](SceneData& s) -> Skin& { return s.skins[0]; });
+    ExpectEachChangeSeen("animation", [](SceneData& s) -> Animation& { return s.animations[0]; });
+    ExpectEachChangeSeen("sampler of an animation",
+                         [](SceneData& s) -> AnimationSampler& { return s.animations[0].samplers[0]; });
+    ExpectEachChangeSeen("channel",
+                         [](SceneData& s) -> AnimationChannel& { return s.animations[0].channels[0]; });
+    ExpectEachChangeSeen("target of a channel",
+                         [](SceneData& s) -> AnimationTarget& { return s.animations[0].channels[0].target; });
 }
 
 template <typename Owner, typename Fields>
@@ -270,6 +323,10 @@ TEST(ContentHash, IsTheOneOfEarlierVersions) {
     SceneData scene = OneOfEach();
     scene.profiles.clear();  // A scene without them is hashed as before there were any.
     scene.environment = {};
+    scene.skins.clear();  // Nor did anything move.
+    scene.animations.clear();
+    scene.meshes[0].primitives[0].influences = {};
+    scene.meshes[0].primitives[0].targets.clear();
     Material& material = scene.materials[0];
     material.baseColorFactor = {0.01f, 0.02f, 0.03f, 0.04f};
     material.metallicFactor = 0.05f;

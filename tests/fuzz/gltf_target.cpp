@@ -1,11 +1,14 @@
 // glTF as the importer reads it, and as an edited scene is written back.
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <fstream>
 #include <memory>
 
 #include "renderer/scene/check.h"
 #include "renderer/scene/load_gltf.h"
+#include "renderer/scene/pose.h"
+#include "renderer/scene/pose_applier.h"
 #include "renderer/scene/save_gltf.h"
 #include "tests/fuzz/gltf_files.h"
 
@@ -56,6 +59,19 @@ void SaveEdited(SceneFolder& folder, scene::SceneData& scene, const std::filesys
             "");
 }
 
+// All animations, each at some times: the scene stays one that can be drawn. Ends with its rest pose.
+void Play(scene::SceneData& scene) {
+    scene::PoseEvaluator evaluator(scene);
+    scene::PoseApplier applier(scene);
+    for (uint32_t i = 0; i < scene.animations.size(); ++i)
+        for (const double share : {0.0, 0.3, 1.0}) {
+            const std::array clips{scene::ClipState{i, share * double{scene.animations[i].duration}}};
+            applier.Apply(scene, evaluator.Evaluate(scene, clips));
+            scene::Check(scene);
+        }
+    applier.Apply(scene, evaluator.Rest());
+}
+
 }  // namespace
 
 SceneFolder::SceneFolder() {
@@ -99,6 +115,7 @@ bool SceneFolder::Load(Input file, scene::SceneData* loaded) {
         scene::UpdateWorldTransforms(scene);
         scene::HasEmission(scene);
         scene::Statistics(scene);
+        Require(Succeeds("", {}, [&] { Play(scene); }), "");
         if (loaded) *loaded = std::move(scene);
     });
 }

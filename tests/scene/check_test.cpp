@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/scene/deform.h"
 #include "renderer/scene/load_gltf.h"
 #include "tests/support/error_of.h"
 #include "tests/support/source_file.h"
@@ -43,6 +44,24 @@ SceneData Whole() {
     return scene;
 }
 
+// With a joint, a morph target and an animation of the second node.
+SceneData Moving() {
+    SceneData scene = Whole();
+    Primitive& primitive = scene.meshes[0].primitives[0];
+    primitive.influences = {2, {0, 1, 0, 0, 1, 0}, {0.5f, 0.5f, 1, 0, 1, 0}, {}};
+    primitive.targets.resize(1);
+    primitive.targets[0].positions = {{0, 0, 1}, {0, 0, 2}, {0, 0, 3}};
+    UpdateDeformationBounds(primitive);
+    scene.meshes[0].weights = {0.5f};
+    scene.skins.push_back({.name = "", .joints = {1, 0}, .inverseBinds = {2, glm::mat4x3(1.0f)}});
+    scene.nodes[0].skin = 0;
+    Animation& animation = scene.animations.emplace_back();
+    animation.samplers.push_back({.width = 4, .times = {0, 2}, .values = {0, 0, 0, 1, 1, 0, 0, 0}});
+    animation.channels.push_back({0, {.property = AnimatedProperty::Rotation, .object = 1}});
+    animation.duration = 2.0f;
+    return scene;
+}
+
 // One capsule of this radius, within the bounds if it is small.
 void MakeRound(SceneData& scene, float radius) {
     Primitive& primitive = scene.meshes[0].primitives[0];
@@ -57,6 +76,7 @@ TEST(Check, AcceptsWhatIsWholeAndWhatIsEmpty) {
     MakeRound(round, 0.5f);
     EXPECT_NO_THROW(Check(round));
     EXPECT_NO_THROW(Check(Whole()));
+    EXPECT_NO_THROW(Check(Moving()));
     EXPECT_NO_THROW(Check(SceneData{}));
     EXPECT_NO_THROW(Check(LoadGltf(test::SourceFile("scenes/cornell.gltf"))));
 }
@@ -136,6 +156,84 @@ TEST(Check, NamesTheObjectAndWhatItHolds) {
     };
     for (const auto& [change, message] : rows) {
         SceneData scene = Whole();
+        change(scene);
+        EXPECT_EQ(ErrorTextOf([&] { Check(scene); }), std::string("scene: ") + message);
+    }
+}
+
+TEST(Check, NamesWhatCannotMove) {
+    const struct {
+        void (*change)(SceneData&);
+        const char* message;
+    } rows[] = {
+        {[](SceneData& s) { s.meshes[0].primitives[0].influences.joints.pop_back(); },
+         "meshes[0].primitives[0]: 5 joints and 6 weights of 3 positions with 2 each"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].influences.weights[0] = 0.25f; },
+         "meshes[0].primitives[0]: the weights of vertex 0 sum to 0.75, must be 1"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].influences.weights[1] = -0.5f; },
+         "meshes[0].primitives[0]: weights[1] is -0.5, must not be negative"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].influences.weights[1] = kNan; },
+         "meshes[0].primitives[0]: weights[1] is nan, must not be negative"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].influences.joints[4] = 7; },
+         "meshes[0].primitives[0]: the bounds of joint 7 are not around what it moves"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].influences.joints[5] = 7; },
+         "meshes[0].primitives[0]: joints[5] is 7, there are bounds of 2"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].influences.bounds[1].max.x = -1; },
+         "meshes[0].primitives[0]: the bounds of joint 1 are not around what it moves"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].targets.emplace_back(); },
+         "meshes[0].primitives[0]: 2 morph targets, its mesh has 1 weights"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].targets[0].positions.pop_back(); },
+         "meshes[0].primitives[0]: positions of a target has 2 elements for 3 positions"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].targets[0].tangents.resize(3); },
+         "meshes[0].primitives[0]: tangents of a target has 3 elements for 0 positions"},
+        {[](SceneData& s) { s.meshes[0].primitives[0].targets[0].bounds.max.z = 1; },
+         "meshes[0].primitives[0]: the bounds of a target are not around its positions"},
+        {[](SceneData& s) { s.meshes[0].weights[0] = kNan; }, "meshes[0]: weights[0] is not finite"},
+        {[](SceneData& s) {
+             s.nodes[0].weights = {1, 2};
+         },
+         "nodes[0]: 2 weights, its mesh has 1"},
+        {[](SceneData& s) { s.nodes[1].weights = {1}; }, "nodes[1]: 1 weights, its mesh has 0"},
+        {[](SceneData& s) { s.nodes[0].skin = 1; }, "nodes[0]: skin is 1, there are 1"},
+        {[](SceneData& s) { s.skins[0].joints[1] = 2; }, "skins[0]: a joint is 2, there are 2"},
+        {[](SceneData& s) { s.skins[0].joints.clear(); }, "skins[0]: it has no joints, or too many"},
+        {[](SceneData& s) { s.skins[0].inverseBinds.pop_back(); },
+         "skins[0]: 1 inverse bind matrices of 2 joints"},
+        {[](SceneData& s) { s.skins[0].inverseBinds[1][3].x = kInfinity; },
+         "skins[0]: an inverse bind matrix is not finite"},
+        {[](SceneData& s) {
+             s.skins[0].joints.pop_back();
+             s.skins[0].inverseBinds.pop_back();
+         },
+         "nodes[0]: its mesh has 2 joints, its skin 1"},
+        {[](SceneData& s) { s.nodeOrder = {0}; }, "nodes[0]: a joint of its skin is not in nodeOrder"},
+        {[](SceneData& s) {
+             s.animations[0].samplers[0].times = {1, 1};
+         },
+         "animations[0].samplers[0]: its times do not ascend"},
+        {[](SceneData& s) { s.animations[0].samplers[0].times = {}; },
+         "animations[0].samplers[0]: it has no keys"},
+        {[](SceneData& s) { s.animations[0].samplers[0].times[1] = kInfinity; },
+         "animations[0].samplers[0]: times[1] is not finite"},
+        {[](SceneData& s) { s.animations[0].samplers[0].values[6] = kNan; },
+         "animations[0].samplers[0]: values[6] is not finite"},
+        {[](SceneData& s) { s.animations[0].samplers[0].interpolation = Interpolation::CubicSpline; },
+         "animations[0].samplers[0]: 8 values of 2 keys, 4 wide"},
+        {[](SceneData& s) { s.animations[0].samplers[0].values[3] = 0; },
+         "animations[0].channels[0]: a rotation of its sampler is a quaternion of length 0"},
+        {[](SceneData& s) { s.animations[0].duration = 1; },
+         "animations[0]: its duration is not its last time"},
+        {[](SceneData& s) { s.animations[0].channels[0].sampler = 1; },
+         "animations[0].channels[0]: sampler is 1, there are 1"},
+        {[](SceneData& s) { s.animations[0].channels[0].target.object = 2; },
+         "animations[0].channels[0]: its target is nothing that the scene has"},
+        {[](SceneData& s) { s.animations[0].channels[0].target.property = AnimatedProperty::Scale; },
+         "animations[0].channels[0]: its sampler is 4 wide, its target 3"},
+        {[](SceneData& s) { s.animations[0].channels.push_back(s.animations[0].channels[0]); },
+         "animations[0]: two channels have one target"},
+    };
+    for (const auto& [change, message] : rows) {
+        SceneData scene = Moving();
         change(scene);
         EXPECT_EQ(ErrorTextOf([&] { Check(scene); }), std::string("scene: ") + message);
     }

@@ -133,20 +133,7 @@ TEST(Extensions, RequiredButUnknownOneIsRefusedByName) {
               "supported");
 }
 
-TEST(Unread, AnimationsSkinsAndMorphTargetsGiveAWarningEach) {
-    GltfDocument document;
-    Json& primitive = document.AddTriangle();
-    primitive["targets"] = {{{"POSITION", 0}}};
-    document.json["nodes"][0]["skin"] = 0;
-    document.json["skins"] = {{{"joints", {0}}}};
-    document.json["animations"] = {
-        {{"samplers", {{{"input", 0}, {"output", 1}}}},
-         {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "scale"}}}}}}}};
-    EXPECT_EQ(Load(document).warnings.size(), 3u);
-    EXPECT_EQ(Load(document).instances.size(), 1u);
-}
-
-TEST(Unread, TheirReferencesAreCheckedAllTheSame) {
+TEST(Indices, ThoseOfSkinsAnimationsAndTargetsAreChecked) {
     GltfDocument document;
     document.AddTriangle();
     ExpectRefused(document,

@@ -377,5 +377,38 @@ TEST(Draco, ChangedBytesLoadOrEndWithOneLine) {
     EXPECT_GT(refusedCount, 100u);
 }
 
+// Generic attributes hold the bytes of the colors: i, 255 - i, 3 and 255 of vertex i, as joints and as weights.
+TEST(Draco, JointsAndWeightsAreDecoded) {
+    const Encoded encoded = Encode({.extraAttributes = 2});
+    GltfDocument document = Compressed(encoded);
+    Json accessor{{"componentType", kUint8}, {"type", "VEC4"}, {"count", encoded.pointCount}};
+    Json& attributes = Primitive(document)["attributes"];
+    Json& ids = Primitive(document)["extensions"][kExtension]["attributes"];
+    attributes["JOINTS_0"] = document.Add("accessors", accessor);
+    accessor["normalized"] = true;
+    attributes["WEIGHTS_0"] = document.Add("accessors", accessor);
+    ids["JOINTS_0"] = 100;
+    ids["WEIGHTS_0"] = 101;
+    document.Add("skins", {{"joints", Json(256, 0)}});
+    document.json["nodes"][0]["skin"] = 0;
+    const scene::SceneData scene = Load(document);
+    EXPECT_EQ(scene.warnings.size(), 1u) << "the weights do not sum to 1";
+    const scene::Primitive& primitive = OnlyPrimitive(scene);
+    ASSERT_EQ(primitive.influences.perVertex, 4u);
+    ASSERT_EQ(primitive.influences.joints.size(), 4 * primitive.positions.size());
+    for (size_t v = 0; v < primitive.positions.size(); ++v) {
+        const auto number = uint32_t(std::lround(primitive.uv0[v].x));
+        std::map<uint32_t, float> weights;
+        for (size_t k = 4 * v; k < 4 * v + 4; ++k)
+            weights[primitive.influences.joints[k]] += 513.0f * primitive.influences.weights[k];
+        if (number < 4) continue;  // where joints are named twice
+        ASSERT_EQ(weights.size(), 4u);
+        EXPECT_NEAR(weights[number], float(number), 1e-3f);
+        EXPECT_NEAR(weights[255 - number], 255.0f - float(number), 1e-3f);
+        EXPECT_NEAR(weights[3], 3.0f, 1e-3f);
+        EXPECT_NEAR(weights[255], 255.0f, 1e-3f);
+    }
+}
+
 }  // namespace
 }  // namespace raygraph::test

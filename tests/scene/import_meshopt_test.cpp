@@ -8,7 +8,7 @@
 #include <random>
 
 #include "renderer/scene/save_gltf.h"
-#include "tests/scene/gltf_document.h"
+#include "tests/scene/motion_document.h"
 #include "tests/scene/same_scene.h"
 #include "tests/support/encode_exponentials.h"
 
@@ -356,6 +356,32 @@ TEST(Meshopt, ChangedBytesLoadOrEndWithOneLine) {
         }
     EXPECT_GT(loadedCount, 20u);
     EXPECT_GT(refusedCount, 100u);
+}
+
+// Joints, weights, displacements, times and values: what an accessor reads may be compressed, whatever it is for.
+TEST(Meshopt, WhatMovesIsWhatWasEncoded) {
+    GltfDocument plain = SkinnedTriangle();
+    Json& primitive = plain.json["meshes"][0]["primitives"][0];
+    const std::vector<float> shifts{0, 0, 1, 0, 2, 0, 3, 0, 0}, times{0, 1, 3},
+        places{1, 2, 3, 4, 5, 6, 7, 8, 9};
+    primitive["targets"] = {{{"POSITION", plain.AddAccessor(shifts, 3)}}};
+    Animate(plain, {{"node", 1}, {"path", "translation"}}, times, places, 3);
+    GltfDocument document = plain;
+    const auto compress = [&](size_t accessor, const void* elements, size_t stride) {
+        document.json["accessors"][accessor]["bufferView"] =
+            AddView(document, {EncodeAttributes(elements, 3, stride), 3, stride});
+    };
+    const std::vector<uint8_t> joints{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0};
+    const std::vector<float> weights{1, 0, 0, 0, 1, 0, 0, 0, 0.5f, 0.5f, 0, 0};
+    compress(primitive["attributes"]["JOINTS_0"], joints.data(), 4);
+    compress(primitive["attributes"]["WEIGHTS_0"], weights.data(), 16);
+    compress(primitive["targets"][0]["POSITION"], shifts.data(), 12);
+    compress(plain.json["animations"][0]["samplers"][0]["input"], times.data(), 4);
+    compress(plain.json["animations"][0]["samplers"][0]["output"], places.data(), 12);
+    const scene::SceneData scene = Load(document);
+    EXPECT_TRUE(scene.warnings.empty());
+    EXPECT_EQ(scene.animations.at(0).channels.size(), 1u);
+    ExpectSame(Load(plain), scene);
 }
 
 }  // namespace

@@ -2,11 +2,16 @@
 // folder. Worth most under AddressSanitizer and UndefinedBehaviorSanitizer.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <random>
 
+#include "renderer/scene/check.h"
+#include "renderer/scene/deform.h"
+#include "renderer/scene/pose.h"
+#include "renderer/scene/pose_applier.h"
 #include "tests/image/texture_files.h"
-#include "tests/scene/gltf_document.h"
+#include "tests/scene/motion_document.h"
 #include "tests/support/ies_text.h"
 #include "tests/support/material_extensions.h"
 
@@ -17,6 +22,53 @@ using Random = std::mt19937;
 
 uint32_t Below(Random& random, size_t bound) {
     return static_cast<uint32_t>(random() % bound);
+}
+
+// A skin, morph targets and animations of the first node and others.
+void AddMotion(GltfDocument& document) {
+    const size_t joints = document.AddAccessor<uint8_t>({0, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0}, 4);
+    const size_t weights =
+        document.AddAccessor<uint8_t>({155, 100, 0, 0, 255, 0, 0, 0, 200, 55, 0, 0}, 4, true);
+    const size_t binds = AddMatrices(document, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0,  0, 0, 1,
+                                                1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1});
+    const size_t shifts = document.AddAccessor<int16_t>({1, 2, 3, 0, 0, 0, -4, 5, -6}, 3);
+    for (Json& primitive : document.json["meshes"][0]["primitives"]) {
+        primitive["attributes"].update({{"JOINTS_0", joints}, {"WEIGHTS_0", weights}});
+        primitive["targets"] = {{{"POSITION", shifts}},
+                                {{"POSITION", shifts}, {"NORMAL", 1}, {"TANGENT", 1}}};
+    }
+    document.json["meshes"][0]["weights"] = {0.5, -1};
+    document.json["nodes"][0].update({{"skin", 0}, {"weights", {1, 0}}});
+    document.Add("skins", {{"joints", {1, 3}}, {"inverseBindMatrices", binds}, {"skeleton", 1}});
+    const size_t times = document.AddAccessor<float>({0, 0.5, 2}, 1);
+    const size_t vectors = document.AddAccessor<float>({1, 2, 3, 0, 0, 0, -1, 1, 1}, 3);
+    const size_t turns = document.AddAccessor<int8_t>({0, 0, 0, 127, 127, 0, 0, 0, 0, 90, 90, 0}, 4, true);
+    const size_t numbers = document.AddAccessor<uint8_t>({0, 1, 2}, 1);
+    const size_t pairs = document.AddAccessor<float>({0, 1, 1, 0, 0.5f, 0.5f}, 1);
+    const size_t splines = document.AddAccessor<float>(std::vector<float>(27, 0.25f), 3);
+    const auto sampler = [&](size_t output, const char* interpolation) {
+        return Json{{"input", times}, {"output", output}, {"interpolation", interpolation}};
+    };
+    const auto channel = [](size_t of, const Json& target) {
+        return Json{{"sampler", of}, {"target", target}};
+    };
+    document.Add(
+        "animations",
+        {{"name", "all"},
+         {"samplers",
+          {sampler(vectors, "LINEAR"), sampler(turns, "LINEAR"), sampler(numbers, "STEP"),
+           sampler(pairs, "LINEAR"), sampler(splines, "CUBICSPLINE")}},
+         {"channels",
+          {channel(0, {{"node", 1}, {"path", "translation"}}),
+           channel(1, {{"node", 3}, {"path", "rotation"}}), channel(4, {{"node", 3}, {"path", "scale"}}),
+           channel(3, {{"node", 0}, {"path", "weights"}}),
+           channel(2, Pointer("/nodes/3/extensions/KHR_node_visibility/visible")),
+           channel(2, Pointer("/materials/0/pbrMetallicRoughness/metallicFactor")),
+           channel(2,
+                   Pointer("/materials/1/extensions/KHR_materials_pbrSpecularGlossiness/glossinessFactor")),
+           channel(2, Pointer("/cameras/0/perspective/yfov")),
+           channel(0, Pointer("/extensions/KHR_lights_punctual/lights/0/color")),
+           channel(2, Pointer("/materials/0/normalTexture/extensions/KHR_texture_transform/rotation"))}}});
 }
 
 // A file that uses a bit of everything.
@@ -83,6 +135,7 @@ GltfDocument RichDocument() {
                              {"EXT_lights_ies", {{"light", 0}, {"multiplier", 2}, {"color", {1, 0.5, 0}}}},
                              {"KHR_node_visibility", {{"visible", false}}}}},
                            {"scale", {1, 2, -3}}});
+    AddMotion(document);
     const size_t places = document.AddAccessor<float>({1, 2, 3, 4, 5, 6}, 3);
     const size_t turns = document.AddAccessor<int8_t>({0, 0, 0, 127, 127, 0, 0, 0}, 4, true);
     document.AddNode(
@@ -145,7 +198,8 @@ class Mutations : public ::testing::Test {
         options.reader = &m_folder;
         m_folder.replacements[m_path] = file;
         try {
-            const scene::SceneData scene = scene::LoadGltf(m_path, options);
+            scene::SceneData scene = scene::LoadGltf(m_path, options);
+            Play(scene);
             for (const scene::Instance& instance : scene.instances) {
                 for (const scene::Primitive& primitive : scene.meshes.at(instance.mesh).primitives) {
                     const bool isRound = primitive.IsRound();
@@ -170,6 +224,24 @@ class Mutations : public ::testing::Test {
         m_folder.reads.clear();
     }
 
+    // Whatever the values of an animation are, the scene stays one that can be drawn.
+    static void Play(scene::SceneData& scene) {
+        scene::PoseEvaluator evaluator(scene);
+        scene::PoseApplier applier(scene);
+        for (uint32_t i = 0; i < scene.animations.size(); ++i)
+            for (const double share : {0.0, 0.3, 1.0}) {
+                const std::array clips{
+                    scene::ClipState{i, share * double{scene.animations[i].duration}, 0.75f}};
+                applier.Apply(scene, evaluator.Evaluate(scene, clips));
+                scene::Check(scene, "scene.gltf", ErrorKind::Usage);
+            }
+        scene::DeformedStreams streams;
+        for (const scene::Instance& instance : scene.instances)
+            for (const scene::Primitive& primitive : scene.meshes.at(instance.mesh).primitives)
+                scene::DeformPrimitive(primitive, scene::MorphWeights(scene, instance),
+                                       applier.JointMatricesOf(scene.nodes.at(instance.node).skin), streams);
+    }
+
     // Both outcomes must come about, else the mutations test nothing.
     void ExpectBothOutcomes() {
         EXPECT_GT(m_loadedCount, 0u);
@@ -183,6 +255,16 @@ class Mutations : public ::testing::Test {
 };
 
 constexpr int kRounds = 3000;
+
+// Else what moves would not be mutated.
+TEST(RichDocument, NothingThatMovesIsLeftOut) {
+    const scene::SceneData scene = Load(RichDocument());
+    EXPECT_EQ(scene.nodes[0].skin, 0u);
+    EXPECT_EQ(scene.meshes[0].primitives[0].influences.perVertex, 2u);
+    EXPECT_EQ(scene.meshes[0].primitives[0].targets.size(), 2u);
+    ASSERT_EQ(scene.animations.size(), 1u);
+    EXPECT_EQ(scene.animations[0].channels.size(), 10u);
+}
 
 TEST_F(Mutations, ChangedBytesOfAGlbNeverCrash) {
     GltfDocument document = RichDocument();

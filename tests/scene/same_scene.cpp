@@ -23,6 +23,42 @@ void ExpectSamePrimitive(const scene::Primitive& a, const scene::Primitive& b) {
     EXPECT_EQ(a.indices, b.indices);
     EXPECT_EQ(a.radii, b.radii);
     EXPECT_EQ(a.material, b.material);
+    EXPECT_EQ(a.hasFlatNormals, b.hasFlatNormals);
+    EXPECT_EQ(a.influences.perVertex, b.influences.perVertex);
+    EXPECT_EQ(a.influences.joints, b.influences.joints);
+    EXPECT_EQ(a.influences.weights, b.influences.weights);
+    ASSERT_EQ(a.targets.size(), b.targets.size());
+    for (size_t i = 0; i < a.targets.size(); ++i) {
+        EXPECT_EQ(a.targets[i].positions, b.targets[i].positions);
+        EXPECT_EQ(a.targets[i].normals, b.targets[i].normals);
+        EXPECT_EQ(a.targets[i].tangents, b.targets[i].tangents);
+    }
+}
+
+void ExpectSameMotion(const scene::SceneData& a, const scene::SceneData& b) {
+    ASSERT_EQ(a.skins.size(), b.skins.size());
+    for (size_t i = 0; i < a.skins.size(); ++i) {
+        EXPECT_EQ(a.skins[i].name, b.skins[i].name);
+        EXPECT_EQ(a.skins[i].joints, b.skins[i].joints);
+        EXPECT_EQ(a.skins[i].inverseBinds, b.skins[i].inverseBinds);
+    }
+    ASSERT_EQ(a.animations.size(), b.animations.size());
+    for (size_t i = 0; i < a.animations.size(); ++i) {
+        const scene::Animation &first = a.animations[i], &second = b.animations[i];
+        EXPECT_EQ(first.name, second.name);
+        EXPECT_EQ(first.duration, second.duration);
+        ASSERT_EQ(first.samplers.size(), second.samplers.size());
+        for (size_t k = 0; k < first.samplers.size(); ++k) {
+            EXPECT_EQ(first.samplers[k].interpolation, second.samplers[k].interpolation);
+            EXPECT_EQ(first.samplers[k].times, second.samplers[k].times);
+            EXPECT_EQ(first.samplers[k].values, second.samplers[k].values);
+        }
+        ASSERT_EQ(first.channels.size(), second.channels.size());
+        for (size_t k = 0; k < first.channels.size(); ++k) {
+            EXPECT_EQ(first.channels[k].sampler, second.channels[k].sampler);
+            EXPECT_TRUE((first.channels[k].target <=> second.channels[k].target) == 0);
+        }
+    }
 }
 
 void ExpectSameMaterial(const scene::Material& a, const scene::Material& b) {
@@ -60,6 +96,7 @@ float Apart(const glm::mat4x3& a, const glm::mat4x3& b) {
 }
 
 void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tolerance) {
+    ExpectSameMotion(a, b);
     EXPECT_EQ(a.name, b.name);
     EXPECT_EQ(a.nodeOrder, b.nodeOrder);
     ASSERT_EQ(a.nodes.size(), b.nodes.size());
@@ -68,11 +105,14 @@ void ExpectSame(const scene::SceneData& a, const scene::SceneData& b, float tole
         EXPECT_EQ(a.nodes[i].parent, b.nodes[i].parent);
         EXPECT_EQ(a.nodes[i].mesh, b.nodes[i].mesh);
         EXPECT_EQ(a.nodes[i].isVisible, b.nodes[i].isVisible);
+        EXPECT_EQ(a.nodes[i].skin, b.nodes[i].skin);
+        EXPECT_EQ(a.nodes[i].weights, b.nodes[i].weights);
         EXPECT_LE(Apart(a.nodes[i].LocalTransform(), b.nodes[i].LocalTransform()), tolerance) << "node " << i;
     }
     ASSERT_EQ(a.meshes.size(), b.meshes.size());
     for (size_t i = 0; i < a.meshes.size(); ++i) {
         ASSERT_EQ(a.meshes[i].primitives.size(), b.meshes[i].primitives.size());
+        EXPECT_EQ(a.meshes[i].weights, b.meshes[i].weights);
         for (size_t k = 0; k < a.meshes[i].primitives.size(); ++k)
             ExpectSamePrimitive(a.meshes[i].primitives[k], b.meshes[i].primitives[k]);
     }

@@ -37,7 +37,7 @@ TEST(Schema, RowsThatContradictThemselvesAreNoConstants) {
 TEST(Schema, WhatHasNoRowMayBeAnything) {
     GltfDocument document;
     document.AddTriangle()["attributes"]["_ACME"] = "anything";
-    document.json["nodes"][0]["weights"] = "anything";
+    document.json["nodes"][0]["weight"] = "anything";
     document.json["nodes"][0]["extras"] = {{"mesh", -1}};
     document.json["nodes"][0]["extensions"]["ACME_node"] = 7;
     document.json["accessors"][0]["min"] = nullptr;

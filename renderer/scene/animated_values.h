@@ -1,0 +1,22 @@
+// What an AnimationTarget stands for in a scene: how wide it is, its value, and setting it. Internal to
+// renderer/scene. Threads: pure functions of their arguments.
+#pragma once
+
+#include <cstddef>
+
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+// How many numbers the target's value has; 0: the scene has no such thing, or nothing that could be animated.
+size_t WidthOf(const SceneData& scene, const AnimationTarget& target);
+
+// Of what WidthOf finds: the value, as numbers. Rotations are x, y, z, w; flags 0 or 1.
+void GetValue(const SceneData& scene, const AnimationTarget& target, double* value);
+
+// Of a whole, of what WidthOf finds. Numbers are put into the range of their field, and a flag is whether the
+// number is at least 0.5; so the scene stays one that Check accepts. Returns whether the scene has changed. A
+// node's matrix stays, and counts instead of what is set.
+bool SetValue(SceneData& scene, const AnimationTarget& target, const double* value);
+
+}  // namespace raygraph::scene

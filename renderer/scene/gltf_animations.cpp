@@ -1,0 +1,267 @@
+#include "renderer/scene/gltf_animations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/text.h"
+#include "renderer/scene/animated_values.h"
+
+namespace raygraph::scene {
+namespace {
+
+constexpr const char* Name(Interpolation interpolation) {
+    constexpr const char* kNames[] = {"STEP", "LINEAR", "CUBICSPLINE"};
+    return kNames[static_cast<size_t>(interpolation)];
+}
+
+class AnimationReader {
+  public:
+    AnimationReader(GltfContext& context, const AccessorTables& tables, const std::vector<MeshLayout>& meshes,
+                    const PointedScene& pointed)
+        : m_context(context), m_tables(tables), m_meshes(meshes), m_pointed(pointed) {}
+
+    AnimationLayout Read(const AnimationSource& source, const Place& where) {
+        AnimationLayout layout{.name = source.name, .samplers = {}, .channels = {}};
+        std::set<AnimationTarget> seen;
+        m_samplerOf.assign(source.samplers.size(), {});
+        for (size_t i = 0; i < source.samplers.size(); ++i)
+            CheckInput(source.samplers[i].input, where["samplers"][i]);
+        for (size_t i = 0; i < source.channels.size(); ++i) {
+            const AnimationSource::Channel& channel = source.channels[i];
+            const Place target = where["channels"][i]["target"];
+            const PointedTargets found = TargetsOf(channel, target);
+            for (const AnimationTarget& one : found.targets) {
+                if (!IsMovable(one, target)) continue;
+                if (!IsFirst(seen, one)) {
+                    m_context.Warn(target, "animated twice",
+                                   "is that of another channel, too: the first one counts");
+                    continue;
+                }
+                const bool isWeights = one.property == AnimatedProperty::Weights;
+                const uint32_t sampler = SamplerFor(source, channel.sampler, found.kind, WidthOf(one),
+                                                    isWeights, where["samplers"], layout);
+                m_context.ChargeGeometry(target, sizeof(AnimationChannel));
+                layout.channels.push_back({sampler, one});
+            }
+        }
+        return layout;
+    }
+
+  private:
+    void CheckInput(uint32_t input, const Place& where) const {
+        const Accessor& accessor = m_tables.accessors[input];
+        if (accessor.isMatrix || accessor.componentCount != 1 ||
+            accessor.componentType != ComponentType::Float)
+            m_context.Fail(where["input"], Text("accessors[{}] must be SCALAR of float", input));
+    }
+
+    PointedTargets TargetsOf(const AnimationSource::Channel& channel, const Place& where) {
+        if (channel.path == "pointer" && channel.pointer) {
+            if (channel.node != kNone)
+                m_context.Warn(where["node"], "node of a pointer", "is set beside a pointer, ignored");
+            const Place pointer = where["extensions"][kAnimationPointer]["pointer"];
+            return ResolvePointer(m_context, *channel.pointer, m_pointed, pointer);
+        }
+        AnimationTarget target{.object = channel.node};
+        if (channel.path == "translation")
+            target.property = AnimatedProperty::Translation;
+        else if (channel.path == "rotation")
+            target.property = AnimatedProperty::Rotation;
+        else if (channel.path == "scale")
+            target.property = AnimatedProperty::Scale;
+        else if (channel.path == "weights")
+            target.property = AnimatedProperty::Weights;
+        else {
+            m_context.Warn(where["path"], "animated path", "is none that is read, ignored");
+            return {};
+        }
+        if (channel.node == kNone) {
+            m_context.Warn(where, "animated nothing", "has no node, ignored");
+            return {};
+        }
+        const bool isRotation = target.property == AnimatedProperty::Rotation;
+        return {isRotation ? ValueKind::Rotation : ValueKind::Plain, {target}};
+    }
+
+    size_t WidthOf(const AnimationTarget& target) const {
+        if (target.property != AnimatedProperty::Weights) return scene::WidthOf(m_pointed.scene, target);
+        const uint32_t mesh = m_pointed.scene.nodes[target.object].mesh;
+        const size_t count = mesh == kNone ? 0 : m_meshes[mesh].weights.size();
+        return target.element == kNone ? count : target.element < count ? 1 : 0;
+    }
+
+    // Whether the object has what is to be moved.
+    bool IsMovable(const AnimationTarget& target, const Place& where) {
+        const bool isTransform = target.property == AnimatedProperty::Translation ||
+                                 target.property == AnimatedProperty::Rotation ||
+                                 target.property == AnimatedProperty::Scale;
+        if (isTransform && m_pointed.scene.nodes[target.object].matrix) {
+            m_context.Warn(where, "animated matrix",
+                           Text("nodes[{}] has a matrix, and cannot be animated", target.object));
+            return false;
+        }
+        if (WidthOf(target) > 0) return true;
+        m_context.Warn(where, "animated weights",
+                       Text("nodes[{}] has no such morph targets, ignored", target.object));
+        return false;
+    }
+
+    // Also not a weight beside all.
+    static bool IsFirst(std::set<AnimationTarget>& seen, const AnimationTarget& target) {
+        if (target.property == AnimatedProperty::Weights) {
+            AnimationTarget other = target;
+            other.element = target.element == kNone ? 0 : kNone;
+            const auto next = seen.lower_bound(other);
+            const bool isBeside = next != seen.end() && next->property == target.property &&
+                                  next->object == target.object &&
+                                  (target.element == kNone || next->element == kNone);
+            if (isBeside) return false;
+        }
+        return seen.insert(target).second;
+    }
+
+    uint32_t SamplerFor(const AnimationSource& source, uint32_t index, ValueKind kind, size_t width,
+                        bool isWeights, const Place& samplers, AnimationLayout& layout) {
+        for (const uint32_t known : m_samplerOf[index])
+            if (layout.samplers[known].kind == kind && layout.samplers[known].width == width) return known;
+        const AnimationSource::Sampler& file = source.samplers[index];
+        const SamplerLayout sampler{.where = samplers[index],
+                                    .input = file.input,
+                                    .output = file.output,
+                                    .interpolation = file.interpolation,
+                                    .kind = kind,
+                                    .width = static_cast<uint32_t>(width)};
+        CheckOutput(sampler, isWeights);
+        if (kind == ValueKind::Flag && file.interpolation != Interpolation::Step)
+            m_context.Warn(sampler.where, "interpolated flag", "interpolates true and false, taken as STEP");
+        layout.samplers.push_back(sampler);
+        m_samplerOf[index].push_back(static_cast<uint32_t>(layout.samplers.size() - 1));
+        return m_samplerOf[index].back();
+    }
+
+    // Weights, of which there may be any number, are scalars, one after the other.
+    void CheckOutput(const SamplerLayout& sampler, bool isWeights) const {
+        const Accessor& accessor = m_tables.accessors[sampler.output];
+        constexpr const char* kShapes[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
+        const uint64_t components = isWeights ? 1 : sampler.width;
+        const Place where = sampler.where["output"];
+        const bool isFloat = accessor.componentType == ComponentType::Float;
+        const bool isShare = isWeights || sampler.kind == ValueKind::Rotation;
+        if (accessor.isMatrix || accessor.componentCount != components ||
+            accessor.componentType == ComponentType::Uint32 ||
+            (isShare && !isFloat && !accessor.isNormalized))
+            m_context.Fail(where,
+                           Text("accessors[{}] must be {} of float{}", sampler.output, kShapes[components],
+                                isShare ? ", normalized bytes or normalized shorts" : ", bytes or shorts"));
+        const uint64_t keys = m_tables.accessors[sampler.input].count;
+        const uint64_t wanted = keys * (sampler.interpolation == Interpolation::CubicSpline ? 3 : 1) *
+                                (isWeights ? sampler.width : 1);
+        if (accessor.count != wanted)
+            m_context.Fail(where, Text("accessors[{}] has {} elements, {} keys of {} need {}", sampler.output,
+                                       accessor.count, keys, Name(sampler.interpolation), wanted));
+    }
+
+    GltfContext& m_context;
+    const AccessorTables& m_tables;
+    const std::vector<MeshLayout>& m_meshes;
+    const PointedScene& m_pointed;
+    std::vector<std::vector<uint32_t>> m_samplerOf;  // by the file's sampler, those of the layout
+};
+
+std::vector<float> DecodeTimes(GltfContext& context, AccessorReader& reader, const SamplerLayout& layout) {
+    const Place where = layout.where["input"];
+    const size_t count = reader.Info(layout.input).count;
+    context.ChargeGeometry(where, count * sizeof(float));
+    std::vector<float> times(count);
+    reader.Read(layout.input, {count}, 1, times.data());
+    if (times[0] < 0.0f)
+        context.Fail(where, Text("accessors[{}] element 0 is {}, a time must not be negative", layout.input,
+                                 times[0]));
+    for (size_t i = 1; i < count; ++i)
+        if (!(times[i] > times[i - 1]))
+            context.Fail(where, Text("accessors[{}] element {} is {}, not greater than the one before it",
+                                     layout.input, i, times[i]));
+    return times;
+}
+
+void ConvertRotations(GltfContext& context, const SamplerLayout& layout, std::vector<float>& values) {
+    const bool isCubic = layout.interpolation == Interpolation::CubicSpline;
+    for (size_t i = isCubic ? 4 : 0; i + 4 <= values.size(); i += isCubic ? 12 : 4) {
+        double square = 0.0;
+        for (size_t k = 0; k < 4; ++k) square += double{values[i + k]} * double{values[i + k]};
+        const double length = std::sqrt(square);
+        constexpr double kRounding = 1e-2;  // of four bytes
+        if (!(length > 1e-6))
+            context.Fail(layout.where["output"],
+                         Text("key {} is a quaternion of length 0", i / (isCubic ? 12 : 4)));
+        if (std::abs(length - 1.0) > kRounding)
+            context.Warn(layout.where["output"], "rotation", "is not of unit length, normalized");
+        if (isCubic) continue;  // its tangents are those of what is there
+        for (size_t k = 0; k < 4; ++k) values[i + k] = static_cast<float>(double{values[i + k]} / length);
+    }
+}
+
+// Flags are held, whatever the file interpolates them by.
+void ConvertFlags(AnimationSampler& sampler) {
+    if (sampler.interpolation == Interpolation::CubicSpline) {
+        for (size_t i = 0; i < sampler.times.size(); ++i) sampler.values[i] = sampler.values[3 * i + 1];
+        sampler.values.resize(sampler.times.size());
+    }
+    sampler.interpolation = Interpolation::Step;
+    for (float& value : sampler.values) value = value != 0.0f ? 1.0f : 0.0f;
+}
+
+void ConvertGlossiness(AnimationSampler& sampler) {
+    const bool isCubic = sampler.interpolation == Interpolation::CubicSpline;
+    for (size_t i = 0; i < sampler.values.size(); ++i) {
+        const bool isTangent = isCubic && i % 3 != 1;
+        sampler.values[i] = (isTangent ? 0.0f : 1.0f) - sampler.values[i];
+    }
+}
+
+AnimationSampler DecodeSampler(GltfContext& context, AccessorReader& reader, const SamplerLayout& layout) {
+    AnimationSampler sampler{.interpolation = layout.interpolation,
+                             .width = layout.width,
+                             .times = DecodeTimes(context, reader, layout),
+                             .values = {}};
+    const Accessor& output = reader.Info(layout.output);
+    const size_t count = output.count * output.componentCount;
+    context.ChargeGeometry(layout.where["output"], count * sizeof(float));
+    sampler.values.resize(count);
+    reader.Read(layout.output, {output.count}, output.componentCount, sampler.values.data());
+    if (layout.kind == ValueKind::Rotation) ConvertRotations(context, layout, sampler.values);
+    if (layout.kind == ValueKind::Flag) ConvertFlags(sampler);
+    if (layout.kind == ValueKind::Glossiness) ConvertGlossiness(sampler);
+    return sampler;
+}
+
+}  // namespace
+
+std::vector<AnimationLayout> ReadAnimations(GltfContext& context, const std::vector<AnimationSource>& sources,
+                                            const AccessorTables& tables,
+                                            const std::vector<MeshLayout>& meshes,
+                                            const PointedScene& pointed) {
+    AnimationReader reader(context, tables, meshes, pointed);
+    std::vector<AnimationLayout> layouts;
+    for (size_t i = 0; i < sources.size(); ++i)
+        layouts.push_back(reader.Read(sources[i], Place("animations")[i]));
+    return layouts;
+}
+
+std::vector<Animation> DecodeAnimations(GltfContext& context, AccessorReader& reader,
+                                        const std::vector<AnimationLayout>& layouts) {
+    std::vector<Animation> animations;
+    for (const AnimationLayout& layout : layouts) {
+        Animation& animation = animations.emplace_back();
+        animation.name = layout.name;
+        animation.channels = layout.channels;
+        for (const SamplerLayout& sampler : layout.samplers) {
+            animation.samplers.push_back(DecodeSampler(context, reader, sampler));
+            animation.duration = std::max(animation.duration, animation.samplers.back().times.back());
+        }
+    }
+    return animations;
+}
+
+}  // namespace raygraph::scene

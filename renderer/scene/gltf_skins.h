@@ -1,0 +1,36 @@
+// Skins, and the joints and weights of vertices. Internal to renderer/scene.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "renderer/scene/gltf_context.h"
+#include "renderer/scene/gltf_document.h"
+#include "renderer/scene/gltf_instancing.h"
+#include "renderer/scene/gltf_meshes.h"
+#include "renderer/scene/gltf_reader.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+// Checks all skins and fills scene.skins but for their matrices, and each node's skin and weights. A skin
+// that its node has no use for is left out with a warning.
+void ReadSkins(GltfContext& context, const GltfDocument& document, const AccessorTables& tables,
+               const std::vector<MeshLayout>& layouts, const std::vector<InstancingLayout>& instancing,
+               SceneData& scene);
+
+// The inverse bind matrices of all skins.
+void DecodeSkins(GltfContext& context, AccessorReader& reader, const std::vector<SkinSource>& sources,
+                 SceneData& scene);
+
+// By mesh: the skin with the fewest joints of the placed nodes that have the mesh.
+std::vector<JointLimit> JointLimits(const SceneData& scene, size_t meshCount);
+
+// Joints and weights of the vertices named, as JointInfluences has them, without the boxes. `packed`: the
+// bytes of attributes that were compressed.
+JointInfluences DecodeInfluences(GltfContext& context, AccessorReader& reader, const PrimitiveLayout& layout,
+                                 const ElementSelection& vertices, const JointLimit& limit,
+                                 const std::array<std::vector<std::byte>, kAttributeCount>& packed);
+
+}  // namespace raygraph::scene

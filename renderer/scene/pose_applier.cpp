@@ -1,0 +1,263 @@
+#include "renderer/scene/pose_applier.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/check.h"
+#include "renderer/scene/animated_values.h"
+#include "renderer/scene/check.h"
+#include "renderer/scene/deform.h"
+
+namespace raygraph::scene {
+namespace {
+
+void MakeUnique(std::vector<uint32_t>& indices) {
+    std::ranges::sort(indices);
+    indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+}
+
+bool IsIn(const std::vector<uint8_t>& flags, uint32_t node) {
+    return node != kNone && flags[node] != 0;
+}
+
+// Whether the flag was another one.
+bool Replace(uint8_t& flag, bool value) {
+    return std::exchange(flag, uint8_t{value}) != uint8_t{value};
+}
+
+void Clear(PoseChanges& changes) {
+    auto& [instances, shown, deformed, reweighted, skins, materials, cameras, lights, lightsShown,
+           areBounds] = changes;
+    for (std::vector<uint32_t>* list :
+         {&instances, &shown, &deformed, &reweighted, &skins, &materials, &cameras, &lights, &lightsShown})
+        list->clear();
+    areBounds = false;
+}
+
+}  // namespace
+
+PoseApplier::PoseApplier(SceneData& scene) {
+    Refresh(scene);
+}
+
+void PoseApplier::Refresh(SceneData& scene) {
+    DeformInstances(scene);
+    m_nodeToWorld = WorldTransforms(scene);
+    m_isMoved.assign(scene.nodes.size(), 0);
+    m_isReweighted.assign(scene.nodes.size(), 0);
+    m_isSkinned.assign(scene.instances.size(), 0);
+    m_skins.assign(scene.skins.size(), {});
+    m_matrices.clear();
+    for (size_t i = 0; i < scene.instances.size(); ++i) {
+        if (!HasSkin(scene, scene.instances[i])) continue;
+        m_isSkinned[i] = 1;
+        m_skins[scene.nodes[scene.instances[i].node].skin].isUsed = true;
+    }
+    for (size_t i = 0; i < m_skins.size(); ++i) {
+        PosedSkin& skin = m_skins[i];
+        if (!skin.isUsed) continue;
+        skin.firstMatrix = m_matrices.size();
+        skin.frame = SkinFrame(m_nodeToWorld, scene.skins[i]);
+        m_matrices.resize(m_matrices.size() + scene.skins[i].joints.size());
+        JointMatrices(m_nodeToWorld, scene.skins[i], skin.frame,
+                      std::span(m_matrices).subspan(skin.firstMatrix));
+    }
+    m_isNodeSeen.assign(scene.nodes.size(), 1);
+    m_isInstanceSeen.assign(scene.instances.size(), 1);
+    m_isLightSeen.assign(scene.lights.size(), 1);
+    m_isVisibilityChanged = true;
+    ShowAndHide(scene);
+    m_instanceBounds.assign(scene.instances.size(), {});
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) MeasureInstance(scene, i);
+    UpdateBounds(scene);
+    Clear(m_changes);
+}
+
+const PoseChanges& PoseApplier::Apply(SceneData& scene, const Pose& pose) {
+    RG_CHECK_EQ(scene.nodes.size(), m_nodeToWorld.size());
+    RG_CHECK_EQ(scene.instances.size(), m_isInstanceSeen.size());
+    Clear(m_changes);
+    std::ranges::fill(m_isMoved, uint8_t{0});
+    std::ranges::fill(m_isReweighted, uint8_t{0});
+    m_isVisibilityChanged = false;
+    for (PosedSkin& skin : m_skins) skin.isMoved = skin.isDeformed = false;
+    if (SetValues(scene, pose)) {
+        MoveNodes(scene);
+        MoveSkins(scene);
+        MoveCamerasAndLights(scene);
+    }
+    MoveInstances(scene);
+    ShowAndHide(scene);
+    if (!m_changes.instances.empty() || !m_changes.shown.empty() || !m_changes.deformed.empty())
+        UpdateBounds(scene);
+    MakeUnique(m_changes.materials);
+    MakeUnique(m_changes.cameras);
+    MakeUnique(m_changes.lights);
+    return m_changes;
+}
+
+std::span<const glm::mat4x3> PoseApplier::JointMatricesOf(uint32_t skin) const {
+    if (skin >= m_skins.size() || !m_skins[skin].isUsed) return {};
+    size_t end = m_matrices.size();
+    for (size_t i = skin + size_t{1}; i < m_skins.size() && end == m_matrices.size(); ++i)
+        if (m_skins[i].isUsed) end = m_skins[i].firstMatrix;
+    return std::span(m_matrices).subspan(m_skins[skin].firstMatrix, end - m_skins[skin].firstMatrix);
+}
+
+// Returns whether nodes are at other places. What else follows from the values is noted.
+bool PoseApplier::SetValues(SceneData& scene, const Pose& pose) {
+    bool isSomeMoved = false;
+    for (const PosedProperty& property : pose.properties) {
+        const uint32_t object = property.target.object;
+        if (!SetValue(scene, property.target, &pose.values[property.first])) continue;
+        switch (property.target.property) {
+            case AnimatedProperty::Translation:
+            case AnimatedProperty::Rotation:
+            case AnimatedProperty::Scale:
+                m_isMoved[object] = 1;
+                isSomeMoved = true;
+                break;
+            case AnimatedProperty::Weights:
+                m_isReweighted[object] = 1;
+                break;
+            case AnimatedProperty::Visibility:
+                m_isVisibilityChanged = true;
+                break;
+            case AnimatedProperty::MaterialField:
+            case AnimatedProperty::TextureTransform:
+                m_changes.materials.push_back(object);
+                break;
+            case AnimatedProperty::CameraField:
+                m_changes.cameras.push_back(object);
+                break;
+            case AnimatedProperty::LightField:
+                m_changes.lights.push_back(object);
+                break;
+        }
+    }
+    return isSomeMoved;
+}
+
+// m_isMoved: also of what is below a node that was moved.
+void PoseApplier::MoveNodes(const SceneData& scene) {
+    for (const uint32_t index : scene.nodeOrder) {
+        const Node& node = scene.nodes[index];
+        if (!m_isMoved[index] && !IsIn(m_isMoved, node.parent)) continue;
+        const PlacedTransform local{node.LocalTransform(), node.translationRest};
+        m_nodeToWorld[index] = node.parent == kNone ? local : Compose(m_nodeToWorld[node.parent], local);
+        m_isMoved[index] = 1;
+    }
+}
+
+void PoseApplier::MoveSkins(const SceneData& scene) {
+    for (size_t i = 0; i < m_skins.size(); ++i) {
+        PosedSkin& skin = m_skins[i];
+        const Skin& source = scene.skins[i];
+        if (!skin.isUsed) continue;
+        if (std::ranges::none_of(source.joints, [&](uint32_t joint) { return m_isMoved[joint] != 0; }))
+            continue;
+        const PlacedTransform frame = SkinFrame(m_nodeToWorld, source);
+        skin.isMoved = !(frame == skin.frame);
+        skin.frame = frame;
+        m_newMatrices.resize(source.joints.size());
+        JointMatrices(m_nodeToWorld, source, frame, m_newMatrices);
+        const std::span<glm::mat4x3> matrices =
+            std::span(m_matrices).subspan(skin.firstMatrix, source.joints.size());
+        skin.isDeformed = !std::ranges::equal(matrices, m_newMatrices);
+        if (!skin.isDeformed) continue;
+        std::ranges::copy(m_newMatrices, matrices.begin());
+        m_changes.skins.push_back(static_cast<uint32_t>(i));
+    }
+}
+
+const PoseApplier::PosedSkin* PoseApplier::SkinOf(const SceneData& scene, const Instance& instance) const {
+    const auto index = static_cast<size_t>(&instance - scene.instances.data());
+    return m_isSkinned[index] ? &m_skins[scene.nodes[instance.node].skin] : nullptr;
+}
+
+void PoseApplier::MoveInstances(SceneData& scene) {
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        Instance& instance = scene.instances[i];
+        if (instance.node == kNone) continue;
+        const PosedSkin* const skin = SkinOf(scene, instance);
+        const bool isReweighted = instance.isDeformed && m_isReweighted[instance.node];
+        const bool isDeformed = isReweighted || (skin && skin->isDeformed);
+        const bool mayMove = skin ? skin->isMoved : m_isMoved[instance.node] != 0;
+        if (isReweighted) m_changes.reweighted.push_back(i);
+        if (isDeformed) m_changes.deformed.push_back(i);
+        if (mayMove) {
+            const PlacedTransform placed =
+                skin ? skin->frame : PlaceInstance(m_nodeToWorld[instance.node], instance);
+            const bool wasCollapsed = instance.isCollapsed;
+            instance.isCollapsed = !CanInvert(placed.matrix) || !IsFinite(placed.rest);
+            m_isVisibilityChanged |= wasCollapsed != instance.isCollapsed;
+            const PlacedTransform before{instance.objectToWorld, instance.translationRest};
+            if (!instance.isCollapsed && !(placed == before)) {
+                instance.objectToWorld = placed.matrix;
+                instance.translationRest = placed.rest;
+                m_changes.instances.push_back(i);
+            }
+        }
+        if (isDeformed || mayMove) MeasureInstance(scene, i);
+    }
+}
+
+void PoseApplier::MoveCamerasAndLights(SceneData& scene) {
+    const auto move = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
+        if (!IsIn(m_isMoved, node)) return false;
+        const PlacedTransform& placed = m_nodeToWorld[node];
+        if (!IsFinite(placed.matrix) || !IsFinite(placed.rest)) return false;
+        if (placed == PlacedTransform{matrix, rest}) return false;
+        matrix = placed.matrix;
+        rest = placed.rest;
+        return true;
+    };
+    for (uint32_t i = 0; i < scene.cameras.size(); ++i)
+        if (Camera& camera = scene.cameras[i];
+            move(camera.node, camera.cameraToWorld, camera.translationRest))
+            m_changes.cameras.push_back(i);
+    for (uint32_t i = 0; i < scene.lights.size(); ++i)
+        if (Light& light = scene.lights[i]; move(light.node, light.lightToWorld, light.translationRest))
+            m_changes.lights.push_back(i);
+}
+
+void PoseApplier::ShowAndHide(const SceneData& scene) {
+    if (!m_isVisibilityChanged) return;
+    for (const uint32_t node : scene.nodeOrder) {
+        const uint32_t parent = scene.nodes[node].parent;
+        m_isNodeSeen[node] = scene.nodes[node].isVisible && (parent == kNone || m_isNodeSeen[parent]) ? 1 : 0;
+    }
+    const auto isSeen = [&](uint32_t node) { return node == kNone || m_isNodeSeen[node]; };
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        if (Replace(m_isInstanceSeen[i], isSeen(instance.node) && !instance.isCollapsed))
+            m_changes.shown.push_back(i);
+    }
+    for (uint32_t i = 0; i < scene.lights.size(); ++i)
+        if (Replace(m_isLightSeen[i], isSeen(scene.lights[i].node))) m_changes.lightsShown.push_back(i);
+}
+
+// The box of one instance in the world.
+void PoseApplier::MeasureInstance(const SceneData& scene, uint32_t index) {
+    const Instance& instance = scene.instances[index];
+    const std::span<const float> weights =
+        instance.isDeformed ? MorphWeights(scene, instance) : std::span<const float>();
+    std::span<const glm::mat4x3> matrices;
+    if (m_isSkinned[index]) matrices = JointMatricesOf(scene.nodes[instance.node].skin);
+    Bounds bounds;
+    for (const Primitive& primitive : scene.meshes[instance.mesh].primitives)
+        bounds.Extend(DeformedBounds(primitive, weights, matrices));
+    bounds = bounds.Transformed(instance.objectToWorld);
+    m_instanceBounds[index] = IsFinite(bounds.min) && IsFinite(bounds.max) ? bounds : Bounds();
+}
+
+void PoseApplier::UpdateBounds(SceneData& scene) {
+    Bounds bounds;
+    for (size_t i = 0; i < m_instanceBounds.size(); ++i)
+        if (m_isInstanceSeen[i]) bounds.Extend(m_instanceBounds[i]);
+    if (bounds.min == scene.bounds.min && bounds.max == scene.bounds.max) return;
+    scene.bounds = bounds;
+    m_changes.areBoundsChanged = true;
+}
+
+}  // namespace raygraph::scene

@@ -1,0 +1,88 @@
+// Gives a scene the values of a Pose, and says what has changed, so that a copy of the scene elsewhere can
+// follow. Threads: exclusive access to an applier and to its scene.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "base/api.h"
+#include "renderer/scene/pose.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+// What a call has changed: indices, each once, ascending. Values are in the scene, or of the applier.
+struct PoseChanges {
+    std::vector<uint32_t> instances;   // objectToWorld, translationRest
+    std::vector<uint32_t> shown;       // instances that are seen now and were not, or the other way
+    std::vector<uint32_t> deformed;    // instances whose vertices are at other places in object space:
+    std::vector<uint32_t> reweighted;  // those whose MorphWeights, and
+    std::vector<uint32_t> skins;       // all whose skin has other JointMatricesOf.
+    std::vector<uint32_t> materials;
+    std::vector<uint32_t> cameras;      // a value or the transform
+    std::vector<uint32_t> lights;       // a value or the transform
+    std::vector<uint32_t> lightsShown;  // as `shown`
+    bool areBoundsChanged = false;      // SceneData::bounds
+
+    bool IsEmpty() const {
+        return instances.empty() && shown.empty() && deformed.empty() && materials.empty() &&
+               cameras.empty() && lights.empty() && lightsShown.empty() && !areBoundsChanged;
+    }
+};
+
+class RAYGRAPH_API PoseApplier {
+  public:
+    // Calls DeformInstances(scene). Later calls are to be given this scene, or a copy of it that is kept
+    // equal; its vertices may be missing, but not JointInfluences::perVertex and the boxes.
+    explicit PoseApplier(SceneData& scene);
+
+    // Takes all transforms and visibilities from the scene's nodes again: after nodes, or the lists of a
+    // scene, were changed by others.
+    void Refresh(SceneData& scene);
+
+    // Sets the values of the pose, in the range of their fields, then what follows from the nodes:
+    // transforms of instances, cameras and lights as UpdateWorldTransforms sets them, joint matrices,
+    // visibility and the scene's bounds, of deformed instances by DeformedBounds. An instance that is
+    // scaled to nothing or flat is not seen (Instance::isCollapsed) and keeps its last transform. Takes
+    // time by what has changed, and a little for each node and property. Valid until the next call. No
+    // memory is allocated once the lists have grown.
+    const PoseChanges& Apply(SceneData& scene, const Pose& pose);
+
+    // One matrix a joint, from the mesh to the object space of the instances with the skin; none for a skin
+    // that no deformed instance has.
+    std::span<const glm::mat4x3> JointMatricesOf(uint32_t skin) const;
+    // Of an instance: its nodes are visible, and it is not collapsed.
+    bool IsVisible(uint32_t instance) const { return m_isInstanceSeen[instance] != 0; }
+    std::span<const PlacedTransform> NodeTransforms() const { return m_nodeToWorld; }
+
+  private:
+    struct PosedSkin {
+        PlacedTransform frame;
+        size_t firstMatrix = 0;
+        bool isUsed = false, isMoved = false, isDeformed = false;  // the last two: by this call
+    };
+
+    bool SetValues(SceneData& scene, const Pose& pose);
+    void MoveNodes(const SceneData& scene);
+    void MoveSkins(const SceneData& scene);
+    void MoveInstances(SceneData& scene);
+    void MoveCamerasAndLights(SceneData& scene);
+    void ShowAndHide(const SceneData& scene);
+    void UpdateBounds(SceneData& scene);
+    void MeasureInstance(const SceneData& scene, uint32_t index);
+    const PosedSkin* SkinOf(const SceneData& scene, const Instance& instance) const;
+
+    PoseChanges m_changes;
+    std::vector<PlacedTransform> m_nodeToWorld;
+    std::vector<uint8_t> m_isMoved, m_isReweighted;  // by node, in this call
+    std::vector<uint8_t> m_isNodeSeen, m_isInstanceSeen, m_isLightSeen;
+    std::vector<uint8_t> m_isSkinned;  // by instance
+    std::vector<Bounds> m_instanceBounds;
+    std::vector<PosedSkin> m_skins;
+    std::vector<glm::mat4x3> m_matrices, m_newMatrices;
+    bool m_isVisibilityChanged = false;
+};
+
+}  // namespace raygraph::scene

@@ -1,0 +1,30 @@
+// A scene at one time of its animations, as a picture that stands still shows it.
+//
+//   scene::FreezePose(data, scene::FindClips(data, "walk", 0.4));    // before GpuScene::SetScene
+//
+// Threads: pure functions of their arguments, for any thread.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "base/api.h"
+#include "renderer/scene/pose.h"
+#include "renderer/scene/scene_data.h"
+
+namespace raygraph::scene {
+
+// The animations that a list names, at a time: "walk", "0", "walk,nod", "walk:0.3,run:0.7". Each is a name
+// (the first animation of that name) or an index as decimal digits, with its weight behind a colon (1). "":
+// the first animation, if there is one; "all": all of them. Error{BadInput} for what is none of this, naming
+// what there is.
+RAYGRAPH_API std::vector<ClipState> FindClips(const SceneData& scene, std::string_view list, double seconds);
+
+// Gives the scene the pose of these clips; without any, its rest pose, in which skins and the default weights
+// of morph targets count, too. Deformed instances get meshes whose vertices are deformed already (those of
+// one shape share one), and the scene has no skins, no targets and no animations any more. What a skin has
+// moved follows its own node from then on, not its joints. Error{Usage} if there is no such animation.
+RAYGRAPH_API void FreezePose(SceneData& scene, std::span<const ClipState> clips);
+
+}  // namespace raygraph::scene
