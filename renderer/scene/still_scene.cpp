@@ -8,6 +8,7 @@
 
 #include "base/printable.h"
 #include "base/text.h"
+#include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
 #include "renderer/scene/pose_applier.h"
 
