@@ -22,6 +22,7 @@ void InfoCommand(const InfoArguments& arguments, Console& console) {
                                                          .pointsAndLines = arguments.pointsAndLines,
                                                          .log = console.log.ForLibraries()});
     std::fputs(DescribeScene(input.file, input.data).c_str(), stdout);
+    std::fputs(DescribeAnimations(input.animations).c_str(), stdout);
 }
 
 }  // namespace raygraph::cli

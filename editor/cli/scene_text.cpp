@@ -91,19 +91,6 @@ std::string ListVariants(const scene::SceneData& scene) {
     return text;
 }
 
-// Each on a line, with its index and its length.
-std::string ListAnimations(const scene::SceneData& scene) {
-    if (scene.animations.empty()) return "";
-    std::string text = Line("animations", GroupDigits(scene.animations.size()));
-    const size_t shown = std::min(scene.animations.size(), kMaxListed);
-    for (size_t i = 0; i < shown; ++i)
-        text += Text("    {}  {}  {}\n", i, Quoted(scene.animations[i].name, kMaxNameBytes),
-                     DurationText(scene.animations[i].duration));
-    if (scene.animations.size() > shown)
-        text += Text("    ... and {} more\n", GroupDigits(scene.animations.size() - shown));
-    return text;
-}
-
 std::string TriangleText(const scene::SceneStatistics& statistics) {
     return Text("{} placed, {} unique", GroupDigits(statistics.placedTriangles),
                 GroupDigits(statistics.uniqueTriangles));
@@ -151,7 +138,18 @@ std::string DescribeScene(std::string_view file, const scene::SceneData& scene) 
                  [&](const scene::Light& light) { return Describe(light, scene.profiles); });
     text += List("materials", scene.materials, describe);
     text += ListVariants(scene);
-    text += ListAnimations(scene);
+    return text;
+}
+
+std::string DescribeAnimations(std::span<const session::AnimationLength> animations) {
+    if (animations.empty()) return "";
+    std::string text = Line("animations", GroupDigits(animations.size()));
+    const size_t shown = std::min(animations.size(), kMaxListed);
+    for (size_t i = 0; i < shown; ++i)
+        text += Text("    {}  {}  {}\n", i, Quoted(animations[i].name, kMaxNameBytes),
+                     DurationText(animations[i].seconds));
+    if (animations.size() > shown)
+        text += Text("    ... and {} more\n", GroupDigits(animations.size() - shown));
     return text;
 }
 

@@ -83,6 +83,9 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     loading.progress = options.progress;
     scene::SceneData data = AsInput([&] { return scene::LoadGltf(path, loading); });
     ChooseVariant(data, options.variant);
+    std::vector<AnimationLength> animations;
+    for (const scene::Animation& animation : data.animations)
+        animations.push_back({animation.name, animation.duration});
     ChoosePose(data, options);
     const double loadMs = environment.loadMs + watch.Milliseconds();
 
@@ -91,6 +94,7 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     input.variant = options.variant;
     input.at = options.at;
     input.clips = options.clips;
+    input.animations = std::move(animations);
     input.pointsAndLines = options.pointsAndLines;
     input.loadMs = loadMs;
     input.environment = std::move(environment.environment);

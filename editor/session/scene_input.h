@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/api.h"
 #include "base/log.h"
@@ -16,6 +17,12 @@
 
 namespace raygraph::session {
 
+// An animation of the scene's file.
+struct AnimationLength {
+    std::string name;
+    float seconds = 0.0f;
+};
+
 struct SceneInput {
     scene::SceneData data;
     scene::SceneStatistics statistics;
@@ -24,10 +31,11 @@ struct SceneInput {
     std::string variant;       // which variant it shows, likewise; "": none
     std::optional<double> at;  // the time of its animations that it shows, in seconds; none: its rest pose
     std::string clips;         // which of them, as it was asked for
-    scene::PointsAndLines pointsAndLines;  // the radii that the file's were given; off of a host's scene
-    std::string hash;                      // of `data`
-    image::ImageF environment;             // empty: none but the one in `data`
-    std::string environmentFile;           // "": none
+    std::vector<AnimationLength> animations;  // those that there are; `data` has none any more
+    scene::PointsAndLines pointsAndLines;     // the radii that the file's were given; off of a host's scene
+    std::string hash;                         // of `data`
+    image::ImageF environment;                // empty: none but the one in `data`
+    std::string environmentFile;              // "": none
     std::string environmentHash;
     double loadMs = 0.0;  // reading and decoding, both files
 };

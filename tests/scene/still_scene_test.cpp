@@ -17,8 +17,8 @@ namespace {
 
 using glm::vec3;
 using scene::ClipState;
-using scene::kNone;
 using scene::SceneData;
+using testing::ErrorOf;
 
 SceneData WithAnimations(const std::vector<std::string>& names) {
     SceneData scene;
