@@ -264,6 +264,8 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.camera = "Camera.001";
     settings.scene = "Second";
     settings.variant = "red";
+    settings.at = 0.1;
+    settings.clips = "walk:0.5,2";
     settings.paths.seed = 4294967295u;
     settings.paths.sampler = SamplerKind::Tea;
     settings.raster.shadows = passes::RasterShadows::Maps;
