@@ -161,6 +161,10 @@ size_t WidthOf(const SceneData& scene, const AnimationTarget& target) {
         return width;
     };
     const bool isNode = target.object < scene.nodes.size();
+    const auto weightsOf = [&](uint32_t mesh) -> size_t {
+        const size_t count = mesh < scene.meshes.size() ? scene.meshes[mesh].weights.size() : 0;
+        return target.element == kNone ? count : target.element < count ? 1 : 0;
+    };
     switch (target.property) {
         case AnimatedProperty::Translation:
         case AnimatedProperty::Scale:
@@ -169,11 +173,10 @@ size_t WidthOf(const SceneData& scene, const AnimationTarget& target) {
             return isNode ? 4 : 0;
         case AnimatedProperty::Visibility:
             return isNode ? 1 : 0;
-        case AnimatedProperty::Weights: {
-            if (!isNode || scene.nodes[target.object].mesh >= scene.meshes.size()) return 0;
-            const size_t count = scene.meshes[scene.nodes[target.object].mesh].weights.size();
-            return target.element == kNone ? count : target.element < count ? 1 : 0;
-        }
+        case AnimatedProperty::Weights:
+            return isNode ? weightsOf(scene.nodes[target.object].mesh) : 0;
+        case AnimatedProperty::MeshWeights:
+            return weightsOf(target.object);
         case AnimatedProperty::MaterialField:
             return widthIn(material_fields::kAll, scene.materials, target.field);
         case AnimatedProperty::TextureTransform: {
@@ -196,6 +199,11 @@ void GetValue(const SceneData& scene, const AnimationTarget& target, double* val
     const auto getFrom = [&](const auto& fields, const auto& owner) {
         VisitField(fields, target.field, [&](const auto& field) { Get(owner.*field.member, value); });
     };
+    const auto getWeights = [&](const std::vector<float>& weights) {
+        const bool isWhole = target.element == kNone;
+        for (size_t i = 0; i < (isWhole ? weights.size() : 1); ++i)
+            value[i] = double{weights[isWhole ? i : target.element]};
+    };
     switch (target.property) {
         case AnimatedProperty::Translation: {
             const Node& node = scene.nodes[target.object];
@@ -215,11 +223,10 @@ void GetValue(const SceneData& scene, const AnimationTarget& target, double* val
             const Node& node = scene.nodes[target.object];
             const std::vector<float>& weights =
                 node.weights.empty() ? scene.meshes[node.mesh].weights : node.weights;
-            const bool isWhole = target.element == kNone;
-            for (size_t i = 0; i < (isWhole ? weights.size() : 1); ++i)
-                value[i] = double{weights[isWhole ? i : target.element]};
-            return;
+            return getWeights(weights);
         }
+        case AnimatedProperty::MeshWeights:
+            return getWeights(scene.meshes[target.object].weights);
         case AnimatedProperty::MaterialField:
             return getFrom(material_fields::kAll, scene.materials[target.object]);
         case AnimatedProperty::TextureTransform:
@@ -245,6 +252,12 @@ bool SetValue(SceneData& scene, const AnimationTarget& target, const double* val
                 glm::quat(ToFloat(value[3]), ToFloat(value[0]), ToFloat(value[1]), ToFloat(value[2])));
         case AnimatedProperty::Visibility:
             return Set(scene.nodes[target.object].isVisible, value);
+        case AnimatedProperty::MeshWeights: {
+            bool isChanged = false;
+            for (float& weight : scene.meshes[target.object].weights)
+                isChanged = Assign(weight, ToFloat(*value++)) || isChanged;
+            return isChanged;
+        }
         case AnimatedProperty::Weights: {
             Node& node = scene.nodes[target.object];
             const std::vector<float>& ofMesh = scene.meshes[node.mesh].weights;

@@ -8,6 +8,11 @@
 
 namespace raygraph::scene {
 
+// Of morph targets: all of them, or one.
+constexpr bool IsOfWeights(const AnimationTarget& target) {
+    return target.property == AnimatedProperty::Weights || target.property == AnimatedProperty::MeshWeights;
+}
+
 // How many numbers the target's value has; 0: the scene has no such thing, or nothing that could be animated.
 size_t WidthOf(const SceneData& scene, const AnimationTarget& target);
 

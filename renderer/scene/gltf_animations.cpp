@@ -38,10 +38,10 @@ class AnimationReader {
                                    "is that of another channel, too: the first one counts");
                     continue;
                 }
-                const bool isWeights = one.property == AnimatedProperty::Weights;
+                const bool isWeights = IsOfWeights(one);
+                Charge(one, target);
                 const uint32_t sampler = SamplerFor(source, channel.sampler, found.kind, WidthOf(one),
                                                     isWeights, where["samplers"], layout);
-                m_context.ChargeGeometry(target, sizeof(AnimationChannel));
                 layout.channels.push_back({sampler, one});
             }
         }
@@ -85,8 +85,9 @@ class AnimationReader {
     }
 
     size_t WidthOf(const AnimationTarget& target) const {
-        if (target.property != AnimatedProperty::Weights) return scene::WidthOf(m_pointed.scene, target);
-        const uint32_t mesh = m_pointed.scene.nodes[target.object].mesh;
+        if (!IsOfWeights(target)) return scene::WidthOf(m_pointed.scene, target);
+        const bool isOfNode = target.property == AnimatedProperty::Weights;
+        const uint32_t mesh = isOfNode ? m_pointed.scene.nodes[target.object].mesh : target.object;
         const size_t count = mesh == kNone ? 0 : m_meshes[mesh].weights.size();
         return target.element == kNone ? count : target.element < count ? 1 : 0;
     }
@@ -102,14 +103,27 @@ class AnimationReader {
             return false;
         }
         if (WidthOf(target) > 0) return true;
-        m_context.Warn(where, "animated weights",
-                       Text("nodes[{}] has no such morph targets, ignored", target.object));
+        m_context.Warn(
+            where, "animated weights",
+            Text("{}[{}] has no such morph targets, ignored",
+                 target.property == AnimatedProperty::Weights ? "nodes" : "meshes", target.object));
         return false;
+    }
+
+    // What a channel takes, here and in a PoseEvaluator; and once for all animations what it changes: a
+    // value at rest, one of a pose, one for weights, and the scene's.
+    void Charge(AnimationTarget target, const Place& where) {
+        constexpr uint64_t kBytesAChannel = 128, kBytesATarget = 256;
+        constexpr uint64_t kBytesANumber = 3 * sizeof(double) + sizeof(float);
+        m_context.ChargeGeometry(where, kBytesAChannel);
+        if (IsOfWeights(target)) target.element = kNone;
+        if (m_wholes.insert(target).second)
+            m_context.ChargeGeometry(where, kBytesATarget + WidthOf(target) * kBytesANumber);
     }
 
     // Also not a weight beside all.
     static bool IsFirst(std::set<AnimationTarget>& seen, const AnimationTarget& target) {
-        if (target.property == AnimatedProperty::Weights) {
+        if (IsOfWeights(target)) {
             AnimationTarget other = target;
             other.element = target.element == kNone ? 0 : kNone;
             const auto next = seen.lower_bound(other);
@@ -166,6 +180,7 @@ class AnimationReader {
     const AccessorTables& m_tables;
     const std::vector<MeshLayout>& m_meshes;
     const PointedScene& m_pointed;
+    std::set<AnimationTarget> m_wholes;              // that some channel changes, a part of it at least
     std::vector<std::vector<uint32_t>> m_samplerOf;  // by the file's sampler, those of the layout
 };
 

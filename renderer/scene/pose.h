@@ -11,6 +11,7 @@
 // Threads: exclusive access to an evaluator; it only reads the scene.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -33,8 +34,8 @@ struct ClipState {
 // A property that some animation of the scene changes, and where its value is in Pose::values.
 struct PosedProperty {
     AnimationTarget target;  // A whole: of weights all.
-    uint32_t first = 0;
-    uint32_t count = 0;
+    size_t first = 0;
+    size_t count = 0;
 };
 
 // The values of all that any animation of the scene changes, whether or not a clip does now: what none does
@@ -70,7 +71,7 @@ class RAYGRAPH_API PoseEvaluator {
   private:
     struct Channel {
         uint32_t sampler = 0;
-        uint32_t first = 0;     // in the values of a pose
+        size_t first = 0;       // in the values of a pose
         uint32_t interval = 0;  // where the last time was found
         bool isRotation = false;
     };

@@ -45,6 +45,7 @@ void PoseApplier::Refresh(SceneData& scene) {
     m_nodeToWorld = WorldTransforms(scene);
     m_isMoved.assign(scene.nodes.size(), 0);
     m_isReweighted.assign(scene.nodes.size(), 0);
+    m_isMeshReweighted.assign(scene.meshes.size(), 0);
     m_isSkinned.assign(scene.instances.size(), 0);
     m_skins.assign(scene.skins.size(), {});
     m_matrices.clear();
@@ -79,6 +80,7 @@ const PoseChanges& PoseApplier::Apply(SceneData& scene, const Pose& pose) {
     Clear(m_changes);
     std::ranges::fill(m_isMoved, uint8_t{0});
     std::ranges::fill(m_isReweighted, uint8_t{0});
+    std::ranges::fill(m_isMeshReweighted, uint8_t{0});
     m_isVisibilityChanged = false;
     for (PosedSkin& skin : m_skins) skin.isMoved = skin.isDeformed = false;
     if (SetValues(scene, pose)) {
@@ -119,6 +121,9 @@ bool PoseApplier::SetValues(SceneData& scene, const Pose& pose) {
                 break;
             case AnimatedProperty::Weights:
                 m_isReweighted[object] = 1;
+                break;
+            case AnimatedProperty::MeshWeights:
+                m_isMeshReweighted[object] = 1;
                 break;
             case AnimatedProperty::Visibility:
                 m_isVisibilityChanged = true;
@@ -178,11 +183,13 @@ const PoseApplier::PosedSkin* PoseApplier::SkinOf(const SceneData& scene, const 
 void PoseApplier::MoveInstances(SceneData& scene) {
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
         Instance& instance = scene.instances[i];
-        if (instance.node == kNone) continue;
+        const bool isOfMesh = instance.node == kNone || scene.nodes[instance.node].weights.empty();
         const PosedSkin* const skin = SkinOf(scene, instance);
-        const bool isReweighted = instance.isDeformed && m_isReweighted[instance.node];
+        const bool isReweighted =
+            instance.isDeformed &&
+            (IsIn(m_isReweighted, instance.node) || (isOfMesh && m_isMeshReweighted[instance.mesh] != 0));
         const bool isDeformed = isReweighted || (skin && skin->isDeformed);
-        const bool mayMove = skin ? skin->isMoved : m_isMoved[instance.node] != 0;
+        const bool mayMove = skin ? skin->isMoved : IsIn(m_isMoved, instance.node);
         if (isReweighted) m_changes.reweighted.push_back(i);
         if (isDeformed) m_changes.deformed.push_back(i);
         if (mayMove) {

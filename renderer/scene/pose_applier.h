@@ -77,6 +77,7 @@ class RAYGRAPH_API PoseApplier {
     PoseChanges m_changes;
     std::vector<PlacedTransform> m_nodeToWorld;
     std::vector<uint8_t> m_isMoved, m_isReweighted;  // by node, in this call
+    std::vector<uint8_t> m_isMeshReweighted;         // by mesh
     std::vector<uint8_t> m_isNodeSeen, m_isInstanceSeen, m_isLightSeen;
     std::vector<uint8_t> m_isSkinned;  // by instance
     std::vector<Bounds> m_instanceBounds;

@@ -45,14 +45,14 @@ TEST(FindClips, NamesIndicesAndWeights) {
 TEST(FindClips, WhatIsNotThereIsRefusedWithWhatIs) {
     const SceneData scene = WithAnimations({"walk", "run"});
     for (const std::string_view list : {"fly", "2", "-1", "walk,,run", "walk:much", ",walk"}) {
-        const Error error = ErrorOf([&] { scene::FindClips(scene, list, 0.0); });
+        const Error error = testing::ErrorOf([&] { scene::FindClips(scene, list, 0.0); });
         EXPECT_EQ(error.Kind(), ErrorKind::BadInput) << list;
         EXPECT_NE(std::string(error.what()).find("the scene has 0 \"walk\", 1 \"run\""), std::string::npos)
             << error.what();
     }
-    EXPECT_EQ(std::string(ErrorOf([&] { scene::FindClips(scene, "run:-1", 0.0); }).what()),
+    EXPECT_EQ(std::string(testing::ErrorOf([&] { scene::FindClips(scene, "run:-1", 0.0); }).what()),
               "the weight of \"run:-1\" is not from 0 to 1e6");
-    EXPECT_EQ(std::string(ErrorOf([] { scene::FindClips(SceneData(), "walk", 0.0); }).what()),
+    EXPECT_EQ(std::string(testing::ErrorOf([] { scene::FindClips(SceneData(), "walk", 0.0); }).what()),
               "there is no animation \"walk\"; the scene has none");
 }
 
