@@ -35,7 +35,10 @@ PoseEvaluator::PoseEvaluator(const SceneData& scene) {
     std::vector<AnimationTarget> targets;
     for (const Animation& animation : scene.animations)
         for (const AnimationChannel& channel : animation.channels)
-            if (!IsIgnored(scene, channel.target)) targets.push_back(Whole(channel.target));
+            if (!IsIgnored(scene, channel.target)) {
+                targets.push_back(Whole(channel.target));
+                if (const auto follower = FollowerOf(channel.target)) targets.push_back(*follower);
+            }
     std::ranges::sort(targets);
     targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
 

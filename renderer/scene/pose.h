@@ -38,8 +38,9 @@ struct PosedProperty {
     size_t count = 0;
 };
 
-// The values of all that any animation of the scene changes, whether or not a clip does now: what none does
-// has its rest value. Numbers are not yet in the range of their field; rotations are x, y, z, w of unit
+// The values of all that any animation of the scene changes, whether or not a clip does now, and of what has
+// to be kept legal beside it (a spot's inner cone angle beside the outer one): what none changes has its rest
+// value. Numbers are not yet in the range of their field; rotations are x, y, z, w of unit
 // length; flags are their share, of which half is true.
 struct Pose {
     std::vector<PosedProperty>
