@@ -45,7 +45,7 @@ enum class AnimatedProperty : uint8_t {
     Translation,  // Of the node `object`.
     Rotation,     //
     Scale,        //
-    // Mesh::weights of the mesh `object`: all, or the one of `element`. For nodes without weights of their own.
+    // Mesh::weights of the mesh `object`: all, or the one of `element`. For nodes without their own.
     MeshWeights,
     Weights,           // Of the node `object`: its own weights, likewise;
     Visibility,        // and Node::isVisible: not 0.

@@ -8,6 +8,7 @@
 #include "renderer/scene/material_fields.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/pose_applier.h"
+#include "renderer/scene/still_scene.h"
 #include "tests/scene/motion_document.h"
 
 namespace raygraph::test {
@@ -243,6 +244,18 @@ TEST(AnimationPointer, MovesAllLightsMadeOfTheFilesOne) {
     EXPECT_EQ(Set(lights + "1/range", {7}).lights[1].range, 7.0f);
     EXPECT_EQ(Set(lights + "1/spot/innerConeAngle", {0.25f}).lights[1].innerConeAngle, 0.25f);
     EXPECT_EQ(Set(lights + "1/spot/outerConeAngle", {1}).lights[1].outerConeAngle, 1.0f);
+}
+
+// What a picture with --at is of.
+TEST(AnimationPointer, ShowsInAFrozenScene) {
+    GltfDocument document = Everything();
+    document.json["extensionsUsed"] = {"KHR_animation_pointer"};
+    document.json["extensionsRequired"] = {"KHR_animation_pointer"};
+    Animate(document, Pointer("/materials/0/emissiveFactor"), {0, 1}, {0, 0, 0, 1, 0.5f, 0}, 3);
+    scene::SceneData scene = Load(document);
+    scene::FreezePose(scene, scene::FindClips(scene, "", 0.5));
+    EXPECT_EQ(scene.materials[0].emissiveFactor, vec3(0.5f, 0.25f, 0));
+    EXPECT_TRUE(scene.animations.empty());
 }
 
 TEST(AnimationPointer, NumbersMayBeIntegers) {
