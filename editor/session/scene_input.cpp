@@ -67,7 +67,7 @@ void ChoosePose(scene::SceneData& data, const InputOptions& options) {
     } catch (const Error& error) {
         throw SettingError(error.Kind(), Text("clips: {}", error.what()));
     }
-    scene::FreezePose(data, clips);
+    AsInput([&] { scene::FreezePose(data, clips); });
 }
 
 }  // namespace

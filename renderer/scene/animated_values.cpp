@@ -1,6 +1,7 @@
 #include "renderer/scene/animated_values.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -98,31 +99,84 @@ bool SetField(Owner& owner, const FieldType& field, const double* value) {
         return false;
 }
 
+// What the ranges of fields cannot say: the largest factor of a color whose product is finite.
+float MaxFactor(const glm::vec3& color) {
+    return std::numeric_limits<float>::max() / std::max({1.0f, color.x, color.y, color.z});
+}
+
 bool SetMaterial(Material& material, size_t index, const double* value) {
     bool isChanged = false;
     VisitField(material_fields::kAll, index, [&](const auto& field) {
         const auto placed = SpecularGlossinessField(field);  // whose ranges may be closer
-        isChanged = SetField(material, material.isSpecularGlossiness && placed ? *placed : field, value);
+        auto ranged = material.isSpecularGlossiness && placed ? *placed : field;
+        if constexpr (std::is_same_v<decltype(field.member), float Material::*>)
+            if (field.member == &Material::emissiveStrength)
+                ranged.range.max = MaxFactor(material.emissiveFactor);
+        isChanged = SetField(material, ranged, value);
     });
-    // What no range of a field says
-    constexpr float kMax = std::numeric_limits<float>::max();
-    const glm::vec3& color = material.emissiveFactor;
-    const float brightest = std::max({1.0f, color.x, color.y, color.z});
-    material.emissiveStrength = std::min(material.emissiveStrength, kMax / brightest);
     return isChanged;
 }
 
 bool SetLight(Light& light, size_t index, const double* value) {
-    const Light before = light;
-    VisitField(light_fields::kAll, index, [&](const auto& field) { SetField(light, field, value); });
-    constexpr float kMax = std::numeric_limits<float>::max();
-    light.intensity =
-        std::min(light.intensity, kMax / std::max({1.0f, light.color.x, light.color.y, light.color.z}));
-    if (!HasCone(light)) {
-        light.outerConeAngle = std::max(light.outerConeAngle, 1e-6f);
-        light.innerConeAngle = std::min(light.innerConeAngle, std::nextafter(light.outerConeAngle, 0.0f));
-    }
-    return !(light == before);
+    bool isChanged = false;
+    VisitField(light_fields::kAll, index, [&](auto field) {
+        if constexpr (std::is_same_v<decltype(field.member), float Light::*>) {
+            const bool isSpot = light.type == LightType::Spot;
+            if (field.member == &Light::intensity) field.range.max = MaxFactor(light.color);
+            if (field.member == &Light::outerConeAngle && isSpot) field.range.min = 1e-6f;
+            if (field.member == &Light::innerConeAngle && isSpot)
+                field.range.max = std::nextafter(light.outerConeAngle, 0.0f);
+        }
+        isChanged = SetField(light, field, value);
+    });
+    return isChanged;
+}
+
+bool SetCamera(Camera& camera, size_t index, const double* value) {
+    bool isChanged = false;
+    VisitField(camera_fields::kAll, index, [&](auto field) {
+        if (field.member == &Camera::zNear && camera.zFar > 0.0f)
+            field.range.max = std::nextafter(camera.zFar, 0.0f);
+        isChanged = SetField(camera, field, value);
+    });
+    return isChanged;
+}
+
+struct Pair {
+    AnimatedProperty property;
+    size_t leader, follower;  // indices of fields
+};
+
+template <typename List, typename Member>
+size_t IndexOf(const List& fields, Member member, std::string_view object) {
+    size_t index = 0, found = 0;
+    const auto look = [&](const auto& field) {
+        if constexpr (std::is_same_v<decltype(field.member), Member>)
+            if (field.member == member && (object.empty() || object == field.object)) found = index;
+        ++index;
+    };
+    std::apply([&](const auto&... field) { (look(field), ...); }, fields);
+    return found;
+}
+
+template <typename List, typename Leader, typename Follower>
+Pair PairOf(AnimatedProperty property, const List& fields, Leader leader, Follower follower,
+            std::string_view object = "") {
+    return {property, IndexOf(fields, leader, object), IndexOf(fields, follower, object)};
+}
+
+const std::array<Pair, 5>& Pairs() {
+    static const std::array<Pair, 5> kPairs{
+        PairOf(AnimatedProperty::MaterialField, material_fields::kAll, &Material::emissiveFactor,
+               &Material::emissiveStrength),
+        PairOf(AnimatedProperty::LightField, light_fields::kAll, &Light::color, &Light::intensity),
+        PairOf(AnimatedProperty::LightField, light_fields::kAll, &Light::outerConeAngle,
+               &Light::innerConeAngle),
+        PairOf(AnimatedProperty::CameraField, camera_fields::kAll, &Camera::zFar, &Camera::zNear,
+               camera_fields::kPerspective),
+        PairOf(AnimatedProperty::CameraField, camera_fields::kAll, &Camera::zFar, &Camera::zNear,
+               camera_fields::kOrthographic)};
+    return kPairs;
 }
 
 // Calls visit(field, transform) for a field of the transform of a texture; `scene` may be const.
@@ -150,6 +204,22 @@ bool SetTranslation(Node& node, const double* value) {
 
 }  // namespace
 
+std::optional<AnimationTarget> FollowerOf(const AnimationTarget& target) {
+    for (const Pair& pair : Pairs())
+        if (pair.property == target.property && pair.leader == target.field) {
+            AnimationTarget follower = target;
+            follower.field = static_cast<uint8_t>(pair.follower);
+            return follower;
+        }
+    return std::nullopt;
+}
+
+bool IsFollower(const AnimationTarget& target) {
+    return std::ranges::any_of(Pairs(), [&](const Pair& pair) {
+        return pair.property == target.property && pair.follower == target.field;
+    });
+}
+
 size_t WidthOf(const SceneData& scene, const AnimationTarget& target) {
     const auto widthIn = [&](const auto& fields, const auto& owners, size_t index) -> size_t {
         size_t width = 0;
@@ -161,6 +231,10 @@ size_t WidthOf(const SceneData& scene, const AnimationTarget& target) {
         return width;
     };
     const bool isNode = target.object < scene.nodes.size();
+    const auto weightsOf = [&](uint32_t mesh) -> size_t {
+        const size_t count = mesh < scene.meshes.size() ? scene.meshes[mesh].weights.size() : 0;
+        return target.element == kNone ? count : target.element < count ? 1 : 0;
+    };
     switch (target.property) {
         case AnimatedProperty::Translation:
         case AnimatedProperty::Scale:
@@ -169,11 +243,10 @@ size_t WidthOf(const SceneData& scene, const AnimationTarget& target) {
             return isNode ? 4 : 0;
         case AnimatedProperty::Visibility:
             return isNode ? 1 : 0;
-        case AnimatedProperty::Weights: {
-            if (!isNode || scene.nodes[target.object].mesh >= scene.meshes.size()) return 0;
-            const size_t count = scene.meshes[scene.nodes[target.object].mesh].weights.size();
-            return target.element == kNone ? count : target.element < count ? 1 : 0;
-        }
+        case AnimatedProperty::Weights:
+            return isNode ? weightsOf(scene.nodes[target.object].mesh) : 0;
+        case AnimatedProperty::MeshWeights:
+            return weightsOf(target.object);
         case AnimatedProperty::MaterialField:
             return widthIn(material_fields::kAll, scene.materials, target.field);
         case AnimatedProperty::TextureTransform: {
@@ -196,6 +269,11 @@ void GetValue(const SceneData& scene, const AnimationTarget& target, double* val
     const auto getFrom = [&](const auto& fields, const auto& owner) {
         VisitField(fields, target.field, [&](const auto& field) { Get(owner.*field.member, value); });
     };
+    const auto getWeights = [&](const std::vector<float>& weights) {
+        const bool isWhole = target.element == kNone;
+        for (size_t i = 0; i < (isWhole ? weights.size() : 1); ++i)
+            value[i] = double{weights[isWhole ? i : target.element]};
+    };
     switch (target.property) {
         case AnimatedProperty::Translation: {
             const Node& node = scene.nodes[target.object];
@@ -215,11 +293,10 @@ void GetValue(const SceneData& scene, const AnimationTarget& target, double* val
             const Node& node = scene.nodes[target.object];
             const std::vector<float>& weights =
                 node.weights.empty() ? scene.meshes[node.mesh].weights : node.weights;
-            const bool isWhole = target.element == kNone;
-            for (size_t i = 0; i < (isWhole ? weights.size() : 1); ++i)
-                value[i] = double{weights[isWhole ? i : target.element]};
-            return;
+            return getWeights(weights);
         }
+        case AnimatedProperty::MeshWeights:
+            return getWeights(scene.meshes[target.object].weights);
         case AnimatedProperty::MaterialField:
             return getFrom(material_fields::kAll, scene.materials[target.object]);
         case AnimatedProperty::TextureTransform:
@@ -245,6 +322,12 @@ bool SetValue(SceneData& scene, const AnimationTarget& target, const double* val
                 glm::quat(ToFloat(value[3]), ToFloat(value[0]), ToFloat(value[1]), ToFloat(value[2])));
         case AnimatedProperty::Visibility:
             return Set(scene.nodes[target.object].isVisible, value);
+        case AnimatedProperty::MeshWeights: {
+            bool isChanged = false;
+            for (float& weight : scene.meshes[target.object].weights)
+                isChanged = Assign(weight, ToFloat(*value++)) || isChanged;
+            return isChanged;
+        }
         case AnimatedProperty::Weights: {
             Node& node = scene.nodes[target.object];
             const std::vector<float>& ofMesh = scene.meshes[node.mesh].weights;
@@ -266,13 +349,8 @@ bool SetValue(SceneData& scene, const AnimationTarget& target, const double* val
             });
             return isChanged;
         }
-        case AnimatedProperty::CameraField: {
-            bool isChanged = false;
-            Camera& camera = scene.cameras[target.object];
-            VisitField(camera_fields::kAll, target.field,
-                       [&](const auto& field) { isChanged = SetField(camera, field, value); });
-            return isChanged;
-        }
+        case AnimatedProperty::CameraField:
+            return SetCamera(scene.cameras[target.object], target.field, value);
         case AnimatedProperty::LightField:
             return SetLight(scene.lights[target.object], target.field, value);
     }

@@ -3,10 +3,23 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "renderer/scene/scene_data.h"
 
 namespace raygraph::scene {
+
+// Of morph targets: all of them, or one.
+constexpr bool IsOfWeights(const AnimationTarget& target) {
+    return target.property == AnimatedProperty::Weights || target.property == AnimatedProperty::MeshWeights;
+}
+
+// Some fields are kept legal beside another one: an inner cone angle below the outer one, zNear below zFar, a
+// strength beside a color whose product is to be finite. These follow: SetValue clamps them against the other
+// one's value in the scene, which is to be set before. What follows `target`, if it leads; and whether it
+// follows.
+std::optional<AnimationTarget> FollowerOf(const AnimationTarget& target);
+bool IsFollower(const AnimationTarget& target);
 
 // How many numbers the target's value has; 0: the scene has no such thing, or nothing that could be animated.
 size_t WidthOf(const SceneData& scene, const AnimationTarget& target);

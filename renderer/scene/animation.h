@@ -42,11 +42,13 @@ struct AnimationSampler {
 
 // What a channel changes.
 enum class AnimatedProperty : uint8_t {
-    Translation,       // Of the node `object`;
-    Rotation,          //
-    Scale,             //
-    Weights,           // those of its morph targets: all, or the one of `element`;
-    Visibility,        // Node::isVisible: not 0.
+    Translation,  // Of the node `object`.
+    Rotation,     //
+    Scale,        //
+    // Mesh::weights of the mesh `object`: all, or the one of `element`. For nodes without their own.
+    MeshWeights,
+    Weights,           // Of the node `object`: its own weights, likewise;
+    Visibility,        // and Node::isVisible: not 0.
     MaterialField,     // Of the material `object`: the field of this index in material_fields::kAll,
     TextureTransform,  // or field `element` of kTransformFields of the texture that this field is.
     CameraField,       // Of the camera `object`: the field of this index in camera_fields::kAll.

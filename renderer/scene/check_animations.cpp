@@ -65,22 +65,26 @@ void CheckSkin(const Skin& skin, size_t nodeCount, const Subject& subject) {
                     "an inverse bind matrix is not finite");
 }
 
-void CheckNode(const SceneData& scene, const Node& node, bool isPlaced, const std::vector<bool>& arePlaced,
-               const Subject& subject) {
+void CheckNode(const SceneData& scene, const Node& node, bool isPlaced,
+               const std::vector<bool>& areSkinsPlaced, const Subject& subject) {
     subject.RequireIndex("skin", node.skin, scene.skins.size(), true);
     subject.RequireFinite("weights", node.weights);
     const size_t weightCount = node.mesh == kNone ? 0 : scene.meshes[node.mesh].weights.size();
     if (!node.weights.empty() && node.weights.size() != weightCount)
         subject.Fail(Text("{} weights, its mesh has {}", node.weights.size(), weightCount));
-    if (node.skin == kNone || !isPlaced) return;
-    const Skin& skin = scene.skins[node.skin];
-    subject.Require(std::ranges::all_of(skin.joints, [&](uint32_t joint) { return bool(arePlaced[joint]); }),
+    subject.Require(node.skin == kNone || !isPlaced || areSkinsPlaced[node.skin],
                     "a joint of its skin is not in nodeOrder");
-    if (node.mesh == kNone) return;
-    for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
-        if (primitive.influences.JointCount() > skin.joints.size())
-            subject.Fail(Text("its mesh has {} joints, its skin {}", primitive.influences.JointCount(),
-                              skin.joints.size()));
+}
+
+// Of the mesh that a node or an instance has.
+void CheckDeformedMesh(const SceneData& scene, const Node& node, uint32_t mesh,
+                       const std::vector<size_t>& jointCounts, const Subject& subject) {
+    if (node.skin != kNone && jointCounts[mesh] > scene.skins[node.skin].joints.size())
+        subject.Fail(Text("its mesh has {} joints, its skin {}", jointCounts[mesh],
+                          scene.skins[node.skin].joints.size()));
+    const size_t weightCount = scene.meshes[mesh].weights.size();
+    if (!node.weights.empty() && node.weights.size() != weightCount)
+        subject.Fail(Text("its node has {} weights, its mesh {}", node.weights.size(), weightCount));
 }
 
 void CheckSampler(const AnimationSampler& sampler, const Subject& subject) {
@@ -107,6 +111,7 @@ void CheckRotations(const AnimationSampler& sampler, const Subject& subject) {
 
 void CheckChannels(const SceneData& scene, const Animation& animation, const Subject& subject) {
     std::vector<AnimationTarget> targets;
+    std::vector<bool> areRotations(animation.samplers.size());
     for (size_t i = 0; i < animation.channels.size(); ++i) {
         const AnimationChannel& channel = animation.channels[i];
         const Subject here = subject.In("channels", i);
@@ -116,7 +121,10 @@ void CheckChannels(const SceneData& scene, const Animation& animation, const Sub
         here.Require(width > 0, "its target is nothing that the scene has");
         if (width != sampler.width)
             here.Fail(Text("its sampler is {} wide, its target {}", sampler.width, width));
-        if (channel.target.property == AnimatedProperty::Rotation) CheckRotations(sampler, here);
+        if (channel.target.property == AnimatedProperty::Rotation && !areRotations[channel.sampler]) {
+            CheckRotations(sampler, here);
+            areRotations[channel.sampler] = true;
+        }
         targets.push_back(channel.target);
     }
     std::ranges::sort(targets);
@@ -144,8 +152,26 @@ void CheckDeformation(const SceneData& scene, const Subject& subject) {
     }
     std::vector<bool> isPlaced(scene.nodes.size(), false);
     for (const uint32_t node : scene.nodeOrder) isPlaced[node] = true;
-    for (size_t i = 0; i < scene.nodes.size(); ++i)
-        CheckNode(scene, scene.nodes[i], isPlaced[i], isPlaced, subject.In("nodes", i));
+    std::vector<bool> areSkinsPlaced;
+    for (const Skin& skin : scene.skins)
+        areSkinsPlaced.push_back(
+            std::ranges::all_of(skin.joints, [&](uint32_t joint) { return bool(isPlaced[joint]); }));
+    std::vector<size_t> jointCounts(scene.meshes.size());
+    for (size_t i = 0; i < scene.meshes.size(); ++i)
+        for (const Primitive& primitive : scene.meshes[i].primitives)
+            jointCounts[i] = std::max(jointCounts[i], primitive.influences.JointCount());
+    for (size_t i = 0; i < scene.nodes.size(); ++i) {
+        const Node& node = scene.nodes[i];
+        CheckNode(scene, node, isPlaced[i], areSkinsPlaced, subject.In("nodes", i));
+        if (isPlaced[i] && node.mesh != kNone)
+            CheckDeformedMesh(scene, node, node.mesh, jointCounts, subject.In("nodes", i));
+    }
+    for (size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];  // whose indices are checked later
+        if (instance.node < scene.nodes.size() && instance.mesh < scene.meshes.size())
+            CheckDeformedMesh(scene, scene.nodes[instance.node], instance.mesh, jointCounts,
+                              subject.In("instances", i));
+    }
 }
 
 void CheckAnimations(const SceneData& scene, const Subject& subject) {

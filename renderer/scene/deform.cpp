@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/check.h"
+#include "renderer/scene/check.h"
 #include "renderer/scene/split_place.h"
 #include "renderer/scene/triangles.h"
 
@@ -146,8 +148,15 @@ Bounds DeformedBounds(const Primitive& primitive, std::span<const float> weights
     if (jointMatrices.empty() || influences.IsEmpty()) return Sum(primitive.bounds, displacement);
     // A vertex is a weighted mean of where its joints move it, so it is between these places
     Bounds bounds;
-    for (size_t i = 0; i < influences.bounds.size(); ++i)
-        bounds.Extend(Sum(influences.bounds[i], displacement).Transformed(jointMatrices[i]));
+    for (size_t i = 0; i < influences.bounds.size(); ++i) {
+        const Bounds moved = Sum(influences.bounds[i], displacement);
+        if (moved.IsEmpty()) continue;
+        // A box of what is no number would be left out of the others
+        constexpr float kInfinity = std::numeric_limits<float>::infinity();
+        if (!IsFinite(jointMatrices[i]) || !IsFinite(moved.min) || !IsFinite(moved.max))
+            return {glm::vec3(-kInfinity), glm::vec3(kInfinity)};
+        bounds.Extend(moved.Transformed(jointMatrices[i]));
+    }
     return bounds;
 }
 

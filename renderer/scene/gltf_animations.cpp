@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "base/text.h"
 #include "renderer/scene/animated_values.h"
@@ -38,11 +40,11 @@ class AnimationReader {
                                    "is that of another channel, too: the first one counts");
                     continue;
                 }
-                const bool isWeights = one.property == AnimatedProperty::Weights;
+                const bool isWeights = IsOfWeights(one);
+                Charge(one, target);
                 const uint32_t sampler = SamplerFor(source, channel.sampler, found.kind, WidthOf(one),
                                                     isWeights, where["samplers"], layout);
-                m_context.ChargeGeometry(target, sizeof(AnimationChannel));
-                layout.channels.push_back({sampler, one});
+                if (sampler != kNone) layout.channels.push_back({sampler, one});
             }
         }
         return layout;
@@ -85,8 +87,9 @@ class AnimationReader {
     }
 
     size_t WidthOf(const AnimationTarget& target) const {
-        if (target.property != AnimatedProperty::Weights) return scene::WidthOf(m_pointed.scene, target);
-        const uint32_t mesh = m_pointed.scene.nodes[target.object].mesh;
+        if (!IsOfWeights(target)) return scene::WidthOf(m_pointed.scene, target);
+        const bool isOfNode = target.property == AnimatedProperty::Weights;
+        const uint32_t mesh = isOfNode ? m_pointed.scene.nodes[target.object].mesh : target.object;
         const size_t count = mesh == kNone ? 0 : m_meshes[mesh].weights.size();
         return target.element == kNone ? count : target.element < count ? 1 : 0;
     }
@@ -102,14 +105,27 @@ class AnimationReader {
             return false;
         }
         if (WidthOf(target) > 0) return true;
-        m_context.Warn(where, "animated weights",
-                       Text("nodes[{}] has no such morph targets, ignored", target.object));
+        m_context.Warn(
+            where, "animated weights",
+            Text("{}[{}] has no such morph targets, ignored",
+                 target.property == AnimatedProperty::Weights ? "nodes" : "meshes", target.object));
         return false;
+    }
+
+    // What a channel takes, here and in a PoseEvaluator; and once for all animations what it changes: a
+    // value at rest, one of a pose, one for weights, and the scene's.
+    void Charge(AnimationTarget target, const Place& where) {
+        constexpr uint64_t kBytesAChannel = 128, kBytesATarget = 256;
+        constexpr uint64_t kBytesANumber = 3 * sizeof(double) + sizeof(float);
+        m_context.ChargeGeometry(where, kBytesAChannel);
+        if (IsOfWeights(target)) target.element = kNone;
+        if (m_wholes.insert(target).second)
+            m_context.ChargeGeometry(where, kBytesATarget + WidthOf(target) * kBytesANumber);
     }
 
     // Also not a weight beside all.
     static bool IsFirst(std::set<AnimationTarget>& seen, const AnimationTarget& target) {
-        if (target.property == AnimatedProperty::Weights) {
+        if (IsOfWeights(target)) {
             AnimationTarget other = target;
             other.element = target.element == kNone ? 0 : kNone;
             const auto next = seen.lower_bound(other);
@@ -121,18 +137,22 @@ class AnimationReader {
         return seen.insert(target).second;
     }
 
+    // kNone, with a warning, if it has a wrong number of values.
     uint32_t SamplerFor(const AnimationSource& source, uint32_t index, ValueKind kind, size_t width,
                         bool isWeights, const Place& samplers, AnimationLayout& layout) {
         for (const uint32_t known : m_samplerOf[index])
-            if (layout.samplers[known].kind == kind && layout.samplers[known].width == width) return known;
+            if (layout.samplers[known].kind == kind && layout.samplers[known].width == width &&
+                layout.samplers[known].isOfWeights == isWeights)
+                return known;
         const AnimationSource::Sampler& file = source.samplers[index];
         const SamplerLayout sampler{.where = samplers[index],
                                     .input = file.input,
                                     .output = file.output,
                                     .interpolation = file.interpolation,
                                     .kind = kind,
-                                    .width = static_cast<uint32_t>(width)};
-        CheckOutput(sampler, isWeights);
+                                    .width = static_cast<uint32_t>(width),
+                                    .isOfWeights = isWeights};
+        if (!CheckOutput(sampler)) return kNone;
         if (kind == ValueKind::Flag && file.interpolation != Interpolation::Step)
             m_context.Warn(sampler.where, "interpolated flag", "interpolates true and false, taken as STEP");
         layout.samplers.push_back(sampler);
@@ -141,7 +161,8 @@ class AnimationReader {
     }
 
     // Weights, of which there may be any number, are scalars, one after the other.
-    void CheckOutput(const SamplerLayout& sampler, bool isWeights) const {
+    bool CheckOutput(const SamplerLayout& sampler) const {
+        const bool isWeights = sampler.isOfWeights;
         const Accessor& accessor = m_tables.accessors[sampler.output];
         constexpr const char* kShapes[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
         const uint64_t components = isWeights ? 1 : sampler.width;
@@ -157,49 +178,66 @@ class AnimationReader {
         const uint64_t keys = m_tables.accessors[sampler.input].count;
         const uint64_t wanted = keys * (sampler.interpolation == Interpolation::CubicSpline ? 3 : 1) *
                                 (isWeights ? sampler.width : 1);
-        if (accessor.count != wanted)
-            m_context.Fail(where, Text("accessors[{}] has {} elements, {} keys of {} need {}", sampler.output,
-                                       accessor.count, keys, Name(sampler.interpolation), wanted));
+        if (accessor.count == wanted) return true;
+        m_context.Warn(where, "values of keys",
+                       Text("accessors[{}] has {} elements, {} keys of {} need {}, its channels are left out",
+                            sampler.output, accessor.count, keys, Name(sampler.interpolation), wanted));
+        return false;
     }
 
     GltfContext& m_context;
     const AccessorTables& m_tables;
     const std::vector<MeshLayout>& m_meshes;
     const PointedScene& m_pointed;
+    std::set<AnimationTarget> m_wholes;              // that some channel changes, a part of it at least
     std::vector<std::vector<uint32_t>> m_samplerOf;  // by the file's sampler, those of the layout
 };
 
+// None, with a warning, if they cannot be those of keys.
 std::vector<float> DecodeTimes(GltfContext& context, AccessorReader& reader, const SamplerLayout& layout) {
     const Place where = layout.where["input"];
     const size_t count = reader.Info(layout.input).count;
     context.ChargeGeometry(where, count * sizeof(float));
     std::vector<float> times(count);
     reader.Read(layout.input, {count}, 1, times.data());
-    if (times[0] < 0.0f)
-        context.Fail(where, Text("accessors[{}] element 0 is {}, a time must not be negative", layout.input,
-                                 times[0]));
-    for (size_t i = 1; i < count; ++i)
-        if (!(times[i] > times[i - 1]))
-            context.Fail(where, Text("accessors[{}] element {} is {}, not greater than the one before it",
-                                     layout.input, i, times[i]));
+    if (times[0] < 0.0f) {
+        context.Warn(
+            where, "times",
+            Text("accessors[{}] element 0 is {}, a time must not be negative; its channels are left out",
+                 layout.input, times[0]));
+        return {};
+    }
+    for (size_t i = 1; i < count; ++i) {
+        if (times[i] > times[i - 1]) continue;
+        context.Warn(where, "times",
+                     Text("accessors[{}] element {} is {}, not greater than the one before it; its channels "
+                          "are left out",
+                          layout.input, i, times[i]));
+        return {};
+    }
     return times;
 }
 
-void ConvertRotations(GltfContext& context, const SamplerLayout& layout, std::vector<float>& values) {
+// False, with a warning, if one is none.
+bool ConvertRotations(GltfContext& context, const SamplerLayout& layout, std::vector<float>& values) {
     const bool isCubic = layout.interpolation == Interpolation::CubicSpline;
     for (size_t i = isCubic ? 4 : 0; i + 4 <= values.size(); i += isCubic ? 12 : 4) {
         double square = 0.0;
         for (size_t k = 0; k < 4; ++k) square += double{values[i + k]} * double{values[i + k]};
         const double length = std::sqrt(square);
         constexpr double kRounding = 1e-2;  // of four bytes
-        if (!(length > 1e-6))
-            context.Fail(layout.where["output"],
-                         Text("key {} is a quaternion of length 0", i / (isCubic ? 12 : 4)));
+        if (!(length > 1e-6)) {
+            context.Warn(layout.where["output"], "rotation of length 0",
+                         Text("key {} is a quaternion of length 0, its channels are left out",
+                              i / (isCubic ? 12 : 4)));
+            return false;
+        }
         if (std::abs(length - 1.0) > kRounding)
             context.Warn(layout.where["output"], "rotation", "is not of unit length, normalized");
         if (isCubic) continue;  // its tangents are those of what is there
         for (size_t k = 0; k < 4; ++k) values[i + k] = static_cast<float>(double{values[i + k]} / length);
     }
+    return true;
 }
 
 // Flags are held, whatever the file interpolates them by.
@@ -220,17 +258,21 @@ void ConvertGlossiness(AnimationSampler& sampler) {
     }
 }
 
-AnimationSampler DecodeSampler(GltfContext& context, AccessorReader& reader, const SamplerLayout& layout) {
+// Nothing, with a warning, if its keys cannot be used.
+std::optional<AnimationSampler> DecodeSampler(GltfContext& context, AccessorReader& reader,
+                                              const SamplerLayout& layout) {
     AnimationSampler sampler{.interpolation = layout.interpolation,
                              .width = layout.width,
                              .times = DecodeTimes(context, reader, layout),
                              .values = {}};
+    if (sampler.times.empty()) return std::nullopt;
     const Accessor& output = reader.Info(layout.output);
     const size_t count = output.count * output.componentCount;
     context.ChargeGeometry(layout.where["output"], count * sizeof(float));
     sampler.values.resize(count);
     reader.Read(layout.output, {output.count}, output.componentCount, sampler.values.data());
-    if (layout.kind == ValueKind::Rotation) ConvertRotations(context, layout, sampler.values);
+    if (layout.kind == ValueKind::Rotation && !ConvertRotations(context, layout, sampler.values))
+        return std::nullopt;
     if (layout.kind == ValueKind::Flag) ConvertFlags(sampler);
     if (layout.kind == ValueKind::Glossiness) ConvertGlossiness(sampler);
     return sampler;
@@ -255,10 +297,17 @@ std::vector<Animation> DecodeAnimations(GltfContext& context, AccessorReader& re
     for (const AnimationLayout& layout : layouts) {
         Animation& animation = animations.emplace_back();
         animation.name = layout.name;
-        animation.channels = layout.channels;
-        for (const SamplerLayout& sampler : layout.samplers) {
-            animation.samplers.push_back(DecodeSampler(context, reader, sampler));
-            animation.duration = std::max(animation.duration, animation.samplers.back().times.back());
+        std::vector<uint32_t> indices;  // of the layout's samplers
+        for (const SamplerLayout& source : layout.samplers) {
+            std::optional<AnimationSampler> sampler = DecodeSampler(context, reader, source);
+            indices.push_back(sampler ? static_cast<uint32_t>(animation.samplers.size()) : kNone);
+            if (!sampler) continue;
+            animation.duration = std::max(animation.duration, sampler->times.back());
+            animation.samplers.push_back(std::move(*sampler));
+        }
+        for (AnimationChannel channel : layout.channels) {
+            channel.sampler = indices[channel.sampler];
+            if (channel.sampler != kNone) animation.channels.push_back(channel);
         }
     }
     return animations;

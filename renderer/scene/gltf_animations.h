@@ -21,6 +21,7 @@ struct SamplerLayout {
     Interpolation interpolation = Interpolation::Linear;
     ValueKind kind = ValueKind::Plain;
     uint32_t width = 1;
+    bool isOfWeights = false;  // Which are scalars in the file.
 };
 
 struct AnimationLayout {
@@ -29,13 +30,14 @@ struct AnimationLayout {
     std::vector<AnimationChannel> channels;
 };
 
-// Reads and checks all of the file's animations. Channels of what is not read, or not there, and the later
-// ones of a target are left out with a warning.
+// Reads and checks all of the file's animations. Channels of what is not read, or not there, the later ones
+// of a target and those with a wrong number of values are left out with a warning.
 std::vector<AnimationLayout> ReadAnimations(GltfContext& context, const std::vector<AnimationSource>& sources,
                                             const AccessorTables& tables,
                                             const std::vector<MeshLayout>& meshes,
                                             const PointedScene& pointed);
 
+// Channels whose times do not ascend, or with a quaternion of length 0, are left out with a warning.
 std::vector<Animation> DecodeAnimations(GltfContext& context, AccessorReader& reader,
                                         const std::vector<AnimationLayout>& layouts);
 

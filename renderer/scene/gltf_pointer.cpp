@@ -146,15 +146,10 @@ class PointerResolver {
         return TakeIndex(steps, kNone, "weights");
     }
 
-    // Of all nodes that have the mesh and no weights of their own.
     bool ReadMesh(uint32_t mesh, Steps steps) {
         if (steps.empty() || steps.size() > 2 || steps[0] != "weights") return false;
         const uint32_t element = steps.size() == 2 ? Weight(steps) : kNone;
-        // Many pointers times many nodes take time
-        m_context.ChargeGeometry(m_where, m_pointed.scene.nodes.size() * sizeof(uint64_t));
-        for (uint32_t i = 0; i < m_pointed.scene.nodes.size(); ++i)
-            if (const Node& node = m_pointed.scene.nodes[i]; node.mesh == mesh && node.weights.empty())
-                Add({.property = AnimatedProperty::Weights, .object = i, .element = element});
+        Add({.property = AnimatedProperty::MeshWeights, .object = mesh, .element = element});
         return true;
     }
 

@@ -289,7 +289,7 @@ constexpr std::array<std::string_view, 3> kInterpolations{"LINEAR", "STEP", "CUB
 constexpr auto kAnimationSampler =
     Table(Index("input", Target::Accessors).Required(), Index("output", Target::Accessors).Required(),
           Text("interpolation").OneOf(kInterpolations));
-// Not a line of kExtensions: pictures do not show it yet.
+// Not a line of kExtensions: none of its places is one of those.
 constexpr auto kPointer = Table(Text("pointer").Required());
 constexpr auto kTargetExtensions = Table(Object(kAnimationPointer, kPointer));
 constexpr auto kAnimationTarget =

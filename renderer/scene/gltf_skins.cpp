@@ -30,16 +30,15 @@ void ReadSkin(GltfContext& context, const SkinSource& source, const AccessorTabl
 
 // What makes the skin of a node useless; an empty text: nothing.
 std::string WhyLeftOut(const Node& node, const std::vector<MeshLayout>& layouts, bool isInstanced,
-                       const Skin& skin, const std::vector<bool>& isPlaced, bool isNodePlaced) {
+                       uint32_t missingJoint) {
     if (node.mesh == kNone) return "is of a node without a mesh, ignored";
     for (const PrimitiveLayout& primitive : layouts[node.mesh].primitives)
         if (primitive.mode >= PrimitiveMode::Triangles && !primitive.Has(Attribute::Joints0))
             return Text("meshes[{}] has no JOINTS_0 and WEIGHTS_0 in all primitives, the skin is left out",
                         node.mesh);
     if (isInstanced) return "is of a node with EXT_mesh_gpu_instancing, left out";
-    for (size_t i = 0; isNodePlaced && i < skin.joints.size(); ++i)
-        if (!isPlaced[skin.joints[i]])
-            return Text("its joint nodes[{}] is not in the scene, the skin is left out", skin.joints[i]);
+    if (missingJoint != kNone)
+        return Text("its joint nodes[{}] is not in the scene, the skin is left out", missingJoint);
     return "";
 }
 
@@ -111,6 +110,12 @@ void ReadSkins(GltfContext& context, const GltfDocument& document, const Accesso
         ReadSkin(context, document.skins[i], tables, Place("skins")[i], scene.skins[i]);
     std::vector<bool> isPlaced(scene.nodes.size(), false);
     for (const uint32_t node : scene.nodeOrder) isPlaced[node] = true;
+    std::vector<uint32_t> missingJoint;  // by skin
+    for (const Skin& skin : scene.skins) {
+        const auto found =
+            std::ranges::find_if(skin.joints, [&](uint32_t joint) { return !isPlaced[joint]; });
+        missingJoint.push_back(found == skin.joints.end() ? kNone : *found);
+    }
     for (size_t i = 0; i < scene.nodes.size(); ++i) {
         Node& node = scene.nodes[i];
         const gltf::Node& file = document.model.nodes[i];
@@ -119,7 +124,7 @@ void ReadSkins(GltfContext& context, const GltfDocument& document, const Accesso
         node.weights = ReadMorphWeights(context, file.weights, targetCount, where["weights"]);
         if (file.skin < 0) continue;
         const std::string why =
-            WhyLeftOut(node, layouts, instancing[i].count > 0, scene.skins[file.skin], isPlaced, isPlaced[i]);
+            WhyLeftOut(node, layouts, instancing[i].count > 0, isPlaced[i] ? missingJoint[file.skin] : kNone);
         if (why.empty())
             node.skin = static_cast<uint32_t>(file.skin);
         else

@@ -11,7 +11,7 @@ namespace raygraph::scene {
 namespace {
 
 AnimationTarget Whole(AnimationTarget target) {
-    if (target.property == AnimatedProperty::Weights) target.element = kNone;
+    if (IsOfWeights(target)) target.element = kNone;
     return target;
 }
 
@@ -35,13 +35,16 @@ PoseEvaluator::PoseEvaluator(const SceneData& scene) {
     std::vector<AnimationTarget> targets;
     for (const Animation& animation : scene.animations)
         for (const AnimationChannel& channel : animation.channels)
-            if (!IsIgnored(scene, channel.target)) targets.push_back(Whole(channel.target));
+            if (!IsIgnored(scene, channel.target)) {
+                targets.push_back(Whole(channel.target));
+                if (const auto follower = FollowerOf(channel.target)) targets.push_back(*follower);
+            }
     std::ranges::sort(targets);
     targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
 
-    uint32_t valueCount = 0, widest = 0;
+    size_t valueCount = 0, widest = 0;
     for (const AnimationTarget& target : targets) {
-        const auto width = static_cast<uint32_t>(WidthOf(scene, target));
+        const size_t width = WidthOf(scene, target);
         m_pose.properties.push_back({target, valueCount, width});
         valueCount += width;
         widest = std::max(widest, width);
@@ -57,9 +60,8 @@ PoseEvaluator::PoseEvaluator(const SceneData& scene) {
         for (const AnimationChannel& channel : animation.channels) {
             if (IsIgnored(scene, channel.target)) continue;
             const auto at = std::ranges::lower_bound(targets, Whole(channel.target));
-            uint32_t first = m_pose.properties[static_cast<size_t>(at - targets.begin())].first;
-            const bool isOneWeight =
-                channel.target.property == AnimatedProperty::Weights && channel.target.element != kNone;
+            size_t first = m_pose.properties[static_cast<size_t>(at - targets.begin())].first;
+            const bool isOneWeight = IsOfWeights(channel.target) && channel.target.element != kNone;
             if (isOneWeight) first += channel.target.element;
             m_channels.push_back({.sampler = channel.sampler,
                                   .first = first,

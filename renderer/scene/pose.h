@@ -11,6 +11,7 @@
 // Threads: exclusive access to an evaluator; it only reads the scene.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -33,12 +34,13 @@ struct ClipState {
 // A property that some animation of the scene changes, and where its value is in Pose::values.
 struct PosedProperty {
     AnimationTarget target;  // A whole: of weights all.
-    uint32_t first = 0;
-    uint32_t count = 0;
+    size_t first = 0;
+    size_t count = 0;
 };
 
-// The values of all that any animation of the scene changes, whether or not a clip does now: what none does
-// has its rest value. Numbers are not yet in the range of their field; rotations are x, y, z, w of unit
+// The values of all that any animation of the scene changes, whether or not a clip does now, and of what has
+// to be kept legal beside it (a spot's inner cone angle beside the outer one): what none changes has its rest
+// value. Numbers are not yet in the range of their field; rotations are x, y, z, w of unit
 // length; flags are their share, of which half is true.
 struct Pose {
     std::vector<PosedProperty>
@@ -70,7 +72,7 @@ class RAYGRAPH_API PoseEvaluator {
   private:
     struct Channel {
         uint32_t sampler = 0;
-        uint32_t first = 0;     // in the values of a pose
+        size_t first = 0;       // in the values of a pose
         uint32_t interval = 0;  // where the last time was found
         bool isRotation = false;
     };

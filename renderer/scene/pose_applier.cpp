@@ -45,6 +45,7 @@ void PoseApplier::Refresh(SceneData& scene) {
     m_nodeToWorld = WorldTransforms(scene);
     m_isMoved.assign(scene.nodes.size(), 0);
     m_isReweighted.assign(scene.nodes.size(), 0);
+    m_isMeshReweighted.assign(scene.meshes.size(), 0);
     m_isSkinned.assign(scene.instances.size(), 0);
     m_skins.assign(scene.skins.size(), {});
     m_matrices.clear();
@@ -57,6 +58,7 @@ void PoseApplier::Refresh(SceneData& scene) {
         PosedSkin& skin = m_skins[i];
         if (!skin.isUsed) continue;
         skin.firstMatrix = m_matrices.size();
+        skin.jointCount = scene.skins[i].joints.size();
         skin.frame = SkinFrame(m_nodeToWorld, scene.skins[i]);
         m_matrices.resize(m_matrices.size() + scene.skins[i].joints.size());
         JointMatrices(m_nodeToWorld, scene.skins[i], skin.frame,
@@ -68,7 +70,13 @@ void PoseApplier::Refresh(SceneData& scene) {
     m_isVisibilityChanged = true;
     ShowAndHide(scene);
     m_instanceBounds.assign(scene.instances.size(), {});
-    for (uint32_t i = 0; i < scene.instances.size(); ++i) MeasureInstance(scene, i);
+    m_isFlat.assign(scene.instances.size(), 0);
+    for (uint32_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        if (instance.isCollapsed && instance.node != kNone)
+            m_isFlat[i] = CanInvert(PlacedOf(scene, instance).matrix) ? 0 : 1;
+        MeasureInstance(scene, i);
+    }
     UpdateBounds(scene);
     Clear(m_changes);
 }
@@ -79,6 +87,7 @@ const PoseChanges& PoseApplier::Apply(SceneData& scene, const Pose& pose) {
     Clear(m_changes);
     std::ranges::fill(m_isMoved, uint8_t{0});
     std::ranges::fill(m_isReweighted, uint8_t{0});
+    std::ranges::fill(m_isMeshReweighted, uint8_t{0});
     m_isVisibilityChanged = false;
     for (PosedSkin& skin : m_skins) skin.isMoved = skin.isDeformed = false;
     if (SetValues(scene, pose)) {
@@ -98,18 +107,16 @@ const PoseChanges& PoseApplier::Apply(SceneData& scene, const Pose& pose) {
 
 std::span<const glm::mat4x3> PoseApplier::JointMatricesOf(uint32_t skin) const {
     if (skin >= m_skins.size() || !m_skins[skin].isUsed) return {};
-    size_t end = m_matrices.size();
-    for (size_t i = skin + size_t{1}; i < m_skins.size() && end == m_matrices.size(); ++i)
-        if (m_skins[i].isUsed) end = m_skins[i].firstMatrix;
-    return std::span(m_matrices).subspan(m_skins[skin].firstMatrix, end - m_skins[skin].firstMatrix);
+    return std::span(m_matrices).subspan(m_skins[skin].firstMatrix, m_skins[skin].jointCount);
 }
 
 // Returns whether nodes are at other places. What else follows from the values is noted.
 bool PoseApplier::SetValues(SceneData& scene, const Pose& pose) {
+    m_followers.clear();
     bool isSomeMoved = false;
-    for (const PosedProperty& property : pose.properties) {
+    const auto set = [&](const PosedProperty& property) {
         const uint32_t object = property.target.object;
-        if (!SetValue(scene, property.target, &pose.values[property.first])) continue;
+        if (!SetValue(scene, property.target, &pose.values[property.first])) return;
         switch (property.target.property) {
             case AnimatedProperty::Translation:
             case AnimatedProperty::Rotation:
@@ -119,6 +126,9 @@ bool PoseApplier::SetValues(SceneData& scene, const Pose& pose) {
                 break;
             case AnimatedProperty::Weights:
                 m_isReweighted[object] = 1;
+                break;
+            case AnimatedProperty::MeshWeights:
+                m_isMeshReweighted[object] = 1;
                 break;
             case AnimatedProperty::Visibility:
                 m_isVisibilityChanged = true;
@@ -134,7 +144,14 @@ bool PoseApplier::SetValues(SceneData& scene, const Pose& pose) {
                 m_changes.lights.push_back(object);
                 break;
         }
+    };
+    for (size_t i = 0; i < pose.properties.size(); ++i) {
+        if (IsFollower(pose.properties[i].target))
+            m_followers.push_back(i);
+        else
+            set(pose.properties[i]);
     }
+    for (const size_t follower : m_followers) set(pose.properties[follower]);
     return isSomeMoved;
 }
 
@@ -175,30 +192,37 @@ const PoseApplier::PosedSkin* PoseApplier::SkinOf(const SceneData& scene, const 
     return m_isSkinned[index] ? &m_skins[scene.nodes[instance.node].skin] : nullptr;
 }
 
+PlacedTransform PoseApplier::PlacedOf(const SceneData& scene, const Instance& instance) const {
+    const PosedSkin* const skin = SkinOf(scene, instance);
+    return skin ? skin->frame : PlaceInstance(m_nodeToWorld[instance.node], instance);
+}
+
 void PoseApplier::MoveInstances(SceneData& scene) {
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
         Instance& instance = scene.instances[i];
-        if (instance.node == kNone) continue;
+        const bool isOfMesh = instance.node == kNone || scene.nodes[instance.node].weights.empty();
         const PosedSkin* const skin = SkinOf(scene, instance);
-        const bool isReweighted = instance.isDeformed && m_isReweighted[instance.node];
+        const bool isReweighted =
+            instance.isDeformed &&
+            (IsIn(m_isReweighted, instance.node) || (isOfMesh && m_isMeshReweighted[instance.mesh] != 0));
         const bool isDeformed = isReweighted || (skin && skin->isDeformed);
-        const bool mayMove = skin ? skin->isMoved : m_isMoved[instance.node] != 0;
+        const bool mayMove = skin ? skin->isMoved : IsIn(m_isMoved, instance.node);
         if (isReweighted) m_changes.reweighted.push_back(i);
         if (isDeformed) m_changes.deformed.push_back(i);
         if (mayMove) {
-            const PlacedTransform placed =
-                skin ? skin->frame : PlaceInstance(m_nodeToWorld[instance.node], instance);
-            const bool wasCollapsed = instance.isCollapsed;
-            instance.isCollapsed = !CanInvert(placed.matrix) || !IsFinite(placed.rest);
-            m_isVisibilityChanged |= wasCollapsed != instance.isCollapsed;
+            const PlacedTransform placed = PlacedOf(scene, instance);
+            m_isFlat[i] = CanInvert(placed.matrix) && IsFinite(placed.rest) ? 0 : 1;
             const PlacedTransform before{instance.objectToWorld, instance.translationRest};
-            if (!instance.isCollapsed && !(placed == before)) {
+            if (!m_isFlat[i] && !(placed == before)) {
                 instance.objectToWorld = placed.matrix;
                 instance.translationRest = placed.rest;
                 m_changes.instances.push_back(i);
             }
         }
-        if (isDeformed || mayMove) MeasureInstance(scene, i);
+        if (!isDeformed && !mayMove) continue;
+        const bool isCollapsed = !MeasureInstance(scene, i) || m_isFlat[i];
+        m_isVisibilityChanged |= isCollapsed != instance.isCollapsed;
+        instance.isCollapsed = isCollapsed;
     }
 }
 
@@ -237,8 +261,8 @@ void PoseApplier::ShowAndHide(const SceneData& scene) {
         if (Replace(m_isLightSeen[i], isSeen(scene.lights[i].node))) m_changes.lightsShown.push_back(i);
 }
 
-// The box of one instance in the world.
-void PoseApplier::MeasureInstance(const SceneData& scene, uint32_t index) {
+// The box of one instance in the world. False if it is deformed, and its vertices may be at no place.
+bool PoseApplier::MeasureInstance(const SceneData& scene, uint32_t index) {
     const Instance& instance = scene.instances[index];
     const std::span<const float> weights =
         instance.isDeformed ? MorphWeights(scene, instance) : std::span<const float>();
@@ -247,8 +271,11 @@ void PoseApplier::MeasureInstance(const SceneData& scene, uint32_t index) {
     Bounds bounds;
     for (const Primitive& primitive : scene.meshes[instance.mesh].primitives)
         bounds.Extend(DeformedBounds(primitive, weights, matrices));
-    bounds = bounds.Transformed(instance.objectToWorld);
-    m_instanceBounds[index] = IsFinite(bounds.min) && IsFinite(bounds.max) ? bounds : Bounds();
+    const Bounds placed = bounds.Transformed(instance.objectToWorld);
+    const bool isFinite =
+        IsFinite(bounds.min) && IsFinite(bounds.max) && IsFinite(placed.min) && IsFinite(placed.max);
+    m_instanceBounds[index] = isFinite ? placed : Bounds();
+    return isFinite || bounds.IsEmpty() || !instance.isDeformed;
 }
 
 void PoseApplier::UpdateBounds(SceneData& scene) {

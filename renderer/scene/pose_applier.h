@@ -19,7 +19,7 @@ struct PoseChanges {
     std::vector<uint32_t> shown;       // instances that are seen now and were not, or the other way
     std::vector<uint32_t> deformed;    // instances whose vertices are at other places in object space:
     std::vector<uint32_t> reweighted;  // those whose MorphWeights, and
-    std::vector<uint32_t> skins;       // all whose skin has other JointMatricesOf.
+    std::vector<uint32_t> skins;       // skins that have other JointMatricesOf.
     std::vector<uint32_t> materials;
     std::vector<uint32_t> cameras;      // a value or the transform
     std::vector<uint32_t> lights;       // a value or the transform
@@ -39,15 +39,15 @@ class RAYGRAPH_API PoseApplier {
     explicit PoseApplier(SceneData& scene);
 
     // Takes all transforms and visibilities from the scene's nodes again: after nodes, or the lists of a
-    // scene, were changed by others.
+    // scene, were changed by others. It says no changes: copies elsewhere are to take everything anew.
     void Refresh(SceneData& scene);
 
     // Sets the values of the pose, in the range of their fields, then what follows from the nodes:
     // transforms of instances, cameras and lights as UpdateWorldTransforms sets them, joint matrices,
-    // visibility and the scene's bounds, of deformed instances by DeformedBounds. An instance that is
-    // scaled to nothing or flat is not seen (Instance::isCollapsed) and keeps its last transform. Takes
-    // time by what has changed, and a little for each node and property. Valid until the next call. No
-    // memory is allocated once the lists have grown.
+    // visibility and the scene's bounds, of deformed instances by DeformedBounds. An instance that is scaled
+    // to nothing or flat, or deformed beyond what is finite, is not seen (Instance::isCollapsed); the former
+    // keeps its last transform. Takes time by what has changed, and a little for each node and property.
+    // Valid until the next call. No memory is allocated once the lists have grown.
     const PoseChanges& Apply(SceneData& scene, const Pose& pose);
 
     // One matrix a joint, from the mesh to the object space of the instances with the skin; none for a skin
@@ -60,7 +60,7 @@ class RAYGRAPH_API PoseApplier {
   private:
     struct PosedSkin {
         PlacedTransform frame;
-        size_t firstMatrix = 0;
+        size_t firstMatrix = 0, jointCount = 0;
         bool isUsed = false, isMoved = false, isDeformed = false;  // the last two: by this call
     };
 
@@ -71,14 +71,17 @@ class RAYGRAPH_API PoseApplier {
     void MoveCamerasAndLights(SceneData& scene);
     void ShowAndHide(const SceneData& scene);
     void UpdateBounds(SceneData& scene);
-    void MeasureInstance(const SceneData& scene, uint32_t index);
+    bool MeasureInstance(const SceneData& scene, uint32_t index);
+    PlacedTransform PlacedOf(const SceneData& scene, const Instance& instance) const;
     const PosedSkin* SkinOf(const SceneData& scene, const Instance& instance) const;
 
     PoseChanges m_changes;
     std::vector<PlacedTransform> m_nodeToWorld;
     std::vector<uint8_t> m_isMoved, m_isReweighted;  // by node, in this call
+    std::vector<uint8_t> m_isMeshReweighted;         // by mesh
     std::vector<uint8_t> m_isNodeSeen, m_isInstanceSeen, m_isLightSeen;
-    std::vector<uint8_t> m_isSkinned;  // by instance
+    std::vector<uint8_t> m_isSkinned, m_isFlat;  // by instance; flat: its transform has no inverse
+    std::vector<size_t> m_followers;             // by property
     std::vector<Bounds> m_instanceBounds;
     std::vector<PosedSkin> m_skins;
     std::vector<glm::mat4x3> m_matrices, m_newMatrices;

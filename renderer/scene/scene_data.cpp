@@ -1,8 +1,11 @@
 #include "renderer/scene/scene_data.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+#include <map>
+#include <span>
 
 #include "base/check.h"
 #include "renderer/scene/check.h"
@@ -121,6 +124,44 @@ PlacedTransform PlaceInstance(const PlacedTransform& nodeToWorld, const Instance
     return Compose(nodeToWorld, {instance.objectToNode, glm::vec3(0.0f)});
 }
 
+namespace {
+
+// The boxes of deformed instances in object space, each shape's once: of a mesh, a skin and weights.
+class DeformedBoxes {
+  public:
+    DeformedBoxes(const SceneData& scene, std::span<const PlacedTransform> nodeToWorld)
+        : m_scene(scene), m_nodeToWorld(nodeToWorld), m_matrices(scene.skins.size()) {}
+
+    const Bounds& Of(const Instance& instance, uint32_t skin) {
+        const bool hasWeights = instance.node != kNone && !m_scene.nodes[instance.node].weights.empty();
+        const auto [found, isNew] =
+            m_boxes.try_emplace({instance.mesh, skin, hasWeights ? instance.node : kNone});
+        if (!isNew) return found->second;
+        const std::span<const glm::mat4x3> matrices = MatricesOf(skin);
+        for (const Primitive& primitive : m_scene.meshes[instance.mesh].primitives)
+            found->second.Extend(DeformedBounds(primitive, MorphWeights(m_scene, instance), matrices));
+        return found->second;
+    }
+
+  private:
+    std::span<const glm::mat4x3> MatricesOf(uint32_t index) {
+        if (index == kNone) return {};
+        const Skin& skin = m_scene.skins[index];
+        if (m_matrices[index].empty()) {
+            m_matrices[index].resize(skin.joints.size());
+            JointMatrices(m_nodeToWorld, skin, SkinFrame(m_nodeToWorld, skin), m_matrices[index]);
+        }
+        return m_matrices[index];
+    }
+
+    const SceneData& m_scene;
+    std::span<const PlacedTransform> m_nodeToWorld;
+    std::vector<std::vector<glm::mat4x3>> m_matrices;  // by skin
+    std::map<std::array<uint32_t, 3>, Bounds> m_boxes;
+};
+
+}  // namespace
+
 void UpdateWorldTransforms(SceneData& scene) {
     const std::vector<PlacedTransform> transforms = WorldTransforms(scene);
     const auto place = [&](uint32_t node, glm::mat4x3& matrix, glm::vec3& rest) {
@@ -131,37 +172,29 @@ void UpdateWorldTransforms(SceneData& scene) {
     std::vector<Bounds> meshBounds(scene.meshes.size());
     for (size_t i = 0; i < scene.meshes.size(); ++i)
         for (const Primitive& primitive : scene.meshes[i].primitives) meshBounds[i].Extend(primitive.bounds);
-    std::vector<glm::mat4x3> matrices;
+    DeformedBoxes boxes(scene, transforms);
     const std::vector<bool> isVisible = VisibleNodes(scene);
     scene.bounds = {};
     for (Instance& instance : scene.instances) {
         RG_CHECK_LT(instance.mesh, scene.meshes.size());
-        const Skin* const skin = instance.isDeformed && HasSkin(scene, instance)
-                                     ? &scene.skins[scene.nodes[instance.node].skin]
-                                     : nullptr;
+        const uint32_t skin =
+            instance.isDeformed && HasSkin(scene, instance) ? scene.nodes[instance.node].skin : kNone;
         if (instance.node != kNone) {
-            const PlacedTransform placed =
-                skin ? SkinFrame(transforms, *skin) : PlaceInstance(transforms[instance.node], instance);
+            const PlacedTransform placed = skin != kNone ? SkinFrame(transforms, scene.skins[skin])
+                                                         : PlaceInstance(transforms[instance.node], instance);
             instance.isCollapsed = instance.isCollapsed && !CanInvert(placed.matrix);
             if (!instance.isCollapsed) {
                 instance.objectToWorld = placed.matrix;
                 instance.translationRest = placed.rest;
             }
         }
-        if (!IsVisible(isVisible, instance)) continue;
-        matrices.resize(skin ? skin->joints.size() : 0);
-        if (skin)
-            JointMatrices(transforms, *skin, {instance.objectToWorld, instance.translationRest}, matrices);
-        Bounds bounds = meshBounds[instance.mesh];
-        if (instance.isDeformed) {
-            bounds = {};
-            for (const Primitive& primitive : scene.meshes[instance.mesh].primitives)
-                bounds.Extend(DeformedBounds(primitive, MorphWeights(scene, instance), matrices));
-        }
-        bounds = bounds.Transformed(instance.objectToWorld);
+        const Bounds& shape = instance.isDeformed ? boxes.Of(instance, skin) : meshBounds[instance.mesh];
+        const Bounds bounds = shape.Transformed(instance.objectToWorld);
         // Joints may move vertices anywhere
-        if (instance.isDeformed && !(IsFinite(bounds.min) && IsFinite(bounds.max))) continue;
-        scene.bounds.Extend(bounds);
+        if (instance.isDeformed && !shape.IsEmpty() &&
+            !(IsFinite(shape.min) && IsFinite(shape.max) && IsFinite(bounds.min) && IsFinite(bounds.max)))
+            instance.isCollapsed = true;
+        if (IsVisible(isVisible, instance)) scene.bounds.Extend(bounds);
     }
     for (Camera& camera : scene.cameras) place(camera.node, camera.cameraToWorld, camera.translationRest);
     for (Light& light : scene.lights) place(light.node, light.lightToWorld, light.translationRest);

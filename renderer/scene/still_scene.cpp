@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/out_of_memory.h"
 #include "base/printable.h"
 #include "base/text.h"
 #include "renderer/scene/check.h"
@@ -55,18 +56,75 @@ ClipState FindClip(const SceneData& scene, std::string_view text, double seconds
     return clip;
 }
 
-// Which vertices an instance has: of one mesh, one skin and the same weights.
+// Which vertices an instance has: of one mesh, one skin and the same weights; none: those of the mesh.
 using Shape = std::tuple<uint32_t, uint32_t, std::vector<float>>;
 
-void Deform(Primitive& primitive, std::span<const float> weights, std::span<const glm::mat4x3> joints) {
+Shape ShapeOf(const SceneData& scene, const Instance& instance) {
+    const uint32_t skin = HasSkin(scene, instance) ? scene.nodes[instance.node].skin : kNone;
+    const std::span<const float> weights = MorphWeights(scene, instance);
+    const bool isOfMesh = std::ranges::equal(weights, scene.meshes[instance.mesh].weights);
+    return {instance.mesh, skin,
+            isOfMesh ? std::vector<float>() : std::vector<float>(weights.begin(), weights.end())};
+}
+
+template <typename T>
+uint64_t Bytes(const std::vector<T>& values) {
+    return values.size() * sizeof(T);
+}
+
+// Of a copy without what deforms it.
+uint64_t CopyBytes(const Mesh& mesh) {
+    uint64_t bytes = sizeof(Mesh);
+    for (const Primitive& p : mesh.primitives)
+        bytes += sizeof(Primitive) + Bytes(p.positions) + Bytes(p.normals) + Bytes(p.tangents) +
+                 Bytes(p.uv0) + Bytes(p.uv1) + Bytes(p.colors) + Bytes(p.indices) + Bytes(p.variants) +
+                 Bytes(p.radii);
+    return bytes;
+}
+
+// `from` with its vertices deformed into `to`, which may be the same; what nothing deforms stays.
+void Deform(const Primitive& from, std::span<const float> weights, std::span<const glm::mat4x3> joints,
+            Primitive& to) {
+    const bool isMorphed = !from.targets.empty(), isMoved = !from.influences.IsEmpty() && !joints.empty();
+    if (!isMorphed && !isMoved) {
+        to.positions = from.positions;
+        to.normals = from.normals;
+        to.tangents = from.tangents;
+        return;
+    }
     DeformedStreams deformed;
-    DeformPrimitive(primitive, primitive.targets.empty() ? std::span<const float>{} : weights,
-                    primitive.influences.IsEmpty() ? std::span<const glm::mat4x3>{} : joints, deformed);
-    primitive.positions = std::move(deformed.positions);
-    primitive.normals = std::move(deformed.normals);
-    primitive.tangents = std::move(deformed.tangents);
-    primitive.bounds = {};
-    for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
+    DeformPrimitive(from, isMorphed ? weights : std::span<const float>{},
+                    isMoved ? joints : std::span<const glm::mat4x3>{}, deformed);
+    to.positions = std::move(deformed.positions);
+    to.normals = std::move(deformed.normals);
+    to.tangents = std::move(deformed.tangents);
+    to.bounds = {};
+    for (const glm::vec3& position : to.positions) to.bounds.Extend(position);
+}
+
+// What no joint and no target changes.
+Primitive CopyBesideStreams(const Primitive& from) {
+    Primitive copy;
+    copy.uv0 = from.uv0;
+    copy.uv1 = from.uv1;
+    copy.colors = from.colors;
+    copy.indices = from.indices;
+    copy.material = from.material;
+    copy.bounds = from.bounds;
+    copy.variants = from.variants;
+    copy.radii = from.radii;
+    copy.hasFlatNormals = from.hasFlatNormals;
+    return copy;
+}
+
+// What is not seen and would be placed as it is at no time, or is lost to its node, which could show it.
+void EraseUnseen(SceneData& scene, const PoseApplier& applier) {
+    size_t index = 0;
+    std::erase_if(scene.instances, [&](const Instance& instance) {
+        const bool isSeen = applier.IsVisible(static_cast<uint32_t>(index++));
+        return instance.isCollapsed || (!isSeen && instance.isDeformed && HasSkin(scene, instance) &&
+                                        !CanInvert(applier.NodeTransforms()[instance.node].matrix));
+    });
 }
 
 // So that the instance moves with its node from now on, as others do. One whose node is flat stays where it
@@ -110,50 +168,69 @@ std::vector<ClipState> FindClips(const SceneData& scene, std::string_view list, 
     return clips;
 }
 
-void FreezePose(SceneData& scene, std::span<const ClipState> clips) {
+namespace {
+
+// Gives the instances meshes that are deformed. A shape takes the place of its mesh where nothing else shows
+// that; all others are copies.
+void DeformMeshes(SceneData& scene, const PoseApplier& applier, uint64_t maxCopiedBytes) {
+    std::map<Shape, uint32_t> meshes;  // deformed ones, by index
+    std::vector<bool> isTaken(scene.meshes.size());
+    for (const Instance& instance : scene.instances)
+        if (!instance.isDeformed) isTaken[instance.mesh] = true;
+    std::vector<uint32_t> meshOf;
+    size_t meshCount = scene.meshes.size();
+    uint64_t copiedBytes = 0;
+    for (const Instance& instance : scene.instances) {
+        meshOf.push_back(instance.mesh);
+        if (!instance.isDeformed) continue;
+        const auto [found, isNew] = meshes.try_emplace(ShapeOf(scene, instance), instance.mesh);
+        if (isNew && isTaken[instance.mesh]) {
+            const Mesh& mesh = scene.meshes[instance.mesh];
+            copiedBytes += CopyBytes(mesh);
+            if (copiedBytes > maxCopiedBytes)
+                throw MakeError(ErrorKind::BadInput,
+                                "meshes[{}] {}: deformed copies of meshes take more than {} bytes",
+                                instance.mesh, Quoted(mesh.name, 60), maxCopiedBytes);
+            found->second = static_cast<uint32_t>(meshCount++);
+        }
+        isTaken[instance.mesh] = true;
+        meshOf.back() = found->second;
+    }
+    const size_t sourceCount = scene.meshes.size();
+    scene.meshes.resize(meshCount);
+    for (const bool isCopy : {true, false})  // copies first, of the shape at rest
+        for (const auto& [shape, index] : meshes) {
+            if ((index >= sourceCount) != isCopy) continue;
+            const auto& [source, skin, own] = shape;
+            const Mesh& from = scene.meshes[source];
+            const std::span<const float> weights = own.empty() ? from.weights : own;
+            const auto joints =
+                skin == kNone ? std::span<const glm::mat4x3>{} : applier.JointMatricesOf(skin);
+            Mesh& to = scene.meshes[index];
+            to.name = from.name;
+            for (size_t i = 0; i < from.primitives.size(); ++i) {
+                if (isCopy) to.primitives.push_back(CopyBesideStreams(from.primitives[i]));
+                Deform(from.primitives[i], weights, joints, to.primitives[i]);
+            }
+        }
+    for (size_t i = 0; i < meshOf.size(); ++i) scene.instances[i].mesh = meshOf[i];
+}
+
+void Freeze(SceneData& scene, std::span<const ClipState> clips, uint64_t maxCopiedBytes) {
     if (scene.animations.empty() && scene.skins.empty() &&
         std::ranges::none_of(scene.instances, [&](const Instance& i) { return HasTargets(scene, i); }))
         return;
     PoseEvaluator evaluator(scene);
     PoseApplier applier(scene);
     applier.Apply(scene, evaluator.Evaluate(scene, clips));
-
-    // Shapes, by the mesh that they are of: the first takes its place, where nothing shows it as it is
-    std::map<Shape, uint32_t> meshes;  // deformed ones, by index
-    std::vector<bool> isTaken(scene.meshes.size());
+    EraseUnseen(scene, applier);
+    std::vector<bool> isSkinned;  // which copies of meshes do not tell
     for (const Instance& instance : scene.instances)
-        if (!instance.isDeformed) isTaken[instance.mesh] = true;
-    std::vector<std::pair<Shape, uint32_t>> toDeform;
-    std::vector<uint32_t> meshOf;
-    for (const Instance& instance : scene.instances) {
-        meshOf.push_back(instance.mesh);
-        if (!instance.isDeformed) continue;
-        const uint32_t skin = HasSkin(scene, instance) ? scene.nodes[instance.node].skin : kNone;
-        const std::span<const float> weights = MorphWeights(scene, instance);
-        Shape shape{instance.mesh, skin, {weights.begin(), weights.end()}};
-        const auto [found, isNew] = meshes.try_emplace(shape, instance.mesh);
-        if (isNew) {
-            if (isTaken[instance.mesh]) {
-                found->second = static_cast<uint32_t>(scene.meshes.size());
-                scene.meshes.push_back(scene.meshes[instance.mesh]);
-            }
-            isTaken[instance.mesh] = true;
-            toDeform.emplace_back(std::move(shape), found->second);
-        }
-        meshOf.back() = found->second;
-    }
-    for (const auto& [shape, mesh] : toDeform) {
-        const auto& [source, skin, weights] = shape;
-        const auto joints = skin == kNone ? std::span<const glm::mat4x3>{} : applier.JointMatricesOf(skin);
-        for (Primitive& primitive : scene.meshes[mesh].primitives) Deform(primitive, weights, joints);
-    }
-    for (Instance& instance : scene.instances)
-        if (instance.isDeformed && HasSkin(scene, instance))
-            AttachToNode(instance, applier.NodeTransforms()[instance.node]);
-    for (size_t i = 0; i < meshOf.size(); ++i) {
-        scene.instances[i].mesh = meshOf[i];
-        scene.instances[i].isDeformed = false;
-    }
+        isSkinned.push_back(instance.isDeformed && HasSkin(scene, instance));
+    DeformMeshes(scene, applier, maxCopiedBytes);
+    for (size_t i = 0; i < isSkinned.size(); ++i)
+        if (isSkinned[i]) AttachToNode(scene.instances[i], applier.NodeTransforms()[scene.instances[i].node]);
+    for (Instance& instance : scene.instances) instance.isDeformed = false;
     for (Mesh& mesh : scene.meshes) {
         mesh.weights.clear();
         for (Primitive& primitive : mesh.primitives) {
@@ -168,6 +245,12 @@ void FreezePose(SceneData& scene, std::span<const ClipState> clips) {
     scene.skins.clear();
     scene.animations.clear();
     MeasureBounds(scene);
+}
+
+}  // namespace
+
+void FreezePose(SceneData& scene, std::span<const ClipState> clips, uint64_t maxCopiedBytes) {
+    WithMemoryErrors("a pose of the scene", [&] { Freeze(scene, clips, maxCopiedBytes); });
 }
 
 }  // namespace raygraph::scene

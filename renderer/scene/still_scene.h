@@ -5,11 +5,13 @@
 // Threads: pure functions of their arguments, for any thread.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string_view>
 #include <vector>
 
 #include "base/api.h"
+#include "renderer/scene/load_gltf.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/scene_data.h"
 
@@ -24,7 +26,13 @@ RAYGRAPH_API std::vector<ClipState> FindClips(const SceneData& scene, std::strin
 // Gives the scene the pose of these clips; without any, its rest pose, in which skins and the default weights
 // of morph targets count, too. Deformed instances get meshes whose vertices are deformed already (those of
 // one shape share one), and the scene has no skins, no targets and no animations any more. What a skin has
-// moved follows its own node from then on, not its joints. Error{Usage} if there is no such animation.
-RAYGRAPH_API void FreezePose(SceneData& scene, std::span<const ClipState> clips);
+// moved follows its own node from then on, not its joints. Instances that are collapsed at that time are left
+// out, and hidden ones that cannot follow their node because it is flat.
+//
+// Where a mesh has several shapes, all but one are copies: Error{BadInput}, naming the mesh, if they take
+// more than `maxCopiedBytes`. Error{Usage} if there is no such animation. Error{OutOfMemory}. After an error
+// the scene is in some pose.
+RAYGRAPH_API void FreezePose(SceneData& scene, std::span<const ClipState> clips,
+                             uint64_t maxCopiedBytes = LoadLimits().maxGeometryBytes);
 
 }  // namespace raygraph::scene

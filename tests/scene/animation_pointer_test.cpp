@@ -8,6 +8,7 @@
 #include "renderer/scene/material_fields.h"
 #include "renderer/scene/pose.h"
 #include "renderer/scene/pose_applier.h"
+#include "renderer/scene/still_scene.h"
 #include "tests/scene/motion_document.h"
 
 namespace raygraph::test {
@@ -57,8 +58,62 @@ TEST(AnimationPointer, MovesNodes) {
     EXPECT_EQ(Set("/nodes/0/rotation", {0, 1, 0, 0}).nodes[0].rotation, glm::quat(0, 0, 1, 0));
     EXPECT_EQ(Set("/nodes/0/weights", {3, 4}).nodes[0].weights, (std::vector<float>{3, 4}));
     EXPECT_EQ(Set("/nodes/0/weights/1", {4}).nodes[0].weights, (std::vector<float>{0, 4}));
-    EXPECT_EQ(Set("/meshes/0/weights", {3, 4}).nodes[0].weights, (std::vector<float>{3, 4}));
-    EXPECT_EQ(Set("/meshes/0/weights/0", {3}).nodes[0].weights, (std::vector<float>{3, 0}));
+}
+
+// Nodes that have weights of their own keep them.
+TEST(AnimationPointer, MovesTheWeightsOfMeshes) {
+    const scene::SceneData scene = Set("/meshes/0/weights", {3, 4});
+    EXPECT_EQ(scene.meshes[0].weights, (std::vector<float>{3, 4}));
+    EXPECT_TRUE(scene.nodes[0].weights.empty());
+    EXPECT_EQ(Set("/meshes/0/weights/0", {3}).meshes[0].weights, (std::vector<float>{3, 0}));
+    GltfDocument document = Everything();
+    document.AddNode({{"mesh", 0}, {"weights", {5, 6}}});
+    Animate(document, Pointer("/meshes/0/weights"), {0, 1}, {0, 0, 3, 4}, 1);
+    scene::SceneData own = Load(document);
+    ASSERT_EQ(own.instances.size(), 2u);
+    scene::PoseEvaluator evaluator(own);
+    scene::PoseApplier applier(own);
+    const scene::PoseChanges& changes =
+        applier.Apply(own, evaluator.Evaluate(own, std::array{scene::ClipState{0, 1}}));
+    EXPECT_EQ(own.nodes[4].weights, (std::vector<float>{5, 6}));
+    const uint32_t plain = own.instances[0].node == 0 ? 0 : 1;
+    EXPECT_EQ(changes.reweighted, std::vector<uint32_t>{plain});
+    EXPECT_EQ(own.bounds.max.z, 11.0f) << "the greater of 3 + 4 and 5 + 6";
+}
+
+// What a small file can make an evaluator hold: a pointer to weights of a mesh is one property, however often
+// the mesh is placed.
+TEST(AnimationPointer, WeightsOfAMeshAreOneProperty) {
+    GltfDocument document = Everything();
+    for (int i = 0; i < 300; ++i) document.AddNode({{"mesh", 0}});
+    Animate(document, Pointer("/meshes/0/weights"), {0, 1}, {0, 0, 3, 4}, 1);
+    const scene::SceneData scene = Load(document);
+    ASSERT_EQ(scene.animations[0].channels.size(), 1u);
+    scene::PoseEvaluator evaluator(scene);
+    EXPECT_EQ(evaluator.Rest().properties.size(), 1u);
+    EXPECT_EQ(evaluator.Rest().values.size(), 2u);
+}
+
+// Each node's weights are numbers of their own, and charged.
+TEST(AnimationPointer, WeightsOfManyNodesAreCharged) {
+    constexpr size_t kNodes = 300, kTargets = 1000;
+    GltfDocument document;
+    Json& primitive = document.AddTriangle();
+    const size_t lifted = document.AddAccessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+    primitive["targets"] = Json::array();
+    for (size_t i = 0; i < kTargets; ++i) primitive["targets"].push_back({{"POSITION", lifted}});
+    Animate(document, {{"node", 0}, {"path", "weights"}}, {0}, std::vector<float>(kTargets, 1.0f), 1);
+    scene::LoadOptions options;
+    options.limits.maxGeometryBytes = uint64_t{1} << 20;
+    EXPECT_EQ(LoadError(document, options), "loaded");
+    for (size_t i = 1; i <= kNodes; ++i) {
+        document.AddNode({{"mesh", 0}});
+        document.json["animations"][0]["channels"].push_back(
+            {{"sampler", 0}, {"target", {{"node", i}, {"path", "weights"}}}});
+    }
+    EXPECT_EQ(LoadError(document, options).find("scene.gltf: animations[0].channels["), 0u);
+    EXPECT_NE(LoadError(document, options).find("].target: decoded geometry exceeds the limit of "),
+              std::string::npos);
 }
 
 TEST(AnimationPointer, HidesNodes) {
@@ -189,6 +244,18 @@ TEST(AnimationPointer, MovesAllLightsMadeOfTheFilesOne) {
     EXPECT_EQ(Set(lights + "1/range", {7}).lights[1].range, 7.0f);
     EXPECT_EQ(Set(lights + "1/spot/innerConeAngle", {0.25f}).lights[1].innerConeAngle, 0.25f);
     EXPECT_EQ(Set(lights + "1/spot/outerConeAngle", {1}).lights[1].outerConeAngle, 1.0f);
+}
+
+// What a picture with --at is of.
+TEST(AnimationPointer, ShowsInAFrozenScene) {
+    GltfDocument document = Everything();
+    document.json["extensionsUsed"] = {"KHR_animation_pointer"};
+    document.json["extensionsRequired"] = {"KHR_animation_pointer"};
+    Animate(document, Pointer("/materials/0/emissiveFactor"), {0, 1}, {0, 0, 0, 1, 0.5f, 0}, 3);
+    scene::SceneData scene = Load(document);
+    scene::FreezePose(scene, scene::FindClips(scene, "", 0.5));
+    EXPECT_EQ(scene.materials[0].emissiveFactor, vec3(0.5f, 0.25f, 0));
+    EXPECT_TRUE(scene.animations.empty());
 }
 
 TEST(AnimationPointer, NumbersMayBeIntegers) {

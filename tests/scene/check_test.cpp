@@ -250,6 +250,28 @@ TEST(Check, SaysItAsTheCallerWants) {
               "a door: its transform is scaled to nothing or flat, it has no inverse");
 }
 
+// A host's instance may have another mesh than its node; the node's skin and weights deform it.
+TEST(Check, InstancesFitTheSkinAndTheWeightsOfTheirNode) {
+    SceneData joints = Moving();
+    joints.meshes.push_back(joints.meshes[0]);
+    Primitive& primitive = joints.meshes[1].primitives[0];
+    primitive.influences.joints[1] = 2;
+    UpdateDeformationBounds(primitive);
+    EXPECT_NO_THROW(Check(joints));
+    for (Instance& instance : joints.instances) instance = {.mesh = 1, .node = 0};
+    EXPECT_EQ(ErrorTextOf([&] { Check(joints, "scene"); }),
+              "scene: instances[0]: its mesh has 3 joints, its skin 2");
+    SceneData weights = Moving();
+    weights.nodes[0].weights = {1};
+    weights.meshes.push_back(weights.meshes[0]);
+    weights.meshes[1].weights = {1, 2};
+    weights.meshes[1].primitives[0].targets.resize(2);
+    EXPECT_NO_THROW(Check(weights));
+    for (Instance& instance : weights.instances) instance = {.mesh = 1, .node = 0};
+    EXPECT_EQ(ErrorTextOf([&] { Check(weights, "scene"); }),
+              "scene: instances[0]: its node has 1 weights, its mesh 2");
+}
+
 TEST(Check, LightsOfFlatNodesMayStay) {
     SceneData scene = Whole();
     scene.lights[0].lightToWorld = glm::mat4x3(0.0f);

@@ -167,11 +167,8 @@ TEST(ImportAnimation, WhatGrowsFromNothingIsKept) {
 TEST(ImportAnimation, BadOnesAreRefused) {
     GltfDocument document = Moving();
     const size_t three = document.AddAccessor<float>({0, 1, 2}, 1);
-    const size_t falling = document.AddAccessor<float>({1, 1}, 1);
-    const size_t negative = document.AddAccessor<float>({-1, 1}, 1);
     const size_t infinite = document.AddAccessor<float>({0, INFINITY}, 1);
     const size_t bytes = document.AddAccessor<uint8_t>({0, 1}, 1, true);
-    const size_t zeros = document.AddAccessor<float>({0, 0, 0, 1, 0, 0, 0, 0}, 4);
     const size_t wholes = document.AddAccessor<int8_t>({0, 0, 0, 1, 0, 0, 0, 1}, 4);
     const size_t matrices = AddMatrices(document, std::vector<float>(32, 1.0f));
     const auto named = [](size_t accessor) { return "accessors[" + std::to_string(accessor) + "]"; };
@@ -184,19 +181,12 @@ TEST(ImportAnimation, BadOnesAreRefused) {
         EXPECT_EQ(LoadError(changed), "scene.gltf: animations[0]" + message) << where;
     };
     const char *input = "/samplers/0/input", *output = "/samplers/0/output";
-    change(input, three, ".samplers[0].output: accessors[3] has 2 elements, 3 keys of LINEAR need 3");
-    change(input, falling,
-           ".samplers[0].input: " + named(falling) + " element 1 is 1, not greater than the one before it");
-    change(input, negative,
-           ".samplers[0].input: " + named(negative) + " element 0 is -1, a time must not be negative");
     change(input, bytes, ".samplers[0].input: " + named(bytes) + " must be SCALAR of float");
     change(input, 99,
            ".samplers[0].input: is 99, but there are " + std::to_string(matrices + 1) + " accessors");
     change(output, three, ".samplers[0].output: " + named(three) + " must be VEC3 of float, bytes or shorts");
     change(output, matrices,
            ".samplers[0].output: " + named(matrices) + " must be VEC3 of float, bytes or shorts");
-    change("/samplers/0/interpolation", "CUBICSPLINE",
-           ".samplers[0].output: accessors[3] has 2 elements, 2 keys of CUBICSPLINE need 6");
     change("/samplers/0/interpolation", "SMOOTH",
            ".samplers[0].interpolation: is \"SMOOTH\", must be LINEAR, STEP or CUBICSPLINE");
     change("/channels/0/sampler", 1, ".channels[0].sampler: is 1, but there are 1 samplers");
@@ -206,15 +196,58 @@ TEST(ImportAnimation, BadOnesAreRefused) {
     change("/samplers", 7, ".channels[0].sampler: is 0, but there are 0 samplers");
     GltfDocument rotated = document;
     rotated.json["animations"][0]["channels"][0]["target"]["path"] = "rotation";
-    rotated.json["animations"][0]["samplers"][0]["output"] = zeros;
-    EXPECT_EQ(LoadError(rotated),
-              "scene.gltf: animations[0].samplers[0].output: key 1 is a quaternion of length 0");
     rotated.json["animations"][0]["samplers"][0]["output"] = wholes;
     EXPECT_EQ(LoadError(rotated), "scene.gltf: animations[0].samplers[0].output: " + named(wholes) +
                                       " must be VEC4 of float, normalized bytes or normalized shorts");
     GltfDocument endless = document;
     endless.json["animations"][0]["samplers"][0]["input"] = infinite;
     EXPECT_EQ(LoadError(endless), "scene.gltf: " + named(infinite) + ": element 1 is not finite");
+}
+
+// Exporters write such files; the scene at rest, and its other channels, are as they should be.
+TEST(ImportAnimation, ChannelsWithUnusableKeysAreLeftOut) {
+    const auto warning = [](const char* path, const std::vector<float>& times,
+                            const std::vector<float>& values, size_t components) {
+        GltfDocument document = Moving();
+        Json& animation = document.json["animations"][0];
+        animation["samplers"].push_back({{"input", document.AddAccessor<float>(times, 1)},
+                                         {"output", document.AddAccessor<float>(values, components)}});
+        animation["channels"].insert(animation["channels"].begin(),
+                                     Json{{"sampler", 1}, {"target", Target(path)}});
+        animation["channels"][1]["target"]["path"] = "translation";
+        const scene::SceneData scene = Load(document);
+        EXPECT_EQ(scene.animations[0].channels.size(), 1u);
+        EXPECT_EQ(scene.animations[0].samplers.size(), 1u);
+        EXPECT_EQ(scene.animations[0].duration, 1.0f);
+        EXPECT_EQ(PosedAt(scene, 1).nodes[0].translation, vec3(3, 2, 1)) << "the other channel";
+        return scene.warnings.size() == 1 ? scene.warnings[0] : "not one";
+    };
+    const std::string at = "scene.gltf: animations[0].samplers[1].";
+    EXPECT_EQ(warning("scale", {1, 1}, {1, 1, 1, 1, 1, 1}, 3),
+              at + "input: accessors[4] element 1 is 1, not greater than the one before it; its channels are "
+                   "left out");
+    EXPECT_EQ(
+        warning("scale", {-1, 9}, {1, 1, 1, 1, 1, 1}, 3),
+        at + "input: accessors[4] element 0 is -1, a time must not be negative; its channels are left out");
+    EXPECT_EQ(warning("scale", {0, 1, 9}, {1, 1, 1, 1, 1, 1}, 3),
+              at + "output: accessors[5] has 2 elements, 3 keys of LINEAR need 3, its channels are left out");
+    EXPECT_EQ(warning("rotation", {0, 9}, {0, 0, 0, 1, 0, 0, 0, 0}, 4),
+              at + "output: key 1 is a quaternion of length 0, its channels are left out");
+}
+
+// Weights are scalars, vectors are not: what one sampler is for one channel says nothing about another.
+TEST(ImportAnimation, SharedSamplersAreCheckedForEachUse) {
+    GltfDocument document;
+    Json& primitive = document.AddTriangle();
+    const size_t lifted = document.AddAccessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+    primitive["targets"] = {{{"POSITION", lifted}}, {{"POSITION", lifted}}, {{"POSITION", lifted}}};
+    Animate(document, Target("weights"), {0}, {1, 2, 3}, 1);
+    Json& channels = document.json["animations"][0]["channels"];
+    channels.push_back({{"sampler", 0}, {"target", Target("translation")}});
+    const std::string first = LoadError(document);
+    EXPECT_NE(first.find("must be VEC3 of float"), std::string::npos) << first;
+    std::swap(channels[0], channels[1]);
+    EXPECT_EQ(LoadError(document), first);
 }
 
 // What no channel uses is checked as far as its accessors, and not decoded.

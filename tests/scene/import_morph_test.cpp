@@ -87,6 +87,21 @@ TEST(ImportMorph, AccessorsMayBeSparseAndQuantized) {
 }
 
 // Streams of nothing but zeros, which exporters write, take no memory.
+// As those of the base are not read without normals, which they are perpendicular to.
+TEST(ImportMorph, TangentsWithoutNormalsAreNotRead) {
+    GltfDocument document;
+    Json& primitive = document.AddTriangle();
+    primitive["attributes"].erase("NORMAL");
+    const size_t lifted = document.AddAccessor<float>({0, 0, 1, 0, 0, 1, 0, 0, 1}, 3);
+    primitive["attributes"]["TANGENT"] = document.AddAccessor<float>({1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1}, 4);
+    primitive["targets"] = {{{"POSITION", lifted}, {"TANGENT", lifted}}};
+    const scene::SceneData scene = Load(document);
+    ASSERT_EQ(scene.meshes.size(), 1u);
+    EXPECT_TRUE(scene.meshes[0].primitives[0].tangents.empty());
+    EXPECT_TRUE(scene.meshes[0].primitives[0].targets[0].tangents.empty());
+    EXPECT_EQ(scene.meshes[0].primitives[0].targets[0].positions.size(), 3u);
+}
+
 TEST(ImportMorph, ZerosAreNoStream) {
     GltfDocument document = Morphed();
     const size_t zeros = document.AddAccessor<float>(std::vector<float>(9, 0.0f), 3);

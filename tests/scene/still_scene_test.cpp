@@ -45,14 +45,14 @@ TEST(FindClips, NamesIndicesAndWeights) {
 TEST(FindClips, WhatIsNotThereIsRefusedWithWhatIs) {
     const SceneData scene = WithAnimations({"walk", "run"});
     for (const std::string_view list : {"fly", "2", "-1", "walk,,run", "walk:much", ",walk"}) {
-        const Error error = ErrorOf([&] { scene::FindClips(scene, list, 0.0); });
+        const Error error = testing::ErrorOf([&] { scene::FindClips(scene, list, 0.0); });
         EXPECT_EQ(error.Kind(), ErrorKind::BadInput) << list;
         EXPECT_NE(std::string(error.what()).find("the scene has 0 \"walk\", 1 \"run\""), std::string::npos)
             << error.what();
     }
-    EXPECT_EQ(std::string(ErrorOf([&] { scene::FindClips(scene, "run:-1", 0.0); }).what()),
+    EXPECT_EQ(std::string(testing::ErrorOf([&] { scene::FindClips(scene, "run:-1", 0.0); }).what()),
               "the weight of \"run:-1\" is not from 0 to 1e6");
-    EXPECT_EQ(std::string(ErrorOf([] { scene::FindClips(SceneData(), "walk", 0.0); }).what()),
+    EXPECT_EQ(std::string(testing::ErrorOf([] { scene::FindClips(SceneData(), "walk", 0.0); }).what()),
               "there is no animation \"walk\"; the scene has none");
 }
 
@@ -164,6 +164,74 @@ TEST(FreezePose, InstanceWithoutASkinKeepsTheBaseShape) {
     const uint32_t plain = scene.instances[0].node == 0 ? 1 : 0;
     EXPECT_EQ(WorldPosition(scene, plain, 1), vec3(1, 5, 0));
     EXPECT_EQ(WorldPosition(scene, 1 - plain, 1), vec3(1, 0, 2));
+}
+
+TEST(FreezePose, CopiesOfMeshesAreLimited) {
+    SceneData scene = Lifted();
+    const uint64_t streams = 3 * (2 * sizeof(vec3) + sizeof(uint32_t));
+    const uint64_t copy = sizeof(scene::Mesh) + sizeof(scene::Primitive) + streams;
+    EXPECT_EQ(testing::ErrorTextOf([&] { scene::FreezePose(scene, {}, copy - 1); }, ErrorKind::BadInput),
+              "meshes[0] \"lifted\": deformed copies of meshes take more than " + std::to_string(copy - 1) +
+                  " bytes");
+    scene = Lifted();
+    scene::FreezePose(scene, {}, copy);
+    EXPECT_EQ(scene.meshes.size(), 2u);
+}
+
+// A host's mesh may have spheres beside what is morphed.
+TEST(FreezePose, WhatNothingDeformsKeepsItsBox) {
+    SceneData scene = Lifted();
+    scene::Primitive sphere;
+    sphere.positions = {{0, 0, 0}};
+    sphere.indices = {0, 0};
+    sphere.radii = {2};
+    sphere.bounds = {vec3(-2.5f), vec3(2.5f)};
+    scene.meshes[0].primitives.push_back(sphere);
+    scene::Check(scene, "before");
+    scene::FreezePose(scene, {});
+    EXPECT_NO_THROW(scene::Check(scene, "frozen"));
+    for (const scene::Mesh& mesh : scene.meshes) {
+        EXPECT_EQ(mesh.primitives[1].bounds.max, vec3(2.5f));
+        EXPECT_EQ(mesh.primitives[1].positions, sphere.positions);
+    }
+}
+
+TEST(FreezePose, CollapsedInstancesAreLeftOut) {
+    GltfDocument document;
+    document.AddTriangle();
+    Animate(document, {{"node", 0}, {"path", "scale"}}, {0, 1}, {0, 0, 0, 2, 2, 2}, 3);
+    for (const double seconds : {0.0, 1.0}) {
+        SceneData scene = Load(document);
+        scene::FreezePose(scene, std::array{ClipState{0, seconds}});
+        EXPECT_NO_THROW(scene::Check(scene, "frozen"));
+        EXPECT_EQ(scene.instances.size(), seconds > 0.0 ? 1u : 0u);
+    }
+}
+
+// The node is flat, so that the mesh cannot follow it, and hidden: without the node it would be seen.
+TEST(FreezePose, HiddenInstancesOfFlatNodesStayUnseen) {
+    GltfDocument document = SkinnedTriangle();
+    document.json["nodes"][0]["scale"] = {1, 0, 1};
+    SceneData scene = Load(document);
+    ASSERT_EQ(scene.instances.size(), 1u);
+    scene.nodes[0].isVisible = false;
+    SceneData shown = scene;
+    scene::FreezePose(scene, {});
+    EXPECT_TRUE(scene.instances.empty());
+    shown.nodes[0].isVisible = true;
+    scene::FreezePose(shown, {});
+    ASSERT_EQ(shown.instances.size(), 1u);
+    EXPECT_EQ(shown.instances[0].node, kNone);
+}
+
+TEST(FreezePose, VerticesThatAreNotFiniteAreNotShown) {
+    SceneData scene = Lifted();
+    scene.nodes[2].weights = {3e38f};
+    scene.meshes[0].primitives[0].targets[0].positions.assign(3, {0, 0, 10});
+    scene::UpdateDeformationBounds(scene.meshes[0].primitives[0]);
+    scene::FreezePose(scene, {});
+    EXPECT_NO_THROW(scene::Check(scene, "frozen"));
+    EXPECT_EQ(scene.instances.size(), 2u);
 }
 
 }  // namespace
