@@ -216,6 +216,7 @@ class RAYGRAPH_API Device {
     // Error{OutOfMemory}, as if the device had no more. 0: no limit. Threads that create resources at the
     // same time may exceed it by these resources.
     void LimitMemory(uint64_t bytes);
+    uint64_t MemoryLimit() const;  // 0: none
 
     // One timeline: every submission signals the next value.
     // Begin a command list in the recording state; its pool is recycled once its submission has completed.

@@ -35,6 +35,10 @@ void Device::LimitMemory(uint64_t bytes) {
     m_impl->memoryLimit = bytes;
 }
 
+uint64_t Device::MemoryLimit() const {
+    return m_impl->memoryLimit;
+}
+
 void Device::RequireMemory(const std::string& subject, uint64_t bytes) {
     const uint64_t limit = m_impl->memoryLimit;
     if (limit == 0) return;

@@ -140,7 +140,8 @@ struct GpuSceneDesc {
     // 1: none, as if footprints were round. Beyond what the device has, that.
     float maxAnisotropy = 8.0f;
     // Bytes of all textures of a scene; 0: half of what the process may use of the largest heap of device
-    // memory. Where they take more, levels are dropped, of the largest textures first, and a warning says so.
+    // memory and by rhi::Device::LimitMemory, and no more than is left of it when the scene is set. Where
+    // they take more, levels are dropped, of the largest textures first, and a warning says so.
     uint64_t textureBudget = 0;
     // Compacts also on a driver where it saves nothing, to test compaction there.
     bool compactsWithoutGain = false;

@@ -295,8 +295,13 @@ uint64_t DefaultTextureBudget(const rhi::Device& device) {
     rhi::MemoryHeap largest;
     for (const rhi::MemoryHeap& heap : device.MemoryHeaps())
         if (heap.isDeviceLocal && heap.budgetBytes > largest.budgetBytes) largest = heap;
-    const uint64_t left = largest.budgetBytes - std::min(largest.usedBytes, largest.budgetBytes);
-    return std::min(largest.budgetBytes / 2, left);
+    uint64_t whole = largest.budgetBytes;
+    uint64_t left = whole - std::min(largest.usedBytes, whole);
+    if (const uint64_t limit = device.MemoryLimit(); limit > 0) {
+        whole = std::min(whole, limit);
+        left = std::min(left, limit - std::min(device.Memory().usedBytes, limit));
+    }
+    return std::min(whole / 2, left);
 }
 
 }  // namespace raygraph

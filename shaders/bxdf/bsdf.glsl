@@ -1,6 +1,7 @@
 // The BSDF of a surface as seen from one direction, by the active model (shared/trace_options.h).
 //     SurfaceBSDF BSDFOf(material, wo, ...)
-//     vec3 Evaluate(bsdf, wi, pdf, diffuse)  f, the density of wi in Sample_f, and the diffuse part of f
+//     vec3 Evaluate(bsdf, wi, isDelta, pdf, diffuse)
+//         f, the density of wi in Sample_f, and the diffuse part of f; as bxdf/gltf.glsl
 //     BSDFSample SampleDirection(bsdf, uc, u, isEvaluated)
 //     vec3 DiffuseOf(bsdf, sample)           the diffuse part of the f of a sample that is evaluated
 // Conventions are those of bxdf/bxdf.glsl.
@@ -88,7 +89,7 @@ INLINE SurfaceBSDF WithoutStraight(SurfaceBSDF wall, float chance) {
     return wall;
 }
 
-INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf, OUT(vec3) diffuse) {
+INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, bool isDelta, OUT(float) pdf, OUT(vec3) diffuse) {
     if (ActiveBrdf() == kBrdfLambert) {
         pdf = PDF(bsdf.lambert, bsdf.wo, wi);
         diffuse = f(bsdf.lambert, bsdf.wo, wi);
@@ -100,7 +101,7 @@ INLINE vec3 Evaluate(SurfaceBSDF bsdf, vec3 wi, OUT(float) pdf, OUT(vec3) diffus
         diffuse = min(bsdf.lafortune.diffuse * kInvPi, value);
         return value;
     }
-    return Evaluate(bsdf.gltf, wi, pdf, diffuse);
+    return Evaluate(bsdf.gltf, wi, isDelta, pdf, diffuse);
 }
 
 // Sample_f without its evaluation: f and pdf of the sample come from Evaluate, unless isEvaluated is set.

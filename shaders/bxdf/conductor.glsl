@@ -33,13 +33,13 @@ INLINE void PlaceLobe(OUT(ConductorBxDF) lobe, SurfaceMaterial material, Surface
     if (HasTraceFeature(kTraceIridescence)) lobe.film = FilmOf(material, setting.outerIor);
     lobe.table.f0 = f0;
     lobe.table.f90 = f90;
-    lobe.scale = vec3(share * material.metallic);
-    if (!(material.metallic > 0.0f)) return;
-    lobe.table = TableCurveOf(FresnelOf(lobe), view, 1.0f, true);
+    // No branch where there is none, but for what is costly, as in bxdf/dielectric_layer.glsl
+    if (HasTraceFeature(kTraceIridescence) && material.metallic > 0.0f)
+        lobe.table = TableCurveOf(FresnelOf(lobe), view, 1.0f, true);
     f0 = lobe.table.f0;
     f90 = lobe.table.f90;
     vec3 later = LaterAlbedo(view, view.energy, f0, f90);
-    lobe.scale *= LaterBounces(SingleAlbedo(view.energy, f0, f90), later, f90);
+    lobe.scale = share * material.metallic * LaterBounces(SingleAlbedo(view.energy, f0, f90), later, f90);
 }
 
 INLINE bool IsDiffuse(ConductorBxDF) { return false; }

@@ -22,8 +22,14 @@ struct DielectricLayerBxDF {
 
 // What the layer passes where it reflects with that energy.
 INLINE float PassedShare(DielectricLayerBxDF lobe, FacetView view, FacetEnergy energy) {
-    vec3 layer = FacetAlbedo(view, energy, lobe.table.f0, lobe.table.f90);
-    return max(1.0f - MaxComponent(layer), 0.0f);
+    vec3 f0 = lobe.table.f0;
+    vec3 f90 = lobe.table.f90;
+    if (!HasTraceFeature(kTraceIridescence)) {
+        // All channels have one f90: that of the largest f0 reflects most, and is computed alone
+        f0 = vec3(MaxComponent(f0));
+        f90 = vec3(f90.x);
+    }
+    return max(1.0f - MaxComponent(FacetAlbedo(view, energy, f0, f90)), 0.0f);
 }
 
 INLINE void PlaceLobe(OUT(DielectricLayerBxDF) lobe, SurfaceMaterial material, SurfaceSetting setting,
@@ -33,10 +39,9 @@ INLINE void PlaceLobe(OUT(DielectricLayerBxDF) lobe, SurfaceMaterial material, S
     lobe.table.f0 = lobe.fresnel.f0;
     lobe.table.f90 = lobe.fresnel.f90;
     lobe.eta = OutsideEta(setting.eta);
-    lobe.scale = vec3(0.0f);
-    lobe.passedScale = 1.0f;
-    if (!(share > 0.0f)) return;
-    lobe.table = TableCurveOf(lobe.fresnel, view, lobe.eta, true);
+    // A share of 0 needs no branch but for what is costly: paths that run in lockstep would diverge
+    if (HasTraceFeature(kTraceIridescence) && share > 0.0f)
+        lobe.table = TableCurveOf(lobe.fresnel, view, lobe.eta, true);
     vec3 f0 = lobe.table.f0;
     vec3 f90 = lobe.table.f90;
     vec3 later = LaterAlbedo(view, view.energy, f0, f90);

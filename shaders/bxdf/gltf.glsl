@@ -1,7 +1,8 @@
 // The BSDF of a glTF material at one point: the sum of the lobes of bxdf/gltf_lobes.glsl.
 //     GltfBSDF Prepare(material, setting, wo)   the lobes as seen from wo
-//     vec3 Evaluate(g, wi, pdf, diffuse)
-//         f, the density of wi in Sample_f, and the part of f that is of diffuse lobes
+//     vec3 Evaluate(g, wi, isDelta, pdf, diffuse)
+//         f, the density of wi in Sample_f, and the part of f that is of diffuse lobes. `isDelta`: wi was
+//         sampled from a delta (IsDelta); these are the factors of the deltas in its direction
 //     BSDFSample SampleDirection(g, uc, u, isEvaluated)
 //         Sample_f; without f and pdf unless isEvaluated is set
 //     f, PDF, Sample_f  with the contracts of bxdf/bxdf.glsl
@@ -75,14 +76,14 @@ INLINE LobeSum SumLobes(GltfBSDF g, FacetPair pair, bool hasWalk) {
     return sum;
 }
 
-INLINE vec3 Evaluate(GltfBSDF g, vec3 wi, OUT(float) pdf, OUT(vec3) diffuse) {
+INLINE vec3 Evaluate(GltfBSDF g, vec3 wi, bool isDelta, OUT(float) pdf, OUT(vec3) diffuse) {
     pdf = 0.0f;
     diffuse = vec3(0.0f);
     if (wi.z == 0.0f || g.flags == kBxDFNone) return vec3(0.0f);
     if (wi.z < 0.0f && !IsTransmissive(g.flags)) return vec3(0.0f);
     float walkedChance = WalkedChance(g);
-    bool hasWalk = walkedChance > 0.0f;
-    FacetPair pair = PairOf(g.view, wi, false);
+    bool hasWalk = walkedChance > 0.0f && !isDelta;
+    FacetPair pair = PairOf(g.view, wi, isDelta);
     LobeSum sum = SumLobes(g, pair, hasWalk);
     if (hasWalk) {
         sum.value += EstimateWalk(g, pair, walkedChance);
@@ -108,16 +109,10 @@ INLINE BSDFSample EvaluateWalked(GltfBSDF g, BSDFSample s, uint walked) {
     return s;
 }
 
-// f and pdf of a sample of kBxDFSpecular: the factors of the deltas in its direction.
-INLINE BSDFSample EvaluateDelta(GltfBSDF g, BSDFSample s) {
-    LobeSum sum = SumLobes(g, PairOf(g.view, s.wi, true), false);
-    s.f = sum.value;
-    s.pdf = sum.pdf;
-    return s;
-}
+// Whether the sample is of a delta. No scene without smooth materials has any.
+INLINE bool IsDelta(BSDFSample s) { return HasTraceFeature(kTraceSmooth) && IsSpecular(s.flags); }
 
-// Sample_f without f and pdf, which come from Evaluate, unless isEvaluated is set: deltas are evaluated here,
-// where a mirror and a pane are cheap and Evaluate is not.
+// Sample_f without f and pdf, which come from Evaluate, unless isEvaluated is set.
 INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEvaluated) {
     isEvaluated = true;
     BSDFSample result = NoSample();
@@ -161,15 +156,14 @@ INLINE BSDFSample SampleDirection(GltfBSDF g, float uc, vec2 u, OUT(bool) isEval
 #undef RAYGRAPH_SAMPLE_LOBE_
     if (result.flags == kBxDFNone) return result;
     if (isBack && result.wi.z > 0.0f) result.wi = Mirrored(result.wi);
-    if (IsSpecular(result.flags)) return EvaluateDelta(g, result);
-    if (hasWalk) return EvaluateWalked(g, result, 0u);
+    if (hasWalk && !IsDelta(result)) return EvaluateWalked(g, result, 0u);
     isEvaluated = false;
     return result;
 }
 
 INLINE vec3 Evaluate(GltfBSDF g, vec3 wi, OUT(float) pdf) {
     vec3 diffuse = vec3(0.0f);
-    return Evaluate(g, wi, pdf, diffuse);
+    return Evaluate(g, wi, false, pdf, diffuse);
 }
 
 INLINE vec3 f(GltfBSDF g, vec3 wi) {
@@ -186,7 +180,8 @@ INLINE float PDF(GltfBSDF g, vec3 wi) {
 INLINE BSDFSample Sample_f(GltfBSDF g, float uc, vec2 u) {
     bool isEvaluated = false;
     BSDFSample result = SampleDirection(g, uc, u, isEvaluated);
-    if (!isEvaluated) result.f = Evaluate(g, result.wi, result.pdf);
+    vec3 diffuse = vec3(0.0f);
+    if (!isEvaluated) result.f = Evaluate(g, result.wi, IsDelta(result), result.pdf, diffuse);
     return result;
 }
 

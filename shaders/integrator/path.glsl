@@ -135,7 +135,9 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
     vec3 diffuse = DiffuseOf(vertex.bsdf, scattered);  // of scattered.f
 
     if (!HasTraceFeature(kTraceLightSampling)) {
-        if (!isEvaluated) scattered.f = Evaluate(vertex.bsdf, scattered.wi, scattered.pdf, diffuse);
+        if (!isEvaluated)
+            scattered.f =
+                Evaluate(vertex.bsdf, scattered.wi, IsDelta(scattered), scattered.pdf, diffuse);
         return Scatter(path, vertex, scattered, diffuse, settings);
     }
     // Evaluate the BSDF for both at one call site: a device compiles it for each
@@ -145,7 +147,8 @@ INLINE bool ScatterBoth(INOUT(PathState) path, Vertex vertex, PathSettings setti
         if (isLight ? !(light.pdf > 0.0f) : isEvaluated) continue;
         float pdf = 0.0f;
         vec3 part = vec3(0.0f);
-        vec3 value = Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, pdf, part);
+        bool isDelta = !isLight && IsDelta(scattered);
+        vec3 value = Evaluate(vertex.bsdf, isLight ? toLight : scattered.wi, isDelta, pdf, part);
         if (isLight) {
             direct = ScatterLight(path, vertex, light, value * abs(toLight.z), pdf);
             if (kKeepsParts && path.depth == 0u)
@@ -280,10 +283,12 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
         } else {
             path.throughput *= Transmittance(medium, inside);
         }
-        if (isVolume)
+        if (isVolume) {
             boundary = CrossBoundary(path.media, surface.material.id, surface.isFront);
-        else
+            eta = RelativeIor(boundary, path.wavelength);
+        } else {
             eta = surface.material.ior / MediumIor(CurrentMedium(path.media), path.wavelength);
+        }
     }
     // Surfaces emit even if a medium of higher priority hides them, as for light sampling
     if (MaxComponent(surface.emission) > 0.0f)
@@ -305,11 +310,11 @@ INLINE bool ShadeVertex(INOUT(PathState) path, Hit hit, PathSettings settings, I
 
     if (isMatched) {
         eta = 1.0f;
-    } else if (HasTraceFeature(kTraceVolumes) && isVolume) {
-        if (HasTraceFeature(kTraceDispersion)) ChooseWavelength(path, boundary);
+    } else if (HasTraceFeature(kTraceDispersion) && isVolume) {
+        ChooseWavelength(path, boundary);
         eta = RelativeIor(boundary, path.wavelength);
-        if (HasTraceFeature(kTraceDispersion))  // what lies on either side of its film
-            surface.material.ior = MediumIor(surface.material.id, path.wavelength);
+        // What lies on either side of its film
+        surface.material.ior = MediumIor(surface.material.id, path.wavelength);
     }
 
     // Scattering at the surface

@@ -102,7 +102,7 @@ vec3 ScatteredLight(SurfaceInteraction surface, Frame frame, SurfaceBSDF bsdf, S
         if (isSeenThrough && !HasTraceFeature(kTraceDiffuseTransmission)) continue;
         float pdf = 0.0f;
         vec3 diffuse = vec3(0.0f);
-        vec3 value = Evaluate(bsdf, wi, pdf, diffuse);
+        vec3 value = Evaluate(bsdf, wi, false, pdf, diffuse);
         if (HasTraceFeature(kTraceDiffuseTransmission) && isSeenThrough) value = diffuse;
         vec3 scattered = value * light.radiance * (abs(wi.z) / light.pdf);
         if (!(MaxComponent(scattered) > 0.0f)) continue;

@@ -175,11 +175,11 @@ Material OfEverythingFor(const Slot& slot) {
     return material;
 }
 
-// The quad between a light before it and an emitting wall behind it. The wall has a texture, so that a
-// picture without one on the quad is made by the same pipeline.
+// The quad between a light before it and an emitting wall behind it. The wall has a texture, and it is
+// transformed, so that a picture without one on the quad is made by the same pipeline.
 scene::SceneData QuadOf(const Material& material) {
     Material wall = Lambert({}, {0.4f, 0.8f, 1.2f});
-    wall.emissiveTexture = {.texture = 1};
+    wall.emissiveTexture = {.texture = 1, .texCoord = 0, .transform = {.scale = {1.0f, 0.5f}}};
     scene::SceneData scene =
         SceneOf({TwoTexelQuad(0), TwoTexelQuad(1)}, {material, wall},
                 {glm::mat4x3(1.0f), glm::mat4x3(9.0f, 0, 0, 0, 9.0f, 0, 0, 0, 9.0f, 0, 0, -1.0f)});

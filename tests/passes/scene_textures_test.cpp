@@ -309,6 +309,39 @@ TEST(SceneTexturesElsewhere, BudgetIsNoMoreThanWhatIsLeft) {
     EXPECT_EQ(scene.Statistics().textureBudget, 0u);
 }
 
+// What this process may take of the device, as long as this lives.
+class MemoryLimit {
+  public:
+    MemoryLimit(rhi::Device& device, uint64_t more) : m_device(device) {
+        device.WaitIdle();
+        device.CollectGarbage();
+        device.LimitMemory(device.Memory().usedBytes + more);
+    }
+    ~MemoryLimit() { m_device.LimitMemory(0); }
+    MemoryLimit(const MemoryLimit&) = delete;
+    MemoryLimit& operator=(const MemoryLimit&) = delete;
+
+  private:
+    rhi::Device& m_device;
+};
+
+TEST_F(SceneTextures, DefaultBudgetFollowsTheLimitOfMemory) {
+    constexpr uint64_t kMore = 64u << 20;
+    Renderer renderer(Device());
+    GpuScene scene(renderer);
+    {
+        const MemoryLimit limit(Device(), kMore);
+        scene.SetScene(SceneWith({Stripes({4, 4}, 1)}));
+        EXPECT_GT(scene.Statistics().textureBudget, 0u);
+        EXPECT_LE(scene.Statistics().textureBudget, std::min(kMore, Device().MemoryLimit() / 2));
+    }
+    const rhi::Buffer filler = Device().CreateBuffer({.name = "filler", .size = 4 * kMore});
+    const MemoryLimit limit(Device(), kMore);
+    scene.SetScene(SceneWith({Stripes({4, 4}, 1)}));
+    EXPECT_GT(scene.Statistics().textureBudget, 0u);
+    EXPECT_LE(scene.Statistics().textureBudget, kMore);
+}
+
 // A texture of roughness 0.4, and a normal map of waves as wide as a texel.
 scene::SceneData Waves(Extent2D roughnessExtent, Extent2D wavesExtent) {
     scene::ImageData waves{

@@ -35,7 +35,7 @@ TEST_F(TracePhysics, Trace_ClosedBoxHasRadianceOneOverOneMinusAlbedo) {
     for (const float albedo : {0.5f, 0.8f}) {
         render.scene.SetScene(SceneOf({BoxMesh(1.0f)}, {Lambert(glm::vec3(albedo), glm::vec3(1.0f))}));
         const TraceSettings settings = LookAt({0.2f, 0.1f, 0.3f}, {1.0f, 0.0f, 0.0f}, 1.5f, 128);
-        ExpectMean(render.Render(settings, albedo > 0.6f ? 96 : 32), 1.0 / (1.0 - albedo), 0.003);
+        ExpectMean(render.Render(settings, albedo > 0.6f ? 32 : 12), 1.0 / (1.0 - albedo), 0.005);
     }
 }
 

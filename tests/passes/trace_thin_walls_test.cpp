@@ -169,22 +169,22 @@ TEST_F(TraceThinWalls, Trace_HowLightIsFoundThroughPanesLeavesTheImage) {
         settings.biases.maxDepth = maxDepth;
         settings.lights = {};
         settings.seed = 0;
-        const RenderedImage reference = render.Render(settings, 384);
+        const RenderedImage reference = render.Render(settings, 192);
         settings.seed = 1;
         if (maxDepth == 1) {
             for (const MisHeuristic mis : {MisHeuristic::Balance, MisHeuristic::Off}) {
                 settings.lights.mis = mis;
-                ExpectSameImage(render.Render(settings, 192), reference, "mis " + std::to_string(int(mis)));
+                ExpectSameImage(render.Render(settings, 96), reference, "mis " + std::to_string(int(mis)));
             }
             settings.lights.mis = MisHeuristic::Power;
             for (const LightSampler sampler : {LightSampler::Uniform, LightSampler::Power}) {
                 settings.lights.sampler = sampler;
-                ExpectSameImage(render.Render(settings, 192), reference,
+                ExpectSameImage(render.Render(settings, 96), reference,
                                 "sampler " + std::to_string(int(sampler)));
             }
         }
         settings.lights.isOn = false;
-        ExpectSameImage(render.Render(settings, 768), reference, "BSDF sampling alone");
+        ExpectSameImage(render.Render(settings, 384), reference, "BSDF sampling alone");
     }
 }
 

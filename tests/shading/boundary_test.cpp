@@ -102,7 +102,7 @@ TEST(Boundary, BaseUnderAColoredLayerKeepsItsColor) {
         float pdf = 0.0f;
         vec3 diffuse(0.0f);
         const vec3 wo = DirectionAt(0.8f, 0.0f);
-        Evaluate(Prepare(RedLayer(alpha), wo), DirectionAt(0.6f, 1.0f), pdf, diffuse);
+        Evaluate(Prepare(RedLayer(alpha), wo), DirectionAt(0.6f, 1.0f), false, pdf, diffuse);
         EXPECT_GT(diffuse.x, 0.05f) << alpha;
         EXPECT_EQ(diffuse.x, diffuse.y) << alpha;
         EXPECT_EQ(diffuse.y, diffuse.z) << alpha;

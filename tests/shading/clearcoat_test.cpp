@@ -46,7 +46,8 @@ TEST(Clearcoat, SampledDirectionsFollowPDF) {
                 const GltfBxDF coat = Coat(alpha, 0.7f, normal);
                 const PolarGrid grid =
                     alpha < 0.2f ? PolarGrid::About(Reflect(wo, normal), alpha) : PolarGrid{};
-                const test::ChiSquareResult result = ChiSquareOfLobe(coat, wo, {{grid}}, seed++);
+                const test::ChiSquareResult result =
+                    ChiSquareOfLobe(SeenFrom(coat, wo), wo, {{grid}}, seed++);
                 EXPECT_GT(result.pValue, 1e-4)
                     << "alpha " << alpha << ", cos " << cosine << ", tilt " << normal.x;
                 ExpectSamplesAgree(coat, wo, 2e-4f, 500);

@@ -353,6 +353,21 @@ TEST(DielectricLayer, DimFacetsReflectLaterBouncesToo) {
     }
 }
 
+// In all channels alike: a colored layer would else give its base the inverse color.
+TEST(DielectricLayer, PassesWhatTheChannelReflectedMostLeaves) {
+    for (const vec3 tint : {vec3(0.0f, 1.0f, 0.5f), vec3(1.0f, 0.5f, 0.0f), vec3(0.5f, 0.0f, 1.0f)}) {
+        GltfBxDF material = GltfLobe(0.6f);
+        material.eta = 2.5f;
+        material.specularColor = tint;
+        const vec3 wo = DirectionAt(0.7f, 0.6f);
+        const vec3 reflected =
+            Reflected(PlacedLobe<DielectricLayerBxDF>(material, wo), ViewOf(material, wo)).albedo;
+        const float most = std::max({reflected.x, reflected.y, reflected.z});
+        EXPECT_GT(most, 0.1f);
+        EXPECT_NEAR(PlacedShareAt(material, wo), 1.0f - most, 1e-4f);
+    }
+}
+
 // What the layer reflects, its base does not; and light to the base is reduced by the same on either way.
 TEST(DielectricLayer, LightThatItPassesIsWhatItDoesNotReflect) {
     for (const MultiscatterKind kind : {MultiscatterKind::Off, MultiscatterKind::Lut}) {

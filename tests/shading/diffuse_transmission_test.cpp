@@ -109,7 +109,8 @@ TEST(DiffuseTransmission, SampledDirectionsFollowPDFOverTheSphere) {
           Case{"into a medium", Bounding(Leaf(0.4f, 0.7f, color, passed), false)}})
         for (const float cosine : {0.9f, 0.3f}) {
             const vec3 wo = DirectionAt(cosine, 0.8f);
-            const test::ChiSquareResult result = ChiSquareOfLobe(test.sheet, wo, {{PolarGrid{}}}, seed++);
+            const test::ChiSquareResult result =
+                ChiSquareOfLobe(SeenFrom(test.sheet, wo), wo, {{PolarGrid{}}}, seed++);
             EXPECT_GT(result.pValue, 1e-4) << test.name << ", cos " << cosine;
             ExpectSamplesAgree(test.sheet, wo, 2e-4f, 1000);
         }

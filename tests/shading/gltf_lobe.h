@@ -40,6 +40,33 @@ inline BSDFSample Sample_f(const GltfBxDF& lobe, vec3 wo, float uc, vec2 u) {
     return Sample_f(Prepare(lobe, wo), uc, u);
 }
 
+// As seen from one direction, which is prepared once instead of for each sample.
+struct Seen {
+    GltfBSDF bsdf;
+};
+inline Seen SeenFrom(const GltfBxDF& lobe, vec3 wo) {
+    return {Prepare(lobe, wo)};
+}
+inline uint Flags(const Seen& seen) {
+    return seen.bsdf.flags;
+}
+inline vec3 f(const Seen& seen, vec3, vec3 wi) {
+    return f(seen.bsdf, wi);
+}
+inline float PDF(const Seen& seen, vec3, vec3 wi) {
+    return PDF(seen.bsdf, wi);
+}
+inline BSDFSample Sample_f(const Seen& seen, vec3, float uc, vec2 u) {
+    return Sample_f(seen.bsdf, uc, u);
+}
+// The direction of a sample, which is not evaluated if it need not be: pdf is above 0 where there is one.
+inline BSDFSample DirectionOf(const Seen& seen, vec3, float uc, vec2 u) {
+    bool isEvaluated = false;
+    BSDFSample s = SampleDirection(seen.bsdf, uc, u, isEvaluated);
+    if (!isEvaluated) s.pdf = 1.0f;
+    return s;
+}
+
 inline FacetFresnel DielectricFresnel(const GltfBxDF& lobe) {
     return DielectricFresnel(lobe, SurfaceSetting(lobe));
 }

@@ -38,24 +38,6 @@ const std::vector<Base> kWhiteBases = {
     {"glass from inside", [](float alpha) { return Glass(alpha, 1.0f / 1.5f); }},
     {"thin wall", [](float alpha) { return ThinGlass(alpha); }}};
 
-// As seen from one direction: the film is evaluated for several facets each time that a material is prepared.
-struct Seen {
-    GltfBSDF bsdf;
-};
-
-uint Flags(const Seen& seen) {
-    return seen.bsdf.flags;
-}
-vec3 f(const Seen& seen, vec3, vec3 wi) {
-    return f(seen.bsdf, wi);
-}
-float PDF(const Seen& seen, vec3, vec3 wi) {
-    return PDF(seen.bsdf, wi);
-}
-BSDFSample Sample_f(const Seen& seen, vec3, float uc, vec2 u) {
-    return Sample_f(seen.bsdf, uc, u);
-}
-
 TEST(Iridescence, SamplesAgreeWithFAndPDF) {
     uint32_t seed = 6000;
     GltfBxDF thin = Blend(0.4f);
@@ -64,7 +46,7 @@ TEST(Iridescence, SamplesAgreeWithFAndPDF) {
                                  Glass(0.3f, 1.0f / 1.5f)})
         for (const float cosine : {0.6f}) {
             const vec3 wo = DirectionAt(cosine, 0.8f);
-            const Seen seen{Prepare(Filmed(base, 1.7f, 420.0f), wo)};
+            const Seen seen = SeenFrom(Filmed(base, 1.7f, 420.0f), wo);
             ExpectSamplesAgree(seen, wo, 1e-3f, 500);
             const test::ChiSquareResult result =
                 ChiSquareOfLobe(seen, wo, {{PolarGrid{.ringCount = 40}}}, seed++);

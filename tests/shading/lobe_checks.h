@@ -70,6 +70,12 @@ struct LobePart {
     std::function<bool(vec3)> counts = [](vec3) { return true; };
 };
 
+// The direction of a sample; overloads for lobes that need not be evaluated for it.
+template <class Lobe>
+BSDFSample DirectionOf(const Lobe& lobe, vec3 wo, float uc, vec2 u) {
+    return Sample_f(lobe, wo, uc, u);
+}
+
 // 10^6 directions of Sample_f against PDF, over the parts, which do not overlap; all else is one more cell.
 template <class Lobe>
 test::ChiSquareResult ChiSquareOfLobe(const Lobe& lobe, vec3 wo, const std::vector<LobePart>& parts,
@@ -94,7 +100,7 @@ test::ChiSquareResult ChiSquareOfLobe(const Lobe& lobe, vec3 wo, const std::vect
     std::vector<double> observed(expected.size(), 0.0);
     for (int i = 0; i < kSampleCount; ++i) {
         const float uc = uniform();
-        const BSDFSample s = Sample_f(lobe, wo, uc, uniform.Pair());
+        const BSDFSample s = DirectionOf(lobe, wo, uc, uniform.Pair());
         size_t cell = 0;
         bool isFound = false;
         for (size_t p = 0; s.pdf > 0.0f && p < parts.size() && !isFound; ++p) {

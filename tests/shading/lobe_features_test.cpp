@@ -61,6 +61,8 @@ struct Case {
 std::vector<Case> Cases() {
     GltfBxDF faint = GltfLobe(0.3f);  // reflects so little that its layer is hardly ever chosen
     faint.specular = 1e-5f;
+    GltfBxDF green = GltfLobe(0.3f);
+    green.specularColor = vec3(0.1f, 1.0f, 0.5f);
     GltfBxDF almostGlass = Glass(0.3f, 1.5f);
     almostGlass.transmission = 1.0f - 1e-6f;
     GltfBxDF coated = Metal(0.3f, vec3(1.0f, 0.7f, 0.3f));
@@ -86,6 +88,7 @@ std::vector<Case> Cases() {
     return {{"metal", Metal(0.3f, vec3(1.0f, 0.7f, 0.3f)), kTraceMetals},
             {"dielectric", GltfLobe(0.3f), kTraceOpaque},
             {"faint dielectric", faint, kTraceOpaque},
+            {"green dielectric", green, kTraceOpaque},
             {"glass", Glass(0.3f, 1.5f), kTraceGlass},
             {"almost glass", almostGlass, kTraceGlass | kTraceOpaque},
             {"thin wall", ThinGlass(0.3f), kTraceGlass},

@@ -70,6 +70,18 @@ BSDFSample Sample_f(const LoneLobe<Lobe>& lone, vec3 wo, float uc, vec2 u) {
     return s;
 }
 
+// As Sample_f, but not evaluated.
+template <class Lobe>
+BSDFSample DirectionOf(const LoneLobe<Lobe>& lone, vec3 wo, float uc, vec2 u) {
+    const bool isBelow = wo.z < 0.0f;
+    const Lobe lobe = isBelow ? Turned(lone.lobe, lone.setting) : lone.lobe;
+    const FacetView view = FacetsOf(lone.setting, TurnedOver(wo, isBelow));
+    BSDFSample s = SampleDirection(lobe, view, DrawFor(view, DrawsCosine(lobe, uc), u), uc, u);
+    if (s.flags != kBxDFNone) s.pdf = 1.0f;
+    s.wi = TurnedOver(s.wi, isBelow);
+    return s;
+}
+
 // The lobe that a material has at one of its views.
 template <class Lobe>
 Lobe PlacedLobe(const GltfBxDF& material, vec3 wo) {

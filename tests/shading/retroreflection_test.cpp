@@ -54,7 +54,8 @@ TEST(Retroreflection, SampledDirectionsFollowPDF) {
             if (share == 1.0f && surface.lobe.transmission == 0.0f) continue;
             const GltfBxDF lobe = Back(surface.lobe, share);
             const vec3 wo = DirectionAt(0.55f, 0.8f);
-            const test::ChiSquareResult result = ChiSquareOfLobe(lobe, wo, {{PolarGrid{}}}, seed++);
+            const test::ChiSquareResult result =
+                ChiSquareOfLobe(SeenFrom(lobe, wo), wo, {{PolarGrid{}}}, seed++);
             EXPECT_GT(result.degreesOfFreedom, 20) << surface.name;
             EXPECT_GT(result.pValue, 1e-4) << surface.name << ", share " << share;
             ExpectSamplesAgree(lobe, wo, 3e-4f, 500);

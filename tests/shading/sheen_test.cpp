@@ -50,7 +50,8 @@ TEST(Sheen, SamplesAgreeWithFAndPDF) {
             const vec3 wo = DirectionAt(cosine, 0.8f);
             const GltfBxDF sheen = Sheen(roughness, vec3(0.9f, 0.5f, 0.1f));
             ExpectSamplesAgree(sheen, wo, 1e-4f, 500);
-            const test::ChiSquareResult result = ChiSquareOfLobe(sheen, wo, {{PolarGrid{}}}, seed++);
+            const test::ChiSquareResult result =
+                ChiSquareOfLobe(SeenFrom(sheen, wo), wo, {{PolarGrid{}}}, seed++);
             EXPECT_GT(result.pValue, 1e-4) << roughness << ", cos " << cosine;
         }
 }
