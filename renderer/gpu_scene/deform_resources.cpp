@@ -111,7 +111,6 @@ void DeformResources::Follow(DeformedMesh& mesh, SceneResources& resources) cons
         group.base->outline.Deform(WeightsOf(mesh), MatricesOf(mesh), deformed.pose);
         group.bounds = deformed.pose.bounds;
     }
-    mesh.isPoseOld = false;
 }
 
 void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters) {

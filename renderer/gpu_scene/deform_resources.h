@@ -75,7 +75,7 @@ struct DeformResources {
 
     std::span<const glm::mat4x3> MatricesOf(const DeformedMesh& mesh) const;
     std::span<const float> WeightsOf(const DeformedMesh& mesh) const;
-    // Brings poses, and of the groups the boxes, up to date.
+    // Brings poses, and of the groups the boxes, up to date on the host.
     void Follow(DeformedMesh& mesh, SceneResources& resources) const;
 };
 

@@ -90,10 +90,11 @@ void DeformSet::Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lig
         gpu::DrawRecord& draw = draws.onHost[group.record.draw];
         draw.boundsMin = group.bounds.min;
         draw.boundsMax = group.bounds.max;
-        m_areDrawsDue = true;
+        m_dirtyDraws.Add(group.record.draw);
         deformed.isRefitDue = true;
         deformed.isRebuildDue = deformed.quality.Decay(deformed.pose.samples) > RefitQuality::kMaxDecay;
     }
+    mesh.isPoseOld = false;  // last: where memory runs out before, all of it is done again
 }
 
 void DeformSet::DeclareDeformation(Renderer& renderer, SceneIds& ids, InstanceSet& instances,
@@ -110,7 +111,7 @@ void DeformSet::DeclareDeformation(Renderer& renderer, SceneIds& ids, InstanceSe
             m_groupCount += GroupsOf(m_deform.records[mesh.firstRecord + i]);
         }
     }
-    if (m_areDrawsDue) DeclareDraws(renderer, ids, draws);
+    if (!m_dirtyDraws.IsEmpty()) DeclareDraws(renderer, ids, draws);
     if (m_tasks.empty()) return;
     m_taskIds = renderer.Import("deformTasks", m_deform.taskBuffer, m_tasksState);
     m_matrices = renderer.Import("jointMatrices", m_deform.matrixBuffer, m_matricesState);
@@ -195,14 +196,16 @@ void DeformSet::DeclareDraws(Renderer& renderer, SceneIds& ids, const DrawTable&
         "UploadDrawBounds", PassKind::Transfer,
         [&](PassBuilder& pass) { ids.draws = pass.CopiesTo(ids.draws); },
         [this, &draws](CommandList& commands) {
-            const std::span<const std::byte> bytes = std::as_bytes(std::span(draws.onHost));
+            const std::span<const std::byte> bytes =
+                std::as_bytes(std::span(draws.onHost).subspan(m_dirtyDraws.first, m_dirtyDraws.Count()));
             rhi::Buffer staging = m_device.CreateBuffer({.name = "draw staging",
                                                          .size = bytes.size(),
                                                          .usage = rhi::BufferUsage::CopySource,
                                                          .memory = rhi::MemoryKind::Upload});
             std::ranges::copy(bytes, staging.Mapped().begin());
-            commands.CopyBuffer(staging, 0, draws.records, 0, bytes.size());
-            commands.OnSubmitted([this] { m_areDrawsDue = false; });
+            commands.CopyBuffer(staging, 0, draws.records, m_dirtyDraws.first * sizeof(gpu::DrawRecord),
+                                bytes.size());
+            commands.OnSubmitted([this] { m_dirtyDraws = {}; });
         });
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "renderer/gpu_scene/deform_resources.h"
+#include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/instance_set.h"
@@ -51,7 +52,7 @@ class DeformSet {
     DeformResources& m_deform;
     std::vector<gpu::DeformTask> m_tasks;  // of the frame
     uint32_t m_groupCount = 0;
-    bool m_areDrawsDue = false;
+    DirtyRange m_dirtyDraws;
     uint64_t m_deformCount = 0;
     BufferId m_matrices, m_weights, m_taskIds;  // of the frame
     ResourceState m_streamsState, m_recordsState, m_tasksState, m_matricesState, m_weightsState;
