@@ -69,8 +69,8 @@ class RAYGRAPH_API BlasBuilder {
 
     // Allocates the memory for building everything added since the last build, structures and scratch, and
     // for refits and rebuilds of as many Deforming ones: RecordBuilds then allocates no more, RecordRefits
-    // only for more BLASes than were added at once. On an Error everything stays added, and what has been allocated is
-    // kept for the next call; it is freed with its BLAS.
+    // only for more BLASes than were added at once. On an Error everything stays added, and what has been
+    // allocated is kept for the next call; it is freed with its BLAS.
     void Reserve();
     // Builds everything added since the last call, in batches whose scratch stays under the budget; a single
     // BLAS that needs more has a batch and scratch of its own. Reserves memory that Reserve has not. On an
@@ -96,7 +96,8 @@ class RAYGRAPH_API BlasBuilder {
         bool rebuilds = false;
     };
     // Throws Error{Usage} naming the BLAS, before anything is recorded: for Static kind, before its build,
-    // for the same BLAS twice, for the rebuild of a compacted one, and for changed geometry, triangle, vertex or box counts or opacity.
+    // for the same BLAS twice, for the rebuild of a compacted one, and for changed geometry, triangle, vertex
+    // or box counts or opacity.
     void RecordRefits(CommandList& commands, std::span<const RefitRequest> requests);
 
     CompactionStatistics Statistics() const;
