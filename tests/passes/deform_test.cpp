@@ -85,6 +85,18 @@ TEST_F(DeformTest, WhatRefitsHaveSpoiledIsRebuiltInPlace) {
     EXPECT_EQ(render.scene.Statistics().blasRebuilds, 2u);
 }
 
+TEST_F(DeformTest, WhatHasMovedIntoViewIsDrawn) {
+    scene::SceneData scene = SheetScene({.influences = 0, .targets = 1});
+    scene::Primitive& sheet = scene.meshes[0].primitives[0];
+    for (glm::vec3& displacement : sheet.targets[0].positions) displacement = {30, 0, 0};
+    scene::UpdateDeformationBounds(sheet);
+    render.scene.SetScene(std::move(scene));
+    const passes::TraceSettings there = LookAt({30, 2, 9}, {30, 2, 0}, 0.7f, 48);
+    EXPECT_EQ(Drawn(there).ids[24 * 48 + 24].x, 0xFFFFFFFFu);
+    render.scene.SetMorphWeights(0, std::array{1.0f});
+    ExpectSameHits(Drawn(there), render.PrimaryHits(there), 20);
+}
+
 TEST_F(DeformTest, NothingIsDoneInAFrameWithoutAChange) {
     PosedScene posed(SheetScene({.influences = 2, .targets = 1}));
     scene::SceneData data = posed.scene;
