@@ -13,7 +13,12 @@ DeformPlan PlanDeformation(const scene::SceneData& scene) {
     plan.copyOf.assign(scene.instances.size(), scene::kNone);
     std::vector<bool> isPlaced(scene.meshes.size());
     plan.isBaseShapeDrawn.assign(scene.meshes.size(), false);
-    std::map<std::tuple<uint32_t, uint32_t, uint32_t>, std::vector<uint32_t>> copies;
+    struct Owner {  // of the weights
+        bool hasTargets = false, isNode = false;
+        uint32_t index = 0;
+        auto operator<=>(const Owner&) const = default;
+    };
+    std::map<std::tuple<uint32_t, uint32_t, Owner>, std::vector<uint32_t>> copies;
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
         const scene::Instance& instance = scene.instances[i];
         const bool hasSkin = instance.isDeformed && scene::HasSkin(scene, instance);
@@ -24,7 +29,9 @@ DeformPlan PlanDeformation(const scene::SceneData& scene) {
             continue;
         }
         const uint32_t skin = hasSkin ? scene.nodes[instance.node].skin : scene::kNone;
-        copies[{instance.mesh, skin, hasTargets ? instance.node : scene::kNone}].push_back(i);
+        const bool isNode = instance.node != scene::kNone;
+        const Owner owner = hasTargets ? Owner{true, isNode, isNode ? instance.node : i} : Owner{};
+        copies[{instance.mesh, skin, owner}].push_back(i);
     }
     for (size_t mesh = 0; mesh < isPlaced.size(); ++mesh)
         if (!isPlaced[mesh]) plan.isBaseShapeDrawn[mesh] = true;
@@ -33,7 +40,7 @@ DeformPlan PlanDeformation(const scene::SceneData& scene) {
             plan.copyOf[instance] = static_cast<uint32_t>(plan.copies.size());
         plan.copies.push_back({.mesh = std::get<0>(key),
                                .skin = std::get<1>(key),
-                               .node = std::get<2>(key),
+                               .hasTargets = std::get<2>(key).hasTargets,
                                .instances = std::move(instances)});
     }
     return plan;

@@ -8,11 +8,12 @@
 
 namespace raygraph {
 
-// A mesh as deformed by a skin and the weights of a node: the instances that agree in these share it.
+// A mesh as deformed by a skin and the weights of a node: the instances that agree in these share it. With
+// targets and without a node, an instance has one of its own.
 struct DeformedCopy {
     uint32_t mesh = 0;
     uint32_t skin = scene::kNone;  // kNone: no joints move it
-    uint32_t node = scene::kNone;  // whose weights it has; kNone: it has no morph targets
+    bool hasTargets = false;       // morph targets move it
     std::vector<uint32_t> instances;
 };
 

@@ -140,7 +140,7 @@ DeformUpload::DeformUpload(const scene::SceneData& scene)
         mesh.instances = copy.instances;
         mesh.skin = copy.skin;
         mesh.firstWeight = static_cast<uint32_t>(result.weights.size());
-        if (copy.node != scene::kNone) {
+        if (copy.hasTargets) {
             const std::span<const float> weights = scene::MorphWeights(scene, instance);
             mesh.weightCount = static_cast<uint32_t>(weights.size());
             result.weights.insert(result.weights.end(), weights.begin(), weights.end());

@@ -60,6 +60,22 @@ TEST_F(DeformTest, InstancesShareWhatDeformsThemAlike) {
     ExpectSameHits(hits, still.PrimaryHits(view), 2);
 }
 
+// As a host may place it: each has weights of its own.
+TEST_F(DeformTest, InstancesWithoutANodeAreMorphed) {
+    PosedScene posed(SheetScene({.influences = 0, .targets = 1}));
+    scene::SceneData data = posed.scene;
+    data.animations.clear();
+    data.nodes.clear();
+    data.nodeOrder.clear();
+    data.instances[0].node = scene::kNone;
+    data.instances.push_back(data.instances[0]);
+    render.scene.SetScene(std::move(data));
+    posed.scene.nodes[4].weights = {0.8f};
+    render.scene.SetMorphWeights(0, posed.scene.nodes[4].weights);
+    ExpectNear(OnDevice(posed.Streams()), posed.Streams());
+    EXPECT_EQ(render.scene.Statistics().deformedMeshes, 2u);
+}
+
 // A lamp that bends over a floor.
 scene::SceneData LampScene() {
     scene::SceneData scene = SheetScene({.influences = 2, .targets = 1, .cells = {3, 8}},
