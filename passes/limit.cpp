@@ -19,7 +19,7 @@ TextureId Limit(Renderer& renderer, const SceneIds& scene, const TraceSettings& 
                 pass.RayGen(rayCounts ? "bench/limit_counted.rgen" : "bench/limit.rgen");
             pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
             BindTracing(pass, scene, ParametersFor(scene, settings), AlphaTest::Off);
-            if (isPath) pass.Reads("instances", scene.instances);
+            if (isPath) BindInstances(pass, scene);
             result = pass.Writes("result", result);
             if (rayCounts) *rayCounts = pass.Writes("rayCounts", *rayCounts);
         },

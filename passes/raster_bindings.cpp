@@ -34,7 +34,7 @@ void BindPixelSurfaces(PassBuilder& pass, const SceneIds& scene, const RasterVis
 void BindDrawing(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters,
                  const DrawList& list, bool isTested, SamplerKind sampler) {
     pass.Uniform("parameters", parameters);
-    pass.Reads("instances", scene.instances);
+    BindInstances(pass, scene);
     pass.Reads("visiblePlacements", list.visiblePlacements);
     pass.ReadsArguments(list.commands);
     if (isTested) BindAlphaTest(pass, scene, sampler);
@@ -90,7 +90,7 @@ void DrawTriangles(Renderer& renderer, const SceneIds& scene, const TraceSetting
         [&](PassBuilder& pass) {
             pass.Compute("raster/place_hits.comp");
             pass.Uniform("parameters", parameters);
-            pass.Reads("instances", scene.instances);
+            BindInstances(pass, scene);
             pass.Constants(shift);
             seen.hits = pass.Updates("visibility", seen.hits);
         },

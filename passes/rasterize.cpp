@@ -70,7 +70,7 @@ ChunkIds NumberChunks(Renderer& renderer, const SceneIds& scene, const RasterVis
 void BindChunks(PassBuilder& pass, const SceneIds& scene, const gpu::TraceParameters& parameters,
                 const RasterVisibility& seen, const ChunkIds& ids) {
     pass.Uniform("parameters", parameters);
-    pass.Reads("instances", scene.instances);
+    BindInstances(pass, scene);
     pass.Reads("visiblePlacements", seen.visiblePlacements);
     pass.Reads("draws", scene.draws);
     pass.Reads("firstChunks", ids.firstChunks);

@@ -138,8 +138,13 @@ void BindShadowRays(PassBuilder& pass, const SceneIds& scene) {
     BindHits(pass, scene, RayType::Shadow, scene.hasThinWalls || scene.hasAlpha ? tested : kOpaqueShadow);
 }
 
-void BindGeometry(PassBuilder& pass, const SceneIds& scene) {
+void BindInstances(PassBuilder& pass, const SceneIds& scene) {
     pass.Reads("instances", scene.instances);
+    if (scene.deformedStreams.IsValid()) pass.ReadsByAddress(scene.deformedStreams);
+}
+
+void BindGeometry(PassBuilder& pass, const SceneIds& scene) {
+    BindInstances(pass, scene);
     pass.Reads("geometries", scene.geometries);
 }
 

@@ -25,6 +25,8 @@ RAYGRAPH_API void BindTracing(PassBuilder& pass, const SceneIds& scene,
 // Those of shadow rays; beside BindTracing. Where the scene has alpha, thin walls or round primitives, needs
 // BindGeometry and BindMaterials.
 RAYGRAPH_API void BindShadowRays(PassBuilder& pass, const SceneIds& scene);
+// Instance records, and the vertices of deformed meshes, which they address.
+RAYGRAPH_API void BindInstances(PassBuilder& pass, const SceneIds& scene);
 // Instance and geometry records: from a hit to its triangle.
 RAYGRAPH_API void BindGeometry(PassBuilder& pass, const SceneIds& scene);
 RAYGRAPH_API void BindMaterials(PassBuilder& pass, const SceneIds& scene);

@@ -34,7 +34,7 @@ BufferId SceneBounds(Renderer& renderer, const SceneIds& scene) {
         "SceneBounds", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("raster/scene_bounds.comp");
-            pass.Reads("instances", scene.instances);
+            BindInstances(pass, scene);
             pass.Reads("draws", scene.draws);
             bounds = pass.Updates("bounds", bounds);
             pass.Constants(scene.placementCount);
@@ -77,7 +77,7 @@ DrawList ListCasters(Renderer& renderer, const SceneIds& scene, BufferId views, 
         "CullCasters", PassKind::Compute,
         [&](PassBuilder& pass) {
             pass.Compute("raster/cull_casters.comp");
-            pass.Reads("instances", scene.instances);
+            BindInstances(pass, scene);
             pass.Reads("draws", scene.draws);
             pass.Reads("shadowViews", views);
             list.commands = pass.Updates("commands", list.commands);
@@ -122,7 +122,7 @@ ShadowMapIds DrawShadowMaps(Renderer& renderer, const SceneIds& scene, const Tra
                 // A shadow ray meets front faces: the light sees their other side
                 pass.Raster({.cull = drawn.isCulled ? rhi::CullMode::Front : rhi::CullMode::None,
                              .depthCompare = rhi::DepthCompare::Greater});
-                pass.Reads("instances", scene.instances);
+                BindInstances(pass, scene);
                 pass.Reads("casters", list.visiblePlacements);
                 pass.Reads("shadowViews", ids.views);
                 pass.ReadsArguments(list.commands);

@@ -43,8 +43,10 @@ class RAYGRAPH_API AccelerationStructure {
 };
 
 enum class BlasKind : uint8_t {
-    Static,     // Fast to trace; compacted; never updated.
-    Deforming,  // Updated in place when its vertices move (Refit); never compacted.
+    Static,  // Fast to trace; compacted; never updated.
+    // Updated or rebuilt in place when its vertices move (BlasBuilder::RecordRefits); compacted only where
+    // BlasBuilderDesc says so.
+    Deforming,
 };
 
 // Triangles with 32-bit indices and float3 positions at the start of each vertex. The buffers carry

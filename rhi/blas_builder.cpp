@@ -17,13 +17,13 @@ struct BlasBuilder::Impl {
     Impl(Device& owner, const BlasBuilderDesc& builderDesc)
         : device(owner), desc(builderDesc), compaction(owner, builderDesc) {}
 
+    bool IsCompacted(BlasKind kind) const { return kind == BlasKind::Static || desc.compactsDeforming; }
     VkBuildAccelerationStructureFlagsKHR FlagsFor(BlasKind kind) const {
-        if (kind == BlasKind::Deforming)
-            return VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
-                   VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
         VkBuildAccelerationStructureFlagsKHR flags =
             VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR;
-        if (!compaction.IsOff()) flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
+        if (kind == BlasKind::Deforming) flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_UPDATE_BIT_KHR;
+        if (!compaction.IsOff() && IsCompacted(kind))
+            flags |= VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
         return flags;
     }
 
@@ -39,6 +39,14 @@ struct BlasBuilder::Impl {
     };
     // A BLAS that waits for its build, with the memory for it.
     std::vector<std::shared_ptr<Blas>> Reserve();
+    // Scratch of an update or of a rebuild.
+    uint64_t RefitShare(const Blas& blas) const {
+        return ScratchShare(device, std::max(blas.m_updateScratch, blas.m_buildScratch));
+    }
+    void ReserveRefits(const BatchPlan& plan) {
+        if (refitScratch.Bytes() < plan.scratchBytes)
+            refitScratch = BuildScratch(device, desc.name + " refit", plan.scratchBytes);
+    }
     void NoteBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount);
     void RecordBatches(CommandList& commands, Steps& steps, const BatchPlan& plan,
                        const BuildScratch& scratch);
@@ -53,6 +61,7 @@ struct BlasBuilder::Impl {
     uint32_t buildCount = 0;
     uint32_t batchCount = 0;
     uint32_t refitCount = 0;
+    uint32_t rebuildCount = 0;
 };
 
 void BlasBuilder::Impl::RecordBatches(CommandList& commands, Steps& steps, const BatchPlan& plan,
@@ -90,7 +99,7 @@ std::shared_ptr<Blas> BlasBuilder::Add(const BlasDesc& desc) {
 std::vector<std::shared_ptr<Blas>> BlasBuilder::Impl::Reserve() {
     std::erase_if(added, [](const std::weak_ptr<Blas>& blas) { return blas.expired(); });
     std::vector<std::shared_ptr<Blas>> due;
-    std::vector<uint64_t> scratchShares;
+    std::vector<uint64_t> scratchShares, refitShares;
     for (const std::weak_ptr<Blas>& entry : added) {
         const std::shared_ptr<Blas> blas = entry.lock();
         if (!blas) continue;
@@ -104,12 +113,14 @@ std::vector<std::shared_ptr<Blas>> BlasBuilder::Impl::Reserve() {
                                       sizes.accelerationStructureSize);
         }
         scratchShares.push_back(ScratchShare(device, blas->m_buildScratch));
+        if (blas->Kind() == BlasKind::Deforming) refitShares.push_back(RefitShare(*blas));
         due.push_back(blas);
     }
     if (due.empty()) return due;
     const BatchPlan plan = PlanBatches(scratchShares, desc.scratchBudget);
     if (buildScratch.Address() == 0 || buildScratch.Bytes() < plan.scratchBytes)
         buildScratch = BuildScratch(device, desc.name, plan.scratchBytes);
+    ReserveRefits(PlanBatches(refitShares, desc.scratchBudget));
     return due;
 }
 
@@ -129,7 +140,7 @@ void BlasBuilder::RecordBuilds(CommandList& commands) {
         auto geometry = std::make_unique<BlasGeometry>(blas->m_desc, blas->m_flags);
         geometry->Info().dstAccelerationStructure = blas->m_reserved.Handle();
         steps.Add(std::move(geometry), ScratchShare(impl.device, blas->m_buildScratch));
-        if (blas->Kind() == BlasKind::Static) queries.push_back({blas, blas->m_reserved.Handle()});
+        if (impl.IsCompacted(blas->Kind())) queries.push_back({blas, blas->m_reserved.Handle()});
     }
     const BatchPlan plan = PlanBatches(steps.scratchShares, impl.desc.scratchBudget);
     const VkQueryPool pool = impl.compaction.CreatePool(queries.size());
@@ -225,6 +236,9 @@ void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitReque
         if (!blas || !blas->IsBuilt())
             throw MakeError(ErrorKind::Usage, "BLAS '{}': update before its build", requests[i].desc.name);
         CheckUpdatable(blas->Desc(), requests[i].desc);
+        if (requests[i].rebuilds && blas->IsCompacted())
+            throw MakeError(ErrorKind::Usage, "BLAS '{}': rebuild in the memory of a compacted one",
+                            blas->Name());
         for (size_t k = 0; k < i; ++k)
             if (requests[k].blas == blas)
                 throw MakeError(ErrorKind::Usage, "BLAS '{}': updated twice in one call", blas->Name());
@@ -232,22 +246,29 @@ void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitReque
     if (requests.empty()) return;
 
     Impl::Steps steps;
+    uint32_t rebuildCount = 0;
     for (const RefitRequest& request : requests) {
         auto& info = steps
                          .Add(std::make_unique<BlasGeometry>(request.desc, request.blas->m_flags),
-                              ScratchShare(impl.device, request.blas->m_updateScratch))
+                              impl.RefitShare(*request.blas))
                          .Info();
+        info.dstAccelerationStructure = request.blas->Handle();
+        if (request.rebuilds) {
+            ++rebuildCount;
+            continue;
+        }
         info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
         info.srcAccelerationStructure = request.blas->Handle();
-        info.dstAccelerationStructure = request.blas->Handle();
     }
     const BatchPlan plan = PlanBatches(steps.scratchShares, impl.desc.scratchBudget);
-    if (impl.refitScratch.Bytes() < plan.scratchBytes)
-        impl.refitScratch = BuildScratch(impl.device, impl.desc.name + " refit", plan.scratchBytes);
+    impl.ReserveRefits(plan);
     impl.RecordBatches(commands, steps, plan, impl.refitScratch);
-    commands.OnSubmitted([owner = std::weak_ptr<Impl>(m_impl), count = requests.size()] {
-        if (const std::shared_ptr<Impl> known = owner.lock())
-            known->refitCount += static_cast<uint32_t>(count);
+    const uint32_t refitCount = static_cast<uint32_t>(requests.size()) - rebuildCount;
+    commands.OnSubmitted([owner = std::weak_ptr<Impl>(m_impl), refitCount, rebuildCount] {
+        const std::shared_ptr<Impl> known = owner.lock();
+        if (!known) return;
+        known->refitCount += refitCount;
+        known->rebuildCount += rebuildCount;
     });
 }
 
@@ -265,6 +286,7 @@ CompactionStatistics BlasBuilder::Statistics() const {
     statistics.buildCount = impl.buildCount;
     statistics.batchCount = impl.batchCount;
     statistics.refitCount = impl.refitCount;
+    statistics.rebuildCount = impl.rebuildCount;
     statistics.isOff = impl.compaction.IsOff();
     statistics.whyOff = impl.compaction.WhyOff();
     return statistics;

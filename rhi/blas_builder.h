@@ -1,4 +1,4 @@
-// BlasBuilder: builds, compacts and refits bottom-level acceleration structures.
+// BlasBuilder: builds, compacts, refits and rebuilds bottom-level acceleration structures.
 //
 //     blas = builder.Add(desc);                    // any number
 //     builder.Reserve();                           // takes the memory of their builds: here it can run out
@@ -33,6 +33,9 @@ struct BlasBuilderDesc {
     // the first batch.
     bool compacts = true;
     bool compactsWithoutGain = false;  // keep compacting even then: to test the copy path on such a driver
+    // Compacts Deforming ones, too: to measure what that saves on a device. Their memory is then too small
+    // for a rebuild, which is refused.
+    bool compactsDeforming = false;
     // Bytes of compacted structures of one RecordCompaction, which they take beside the ones they replace; a
     // larger one comes alone.
     uint64_t compactionBudget = 64ull << 20;
@@ -42,10 +45,11 @@ struct CompactionStatistics {
     uint32_t blasCount = 0;       // live BLASes whose build was submitted
     uint64_t bytesBuilt = 0;      // of their structures as built
     uint64_t bytesCompacted = 0;  // in use now; equals bytesBuilt where nothing was compacted
-    uint32_t pending = 0;         // Static ones whose compaction is not yet recorded
+    uint32_t pending = 0;         // whose compaction is not yet recorded
     uint32_t buildCount = 0;      // builds submitted so far
     uint32_t batchCount = 0;      // build batches submitted so far
     uint32_t refitCount = 0;      // updates submitted so far
+    uint32_t rebuildCount = 0;    // of Deforming ones, in place; submitted so far
     bool isOff = false;
     std::string whyOff;  // one line; empty while it is on
 };
@@ -63,9 +67,10 @@ class RAYGRAPH_API BlasBuilder {
     // more primitives than the device supports.
     [[nodiscard]] std::shared_ptr<Blas> Add(const BlasDesc& desc);
 
-    // Allocates the memory for building everything added since the last build, structures and scratch:
-    // RecordBuilds then allocates no more. On an Error everything stays added, and what has been allocated is
-    // kept for the next call; it is freed with its BLAS.
+    // Allocates the memory for building everything added since the last build, structures and scratch, and
+    // for refits and rebuilds of as many Deforming ones: RecordBuilds then allocates no more, RecordRefits
+    // only for more BLASes than were added at once. On an Error everything stays added, and what has been
+    // allocated is kept for the next call; it is freed with its BLAS.
     void Reserve();
     // Builds everything added since the last call, in batches whose scratch stays under the budget; a single
     // BLAS that needs more has a batch and scratch of its own. Reserves memory that Reserve has not. On an
@@ -82,13 +87,17 @@ class RAYGRAPH_API BlasBuilder {
     void RecordCompaction(CommandList& commands);
 
     // Updates Deforming BLASes in place. Addresses and strides of `desc` may differ from the build's; index
-    // values must be the same, and no primitive may become inactive (NaN) or active again.
+    // values must be the same, and no primitive may become inactive (NaN) or active again. With `rebuilds`,
+    // in which neither counts, the structure is built anew in the same memory: as good as a new one, at the
+    // same address. A TLAS with it has to be updated in either case, and need not be rebuilt.
     struct RefitRequest {
         Blas* blas = nullptr;
         BlasDesc desc;
+        bool rebuilds = false;
     };
     // Throws Error{Usage} naming the BLAS, before anything is recorded: for Static kind, before its build,
-    // for the same BLAS twice, and for changed geometry, triangle, vertex or box counts or opacity.
+    // for the same BLAS twice, for the rebuild of a compacted one, and for changed geometry, triangle, vertex
+    // or box counts or opacity.
     void RecordRefits(CommandList& commands, std::span<const RefitRequest> requests);
 
     CompactionStatistics Statistics() const;

@@ -41,7 +41,7 @@ void Viewport::Impl::NoteChanges() {
         const SceneRevisions &old = before.revisions, &current = now.revisions;
         const bool isOtherGeometry = note(isOther || old.geometry != current.geometry, ResetCause::Geometry);
         if (!isOther) {
-            note(old.transforms != current.transforms, ResetCause::Transform);
+            note(old.transforms != current.transforms || old.shapes != current.shapes, ResetCause::Transform);
             note(old.materials != current.materials, ResetCause::Material);
             note(old.lights != current.lights, ResetCause::Light);
             note(old.environment != current.environment, ResetCause::Environment);

@@ -48,6 +48,7 @@ DrawTable MakeDrawTable(rhi::Device& device, rhi::Uploader& uploader, SceneResou
                                          .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
                                                   rhi::BufferUsage::CopyDestination});
     uploader.UploadBuffer(table.records, 0, bytes);
+    table.onHost = std::move(records);
     return table;
 }
 

@@ -15,6 +15,7 @@ namespace raygraph {
 
 struct DrawTable {
     rhi::Buffer records;  // gpu::DrawRecord[]
+    std::vector<gpu::DrawRecord> onHost;
     std::array<DrawRange, kDrawKindCount> drawsOfKind{};
     uint32_t placementCount = 0;
     uint64_t chunkCount = 0;  // of all placements, see shaders/shared/chunk_records.h

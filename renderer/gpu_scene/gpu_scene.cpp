@@ -178,6 +178,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     }
     ids.textures = renderer.Import("textures", *textureTable);
     ids.blases = renderer.ImportBlasSet("BLASes", blasState);
+    if (deform) deform->DeclareDeformation(renderer, ids, *instances, *lights, draws);
     DeclareBlasWork(renderer, ids);
     DeclareMaterialUpload(renderer, ids);
     DeclareGeometryUpload(renderer, ids);
@@ -202,6 +203,7 @@ const SceneRevisions& GpuScene::Revisions() const {
 bool GpuScene::IsSettled() const {
     const rhi::CompactionStatistics blas = m_impl->builder.Statistics();
     return !m_impl->hasUnbuiltBlases && blas.pending == 0 &&
+           (!m_impl->deform || !m_impl->deform->HasWork()) &&
            m_impl->instances->PendingWork() == TlasWork::None;
 }
 

@@ -16,6 +16,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "base/api.h"
@@ -26,6 +27,11 @@
 #include "shaders/shared/scene_records.h"
 
 namespace raygraph {
+
+namespace scene {
+class PoseApplier;
+struct PoseChanges;
+}  // namespace scene
 
 // Classes of triangles for drawing: by how rays treat them.
 enum class DrawKind : uint8_t {
@@ -43,8 +49,10 @@ struct DrawRange {
 
 // The scene of one frame, for passes.
 struct SceneIds {
-    TlasId tlas;               // "sceneTlas"
-    BlasSetId blases;          // referenced by the TLAS, with the vertex streams: ReadsByAddress
+    TlasId tlas;       // "sceneTlas"
+    BlasSetId blases;  // referenced by the TLAS, with the vertex streams: ReadsByAddress
+    // Of an invalid id there is none: nothing is deformed. Else what reads vertices declares ReadsByAddress.
+    BufferId deformedStreams;
     BufferId instances;        // "instances": gpu::InstanceRecord[]
     BufferId geometries;       // "geometries": gpu::GeometryRecord[]
     BufferId materials;        // "materials": gpu::MaterialRecord[]
@@ -110,6 +118,10 @@ struct GpuSceneStatistics {
     uint64_t tlasUpdates = 0;
     uint64_t tlasRebuilds = 0;
     uint64_t blasBuilds = 0;
+    uint64_t blasRefits = 0;             // of deformed meshes, after their vertices have moved
+    uint64_t blasRebuilds = 0;           // likewise, in place: refits had decayed
+    uint64_t deformations = 0;           // frames in which vertices were deformed; of this scene
+    uint32_t deformedMeshes = 0;         // copies of meshes, each with vertices of its own
     uint32_t lightCount = 0;             // those that shine, the environment included, when last declared
     uint32_t emissiveTriangleCount = 0;  // of these
     uint64_t lightRebuilds = 0;          // of this scene's tables
@@ -122,6 +134,7 @@ struct GpuSceneStatistics {
 struct SceneRevisions {
     uint64_t geometry = 0;     // SetScene, SetVisible, SetVariant; SetMaterial where culling or alpha changes
     uint64_t transforms = 0;   // SetTransform
+    uint64_t shapes = 0;       // SetJointMatrices, SetMorphWeights
     uint64_t materials = 0;    // SetMaterial, emission included; SetVariant
     uint64_t lights = 0;       // SetLight, SetLightVisible
     uint64_t environment = 0;  // SetEnvironment, SetEnvironmentMap, RemoveEnvironmentMap
@@ -181,6 +194,35 @@ class RAYGRAPH_API GpuScene {
     }
     // The current value: setting it again changes nothing.
     const scene::PlacedTransform& Transform(uint32_t instance) const;
+    // --- Instances with Instance::isDeformed. Those that agree in mesh, skin and, with morph targets, node
+    // share one deformed copy of the mesh. SetScene shows the pose that the scene has, in its nodes; from
+    // then on a host moves it by SetPose, or by the two calls below it.
+    //
+    // Everything that a PoseApplier has changed: transforms and visibility of instances, materials, lights,
+    // joint matrices and morph weights. SetScene consumes its data, so a host that animates keeps an outline
+    // of the scene, a copy without vertices and images, and gives that to the evaluator, to the applier and
+    // to this call:
+    //
+    //     scene::DeformInstances(data);
+    //     scene::SceneData posed = scene::PoseOutline(data);
+    //     scene::PoseEvaluator evaluator(posed);
+    //     scene::PoseApplier applier(posed);
+    //     gpuScene.SetScene(std::move(data));
+    //     ...every frame...
+    //     gpuScene.SetPose(posed, applier, applier.Apply(posed, evaluator.Evaluate(posed, clips)));
+    //
+    // Error{Usage} for a scene with other numbers of instances, skins, materials or lights, before anything
+    // has changed; else those of the setters, after which what they had been given before has changed.
+    void SetPose(const scene::SceneData& posed, const scene::PoseApplier& applier,
+                 const scene::PoseChanges& changes);
+    // For a host that animates by itself: one matrix a joint of the skin, from the mesh's object space to
+    // that of the instances with the skin (scene::JointMatrices). The next frame deforms their vertices and
+    // refits their BLASes. Error{Usage} for a skin that does not exist, another count, none of a skin that
+    // no deformed instance has, and for numbers that are not finite.
+    void SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices);
+    // The weights of the morph targets of an instance, and of all that share its copy. Errors as above.
+    void SetMorphWeights(uint32_t instance, std::span<const float> weights);
+
     // No ray hits an invisible instance. SetScene makes those of invisible nodes invisible. A change rebuilds
     // the TLAS.
     void SetVisible(uint32_t instance, bool isVisible);

@@ -7,6 +7,7 @@
 
 #include "base/stopwatch.h"
 #include "base/text.h"
+#include "renderer/gpu_scene/deform_set.h"
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
@@ -60,6 +61,7 @@ struct GpuScene::Impl {
         std::unique_ptr<SceneResources> newResources;
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;
+        std::unique_ptr<DeformSet> newDeform;
         DrawTable newDraws;
         std::optional<EnvironmentOnDevice> newEnvironment;
         try {
@@ -69,6 +71,7 @@ struct GpuScene::Impl {
                 newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
                 newLights = std::make_unique<LightSet>(device, uploader, *newResources,
                                                        newInstances->Placements(), data);
+                if (newResources->deform) newDeform = std::make_unique<DeformSet>(device, *newResources);
                 if (data.environment.IsPresent())
                     newEnvironment = UploadEnvironment(device, uploader, data.environment.map);
                 builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
@@ -80,6 +83,7 @@ struct GpuScene::Impl {
         const glm::dvec3 newOrigin = ChooseSceneOrigin({}, glm::dvec3(0.0), newInstances->Reach());
         newInstances->MoveOrigin(newOrigin);
         newLights->MoveOrigin(newOrigin, *newInstances);
+        deform = std::move(newDeform);
         lights = std::move(newLights);
         instances = std::move(newInstances);
         resources = std::move(newResources);
@@ -191,11 +195,20 @@ struct GpuScene::Impl {
         if (hasUnbuiltBlases)
             r.AddPass(
                 "BuildBlas", PassKind::AccelerationStructure,
-                [&](PassBuilder& pass) { ids.blases = pass.Builds(ids.blases); },
+                [&](PassBuilder& pass) {
+                    if (deform) pass.BuildsFrom(ids.deformedStreams);
+                    ids.blases = pass.Builds(ids.blases);
+                },
                 [this](CommandList& commands) {
+                    std::vector<DeformedGroup*> deformed;
+                    if (deform) deformed = deform->Unbuilt();
                     builder.RecordBuilds(commands);
-                    commands.OnSubmitted([this] { hasUnbuiltBlases = false; });
+                    commands.OnSubmitted([this, deformed = std::move(deformed)] {
+                        hasUnbuiltBlases = false;
+                        DeformSet::NoteBuilt(deformed);
+                    });
                 });
+        if (deform) deform->DeclareRefits(r, ids, *instances, builder);
         if (hasCompactions)
             r.AddPass(
                 "CompactBlas", PassKind::AccelerationStructure,
@@ -250,6 +263,10 @@ struct GpuScene::Impl {
         statistics.isCompactionOff = blas.isOff;
         statistics.whyCompactionOff = blas.whyOff;
         statistics.blasBuilds = blas.buildCount;
+        statistics.blasRefits = blas.refitCount;
+        statistics.blasRebuilds = blas.rebuildCount;
+        statistics.deformations = deform ? deform->DeformCount() : 0;
+        statistics.deformedMeshes = deform ? static_cast<uint32_t>(resources->deform->meshes.size()) : 0;
         statistics.tlasBytes = instances->TlasBytes();
         statistics.lightCount = lights->LightCount();
         statistics.emissiveTriangleCount = lights->EmissiveTriangleCount();
@@ -267,6 +284,7 @@ struct GpuScene::Impl {
     std::unique_ptr<SceneResources> resources;
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
     std::unique_ptr<LightSet> lights;
+    std::unique_ptr<DeformSet> deform;  // null: nothing is deformed
     DrawTable draws;
     glm::dvec3 origin{0.0};
     OriginTurns originTurns;

@@ -52,10 +52,11 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, c
     const std::vector<bool> isVisible = scene::VisibleNodes(data);
     uint32_t lightCount = 0;
     for (const scene::Instance& instance : data.instances) {
-        const MeshResources& mesh = resources.meshes[instance.mesh];
+        const uint32_t placed = resources.meshOf[m_instances.size()];
+        const MeshResources& mesh = resources.meshes[placed];
         const auto index = static_cast<uint32_t>(m_instances.size());
         m_instances.push_back({.objectToWorld = {instance.objectToWorld, instance.translationRest},
-                               .mesh = instance.mesh,
+                               .mesh = placed,
                                .firstPlacement = PlacementCount(),
                                .isVisible = scene::IsVisible(isVisible, instance)});
         for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group) {
@@ -106,6 +107,10 @@ void InstanceSet::SetTransform(uint32_t index, const scene::PlacedTransform& obj
         m_movedInTlas.Add(instance.firstPlacement + group);
     }
     m_needsUpdate = true;
+}
+
+void InstanceSet::MarkDeformed(uint32_t index) {
+    ExtendReach(m_instances[index]);
 }
 
 void InstanceSet::SetVisible(uint32_t index, bool isVisible) {

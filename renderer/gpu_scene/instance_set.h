@@ -42,6 +42,10 @@ class InstanceSet {
     bool IsVisible(uint32_t index) const { return m_instances[index].isVisible; }
     // A BLAS was built or has moved: every address has to be written again.
     void MarkStructuresChanged() { m_needsRebuild = true; }
+    // The box of an instance's mesh has changed.
+    void MarkDeformed(uint32_t instance);
+    // BLASes were refitted or rebuilt in place.
+    void MarkRefitted() { m_needsUpdate = true; }
     // Kinds or draws of groups have changed: every record has to be written again as well.
     void MarkGroupsChanged() { m_needsRebuild = m_areRecordsDue = true; }
 

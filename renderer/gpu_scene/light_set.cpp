@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "renderer/gpu_scene/deform_resources.h"
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/scene/check.h"
@@ -41,7 +42,7 @@ LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources&
         for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
             bounds.Extend(resources.groups[group].bounds);
     }
-    for (const scene::Instance& instance : data.instances) m_meshes.push_back(instance.mesh);
+    m_meshes = resources.meshOf;
     for (GroupResources& group : resources.groups) {
         for (const Emitter& emitter : group.emitters) m_isEmitterMaterial[emitter.material] = true;
         for (const EmitterVariant& variant : group.emitterVariants)
@@ -102,6 +103,17 @@ void LightSet::SetEmission(uint32_t material, const glm::vec3& radiance) {
     m_isTableDue |= m_isEmitterMaterial[material];
 }
 
+void LightSet::SetPose(uint32_t group, const OutlinePose& pose) {
+    if (m_scene.groups[group].empty()) return;
+    PlaceEmitters(pose, m_scene.groups[group]);
+    m_isTableDue = true;
+}
+
+void LightSet::SetMeshBounds(uint32_t mesh, const scene::Bounds& bounds) {
+    m_meshBounds[mesh] = bounds;
+    m_isRadiusOld = true;
+}
+
 void LightSet::SetSides(uint32_t material, bool isDoubleSided) {
     if (!m_isEmitterMaterial[material]) return;
     for (std::vector<Emitter>& group : m_scene.groups)
@@ -126,14 +138,15 @@ void LightSet::SetVariant(const SceneResources& resources) {
     }
 }
 
-void LightSet::SetPunctual(uint32_t light, const scene::Light& values) {
+void LightSet::SetPunctual(uint32_t light, const scene::Light& values, LightPlace place) {
     const std::string subject = Text("GpuScene: SetLight: light {}", light);
     scene::Check(values, subject);
     if (const size_t count = m_scene.profiles.firstWords.size();
         values.profile != scene::kNone && values.profile >= count)
         throw MakeError(ErrorKind::Usage, "{}: profile is {}, there are {}", subject, values.profile, count);
     // A file's transform may be degenerate; one that a host sets must have a direction
-    scene::CheckTransform({values.lightToWorld, values.translationRest}, subject);
+    if (place == LightPlace::OfHost)
+        scene::CheckTransform({values.lightToWorld, values.translationRest}, subject);
     scene::Light inWorld = values, fromOrigin = values;
     PlaceFromOrigin(fromOrigin, inWorld, m_origin);
     m_punctual[light] = std::move(inWorld);

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "renderer/gpu_scene/deform_outline.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/gpu_scene/instance_set.h"
 #include "renderer/gpu_scene/light_table.h"
@@ -17,6 +18,9 @@
 #include "rhi/upload.h"
 
 namespace raygraph {
+
+// Where a punctual light comes from: a host's must have a direction, a node may be scaled to nothing.
+enum class LightPlace : uint8_t { OfHost, OfNode };
 
 class LightSet {
   public:
@@ -29,12 +33,15 @@ class LightSet {
     void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
     void SetVisible(uint32_t instance, bool isVisible);
     void SetEmission(uint32_t material, const glm::vec3& radiance);
+    // The emitters of a group are at other places, in their order, and a mesh has another box.
+    void SetPose(uint32_t group, const OutlinePose& pose);
+    void SetMeshBounds(uint32_t mesh, const scene::Bounds& bounds);
     // Emitters get the materials that the parts of their groups have by now.
     void SetVariant(const SceneResources& resources);
     // Whether surfaces of the material emit on both sides.
     void SetSides(uint32_t material, bool isDoubleSided);
     // Error{Usage} for values that no file can have.
-    void SetPunctual(uint32_t light, const scene::Light& values);
+    void SetPunctual(uint32_t light, const scene::Light& values, LightPlace place = LightPlace::OfHost);
     const scene::Light& Punctual(uint32_t light) const { return m_punctual[light]; }
     void SetPunctualVisible(uint32_t light, bool isVisible);
     bool IsPunctualVisible(uint32_t light) const { return !m_scene.isPunctualHidden[light]; }
@@ -66,7 +73,7 @@ class LightSet {
     std::vector<scene::Light> m_punctual;  // in the world
     glm::dvec3 m_origin{0.0};
     std::vector<scene::Bounds> m_meshBounds;  // object space
-    std::vector<uint32_t> m_meshes;           // by instance
+    std::vector<uint32_t> m_meshes;           // by instance, copies as well
     bool m_isRadiusOld = true;                // an instance has moved since it was computed
     bool m_isRadiusDue = false;               // one has been shown or hidden
     std::vector<bool> m_isEmitterInstance;

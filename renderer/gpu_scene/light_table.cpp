@@ -37,6 +37,8 @@ float TriangleClearance(const Emitter& emitter, const glm::mat4x3& objectToWorld
         clearance =
             std::max(clearance, gpu::RayClearance(glm::mat3(objectToWorld), objectToWorld[3], emitter.p0,
                                                   emitter.p1 - emitter.p0, emitter.p2 - emitter.p0, vertex));
+    if (emitter.error > 0.0f)
+        for (int axis = 0; axis < 3; ++axis) clearance += emitter.error * glm::length(objectToWorld[axis]);
     const glm::vec3 across = glm::cross(e1, e2);
     const float length = glm::length(across);
     const glm::vec3 sizes = glm::abs(p0) + glm::abs(e1) + glm::abs(e2);

@@ -19,6 +19,7 @@ struct Emitter {
     uint32_t material = 0;
     bool isDoubleSided = false;   // double-sided: its back face emits, too
     glm::vec3 meanTexture{1.0f};  // of the emissive texture over the triangle; linear
+    float error = 0.0f;           // of each coordinate, against those on the device
 };
 
 // One TLAS instance of a group with emitters. Its lights are numbered in the order of the emitters.

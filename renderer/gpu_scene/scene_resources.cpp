@@ -1,48 +1,21 @@
 #include "renderer/gpu_scene/scene_resources.h"
 
 #include <algorithm>
-#include <cstring>
+#include <optional>
 #include <utility>
 
 #include "renderer/gpu_scene/alpha_bounds.h"
 #include "renderer/gpu_scene/capsules.h"
+#include "renderer/gpu_scene/deform_resources.h"
 #include "renderer/gpu_scene/emitters.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/gpu_scene/material_records.h"
 #include "renderer/gpu_scene/spatial_order.h"
+#include "renderer/gpu_scene/stream_packer.h"
 #include "renderer/gpu_scene/texture_upload.h"
 
 namespace raygraph {
 namespace {
-
-constexpr uint64_t kStreamAlignment = 16;
-
-// Collects the streams of one group, then uploads them into one buffer. Until then an address is an offset,
-// or kAbsent.
-class StreamPacker {
-  public:
-    static constexpr uint64_t kAbsent = ~uint64_t{0};
-
-    template <typename T>
-    uint64_t Append(const std::vector<T>& values) {
-        if (values.empty()) return kAbsent;
-        const uint64_t offset = (m_bytes.size() + kStreamAlignment - 1) / kStreamAlignment * kStreamAlignment;
-        m_bytes.resize(offset + values.size() * sizeof(T));
-        std::memcpy(m_bytes.data() + offset, values.data(), values.size() * sizeof(T));
-        return offset;
-    }
-    std::span<const std::byte> Bytes() const { return m_bytes; }
-
-    // From an offset to an address, shifted so that element `first` of the group's numbering is the first of
-    // the stream.
-    static uint64_t Address(uint64_t offset, VkDeviceAddress base, uint64_t first = 0,
-                            uint64_t elementBytes = 0) {
-        return offset == kAbsent ? 0 : base + offset - first * elementBytes;
-    }
-
-  private:
-    std::vector<std::byte> m_bytes;
-};
 
 // One list over the vertices of all primitives, in spatial order. Takes positions and indices.
 GroupTriangles MergeTriangles(std::span<scene::Primitive* const> primitives) {
@@ -103,8 +76,8 @@ std::vector<GroupKind> AllGroupKinds() {
 // Uploads one group and appends its geometry records. Empties the primitives.
 GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
                            const std::string& name, std::span<scene::Primitive* const> primitives,
-                           std::vector<GroupPart> parts, const GroupKind& kind, EmitterFinder& finder,
-                           std::vector<gpu::GeometryRecord>& records) {
+                           std::vector<GroupPart> parts, const GroupKind& kind, const MeshUse& use,
+                           EmitterFinder& finder, std::vector<gpu::GeometryRecord>& records) {
     GroupResources result;
     result.kind = kind;
     result.parts = std::move(parts);
@@ -127,6 +100,13 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
     const uint64_t geometries = packer.Append(kind.isRound ? capsules.geometries : triangles.geometries);
     const uint64_t originals = packer.Append(kind.isRound ? capsules.originals : triangles.originals);
     const uint64_t lights = packer.Append(TriangleLights(result.emitters, result.triangleCount));
+    std::shared_ptr<BaseShape> base;
+    if (use.isDeformed && MayDeform(primitives)) {
+        base = std::make_shared<BaseShape>(
+            BaseShape{.vertexCount = static_cast<uint32_t>(triangles.positions.size()),
+                      .outline = DeformOutline(triangles, primitives, result.emitters)});
+        for (const scene::Primitive* primitive : primitives) PackMovers(*primitive, packer, *base);
+    }
     const size_t firstRecord = records.size();
     for (scene::Primitive* primitive : primitives) {
         records.push_back({
@@ -146,28 +126,31 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
                                           .size = packer.Bytes().size(),
                                           .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::BuildInput |
                                                    rhi::BufferUsage::CopyDestination});
-    uploader.UploadBuffer(result.streams, 0, packer.Bytes());
-    const VkDeviceAddress base = result.streams.Address();
+    const VkDeviceAddress start = result.streams.Address();
     for (size_t i = 0; i < primitives.size(); ++i) {
         gpu::GeometryRecord& record = records[firstRecord + i];
         const uint64_t first = firstVertices[i];
-        record.normals = StreamPacker::Address(record.normals, base, first, sizeof(glm::vec3));
-        record.tangents = StreamPacker::Address(record.tangents, base, first, sizeof(glm::vec4));
-        record.uv0 = StreamPacker::Address(record.uv0, base, first, sizeof(glm::vec2));
-        record.uv1 = StreamPacker::Address(record.uv1, base, first, sizeof(glm::vec2));
-        record.colors = StreamPacker::Address(record.colors, base, first, sizeof(glm::vec4));
-        record.primitives = StreamPacker::Address(record.primitives, base);
+        if (base) PlaceBase(base->parts[i], record, positions, first, start, packer);
+        record.normals = StreamPacker::Address(record.normals, start, first, sizeof(glm::vec3));
+        record.tangents = StreamPacker::Address(record.tangents, start, first, sizeof(glm::vec4));
+        record.uv0 = StreamPacker::Address(record.uv0, start, first, sizeof(glm::vec2));
+        record.uv1 = StreamPacker::Address(record.uv1, start, first, sizeof(glm::vec2));
+        record.colors = StreamPacker::Address(record.colors, start, first, sizeof(glm::vec4));
+        record.primitives = StreamPacker::Address(record.primitives, start);
     }
-    result.record.positions = StreamPacker::Address(positions, base);
-    result.record.indices = StreamPacker::Address(indices, base);
-    result.record.triangleGeometries = StreamPacker::Address(geometries, base);
-    result.record.triangleLights = StreamPacker::Address(lights, base);
+    uploader.UploadBuffer(result.streams, 0, packer.Bytes());
+    result.record.positions = StreamPacker::Address(positions, start);
+    result.record.indices = StreamPacker::Address(indices, start);
+    result.record.triangleGeometries = StreamPacker::Address(geometries, start);
+    result.record.triangleLights = StreamPacker::Address(lights, start);
     result.record.firstGeometry = static_cast<uint32_t>(firstRecord);
+    result.base = std::move(base);
+    if (result.base && !use.isBaseDrawn) return result;
 
     rhi::BlasDesc blas;
     blas.name = name;
     if (kind.isRound)
-        blas.aabbs.push_back({.boxes = StreamPacker::Address(boxes, base),
+        blas.aabbs.push_back({.boxes = StreamPacker::Address(boxes, start),
                               .boxCount = static_cast<uint32_t>(capsules.boxes.size())});
     else
         blas.triangles.push_back({.vertices = result.record.positions,
@@ -181,8 +164,9 @@ GroupResources UploadGroup(rhi::Device& device, rhi::Uploader& uploader, rhi::Bl
 
 // Uploads the groups of one mesh.
 MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
-                         scene::Mesh& mesh, std::span<const float> textureAlphas, EmitterFinder& finder,
-                         SceneResources& resources, std::vector<gpu::GeometryRecord>& records) {
+                         scene::Mesh& mesh, std::span<const float> textureAlphas, const MeshUse& use,
+                         EmitterFinder& finder, SceneResources& resources,
+                         std::vector<gpu::GeometryRecord>& records) {
     std::vector<GroupPart> parts;
     for (const scene::Primitive& primitive : mesh.primitives) {
         const float ofColors = LowestAlpha(primitive.colors);
@@ -207,7 +191,7 @@ MeshResources UploadMesh(rhi::Device& device, rhi::Uploader& uploader, rhi::Blas
         if (primitives.empty()) continue;
         const std::string name = mesh.name.empty() ? "mesh" : mesh.name;
         resources.groups.push_back(UploadGroup(device, uploader, builder, name, primitives, std::move(ofKind),
-                                               kind, finder, records));
+                                               kind, use, finder, records));
         resources.geometryBytes += resources.groups.back().streams.Size();
         result.triangleCount += resources.groups.back().triangleCount;
     }
@@ -234,7 +218,7 @@ rhi::Buffer UploadTable(rhi::Device& device, rhi::Uploader& uploader, const char
 
 uint64_t TriangleCount(const SceneResources& resources) {
     uint64_t count = 0;
-    for (const MeshResources& mesh : resources.meshes) count += mesh.triangleCount;
+    for (const MeshResources& mesh : resources.meshes) count += mesh.isCopy ? 0 : mesh.triangleCount;
     return count;
 }
 uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::Instance> instances) {
@@ -242,6 +226,8 @@ uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::I
     for (const scene::Instance& instance : instances) count += resources.meshes[instance.mesh].triangleCount;
     return count;
 }
+
+SceneResources::SceneResources(rhi::TextureTable& table) : textureTable(table) {}
 
 SceneResources::~SceneResources() {
     for (const TextureResources& texture : textures)
@@ -256,9 +242,17 @@ std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& 
     EmitterFinder finder(scene);
     resources->materialRecords = MaterialRecords(scene.materials, {});
     const std::vector<float> textureAlphas = LowestTextureAlphas(scene);
-    for (scene::Mesh& mesh : scene.meshes)
-        resources->meshes.push_back(
-            UploadMesh(device, uploader, builder, mesh, textureAlphas, finder, *resources, records));
+    for (const scene::Instance& instance : scene.instances) resources->meshOf.push_back(instance.mesh);
+    const bool isDeformed = std::ranges::any_of(scene.instances, &scene::Instance::isDeformed);
+    std::optional<DeformUpload> deform;
+    if (isDeformed) deform.emplace(scene);
+    for (uint32_t i = 0; i < scene.meshes.size(); ++i) {
+        const MeshUse use = deform ? deform->UseOf(i) : MeshUse{};
+        resources->meshes.push_back(UploadMesh(device, uploader, builder, scene.meshes[i], textureAlphas, use,
+                                               finder, *resources, records));
+        if (use.isDeformed) deform->AddCopies(i, *resources, records);
+    }
+    if (deform) deform->Finish(device, uploader, builder, *resources, records);
     resources->usedMaterials = UsedMaterials(*resources);
     UploadTextures(device, uploader, scene, textures, *resources);
     resources->materialRecords = MaterialRecords(scene.materials, resources->textures);

@@ -18,6 +18,9 @@
 
 namespace raygraph {
 
+struct BaseShape;
+struct DeformResources;
+
 // How rays treat a primitive.
 struct GroupKind {
     bool isOpaque = true;      // opaque to rays of all types: no any-hit shader
@@ -56,12 +59,15 @@ struct GroupResources {
     std::vector<EmitterVariant> emitterVariants;
     uint64_t triangleCount = 0;  // 0 of round primitives
     scene::Bounds bounds;        // object space
+    // Not null: the group can be deformed. `blas` is null where only its copies are drawn.
+    std::shared_ptr<const BaseShape> base;
 };
 
 struct MeshResources {
     uint32_t firstGroup = 0;
     uint32_t groupCount = 0;
     uint64_t triangleCount = 0;
+    bool isCopy = false;  // a deformed one, of another that is listed before
 };
 
 struct TextureResources {
@@ -72,13 +78,14 @@ struct TextureResources {
 
 // Move-only through unique_ptr; textures give their slots back when it is destroyed.
 struct SceneResources {
-    explicit SceneResources(rhi::TextureTable& table) : textureTable(table) {}
+    explicit SceneResources(rhi::TextureTable& table);
     ~SceneResources();
     SceneResources(const SceneResources&) = delete;
     SceneResources& operator=(const SceneResources&) = delete;
 
     rhi::TextureTable& textureTable;
-    std::vector<MeshResources> meshes;
+    std::vector<MeshResources> meshes;  // of the scene, in its order; then copies
+    std::vector<uint32_t> meshOf;       // by instance: the mesh or copy that it places
     std::vector<GroupResources> groups;
     std::vector<rhi::Sampler> samplers;
     std::vector<TextureResources> textures;
@@ -89,6 +96,7 @@ struct SceneResources {
     std::vector<gpu::GeometryRecord> geometryRecords;  // empty if there are no variants
     rhi::Buffer geometries;                            // gpu::GeometryRecord[]
     rhi::Buffer materials;                             // gpu::MaterialRecord[]
+    std::unique_ptr<DeformResources> deform;           // null: nothing is deformed
     uint32_t geometryCount = 0;
     uint64_t geometryBytes = 0;
     uint64_t textureBytes = 0;

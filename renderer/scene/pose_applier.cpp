@@ -36,6 +36,39 @@ void Clear(PoseChanges& changes) {
 
 }  // namespace
 
+SceneData PoseOutline(const SceneData& scene) {
+    SceneData outline;
+    outline.name = scene.name;
+    for (const Mesh& mesh : scene.meshes) {
+        Mesh& kept = outline.meshes.emplace_back();
+        kept.name = mesh.name;
+        kept.weights = mesh.weights;
+        for (const Primitive& primitive : mesh.primitives) {
+            Primitive& part = kept.primitives.emplace_back();
+            part.material = primitive.material;
+            part.bounds = primitive.bounds;
+            part.variants = primitive.variants;
+            part.influences.perVertex = primitive.influences.perVertex;
+            part.influences.bounds = primitive.influences.bounds;
+            part.hasFlatNormals = primitive.hasFlatNormals;
+            for (const MorphTarget& target : primitive.targets)
+                part.targets.emplace_back().bounds = target.bounds;
+        }
+    }
+    outline.materials = scene.materials;
+    outline.nodes = scene.nodes;
+    outline.nodeOrder = scene.nodeOrder;
+    outline.instances = scene.instances;
+    outline.cameras = scene.cameras;
+    outline.lights = scene.lights;
+    outline.bounds = scene.bounds;
+    outline.variants = scene.variants;
+    outline.variant = scene.variant;
+    outline.skins = scene.skins;
+    outline.animations = scene.animations;
+    return outline;
+}
+
 PoseApplier::PoseApplier(SceneData& scene) {
     Refresh(scene);
 }

@@ -32,6 +32,9 @@ struct PoseChanges {
     }
 };
 
+// A copy of a scene without vertices, images, environment and light profiles: enough to be posed.
+RAYGRAPH_API SceneData PoseOutline(const SceneData& scene);
+
 class RAYGRAPH_API PoseApplier {
   public:
     // Calls DeformInstances(scene). Later calls are to be given this scene, or a copy of it that is kept
@@ -55,6 +58,7 @@ class RAYGRAPH_API PoseApplier {
     std::span<const glm::mat4x3> JointMatricesOf(uint32_t skin) const;
     // Of an instance: its nodes are visible, and it is not collapsed.
     bool IsVisible(uint32_t instance) const { return m_isInstanceSeen[instance] != 0; }
+    bool IsLightVisible(uint32_t light) const { return m_isLightSeen[light] != 0; }
     std::span<const PlacedTransform> NodeTransforms() const { return m_nodeToWorld; }
 
   private:

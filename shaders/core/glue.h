@@ -34,6 +34,7 @@
 namespace raygraph::shading {
 
 using glm::mat3;
+using glm::mat4x3;
 using glm::uint;
 using glm::uvec2;
 using glm::uvec4;

@@ -1,0 +1,273 @@
+#include "renderer/gpu_scene/deform_resources.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/group_kinds.h"
+#include "renderer/scene/check.h"
+#include "shaders/shared/ray_clearance.h"
+
+namespace raygraph {
+namespace {
+
+// Two a word, the first in its lower half, whatever the host's order of bytes.
+std::vector<uint32_t> PackJoints(const std::vector<uint16_t>& joints) {
+    std::vector<uint32_t> words((joints.size() + 1) / 2);
+    for (size_t i = 0; i < joints.size(); ++i) words[i / 2] |= uint32_t{joints[i]} << (16 * (i % 2));
+    return words;
+}
+
+// A shift from an offset to an address.
+void Place(uint64_t& offset, VkDeviceAddress start) {
+    offset = StreamPacker::Address(offset, start);
+}
+
+rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, uint64_t bytes) {
+    RequireBindable(device, name, count, bytes);
+    return device.CreateBuffer({.name = name,
+                                .size = std::max<uint64_t>(1, count) * bytes,
+                                .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
+}
+
+// One more of a group that is drawn by itself, with its streams.
+GroupResources CopyOf(const GroupResources& group, std::vector<gpu::GeometryRecord>& records) {
+    GroupResources copy;
+    copy.kind = group.kind;
+    copy.parts = group.parts;
+    copy.blas = group.blas;  // of a group that does not deform
+    copy.record = group.record;
+    copy.record.firstGeometry = static_cast<uint32_t>(records.size());
+    for (size_t i = 0; i < group.parts.size(); ++i) {
+        const gpu::GeometryRecord record = records[group.record.firstGeometry + i];
+        records.push_back(record);
+    }
+    copy.emitters = group.emitters;
+    copy.emitterVariants = group.emitterVariants;
+    copy.triangleCount = group.triangleCount;
+    copy.bounds = group.bounds;
+    copy.base = group.base;
+    return copy;
+}
+
+}  // namespace
+
+bool MayDeform(std::span<scene::Primitive* const> primitives) {
+    return std::ranges::any_of(primitives, [](const scene::Primitive* primitive) {
+        return !primitive->influences.IsEmpty() || !primitive->targets.empty();
+    });
+}
+
+void PackMovers(const scene::Primitive& primitive, StreamPacker& packer, BaseShape& base) {
+    BaseShape::Part& part = base.parts.emplace_back();
+    part.record.joints = packer.Append(PackJoints(primitive.influences.joints));
+    part.record.weights = packer.Append(primitive.influences.weights);
+    part.record.perVertex = primitive.influences.perVertex;
+    part.record.targetCount = static_cast<uint32_t>(primitive.targets.size());
+    part.record.isFlat = primitive.hasFlatNormals ? 1u : 0u;
+    std::vector<gpu::DeformTarget> targets;
+    for (const scene::MorphTarget& target : primitive.targets)
+        targets.push_back({.positions = packer.Append(target.positions),
+                           .normals = packer.Append(target.normals),
+                           .tangents = packer.Append(target.tangents)});
+    part.targets = packer.Append(targets);
+}
+
+void PlaceBase(BaseShape::Part& part, const gpu::GeometryRecord& geometry, uint64_t positions,
+               uint64_t firstVertex, VkDeviceAddress start, StreamPacker& packer) {
+    gpu::DeformRecord& record = part.record;
+    part.firstVertex = static_cast<uint32_t>(firstVertex);
+    record.positions = start + positions + firstVertex * sizeof(glm::vec3);
+    record.normals = StreamPacker::Address(geometry.normals, start);
+    record.tangents = StreamPacker::Address(geometry.tangents, start);
+    Place(record.joints, start);
+    Place(record.weights, start);
+    record.targets = StreamPacker::Address(part.targets, start);
+    for (uint32_t i = 0; i < record.targetCount; ++i) {
+        const std::span<std::byte> bytes =
+            packer.At(part.targets + i * sizeof(gpu::DeformTarget)).first(sizeof(gpu::DeformTarget));
+        gpu::DeformTarget target;
+        std::memcpy(&target, bytes.data(), bytes.size());
+        Place(target.positions, start);
+        Place(target.normals, start);
+        Place(target.tangents, start);
+        std::memcpy(bytes.data(), &target, bytes.size());
+    }
+}
+
+std::span<const glm::mat4x3> DeformResources::MatricesOf(const DeformedMesh& mesh) const {
+    if (mesh.skin == scene::kNone) return {};
+    return std::span(matrices).subspan(skins[mesh.skin].first, skins[mesh.skin].count);
+}
+
+std::span<const float> DeformResources::WeightsOf(const DeformedMesh& mesh) const {
+    return std::span(weights).subspan(mesh.firstWeight, mesh.weightCount);
+}
+
+void DeformResources::Follow(DeformedMesh& mesh, SceneResources& resources) const {
+    for (DeformedGroup& deformed : mesh.groups) {
+        GroupResources& group = resources.groups[deformed.group];
+        group.base->outline.Deform(WeightsOf(mesh), MatricesOf(mesh), deformed.pose);
+        group.bounds = deformed.pose.bounds;
+    }
+}
+
+void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters) {
+    // Device and host round differently, each a few times for a joint
+    constexpr float kRoundings = 32.0f;
+    const glm::vec3 reach = glm::max(glm::abs(pose.bounds.min), glm::abs(pose.bounds.max));
+    const float error = kRoundings * gpu::kRoundoff * std::max({reach.x, reach.y, reach.z});
+    for (size_t i = 0; i < emitters.size(); ++i) {
+        emitters[i].p0 = pose.emitters[3 * i];
+        emitters[i].p1 = pose.emitters[3 * i + 1];
+        emitters[i].p2 = pose.emitters[3 * i + 2];
+        emitters[i].error = error;
+    }
+}
+
+DeformUpload::DeformUpload(const scene::SceneData& scene)
+    : m_plan(PlanDeformation(scene)), m_result(std::make_unique<DeformResources>()) {
+    DeformResources& result = *m_result;
+    result.meshOf.assign(scene.instances.size(), scene::kNone);
+    result.skins.resize(scene.skins.size());
+    const std::vector<scene::PlacedTransform> nodeToWorld = scene::WorldTransforms(scene);
+    for (const DeformedCopy& copy : m_plan.copies) {
+        DeformedMesh& mesh = result.meshes.emplace_back();
+        const scene::Instance& instance = scene.instances[copy.instances.front()];
+        for (const uint32_t index : copy.instances)
+            result.meshOf[index] = static_cast<uint32_t>(result.meshes.size() - 1);
+        mesh.instances = copy.instances;
+        mesh.skin = copy.skin;
+        mesh.firstWeight = static_cast<uint32_t>(result.weights.size());
+        if (copy.hasTargets) {
+            const std::span<const float> weights = scene::MorphWeights(scene, instance);
+            mesh.weightCount = static_cast<uint32_t>(weights.size());
+            result.weights.insert(result.weights.end(), weights.begin(), weights.end());
+        }
+        if (copy.skin == scene::kNone || result.skins[copy.skin].count > 0) continue;
+        const scene::Skin& skin = scene.skins[copy.skin];
+        SkinMatrices& range = result.skins[copy.skin];
+        range = {.first = static_cast<uint32_t>(result.matrices.size()),
+                 .count = static_cast<uint32_t>(skin.joints.size()),
+                 .isDue = true};
+        result.matrices.resize(range.first + range.count);
+        scene::JointMatrices(nodeToWorld, skin, {instance.objectToWorld, instance.translationRest},
+                             std::span(result.matrices).subspan(range.first));
+    }
+}
+
+MeshUse DeformUpload::UseOf(uint32_t mesh) const {
+    return {.isDeformed = std::ranges::any_of(m_plan.copies,
+                                              [&](const DeformedCopy& copy) { return copy.mesh == mesh; }),
+            .isBaseDrawn = m_plan.isBaseShapeDrawn[mesh]};
+}
+
+void DeformUpload::AddCopies(uint32_t mesh, SceneResources& resources,
+                             std::vector<gpu::GeometryRecord>& records) {
+    const MeshResources base = resources.meshes[mesh];
+    bool isBaseFree = !m_plan.isBaseShapeDrawn[mesh];
+    for (size_t i = 0; i < m_plan.copies.size(); ++i) {
+        if (m_plan.copies[i].mesh != mesh) continue;
+        DeformedMesh& copy = m_result->meshes[i];
+        MeshResources groups = base;
+        copy.mesh = mesh;
+        if (!std::exchange(isBaseFree, false)) {
+            groups.isCopy = true;
+            groups.firstGroup = static_cast<uint32_t>(resources.groups.size());
+            for (uint32_t group = 0; group < base.groupCount; ++group)
+                resources.groups.push_back(CopyOf(resources.groups[base.firstGroup + group], records));
+            copy.mesh = static_cast<uint32_t>(m_plan.isBaseShapeDrawn.size() + m_copies.size());
+            m_copies.push_back(groups);
+        }
+        for (uint32_t group = 0; group < base.groupCount; ++group)
+            if (resources.groups[base.firstGroup + group].base)
+                copy.groups.push_back({.group = groups.firstGroup + group});
+    }
+}
+
+// Gives the groups of a copy their part of the streams. With a `next` of 0 only the size is found.
+void DeformUpload::PlaceStreams(DeformedMesh& mesh, SceneResources& resources,
+                                std::vector<gpu::GeometryRecord>& records, VkDeviceAddress& next) {
+    const auto take = [&](uint64_t bytes) {
+        const VkDeviceAddress address = next;
+        next += AlignStream(bytes);
+        return address;
+    };
+    mesh.firstRecord = static_cast<uint32_t>(m_result->records.size());
+    for (const DeformedGroup& deformed : mesh.groups) {
+        GroupResources& group = resources.groups[deformed.group];
+        group.record.positions = take(group.base->vertexCount * sizeof(glm::vec3));
+        for (size_t i = 0; i < group.base->parts.size(); ++i) {
+            const BaseShape::Part& part = group.base->parts[i];
+            gpu::GeometryRecord& geometry = records[group.record.firstGeometry + i];
+            gpu::DeformRecord record = part.record;
+            const size_t end = i + 1 < group.base->parts.size() ? group.base->parts[i + 1].firstVertex
+                                                                : group.base->vertexCount;
+            record.vertexCount = static_cast<uint32_t>(end - part.firstVertex);
+            record.deformedPositions = group.record.positions + part.firstVertex * sizeof(glm::vec3);
+            if (record.normals != 0) {
+                record.deformedNormals = take(record.vertexCount * sizeof(glm::vec3));
+                geometry.normals = record.deformedNormals - part.firstVertex * sizeof(glm::vec3);
+            }
+            if (record.tangents != 0) {
+                record.deformedTangents = take(record.vertexCount * sizeof(glm::vec4));
+                geometry.tangents = record.deformedTangents - part.firstVertex * sizeof(glm::vec4);
+            }
+            if (mesh.skin == scene::kNone)
+                record.perVertex = 0;
+            else
+                record.firstMatrix = m_result->skins[mesh.skin].first;
+            if (mesh.weightCount == 0) record.targetCount = 0;
+            record.firstWeight = mesh.firstWeight;
+            m_result->records.push_back(record);
+        }
+    }
+    mesh.recordCount = static_cast<uint32_t>(m_result->records.size()) - mesh.firstRecord;
+}
+
+void DeformUpload::Finish(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
+                          SceneResources& resources, std::vector<gpu::GeometryRecord>& records) {
+    DeformResources& result = *m_result;
+    resources.meshes.insert(resources.meshes.end(), m_copies.begin(), m_copies.end());
+    for (size_t i = 0; i < result.meshOf.size(); ++i)
+        if (result.meshOf[i] != scene::kNone) resources.meshOf[i] = result.meshes[result.meshOf[i]].mesh;
+
+    VkDeviceAddress bytes = 0;
+    for (DeformedMesh& mesh : result.meshes) PlaceStreams(mesh, resources, records, bytes);
+    result.records.clear();
+    result.streams = device.CreateBuffer(
+        {.name = "deformed streams",
+         .size = std::max<uint64_t>(kStreamAlignment, bytes),
+         .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::BuildInput | rhi::BufferUsage::CopySource});
+    resources.geometryBytes += result.streams.Size();
+    VkDeviceAddress next = result.streams.Address();
+    for (DeformedMesh& mesh : result.meshes) {
+        PlaceStreams(mesh, resources, records, next);
+        result.Follow(mesh, resources);
+        for (DeformedGroup& deformed : mesh.groups) {
+            GroupResources& group = resources.groups[deformed.group];
+            PlaceEmitters(deformed.pose, group.emitters);
+            rhi::BlasDesc blas;
+            blas.name = "deformed mesh";
+            blas.kind = rhi::BlasKind::Deforming;
+            blas.triangles.push_back({.vertices = group.record.positions,
+                                      .vertexCount = group.base->vertexCount,
+                                      .indices = group.record.indices,
+                                      .triangleCount = static_cast<uint32_t>(group.triangleCount)});
+            SetFlags(blas, group.kind);
+            group.blas = builder.Add(blas);
+        }
+    }
+    result.recordBuffer =
+        TableBuffer(device, "deform records", result.records.size(), sizeof(gpu::DeformRecord));
+    result.taskBuffer = TableBuffer(device, "deform tasks", result.records.size(), sizeof(gpu::DeformTask));
+    result.matrixBuffer = TableBuffer(device, "joint matrices", result.matrices.size(), sizeof(glm::mat4x3));
+    result.weightBuffer = TableBuffer(device, "morph weights", result.weights.size(), sizeof(float));
+    if (!result.records.empty())
+        uploader.UploadBuffer(result.recordBuffer, 0, std::as_bytes(std::span(result.records)));
+    RequireBindable(device, "geometries", records.size(), sizeof(gpu::GeometryRecord));
+    resources.deform = std::move(m_result);
+}
+
+}  // namespace raygraph

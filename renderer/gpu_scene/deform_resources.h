@@ -1,0 +1,111 @@
+// What SetScene creates on the device for what deforms: with each such group's streams, those that move its
+// vertices; and for each deformed copy of a mesh (deform_plan.h) groups of its own, whose positions, normals
+// and tangents are in memory of its own and whose other streams are those of the mesh.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu_scene/deform_outline.h"
+#include "renderer/gpu_scene/deform_plan.h"
+#include "renderer/gpu_scene/refit_quality.h"
+#include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/stream_packer.h"
+#include "shaders/shared/deform_records.h"
+
+namespace raygraph {
+
+// A group as the file has it.
+struct BaseShape {
+    struct Part {
+        gpu::DeformRecord record{};                // without the results, and what depends on the copy
+        uint64_t targets = StreamPacker::kAbsent;  // offset of its DeformTarget[]
+        uint32_t firstVertex = 0;                  // in the group
+    };
+    uint32_t vertexCount = 0;
+    std::vector<Part> parts = {};
+    DeformOutline outline;
+};
+
+// Whether joints or targets move some vertex.
+bool MayDeform(std::span<scene::Primitive* const> primitives);
+// Appends what moves the vertices of a primitive. Until PlaceBase addresses are offsets.
+void PackMovers(const scene::Primitive& primitive, StreamPacker& packer, BaseShape& base);
+// From offsets to addresses; `geometry` and `positions` still have offsets.
+void PlaceBase(BaseShape::Part& part, const gpu::GeometryRecord& geometry, uint64_t positions,
+               uint64_t firstVertex, VkDeviceAddress start, StreamPacker& packer);
+
+struct DeformedGroup {
+    uint32_t group = 0;  // into SceneResources::groups
+    OutlinePose pose;    // as the joints and weights are now
+    RefitQuality quality;
+    bool isRefitDue = false;  // the vertices have changed since the BLAS was built or refitted
+    bool isRebuildDue = false;
+};
+
+struct DeformedMesh {
+    std::vector<uint32_t> instances;
+    uint32_t mesh = 0;  // into SceneResources::meshes
+    uint32_t skin = scene::kNone;
+    uint32_t firstWeight = 0, weightCount = 0;
+    uint32_t firstRecord = 0, recordCount = 0;  // into DeformResources::records
+    std::vector<DeformedGroup> groups;
+    bool isPoseOld = false;    // joints or weights have changed since the host followed
+    bool isDeformDue = true;   // or since the device has
+    bool isWeightsDue = true;  // weights have since they were uploaded
+};
+
+struct SkinMatrices {
+    uint32_t first = 0, count = 0;  // into DeformResources::matrices; none for a skin that moves nothing
+    bool isDue = false;             // they have changed since they were uploaded
+};
+
+struct DeformResources {
+    std::vector<DeformedMesh> meshes;
+    std::vector<uint32_t> meshOf;     // by instance; kNone: it is not deformed
+    std::vector<SkinMatrices> skins;  // by skin of the scene
+    std::vector<glm::mat4x3> matrices;
+    std::vector<float> weights;
+    std::vector<gpu::DeformRecord> records;
+
+    rhi::Buffer streams;  // deformed positions, normals and tangents
+    rhi::Buffer recordBuffer, taskBuffer, matrixBuffer, weightBuffer;
+
+    std::span<const glm::mat4x3> MatricesOf(const DeformedMesh& mesh) const;
+    std::span<const float> WeightsOf(const DeformedMesh& mesh) const;
+    // Brings poses, and of the groups the boxes, up to date on the host.
+    void Follow(DeformedMesh& mesh, SceneResources& resources) const;
+};
+
+// Moves the emitters of a group to where its pose has them.
+void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters);
+
+// How a mesh is drawn.
+struct MeshUse {
+    bool isDeformed = false;  // there are copies of it
+    bool isBaseDrawn = true;  // as the file has it
+};
+
+class DeformUpload {
+  public:
+    // Of a scene that still has its meshes.
+    explicit DeformUpload(const scene::SceneData& scene);
+    MeshUse UseOf(uint32_t mesh) const;
+    // After the groups of the mesh, which are the last ones.
+    void AddCopies(uint32_t mesh, SceneResources& resources, std::vector<gpu::GeometryRecord>& records);
+    // After all meshes: memory, records and BLASes.
+    void Finish(rhi::Device& device, rhi::Uploader& uploader, rhi::BlasBuilder& builder,
+                SceneResources& resources, std::vector<gpu::GeometryRecord>& records);
+
+  private:
+    void PlaceStreams(DeformedMesh& mesh, SceneResources& resources,
+                      std::vector<gpu::GeometryRecord>& records, VkDeviceAddress& next);
+
+    DeformPlan m_plan;
+    std::unique_ptr<DeformResources> m_result;
+    std::vector<MeshResources> m_copies;  // of meshes that are drawn otherwise, too
+};
+
+}  // namespace raygraph

@@ -1,0 +1,257 @@
+#include "renderer/gpu_scene/deform_set.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "base/text.h"
+#include "renderer/gpu_scene/device_limits.h"
+#include "renderer/scene/check.h"
+
+namespace raygraph {
+namespace {
+
+// Of shaders/scene/deform.comp.
+struct DeformConstants {
+    uint32_t taskCount;
+    uint32_t groupCount;
+};
+
+uint32_t GroupsOf(const gpu::DeformRecord& record) {
+    return (record.vertexCount + gpu::kDeformGroupSize - 1) / gpu::kDeformGroupSize;
+}
+
+}  // namespace
+
+DeformSet::DeformSet(rhi::Device& device, SceneResources& resources)
+    : m_device(device), m_resources(resources), m_deform(*resources.deform) {
+    m_tasks.reserve(m_deform.records.size());  // frames allocate none
+}
+
+bool DeformSet::SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices) {
+    SkinMatrices& range = m_deform.skins[skin];
+    if (matrices.size() != range.count)
+        throw MakeError(ErrorKind::Usage, "GpuScene: SetJointMatrices: {} matrices for skin {}, which has {}",
+                        matrices.size(), skin, range.count);
+    for (const glm::mat4x3& matrix : matrices)
+        if (!scene::IsFinite(matrix))
+            throw MakeError(ErrorKind::Usage,
+                            "GpuScene: SetJointMatrices: skin {} has numbers that are not "
+                            "finite",
+                            skin);
+    const auto old = m_deform.matrices.begin() + range.first;
+    if (std::equal(matrices.begin(), matrices.end(), old)) return false;
+    std::ranges::copy(matrices, old);
+    range.isDue = true;
+    for (DeformedMesh& mesh : m_deform.meshes)
+        if (mesh.skin == skin) mesh.isPoseOld = true;
+    return true;
+}
+
+bool DeformSet::SetMorphWeights(uint32_t instance, std::span<const float> weights) {
+    const uint32_t index = m_deform.meshOf[instance];
+    const uint32_t count = index == scene::kNone ? 0 : m_deform.meshes[index].weightCount;
+    if (weights.size() != count)
+        throw MakeError(ErrorKind::Usage,
+                        "GpuScene: SetMorphWeights: {} weights for instance {}, which has {}", weights.size(),
+                        instance, count);
+    if (count == 0) return false;
+    if (!std::ranges::all_of(weights, [](float weight) { return std::isfinite(weight); }))
+        throw MakeError(ErrorKind::Usage,
+                        "GpuScene: SetMorphWeights: instance {} has numbers that are not finite", instance);
+    DeformedMesh& mesh = m_deform.meshes[index];
+    const auto old = m_deform.weights.begin() + mesh.firstWeight;
+    if (std::equal(weights.begin(), weights.end(), old)) return false;
+    std::ranges::copy(weights, old);
+    mesh.isWeightsDue = mesh.isPoseOld = true;
+    return true;
+}
+
+bool DeformSet::HasWork() const {
+    return std::ranges::any_of(m_deform.meshes, [](const DeformedMesh& mesh) {
+        return mesh.isPoseOld || mesh.isDeformDue ||
+               std::ranges::any_of(mesh.groups, &DeformedGroup::isRefitDue);
+    });
+}
+
+void DeformSet::Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lights, DrawTable& draws) {
+    m_deform.Follow(mesh, m_resources);
+    mesh.isDeformDue = true;
+    for (const uint32_t instance : mesh.instances) instances.MarkDeformed(instance);
+    const MeshResources& groups = m_resources.meshes[mesh.mesh];
+    scene::Bounds bounds;
+    for (uint32_t group = groups.firstGroup; group < groups.firstGroup + groups.groupCount; ++group)
+        bounds.Extend(m_resources.groups[group].bounds);
+    lights.SetMeshBounds(mesh.mesh, bounds);
+    for (DeformedGroup& deformed : mesh.groups) {
+        const GroupResources& group = m_resources.groups[deformed.group];
+        lights.SetPose(deformed.group, deformed.pose);
+        gpu::DrawRecord& draw = draws.onHost[group.record.draw];
+        draw.boundsMin = group.bounds.min;
+        draw.boundsMax = group.bounds.max;
+        m_dirtyDraws.Add(group.record.draw);
+        deformed.isRefitDue = true;
+        deformed.isRebuildDue = deformed.quality.Decay(deformed.pose.samples) > RefitQuality::kMaxDecay;
+    }
+    mesh.isPoseOld = false;  // last: where memory runs out before, all of it is done again
+}
+
+void DeformSet::DeclareDeformation(Renderer& renderer, SceneIds& ids, InstanceSet& instances,
+                                   LightSet& lights, DrawTable& draws) {
+    for (DeformedMesh& mesh : m_deform.meshes)
+        if (mesh.isPoseOld) Follow(mesh, instances, lights, draws);
+    ids.deformedStreams = renderer.Import("deformedStreams", m_deform.streams, m_streamsState);
+    m_tasks.clear();
+    m_groupCount = 0;
+    for (const DeformedMesh& mesh : m_deform.meshes) {
+        if (!mesh.isDeformDue) continue;
+        for (uint32_t i = 0; i < mesh.recordCount; ++i) {
+            m_tasks.push_back({.record = mesh.firstRecord + i, .firstGroup = m_groupCount});
+            m_groupCount += GroupsOf(m_deform.records[mesh.firstRecord + i]);
+        }
+    }
+    if (!m_dirtyDraws.IsEmpty()) DeclareDraws(renderer, ids, draws);
+    if (m_tasks.empty()) return;
+    m_taskIds = renderer.Import("deformTasks", m_deform.taskBuffer, m_tasksState);
+    m_matrices = renderer.Import("jointMatrices", m_deform.matrixBuffer, m_matricesState);
+    m_weights = renderer.Import("morphWeights", m_deform.weightBuffer, m_weightsState);
+    DeclareUpload(renderer);
+    DeclareDeform(renderer, ids);
+}
+
+void DeformSet::DeclareUpload(Renderer& renderer) {
+    renderer.AddPass(
+        "UploadPoses", PassKind::Transfer,
+        [&](PassBuilder& pass) {
+            m_taskIds = pass.CopiesTo(m_taskIds);
+            m_matrices = pass.CopiesTo(m_matrices);
+            m_weights = pass.CopiesTo(m_weights);
+        },
+        [this](CommandList& commands) {
+            RecordUpload(commands);
+            commands.OnSubmitted([this] {
+                for (SkinMatrices& skin : m_deform.skins) skin.isDue = false;
+                for (DeformedMesh& mesh : m_deform.meshes) mesh.isWeightsDue = false;
+            });
+        });
+}
+
+void DeformSet::RecordUpload(CommandList& commands) {
+    struct Copy {
+        std::span<const std::byte> bytes;
+        const rhi::Buffer& target;
+        uint64_t offset;
+    };
+    std::vector<Copy> copies{{std::as_bytes(std::span(std::as_const(m_tasks))), m_deform.taskBuffer, 0}};
+    for (const SkinMatrices& skin : m_deform.skins)
+        if (skin.isDue)
+            copies.push_back(
+                {std::as_bytes(std::span(std::as_const(m_deform.matrices)).subspan(skin.first, skin.count)),
+                 m_deform.matrixBuffer, skin.first * sizeof(glm::mat4x3)});
+    for (const DeformedMesh& mesh : m_deform.meshes)
+        if (mesh.isWeightsDue && mesh.weightCount > 0)
+            copies.push_back({std::as_bytes(m_deform.WeightsOf(mesh)), m_deform.weightBuffer,
+                              mesh.firstWeight * sizeof(float)});
+    uint64_t bytes = 0;
+    for (const Copy& copy : copies) bytes += copy.bytes.size();
+    // Freed by the device once this frame has completed
+    rhi::Buffer staging = m_device.CreateBuffer({.name = "pose staging",
+                                                 .size = bytes,
+                                                 .usage = rhi::BufferUsage::CopySource,
+                                                 .memory = rhi::MemoryKind::Upload});
+    uint64_t offset = 0;
+    for (const Copy& copy : copies) {
+        std::ranges::copy(copy.bytes, staging.Mapped().begin() + static_cast<ptrdiff_t>(offset));
+        commands.CopyBuffer(staging, offset, copy.target, copy.offset, copy.bytes.size());
+        offset += copy.bytes.size();
+    }
+}
+
+void DeformSet::DeclareDeform(Renderer& renderer, SceneIds& ids) {
+    renderer.AddPass(
+        "Deform", PassKind::Compute,
+        [&](PassBuilder& pass) {
+            pass.Compute("scene/deform.comp");
+            pass.Reads("deformRecords",
+                       renderer.Import("deformRecords", m_deform.recordBuffer, m_recordsState));
+            pass.Reads("deformTasks", m_taskIds);
+            pass.Reads("jointMatrices", m_matrices);
+            pass.Reads("morphWeights", m_weights);
+            ids.deformedStreams = pass.WritesByAddress(ids.deformedStreams);
+            pass.Constants(DeformConstants{static_cast<uint32_t>(m_tasks.size()), m_groupCount});
+        },
+        [this](CommandList& commands) {
+            const uint32_t rows = (m_groupCount + gpu::kDeformRowGroups - 1) / gpu::kDeformRowGroups;
+            commands.Dispatch(std::min(m_groupCount, gpu::kDeformRowGroups), rows);
+            commands.OnSubmitted([this] {
+                for (DeformedMesh& mesh : m_deform.meshes) mesh.isDeformDue = false;
+                ++m_deformCount;
+            });
+        });
+}
+
+void DeformSet::DeclareDraws(Renderer& renderer, SceneIds& ids, const DrawTable& draws) {
+    renderer.AddPass(
+        "UploadDrawBounds", PassKind::Transfer,
+        [&](PassBuilder& pass) { ids.draws = pass.CopiesTo(ids.draws); },
+        [this, &draws](CommandList& commands) {
+            const std::span<const std::byte> bytes =
+                std::as_bytes(std::span(draws.onHost).subspan(m_dirtyDraws.first, m_dirtyDraws.Count()));
+            rhi::Buffer staging = m_device.CreateBuffer({.name = "draw staging",
+                                                         .size = bytes.size(),
+                                                         .usage = rhi::BufferUsage::CopySource,
+                                                         .memory = rhi::MemoryKind::Upload});
+            std::ranges::copy(bytes, staging.Mapped().begin());
+            commands.CopyBuffer(staging, 0, draws.records, m_dirtyDraws.first * sizeof(gpu::DrawRecord),
+                                bytes.size());
+            commands.OnSubmitted([this] { m_dirtyDraws = {}; });
+        });
+}
+
+std::vector<DeformedGroup*> DeformSet::Unbuilt() {
+    std::vector<DeformedGroup*> unbuilt;
+    for (DeformedMesh& mesh : m_deform.meshes)
+        for (DeformedGroup& group : mesh.groups)
+            if (!m_resources.groups[group.group].blas->IsBuilt()) unbuilt.push_back(&group);
+    return unbuilt;
+}
+
+void DeformSet::NoteBuilt(std::span<DeformedGroup* const> groups) {
+    for (DeformedGroup* group : groups) {
+        group->isRefitDue = group->isRebuildDue = false;
+        group->quality.NoteBuild(group->pose.samples);
+    }
+}
+
+void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, InstanceSet& instances,
+                              rhi::BlasBuilder& builder) {
+    std::vector<DeformedGroup*> due;
+    for (DeformedMesh& mesh : m_deform.meshes)
+        for (DeformedGroup& group : mesh.groups)
+            if (group.isRefitDue && m_resources.groups[group.group].blas->IsBuilt()) due.push_back(&group);
+    if (due.empty()) return;
+    instances.MarkRefitted();
+    renderer.AddPass(
+        "RefitBlas", PassKind::AccelerationStructure,
+        [&](PassBuilder& pass) {
+            pass.BuildsFrom(ids.deformedStreams);
+            ids.blases = pass.Refits(ids.blases);
+        },
+        [this, due = std::move(due), &builder](CommandList& commands) {
+            std::vector<rhi::BlasBuilder::RefitRequest> requests;
+            for (const DeformedGroup* group : due) {
+                rhi::Blas& blas = *m_resources.groups[group->group].blas;
+                requests.push_back({&blas, blas.Desc(), group->isRebuildDue});
+            }
+            builder.RecordRefits(commands, requests);
+            commands.OnSubmitted([due] {
+                for (DeformedGroup* group : due) {
+                    if (group->isRebuildDue) group->quality.NoteBuild(group->pose.samples);
+                    group->isRefitDue = group->isRebuildDue = false;
+                }
+            });
+        });
+}
+
+}  // namespace raygraph

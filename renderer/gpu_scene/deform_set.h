@@ -1,0 +1,61 @@
+// DeformSet: the deformed copies of a scene in its frames. It tracks which joints and weights have changed,
+// and declares the least work for it: nothing in a frame without a change.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+#include "renderer/gpu_scene/deform_resources.h"
+#include "renderer/gpu_scene/dirty_range.h"
+#include "renderer/gpu_scene/draw_table.h"
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/gpu_scene/instance_set.h"
+#include "renderer/gpu_scene/light_set.h"
+
+namespace raygraph {
+
+class DeformSet {
+  public:
+    // `resources` outlives the set, and has something that deforms.
+    DeformSet(rhi::Device& device, SceneResources& resources);
+
+    // True if they are others than before. Error{Usage} naming the call for what does not exist, for another
+    // count, and for numbers that are not finite.
+    bool SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices);
+    bool SetMorphWeights(uint32_t instance, std::span<const float> weights);
+
+    // Boxes, emitters and draws follow on the host; then the passes that upload what has changed and deform
+    // the vertices. Sets `deformedStreams` and `draws`.
+    void DeclareDeformation(Renderer& renderer, SceneIds& ids, InstanceSet& instances, LightSet& lights,
+                            DrawTable& draws);
+    // The copies that are built for the first time, in a pass that the caller declares; told when it is
+    // submitted.
+    std::vector<DeformedGroup*> Unbuilt();
+    static void NoteBuilt(std::span<DeformedGroup* const> groups);
+    // After builds. Not culled if something needs `blases`.
+    void DeclareRefits(Renderer& renderer, SceneIds& ids, InstanceSet& instances, rhi::BlasBuilder& builder);
+
+    bool HasWork() const;
+    uint64_t DeformCount() const { return m_deformCount; }
+
+  private:
+    void Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lights, DrawTable& draws);
+    void DeclareUpload(Renderer& renderer);
+    void RecordUpload(CommandList& commands);
+    void DeclareDeform(Renderer& renderer, SceneIds& ids);
+    void DeclareDraws(Renderer& renderer, SceneIds& ids, const DrawTable& draws);
+
+    rhi::Device& m_device;
+    SceneResources& m_resources;
+    DeformResources& m_deform;
+    std::vector<gpu::DeformTask> m_tasks;  // of the frame
+    uint32_t m_groupCount = 0;
+    DirtyRange m_dirtyDraws;
+    uint64_t m_deformCount = 0;
+    BufferId m_matrices, m_weights, m_taskIds;  // of the frame
+    ResourceState m_streamsState, m_recordsState, m_tasksState, m_matricesState, m_weightsState;
+};
+
+}  // namespace raygraph

@@ -1,0 +1,33 @@
+// How much a tree over triangles has decayed by refits: the measure by which a deforming BLAS is rebuilt.
+//
+// The driver's tree is not to be seen, so a tree over a sample of the triangles stands for it: balanced, over
+// their order along a space-filling curve. Its cost is the sum of the surface areas of its boxes, which is
+// proportional to the boxes that a random ray meets. The decay is the cost of the tree with the order of the
+// last build over that of a tree with the order of the triangles where they are now: what a rebuild would
+// gain. A mesh that only moves, turns, stretches or bends as a whole keeps about 1. Threads: as std::vector.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <vector>
+
+namespace raygraph {
+
+class RefitQuality {
+  public:
+    // A copy is rebuilt where the decay is above this.
+    static constexpr float kMaxDecay = 1.25f;
+    // Triangles of a group in the sample.
+    static constexpr size_t kSampleCount = 128;
+
+    // Takes the order for that of a build: `corners`, three a triangle.
+    void NoteBuild(std::span<const glm::vec3> corners);
+    // Of as many corners as NoteBuild was given; 1 where that is none.
+    float Decay(std::span<const glm::vec3> corners) const;
+
+  private:
+    std::vector<uint32_t> m_order;  // of the last build
+};
+
+}  // namespace raygraph

@@ -1,0 +1,94 @@
+// The fixture of tests of deforming meshes: what is on the device, and what the views see.
+#pragma once
+
+#include <type_traits>
+
+#include "passes/raster.h"
+#include "tests/passes/deforming_scene.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::testing {
+
+// All of the sheet, in every pose.
+inline passes::TraceSettings Front(uint32_t size = 48) {
+    return LookAt({0.5f, 2.5f, 9.0f}, {0, 2, 0}, 0.7f, size);
+}
+
+class DeformTest : public VulkanTest {
+  protected:
+    // The streams on the device, as in deform_resources.h of one group with one primitive.
+    scene::DeformedStreams OnDevice(const scene::DeformedStreams& like) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const Readback streams = render.renderer.ReadBack(ids.deformedStreams);
+        render.renderer.Execute();
+        streams.Wait();
+        scene::DeformedStreams result;
+        size_t offset = 0;
+        const auto take = [&](auto& into, size_t count) {
+            using Value = typename std::remove_reference_t<decltype(into)>::value_type;
+            into = As<Value>(streams.Bytes().subspan(offset, count * sizeof(Value)));
+            offset += (count * sizeof(Value) + 15) / 16 * 16;
+        };
+        take(result.positions, like.positions.size());
+        take(result.normals, like.normals.size());
+        take(result.tangents, like.tangents.size());
+        return result;
+    }
+    static void ExpectNear(const scene::DeformedStreams& actual, const scene::DeformedStreams& expected) {
+        constexpr float kSize = 4.0f;
+        for (size_t i = 0; i < expected.positions.size(); ++i)
+            ASSERT_LE(glm::length(actual.positions[i] - expected.positions[i]), 1e-5f * kSize) << i;
+        for (size_t i = 0; i < expected.normals.size(); ++i)
+            ASSERT_LE(glm::length(actual.normals[i] - expected.normals[i]), 2e-5f) << i;
+        for (size_t i = 0; i < expected.tangents.size(); ++i)
+            ASSERT_LE(glm::length(actual.tangents[i] - expected.tangents[i]), 2e-5f) << i;
+    }
+    void ExpectFormula(const SheetOptions& options) {
+        PosedScene posed(SheetScene(options));
+        scene::SceneData data = posed.scene;
+        render.scene.SetScene(std::move(data));
+        scene::DeformedStreams before = posed.Streams();
+        ExpectNear(OnDevice(before), before);
+        for (const double seconds : {0.2, 0.5, 0.9}) {
+            SCOPED_TRACE(seconds);
+            const scene::PoseChanges& changes = posed.MoveTo(seconds);
+            render.scene.SetPose(posed.scene, posed.applier, changes);
+            const scene::DeformedStreams expected = posed.Streams();
+            EXPECT_NE(expected.positions, before.positions);
+            ExpectNear(OnDevice(expected), expected);
+            before = expected;
+        }
+    }
+    // Same surfaces at the same places.
+    static void ExpectSameHits(const SceneRender::Hits& actual, const SceneRender::Hits& expected,
+                               size_t edgePixels, float size = 4.0f) {
+        size_t others = 0, surfaces = 0;
+        for (size_t i = 0; i < expected.ids.size(); ++i) {
+            if (glm::uvec3(actual.ids[i]) != glm::uvec3(expected.ids[i])) {  // but for the geometry's index
+                ++others;
+                continue;
+            }
+            if (expected.ids[i].x == 0xFFFFFFFFu) continue;
+            ++surfaces;
+            ASSERT_LE(glm::length(glm::vec3(actual.position.values[i] - expected.position.values[i])),
+                      5e-5f * size)
+                << i;
+            ASSERT_LE(glm::length(glm::vec3(actual.normal.values[i] - expected.normal.values[i])), 1e-3f)
+                << i;
+        }
+        EXPECT_LE(others, edgePixels);
+        EXPECT_GT(surfaces, 50u);
+    }
+    SceneRender::Hits Drawn(const passes::TraceSettings& settings) {
+        render.renderer.BeginFrame();
+        const SceneIds ids = render.scene.Declare(render.renderer);
+        const passes::RasterVisibility seen =
+            passes::DrawVisibility(render.renderer, ids, settings, passes::FilmPosition::Center);
+        return render.TakeHits(passes::RasterHits(render.renderer, ids, settings, seen));
+    }
+
+    SceneRender render{Device()};
+};
+
+}  // namespace raygraph::testing
