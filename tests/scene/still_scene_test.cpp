@@ -17,6 +17,7 @@ namespace {
 
 using glm::vec3;
 using scene::ClipState;
+using scene::kNone;
 using scene::SceneData;
 using testing::ErrorOf;
 
