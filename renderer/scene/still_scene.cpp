@@ -1,7 +1,6 @@
 #include "renderer/scene/still_scene.h"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <tuple>
 #include <utility>
@@ -11,34 +10,15 @@
 #include "base/text.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/deform.h"
+#include "renderer/scene/named_choice.h"
 #include "renderer/scene/pose_applier.h"
 
 namespace raygraph::scene {
 namespace {
 
-// " 0 'walk', 1 'run'", as far as they fit a line.
-std::string Listed(const std::vector<Animation>& animations) {
-    constexpr size_t kMaxListed = 20, kMaxNameBytes = 60;
-    std::string list;
-    for (size_t i = 0; i < animations.size() && i < kMaxListed; ++i)
-        list += Text("{} {} {}", i == 0 ? "" : ",", i, Quoted(animations[i].name, kMaxNameBytes));
-    if (animations.size() > kMaxListed) list += Text(" and {} more", animations.size() - kMaxListed);
-    return animations.empty() ? " none" : list;
-}
-
-template <typename Number>
-bool IsNumber(std::string_view text, Number& value) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc() && end == text.data() + text.size();
-}
-
 uint32_t FindAnimation(const SceneData& scene, std::string_view choice) {
-    for (uint32_t i = 0; i < scene.animations.size(); ++i)
-        if (scene.animations[i].name == choice && !choice.empty()) return i;
-    uint32_t index = 0;
-    if (IsNumber(choice, index) && index < scene.animations.size()) return index;
-    throw MakeError(ErrorKind::BadInput, "there is no animation {}; the scene has{}", Quoted(choice),
-                    Listed(scene.animations));
+    return FindNamed(scene.animations, choice, "animation", " none",
+                     [](const Animation& animation) -> const std::string& { return animation.name; });
 }
 
 // One of the list. A name may contain a colon: what follows the last one is a weight if it is a number.

@@ -1,38 +1,17 @@
 #include "renderer/scene/variants.h"
 
 #include <algorithm>
-#include <charconv>
 #include <span>
 #include <string>
 
-#include "base/printable.h"
-#include "base/text.h"
+#include "renderer/scene/named_choice.h"
 
 namespace raygraph::scene {
-namespace {
-
-// "0 'red', 1 'blue'", as far as they fit a line.
-std::string Listed(const std::vector<std::string>& names) {
-    constexpr size_t kMaxListed = 20, kMaxNameBytes = 60;
-    std::string list;
-    for (size_t i = 0; i < names.size() && i < kMaxListed; ++i)
-        list += Text("{} {} {}", i == 0 ? "" : ",", i, Quoted(names[i], kMaxNameBytes));
-    if (names.size() > kMaxListed) list += Text(" and {} more", names.size() - kMaxListed);
-    return names.empty() ? " no variants" : list;
-}
-
-}  // namespace
 
 uint32_t FindVariant(const SceneData& scene, std::string_view choice) {
     if (choice.empty()) return kNone;
-    for (uint32_t i = 0; i < scene.variants.size(); ++i)
-        if (scene.variants[i] == choice) return i;
-    uint32_t index = 0;
-    const auto [end, error] = std::from_chars(choice.data(), choice.data() + choice.size(), index);
-    const bool isIndex = error == std::errc() && end == choice.data() + choice.size();
-    if (isIndex && index < scene.variants.size()) return index;
-    throw MakeError(ErrorKind::BadInput, "there is no variant {}; the scene has{}", Quoted(choice),
-                    Listed(scene.variants));
+    return FindNamed(scene.variants, choice, "variant", " no variants",
+                     [](const std::string& name) -> const std::string& { return name; });
 }
 
 std::string VariantText(const SceneData& scene, uint32_t variant) {
