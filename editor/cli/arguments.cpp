@@ -163,6 +163,11 @@ CLI::App* AddRender(CLI::App& app, RenderArguments& arguments) {
               Text("Index of the first sample ({}): renders of disjoint ranges can be merged",
                    SessionDesc{}.firstSample),
               [&](const std::string& text) { arguments.sampleOffset = ParseCount(text); });
+    AddOption(
+        *render, "--frames", "A:B:STEP",
+        "Render a picture for each of these times of the animations, in seconds, instead of --at; names "
+        "of outputs have a run of # for the number, as name.####.exr",
+        [&](const std::string& text) { arguments.frames = ParseFrames(text); });
     AddSettings(*render, arguments.given);
     AddEnvironment(*render, arguments.environment);
     const passes::TonemapSettings display = DisplayOf({});
@@ -292,7 +297,18 @@ void CheckEnvironment(const SettingTexts& given, bool hasMap) {
             Refuse(Text("--{} is of a map, which --background replaces", option));
 }
 
+void CheckFrames(const RenderArguments& arguments) {
+    if (arguments.given.contains("at")) Refuse("--frames and --at exclude each other");
+    if (!arguments.resume.empty()) Refuse("--frames begins each frame; --resume goes on with one");
+    CommandFiles files = FilesOf(arguments, {});
+    for (const std::filesystem::path& path : files.outputs)
+        if (!HasNumberPlace(path))
+            Refuse(Text("{} has no single run of # for the numbers of --frames, as name.####.exr",
+                        Quoted(path.string(), 1024)));
+}
+
 void CheckRender(const RenderArguments& arguments) {
+    if (arguments.frames) CheckFrames(arguments);
     if (arguments.samples && arguments.seconds) Refuse("--spp and --time exclude each other");
     // A resumed render may have a map, which is not looked at here
     if (arguments.resume.empty() || !arguments.environment.empty())

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "editor/cli/aov_request.h"
+#include "editor/cli/frame_range.h"
 #include "editor/cli/outputs.h"
 #include "editor/cli/program_log.h"
 #include "editor/session/picture_settings.h"
@@ -29,6 +30,7 @@ struct RenderArguments : OutputArguments {
     std::optional<double> seconds;
     std::optional<double> error;  // relative, of the whole picture
     std::optional<uint32_t> sampleOffset;
+    std::optional<FrameRange> frames;  // a picture each; outputs and report are then patterns of names
     std::optional<float> exposureEv;
     std::optional<TonemapOperator> tonemap;
     std::optional<AovRequest> aovs;

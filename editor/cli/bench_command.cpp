@@ -94,7 +94,7 @@ ExitCode BenchCommand(const BenchArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
                                                    .variant = settings.variant,
-                                                   .at = settings.at,
+                                                   .isAnimated = settings.at.has_value(),
                                                    .clips = settings.clips,
                                                    .pointsAndLines = settings.pointsAndLines,
                                                    .environment = arguments.environment,

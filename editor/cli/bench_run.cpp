@@ -38,7 +38,7 @@ class Bench {
         uint64_t last = 0;
         for (uint32_t i = 0; i < count; ++i) {
             m_renderer.BeginFrame();
-            const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+            const SceneIds ids = m_scene.Declare(m_sampleIndex);
             declare(ids, m_scene.SettingsFor(m_sampleIndex++));
             last = m_renderer.Execute();
         }
@@ -57,7 +57,7 @@ class Bench {
     double RaysPerSample(
         const std::function<void(const SceneIds&, const passes::TraceSettings&, TextureId&)>& countRays) {
         m_renderer.BeginFrame();
-        const SceneIds ids = m_scene.Scene().Declare(m_renderer);
+        const SceneIds ids = m_scene.Declare(m_sampleIndex);
         TextureId counts;
         countRays(ids, m_scene.SettingsFor(m_sampleIndex++), counts);
         const Readback readback = m_renderer.ReadBack(counts);

@@ -13,18 +13,35 @@ Paths Given(Paths paths) {
     return paths;
 }
 
+std::filesystem::path Named(const std::filesystem::path& path, const std::optional<int64_t>& number) {
+    return number ? Numbered(path, *number) : path;
+}
+
 }  // namespace
 
 CommandFiles FilesOf(const RenderArguments& arguments) {
-    Paths outputs{arguments.report};
-    for (const OutputFile& picture : PicturesOf(arguments)) outputs.push_back(picture.path);
+    if (!arguments.frames) return FilesOf(arguments, {});
+    CommandFiles files;
+    for (uint32_t frame = 0; frame < arguments.frames->Count(); ++frame) {
+        const CommandFiles its = FilesOf(arguments, arguments.frames->NumberOf(frame));
+        files.inputs = its.inputs;
+        files.outputs.insert(files.outputs.end(), its.outputs.begin(), its.outputs.end());
+    }
+    return files;
+}
+
+CommandFiles FilesOf(const RenderArguments& arguments, const std::optional<int64_t>& number) {
+    Paths outputs;
+    if (!arguments.report.empty()) outputs.push_back(Named(arguments.report, number));
     // Anything but a render in place of the resumed one would destroy it
     Paths renders;
-    for (const OutputFile& picture : PicturesOf(arguments))
+    for (const OutputFile& picture : PicturesOf(arguments, number)) {
+        outputs.push_back(picture.path);
         if (picture.kind == OutputKind::Exr) renders.push_back(picture.path);
+    }
     return {.inputs = Given({arguments.scene, arguments.environment}),
             .updated = Given({arguments.resume}),
-            .outputs = Given(std::move(outputs)),
+            .outputs = std::move(outputs),
             .replacing = std::move(renders)};
 }
 
@@ -57,6 +74,7 @@ CommandFiles FilesOf(const EditArguments& arguments) {
 
 void CheckWritable(const CommandFiles& files) {
     CheckWritable(files.outputs, files.inputs);
+    if (files.updated.empty()) return;
     Paths others = files.outputs;
     std::erase_if(others, [&](const std::filesystem::path& output) {
         return std::ranges::find(files.replacing, output) != files.replacing.end();
@@ -64,9 +82,14 @@ void CheckWritable(const CommandFiles& files) {
     CheckWritable(others, files.updated);
 }
 
-std::vector<OutputFile> PicturesOf(const RenderArguments& arguments) {
-    if (!arguments.outputs.empty()) return arguments.outputs;
-    return {ParseOutput(arguments.resume.empty() ? kDefaultPicture : arguments.resume)};
+std::vector<OutputFile> PicturesOf(const RenderArguments& arguments, const std::optional<int64_t>& number) {
+    std::vector<OutputFile> pictures = arguments.outputs;
+    if (pictures.empty() && arguments.frames)
+        pictures = {ParseOutput(kDefaultFrames)};
+    else if (pictures.empty())
+        pictures = {ParseOutput(arguments.resume.empty() ? kDefaultPicture : arguments.resume)};
+    for (OutputFile& picture : pictures) picture.path = Named(picture.path, number);
+    return pictures;
 }
 
 }  // namespace raygraph::cli

@@ -1,7 +1,9 @@
 // Which files a command reads and writes, but for its log and those that its scene names.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "editor/cli/arguments.h"
@@ -17,6 +19,8 @@ struct CommandFiles {
 
 // What is not given is not in the lists.
 CommandFiles FilesOf(const RenderArguments& arguments);
+// Those of one frame: with its number in the names, or the patterns themselves for none.
+CommandFiles FilesOf(const RenderArguments& arguments, const std::optional<int64_t>& number);
 CommandFiles FilesOf(const BenchArguments& arguments);
 CommandFiles FilesOf(const InfoArguments& arguments);
 CommandFiles FilesOf(const GraphArguments& arguments);
@@ -27,7 +31,8 @@ CommandFiles FilesOf(const EditArguments& arguments);
 void CheckWritable(const CommandFiles& files);
 
 // The pictures that `render` writes: those that are given; if there is none, the file that is resumed, else
-// kDefaultPicture.
-std::vector<OutputFile> PicturesOf(const RenderArguments& arguments);
+// kDefaultPicture, or kDefaultFrames where there are frames. With the frame's number, if one is given.
+std::vector<OutputFile> PicturesOf(const RenderArguments& arguments,
+                                   const std::optional<int64_t>& number = {});
 
 }  // namespace raygraph::cli

@@ -19,7 +19,7 @@ constexpr uint32_t kMaxFramesToSettle = 64;
 void DeclareFrame(DeviceScene& scene, passes::Accumulation& accumulation, uint32_t sampleIndex) {
     Renderer& renderer = scene.GraphRenderer();
     renderer.BeginFrame();
-    const SceneIds ids = scene.Scene().Declare(renderer);
+    const SceneIds ids = scene.Declare(sampleIndex);
     const TextureId sample = passes::Trace(renderer, ids, scene.SettingsFor(sampleIndex)).radiance;
     const passes::AccumulatedIds sums = passes::Accumulate(renderer, sample, accumulation, true);
     renderer.Present(passes::Tonemap(renderer, sums.mean));
@@ -32,7 +32,7 @@ void GraphCommand(const GraphArguments& arguments, Console& console) {
     const Log log = console.log.ForLibraries();
     SceneInput input = LoadInput(arguments.scene, {.scene = settings.scene,
                                                    .variant = settings.variant,
-                                                   .at = settings.at,
+                                                   .isAnimated = settings.at.has_value(),
                                                    .clips = settings.clips,
                                                    .pointsAndLines = settings.pointsAndLines,
                                                    .log = log});

@@ -1,6 +1,6 @@
 #include "editor/cli/outputs.h"
 
-#include <algorithm>
+#include <set>
 #include <string>
 
 #include "base/atomic_file.h"
@@ -41,15 +41,14 @@ OutputFile ParseOutput(const std::filesystem::path& path) {
 
 void CheckWritable(std::span<const std::filesystem::path> paths,
                    std::span<const std::filesystem::path> inputs) {
-    std::vector<std::filesystem::path> seen;
+    std::set<std::filesystem::path> seen, read;
+    for (const std::filesystem::path& input : inputs) read.insert(Canonical(input));
     for (const std::filesystem::path& path : paths) {
         const std::filesystem::path canonical = Canonical(path);
-        if (std::ranges::find(seen, canonical) != seen.end())
+        if (!seen.insert(canonical).second)
             throw MakeError(ErrorKind::Usage, "{} is to be written twice", path.string());
-        seen.push_back(canonical);
-        for (const std::filesystem::path& input : inputs)
-            if (Canonical(input) == canonical)
-                throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path.string());
+        if (read.contains(canonical))
+            throw MakeError(ErrorKind::Usage, "{} is to be read and to be written", path.string());
         CheckFolder(path);
         AtomicFile probe(path);  // dropped without Commit
     }

@@ -26,6 +26,7 @@ struct OutputFile {
 
 // What `render` writes if nothing else is asked for.
 inline constexpr const char* kDefaultPicture = "render.png";
+inline constexpr const char* kDefaultFrames = "render.####.png";
 
 // By the extension, case aside. Error{Usage} for another one.
 OutputFile ParseOutput(const std::filesystem::path& path);

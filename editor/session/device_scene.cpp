@@ -1,7 +1,9 @@
 #include "editor/session/device_scene.h"
 
+#include "base/check.h"
 #include "base/text.h"
 #include "editor/session/bias.h"
+#include "editor/session/sample_time.h"
 #include "passes/path_settings.h"
 #include "renderer/gpu_scene/camera_record.h"
 #include "renderer/scene/camera_view.h"
@@ -17,21 +19,13 @@ float DefaultFocus(const scene::CameraView& view, const scene::Bounds& bounds) {
     return distance > 0.0f ? distance : 1.0f;
 }
 
-scene::CameraView ViewFrom(const PictureSettings& settings, const scene::SceneData& data, float aspect) {
+scene::CameraView ViewFrom(const PictureSettings& settings, const scene::SceneData& data) {
+    const float aspect = static_cast<float>(settings.size.width) / static_cast<float>(settings.size.height);
     try {
         return scene::ChooseView(data, settings.camera, aspect);
     } catch (const Error& error) {
         throw SettingError(error.Kind(), Text("camera: {}", error.what()));
     }
-}
-
-passes::TraceSettings TraceSettingsFrom(const PictureSettings& settings, const scene::SceneData& data) {
-    const float aspect = static_cast<float>(settings.size.width) / static_cast<float>(settings.size.height);
-    const scene::CameraView view = ViewFrom(settings, data, aspect);
-    const float focus =
-        settings.focusDistance > 0.0f ? settings.focusDistance : DefaultFocus(view, data.bounds);
-    return passes::FrameSettings({settings.size.width, settings.size.height}, view,
-                                 {settings.aperture, focus}, settings.paths);
 }
 
 // Only what reads them needs the levels of textures.
@@ -44,14 +38,16 @@ GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
 }  // namespace
 
 DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
-    : m_renderer(device),
-      m_scene(m_renderer, SceneDescFor(settings)),
-      m_settings(TraceSettingsFrom(settings, input.data)) {
+    : m_settings(settings), m_renderer(device), m_scene(m_renderer, SceneDescFor(settings)) {
+    if (settings.at) m_motion.emplace(input.data, settings.clips);
+    const scene::CameraView view = ViewFrom(settings, input.data);
+    m_focus = settings.focusDistance > 0.0f ? settings.focusDistance : DefaultFocus(view, input.data.bounds);
+    m_traced = Traced(view);
     LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
     const bool hasMap = !input.environment.rgba.empty();
     const bool usesScene = !hasMap && !settings.background && input.data.environment.IsPresent();
     m_scene.SetScene(std::move(input.data));
-    m_scene.SetViewpoint(EyeOf(m_settings.camera));
+    m_scene.SetViewpoint(EyeOf(m_traced.camera));
     m_scene.SetLightGroups(std::move(groups));
     const std::array<float, 3> radiance =
         hasMap || usesScene ? settings.environmentTint : settings.background.value_or(std::array<float, 3>{});
@@ -63,8 +59,37 @@ DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSe
     input.environment = {};
 }
 
+passes::TraceSettings DeviceScene::Traced(const scene::CameraView& view) const {
+    return passes::FrameSettings({m_settings.size.width, m_settings.size.height}, view,
+                                 {m_settings.aperture, m_focus}, m_settings.paths);
+}
+
+void DeviceScene::MoveTo(double seconds) {
+    const bool isCameraMoved = m_motion->MoveTo(m_scene, seconds);
+    // A scene without cameras is framed as it is at rest, so that a moving one does not carry the view along
+    if (isCameraMoved) m_traced = Traced(ViewFrom(m_settings, m_motion->Posed()));
+}
+
+SceneIds DeviceScene::Declare(uint32_t sampleIndex) {
+    if (!IsBlurred()) return DeclareSharp();
+    const Shutter& shutter = *m_settings.shutter;
+    const double position = ShutterPosition(sampleIndex, m_settings.paths.seed);
+    MoveTo(*m_settings.at + shutter.open + (shutter.close - shutter.open) * position);
+    return m_scene.Declare(m_renderer);
+}
+
+SceneIds DeviceScene::DeclareSharp() {
+    if (m_motion) MoveTo(*m_settings.at);
+    return m_scene.Declare(m_renderer);
+}
+
+void DeviceScene::SetTime(double at) {
+    RG_CHECK(m_motion.has_value());
+    m_settings.at = at;
+}
+
 passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {
-    passes::TraceSettings settings = m_settings;
+    passes::TraceSettings settings = m_traced;
     settings.sampleIndex = sampleIndex;
     return settings;
 }

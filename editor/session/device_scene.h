@@ -2,8 +2,11 @@
 // alone.
 #pragma once
 
+#include <optional>
+
 #include "editor/session/picture_settings.h"
 #include "editor/session/scene_input.h"
+#include "editor/session/scene_motion.h"
 #include "passes/trace.h"
 #include "renderer/gpu_scene/gpu_scene.h"
 #include "renderer/graph/renderer.h"
@@ -14,18 +17,33 @@ class DeviceScene {
   public:
     // Takes the scene and the environment out of `input` as it uploads them. `device` outlives the object.
     // SettingError of kind Usage for a camera that is not in the scene, or a group of lights that fits
-    // nothing in it.
+    // nothing in it; of kind BadInput for a clip that it does not have.
     DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings);
 
     Renderer& GraphRenderer() { return m_renderer; }
-    GpuScene& Scene() { return m_scene; }
-    // Of the sample with this index.
+    GpuScene& Scene() { return m_scene; }  // declared by this object
+    // Declares the scene in the frame that has begun, as the sample with this index sees it: at its time,
+    // where there is motion.
+    SceneIds Declare(uint32_t sampleIndex);
+    // The same at PictureSettings::at, whatever the shutter.
+    SceneIds DeclareSharp();
+    // Of the sample with this index, once the scene was declared for it.
     passes::TraceSettings SettingsFor(uint32_t sampleIndex) const;
+    // Whether samples see the scene at different times.
+    bool IsBlurred() const { return m_motion && m_settings.shutter; }
+    // Only of a scene with a time.
+    void SetTime(double at);
 
   private:
+    void MoveTo(double seconds);
+    passes::TraceSettings Traced(const scene::CameraView& view) const;
+
+    PictureSettings m_settings;
     Renderer m_renderer;
     GpuScene m_scene;
-    passes::TraceSettings m_settings;
+    std::optional<SceneMotion> m_motion;
+    float m_focus = 0.0f;
+    passes::TraceSettings m_traced;
 };
 
 }  // namespace raygraph::session

@@ -74,9 +74,33 @@ void SetRoulette(passes::RouletteSettings& roulette, std::string_view text) {
         roulette.survival = static_cast<float>(ParseNumber(text.substr(colon + 1), 0.01, 1.0));
 }
 
+// With the digits of a float where that is the number.
+std::string NumberText(double value) {
+    if (static_cast<double>(static_cast<float>(value)) == value) return ToText(static_cast<float>(value));
+    char digits[32];
+    return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
+}
+
+constexpr const char* kNoShutter = "none";
+
 std::string RouletteText(const passes::RouletteSettings& roulette) {
     const std::string name = Name(roulette.kind);
     return HasProbability(roulette.kind) ? name + ":" + ToText(roulette.survival) : name;
+}
+
+void SetShutter(std::optional<Shutter>& shutter, std::string_view text) {
+    shutter.reset();
+    if (text == kNoShutter) return;
+    const size_t colon = text.find(':');
+    if (colon == text.npos) throw MakeError(ErrorKind::Usage, "\"{}\" is not OPEN:CLOSE", text);
+    shutter = Shutter{ParseNumber(text.substr(0, colon), -1e6, 1e6),
+                      ParseNumber(text.substr(colon + 1), -1e6, 1e6)};
+    if (!(shutter->open < shutter->close))
+        throw MakeError(ErrorKind::Usage, "\"{}\": a shutter closes after it opens", text);
+}
+
+std::string ShutterText(const std::optional<Shutter>& shutter) {
+    return shutter ? NumberText(shutter->open) + ":" + NumberText(shutter->close) : kNoShutter;
 }
 
 std::string RouletteHelp() {
@@ -125,6 +149,12 @@ const std::vector<PictureSetting>& Table() {
          "of them. Default: the first. Needs --at",
          [](PictureSettings& settings, std::string_view text) { settings.clips = text; },
          [](const PictureSettings& settings) { return settings.clips; }},
+        {"shutter", "OPEN:CLOSE",
+         "Motion blur: seconds after --at between which the shutter is open, -0.01:0.01 say. Default: {}, "
+         "all "
+         "stands still. Needs --at",
+         [](PictureSettings& settings, std::string_view text) { SetShutter(settings.shutter, text); },
+         [](const PictureSettings& settings) { return ShutterText(settings.shutter); }},
         Radius(
             "points", "Radius of the scene's points, shown as spheres",
             [](auto& settings) -> auto& { return settings.pointsAndLines.points; }),
@@ -263,13 +293,6 @@ const std::vector<PictureSetting>& Table() {
          [](const PictureSettings& settings) { return ToText(settings.lightGroups); }, true},
     };
     return kTable;
-}
-
-// With the digits of a float where that is the number.
-std::string NumberText(double value) {
-    if (static_cast<double>(static_cast<float>(value)) == value) return ToText(static_cast<float>(value));
-    char digits[32];
-    return {digits, std::to_chars(digits, digits + sizeof digits, value).ptr};
 }
 
 }  // namespace

@@ -23,6 +23,15 @@ namespace raygraph::session {
 
 using passes::View;  // what the picture's RGB shows
 
+// When the shutter opens and closes, in seconds after PictureSettings::at: samples see the scene at times
+// between.
+struct Shutter {
+    double open = 0.0;
+    double close = 0.0;  // above `open`
+
+    bool operator==(const Shutter&) const = default;
+};
+
 // Of a setting of pointsAndLines, after what it is.
 inline constexpr const char* kRadiusHelp =
     ": in meters, or with % of the diagonal of the scene's bounds (off: left out)";
@@ -30,11 +39,12 @@ inline constexpr const char* kRadiusHelp =
 struct PictureSettings {
     Extent2D size{640, 360};  // pixels, 1 to 16384 a side
     View view = View::PathTraced;
-    std::string camera;        // as of scene::ChooseView; CameraText makes it of a view
-    std::string scene;         // glTF scene by name or index; "": the file's default
-    std::string variant;       // of materials, by name or index; "": none, the materials without one
-    std::optional<double> at;  // time of the scene's animations, in seconds; none: its rest pose
-    std::string clips;         // which of them, as of scene::FindClips
+    std::string camera;              // as of scene::ChooseView; CameraText makes it of a view
+    std::string scene;               // glTF scene by name or index; "": the file's default
+    std::string variant;             // of materials, by name or index; "": none, the materials without one
+    std::optional<double> at;        // time of the scene's animations, in seconds; none: its rest pose
+    std::string clips;               // which of them, as of scene::FindClips
+    std::optional<Shutter> shutter;  // motion blur; none: all samples see the scene at `at`
     scene::PointsAndLines pointsAndLines;  // the radii that the scene's have; off: they are left out
     float aperture = 0.0f;                 // lens radius, meters; 0: a pinhole
     float focusDistance = 0.0f;            // meters; 0: to what is seen in the middle of the scene's bounds

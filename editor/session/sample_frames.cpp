@@ -63,9 +63,10 @@ void SampleFrames::RestoreFrom(const RenderFile& render) {
 
 void SampleFrames::RestoreSample() {
     RG_CHECK(m_toRestore > 0);
+    const uint32_t sample = m_plan.firstSample + m_submitted - m_toRestore;
     m_renderer.BeginFrame();
-    const SceneIds ids = m_scene.Scene().Declare(m_renderer);
-    DeclareAverages(ids, m_scene.SettingsFor(m_plan.firstSample + m_submitted - m_toRestore), false);
+    const SceneIds ids = m_scene.Declare(sample);
+    DeclareAverages(ids, m_scene.SettingsFor(sample), false);
     m_renderer.Execute();
     --m_toRestore;
 }
@@ -136,10 +137,18 @@ void SampleFrames::DeclareCenterRay(const SceneIds& ids, const passes::TraceSett
     m_ids = m_renderer.ReadBack(hits.ids);
 }
 
-void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
+void SampleFrames::TraceSharpCenterRay() {
     m_renderer.BeginFrame();
-    const SceneIds ids = m_scene.Scene().Declare(m_renderer);
-    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample + m_submitted);
+    const SceneIds ids = m_scene.DeclareSharp();
+    DeclareCenterRay(ids, m_scene.SettingsFor(m_plan.firstSample));
+    m_renderer.Execute();
+}
+
+void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
+    const uint32_t sample = m_plan.firstSample + m_submitted;
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.Declare(sample);
+    const passes::TraceSettings settings = m_scene.SettingsFor(sample);
     TextureId mean;
     if (ShowsLight())
         mean = DeclareRadiance(ids, settings, isLast, isMeasuring);
@@ -148,8 +157,10 @@ void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
     if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings, isLast);
     if (ShowsLight() && isLast)
         m_display = m_renderer.ReadBack(passes::Tonemap(m_renderer, mean, m_plan.tonemap));
-    if (m_isKeepingCenter && isLast) DeclareCenterRay(ids, settings);
+    const bool isCenterDue = m_isKeepingCenter && isLast;
+    if (isCenterDue && !m_scene.IsBlurred()) DeclareCenterRay(ids, settings);
     m_pending.push_back(m_renderer.Execute());
+    if (isCenterDue && m_scene.IsBlurred()) TraceSharpCenterRay();
     ++m_submitted;
     m_hasPicture = isLast;
     NonFiniteSamples();
@@ -226,10 +237,11 @@ image::Image8 SampleFrames::TakeDisplay() const {
 }
 
 double SampleFrames::MeasureRaysPerSample() {
+    const uint32_t sample = m_plan.firstSample + m_submitted - 1;
     m_renderer.BeginFrame();
-    const SceneIds ids = m_scene.Scene().Declare(m_renderer);
-    const passes::TraceIds traced = passes::Trace(
-        m_renderer, ids, m_scene.SettingsFor(m_plan.firstSample + m_submitted - 1), {.rayCounts = true});
+    const SceneIds ids = m_scene.Declare(sample);
+    const passes::TraceIds traced =
+        passes::Trace(m_renderer, ids, m_scene.SettingsFor(sample), {.rayCounts = true});
     const Readback readback = m_renderer.ReadBack(traced.rayCounts);
     m_renderer.Execute();
     const std::vector<float> rays = WaitForValues<float>(readback);

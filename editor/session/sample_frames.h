@@ -98,6 +98,7 @@ class SampleFrames {
     // Means over the samples, of what is kept.
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
     void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
+    void TraceSharpCenterRay();  // in a frame of its own
     void Keep(TextureId sample, Accumulated& into, bool isLast);
     void ReadBack(const passes::AccumulatedIds& ids, Accumulated& into);
     void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;

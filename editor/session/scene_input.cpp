@@ -1,5 +1,6 @@
 #include "editor/session/scene_input.h"
 
+#include <tuple>
 #include <utility>
 
 #include "base/printable.h"
@@ -58,16 +59,14 @@ void ChooseVariant(scene::SceneData& data, const std::string& choice) {
     }
 }
 
-void ChoosePose(scene::SceneData& data, const InputOptions& options) {
-    if (!options.at && !options.clips.empty())
+void CheckClips(const scene::SceneData& data, const InputOptions& options) {
+    if (!options.isAnimated && !options.clips.empty())
         throw SettingError(ErrorKind::Usage, "clips: animations play at a time, and none is given");
-    std::vector<scene::ClipState> clips;
     try {
-        if (options.at) clips = scene::FindClips(data, options.clips, *options.at);
+        if (options.isAnimated) std::ignore = scene::FindClips(data, options.clips, 0.0);
     } catch (const Error& error) {
         throw SettingError(error.Kind(), Text("clips: {}", error.what()));
     }
-    AsInput([&] { scene::FreezePose(data, clips); });
 }
 
 }  // namespace
@@ -83,18 +82,16 @@ SceneInput LoadInput(const std::filesystem::path& path, const InputOptions& opti
     loading.progress = options.progress;
     scene::SceneData data = AsInput([&] { return scene::LoadGltf(path, loading); });
     ChooseVariant(data, options.variant);
-    std::vector<AnimationLength> animations;
-    for (const scene::Animation& animation : data.animations)
-        animations.push_back({animation.name, animation.duration});
-    ChoosePose(data, options);
+    CheckClips(data, options);
     const double loadMs = environment.loadMs + watch.Milliseconds();
 
     SceneInput input = MakeInput(std::move(data), path.filename().string());
+    for (const scene::Animation& animation : input.data.animations)
+        input.animations.push_back({animation.name, animation.duration});
+    if (!options.isAnimated) AsInput([&] { scene::FreezePose(input.data, {}); });
     input.scene = options.scene;
     input.variant = options.variant;
-    input.at = options.at;
-    input.clips = options.clips;
-    input.animations = std::move(animations);
+    input.isAnimated = options.isAnimated;
     input.pointsAndLines = options.pointsAndLines;
     input.loadMs = loadMs;
     input.environment = std::move(environment.environment);

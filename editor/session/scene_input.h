@@ -26,14 +26,15 @@ struct AnimationLength {
 struct SceneInput {
     scene::SceneData data;
     scene::SceneStatistics statistics;
-    std::string file;          // name without folders
-    std::string scene;         // which of the file's scenes `data` is, as it was asked for; "": the default
-    std::string variant;       // which variant it shows, likewise; "": none
-    std::optional<double> at;  // the time of its animations that it shows, in seconds; none: its rest pose
-    std::string clips;         // which of them, as it was asked for
-    std::vector<AnimationLength> animations;  // those that there are; `data` has none any more
+    std::string file;     // name without folders
+    std::string scene;    // which of the file's scenes `data` is, as it was asked for; "": the default
+    std::string variant;  // which variant it shows, likewise; "": none
+    // `data` has its animations, skins and morph targets, to be shown at times. Otherwise it is as it stands,
+    // and that of a file in its rest pose, without any.
+    bool isAnimated = false;
+    std::vector<AnimationLength> animations;  // of the file
     scene::PointsAndLines pointsAndLines;     // the radii that the file's were given; off of a host's scene
-    std::string hash;                         // of `data`
+    std::string hash;                         // of `data`, before it was posed
     image::ImageF environment;                // empty: none but the one in `data`
     std::string environmentFile;              // "": none
     std::string environmentHash;
@@ -44,10 +45,9 @@ struct InputOptions {
     // Which of the file's scenes, by name or index; "": the default. That of the picture's settings: any
     // other is refused when the input is rendered.
     std::string scene;
-    std::string variant;  // of materials, by name or index; "": none. Otherwise as `scene`
-    std::optional<double>
-        at;             // time of the animations, in seconds; none: the rest pose. Otherwise as `scene`
-    std::string clips;  // which of them (scene::FindClips). Otherwise as `scene`
+    std::string variant;      // of materials, by name or index; "": none. Otherwise as `scene`
+    bool isAnimated = false;  // keeps animations: for settings with a time of them
+    std::string clips;        // which of them are to be shown (scene::FindClips): refused early if not there
     scene::PointsAndLines pointsAndLines = {};  // radii of the file's; off: left out. Otherwise as `scene`
     std::filesystem::path environment;          // equirectangular .hdr or .exr; "": none
     Log log;                                    // takes warnings

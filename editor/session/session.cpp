@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "base/printable.h"
 #include "base/stopwatch.h"
@@ -73,8 +74,16 @@ void RequireChoice(const char* setting, const char* unnamed, const std::string& 
 void RequireScene(const SceneInput& input, const PictureSettings& settings) {
     RequireChoice("scene", "the default one", settings.scene, input.scene, input);
     RequireChoice("variant", "none", settings.variant, input.variant, input);
-    RequireChoice("at", "the rest pose", AtText(settings.at), AtText(input.at), input);
-    RequireChoice("clips", "the first", settings.clips, input.clips, input);
+    if (settings.at && !input.isAnimated)
+        throw SettingError(ErrorKind::Usage, Text("at: {} is a time, but {} was loaded without animations",
+                                                  AtText(settings.at), Printable(input.file)));
+    if (!settings.at && input.isAnimated)
+        throw SettingError(ErrorKind::Usage, Text("at: no time is given, but {} was loaded with animations",
+                                                  Printable(input.file)));
+    if (!settings.at && !settings.clips.empty())
+        throw SettingError(ErrorKind::Usage, "clips: animations play at a time, and none is given");
+    if (!settings.at && settings.shutter)
+        throw SettingError(ErrorKind::Usage, "shutter: it is around a time, and none is given");
     const auto requireRadius = [&](const char* setting, const scene::RoundRadius& asked,
                                    const scene::RoundRadius& loaded) {
         if (loaded != asked)
@@ -146,7 +155,10 @@ struct Session::Impl {
           withVariance(desc.withVariance),
           described(DescribeRender(input, desc.settings, device.Info())),
           scene(device, RequireSame(desc), desc.settings),
-          frames(scene, PlanOf(desc)) {}
+          plan(PlanOf(desc)) {
+        frames.emplace(scene, plan);
+        plan.continues = nullptr;
+    }
 
     // The input, if it is that of the resumed render.
     SceneInput& RequireSame(const SessionDesc& desc) {
@@ -160,13 +172,13 @@ struct Session::Impl {
     }
     void RequireRule(const StopRule& rule) const {
         if (!rule.samples && !rule.seconds && !rule.relativeError) Refuse("a run without an end");
-        if (rule.relativeError && !(withVariance && frames.ShowsLight()))
+        if (rule.relativeError && !(withVariance && frames->ShowsLight()))
             Refuse("there is no variance that an error could be estimated from");
         if (rule.relativeError && !(*rule.relativeError > 0.0))
             Refuse(Text("no render gets to a relative error of {}", *rule.relativeError));
         if (rule.seconds && !std::isfinite(*rule.seconds))
             Refuse(Text("a run of {} seconds has no end", *rule.seconds));
-        const uint32_t before = frames.SamplesSubmitted();
+        const uint32_t before = frames->SamplesSubmitted();
         if (rule.samples && *rule.samples <= before)
             Refuse(Text("{} samples are asked for, and there are {}", *rule.samples, before));
         const uint64_t last = uint64_t{firstSample} + std::max(before + 1, rule.samples.value_or(1)) - 1;
@@ -175,15 +187,15 @@ struct Session::Impl {
     }
     // Traces again what a resumed render has no sums of. False: a stop was requested first.
     bool RestoreSurfaces(const StopRule& rule, const std::function<void(const ProgressState&)>& progress) {
-        const uint32_t count = frames.SamplesSubmitted();
-        while (frames.SamplesToRestore() > 0) {
+        const uint32_t count = frames->SamplesSubmitted();
+        while (frames->SamplesToRestore() > 0) {
             if (rule.isStopRequested && rule.isStopRequested()) return false;
-            frames.RestoreSample();
+            frames->RestoreSample();
             if (!progress) continue;
             ProgressState state;
             state.samplesDone = count;
             state.samplesWanted = rule.samples;
-            state.samplesRestored = count - frames.SamplesToRestore();
+            state.samplesRestored = count - frames->SamplesToRestore();
             progress(state);
         }
         return true;
@@ -192,7 +204,7 @@ struct Session::Impl {
                           const RunSummary& soFar) {
         const double seconds = watch.Seconds();
         ProgressState state;
-        state.samplesDone = frames.SamplesDone();
+        state.samplesDone = frames->SamplesDone();
         state.samplesWanted = rule.samples;
         const double timed = seconds - soFar.firstSampleSeconds;
         const double fresh = static_cast<double>(state.samplesDone) - before - 1.0;
@@ -204,7 +216,7 @@ struct Session::Impl {
         if (rule.seconds)
             state.secondsLeft =
                 std::min(std::max(0.0, *rule.seconds - seconds), state.secondsLeft.value_or(*rule.seconds));
-        state.relativeError = frames.RelativeError();
+        state.relativeError = frames->RelativeError();
         return state;
     }
 
@@ -214,7 +226,8 @@ struct Session::Impl {
     bool isSingle, withVariance;
     RenderFile described;
     DeviceScene scene;
-    SampleFrames frames;
+    FramePlan plan;
+    std::optional<SampleFrames> frames;  // of the picture that is rendered
 };
 
 Session::Session(rhi::Device& device, SceneInput input, const SessionDesc& desc)
@@ -223,7 +236,7 @@ Session::Session(rhi::Device& device, SceneInput input, const SessionDesc& desc)
 Session::~Session() = default;
 
 RunSummary Session::Run(const StopRule& asked, const std::function<void(const ProgressState&)>& progress) {
-    SampleFrames& frames = m_impl->frames;
+    SampleFrames& frames = *m_impl->frames;
     StopRule rule = asked;
     if (m_impl->isSingle) rule.samples = 1;
     m_impl->RequireRule(rule);
@@ -264,15 +277,27 @@ RunSummary Session::Run(const StopRule& asked, const std::function<void(const Pr
     return summary;
 }
 
+void Session::StartPicture(double at) {
+    if (!m_impl->input.isAnimated) Refuse("a picture at another time, of a scene without one");
+    PictureSettings checked;
+    checked.at = at;
+    RequireReadable(checked);
+    m_impl->frames->WaitForSamples();
+    std::ignore = m_impl->frames->Times();  // of the last picture
+    m_impl->scene.SetTime(at);
+    m_impl->described.settings["at"] = AtText(at);
+    m_impl->frames.emplace(m_impl->scene, m_impl->plan);
+}
+
 bool Session::HasResult() const {
-    return m_impl->frames.HasPicture();
+    return m_impl->frames->HasPicture();
 }
 
 SessionResult Session::Result() const {
-    if (!m_impl->frames.HasPicture()) Refuse("there is no result before a run");
+    if (!m_impl->frames->HasPicture()) Refuse("there is no result before a run");
     SessionResult result{.render = m_impl->described};
     RenderFile& render = result.render;
-    m_impl->frames.TakePicture(render);
+    m_impl->frames->TakePicture(render);
     result.statistics = Measure(render.radiance, render.variance,
                                 static_cast<uint32_t>(session::SampleCount(render.samples)));
     result.removed = RemovedOf(render);
@@ -281,27 +306,27 @@ SessionResult Session::Result() const {
 }
 
 image::Image8 Session::Display() const {
-    if (!m_impl->frames.HasPicture()) Refuse("there is no picture before a run");
-    return m_impl->frames.TakeDisplay();
+    if (!m_impl->frames->HasPicture()) Refuse("there is no picture before a run");
+    return m_impl->frames->TakeDisplay();
 }
 
 uint32_t Session::SampleCount() const {
-    return m_impl->frames.SamplesSubmitted();
+    return m_impl->frames->SamplesSubmitted();
 }
 
 uint64_t Session::NonFiniteSamples() {
-    return m_impl->frames.NonFiniteSamples();
+    return m_impl->frames->NonFiniteSamples();
 }
 
 SessionStatistics Session::Statistics() {
-    return {.passes = m_impl->frames.Times().Summary(),
+    return {.passes = m_impl->frames->Times().Summary(),
             .scene = m_impl->scene.Scene().Statistics(),
             .pipelinesMs = m_impl->scene.GraphRenderer().PipelineCreationMs()};
 }
 
 std::optional<double> Session::MeasureRaysPerSample() {
-    if (!m_impl->frames.TracesPaths()) return std::nullopt;
-    return m_impl->frames.MeasureRaysPerSample();
+    if (!m_impl->frames->TracesPaths()) return std::nullopt;
+    return m_impl->frames->MeasureRaysPerSample();
 }
 
 const SceneInput& Session::Input() const {

@@ -92,6 +92,13 @@ class RAYGRAPH_API Session {
     // session can only be destroyed.
     RunSummary Run(const StopRule& rule, const std::function<void(const ProgressState&)>& progress = {});
 
+    // Begins another picture, at another time of the scene's animations, with the same settings else, and
+    // without samples. What is on the device stays, so this takes no longer than moving the scene does; the
+    // results of the last picture are gone. The bits are those of a session that began at this time, but
+    // where a ray hits two surfaces at exactly the same distance. Error{Usage} for a scene without a time,
+    // and a time that no setting can be.
+    void StartPicture(double at);
+
     // Whether there is one: after a run that took a sample.
     bool HasResult() const;
     // After such a run: all that was asked for. Copies it from the device, and waits for that.

@@ -101,13 +101,78 @@ TEST(ProgramMotion, TimesAreRenderedRecordedAndResumed) {
     EXPECT_EQ(rest.settings.at("at"), "");
     EXPECT_EQ(end.settings.at("at"), "1");
     EXPECT_EQ(read("sunk.exr").settings.at("clips"), "sink");
-    EXPECT_NE(end.sceneHash, rest.sceneHash);
+    EXPECT_EQ(end.sceneHash, rest.sceneHash) << "the same file, whatever it shows";
     const ProgramResult more = RunProgram(folder, "render box.gltf --resume end.exr --spp 4 -o more.exr");
     EXPECT_EQ(more.exitCode, 0) << more.messages;
     EXPECT_EQ(read("more.exr").radiance, read("whole.exr").radiance);
     const ProgramResult other =
         RunProgram(folder, "render box.gltf --resume end.exr --at 2 --spp 4 -o x.exr");
     EXPECT_NE(other.exitCode, 0);
+}
+
+TEST(ProgramMotion, FramesAreThePicturesOfTheirTimes) {
+    const test::TemporaryFolder folder;
+    WriteBox(folder);
+    const ProgramResult frames = RunProgram(
+        folder, "render box.gltf --size 16x16 --spp 2 --frames 0.5:1:0.25 -o f.##.exr -o f.##.png");
+    EXPECT_EQ(frames.exitCode, 0) << frames.messages;
+    EXPECT_NE(frames.output.find("f.02.exr\nf.02.png\n2 samples a pixel"), std::string::npos)
+        << frames.output;
+    const auto read = [&](const char* name) { return session::ReadRenderFile(folder / name); };
+    for (const auto& [name, at] : {std::pair("f.02.exr", "0.5"), {"f.03.exr", "0.75"}, {"f.04.exr", "1"}}) {
+        const ProgramResult still =
+            RunProgram(folder, std::string("render box.gltf --size 16x16 --spp 2 -o still.exr --at ") + at);
+        EXPECT_EQ(still.exitCode, 0) << still.messages;
+        EXPECT_EQ(read(name).radiance, read("still.exr").radiance) << at;
+        EXPECT_EQ(read(name).settings, read("still.exr").settings) << at;
+        EXPECT_EQ(read(name).samples, read("still.exr").samples) << at;
+    }
+    EXPECT_NE(read("f.02.exr").radiance, read("f.04.exr").radiance);
+    EXPECT_TRUE(std::filesystem::exists(folder / "f.04.png"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "f.05.exr"));
+    const ProgramResult more = RunProgram(folder, "render box.gltf --resume f.03.exr --spp 4 -o more.exr");
+    EXPECT_EQ(more.exitCode, 0) << more.messages;
+}
+
+TEST(ProgramMotion, FramesThatCannotBeAreRefusedBeforeAnyIsRendered) {
+    const test::TemporaryFolder folder;
+    WriteBox(folder);
+    const auto refused = [&](const std::string& options, const char* part) {
+        const ProgramResult result = RunProgram(folder, "render box.gltf " + options);
+        EXPECT_EQ(result.exitCode, 2) << options;
+        EXPECT_NE(result.messages.find(part), std::string::npos) << result.messages;
+    };
+    refused("--frames 0:1:0.5 -o a.png", "\"a.png\" has no single run of # for the numbers of --frames");
+    refused("--frames 0:1:0.5 -o a.#.png --report r.json", "\"r.json\" has no single run of #");
+    refused("--frames 0:1:0.5 -o a.#.png --at 1", "--frames and --at exclude each other");
+    refused("--frames 0:1:0.5 -o a.#.exr --resume a.0.exr", "--resume goes on with one");
+    refused("--frames 1:0:0.5 -o a.#.png", "--frames: \"1:0:0.5\" ends before it begins");
+    refused("--shutter 0:1 -o a.png", "--shutter: it is around a time, and none is given");
+    refused("--at 0 --shutter 1:0 -o a.png", "--shutter: \"1:0\": a shutter closes after it opens");
+    refused("--at 0 --shutter 0.5 -o a.png", "--shutter: \"0.5\" is not OPEN:CLOSE");
+    refused("--at 0 --shutter 0:1 --view material -o a.png", "there is nothing for --shutter to blur");
+}
+
+TEST(ProgramMotion, ShutterBlursAndIsResumed) {
+    const test::TemporaryFolder folder;
+    WriteBox(folder);
+    const auto render = [&](const std::string& options) {
+        const ProgramResult result = RunProgram(folder, "render box.gltf --size 16x16 " + options);
+        EXPECT_EQ(result.exitCode, 0) << result.messages;
+    };
+    render("--spp 4 --at 0 --shutter 0:1 -o whole.exr");
+    render("--spp 2 --at 0 --shutter 0:1 -o half.exr");
+    render("--resume half.exr --spp 4 -o resumed.exr");
+    render("--spp 2 --at 0 --shutter 0:1 --sample-offset 2 -o other.exr");
+    render("--spp 4 --at 0 -o sharp.exr");
+    const ProgramResult merged = RunProgram(folder, "merge half.exr other.exr -o merged.exr");
+    EXPECT_EQ(merged.exitCode, 0) << merged.messages;
+    const auto read = [&](const char* name) { return session::ReadRenderFile(folder / name); };
+    EXPECT_EQ(read("resumed.exr").radiance, read("whole.exr").radiance);
+    EXPECT_EQ(read("merged.exr").radiance, read("whole.exr").radiance);
+    EXPECT_NE(read("sharp.exr").radiance, read("whole.exr").radiance);
+    EXPECT_EQ(read("whole.exr").settings.at("shutter"), "0:1");
+    EXPECT_EQ(read("sharp.exr").settings.at("shutter"), "none");
 }
 
 }  // namespace

@@ -1,0 +1,113 @@
+#include "editor/cli/render_job.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "base/text.h"
+#include "editor/cli/command_files.h"
+#include "editor/cli/resume_settings.h"
+#include "editor/session/parse.h"
+#include "editor/session/setting_table.h"
+
+namespace raygraph::cli {
+
+namespace {
+
+// The option of the first setting that is not the same; "": all are.
+std::string FirstOther(const PictureSettings& a, const PictureSettings& b) {
+    for (const PictureSetting& setting : PictureSettingTable())
+        if (setting.text(a) != setting.text(b)) return std::string("--") + setting.name;
+    return "";
+}
+
+// Views other than the path-traced one have no use for some options and outputs: they are refused, not
+// ignored.
+void CheckView(const RenderArguments& arguments, const PictureSettings& settings) {
+    const auto refuse = [&](const std::string& what) {
+        throw MakeError(ErrorKind::Usage, "--view {}: {}", Name(settings.view), what);
+    };
+    if (settings.view != View::Raster && settings.raster.shadows != passes::RasterSettings{}.shadows)
+        refuse("--shadows is for --view raster");
+    if (settings.view == View::PathTraced) return;
+    if (!arguments.resume.empty()) refuse("only path-traced renders are resumed");
+    if (!settings.lightGroups.empty()) refuse("only path-traced renders have light for --light-group");
+    if (settings.view != View::RayCost) {
+        // The settings that the view has
+        PictureSettings its = settings;
+        its.paths = {.sampler = settings.paths.sampler, .seed = settings.paths.seed};
+        its.aperture = PictureSettings{}.aperture;  // they see through a pinhole
+        its.focusDistance = PictureSettings{}.focusDistance;
+        if (settings.view == View::Raster) its.paths.scattering = settings.paths.scattering;
+        if (const std::string option = FirstOther(its, settings); !option.empty())
+            refuse("only path-traced renders know " + option);
+        if (!ShowsLight(settings.view)) {
+            its.environmentRotation = PictureSettings{}.environmentRotation;
+            its.environmentTint = PictureSettings{}.environmentTint;
+            its.background = PictureSettings{}.background;
+            if (!arguments.environment.empty()) refuse("there is no light that --env could give");
+            if (const std::string option = FirstOther(its, settings); !option.empty())
+                refuse("there is no light for " + option);
+        }
+    }
+    if (settings.view == View::Raster) {
+        if (arguments.error) refuse("give --spp; --error is for path-traced renders");
+        return;
+    }
+    if (!IsMeanMeaningful(settings.view) && settings.shutter)
+        refuse("it is not averaged over samples, so that there is nothing for --shutter to blur");
+    if (!IsMeanMeaningful(settings.view) &&
+        (arguments.seconds || arguments.error || arguments.samples.value_or(1) > 1))
+        refuse("it is not averaged over samples; leave out --spp, --time and --error");
+    if (arguments.error) refuse("only light has an error to estimate");
+    if (WritesKind(arguments, OutputKind::Hdr)) refuse("an .hdr holds radiance; write an .exr");
+    if (arguments.exposureEv) refuse("there is no light that --exposure could scale");
+    if (arguments.tonemap) refuse("there is no light that --tonemap could map");
+}
+
+// Channels that were asked for, or that the resumed file has, are not dropped without a word.
+void RequireExrForChannels(const RenderArguments& arguments, const RenderJob& job) {
+    if (WritesKind(arguments, OutputKind::Exr)) return;
+    const auto refuse = [&](const char* option, const std::string& ofFile) {
+        throw MakeError(ErrorKind::Usage, "{} are written to an .exr, and there is no -o OUT.exr",
+                        job.resumed ? job.resumed->path.string() + ": its channels of " + ofFile
+                                    : std::string(option) + ": its channels");
+    };
+    if (!job.aovs.IsEmpty()) refuse("--aov", ListOf(job.aovs));
+    if (!job.settings.lightGroups.empty()) refuse("--light-group", "groups of lights");
+}
+
+}  // namespace
+
+bool WritesKind(const RenderArguments& arguments, OutputKind kind) {
+    return std::ranges::any_of(arguments.outputs, [&](const OutputFile& o) { return o.kind == kind; });
+}
+
+RenderJob PlanJob(const RenderArguments& arguments, const Log& log) {
+    RenderJob job;
+    if (!arguments.resume.empty()) {
+        job.resumed = ReadResumedRender(arguments.resume, log);
+        const RenderFile& render = job.resumed->render;
+        job.settings = SettingsOf(*job.resumed, arguments);
+        job.aovs = AovsOf(render);
+        job.firstSample = render.samples.front().first;
+        job.samplesBefore = render.samples.front().count;
+    } else {
+        job.settings = SettingsFrom(arguments.given);
+        if (arguments.frames) job.settings.at = arguments.frames->TimeOf(0);
+        if (arguments.aovs) job.aovs = AovsFor(*arguments.aovs, job.settings);
+        job.firstSample = arguments.sampleOffset.value_or(0);
+    }
+    CheckView(arguments, job.settings);
+    RequireExrForChannels(arguments, job);
+    const bool isSingle = !IsMeanMeaningful(job.settings.view);
+    const bool isOpenEnded = arguments.seconds || (arguments.error && !arguments.samples);
+    if (!isOpenEnded)
+        job.samplesWanted = isSingle ? 1 : arguments.samples.value_or(RenderArguments::kDefaultSamples);
+    const uint64_t last = uint64_t{job.firstSample} + job.samplesWanted.value_or(1) - 1;
+    if (last > std::numeric_limits<uint32_t>::max())
+        throw MakeError(ErrorKind::Usage, "--sample-offset {}: sample {} is beyond the last, 4294967295",
+                        job.firstSample, last);
+    return job;
+}
+
+}  // namespace raygraph::cli

@@ -1,0 +1,32 @@
+// The animations of a scene on a device, shown at any time. For editor/session/ alone.
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/scene/pose_applier.h"
+
+namespace raygraph::session {
+
+class SceneMotion {
+  public:
+    // From now on `scene` is one to be deformed (scene::DeformInstances). `clips`: which of its animations
+    // are shown, as of scene::FindClips.
+    SceneMotion(scene::SceneData& scene, std::string_view clips);
+
+    // Poses `gpu`, which has got that scene. Returns whether a camera has changed.
+    bool MoveTo(GpuScene& gpu, double seconds);
+    // Its cameras, as they are now.
+    const scene::SceneData& Posed() const { return m_posed; }
+
+  private:
+    std::vector<scene::ClipState> m_clips;
+    scene::SceneData m_posed;  // an outline
+    scene::PoseEvaluator m_evaluator;
+    scene::PoseApplier m_applier;
+    std::optional<double> m_seconds;
+};
+
+}  // namespace raygraph::session

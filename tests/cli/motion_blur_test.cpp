@@ -1,0 +1,249 @@
+// Motion blur against closed forms: the share of the shutter's time in which a pixel sees what moves.
+#include <cmath>
+#include <numbers>
+
+#include "editor/session/session.h"
+#include "renderer/scene/deform.h"
+#include "tests/cli/cli_test.h"
+#include "tests/support/vulkan_test.h"
+
+namespace raygraph::session {
+namespace {
+
+using namespace scene;  // NOLINT
+
+constexpr uint32_t kSide = 32;
+
+// Emits 1 in all channels, on both sides, and is sampled as a light by nothing that it could shine on.
+Material Lamp() {
+    Material material;
+    material.baseColorFactor = glm::vec4(0.0f, 0.0f, 0.0f, 1.0f);
+    material.emissiveFactor = glm::vec3(1.0f);
+    material.isDoubleSided = true;
+    return material;
+}
+
+Primitive Triangles(std::vector<glm::vec3> corners, std::vector<uint32_t> indices) {
+    Primitive primitive;
+    primitive.positions = std::move(corners);
+    primitive.indices = std::move(indices);
+    primitive.material = 0;
+    for (const glm::vec3& position : primitive.positions) primitive.bounds.Extend(position);
+    return primitive;
+}
+
+// One node with a mesh of one primitive, before an orthographic camera that sees from -1 to 1.
+SceneData OneMesh(Primitive primitive) {
+    SceneData scene;
+    scene.materials = {Lamp()};
+    scene.meshes.emplace_back().primitives.push_back(std::move(primitive));
+    scene.nodes.resize(2);
+    scene.nodeOrder = {0, 1};
+    scene.instances.emplace_back().node = 0;
+    Camera& camera = scene.cameras.emplace_back();
+    camera.projection = Projection::Orthographic;
+    camera.yMag = 1.0f;
+    camera.node = 1;
+    scene.nodes[1].translation = glm::vec3(0.0f, 0.0f, 5.0f);
+    UpdateWorldTransforms(scene);
+    return scene;
+}
+
+// From 0 to 1 s, at constant speed.
+void Animate(SceneData& scene, const AnimationTarget& target, std::vector<float> values) {
+    Animation& animation = scene.animations.emplace_back();
+    animation.duration = 1.0f;
+    animation.samplers.push_back({.width = static_cast<uint32_t>(values.size() / 2),
+                                  .times = {0.0f, 1.0f},
+                                  .values = std::move(values)});
+    animation.channels.push_back({0, target});
+}
+
+class MotionBlurTest : public testing::VulkanTest {
+  protected:
+    static Texels Picture(SceneData scene, const Shutter& shutter, uint32_t samples, double at = 0.0) {
+        SceneInput input = MakeInput(std::move(scene), "ours");
+        input.isAnimated = true;
+        SessionDesc desc;
+        desc.settings.size = {kSide, kSide};
+        desc.settings.at = at;
+        desc.settings.shutter = shutter;
+        Session session(Device(), std::move(input), desc);
+        session.Run({.samples = samples});
+        return session.Result().render.radiance;
+    }
+    static float At(const Texels& picture, uint32_t x, uint32_t y) {
+        return picture[4 * (size_t{y} * kSide + x)];
+    }
+    // Of a pixel's center, on the picture from -1 to 1.
+    static double Place(uint32_t pixel) { return (2.0 * pixel + 1.0) / kSide - 1.0; }
+
+    // Of what ends at x(t) = -0.5 + t and is seen left of it, with the shutter open from 0.25 to 0.75 s: none
+    // of the time, a straight ramp from -0.25 to 0.25, all of it.
+    static void ExpectRamp(const Texels& picture, uint32_t samples) {
+        double worst = 0.0;
+        for (uint32_t x = 0; x < kSide; ++x) {
+            const double place = Place(x), half = 1.0 / kSide;
+            const double share = std::clamp((0.25 - place) / 0.5, 0.0, 1.0);
+            const bool isAtBend = std::abs(std::abs(place) - 0.25) < half;
+            for (const uint32_t y : {10u, 16u, 21u}) {
+                const double error = std::abs(At(picture, x, y) - share);
+                if (!isAtBend) worst = std::max(worst, error);
+            }
+        }
+        // The place in the pixel is sampled beside the time, so that it is not one part in `samples`; a
+        // staircase of a few times would be off by far more.
+        EXPECT_LT(worst, 4.0 / samples + 0.03);
+    }
+};
+
+Primitive LeftHalf(float end) {
+    return Triangles({{-4.0f, -4.0f, 0.0f}, {end, -4.0f, 0.0f}, {end, 4.0f, 0.0f}, {-4.0f, 4.0f, 0.0f}},
+                     {0, 1, 2, 0, 2, 3});
+}
+
+constexpr uint32_t kSamples = 256;
+
+TEST_F(MotionBlurTest, EdgeOfAMovingNodeIsARamp) {
+    SceneData scene = OneMesh(LeftHalf(-0.5f));
+    Animate(scene, {.property = AnimatedProperty::Translation, .object = 0}, {0, 0, 0, 1, 0, 0});
+    ExpectRamp(Picture(std::move(scene), {0.25, 0.75}, kSamples), kSamples);
+}
+
+TEST_F(MotionBlurTest, EdgeBeforeAMovingCameraIsARamp) {
+    SceneData scene = OneMesh(LeftHalf(-0.5f));
+    Animate(scene, {.property = AnimatedProperty::Translation, .object = 1}, {0, 0, 5, -1, 0, 5});
+    ExpectRamp(Picture(std::move(scene), {0.25, 0.75}, kSamples), kSamples);
+}
+
+TEST_F(MotionBlurTest, EdgeOfMovingVerticesIsARamp) {
+    Primitive half = LeftHalf(-0.5f);
+    MorphTarget& target = half.targets.emplace_back();
+    target.positions = {{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {0, 0, 0}};
+    UpdateDeformationBounds(half);
+    SceneData scene = OneMesh(std::move(half));
+    scene.meshes[0].weights = {0.0f};
+    Animate(scene, {.property = AnimatedProperty::MeshWeights, .object = 0}, {0, 1});
+    ExpectRamp(Picture(std::move(scene), {0.25, 0.75}, kSamples), kSamples);
+}
+
+TEST_F(MotionBlurTest, ShutterIsAroundTheTimeOfThePicture) {
+    SceneData scene = OneMesh(LeftHalf(-0.5f));
+    Animate(scene, {.property = AnimatedProperty::Translation, .object = 0}, {0, 0, 0, 1, 0, 0});
+    const Texels from0 = Picture(scene, {0.25, 0.75}, 8), around = Picture(scene, {-0.25, 0.25}, 8, 0.5);
+    EXPECT_EQ(from0, around);
+}
+
+// A quarter of a disc turns by a quarter in the shutter's time: where it was in the beginning it is seen for
+// as long as it takes to turn past, ahead of it from when it arrives.
+TEST_F(MotionBlurTest, RotatingDiscIsALinearRampInTheAngle) {
+    const float half = std::sqrt(0.5f);
+    SceneData scene = OneMesh(Triangles({{0, 0, 0}, {1.4f, 0, 0}, {0, 1.4f, 0}}, {0, 1, 2}));
+    Animate(scene, {.property = AnimatedProperty::Rotation, .object = 0}, {0, 0, 0, 1, 0, 0, half, half});
+    const Texels picture = Picture(std::move(scene), {0.0, 1.0}, kSamples);
+    double worst = 0.0, sum = 0.0;
+    int count = 0;
+    for (uint32_t y = 0; y < kSide; ++y)
+        for (uint32_t x = 0; x < kSide; ++x) {
+            const double right = Place(x), up = -Place(y), radius = std::hypot(right, up);
+            if (radius < 0.4 || radius > 0.9) continue;
+            double angle = std::atan2(up, right) / (0.5 * std::numbers::pi);  // in quarters
+            if (angle < 0.0) angle += 4.0;
+            const double share = angle < 2.0 ? 1.0 - std::abs(angle - 1.0) : 0.0;
+            const double error = At(picture, x, y) - share;
+            worst = std::max(worst, std::abs(error));
+            sum += error;
+            ++count;
+        }
+    EXPECT_LT(worst, 0.09);
+    EXPECT_LT(std::abs(sum / count), 0.003);
+}
+
+// A lamp that grows: light on the floor is the mean of the lights of its poses, each rendered by itself.
+TEST_F(MotionBlurTest, DeformingLampLightsAsItsPosesDo) {
+    Primitive lamp =
+        Triangles({{-0.2f, 0.6f, -0.2f}, {0.2f, 0.6f, -0.2f}, {0.2f, 0.6f, 0.2f}, {-0.2f, 0.6f, 0.2f}},
+                  {0, 1, 2, 0, 2, 3});
+    lamp.targets.emplace_back().positions = {{-1, 0, 0}, {1, 0.2f, 0}, {1, 0.2f, 0}, {-1, 0, 0}};
+    UpdateDeformationBounds(lamp);
+    SceneData scene = OneMesh(std::move(lamp));
+    scene.meshes[0].weights = {0.0f};
+    Material wall;
+    wall.metallicFactor = 0.0f;
+    wall.isDoubleSided = true;
+    scene.materials.push_back(wall);
+    scene.meshes.emplace_back().primitives.push_back(
+        Triangles({{-4, -1, -4}, {4, -1, -4}, {4, 1, -1}, {-4, 1, -1}}, {0, 1, 2, 0, 2, 3}));
+    scene.meshes[1].primitives[0].material = 1;
+    scene.nodes.emplace_back();
+    scene.nodeOrder.push_back(2);
+    scene.instances.emplace_back().node = 2;
+    scene.instances[1].mesh = 1;
+    UpdateWorldTransforms(scene);
+    Animate(scene, {.property = AnimatedProperty::MeshWeights, .object = 0}, {0, 1});
+    const auto mean = [](const Texels& picture) {
+        double sum = 0.0;
+        for (uint32_t y = 18; y < 30; ++y)
+            for (uint32_t x = 4; x < 28; ++x) sum += At(picture, x, y);
+        return sum / (12 * 24);
+    };
+    const double blurred = mean(Picture(scene, {0.0, 1.0}, 64));
+    SceneInput input = MakeInput(std::move(scene), "ours");
+    input.isAnimated = true;
+    SessionDesc desc;
+    desc.settings.size = {kSide, kSide};
+    desc.settings.at = 0.0;
+    Session session(Device(), std::move(input), desc);
+    double poses = 0.0, first = 0.0;
+    constexpr int kPoses = 16;
+    for (int i = 0; i < kPoses; ++i) {
+        session.StartPicture((i + 0.5) / kPoses);
+        session.Run({.samples = 4});
+        const double pose = mean(session.Result().render.radiance);
+        if (i == 0) first = pose;
+        poses += pose / kPoses;
+    }
+    EXPECT_GT(first, 0.0);
+    EXPECT_GT(poses, 2.0 * first) << "the lamp grows";
+    EXPECT_NEAR(blurred, poses, 0.01 * poses);
+}
+
+// Accumulated in one run or in two, and in whichever order times were seen before.
+TEST_F(MotionBlurTest, BitsDoNotDependOnTheRuns) {
+    const auto make = [] {
+        SceneData scene = OneMesh(LeftHalf(-0.5f));
+        Animate(scene, {.property = AnimatedProperty::Translation, .object = 0}, {0, 0, 0, 1, 0, 0});
+        SceneInput input = MakeInput(std::move(scene), "ours");
+        input.isAnimated = true;
+        return input;
+    };
+    SessionDesc desc;
+    desc.settings.size = {kSide, kSide};
+    desc.settings.at = 0.5;
+    desc.settings.shutter = Shutter{-0.25, 0.25};
+    desc.aovs = {Aov::Depth, Aov::Albedo};
+    Session once(Device(), make(), desc), twice(Device(), make(), desc);
+    once.Run({.samples = 6});
+    twice.Run({.samples = 3});
+    twice.Run({.samples = 6});
+    const RenderFile a = once.Result().render, b = twice.Result().render;
+    EXPECT_EQ(a.radiance, b.radiance);
+    EXPECT_EQ(a.albedo, b.albedo);
+    EXPECT_EQ(a.depth, b.depth);
+    // At 0.5 s the edge is in the middle: what depth shows is not blurred
+    EXPECT_TRUE(std::isfinite(a.depth[kSide * 16 + 15]));
+    EXPECT_FALSE(std::isfinite(a.depth[kSide * 16 + 17]));
+    // Another time in the same session: as in one of its own
+    twice.StartPicture(0.6);
+    EXPECT_FALSE(twice.HasResult());
+    twice.Run({.samples = 4});
+    desc.settings.at = 0.6;
+    Session own(Device(), make(), desc);
+    own.Run({.samples = 4});
+    EXPECT_EQ(twice.Result().render.radiance, own.Result().render.radiance);
+    EXPECT_EQ(twice.Result().render.settings, own.Result().render.settings);
+    EXPECT_NE(own.Result().render.radiance, once.Result().render.radiance);
+}
+
+}  // namespace
+}  // namespace raygraph::session
