@@ -1,6 +1,7 @@
 #include "passes/raster.h"
 
 #include "passes/draw_list.h"
+#include "passes/project_hits.h"
 #include "passes/raster_bindings.h"
 #include "passes/rasterize.h"
 #include "passes/scene_bindings.h"
@@ -39,20 +40,7 @@ RasterVisibility TraceVisibility(Renderer& renderer, const SceneIds& scene, cons
         .visiblePlacements = {},
         .filmOffset = FilmOffset(film, settings.sampleIndex),
     };
-    renderer.AddPass(
-        "TraceVisibility", PassKind::RayTracing,
-        [&](PassBuilder& pass) {
-            pass.RayGen("raster/trace_visibility.rgen");
-            pass.Specialize("kSamplerKind", static_cast<uint32_t>(settings.sampler));
-            BindTracing(pass, scene, RasterParameters(scene, settings), AlphaTest::On);
-            if (scene.hasAlpha || scene.hasCapsules) {
-                BindGeometry(pass, scene);
-                BindMaterials(pass, scene);
-            }
-            pass.Constants(seen.filmOffset);
-            seen.hits = pass.Writes("visibility", seen.hits);
-        },
-        [extent = settings.extent](CommandList& commands) { commands.TraceRays(extent); });
+    seen.hits = TraceHits(renderer, scene, settings, seen.hits, seen.filmOffset);
     return seen;
 }
 

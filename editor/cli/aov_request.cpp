@@ -15,6 +15,7 @@ namespace {
 // Why a picture of these settings has none; "" if it can have it.
 std::string WhyNot(Aov aov, const PictureSettings& settings) {
     if (CanHave(aov, settings)) return {};
+    if (aov == Aov::Motion) return "it is from when --shutter opens to when it closes, and there is none";
     if (settings.view != View::PathTraced) return "only path-traced pictures have light to tell apart";
     const auto bias =
         static_cast<Bias>(static_cast<size_t>(aov) - static_cast<size_t>(AovOf(kBiases.front())));

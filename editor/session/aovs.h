@@ -19,7 +19,8 @@ namespace raygraph::session {
     X(Of, Normal, 1, "normal", "")     \
     X(Of, Depth, 2, "depth", "")       \
     X(Of, Instance, 3, "instance", "") \
-    X(Of, Material, 4, "material", "")
+    X(Of, Material, 4, "material", "") \
+    X(Of, Motion, 5, "motion", "")
 
 // Those of surfaces, then passes::PathPart, then what each Bias removed: "removed_max_depth" to
 // "removed_shadow_terminator" and "removed_texture_lod".

@@ -72,8 +72,11 @@ void DeviceScene::MoveTo(double seconds) {
 
 SceneIds DeviceScene::Declare(uint32_t sampleIndex) {
     if (!IsBlurred()) return DeclareSharp();
+    return DeclareInShutter(ShutterPosition(sampleIndex, m_settings.paths.seed));
+}
+
+SceneIds DeviceScene::DeclareInShutter(double position) {
     const Shutter& shutter = *m_settings.shutter;
-    const double position = ShutterPosition(sampleIndex, m_settings.paths.seed);
     MoveTo(*m_settings.at + shutter.open + (shutter.close - shutter.open) * position);
     return m_scene.Declare(m_renderer);
 }

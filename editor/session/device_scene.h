@@ -27,6 +27,8 @@ class DeviceScene {
     SceneIds Declare(uint32_t sampleIndex);
     // The same at PictureSettings::at, whatever the shutter.
     SceneIds DeclareSharp();
+    // At a place of the shutter's time, which there is: 0, when it opens, to 1, when it closes.
+    SceneIds DeclareInShutter(double position);
     // Of the sample with this index, once the scene was declared for it.
     passes::TraceSettings SettingsFor(uint32_t sampleIndex) const;
     // Whether samples see the scene at different times.

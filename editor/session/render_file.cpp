@@ -38,6 +38,7 @@ constexpr std::string_view kSettingPrefix = "raygraph.setting.";
 
 constexpr const char* kRadianceNames[] = {"R", "G", "B", "A"};
 constexpr const char* kVarianceNames[] = {"variance.R", "variance.G", "variance.B"};
+constexpr const char* kMotionNames[] = {"motion.X", "motion.Y"};
 
 // Of an AOV that is a mean.
 using ChannelNames = std::array<std::string, 3>;
@@ -179,6 +180,19 @@ void TakeRemoved(const image::ExrImage& file, RenderFile& render) {
     }
 }
 
+void TakeMotion(const image::ExrImage& file, std::vector<float>& motion) {
+    const std::vector<float>*x = file.FloatChannel(kMotionNames[0]), *y = file.FloatChannel(kMotionNames[1]);
+    if ((x == nullptr) != (y == nullptr))
+        throw MakeError(ErrorKind::BadInput, "of {} and {} there is one, not both", kMotionNames[0],
+                        kMotionNames[1]);
+    if (x == nullptr) return;
+    motion.resize(2 * x->size());
+    for (size_t i = 0; i < x->size(); ++i) {
+        motion[2 * i] = (*x)[i];
+        motion[2 * i + 1] = (*y)[i];
+    }
+}
+
 // `done`: "read" or "written".
 void SayHow(const Log& log, const std::filesystem::path& path, const RenderFile& render, const char* done,
             const Stopwatch& watch) {
@@ -217,6 +231,7 @@ RenderFile FromExr(const image::ExrImage& file) {
     if (const std::vector<float>* depth = file.FloatChannel("Z")) render.depth = *depth;
     for (const IdChannel& channel : kIdChannels)
         if (const std::vector<uint32_t>* ids = file.UintChannel(channel.name)) render.*channel.ids = *ids;
+    TakeMotion(file, render.motion);
 
     render.version = TextAttribute(file, kAttributeVersion);
     render.device = TextAttribute(file, kAttributeDevice);
@@ -294,6 +309,7 @@ AovSet AovsOf(const RenderFile& render) {
     aovs.Set(Aov::Depth, !render.depth.empty());
     aovs.Set(Aov::Instance, !render.instance.empty());
     aovs.Set(Aov::Material, !render.material.empty());
+    aovs.Set(Aov::Motion, !render.motion.empty());
     return aovs;
 }
 
@@ -308,6 +324,7 @@ void KeepOnly(RenderFile& render, const AovSet& aovs) {
     if (!aovs.Has(Aov::Depth)) render.depth.clear();
     if (!aovs.Has(Aov::Instance)) render.instance.clear();
     if (!aovs.Has(Aov::Material)) render.material.clear();
+    if (!aovs.Has(Aov::Motion)) render.motion.clear();
 }
 
 void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render, const Log& log) {
@@ -357,6 +374,8 @@ void WriteRenderFile(const std::filesystem::path& path, const RenderFile& render
     for (const IdChannel& channel : kIdChannels)
         if (!(render.*channel.ids).empty())
             planes.push_back({channel.name, std::span<const uint32_t>(render.*channel.ids)});
+    for (size_t c = 0; c < 2 && !render.motion.empty(); ++c)
+        planes.push_back({kMotionNames[c], std::span<const float>(render.motion).subspan(c), 2});
     const std::string sampleCount = std::to_string(SampleCount(render.samples));
     const std::vector<uint32_t> samples(PixelCount(render.size),
                                         static_cast<uint32_t>(SampleCount(render.samples)));

@@ -59,6 +59,8 @@ struct RenderFile {
     std::vector<float> depth;
     std::vector<uint32_t> instance;
     std::vector<uint32_t> material;
+    std::vector<float>
+        motion;  // x and y of each pixel: from when the shutter opens to when it closes, pixels
 
     SampleRanges samples;
     SettingTexts settings;

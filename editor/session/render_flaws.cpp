@@ -73,6 +73,7 @@ std::string FlawOfPlanes(const RenderFile& render) {
     check("depth", render.depth, pixels);
     check("instance", render.instance, pixels);
     check("material", render.material, pixels);
+    check("motion", render.motion, 2 * pixels);
     return flaw;
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/check.h"
 #include "editor/session/light_group_tiles.h"
+#include "passes/project_hits.h"
 #include "passes/raster.h"
 #include "renderer/graph/readback_values.h"
 
@@ -18,6 +19,21 @@ bool HasNoColor(const Texels& texels) {
     return true;
 }
 
+// What pixels saw, from frame to frame.
+TextureId MotionHits(Renderer& renderer, const passes::TraceSettings& settings) {
+    return renderer.Persist("motion hits", {settings.extent, Format::Rgba32Uint});
+}
+
+// 0 of what is behind the camera at one of the times.
+std::vector<float> MotionOf(const Texels& open, const Texels& close) {
+    std::vector<float> motion(open.size() / 2, 0.0f);
+    for (size_t i = 0; i < open.size() / 4; ++i) {
+        if (open[4 * i + 2] != 0.0f || close[4 * i + 2] != 0.0f) continue;
+        for (size_t c = 0; c < 2; ++c) motion[2 * i + c] = close[4 * i + c] - open[4 * i + c];
+    }
+    return motion;
+}
+
 }  // namespace
 
 SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
@@ -27,7 +43,8 @@ SampleFrames::SampleFrames(DeviceScene& scene, const FramePlan& plan)
       m_secondTraces(scene.SettingsFor(plan.firstSample).biases, plan.continues),
       m_isKeepingAlbedo(plan.aovs.Has(Aov::Albedo)),
       m_isKeepingNormal(plan.aovs.Has(Aov::Normal)),
-      m_isKeepingCenter(plan.aovs.NeedsCenterRay()) {
+      m_isKeepingCenter(plan.aovs.NeedsCenterRay()),
+      m_isKeepingMotion(plan.aovs.Has(Aov::Motion)) {
     for (size_t i = 0; i < passes::kPathPartCount; ++i)
         if (const Aov aov = AovOf(static_cast<passes::PathPart>(i)); plan.aovs.Has(aov))
             m_parts.push_back({i, Accumulated(Name(aov))});
@@ -137,11 +154,27 @@ void SampleFrames::DeclareCenterRay(const SceneIds& ids, const passes::TraceSett
     m_ids = m_renderer.ReadBack(hits.ids);
 }
 
-void SampleFrames::TraceSharpCenterRay() {
+void SampleFrames::TraceSharp() {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.DeclareSharp();
-    DeclareCenterRay(ids, m_scene.SettingsFor(m_plan.firstSample));
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample);
+    if (m_isKeepingCenter) DeclareCenterRay(ids, settings);
+    if (m_isKeepingMotion)
+        m_renderer.Present(passes::TraceHits(m_renderer, ids, settings, MotionHits(m_renderer, settings)));
     m_renderer.Execute();
+    if (!m_isKeepingMotion) return;
+    m_placesAtOpen = ProjectAt(0.0, settings.camera);
+    m_placesAtClose = ProjectAt(1.0, settings.camera);
+}
+
+Readback SampleFrames::ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy) {
+    m_renderer.BeginFrame();
+    const SceneIds ids = m_scene.DeclareInShutter(shutterPosition);
+    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample);
+    const Readback places = m_renderer.ReadBack(
+        passes::ProjectHits(m_renderer, ids, settings, MotionHits(m_renderer, settings), seenBy));
+    m_renderer.Execute();
+    return places;
 }
 
 void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
@@ -157,10 +190,9 @@ void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
     if (m_isKeepingAlbedo || m_isKeepingNormal) DeclareAverages(ids, settings, isLast);
     if (ShowsLight() && isLast)
         m_display = m_renderer.ReadBack(passes::Tonemap(m_renderer, mean, m_plan.tonemap));
-    const bool isCenterDue = m_isKeepingCenter && isLast;
-    if (isCenterDue && !m_scene.IsBlurred()) DeclareCenterRay(ids, settings);
+    if (m_isKeepingCenter && isLast && !m_scene.IsBlurred()) DeclareCenterRay(ids, settings);
     m_pending.push_back(m_renderer.Execute());
-    if (isCenterDue && m_scene.IsBlurred()) TraceSharpCenterRay();
+    if (isLast && m_scene.IsBlurred() && (m_isKeepingCenter || m_isKeepingMotion)) TraceSharp();
     ++m_submitted;
     m_hasPicture = isLast;
     NonFiniteSamples();
@@ -226,6 +258,8 @@ void SampleFrames::TakePicture(RenderFile& render) const {
         if (m_plan.aovs.Has(Aov::Instance)) render.instance = ChannelOf(hits, 0);
         if (m_plan.aovs.Has(Aov::Material)) render.material = ChannelOf(hits, 1);
     }
+    if (m_isKeepingMotion)
+        render.motion = MotionOf(WaitForValues<float>(m_placesAtOpen), WaitForValues<float>(m_placesAtClose));
     render.samples = {{m_plan.firstSample, m_submitted}};
 }
 

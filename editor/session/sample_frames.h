@@ -98,7 +98,8 @@ class SampleFrames {
     // Means over the samples, of what is kept.
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
     void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
-    void TraceSharpCenterRay();  // in a frame of its own
+    void TraceSharp();  // what is not blurred by motion, in frames of its own
+    Readback ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy);
     void Keep(TextureId sample, Accumulated& into, bool isLast);
     void ReadBack(const passes::AccumulatedIds& ids, Accumulated& into);
     void Take(const Accumulated& from, Texels& mean, passes::ExactSums& sums) const;
@@ -107,7 +108,7 @@ class SampleFrames {
     Renderer& m_renderer;
     FramePlan m_plan;
     SecondTraces m_secondTraces;
-    bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter;
+    bool m_isKeepingAlbedo, m_isKeepingNormal, m_isKeepingCenter, m_isKeepingMotion;
     bool m_hasPicture = false;
     uint32_t m_submitted = 0;        // samples in the picture, continued ones included
     uint32_t m_toRestore = 0;        // the last ones of those that were continued
@@ -118,7 +119,7 @@ class SampleFrames {
     passes::FilteredEnvironment m_filteredEnvironment{"filtered environment"};
     Accumulated m_groups{"lightGroups"};
     std::vector<KeptPart> m_parts;  // never resized: frames refer to its accumulations
-    Readback m_variance, m_display, m_position, m_ids;
+    Readback m_variance, m_display, m_position, m_ids, m_placesAtOpen, m_placesAtClose;
     std::deque<Readback> m_counts;  // TraceCounts of samples, until they have arrived
     uint64_t m_nonFiniteSamples = 0;
     std::optional<Measurement> m_measurement;

@@ -49,6 +49,8 @@ session::RenderFile MakeRender(uint32_t firstSample, uint32_t sampleCount, float
         render.depth.push_back(i == 7 ? INFINITY : 1.0f + static_cast<float>(i));
         render.instance.push_back(i == 7 ? 0xFFFFFFFFu : static_cast<uint32_t>(i));
         render.material.push_back(i == 7 ? 0xFFFFFFFFu : static_cast<uint32_t>(i % 3));
+        render.motion.push_back(0.5f + static_cast<float>(i));
+        render.motion.push_back(-static_cast<float>(i));
     }
     render.samples = {{firstSample, sampleCount}};
     session::PictureSettings settings;

@@ -208,6 +208,76 @@ TEST_F(MotionBlurTest, DeformingLampLightsAsItsPosesDo) {
     EXPECT_NEAR(blurred, poses, 0.01 * poses);
 }
 
+class MotionVectorTest : public MotionBlurTest {
+  protected:
+    // x and y of a pixel, from 0.25 to 0.75 s, of what is seen there at 0 s.
+    static std::vector<float> Vectors(SceneData scene) {
+        SceneInput input = MakeInput(std::move(scene), "ours");
+        input.isAnimated = true;
+        SessionDesc desc;
+        desc.settings.size = {kSide, kSide};
+        desc.settings.at = 0.0;
+        desc.settings.shutter = Shutter{0.25, 0.75};
+        desc.aovs = {Aov::Motion};
+        Session session(Device(), std::move(input), desc);
+        session.Run({.samples = 1});
+        return session.Result().render.motion;
+    }
+    static void ExpectVector(const std::vector<float>& vectors, uint32_t x, uint32_t y, double right,
+                             double down) {
+        ASSERT_EQ(vectors.size(), 2 * kSide * kSide);
+        EXPECT_NEAR(vectors[2 * (kSide * y + x)], right, 1e-3) << x << " " << y;
+        EXPECT_NEAR(vectors[2 * (kSide * y + x) + 1], down, 1e-3) << x << " " << y;
+    }
+    static constexpr double kPixels = 0.5 * kSide;  // a unit, on the picture
+};
+
+TEST_F(MotionVectorTest, OfAMovingNode) {
+    SceneData scene = OneMesh(LeftHalf(0.5f));
+    Animate(scene, {.property = AnimatedProperty::Translation, .object = 0}, {0, 0, 0, 0.3f, 0.2f, 0});
+    const std::vector<float> vectors = Vectors(std::move(scene));
+    ExpectVector(vectors, 5, 9, 0.15 * kPixels, -0.1 * kPixels);
+    ExpectVector(vectors, kSide - 2, 9, 0.0, 0.0);  // nothing is there
+}
+
+TEST_F(MotionVectorTest, OfMovingVertices) {
+    Primitive half = LeftHalf(0.5f);
+    half.targets.emplace_back().positions = {{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {0, 0, 0}};
+    UpdateDeformationBounds(half);
+    SceneData scene = OneMesh(std::move(half));
+    scene.meshes[0].weights = {0.0f};
+    Animate(scene, {.property = AnimatedProperty::MeshWeights, .object = 0}, {0, 1});
+    const std::vector<float> vectors = Vectors(std::move(scene));
+    for (const uint32_t x : {2u, 13u, 20u})
+        ExpectVector(vectors, x, 17, 0.5 * (Place(x) + 4.0) / 4.5 * kPixels, 0.0);
+}
+
+// A surface and what is infinitely far away, before a camera that turns to the left: both go to the right.
+TEST_F(MotionVectorTest, OfATurningCamera) {
+    SceneData scene = OneMesh(LeftHalf(0.0f));
+    Camera& camera = scene.cameras[0];
+    camera.projection = Projection::Perspective;
+    camera.yFov = 1.0f;
+    const float half = 0.15f;
+    Animate(scene, {.property = AnimatedProperty::Rotation, .object = 1},
+            {0, 0, 0, 1, 0, std::sin(half), 0, std::cos(half)});
+    const std::vector<float> vectors = Vectors(std::move(scene));
+    const double scale = std::tan(0.5 * double{camera.yFov});
+    for (const uint32_t x : {4u, 25u}) {
+        const double angle = std::atan(Place(x) * scale);
+        const auto at = [&](double seconds) { return std::tan(angle + 0.3 * seconds) / scale * kPixels; };
+        const uint32_t middle = kSide / 2;  // half a pixel below the axis: the row bends a little
+        EXPECT_NEAR(vectors[2 * (kSide * middle + x)], at(0.75) - at(0.25), 0.02) << x;
+    }
+}
+
+TEST_F(MotionVectorTest, NeedAShutter) {
+    PictureSettings settings;
+    EXPECT_FALSE(CanHave(Aov::Motion, settings));
+    settings.shutter = Shutter{0.0, 1.0};
+    EXPECT_TRUE(CanHave(Aov::Motion, settings));
+}
+
 // Accumulated in one run or in two, and in whichever order times were seen before.
 TEST_F(MotionBlurTest, BitsDoNotDependOnTheRuns) {
     const auto make = [] {

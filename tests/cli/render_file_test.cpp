@@ -54,6 +54,7 @@ TEST(RenderFile, ReadsBackWhatWasWrittenBitForBit) {
     ExpectSameColor(read.albedo, written.albedo);
     ExpectSameColor(read.normal, written.normal);
     EXPECT_EQ(read.depth, written.depth);
+    EXPECT_EQ(read.motion, written.motion);
     EXPECT_EQ(read.instance, written.instance);
     EXPECT_EQ(read.material, written.material);
     EXPECT_EQ(read.samples, written.samples);
@@ -81,7 +82,8 @@ TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {
         EXPECT_NE(file.UintChannel(name), nullptr) << name;
     EXPECT_EQ(names, (std::vector<std::string>{"A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "albedo.B",
                                                "albedo.G", "albedo.R", "id.instance", "id.material",
-                                               "samples", "variance.B", "variance.G", "variance.R"}));
+                                               "motion.X", "motion.Y", "samples", "variance.B",
+                                               "variance.G", "variance.R"}));
     const std::vector<uint32_t>* samples = file.UintChannel("samples");
     ASSERT_NE(samples, nullptr);
     EXPECT_EQ((*samples)[7], 48u);
@@ -159,6 +161,7 @@ TEST(RenderFile, WhatCouldNotBeReadIsNotWritten) {
     expectRefused([](RenderFile& r) { r.radiance.clear(); }, "radiance");
     expectRefused([](RenderFile& r) { r.albedo.pop_back(); }, "albedo has 59 values, not 60");
     expectRefused([](RenderFile& r) { r.depth.push_back(1.0f); }, "depth has 16 values, not 15");
+    expectRefused([](RenderFile& r) { r.motion.push_back(1.0f); }, "motion has 31 values, not 30");
     expectRefused([](RenderFile& r) { r.sums.normal.sums[2].clear(); }, "sums of normal");
     expectRefused([](RenderFile& r) { r.removed[1] = r.normal; }, "removed_clamp_indirect");
 }
@@ -169,12 +172,14 @@ TEST(RenderFile, ChannelsThatWereNotRenderedAreLeftOut) {
     written.albedo.clear();
     written.normal.clear();
     written.depth.clear();
+    written.motion.clear();
     written.instance.clear();
     written.material.clear();
     WriteRenderFile(folder / "a.exr", written);
     EXPECT_EQ(image::ReadExr(folder / "a.exr").channels.size(), 8u + 4 * 4 + 5 * 3);
     const RenderFile read = ReadRenderFile(folder / "a.exr");
-    EXPECT_TRUE(read.albedo.empty() && read.normal.empty() && read.depth.empty() && read.instance.empty());
+    EXPECT_TRUE(read.albedo.empty() && read.normal.empty() && read.depth.empty() && read.instance.empty() &&
+                read.motion.empty());
 }
 
 TEST(RenderFile, WhatIsNoRenderIsBadInputNamingTheFile) {

@@ -49,6 +49,7 @@ session::RenderFile MakeRender(bool isFull, uint32_t first) {
             render.sums.lightGroups.push_back(sums(false));
         }
         render.depth.assign(kPixels, 1.0f);
+        render.motion.assign(2 * kPixels, 1.0f);
         render.instance.assign(kPixels, 1);
         render.material.assign(kPixels, 1);
     }

@@ -1,0 +1,50 @@
+// Where on the picture the surfaces are that each pixel saw, as the scene and the camera are now.
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#define NO_TLAS
+#include "scene/extensions.glsl"
+
+#include "core/capsule.glsl"
+#include "raster/projection.glsl"
+#include "raster/visibility.glsl"
+#include "scene/camera.glsl"
+#include "scene/material_textures.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 20, rgba32ui) readonly uniform uimage2D visibility;
+layout(set = 0, binding = 21, rgba32f) writeonly uniform image2D places;
+layout(set = 0, binding = 22, scalar) uniform SeenBy { CameraRecord camera; } seenBy;
+
+vec3 PositionOf(Hit hit) {
+    InstanceRecord instance = instances.at[hit.instance];
+    vec3 position;
+    if (IsRound(instance)) {
+        position = CapsulePointAt(CapsuleAt(instance, hit.primitive), hit.barycentrics).position;
+    } else {
+        UintStream indices = UintStream(instance.indices);
+        Vec3Stream positions = Vec3Stream(instance.positions);
+        uint first = 3u * hit.primitive;
+        vec3 p0 = positions.at[indices.at[first]];
+        position = p0 + hit.barycentrics.x * (positions.at[indices.at[first + 1u]] - p0) +
+                   hit.barycentrics.y * (positions.at[indices.at[first + 2u]] - p0);
+    }
+    return instance.objectToWorld * vec4(position, 1.0f);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 size = imageSize(visibility);
+    if (any(greaterThanEqual(pixel, size))) return;
+    CameraRecord camera = parameters.value.camera;
+    Hit hit = UnpackVisibility(imageLoad(visibility, pixel));
+    vec3 offset;
+    if (IsHit(hit))
+        offset = PositionOf(hit) - camera.origin;
+    else  // infinitely far away: only its direction counts
+        offset = CameraRay(seenBy.camera, (vec2(pixel) + 0.5f) / vec2(size), vec2(0.5f)).direction;
+    vec4 clip = OffsetToClip(camera, vec2(0.0f)) * vec4(offset, 1.0f);
+    float behind = clip.w > 0.0f ? 0.0f : 1.0f;
+    vec2 place = (0.5f * clip.xy / clip.w + 0.5f) * vec2(size);
+    if (!IsHit(hit) && camera.orthographic != 0u) place = vec2(pixel) + 0.5f;  // all see the same direction
+    imageStore(places, pixel, vec4(place, behind, 0.0f));
+}
