@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/text.h"
+#include "rhi/texture_table.h"
 #include "shaders/shared/scene_records.h"
 
 namespace raygraph {
@@ -36,14 +37,10 @@ void RequirePlacements(const rhi::Device& device, uint64_t count) {
                     limit);
 }
 
-void CheckLimits(rhi::Device& device, const rhi::TextureTable& table, const scene::SceneData& scene) {
-    // Slots are free only once no frame can read their textures any more
-    if (scene.textures.size() > table.FreeCount()) device.WaitIdle();
-    if (scene.textures.size() > table.FreeCount())
-        throw MakeError(ErrorKind::Usage,
-                        "GpuScene: {} textures, the texture table has {} of {} slots left "
-                        "(GpuSceneDesc::textureCapacity)",
-                        scene.textures.size(), table.FreeCount(), table.Capacity());
+void CheckLimits(const rhi::Device& device, const scene::SceneData& scene) {
+    if (scene.textures.size() > rhi::kMaxTextureTableSlots)
+        throw MakeError(ErrorKind::Usage, "GpuScene: {} textures, a shader can read {}",
+                        scene.textures.size(), rhi::kMaxTextureTableSlots);
     const uint32_t largest = device.Info().maxTextureExtent;
     for (const scene::ImageData& image : scene.images)
         if (std::max(image.width, image.height) > largest)

@@ -7,13 +7,12 @@
 
 #include "renderer/scene/scene_data.h"
 #include "rhi/device.h"
-#include "rhi/texture_table.h"
 
 namespace raygraph {
 
-// Throws Error{Usage} for more textures than the table has free slots and for images that are too large;
+// Throws Error{Usage} for more textures than a shader can read and for images that are too large;
 // Error{OutOfMemory} for tables that are too large. Each says what was asked for and what the limit is.
-void CheckLimits(rhi::Device& device, const rhi::TextureTable& table, const scene::SceneData& scene);
+void CheckLimits(const rhi::Device& device, const scene::SceneData& scene);
 
 // Throws Error{OutOfMemory} if a shader cannot bind a buffer of so many records.
 void RequireBindable(const rhi::Device& device, const std::string& what, uint64_t count,

@@ -176,7 +176,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
         ids.hasThinWalls |= group.kind.isThinWall;
         ids.hasCapsules |= group.kind.isRound;
     }
-    ids.textures = renderer.Import("textures", *textureTable);
+    ids.textures = renderer.Import("textures", *resources->textureTable);
     ids.blases = renderer.ImportBlasSet("BLASes", blasState);
     if (deform) deform->DeclareDeformation(renderer, ids, *instances, *lights, draws);
     DeclareBlasWork(renderer, ids);

@@ -145,7 +145,6 @@ struct SceneRevisions {
 struct GpuSceneDesc {
     uint64_t scratchBudget = 64ull << 20;     // bytes of build scratch at a time
     uint64_t compactionBudget = 64ull << 20;  // bytes of compacted structures made in one frame
-    uint32_t textureCapacity = 4096;
     // Gives textures mip levels, made on the device when a scene is set; of those whose samplers filter
     // without levels, one stays. False: they cost nothing.
     bool textureLevels = false;

@@ -43,7 +43,6 @@ struct GpuScene::Impl {
         energyTables =
             device.CreateBuffer({.name = "energy tables", .size = tables.size(), .usage = kTableUsage});
         uploader.UploadBuffer(energyTables, 0, tables);
-        textureTable.emplace(device, desc.textureCapacity, defaultTexture, defaultSampler);
         blank = BlankEnvironment(device, uploader);
         Replace(scene::SceneData{});
     }
@@ -52,12 +51,14 @@ struct GpuScene::Impl {
     void Replace(scene::SceneData&& data) {
         const Stopwatch watch;
         scene::Check(data, "GpuScene: SetScene");
-        CheckLimits(device, *textureTable, data);
+        CheckLimits(device, data);
         device.CollectGarbage();  // room that there is already
         const TextureUploadSettings textures{
             .hasLevels = desc.textureLevels,
             .budget = desc.textureBudget > 0 ? desc.textureBudget : DefaultTextureBudget(device),
-            .maxAnisotropy = desc.maxAnisotropy};
+            .maxAnisotropy = desc.maxAnisotropy,
+            .defaultTexture = &defaultTexture,
+            .defaultSampler = &defaultSampler};
         std::unique_ptr<SceneResources> newResources;
         std::unique_ptr<InstanceSet> newInstances;
         std::unique_ptr<LightSet> newLights;
@@ -66,7 +67,7 @@ struct GpuScene::Impl {
         std::optional<EnvironmentOnDevice> newEnvironment;
         try {
             uploader.FlushAfter([&] {
-                newResources = UploadScene(device, uploader, builder, *textureTable, data, textures);
+                newResources = UploadScene(device, uploader, builder, data, textures);
                 newInstances = std::make_unique<InstanceSet>(device, *newResources, data);
                 newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
                 newLights = std::make_unique<LightSet>(device, uploader, *newResources,
@@ -280,7 +281,6 @@ struct GpuScene::Impl {
     rhi::Texture defaultTexture;
     rhi::Sampler defaultSampler;
     rhi::Buffer energyTables;
-    std::optional<rhi::TextureTable> textureTable;
     std::unique_ptr<SceneResources> resources;
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
     std::unique_ptr<LightSet> lights;

@@ -227,17 +227,13 @@ uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::I
     return count;
 }
 
-SceneResources::SceneResources(rhi::TextureTable& table) : textureTable(table) {}
-
-SceneResources::~SceneResources() {
-    for (const TextureResources& texture : textures)
-        if (texture.slot != gpu::kNoTexture) textureTable.Remove(texture.slot);
-}
+SceneResources::SceneResources() = default;
+SceneResources::~SceneResources() = default;
 
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
-                                            rhi::BlasBuilder& builder, rhi::TextureTable& table,
-                                            scene::SceneData& scene, const TextureUploadSettings& textures) {
-    auto resources = std::make_unique<SceneResources>(table);
+                                            rhi::BlasBuilder& builder, scene::SceneData& scene,
+                                            const TextureUploadSettings& textures) {
+    auto resources = std::make_unique<SceneResources>();
     std::vector<gpu::GeometryRecord> records;
     EmitterFinder finder(scene);
     resources->materialRecords = MaterialRecords(scene.materials, {});

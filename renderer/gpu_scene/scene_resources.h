@@ -70,25 +70,24 @@ struct MeshResources {
     bool isCopy = false;  // a deformed one, of another that is listed before
 };
 
+// What a texture of the scene is on the device. Textures that differ in their samplers alone share an image.
 struct TextureResources {
-    rhi::Texture texture;
-    uint32_t sampler = 0;             // into SceneResources::samplers
-    uint32_t slot = gpu::kNoTexture;  // of the texture table, once it has one
+    uint32_t image = 0;    // into SceneResources::textureImages
+    uint32_t sampler = 0;  // into SceneResources::samplers
+    uint32_t slot = 0;     // of the texture table
 };
 
-// Move-only through unique_ptr; textures give their slots back when it is destroyed.
 struct SceneResources {
-    explicit SceneResources(rhi::TextureTable& table);
+    SceneResources();
     ~SceneResources();
-    SceneResources(const SceneResources&) = delete;
-    SceneResources& operator=(const SceneResources&) = delete;
 
-    rhi::TextureTable& textureTable;
     std::vector<MeshResources> meshes;  // of the scene, in its order; then copies
     std::vector<uint32_t> meshOf;       // by instance: the mesh or copy that it places
     std::vector<GroupResources> groups;
     std::vector<rhi::Sampler> samplers;
-    std::vector<TextureResources> textures;
+    std::vector<rhi::Texture> textureImages;
+    std::vector<TextureResources> textures;           // of the scene, in its order
+    std::unique_ptr<rhi::TextureTable> textureTable;  // of their number; declared after what is in it
     std::vector<gpu::MaterialRecord> materialRecords;
     std::vector<uint32_t> usedMaterials;  // by some triangle, ascending
     uint32_t variantCount = 0;
@@ -111,9 +110,9 @@ uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::I
 struct TextureUploadSettings;
 
 // Uploads everything but the instances, and adds the BLASes to the builder. Frees each mesh and image of
-// `scene` after its upload.
+// `scene` after its upload. `textures.defaultTexture` outlives what is returned.
 std::unique_ptr<SceneResources> UploadScene(rhi::Device& device, rhi::Uploader& uploader,
-                                            rhi::BlasBuilder& builder, rhi::TextureTable& table,
-                                            scene::SceneData& scene, const TextureUploadSettings& textures);
+                                            rhi::BlasBuilder& builder, scene::SceneData& scene,
+                                            const TextureUploadSettings& textures);
 
 }  // namespace raygraph

@@ -85,67 +85,98 @@ class SceneTextures {
           m_usesLeft(scene.images.size(), 0) {}
 
     void Upload() {
-        for (const scene::Texture& texture : m_scene.textures) m_usesLeft[texture.image]++;
+        ShareImages();
         Plan();
-        std::vector<scene::Sampler> known;
-        for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
-            m_resources.textures.push_back(
-                {.texture = Create(i),
-                 .sampler = SamplerFor(m_device, m_scene.textures[i].sampler,
-                                       m_settings.hasLevels ? m_settings.maxAnisotropy : 1.0f, known,
-                                       m_resources.samplers)});
-            const rhi::Texture& texture = m_resources.textures[i].texture;
+        for (uint32_t i = 0; i < m_shown.size(); ++i) {
+            const rhi::Texture& image = m_resources.textureImages.emplace_back(Create(i));
             if (m_plan.choices[i].isBlocks)
-                UploadBlocks(i, texture);
+                UploadBlocks(i, image);
             else if (!IsMade(i))
-                UploadImage(i, texture);
+                UploadImage(i, image);
         }
         MakeLevels();
-        for (TextureResources& texture : m_resources.textures)
-            texture.slot =
-                m_resources.textureTable.Add(texture.texture, m_resources.samplers[texture.sampler]);
+        FillTable();
     }
 
   private:
-    scene::ImageData& ImageOf(uint32_t texture) { return m_scene.images[m_scene.textures[texture].image]; }
-    rhi::Extent2D ExtentOf(uint32_t texture) {
-        const scene::ImageData& image = ImageOf(texture);
-        return {image.width, image.height};
-    }
-    bool HasLevels(uint32_t texture) const {
-        return m_settings.hasLevels && m_scene.textures[texture].sampler.usesMips;
-    }
-    bool IsSrgb(uint32_t texture) const {
-        return m_scene.textures[texture].colorSpace == scene::ColorSpace::Srgb;
-    }
-    // Of several levels, or smaller or rougher than its image, and not those of its file.
-    bool IsMade(uint32_t texture) {
-        const TextureChoice& choice = m_plan.choices[texture];
-        if (choice.isBlocks) return false;
-        const std::optional<PairedNormals>& normals = m_uses[texture].normals;
-        const bool isRougher = normals && m_plan.choices[normals->texture].firstLevel > 0;
-        const uint32_t levels = rhi::FullMipCount(ExtentOf(texture));
-        return isRougher || (levels > 1 && (HasLevels(texture) || choice.firstLevel > 0));
+    // An image of the scene may be several on the device: in another color space, without levels, or with
+    // levels of other contents. Each is known by the first texture that it is.
+    void ShareImages() {
+        m_uses = TextureUses(m_scene);
+        for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
+            const auto isSame = [&](uint32_t other) {
+                const scene::Texture &a = m_scene.textures[i], &b = m_scene.textures[other];
+                return a.image == b.image && a.colorSpace == b.colorSpace && HasLevels(a) == HasLevels(b) &&
+                       m_uses[i] == m_uses[other];
+            };
+            std::vector<uint32_t>& ofImage = m_shownOf[m_scene.textures[i].image];
+            const auto found =
+                std::ranges::find_if(ofImage, [&](uint32_t image) { return isSame(m_shown[image]); });
+            const uint32_t image = found == ofImage.end() ? static_cast<uint32_t>(m_shown.size()) : *found;
+            m_resources.textures.push_back({.image = image});
+            if (found != ofImage.end()) continue;
+            ofImage.push_back(image);
+            m_shown.push_back(i);
+            ++m_usesLeft[m_scene.textures[i].image];
+        }
     }
 
-    TextureSizes SizesOf(uint32_t texture) {
-        const image::BlockLevels& blocks = ImageOf(texture).blocks;
-        const rhi::Format format = FormatOf(blocks.coding, IsSrgb(texture));
+    void FillTable() {
+        std::vector<scene::Sampler> known;
+        const float maxAnisotropy = m_settings.hasLevels ? m_settings.maxAnisotropy : 1.0f;
+        for (size_t i = 0; i < m_scene.textures.size(); ++i)
+            m_resources.textures[i].sampler =
+                SamplerFor(m_device, m_scene.textures[i].sampler, maxAnisotropy, known, m_resources.samplers);
+        const auto capacity = static_cast<uint32_t>(std::max<size_t>(1, m_resources.textures.size()));
+        m_resources.textureTable = std::make_unique<rhi::TextureTable>(
+            m_device, capacity, *m_settings.defaultTexture, *m_settings.defaultSampler);
+        for (TextureResources& texture : m_resources.textures)
+            texture.slot = m_resources.textureTable->Add(m_resources.textureImages[texture.image],
+                                                         m_resources.samplers[texture.sampler]);
+    }
+
+    // From here on, `index` is that of an image on the device.
+    const scene::Texture& TextureOf(uint32_t index) const { return m_scene.textures[m_shown[index]]; }
+    const TextureUse& UseOf(uint32_t index) const { return m_uses[m_shown[index]]; }
+    // Of the normals that it is paired with.
+    uint32_t NormalsOf(const PairedNormals& pair) const { return m_resources.textures[pair.texture].image; }
+    scene::ImageData& ImageOf(uint32_t index) { return m_scene.images[TextureOf(index).image]; }
+    rhi::Extent2D ExtentOf(uint32_t index) {
+        const scene::ImageData& image = ImageOf(index);
+        return {image.width, image.height};
+    }
+    bool HasLevels(const scene::Texture& texture) const {
+        return m_settings.hasLevels && texture.sampler.usesMips;
+    }
+    bool HasLevels(uint32_t index) const { return HasLevels(TextureOf(index)); }
+    bool IsSrgb(uint32_t index) const { return TextureOf(index).colorSpace == scene::ColorSpace::Srgb; }
+    // Of several levels, or smaller or rougher than its image, and not those of its file.
+    bool IsMade(uint32_t index) {
+        const TextureChoice& choice = m_plan.choices[index];
+        if (choice.isBlocks) return false;
+        const std::optional<PairedNormals>& normals = UseOf(index).normals;
+        const bool isRougher = normals && m_plan.choices[NormalsOf(*normals)].firstLevel > 0;
+        const uint32_t levels = rhi::FullMipCount(ExtentOf(index));
+        return isRougher || (levels > 1 && (HasLevels(index) || choice.firstLevel > 0));
+    }
+
+    TextureSizes SizesOf(uint32_t index) {
+        const image::BlockLevels& blocks = ImageOf(index).blocks;
+        const rhi::Format format = FormatOf(blocks.coding, IsSrgb(index));
         if (blocks.IsEmpty() || format == rhi::Format::Undefined || !m_device.CanSample(format))
-            return PlainTextureSizes(ExtentOf(texture), HasLevels(texture));
+            return PlainTextureSizes(ExtentOf(index), HasLevels(index));
         std::vector<uint64_t> levelBytes;
         for (const std::vector<std::byte>& level : blocks.levels) levelBytes.push_back(level.size());
-        return BlockTextureSizes(ExtentOf(texture), levelBytes, HasLevels(texture));
+        return BlockTextureSizes(ExtentOf(index), levelBytes, HasLevels(index));
     }
 
     void Plan() {
         std::vector<TextureSizes> sizes;
-        for (uint32_t i = 0; i < m_scene.textures.size(); ++i) sizes.push_back(SizesOf(i));
+        for (uint32_t i = 0; i < m_shown.size(); ++i) sizes.push_back(SizesOf(i));
         m_plan = PlanTextures(sizes, m_settings.budget);
-        m_uses = TextureUses(m_scene);
         // Normals that are not made here: nothing of them is lost, or, of those in blocks, not known
         for (TextureUse& use : m_uses)
-            if (use.normals && !IsMade(use.normals->texture)) use.normals.reset();
+            if (use.normals && !IsMade(NormalsOf(*use.normals))) use.normals.reset();
         m_resources.textureBytes = m_plan.bytes;
         m_resources.reducedTextures = static_cast<uint32_t>(
             std::ranges::count_if(m_plan.choices, [](const auto& choice) { return choice.firstLevel > 0; }));
@@ -153,7 +184,7 @@ class SceneTextures {
     }
 
     rhi::Texture Create(uint32_t index) {
-        const scene::Texture& texture = m_scene.textures[index];
+        const scene::Texture& texture = TextureOf(index);
         const scene::ImageData& image = ImageOf(index);
         const TextureChoice& choice = m_plan.choices[index];
         const rhi::Extent2D extent = rhi::MipExtent(ExtentOf(index), choice.firstLevel);
@@ -168,44 +199,44 @@ class SceneTextures {
              .mipLevels = HasLevels(index) ? levels : 1});
     }
 
-    void UploadImage(uint32_t texture, const rhi::Texture& target) {
-        m_uploader.UploadTexture(target, std::as_bytes(std::span(ImageOf(texture).rgba)));
-        DoneWith(texture);
+    void UploadImage(uint32_t index, const rhi::Texture& target) {
+        m_uploader.UploadTexture(target, std::as_bytes(std::span(ImageOf(index).rgba)));
+        DoneWith(index);
     }
 
-    void UploadBlocks(uint32_t texture, const rhi::Texture& target) {
-        const image::BlockLevels& blocks = ImageOf(texture).blocks;
+    void UploadBlocks(uint32_t index, const rhi::Texture& target) {
+        const image::BlockLevels& blocks = ImageOf(index).blocks;
         std::vector<std::span<const std::byte>> levels;
         for (uint32_t level = 0; level < target.Desc().mipLevels; ++level)
-            levels.push_back(blocks.levels[m_plan.choices[texture].firstLevel + level]);
+            levels.push_back(blocks.levels[m_plan.choices[index].firstLevel + level]);
         m_uploader.UploadTexture(target, levels);
-        DoneWith(texture);
+        DoneWith(index);
     }
 
-    void DoneWith(uint32_t texture) {
-        if (--m_usesLeft[m_scene.textures[texture].image] > 0) return;
-        ImageOf(texture).rgba = {};
-        ImageOf(texture).blocks = {};
+    void DoneWith(uint32_t index) {
+        if (--m_usesLeft[TextureOf(index).image] > 0) return;
+        ImageOf(index).rgba = {};
+        ImageOf(index).blocks = {};
     }
 
-    // A frame for each texture, so that the memory of few is needed at a time. Of a normal map that roughness
+    // A frame for each image, so that the memory of few is needed at a time. Of a normal map that roughness
     // depends on, the means are kept until that is made.
     void MakeLevels() {
         std::map<uint32_t, std::vector<uint32_t>> dependents;
-        for (uint32_t i = 0; i < m_scene.textures.size(); ++i) {
+        for (uint32_t i = 0; i < m_shown.size(); ++i) {
             if (!IsMade(i)) continue;
-            if (const std::optional<PairedNormals>& normals = m_uses[i].normals)
-                dependents[normals->texture].push_back(i);
+            if (const std::optional<PairedNormals>& normals = UseOf(i).normals)
+                dependents[NormalsOf(*normals)].push_back(i);
             else
                 dependents.try_emplace(i);
         }
         if (dependents.empty()) return;
         Renderer renderer(m_device, {.name = "texture levels", .gpuTimes = false, .passMarks = false});
-        for (const auto& [texture, rougher] : dependents) {
+        for (const auto& [index, rougher] : dependents) {
             std::optional<KeptMeans> means;
-            if (!rougher.empty()) means = MeansToKeep(texture);
-            MakeTexture(renderer, texture, means);
-            for (const uint32_t roughness : rougher) MakeTexture(renderer, roughness, means);
+            if (!rougher.empty()) means = MeansToKeep(index);
+            MakeImage(renderer, index, means);
+            for (const uint32_t roughness : rougher) MakeImage(renderer, roughness, means);
         }
     }
 
@@ -216,10 +247,10 @@ class SceneTextures {
         ResourceState state;
     };
 
-    KeptMeans MeansToKeep(uint32_t texture) {
-        const rhi::Extent2D extent = ExtentOf(texture);
+    KeptMeans MeansToKeep(uint32_t index) {
+        const rhi::Extent2D extent = ExtentOf(index);
         return {.texture =
-                    m_device.CreateTexture({.name = "means of '" + ImageOf(texture).name + "'",
+                    m_device.CreateTexture({.name = "means of '" + ImageOf(index).name + "'",
                                             .extent = rhi::MipExtent(extent, 1),
                                             .format = rhi::Format::Rgba32Float,
                                             .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::Storage,
@@ -229,8 +260,8 @@ class SceneTextures {
     }
 
     RoughnessWidening Widening(const PairedNormals& pair, const TextureMeans& means) const {
-        const uint32_t first = m_plan.choices[pair.texture].firstLevel;
-        const uint32_t count = m_resources.textures[pair.texture].texture.Desc().mipLevels;
+        const uint32_t first = m_plan.choices[NormalsOf(pair)].firstLevel;
+        const uint32_t count = m_resources.textureImages[NormalsOf(pair)].Desc().mipLevels;
         return {.normals = means,
                 .firstNormals = first,
                 .lastNormals = first + count - 1,
@@ -238,24 +269,24 @@ class SceneTextures {
                 .roughnessFactor = pair.roughnessFactor};
     }
 
-    // `kept`: of the texture, to be filled, or of the normal map that its roughness depends on.
-    void MakeTexture(Renderer& renderer, uint32_t texture, std::optional<KeptMeans>& kept) {
+    // `kept`: of the image, to be filled, or of the normal map that its roughness depends on.
+    void MakeImage(Renderer& renderer, uint32_t index, std::optional<KeptMeans>& kept) {
         // One image is read while the next one is copied: there are two at most
         if (m_frameBefore > 0) m_device.WaitFor(m_frameBefore);
         const rhi::Texture source =
-            m_device.CreateTexture({.name = "image of '" + ImageOf(texture).name + "'",
-                                    .extent = ExtentOf(texture),
+            m_device.CreateTexture({.name = "image of '" + ImageOf(index).name + "'",
+                                    .extent = ExtentOf(index),
                                     .format = rhi::Format::Rgba8Unorm,
                                     .usage = rhi::TextureUsage::Sampled | rhi::TextureUsage::CopySource |
                                              rhi::TextureUsage::CopyDestination});
-        UploadImage(texture, source);
+        UploadImage(index, source);
         m_uploader.Flush();
         renderer.BeginFrame();
-        const TextureUse& use = m_uses[texture];
+        const TextureUse& use = UseOf(index);
         TextureLevelSettings settings{.content = use.content,
                                       .widening = {},
                                       .means = {},
-                                      .firstLevel = m_plan.choices[texture].firstLevel};
+                                      .firstLevel = m_plan.choices[index].firstLevel};
         if (kept) {
             const TextureId means = renderer.Import("normals", kept->texture, kept->state);
             if (use.normals)
@@ -265,8 +296,7 @@ class SceneTextures {
         }
         ResourceState sourceState{.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL}, targetState;
         const TextureId image = renderer.Import("image", source, sourceState);
-        const TextureId target =
-            renderer.Import("texture", m_resources.textures[texture].texture, targetState);
+        const TextureId target = renderer.Import("texture", m_resources.textureImages[index], targetState);
         const TextureLevels made = MakeTextureLevels(renderer, image, target, settings);
         renderer.Export(made.texture, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
         if (settings.means) renderer.Export(made.means->levels, VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL);
@@ -278,10 +308,12 @@ class SceneTextures {
     scene::SceneData& m_scene;
     const TextureUploadSettings& m_settings;
     SceneResources& m_resources;
-    std::vector<uint32_t> m_usesLeft;  // of each image
-    TexturePlan m_plan;
-    std::vector<TextureUse> m_uses;
-    uint64_t m_lastFrame = 0, m_frameBefore = 0;  // that made textures, as Device counts
+    std::vector<uint32_t> m_usesLeft;  // of each image of the scene
+    std::vector<TextureUse> m_uses;    // of each texture
+    std::vector<uint32_t> m_shown;     // the first texture that each image on the device is
+    std::map<uint32_t, std::vector<uint32_t>> m_shownOf;  // images on the device, by image of the scene
+    TexturePlan m_plan;                                   // of the images on the device
+    uint64_t m_lastFrame = 0, m_frameBefore = 0;          // that made textures, as Device counts
 };
 
 }  // namespace

@@ -13,10 +13,13 @@ struct TextureUploadSettings {
     bool hasLevels = false;        // of textures whose samplers filter by them
     uint64_t budget = UINT64_MAX;  // bytes of all textures
     float maxAnisotropy = 1.0f;    // of those with levels, where they are filtered linearly
+    // In the slot of a table without textures, which a shader may look at. They outlive the resources.
+    const rhi::Texture* defaultTexture = nullptr;
+    const rhi::Sampler* defaultSampler = nullptr;
 };
 
-// Fills SceneResources::textures, samplers, textureBytes and textureReduction. Frees each image after its
-// last use. Where levels are made, returns when the device has made them.
+// Fills SceneResources::textures, textureImages, samplers, textureTable, textureBytes and textureReduction.
+// Frees each image after its last use. Where levels are made, returns when the device has made them.
 void UploadTextures(rhi::Device& device, rhi::Uploader& uploader, scene::SceneData& scene,
                     const TextureUploadSettings& settings, SceneResources& resources);
 

@@ -23,6 +23,8 @@ struct TextureUse {
     TexelContent content = TexelContent::Data;
     // By which its roughness is widened. None where the materials that share the texture have different ones.
     std::optional<PairedNormals> normals;
+
+    bool operator==(const TextureUse&) const = default;
 };
 
 // One per texture. A texture that some material reads as normals and another as anything else is data; color

@@ -241,15 +241,14 @@ TEST_F(SceneLimitTest, MoreGeometriesAndInstancesThanAShaderCanReadAreRefused) {
               std::string::npos);
 }
 
-TEST_F(SceneLimitTest, MoreTexturesThanSlotsAndLargerOnesThanTheDeviceHasAreRefused) {
+TEST_F(SceneLimitTest, MoreAndLargerTexturesThanTheDeviceHasAreRefused) {
     Renderer renderer(*device);
-    GpuScene gpu(renderer, {.textureCapacity = 2});
+    GpuScene gpu(renderer);
     scene::SceneData scene;
     scene.images = {Texel()};
-    scene.textures.resize(3);
-    EXPECT_EQ(
-        Message(gpu, std::move(scene), ErrorKind::Usage),
-        "GpuScene: 3 textures, the texture table has 2 of 2 slots left (GpuSceneDesc::textureCapacity)");
+    scene.textures.resize(rhi::kMaxTextureTableSlots + 1);
+    EXPECT_EQ(Message(gpu, std::move(scene), ErrorKind::Usage),
+              "GpuScene: 65537 textures, a shader can read 65536");
     const uint32_t side = device->Info().maxTextureExtent + 1;
     scene::SceneData wide;
     wide.images = {{.name = "wide", .width = side, .height = 1, .rgba = std::vector<uint8_t>(4 * side)}};
@@ -261,17 +260,41 @@ TEST_F(SceneLimitTest, MoreTexturesThanSlotsAndLargerOnesThanTheDeviceHasAreRefu
                                                                    std::to_string(side - 1) + " a side");
 }
 
-// Slots of the scene before are free once its last frame is done, for which SetScene waits if it has to.
-TEST_F(SceneLimitTest, ScenesOfAsManyTexturesAsSlotsFollowEachOther) {
+TEST_F(SceneLimitTest, SceneMayHaveAsManyTexturesAsAShaderCanRead) {
     Renderer renderer(*device);
-    GpuScene gpu(renderer, {.textureCapacity = 3});
-    for (const size_t count : {1u, 2u, 1u, 2u}) {
+    GpuScene gpu(renderer);
+    for (const size_t count : {size_t{1}, size_t{rhi::kMaxTextureTableSlots}, size_t{2}}) {
         scene::SceneData scene;
         scene.images = {Texel()};
         scene.textures.resize(count);
         EXPECT_NO_THROW(gpu.SetScene(std::move(scene)));
-        EXPECT_EQ(gpu.Statistics().textureBytes, 4 * count);
+        EXPECT_EQ(gpu.Statistics().textureBytes, 4u) << "all are one image, with one sampler";
     }
+}
+
+TEST_F(SceneLimitTest, TexturesShareAnImageUnlessItDiffersOnTheDevice) {
+    Renderer renderer(*device);
+    GpuScene gpu(renderer, {.textureLevels = true});
+    const auto bytes = [&](const scene::Texture& other) {
+        scene::SceneData scene;
+        scene.images = {Texel(), Texel()};
+        scene.textures = {{}, other};
+        gpu.SetScene(std::move(scene));
+        return gpu.Statistics().textureBytes;
+    };
+    scene::Texture other;
+    other.sampler.wrapU = scene::WrapMode::ClampToEdge;
+    other.sampler.magFilter = scene::FilterMode::Nearest;
+    EXPECT_EQ(bytes(other), 4u) << "another sampler";
+    other.image = 1;
+    EXPECT_EQ(bytes(other), 8u) << "another image";
+    other = {};
+    other.colorSpace =
+        other.colorSpace == scene::ColorSpace::Srgb ? scene::ColorSpace::Linear : scene::ColorSpace::Srgb;
+    EXPECT_EQ(bytes(other), 8u) << "another color space";
+    other = {};
+    other.sampler.usesMips = !other.sampler.usesMips;
+    EXPECT_EQ(bytes(other), 8u) << "another number of levels";
 }
 
 }  // namespace raygraph::testing
