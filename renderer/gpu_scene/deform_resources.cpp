@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/device_table.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/scene/check.h"
 #include "shaders/shared/ray_clearance.h"
@@ -22,13 +23,6 @@ std::vector<uint32_t> PackJoints(const std::vector<uint16_t>& joints) {
 // A shift from an offset to an address.
 void Place(uint64_t& offset, VkDeviceAddress start) {
     offset = StreamPacker::Address(offset, start);
-}
-
-rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, uint64_t bytes) {
-    RequireBindable(device, name, count, bytes);
-    return device.CreateBuffer({.name = name,
-                                .size = std::max<uint64_t>(1, count) * bytes,
-                                .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
 }
 
 // One more of a group that is drawn by itself, with its streams.
@@ -260,10 +254,10 @@ void DeformUpload::Finish(rhi::Device& device, rhi::Uploader& uploader, rhi::Bla
         }
     }
     result.recordBuffer =
-        TableBuffer(device, "deform records", result.records.size(), sizeof(gpu::DeformRecord));
-    result.taskBuffer = TableBuffer(device, "deform tasks", result.records.size(), sizeof(gpu::DeformTask));
-    result.matrixBuffer = TableBuffer(device, "joint matrices", result.matrices.size(), sizeof(glm::mat4x3));
-    result.weightBuffer = TableBuffer(device, "morph weights", result.weights.size(), sizeof(float));
+        CreateTable(device, "deform records", result.records.size(), sizeof(gpu::DeformRecord));
+    result.taskBuffer = CreateTable(device, "deform tasks", result.records.size(), sizeof(gpu::DeformTask));
+    result.matrixBuffer = CreateTable(device, "joint matrices", result.matrices.size(), sizeof(glm::mat4x3));
+    result.weightBuffer = CreateTable(device, "morph weights", result.weights.size(), sizeof(float));
     if (!result.records.empty())
         uploader.UploadBuffer(result.recordBuffer, 0, std::as_bytes(std::span(result.records)));
     RequireBindable(device, "geometries", records.size(), sizeof(gpu::GeometryRecord));

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "base/text.h"
-#include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/device_table.h"
 #include "renderer/scene/check.h"
 
 namespace raygraph {
@@ -138,12 +137,7 @@ void DeformSet::DeclareUpload(Renderer& renderer) {
 }
 
 void DeformSet::RecordUpload(CommandList& commands) {
-    struct Copy {
-        std::span<const std::byte> bytes;
-        const rhi::Buffer& target;
-        uint64_t offset;
-    };
-    std::vector<Copy> copies{{std::as_bytes(std::span(std::as_const(m_tasks))), m_deform.taskBuffer, 0}};
+    std::vector<TableCopy> copies{{std::as_bytes(std::span(std::as_const(m_tasks))), m_deform.taskBuffer, 0}};
     for (const SkinMatrices& skin : m_deform.skins)
         if (skin.isDue)
             copies.push_back(
@@ -153,19 +147,7 @@ void DeformSet::RecordUpload(CommandList& commands) {
         if (mesh.isWeightsDue && mesh.weightCount > 0)
             copies.push_back({std::as_bytes(m_deform.WeightsOf(mesh)), m_deform.weightBuffer,
                               mesh.firstWeight * sizeof(float)});
-    uint64_t bytes = 0;
-    for (const Copy& copy : copies) bytes += copy.bytes.size();
-    // Freed by the device once this frame has completed
-    rhi::Buffer staging = m_device.CreateBuffer({.name = "pose staging",
-                                                 .size = bytes,
-                                                 .usage = rhi::BufferUsage::CopySource,
-                                                 .memory = rhi::MemoryKind::Upload});
-    uint64_t offset = 0;
-    for (const Copy& copy : copies) {
-        std::ranges::copy(copy.bytes, staging.Mapped().begin() + static_cast<ptrdiff_t>(offset));
-        commands.CopyBuffer(staging, offset, copy.target, copy.offset, copy.bytes.size());
-        offset += copy.bytes.size();
-    }
+    RecordCopies(commands, m_device, "pose staging", copies);
 }
 
 void DeformSet::DeclareDeform(Renderer& renderer, SceneIds& ids) {
@@ -198,13 +180,8 @@ void DeformSet::DeclareDraws(Renderer& renderer, SceneIds& ids, const DrawTable&
         [this, &draws](CommandList& commands) {
             const std::span<const std::byte> bytes =
                 std::as_bytes(std::span(draws.onHost).subspan(m_dirtyDraws.first, m_dirtyDraws.Count()));
-            rhi::Buffer staging = m_device.CreateBuffer({.name = "draw staging",
-                                                         .size = bytes.size(),
-                                                         .usage = rhi::BufferUsage::CopySource,
-                                                         .memory = rhi::MemoryKind::Upload});
-            std::ranges::copy(bytes, staging.Mapped().begin());
-            commands.CopyBuffer(staging, 0, draws.records, m_dirtyDraws.first * sizeof(gpu::DrawRecord),
-                                bytes.size());
+            const TableCopy copy{bytes, draws.records, m_dirtyDraws.first * sizeof(gpu::DrawRecord)};
+            RecordCopies(commands, m_device, "draw staging", {&copy, 1});
             commands.OnSubmitted([this] { m_dirtyDraws = {}; });
         });
 }

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "renderer/gpu_scene/deform_set.h"
 #include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/device_table.h"
 #include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
@@ -226,12 +227,8 @@ struct GpuScene::Impl {
                 const std::span<const std::byte> bytes =
                     std::as_bytes(std::span(resources->materialRecords)
                                       .subspan(dirtyMaterials.first, dirtyMaterials.Count()));
-                rhi::Buffer staging = device.CreateBuffer({.name = "material staging",
-                                                           .size = bytes.size(),
-                                                           .usage = rhi::BufferUsage::CopySource,
-                                                           .memory = rhi::MemoryKind::Upload});
-                std::copy(bytes.begin(), bytes.end(), staging.Mapped().begin());
-                commands.CopyBuffer(staging, 0, resources->materials, offset, bytes.size());
+                const TableCopy copy{bytes, resources->materials, offset};
+                RecordCopies(commands, device, "material staging", {&copy, 1});
                 commands.OnSubmitted([this] { dirtyMaterials = {}; });
             });
     }
@@ -242,14 +239,9 @@ struct GpuScene::Impl {
             "UploadGeometries", PassKind::Transfer,
             [&](PassBuilder& pass) { ids.geometries = pass.CopiesTo(ids.geometries); },
             [this](CommandList& commands) {
-                const std::span<const std::byte> bytes =
-                    std::as_bytes(std::span(std::as_const(resources->geometryRecords)));
-                rhi::Buffer staging = device.CreateBuffer({.name = "geometry staging",
-                                                           .size = bytes.size(),
-                                                           .usage = rhi::BufferUsage::CopySource,
-                                                           .memory = rhi::MemoryKind::Upload});
-                std::copy(bytes.begin(), bytes.end(), staging.Mapped().begin());
-                commands.CopyBuffer(staging, 0, resources->geometries, 0, bytes.size());
+                const TableCopy copy{std::as_bytes(std::span(std::as_const(resources->geometryRecords))),
+                                     resources->geometries};
+                RecordCopies(commands, device, "geometry staging", {&copy, 1});
                 commands.OnSubmitted([this] { areGeometriesDue = false; });
             });
     }
