@@ -8,7 +8,6 @@
 #include "renderer/gpu_scene/device_table.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/scene/check.h"
-#include "shaders/shared/ray_clearance.h"
 
 namespace raygraph {
 namespace {
@@ -108,15 +107,11 @@ void DeformResources::Follow(DeformedMesh& mesh, SceneResources& resources) cons
 }
 
 void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters) {
-    // Device and host round differently, each a few times for a joint
-    constexpr float kRoundings = 32.0f;
-    const glm::vec3 reach = glm::max(glm::abs(pose.bounds.min), glm::abs(pose.bounds.max));
-    const float error = kRoundings * gpu::kRoundoff * std::max({reach.x, reach.y, reach.z});
     for (size_t i = 0; i < emitters.size(); ++i) {
         emitters[i].p0 = pose.emitters[3 * i];
         emitters[i].p1 = pose.emitters[3 * i + 1];
         emitters[i].p2 = pose.emitters[3 * i + 2];
-        emitters[i].error = error;
+        emitters[i].error = pose.emitterError;
     }
 }
 
