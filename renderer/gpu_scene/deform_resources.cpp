@@ -103,7 +103,10 @@ void DeformResources::Follow(DeformedMesh& mesh, SceneResources& resources) cons
         GroupResources& group = resources.groups[deformed.group];
         group.base->outline.Deform(WeightsOf(mesh), MatricesOf(mesh), deformed.pose);
         group.bounds = deformed.pose.bounds;
+        deformed.isRebuildDue = deformed.quality.Follow(deformed.pose.samples) > RefitQuality::kMaxDecay;
+        deformed.isRefitDue = true;
     }
+    mesh.isDeformDue = mesh.recordCount > 0;
 }
 
 void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters) {

@@ -41,8 +41,8 @@ struct DeformedGroup {
     uint32_t group = 0;  // into SceneResources::groups
     OutlinePose pose;    // as the joints and weights are now
     RefitQuality quality;
-    bool isRefitDue = false;  // the vertices have changed since the BLAS was built or refitted
-    bool isRebuildDue = false;
+    bool isRefitDue = false;    // the vertices have changed since the BLAS was built or refitted
+    bool isRebuildDue = false;  // refits have decayed
 };
 
 struct DeformedMesh {

@@ -90,8 +90,6 @@ void DeformSet::Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lig
         draw.boundsMin = group.bounds.min;
         draw.boundsMax = group.bounds.max;
         m_dirtyDraws.Add(group.record.draw);
-        deformed.isRefitDue = true;
-        deformed.isRebuildDue = deformed.quality.Decay(deformed.pose.samples) > RefitQuality::kMaxDecay;
     }
     mesh.isPoseOld = false;  // last: where memory runs out before, all of it is done again
 }
@@ -197,7 +195,7 @@ std::vector<DeformedGroup*> DeformSet::Unbuilt() {
 void DeformSet::NoteBuilt(std::span<DeformedGroup* const> groups) {
     for (DeformedGroup* group : groups) {
         group->isRefitDue = group->isRebuildDue = false;
-        group->quality.NoteBuild(group->pose.samples);
+        group->quality.NoteBuild();
     }
 }
 
@@ -224,7 +222,7 @@ void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, InstanceSet& in
             builder.RecordRefits(commands, requests);
             commands.OnSubmitted([due] {
                 for (DeformedGroup* group : due) {
-                    if (group->isRebuildDue) group->quality.NoteBuild(group->pose.samples);
+                    if (group->isRebuildDue) group->quality.NoteBuild();
                     group->isRefitDue = group->isRebuildDue = false;
                 }
             });
