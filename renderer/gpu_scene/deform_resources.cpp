@@ -149,18 +149,23 @@ DeformUpload::DeformUpload(const scene::SceneData& scene)
     }
 }
 
+std::pair<size_t, size_t> DeformUpload::CopiesOf(uint32_t mesh) const {
+    const auto found = std::ranges::equal_range(m_plan.copies, mesh, {}, &DeformedCopy::mesh);
+    const auto first = static_cast<size_t>(found.begin() - m_plan.copies.begin());
+    return {first, first + found.size()};
+}
+
 MeshUse DeformUpload::UseOf(uint32_t mesh) const {
-    return {.isDeformed = std::ranges::any_of(m_plan.copies,
-                                              [&](const DeformedCopy& copy) { return copy.mesh == mesh; }),
-            .isBaseDrawn = m_plan.isBaseShapeDrawn[mesh]};
+    const auto [first, end] = CopiesOf(mesh);
+    return {.isDeformed = first < end, .isBaseDrawn = m_plan.isBaseShapeDrawn[mesh]};
 }
 
 void DeformUpload::AddCopies(uint32_t mesh, SceneResources& resources,
                              std::vector<gpu::GeometryRecord>& records) {
     const MeshResources base = resources.meshes[mesh];
     bool isBaseFree = !m_plan.isBaseShapeDrawn[mesh];
-    for (size_t i = 0; i < m_plan.copies.size(); ++i) {
-        if (m_plan.copies[i].mesh != mesh) continue;
+    const auto [first, end] = CopiesOf(mesh);
+    for (size_t i = first; i < end; ++i) {
         DeformedMesh& copy = m_result->meshes[i];
         MeshResources groups = base;
         copy.mesh = mesh;

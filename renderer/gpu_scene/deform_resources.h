@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "renderer/gpu_scene/deform_outline.h"
@@ -100,6 +101,8 @@ class DeformUpload {
                 SceneResources& resources, std::vector<gpu::GeometryRecord>& records);
 
   private:
+    // Of a mesh, consecutive in the plan: the first one, and past the last one.
+    std::pair<size_t, size_t> CopiesOf(uint32_t mesh) const;
     void PlaceStreams(DeformedMesh& mesh, SceneResources& resources,
                       std::vector<gpu::GeometryRecord>& records, VkDeviceAddress& next);
 

@@ -90,6 +90,7 @@ struct GpuScene::Impl {
         resources = std::move(newResources);
         draws = std::move(newDraws);
         if (newEnvironment || sceneEnvironment) {
+        builder.Trim();
             sceneEnvironment = std::move(newEnvironment);
             ++environmentVersion;
         }
