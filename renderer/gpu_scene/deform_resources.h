@@ -54,7 +54,7 @@ struct DeformedMesh {
     uint32_t firstRecord = 0, recordCount = 0;  // into DeformResources::records
     std::vector<DeformedGroup> groups;
     bool isPoseOld = false;    // joints or weights have changed since the host followed
-    bool isDeformDue = true;   // or since the device has
+    bool isDeformDue = false;  // or since the device has, which has records to follow by
     bool isWeightsDue = true;  // weights have since they were uploaded
 };
 
@@ -76,7 +76,7 @@ struct DeformResources {
 
     std::span<const glm::mat4x3> MatricesOf(const DeformedMesh& mesh) const;
     std::span<const float> WeightsOf(const DeformedMesh& mesh) const;
-    // Brings poses, and of the groups the boxes, up to date on the host.
+    // Brings poses, and of the groups the boxes, up to date on the host; the device is to follow.
     void Follow(DeformedMesh& mesh, SceneResources& resources) const;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/check.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/device_table.h"
 #include "renderer/scene/check.h"
@@ -23,66 +24,80 @@ uint32_t GroupsOf(const gpu::DeformRecord& record) {
 
 }  // namespace
 
-DeformSet::DeformSet(rhi::Device& device, SceneResources& resources)
-    : m_device(device), m_resources(resources), m_deform(*resources.deform) {
+DeformSet::DeformSet(rhi::Device& device, SceneResources& resources, InstanceSet& instances)
+    : m_device(device), m_resources(resources), m_deform(*resources.deform), m_instances(instances) {
     m_tasks.reserve(m_deform.records.size());  // frames allocate none
 }
 
 bool DeformSet::SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices) {
-    SkinMatrices& range = m_deform.skins[skin];
-    if (matrices.size() != range.count)
-        throw MakeError(ErrorKind::Usage, "GpuScene: SetJointMatrices: {} matrices for skin {}, which has {}",
-                        matrices.size(), skin, range.count);
     for (const glm::mat4x3& matrix : matrices)
         if (!scene::IsFinite(matrix))
             throw MakeError(ErrorKind::Usage,
                             "GpuScene: SetJointMatrices: skin {} has numbers that are not "
                             "finite",
                             skin);
-    const auto old = m_deform.matrices.begin() + range.first;
-    if (std::equal(matrices.begin(), matrices.end(), old)) return false;
-    std::ranges::copy(matrices, old);
+    return FollowJoints(skin, matrices);
+}
+
+bool DeformSet::FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrices) {
+    SkinMatrices& range = m_deform.skins[skin];
+    RG_CHECK_EQ(matrices.size(), range.count);
+    bool isChanged = false;
+    for (size_t i = 0; i < matrices.size(); ++i) {
+        glm::mat4x3& old = m_deform.matrices[range.first + i];
+        if (matrices[i] == old || !scene::IsFinite(matrices[i])) continue;
+        old = matrices[i];
+        isChanged = true;
+    }
+    if (!isChanged) return false;
     range.isDue = true;
-    for (DeformedMesh& mesh : m_deform.meshes)
-        if (mesh.skin == skin) mesh.isPoseOld = true;
-    return true;
+    bool isSeen = false;
+    for (DeformedMesh& mesh : m_deform.meshes) {
+        if (mesh.skin != skin) continue;
+        mesh.isPoseOld = true;
+        isSeen |= IsVisible(mesh);
+    }
+    return isSeen;
+}
+
+uint32_t DeformSet::WeightCount(uint32_t instance) const {
+    const uint32_t index = m_deform.meshOf[instance];
+    return index == scene::kNone ? 0 : m_deform.meshes[index].weightCount;
 }
 
 bool DeformSet::SetMorphWeights(uint32_t instance, std::span<const float> weights) {
-    const uint32_t index = m_deform.meshOf[instance];
-    const uint32_t count = index == scene::kNone ? 0 : m_deform.meshes[index].weightCount;
-    if (weights.size() != count)
-        throw MakeError(ErrorKind::Usage,
-                        "GpuScene: SetMorphWeights: {} weights for instance {}, which has {}", weights.size(),
-                        instance, count);
-    if (count == 0) return false;
+    RG_CHECK_EQ(weights.size(), WeightCount(instance));
+    if (weights.empty()) return false;
     if (!std::ranges::all_of(weights, [](float weight) { return std::isfinite(weight); }))
         throw MakeError(ErrorKind::Usage,
                         "GpuScene: SetMorphWeights: instance {} has numbers that are not finite", instance);
-    DeformedMesh& mesh = m_deform.meshes[index];
+    DeformedMesh& mesh = m_deform.meshes[m_deform.meshOf[instance]];
     const auto old = m_deform.weights.begin() + mesh.firstWeight;
     if (std::equal(weights.begin(), weights.end(), old)) return false;
     std::ranges::copy(weights, old);
     mesh.isWeightsDue = mesh.isPoseOld = true;
-    return true;
+    return IsVisible(mesh);
+}
+
+bool DeformSet::IsVisible(const DeformedMesh& mesh) const {
+    return std::ranges::any_of(mesh.instances, [&](uint32_t i) { return m_instances.IsVisible(i); });
+}
+
+bool DeformSet::IsPoseDue(const DeformedMesh& mesh) const {
+    return mesh.isPoseOld && (IsVisible(mesh) || mesh.isDeformDue);
 }
 
 bool DeformSet::HasWork() const {
-    return std::ranges::any_of(m_deform.meshes, [](const DeformedMesh& mesh) {
-        return mesh.isPoseOld || mesh.isDeformDue ||
+    return std::ranges::any_of(m_deform.meshes, [&](const DeformedMesh& mesh) {
+        return IsPoseDue(mesh) || mesh.isDeformDue ||
                std::ranges::any_of(mesh.groups, &DeformedGroup::isRefitDue);
     });
 }
 
-void DeformSet::Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lights, DrawTable& draws) {
+void DeformSet::Follow(DeformedMesh& mesh, LightSet& lights, DrawTable& draws) {
     m_deform.Follow(mesh, m_resources);
-    mesh.isDeformDue = true;
-    for (const uint32_t instance : mesh.instances) instances.MarkDeformed(instance);
-    const MeshResources& groups = m_resources.meshes[mesh.mesh];
-    scene::Bounds bounds;
-    for (uint32_t group = groups.firstGroup; group < groups.firstGroup + groups.groupCount; ++group)
-        bounds.Extend(m_resources.groups[group].bounds);
-    lights.SetMeshBounds(mesh.mesh, bounds);
+    for (const uint32_t instance : mesh.instances) m_instances.MarkDeformed(instance);
+    lights.SetMeshBounds(mesh.mesh, BoundsOf(m_resources, m_resources.meshes[mesh.mesh]));
     for (DeformedGroup& deformed : mesh.groups) {
         const GroupResources& group = m_resources.groups[deformed.group];
         lights.SetPose(deformed.group, deformed.pose);
@@ -94,10 +109,9 @@ void DeformSet::Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lig
     mesh.isPoseOld = false;  // last: where memory runs out before, all of it is done again
 }
 
-void DeformSet::DeclareDeformation(Renderer& renderer, SceneIds& ids, InstanceSet& instances,
-                                   LightSet& lights, DrawTable& draws) {
+void DeformSet::DeclareDeformation(Renderer& renderer, SceneIds& ids, LightSet& lights, DrawTable& draws) {
     for (DeformedMesh& mesh : m_deform.meshes)
-        if (mesh.isPoseOld) Follow(mesh, instances, lights, draws);
+        if (IsPoseDue(mesh)) Follow(mesh, lights, draws);
     ids.deformedStreams = renderer.Import("deformedStreams", m_deform.streams, m_streamsState);
     m_tasks.clear();
     m_groupCount = 0;
@@ -192,21 +206,20 @@ std::vector<DeformedGroup*> DeformSet::Unbuilt() {
     return unbuilt;
 }
 
-void DeformSet::NoteBuilt(std::span<DeformedGroup* const> groups) {
+void DeformSet::NoteBuilt(std::span<DeformedGroup* const> groups) noexcept {
     for (DeformedGroup* group : groups) {
         group->isRefitDue = group->isRebuildDue = false;
         group->quality.NoteBuild();
     }
 }
 
-void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, InstanceSet& instances,
-                              rhi::BlasBuilder& builder) {
+void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, rhi::BlasBuilder& builder) {
     std::vector<DeformedGroup*> due;
     for (DeformedMesh& mesh : m_deform.meshes)
         for (DeformedGroup& group : mesh.groups)
             if (group.isRefitDue && m_resources.groups[group.group].blas->IsBuilt()) due.push_back(&group);
     if (due.empty()) return;
-    instances.MarkRefitted();
+    m_instances.MarkRefitted();
     renderer.AddPass(
         "RefitBlas", PassKind::AccelerationStructure,
         [&](PassBuilder& pass) {
@@ -215,10 +228,10 @@ void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, InstanceSet& in
         },
         [this, due = std::move(due), &builder](CommandList& commands) {
             std::vector<rhi::BlasBuilder::RefitRequest> requests;
-            for (const DeformedGroup* group : due) {
-                rhi::Blas& blas = *m_resources.groups[group->group].blas;
-                requests.push_back({&blas, blas.Desc(), group->isRebuildDue});
-            }
+            for (const DeformedGroup* group : due)
+                requests.push_back({.blas = m_resources.groups[group->group].blas.get(),
+                                    .desc = {},
+                                    .rebuilds = group->isRebuildDue});
             builder.RecordRefits(commands, requests);
             commands.OnSubmitted([due] {
                 for (DeformedGroup* group : due) {

@@ -72,7 +72,8 @@ struct GpuScene::Impl {
                 newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
                 newLights = std::make_unique<LightSet>(device, uploader, *newResources,
                                                        newInstances->Placements(), data);
-                if (newResources->deform) newDeform = std::make_unique<DeformSet>(device, *newResources);
+                if (newResources->deform)
+                    newDeform = std::make_unique<DeformSet>(device, *newResources, *newInstances);
                 if (data.environment.IsPresent())
                     newEnvironment = UploadEnvironment(device, uploader, data.environment.map);
                 builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
@@ -89,8 +90,8 @@ struct GpuScene::Impl {
         instances = std::move(newInstances);
         resources = std::move(newResources);
         draws = std::move(newDraws);
-        if (newEnvironment || sceneEnvironment) {
         builder.Trim();
+        if (newEnvironment || sceneEnvironment) {
             sceneEnvironment = std::move(newEnvironment);
             ++environmentVersion;
         }
@@ -124,6 +125,9 @@ struct GpuScene::Impl {
 
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     SceneIds Declare(Renderer& renderer);
+    // Error{Usage} naming the call for a skin or an instance that has not as many, or does not exist.
+    void RequireMatrices(const char* call, uint32_t skin, size_t count) const;
+    void RequireWeights(const char* call, uint32_t instance, size_t count) const;
 
     void SetViewpoint(const glm::dvec3& eye) {
         const glm::dvec3 wanted = ChooseSceneOrigin(origin, eye, instances->Reach());
@@ -210,7 +214,7 @@ struct GpuScene::Impl {
                         DeformSet::NoteBuilt(deformed);
                     });
                 });
-        if (deform) deform->DeclareRefits(r, ids, *instances, builder);
+        if (deform) deform->DeclareRefits(r, ids, builder);
         if (hasCompactions)
             r.AddPass(
                 "CompactBlas", PassKind::AccelerationStructure,
@@ -277,7 +281,7 @@ struct GpuScene::Impl {
     std::unique_ptr<SceneResources> resources;
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
     std::unique_ptr<LightSet> lights;
-    std::unique_ptr<DeformSet> deform;  // null: nothing is deformed
+    std::unique_ptr<DeformSet> deform;  // null: nothing is deformed; refers to both
     DrawTable draws;
     glm::dvec3 origin{0.0};
     OriginTurns originTurns;
