@@ -13,6 +13,14 @@
 #include "rhi/device.h"
 
 namespace raygraph::rhi {
+namespace {
+
+const BlasDesc& DescOf(const BlasBuilder::RefitRequest& request) {
+    return request.desc ? *request.desc : request.blas->Desc();
+}
+
+}  // namespace
+
 struct BlasBuilder::Impl {
     Impl(Device& owner, const BlasBuilderDesc& builderDesc)
         : device(owner), desc(builderDesc), compaction(owner, builderDesc) {}
@@ -39,13 +47,12 @@ struct BlasBuilder::Impl {
     };
     // A BLAS that waits for its build, with the memory for it.
     std::vector<std::shared_ptr<Blas>> Reserve();
-    // Scratch of an update or of a rebuild.
-    uint64_t RefitShare(const Blas& blas) const {
-        return ScratchShare(device, std::max(blas.m_updateScratch, blas.m_buildScratch));
+    void Trim() noexcept {
+        std::erase_if(deforming, [](const std::weak_ptr<Blas>& blas) { return blas.expired(); });
+        if (deforming.empty()) refitScratch = {};
     }
-    void ReserveRefits(const BatchPlan& plan) {
-        if (refitScratch.Bytes() < plan.scratchBytes)
-            refitScratch = BuildScratch(device, desc.name + " refit", plan.scratchBytes);
+    uint64_t RefitShare(const Blas& blas, bool rebuilds) const {
+        return ScratchShare(device, rebuilds ? blas.m_buildScratch : blas.m_updateScratch);
     }
     void NoteBuilt(const std::vector<std::weak_ptr<Blas>>& blases, uint32_t newBatchCount);
     void RecordBatches(CommandList& commands, Steps& steps, const BatchPlan& plan,
@@ -56,8 +63,10 @@ struct BlasBuilder::Impl {
     Compaction compaction;
     std::vector<std::weak_ptr<Blas>> added;  // waiting for their build
     std::vector<std::weak_ptr<Blas>> built;
+    std::vector<std::weak_ptr<Blas>> deforming;
     BuildScratch buildScratch;  // from Reserve until the builds are submitted
-    BuildScratch refitScratch;  // grows; deformation comes every frame
+    BuildScratch
+        refitScratch;  // of the largest rebuild, or larger; kept, since deformation comes every frame
     uint32_t buildCount = 0;
     uint32_t batchCount = 0;
     uint32_t refitCount = 0;
@@ -92,14 +101,17 @@ std::shared_ptr<Blas> BlasBuilder::Add(const BlasDesc& desc) {
     CheckBuildable(desc);
     auto blas = std::make_shared<Blas>();
     blas->m_desc = desc;
+    if (desc.kind == BlasKind::Deforming) m_impl->deforming.push_back(blas);
     m_impl->added.push_back(blas);
     return blas;
 }
 
 std::vector<std::shared_ptr<Blas>> BlasBuilder::Impl::Reserve() {
+    Trim();
     std::erase_if(added, [](const std::weak_ptr<Blas>& blas) { return blas.expired(); });
     std::vector<std::shared_ptr<Blas>> due;
-    std::vector<uint64_t> scratchShares, refitShares;
+    std::vector<uint64_t> scratchShares, updateShares;
+    uint64_t largestRebuild = 0;
     for (const std::weak_ptr<Blas>& entry : added) {
         const std::shared_ptr<Blas> blas = entry.lock();
         if (!blas) continue;
@@ -113,19 +125,29 @@ std::vector<std::shared_ptr<Blas>> BlasBuilder::Impl::Reserve() {
                                       sizes.accelerationStructureSize);
         }
         scratchShares.push_back(ScratchShare(device, blas->m_buildScratch));
-        if (blas->Kind() == BlasKind::Deforming) refitShares.push_back(RefitShare(*blas));
+        if (blas->Kind() == BlasKind::Deforming) {
+            updateShares.push_back(RefitShare(*blas, false));
+            largestRebuild = std::max(largestRebuild, RefitShare(*blas, true));
+        }
         due.push_back(blas);
     }
     if (due.empty()) return due;
     const BatchPlan plan = PlanBatches(scratchShares, desc.scratchBudget);
     if (buildScratch.Address() == 0 || buildScratch.Bytes() < plan.scratchBytes)
         buildScratch = BuildScratch(device, desc.name, plan.scratchBytes);
-    ReserveRefits(PlanBatches(refitShares, desc.scratchBudget));
+    const uint64_t refitBytes =
+        std::max(PlanBatches(updateShares, desc.scratchBudget).scratchBytes, largestRebuild);
+    if (refitScratch.Bytes() < refitBytes)
+        refitScratch = BuildScratch(device, desc.name + " refit", refitBytes);
     return due;
 }
 
 void BlasBuilder::Reserve() {
     m_impl->Reserve();
+}
+
+void BlasBuilder::Trim() noexcept {
+    m_impl->Trim();
 }
 
 void BlasBuilder::RecordBuilds(CommandList& commands) {
@@ -231,26 +253,28 @@ void BlasBuilder::RecordCompaction(CommandList& commands) {
 
 void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitRequest> requests) {
     Impl& impl = *m_impl;
-    for (size_t i = 0; i < requests.size(); ++i) {
-        const Blas* blas = requests[i].blas;
+    std::vector<const Blas*> blases;
+    for (const RefitRequest& request : requests) {
+        const Blas* blas = request.blas;
         if (!blas || !blas->IsBuilt())
-            throw MakeError(ErrorKind::Usage, "BLAS '{}': update before its build", requests[i].desc.name);
-        CheckUpdatable(blas->Desc(), requests[i].desc);
-        if (requests[i].rebuilds && blas->IsCompacted())
+            throw MakeError(ErrorKind::Usage, "BLAS '{}': update before its build", blas ? blas->Name() : "");
+        CheckUpdatable(blas->Desc(), DescOf(request));
+        if (request.rebuilds && blas->IsCompacted())
             throw MakeError(ErrorKind::Usage, "BLAS '{}': rebuild in the memory of a compacted one",
                             blas->Name());
-        for (size_t k = 0; k < i; ++k)
-            if (requests[k].blas == blas)
-                throw MakeError(ErrorKind::Usage, "BLAS '{}': updated twice in one call", blas->Name());
+        blases.push_back(blas);
     }
+    std::ranges::sort(blases);
+    if (const auto twice = std::ranges::adjacent_find(blases); twice != blases.end())
+        throw MakeError(ErrorKind::Usage, "BLAS '{}': updated twice in one call", (*twice)->Name());
     if (requests.empty()) return;
 
     Impl::Steps steps;
     uint32_t rebuildCount = 0;
     for (const RefitRequest& request : requests) {
         auto& info = steps
-                         .Add(std::make_unique<BlasGeometry>(request.desc, request.blas->m_flags),
-                              impl.RefitShare(*request.blas))
+                         .Add(std::make_unique<BlasGeometry>(DescOf(request), request.blas->m_flags),
+                              impl.RefitShare(*request.blas, request.rebuilds))
                          .Info();
         info.dstAccelerationStructure = request.blas->Handle();
         if (request.rebuilds) {
@@ -260,8 +284,7 @@ void BlasBuilder::RecordRefits(CommandList& commands, std::span<const RefitReque
         info.mode = VK_BUILD_ACCELERATION_STRUCTURE_MODE_UPDATE_KHR;
         info.srcAccelerationStructure = request.blas->Handle();
     }
-    const BatchPlan plan = PlanBatches(steps.scratchShares, impl.desc.scratchBudget);
-    impl.ReserveRefits(plan);
+    const BatchPlan plan = PlanBatches(steps.scratchShares, impl.refitScratch.Bytes());
     impl.RecordBatches(commands, steps, plan, impl.refitScratch);
     const uint32_t refitCount = static_cast<uint32_t>(requests.size()) - rebuildCount;
     commands.OnSubmitted([owner = std::weak_ptr<Impl>(m_impl), refitCount, rebuildCount] {

@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -68,10 +69,13 @@ class RAYGRAPH_API BlasBuilder {
     [[nodiscard]] std::shared_ptr<Blas> Add(const BlasDesc& desc);
 
     // Allocates the memory for building everything added since the last build, structures and scratch, and
-    // for refits and rebuilds of as many Deforming ones: RecordBuilds then allocates no more, RecordRefits
-    // only for more BLASes than were added at once. On an Error everything stays added, and what has been
-    // allocated is kept for the next call; it is freed with its BLAS.
+    // the scratch memory of refits, as large as updates of all Deforming ones need under the budget, or the
+    // largest rebuild: RecordBuilds and RecordRefits then allocate no more. On an Error everything stays
+    // added, and what has been allocated is kept for the next call; it is freed with its BLAS, scratch of
+    // refits by Trim.
     void Reserve();
+    // Frees the scratch memory of refits where no Deforming BLAS is left. Reserve does so, too.
+    void Trim() noexcept;
     // Builds everything added since the last call, in batches whose scratch stays under the budget; a single
     // BLAS that needs more has a batch and scratch of its own. Reserves memory that Reserve has not. On an
     // Error nothing is recorded and everything stays added.
@@ -88,11 +92,12 @@ class RAYGRAPH_API BlasBuilder {
 
     // Updates Deforming BLASes in place. Addresses and strides of `desc` may differ from the build's; index
     // values must be the same, and no primitive may become inactive (NaN) or active again. With `rebuilds`,
-    // in which neither counts, the structure is built anew in the same memory: as good as a new one, at the
-    // same address. A TLAS with it has to be updated in either case, and need not be rebuilt.
+    // in which neither counts, the structure is rebuilt in the same memory: as good as a new one, at the same
+    // address. A TLAS with it has to be updated in either case, and need not be rebuilt. Batches share the
+    // scratch memory of Reserve.
     struct RefitRequest {
         Blas* blas = nullptr;
-        BlasDesc desc;
+        std::optional<BlasDesc> desc;  // none: that of the build, whose buffers have other contents by now
         bool rebuilds = false;
     };
     // Throws Error{Usage} naming the BLAS, before anything is recorded: for Static kind, before its build,

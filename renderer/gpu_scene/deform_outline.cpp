@@ -1,12 +1,49 @@
 #include "renderer/gpu_scene/deform_outline.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "renderer/gpu_scene/refit_quality.h"
 #include "renderer/scene/check.h"
+#include "shaders/shared/ray_clearance.h"
 
 namespace raygraph {
 namespace {
+
+// The part of a box that a view can show, whose squares are finite. What moves beyond the numbers may be
+// anywhere in it.
+scene::Bounds Showable(const scene::Bounds& bounds) {
+    const glm::vec3 far(1e15f);
+    if (!scene::IsFinite(bounds.min) || !scene::IsFinite(bounds.max)) return {-far, far};
+    return {glm::clamp(bounds.min, -far, far), glm::clamp(bounds.max, -far, far)};
+}
+
+// By how much two devices, which round and fuse operations as they like, may disagree about a coordinate of a
+// moved vertex. The terms of the sum may cancel, so their sizes count and not the result's. Each passes, on
+// either device, a product and the sum of the targets, a product and the sum of the joints' matrices, and a
+// product and the sum of a matrix times a vector (N. Higham 2002, chapter 3).
+float DisagreementAt(const scene::Primitive& part, size_t vertex, std::span<const float> weights,
+                     std::span<const glm::mat4x3> jointMatrices) {
+    glm::vec3 size = glm::abs(part.positions[vertex]);
+    for (size_t i = 0; i < weights.size(); ++i)
+        if (!part.targets[i].positions.empty())
+            size += std::abs(weights[i]) * glm::abs(part.targets[i].positions[vertex]);
+    size_t roundings = weights.size() + 1;
+    const scene::JointInfluences& influences = part.influences;
+    if (!jointMatrices.empty() && !influences.IsEmpty()) {
+        glm::vec3 moved(0.0f);
+        for (size_t i = influences.perVertex * vertex; i < influences.perVertex * (vertex + 1); ++i) {
+            const glm::mat4x3& matrix = jointMatrices[influences.joints[i]];
+            glm::vec3 terms = glm::abs(matrix[3]);
+            for (int column = 0; column < 3; ++column) terms += glm::abs(matrix[column]) * size[column];
+            moved += influences.weights[i] * terms;
+        }
+        size = moved;
+        roundings += influences.perVertex + 4;
+    }
+    const float largest = std::max({size.x, size.y, size.z});
+    return std::isfinite(largest) ? 2.0f * static_cast<float>(roundings) * gpu::kRoundoff * largest : 0.0f;
+}
 
 // The vertices `from` of a primitive, which has lost its positions, with what moves their positions.
 scene::Primitive Keep(const scene::Primitive& primitive, std::span<const glm::vec3> positions,
@@ -70,6 +107,7 @@ DeformOutline::DeformOutline(const GroupTriangles& triangles, std::span<scene::P
 void DeformOutline::Deform(std::span<const float> weights, std::span<const glm::mat4x3> jointMatrices,
                            OutlinePose& pose) const {
     std::vector<glm::vec3> places;
+    std::vector<float> errors;
     scene::DeformedStreams streams;
     pose.bounds = {};
     for (const scene::Primitive& part : m_parts) {
@@ -78,8 +116,9 @@ void DeformOutline::Deform(std::span<const float> weights, std::span<const glm::
         for (size_t i = 0; i < part.positions.size(); ++i)  // beyond the numbers, as the device has them
             places.push_back(scene::IsFinite(streams.positions[i]) ? streams.positions[i]
                                                                    : part.positions[i]);
-        const scene::Bounds bounds = scene::DeformedBounds(part, own, jointMatrices);
-        pose.bounds.Extend(scene::IsFinite(bounds.min) && scene::IsFinite(bounds.max) ? bounds : part.bounds);
+        for (size_t i = 0; i < part.positions.size() && !m_emitters.empty(); ++i)
+            errors.push_back(DisagreementAt(part, i, own, jointMatrices));
+        pose.bounds.Extend(Showable(scene::DeformedBounds(part, own, jointMatrices)));
     }
     const auto take = [&](const std::vector<uint32_t>& corners, std::vector<glm::vec3>& into) {
         into.clear();
@@ -87,6 +126,8 @@ void DeformOutline::Deform(std::span<const float> weights, std::span<const glm::
     };
     take(m_emitters, pose.emitters);
     take(m_samples, pose.samples);
+    pose.emitterError = 0.0f;
+    for (const uint32_t corner : m_emitters) pose.emitterError = std::max(pose.emitterError, errors[corner]);
 }
 
 }  // namespace raygraph

@@ -14,8 +14,11 @@
 namespace raygraph {
 
 struct OutlinePose {
-    scene::Bounds bounds;             // object space; contains all vertices
+    // Object space; contains all vertices that a view can show. Finite, and very large where some may be
+    // beyond the numbers.
+    scene::Bounds bounds;
     std::vector<glm::vec3> emitters;  // three a triangle that emits, in their order
+    float emitterError = 0.0f;        // of each of their coordinates, against those on the device
     std::vector<glm::vec3> samples;   // three a triangle
 };
 

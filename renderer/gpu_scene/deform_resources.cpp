@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/device_table.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/scene/check.h"
-#include "shaders/shared/ray_clearance.h"
 
 namespace raygraph {
 namespace {
@@ -22,13 +22,6 @@ std::vector<uint32_t> PackJoints(const std::vector<uint16_t>& joints) {
 // A shift from an offset to an address.
 void Place(uint64_t& offset, VkDeviceAddress start) {
     offset = StreamPacker::Address(offset, start);
-}
-
-rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, uint64_t bytes) {
-    RequireBindable(device, name, count, bytes);
-    return device.CreateBuffer({.name = name,
-                                .size = std::max<uint64_t>(1, count) * bytes,
-                                .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopyDestination});
 }
 
 // One more of a group that is drawn by itself, with its streams.
@@ -110,19 +103,18 @@ void DeformResources::Follow(DeformedMesh& mesh, SceneResources& resources) cons
         GroupResources& group = resources.groups[deformed.group];
         group.base->outline.Deform(WeightsOf(mesh), MatricesOf(mesh), deformed.pose);
         group.bounds = deformed.pose.bounds;
+        deformed.isRebuildDue = deformed.quality.Follow(deformed.pose.samples) > RefitQuality::kMaxDecay;
+        deformed.isRefitDue = true;
     }
+    mesh.isDeformDue = mesh.recordCount > 0;
 }
 
 void PlaceEmitters(const OutlinePose& pose, std::span<Emitter> emitters) {
-    // Device and host round differently, each a few times for a joint
-    constexpr float kRoundings = 32.0f;
-    const glm::vec3 reach = glm::max(glm::abs(pose.bounds.min), glm::abs(pose.bounds.max));
-    const float error = kRoundings * gpu::kRoundoff * std::max({reach.x, reach.y, reach.z});
     for (size_t i = 0; i < emitters.size(); ++i) {
         emitters[i].p0 = pose.emitters[3 * i];
         emitters[i].p1 = pose.emitters[3 * i + 1];
         emitters[i].p2 = pose.emitters[3 * i + 2];
-        emitters[i].error = error;
+        emitters[i].error = pose.emitterError;
     }
 }
 
@@ -157,18 +149,23 @@ DeformUpload::DeformUpload(const scene::SceneData& scene)
     }
 }
 
+std::pair<size_t, size_t> DeformUpload::CopiesOf(uint32_t mesh) const {
+    const auto found = std::ranges::equal_range(m_plan.copies, mesh, {}, &DeformedCopy::mesh);
+    const auto first = static_cast<size_t>(found.begin() - m_plan.copies.begin());
+    return {first, first + found.size()};
+}
+
 MeshUse DeformUpload::UseOf(uint32_t mesh) const {
-    return {.isDeformed = std::ranges::any_of(m_plan.copies,
-                                              [&](const DeformedCopy& copy) { return copy.mesh == mesh; }),
-            .isBaseDrawn = m_plan.isBaseShapeDrawn[mesh]};
+    const auto [first, end] = CopiesOf(mesh);
+    return {.isDeformed = first < end, .isBaseDrawn = m_plan.isBaseShapeDrawn[mesh]};
 }
 
 void DeformUpload::AddCopies(uint32_t mesh, SceneResources& resources,
                              std::vector<gpu::GeometryRecord>& records) {
     const MeshResources base = resources.meshes[mesh];
     bool isBaseFree = !m_plan.isBaseShapeDrawn[mesh];
-    for (size_t i = 0; i < m_plan.copies.size(); ++i) {
-        if (m_plan.copies[i].mesh != mesh) continue;
+    const auto [first, end] = CopiesOf(mesh);
+    for (size_t i = first; i < end; ++i) {
         DeformedMesh& copy = m_result->meshes[i];
         MeshResources groups = base;
         copy.mesh = mesh;
@@ -260,10 +257,10 @@ void DeformUpload::Finish(rhi::Device& device, rhi::Uploader& uploader, rhi::Bla
         }
     }
     result.recordBuffer =
-        TableBuffer(device, "deform records", result.records.size(), sizeof(gpu::DeformRecord));
-    result.taskBuffer = TableBuffer(device, "deform tasks", result.records.size(), sizeof(gpu::DeformTask));
-    result.matrixBuffer = TableBuffer(device, "joint matrices", result.matrices.size(), sizeof(glm::mat4x3));
-    result.weightBuffer = TableBuffer(device, "morph weights", result.weights.size(), sizeof(float));
+        CreateTable(device, "deform records", result.records.size(), sizeof(gpu::DeformRecord));
+    result.taskBuffer = CreateTable(device, "deform tasks", result.records.size(), sizeof(gpu::DeformTask));
+    result.matrixBuffer = CreateTable(device, "joint matrices", result.matrices.size(), sizeof(glm::mat4x3));
+    result.weightBuffer = CreateTable(device, "morph weights", result.weights.size(), sizeof(float));
     if (!result.records.empty())
         uploader.UploadBuffer(result.recordBuffer, 0, std::as_bytes(std::span(result.records)));
     RequireBindable(device, "geometries", records.size(), sizeof(gpu::GeometryRecord));

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "renderer/gpu_scene/deform_outline.h"
@@ -41,8 +42,8 @@ struct DeformedGroup {
     uint32_t group = 0;  // into SceneResources::groups
     OutlinePose pose;    // as the joints and weights are now
     RefitQuality quality;
-    bool isRefitDue = false;  // the vertices have changed since the BLAS was built or refitted
-    bool isRebuildDue = false;
+    bool isRefitDue = false;    // the vertices have changed since the BLAS was built or refitted
+    bool isRebuildDue = false;  // refits have decayed
 };
 
 struct DeformedMesh {
@@ -53,7 +54,7 @@ struct DeformedMesh {
     uint32_t firstRecord = 0, recordCount = 0;  // into DeformResources::records
     std::vector<DeformedGroup> groups;
     bool isPoseOld = false;    // joints or weights have changed since the host followed
-    bool isDeformDue = true;   // or since the device has
+    bool isDeformDue = false;  // or since the device has, which has records to follow by
     bool isWeightsDue = true;  // weights have since they were uploaded
 };
 
@@ -75,7 +76,7 @@ struct DeformResources {
 
     std::span<const glm::mat4x3> MatricesOf(const DeformedMesh& mesh) const;
     std::span<const float> WeightsOf(const DeformedMesh& mesh) const;
-    // Brings poses, and of the groups the boxes, up to date on the host.
+    // Brings poses, and of the groups the boxes, up to date on the host; the device is to follow.
     void Follow(DeformedMesh& mesh, SceneResources& resources) const;
 };
 
@@ -100,6 +101,8 @@ class DeformUpload {
                 SceneResources& resources, std::vector<gpu::GeometryRecord>& records);
 
   private:
+    // Of a mesh, consecutive in the plan: the first one, and past the last one.
+    std::pair<size_t, size_t> CopiesOf(uint32_t mesh) const;
     void PlaceStreams(DeformedMesh& mesh, SceneResources& resources,
                       std::vector<gpu::GeometryRecord>& records, VkDeviceAddress& next);
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
+#include "base/check.h"
 #include "base/text.h"
-#include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/device_table.h"
 #include "renderer/scene/check.h"
 
 namespace raygraph {
@@ -24,66 +24,80 @@ uint32_t GroupsOf(const gpu::DeformRecord& record) {
 
 }  // namespace
 
-DeformSet::DeformSet(rhi::Device& device, SceneResources& resources)
-    : m_device(device), m_resources(resources), m_deform(*resources.deform) {
+DeformSet::DeformSet(rhi::Device& device, SceneResources& resources, InstanceSet& instances)
+    : m_device(device), m_resources(resources), m_deform(*resources.deform), m_instances(instances) {
     m_tasks.reserve(m_deform.records.size());  // frames allocate none
 }
 
 bool DeformSet::SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices) {
-    SkinMatrices& range = m_deform.skins[skin];
-    if (matrices.size() != range.count)
-        throw MakeError(ErrorKind::Usage, "GpuScene: SetJointMatrices: {} matrices for skin {}, which has {}",
-                        matrices.size(), skin, range.count);
     for (const glm::mat4x3& matrix : matrices)
         if (!scene::IsFinite(matrix))
             throw MakeError(ErrorKind::Usage,
                             "GpuScene: SetJointMatrices: skin {} has numbers that are not "
                             "finite",
                             skin);
-    const auto old = m_deform.matrices.begin() + range.first;
-    if (std::equal(matrices.begin(), matrices.end(), old)) return false;
-    std::ranges::copy(matrices, old);
+    return FollowJoints(skin, matrices);
+}
+
+bool DeformSet::FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrices) {
+    SkinMatrices& range = m_deform.skins[skin];
+    RG_CHECK_EQ(matrices.size(), range.count);
+    bool isChanged = false;
+    for (size_t i = 0; i < matrices.size(); ++i) {
+        glm::mat4x3& old = m_deform.matrices[range.first + i];
+        if (matrices[i] == old || !scene::IsFinite(matrices[i])) continue;
+        old = matrices[i];
+        isChanged = true;
+    }
+    if (!isChanged) return false;
     range.isDue = true;
-    for (DeformedMesh& mesh : m_deform.meshes)
-        if (mesh.skin == skin) mesh.isPoseOld = true;
-    return true;
+    bool isSeen = false;
+    for (DeformedMesh& mesh : m_deform.meshes) {
+        if (mesh.skin != skin) continue;
+        mesh.isPoseOld = true;
+        isSeen |= IsVisible(mesh);
+    }
+    return isSeen;
+}
+
+uint32_t DeformSet::WeightCount(uint32_t instance) const {
+    const uint32_t index = m_deform.meshOf[instance];
+    return index == scene::kNone ? 0 : m_deform.meshes[index].weightCount;
 }
 
 bool DeformSet::SetMorphWeights(uint32_t instance, std::span<const float> weights) {
-    const uint32_t index = m_deform.meshOf[instance];
-    const uint32_t count = index == scene::kNone ? 0 : m_deform.meshes[index].weightCount;
-    if (weights.size() != count)
-        throw MakeError(ErrorKind::Usage,
-                        "GpuScene: SetMorphWeights: {} weights for instance {}, which has {}", weights.size(),
-                        instance, count);
-    if (count == 0) return false;
+    RG_CHECK_EQ(weights.size(), WeightCount(instance));
+    if (weights.empty()) return false;
     if (!std::ranges::all_of(weights, [](float weight) { return std::isfinite(weight); }))
         throw MakeError(ErrorKind::Usage,
                         "GpuScene: SetMorphWeights: instance {} has numbers that are not finite", instance);
-    DeformedMesh& mesh = m_deform.meshes[index];
+    DeformedMesh& mesh = m_deform.meshes[m_deform.meshOf[instance]];
     const auto old = m_deform.weights.begin() + mesh.firstWeight;
     if (std::equal(weights.begin(), weights.end(), old)) return false;
     std::ranges::copy(weights, old);
     mesh.isWeightsDue = mesh.isPoseOld = true;
-    return true;
+    return IsVisible(mesh);
+}
+
+bool DeformSet::IsVisible(const DeformedMesh& mesh) const {
+    return std::ranges::any_of(mesh.instances, [&](uint32_t i) { return m_instances.IsVisible(i); });
+}
+
+bool DeformSet::IsPoseDue(const DeformedMesh& mesh) const {
+    return mesh.isPoseOld && (IsVisible(mesh) || mesh.isDeformDue);
 }
 
 bool DeformSet::HasWork() const {
-    return std::ranges::any_of(m_deform.meshes, [](const DeformedMesh& mesh) {
-        return mesh.isPoseOld || mesh.isDeformDue ||
+    return std::ranges::any_of(m_deform.meshes, [&](const DeformedMesh& mesh) {
+        return IsPoseDue(mesh) || mesh.isDeformDue ||
                std::ranges::any_of(mesh.groups, &DeformedGroup::isRefitDue);
     });
 }
 
-void DeformSet::Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lights, DrawTable& draws) {
+void DeformSet::Follow(DeformedMesh& mesh, LightSet& lights, DrawTable& draws) {
     m_deform.Follow(mesh, m_resources);
-    mesh.isDeformDue = true;
-    for (const uint32_t instance : mesh.instances) instances.MarkDeformed(instance);
-    const MeshResources& groups = m_resources.meshes[mesh.mesh];
-    scene::Bounds bounds;
-    for (uint32_t group = groups.firstGroup; group < groups.firstGroup + groups.groupCount; ++group)
-        bounds.Extend(m_resources.groups[group].bounds);
-    lights.SetMeshBounds(mesh.mesh, bounds);
+    for (const uint32_t instance : mesh.instances) m_instances.MarkDeformed(instance);
+    lights.SetMeshBounds(mesh.mesh, BoundsOf(m_resources, m_resources.meshes[mesh.mesh]));
     for (DeformedGroup& deformed : mesh.groups) {
         const GroupResources& group = m_resources.groups[deformed.group];
         lights.SetPose(deformed.group, deformed.pose);
@@ -91,16 +105,13 @@ void DeformSet::Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lig
         draw.boundsMin = group.bounds.min;
         draw.boundsMax = group.bounds.max;
         m_dirtyDraws.Add(group.record.draw);
-        deformed.isRefitDue = true;
-        deformed.isRebuildDue = deformed.quality.Decay(deformed.pose.samples) > RefitQuality::kMaxDecay;
     }
     mesh.isPoseOld = false;  // last: where memory runs out before, all of it is done again
 }
 
-void DeformSet::DeclareDeformation(Renderer& renderer, SceneIds& ids, InstanceSet& instances,
-                                   LightSet& lights, DrawTable& draws) {
+void DeformSet::DeclareDeformation(Renderer& renderer, SceneIds& ids, LightSet& lights, DrawTable& draws) {
     for (DeformedMesh& mesh : m_deform.meshes)
-        if (mesh.isPoseOld) Follow(mesh, instances, lights, draws);
+        if (IsPoseDue(mesh)) Follow(mesh, lights, draws);
     ids.deformedStreams = renderer.Import("deformedStreams", m_deform.streams, m_streamsState);
     m_tasks.clear();
     m_groupCount = 0;
@@ -138,12 +149,7 @@ void DeformSet::DeclareUpload(Renderer& renderer) {
 }
 
 void DeformSet::RecordUpload(CommandList& commands) {
-    struct Copy {
-        std::span<const std::byte> bytes;
-        const rhi::Buffer& target;
-        uint64_t offset;
-    };
-    std::vector<Copy> copies{{std::as_bytes(std::span(std::as_const(m_tasks))), m_deform.taskBuffer, 0}};
+    std::vector<TableCopy> copies{{std::as_bytes(std::span(std::as_const(m_tasks))), m_deform.taskBuffer, 0}};
     for (const SkinMatrices& skin : m_deform.skins)
         if (skin.isDue)
             copies.push_back(
@@ -153,19 +159,7 @@ void DeformSet::RecordUpload(CommandList& commands) {
         if (mesh.isWeightsDue && mesh.weightCount > 0)
             copies.push_back({std::as_bytes(m_deform.WeightsOf(mesh)), m_deform.weightBuffer,
                               mesh.firstWeight * sizeof(float)});
-    uint64_t bytes = 0;
-    for (const Copy& copy : copies) bytes += copy.bytes.size();
-    // Freed by the device once this frame has completed
-    rhi::Buffer staging = m_device.CreateBuffer({.name = "pose staging",
-                                                 .size = bytes,
-                                                 .usage = rhi::BufferUsage::CopySource,
-                                                 .memory = rhi::MemoryKind::Upload});
-    uint64_t offset = 0;
-    for (const Copy& copy : copies) {
-        std::ranges::copy(copy.bytes, staging.Mapped().begin() + static_cast<ptrdiff_t>(offset));
-        commands.CopyBuffer(staging, offset, copy.target, copy.offset, copy.bytes.size());
-        offset += copy.bytes.size();
-    }
+    RecordCopies(commands, m_device, "pose staging", copies);
 }
 
 void DeformSet::DeclareDeform(Renderer& renderer, SceneIds& ids) {
@@ -198,13 +192,8 @@ void DeformSet::DeclareDraws(Renderer& renderer, SceneIds& ids, const DrawTable&
         [this, &draws](CommandList& commands) {
             const std::span<const std::byte> bytes =
                 std::as_bytes(std::span(draws.onHost).subspan(m_dirtyDraws.first, m_dirtyDraws.Count()));
-            rhi::Buffer staging = m_device.CreateBuffer({.name = "draw staging",
-                                                         .size = bytes.size(),
-                                                         .usage = rhi::BufferUsage::CopySource,
-                                                         .memory = rhi::MemoryKind::Upload});
-            std::ranges::copy(bytes, staging.Mapped().begin());
-            commands.CopyBuffer(staging, 0, draws.records, m_dirtyDraws.first * sizeof(gpu::DrawRecord),
-                                bytes.size());
+            const TableCopy copy{bytes, draws.records, m_dirtyDraws.first * sizeof(gpu::DrawRecord)};
+            RecordCopies(commands, m_device, "draw staging", {&copy, 1});
             commands.OnSubmitted([this] { m_dirtyDraws = {}; });
         });
 }
@@ -217,21 +206,20 @@ std::vector<DeformedGroup*> DeformSet::Unbuilt() {
     return unbuilt;
 }
 
-void DeformSet::NoteBuilt(std::span<DeformedGroup* const> groups) {
+void DeformSet::NoteBuilt(std::span<DeformedGroup* const> groups) noexcept {
     for (DeformedGroup* group : groups) {
         group->isRefitDue = group->isRebuildDue = false;
-        group->quality.NoteBuild(group->pose.samples);
+        group->quality.NoteBuild();
     }
 }
 
-void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, InstanceSet& instances,
-                              rhi::BlasBuilder& builder) {
+void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, rhi::BlasBuilder& builder) {
     std::vector<DeformedGroup*> due;
     for (DeformedMesh& mesh : m_deform.meshes)
         for (DeformedGroup& group : mesh.groups)
             if (group.isRefitDue && m_resources.groups[group.group].blas->IsBuilt()) due.push_back(&group);
     if (due.empty()) return;
-    instances.MarkRefitted();
+    m_instances.MarkRefitted();
     renderer.AddPass(
         "RefitBlas", PassKind::AccelerationStructure,
         [&](PassBuilder& pass) {
@@ -240,14 +228,14 @@ void DeformSet::DeclareRefits(Renderer& renderer, SceneIds& ids, InstanceSet& in
         },
         [this, due = std::move(due), &builder](CommandList& commands) {
             std::vector<rhi::BlasBuilder::RefitRequest> requests;
-            for (const DeformedGroup* group : due) {
-                rhi::Blas& blas = *m_resources.groups[group->group].blas;
-                requests.push_back({&blas, blas.Desc(), group->isRebuildDue});
-            }
+            for (const DeformedGroup* group : due)
+                requests.push_back({.blas = m_resources.groups[group->group].blas.get(),
+                                    .desc = {},
+                                    .rebuilds = group->isRebuildDue});
             builder.RecordRefits(commands, requests);
             commands.OnSubmitted([due] {
                 for (DeformedGroup* group : due) {
-                    if (group->isRebuildDue) group->quality.NoteBuild(group->pose.samples);
+                    if (group->isRebuildDue) group->quality.NoteBuild();
                     group->isRefitDue = group->isRebuildDue = false;
                 }
             });

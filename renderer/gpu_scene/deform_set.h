@@ -1,5 +1,6 @@
 // DeformSet: the deformed copies of a scene in its frames. It tracks which joints and weights have changed,
-// and declares the least work for it: nothing in a frame without a change.
+// and declares the least work for it: nothing in a frame without a change, and for a copy without a visible
+// instance nothing until one is shown.
 #pragma once
 
 #include <cstdint>
@@ -18,30 +19,35 @@ namespace raygraph {
 
 class DeformSet {
   public:
-    // `resources` outlives the set, and has something that deforms.
-    DeformSet(rhi::Device& device, SceneResources& resources);
+    // `resources` and `instances` outlive the set; something in them deforms.
+    DeformSet(rhi::Device& device, SceneResources& resources, InstanceSet& instances);
 
-    // True if they are others than before. Error{Usage} naming the call for what does not exist, for another
-    // count, and for numbers that are not finite.
+    // As many as there are. True if what is visible changes by it. Error{Usage} naming the call for numbers
+    // that are not finite.
     bool SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices);
     bool SetMorphWeights(uint32_t instance, std::span<const float> weights);
+    // As SetJointMatrices; but a joint whose matrix is not finite keeps the one that it has.
+    bool FollowJoints(uint32_t skin, std::span<const glm::mat4x3> matrices);
+    uint32_t WeightCount(uint32_t instance) const;
 
     // Boxes, emitters and draws follow on the host; then the passes that upload what has changed and deform
     // the vertices. Sets `deformedStreams` and `draws`.
-    void DeclareDeformation(Renderer& renderer, SceneIds& ids, InstanceSet& instances, LightSet& lights,
-                            DrawTable& draws);
+    void DeclareDeformation(Renderer& renderer, SceneIds& ids, LightSet& lights, DrawTable& draws);
     // The copies that are built for the first time, in a pass that the caller declares; told when it is
     // submitted.
     std::vector<DeformedGroup*> Unbuilt();
-    static void NoteBuilt(std::span<DeformedGroup* const> groups);
+    static void NoteBuilt(std::span<DeformedGroup* const> groups) noexcept;
     // After builds. Not culled if something needs `blases`.
-    void DeclareRefits(Renderer& renderer, SceneIds& ids, InstanceSet& instances, rhi::BlasBuilder& builder);
+    void DeclareRefits(Renderer& renderer, SceneIds& ids, rhi::BlasBuilder& builder);
 
     bool HasWork() const;
     uint64_t DeformCount() const { return m_deformCount; }
 
   private:
-    void Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lights, DrawTable& draws);
+    bool IsVisible(const DeformedMesh& mesh) const;
+    // Its pose is to be followed in the next frame.
+    bool IsPoseDue(const DeformedMesh& mesh) const;
+    void Follow(DeformedMesh& mesh, LightSet& lights, DrawTable& draws);
     void DeclareUpload(Renderer& renderer);
     void RecordUpload(CommandList& commands);
     void DeclareDeform(Renderer& renderer, SceneIds& ids);
@@ -50,6 +56,7 @@ class DeformSet {
     rhi::Device& m_device;
     SceneResources& m_resources;
     DeformResources& m_deform;
+    InstanceSet& m_instances;
     std::vector<gpu::DeformTask> m_tasks;  // of the frame
     uint32_t m_groupCount = 0;
     DirtyRange m_dirtyDraws;

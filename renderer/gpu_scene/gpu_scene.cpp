@@ -178,7 +178,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     }
     ids.textures = renderer.Import("textures", *resources->textureTable);
     ids.blases = renderer.ImportBlasSet("BLASes", blasState);
-    if (deform) deform->DeclareDeformation(renderer, ids, *instances, *lights, draws);
+    if (deform) deform->DeclareDeformation(renderer, ids, *lights, draws);
     DeclareBlasWork(renderer, ids);
     DeclareMaterialUpload(renderer, ids);
     DeclareGeometryUpload(renderer, ids);

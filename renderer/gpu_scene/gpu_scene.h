@@ -134,7 +134,7 @@ struct GpuSceneStatistics {
 struct SceneRevisions {
     uint64_t geometry = 0;     // SetScene, SetVisible, SetVariant; SetMaterial where culling or alpha changes
     uint64_t transforms = 0;   // SetTransform
-    uint64_t shapes = 0;       // SetJointMatrices, SetMorphWeights
+    uint64_t shapes = 0;       // SetJointMatrices, SetMorphWeights: of visible instances
     uint64_t materials = 0;    // SetMaterial, emission included; SetVariant
     uint64_t lights = 0;       // SetLight, SetLightVisible
     uint64_t environment = 0;  // SetEnvironment, SetEnvironmentMap, RemoveEnvironmentMap
@@ -195,7 +195,8 @@ class RAYGRAPH_API GpuScene {
     const scene::PlacedTransform& Transform(uint32_t instance) const;
     // --- Instances with Instance::isDeformed. Those that agree in mesh, skin and, with morph targets, node
     // share one deformed copy of the mesh. SetScene shows the pose that the scene has, in its nodes; from
-    // then on a host moves it by SetPose, or by the two calls below it.
+    // then on a host moves it by SetPose, or by the two calls below it. A copy whose instances are all
+    // invisible follows in the frame in which one is shown.
     //
     // Everything that a PoseApplier has changed: transforms and visibility of instances, materials, lights,
     // joint matrices and morph weights. SetScene consumes its data, so a host that animates keeps an outline
@@ -210,10 +211,14 @@ class RAYGRAPH_API GpuScene {
     //     ...every frame...
     //     gpuScene.SetPose(posed, applier, applier.Apply(posed, evaluator.Evaluate(posed, clips)));
     //
-    // Error{Usage} for a scene with other numbers of instances, skins, materials or lights, before anything
-    // has changed; else those of the setters, after which what they had been given before has changed.
+    // A joint whose matrix is beyond the numbers keeps the one that it had: the applier hides what it moves.
+    // Error{Usage}, before anything has changed, for a scene with other numbers of instances, skins,
+    // materials, lights, joints or weights than the one that was set. Else the errors of the setters: what
+    // they had been given before has then changed.
     void SetPose(const scene::SceneData& posed, const scene::PoseApplier& applier,
                  const scene::PoseChanges& changes);
+    // The same of all that an applier may change, changed or not: after an Error, or PoseApplier::Refresh.
+    void SetPose(const scene::SceneData& posed, const scene::PoseApplier& applier);
     // For a host that animates by itself: one matrix a joint of the skin, from the mesh's object space to
     // that of the instances with the skin (scene::JointMatrices). The next frame deforms their vertices and
     // refits their BLASes. Error{Usage} for a skin that does not exist, another count, none of a skin that
@@ -271,7 +276,8 @@ class RAYGRAPH_API GpuScene {
     const GpuSceneStatistics& Statistics() const;
     // Counts edits when they are made, even before a frame applies them.
     const SceneRevisions& Revisions() const;
-    // True when no BLAS build or compaction is outstanding.
+    // True when structures and deformed vertices are up to date: a frame without another edit builds,
+    // compacts, deforms and refits nothing.
     bool IsSettled() const;
 
   private:

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "renderer/gpu_scene/deform_set.h"
 #include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/device_table.h"
 #include "renderer/gpu_scene/dirty_range.h"
 #include "renderer/gpu_scene/draw_table.h"
 #include "renderer/gpu_scene/energy_tables.h"
@@ -72,7 +73,8 @@ struct GpuScene::Impl {
                 newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
                 newLights = std::make_unique<LightSet>(device, uploader, *newResources,
                                                        newInstances->Placements(), data);
-                if (newResources->deform) newDeform = std::make_unique<DeformSet>(device, *newResources);
+                if (newResources->deform)
+                    newDeform = std::make_unique<DeformSet>(device, *newResources, *newInstances);
                 if (data.environment.IsPresent())
                     newEnvironment = UploadEnvironment(device, uploader, data.environment.map);
                 builder.Reserve();  // a frame that ran out of it could not be drawn, nor the next one
@@ -89,6 +91,7 @@ struct GpuScene::Impl {
         instances = std::move(newInstances);
         resources = std::move(newResources);
         draws = std::move(newDraws);
+        builder.Trim();
         if (newEnvironment || sceneEnvironment) {
             sceneEnvironment = std::move(newEnvironment);
             ++environmentVersion;
@@ -123,6 +126,9 @@ struct GpuScene::Impl {
 
     void SetEnvironmentMap(const image::ImageF& equirectangular);
     SceneIds Declare(Renderer& renderer);
+    // Error{Usage} naming the call for a skin or an instance that has not as many, or does not exist.
+    void RequireMatrices(const char* call, uint32_t skin, size_t count) const;
+    void RequireWeights(const char* call, uint32_t instance, size_t count) const;
 
     void SetViewpoint(const glm::dvec3& eye) {
         const glm::dvec3 wanted = ChooseSceneOrigin(origin, eye, instances->Reach());
@@ -209,7 +215,7 @@ struct GpuScene::Impl {
                         DeformSet::NoteBuilt(deformed);
                     });
                 });
-        if (deform) deform->DeclareRefits(r, ids, *instances, builder);
+        if (deform) deform->DeclareRefits(r, ids, builder);
         if (hasCompactions)
             r.AddPass(
                 "CompactBlas", PassKind::AccelerationStructure,
@@ -227,12 +233,8 @@ struct GpuScene::Impl {
                 const std::span<const std::byte> bytes =
                     std::as_bytes(std::span(resources->materialRecords)
                                       .subspan(dirtyMaterials.first, dirtyMaterials.Count()));
-                rhi::Buffer staging = device.CreateBuffer({.name = "material staging",
-                                                           .size = bytes.size(),
-                                                           .usage = rhi::BufferUsage::CopySource,
-                                                           .memory = rhi::MemoryKind::Upload});
-                std::copy(bytes.begin(), bytes.end(), staging.Mapped().begin());
-                commands.CopyBuffer(staging, 0, resources->materials, offset, bytes.size());
+                const TableCopy copy{bytes, resources->materials, offset};
+                RecordCopies(commands, device, "material staging", {&copy, 1});
                 commands.OnSubmitted([this] { dirtyMaterials = {}; });
             });
     }
@@ -243,14 +245,9 @@ struct GpuScene::Impl {
             "UploadGeometries", PassKind::Transfer,
             [&](PassBuilder& pass) { ids.geometries = pass.CopiesTo(ids.geometries); },
             [this](CommandList& commands) {
-                const std::span<const std::byte> bytes =
-                    std::as_bytes(std::span(std::as_const(resources->geometryRecords)));
-                rhi::Buffer staging = device.CreateBuffer({.name = "geometry staging",
-                                                           .size = bytes.size(),
-                                                           .usage = rhi::BufferUsage::CopySource,
-                                                           .memory = rhi::MemoryKind::Upload});
-                std::copy(bytes.begin(), bytes.end(), staging.Mapped().begin());
-                commands.CopyBuffer(staging, 0, resources->geometries, 0, bytes.size());
+                const TableCopy copy{std::as_bytes(std::span(std::as_const(resources->geometryRecords))),
+                                     resources->geometries};
+                RecordCopies(commands, device, "geometry staging", {&copy, 1});
                 commands.OnSubmitted([this] { areGeometriesDue = false; });
             });
     }
@@ -284,7 +281,7 @@ struct GpuScene::Impl {
     std::unique_ptr<SceneResources> resources;
     std::unique_ptr<InstanceSet> instances;  // refers to resources: declared after it
     std::unique_ptr<LightSet> lights;
-    std::unique_ptr<DeformSet> deform;  // null: nothing is deformed
+    std::unique_ptr<DeformSet> deform;  // null: nothing is deformed; refers to both
     DrawTable draws;
     glm::dvec3 origin{0.0};
     OriginTurns originTurns;

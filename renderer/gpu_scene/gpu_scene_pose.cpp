@@ -1,4 +1,6 @@
 // Poses of a GpuScene: what the setters of gpu_scene.cpp do, for all that an animation has changed.
+#include <numeric>
+
 #include "base/out_of_memory.h"
 #include "base/text.h"
 #include "renderer/gpu_scene/gpu_scene_impl.h"
@@ -7,18 +9,33 @@
 
 namespace raygraph {
 
+void GpuScene::Impl::RequireMatrices(const char* call, uint32_t skin, size_t count) const {
+    const std::vector<SkinMatrices> none;
+    const std::vector<SkinMatrices>& skins = resources->deform ? resources->deform->skins : none;
+    RequireIndex("skin", skin, skins.size());
+    if (count != skins[skin].count)
+        throw MakeError(ErrorKind::Usage, "GpuScene: {}: {} matrices for skin {}, which has {}", call, count,
+                        skin, skins[skin].count);
+}
+
+void GpuScene::Impl::RequireWeights(const char* call, uint32_t instance, size_t count) const {
+    RequireIndex("instance", instance, instances->Count());
+    if (!deform)
+        throw MakeError(ErrorKind::Usage, "GpuScene: {}: instance {} is not deformed", call, instance);
+    if (count != deform->WeightCount(instance))
+        throw MakeError(ErrorKind::Usage, "GpuScene: {}: {} weights for instance {}, which has {}", call,
+                        count, instance, deform->WeightCount(instance));
+}
+
 void GpuScene::SetJointMatrices(uint32_t skin, std::span<const glm::mat4x3> matrices) {
     m_impl->RequireNoFrame("SetJointMatrices");
-    const DeformResources* const deform = m_impl->resources->deform.get();
-    RequireIndex("skin", skin, deform ? deform->skins.size() : 0);
+    m_impl->RequireMatrices("SetJointMatrices", skin, matrices.size());
     if (m_impl->deform->SetJointMatrices(skin, matrices)) ++m_impl->revisions.shapes;
 }
 
 void GpuScene::SetMorphWeights(uint32_t instance, std::span<const float> weights) {
     m_impl->RequireNoFrame("SetMorphWeights");
-    RequireIndex("instance", instance, m_impl->instances->Count());
-    if (!m_impl->deform)
-        throw MakeError(ErrorKind::Usage, "GpuScene: SetMorphWeights: instance {} is not deformed", instance);
+    m_impl->RequireWeights("SetMorphWeights", instance, weights.size());
     if (m_impl->deform->SetMorphWeights(instance, weights)) ++m_impl->revisions.shapes;
 }
 
@@ -30,11 +47,19 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
             throw MakeError(ErrorKind::Usage, "GpuScene: SetPose: {} {}, the scene has {}", given, what,
                             there);
     };
-    const DeformResources* const deform = m_impl->resources->deform.get();
     require("instances", posed.instances.size(), m_impl->instances->Count());
     require("materials", posed.materials.size(), m_impl->resources->materialRecords.size());
     require("lights", posed.lights.size(), m_impl->lights->PunctualCount());
+    const DeformResources* const deform = m_impl->resources->deform.get();
     if (!changes.skins.empty()) require("skins", posed.skins.size(), deform ? deform->skins.size() : 0);
+    for (const uint32_t i : changes.skins)
+        m_impl->RequireMatrices("SetPose", i, applier.JointMatricesOf(i).size());
+    // A mesh may have weights without targets: they move nothing
+    const auto isMorphed = [&](uint32_t i) { return scene::HasTargets(posed, posed.instances[i]); };
+    for (const uint32_t i : changes.reweighted)
+        if (isMorphed(i))
+            m_impl->RequireWeights("SetPose", i, scene::MorphWeights(posed, posed.instances[i]).size());
+
     for (const uint32_t i : changes.instances)
         SetTransform(i, {posed.instances[i].objectToWorld, posed.instances[i].translationRest});
     for (const uint32_t i : changes.shown) SetVisible(i, applier.IsVisible(i));
@@ -46,9 +71,29 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
             ++m_impl->revisions.lights;
         });
     for (const uint32_t i : changes.lightsShown) SetLightVisible(i, applier.IsLightVisible(i));
-    for (const uint32_t i : changes.skins) SetJointMatrices(i, applier.JointMatricesOf(i));
+    for (const uint32_t i : changes.skins)
+        if (m_impl->deform->FollowJoints(i, applier.JointMatricesOf(i))) ++m_impl->revisions.shapes;
     for (const uint32_t i : changes.reweighted)
-        SetMorphWeights(i, scene::MorphWeights(posed, posed.instances[i]));
+        if (isMorphed(i)) SetMorphWeights(i, scene::MorphWeights(posed, posed.instances[i]));
+}
+
+void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& applier) {
+    const auto numbers = [](size_t count) {
+        std::vector<uint32_t> all(count);
+        std::iota(all.begin(), all.end(), 0u);
+        return all;
+    };
+    scene::PoseChanges all;
+    WithMemoryErrors("SetPose", [&] {
+        all.instances = all.shown = numbers(posed.instances.size());
+        all.materials = numbers(posed.materials.size());
+        all.lights = all.lightsShown = numbers(posed.lights.size());
+        for (uint32_t i = 0; i < posed.skins.size(); ++i)
+            if (!applier.JointMatricesOf(i).empty()) all.skins.push_back(i);
+        for (uint32_t i = 0; i < posed.instances.size(); ++i)
+            if (posed.instances[i].isDeformed) all.reweighted.push_back(i);
+    });
+    SetPose(posed, applier, all);
 }
 
 }  // namespace raygraph

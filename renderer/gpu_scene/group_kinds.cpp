@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <span>
 #include <utility>
 
@@ -86,17 +87,20 @@ KindChanges UpdateKinds(SceneResources& resources, rhi::BlasBuilder& builder,
         std::shared_ptr<rhi::Blas> blas;
     };
     std::vector<Changed> changed;
+    std::map<const rhi::Blas*, std::shared_ptr<rhi::Blas>> replaced;  // which groups of copies share
     KindChanges changes;
     for (GroupResources& group : resources.groups) {
         if (std::none_of(group.parts.begin(), group.parts.end(), isAffected)) continue;
         const GroupKind kind = KindOf(group.parts, resources.materialRecords);
         if (kind == group.kind) continue;
-        changed.push_back({group, kind, group.blas});
-        rhi::BlasDesc desc = group.blas->Desc();
-        if (SetFlags(desc, kind)) {
-            changed.back().blas = builder.Add(desc);
-            changes.areStructures = true;
+        std::shared_ptr<rhi::Blas>& blas = replaced[group.blas.get()];
+        if (!blas) {
+            rhi::BlasDesc desc = group.blas->Desc();
+            const bool isOther = SetFlags(desc, kind);
+            blas = isOther ? builder.Add(desc) : group.blas;
+            changes.areStructures |= isOther;
         }
+        changed.push_back({group, kind, blas});
         changes.areSides |=
             kind.isOpaque != group.kind.isOpaque || kind.isBackCulled != group.kind.isBackCulled;
     }

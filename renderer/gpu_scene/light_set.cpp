@@ -2,26 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "base/text.h"
 #include "renderer/gpu_scene/deform_resources.h"
-#include "renderer/gpu_scene/device_limits.h"
+#include "renderer/gpu_scene/device_table.h"
 #include "renderer/gpu_scene/group_kinds.h"
 #include "renderer/scene/check.h"
 
 namespace raygraph {
 
 namespace {
-
-rhi::Buffer TableBuffer(rhi::Device& device, const char* name, uint64_t count, uint64_t recordBytes) {
-    RequireBindable(device, name, count, recordBytes);
-    return device.CreateBuffer({.name = name,
-                                .size = std::max<uint64_t>(1, count) * recordBytes,
-                                .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
-                                         rhi::BufferUsage::CopyDestination});
-}
 
 // Sets the position of `light` to that of `placed`, which is in world space, relative to the origin.
 void PlaceFromOrigin(scene::Light& light, const scene::Light& placed, const glm::dvec3& origin) {
@@ -37,11 +28,7 @@ LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources&
     : m_device(device) {
     m_isEmitterInstance.resize(data.instances.size());
     m_isEmitterMaterial.resize(data.materials.size());
-    for (const MeshResources& mesh : resources.meshes) {
-        scene::Bounds& bounds = m_meshBounds.emplace_back();
-        for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
-            bounds.Extend(resources.groups[group].bounds);
-    }
+    for (const MeshResources& mesh : resources.meshes) m_meshBounds.push_back(BoundsOf(resources, mesh));
     m_meshes = resources.meshOf;
     for (GroupResources& group : resources.groups) {
         for (const Emitter& emitter : group.emitters) m_isEmitterMaterial[emitter.material] = true;
@@ -72,11 +59,11 @@ LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources&
     uint64_t lightCount = data.lights.size();
     for (const EmitterPlacement& placement : m_scene.placements)
         lightCount += m_scene.groups[placement.group].size();
-    m_lights = TableBuffer(device, "lights", lightCount, sizeof(gpu::LightRecord));
-    m_nodes = TableBuffer(device, "light nodes", 2 * lightCount, sizeof(gpu::LightNode));
-    m_alias = TableBuffer(device, "light alias", 3 * (lightCount + 1), sizeof(gpu::AliasEntry));
+    m_lights = CreateTable(device, "lights", lightCount, sizeof(gpu::LightRecord));
+    m_nodes = CreateTable(device, "light nodes", 2 * lightCount, sizeof(gpu::LightNode));
+    m_alias = CreateTable(device, "light alias", 3 * (lightCount + 1), sizeof(gpu::AliasEntry));
     const std::vector<float>& words = m_scene.profiles.words;
-    m_profiles = TableBuffer(device, "light profiles", words.size(), sizeof(float));
+    m_profiles = CreateTable(device, "light profiles", words.size(), sizeof(float));
     if (!words.empty()) uploader.UploadBuffer(m_profiles, 0, std::as_bytes(std::span(words)));
 }
 
@@ -238,24 +225,13 @@ void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
 }
 
 void LightSet::RecordUpload(CommandList& commands) {
-    const uint64_t lightBytes = m_table.lights.size() * sizeof(gpu::LightRecord);
-    const uint64_t nodeBytes = m_table.nodes.size() * sizeof(gpu::LightNode);
-    const uint64_t aliasBytes = m_isAliasUploadDue ? m_table.alias.size() * sizeof(gpu::AliasEntry) : 0;
-    // Freed by the device once this frame has completed
-    rhi::Buffer staging = m_device.CreateBuffer({.name = "light staging",
-                                                 .size = lightBytes + nodeBytes + aliasBytes,
-                                                 .usage = rhi::BufferUsage::CopySource,
-                                                 .memory = rhi::MemoryKind::Upload});
-    uint64_t offset = 0;
-    const auto copy = [&](const void* from, uint64_t bytes, rhi::Buffer& to) {
-        if (bytes == 0) return;
-        std::memcpy(staging.Mapped().data() + offset, from, bytes);
-        commands.CopyBuffer(staging, offset, to, 0, bytes);
-        offset += bytes;
+    const std::span<const gpu::AliasEntry> alias(m_table.alias);
+    const TableCopy copies[] = {
+        {std::as_bytes(std::span(std::as_const(m_table.lights))), m_lights},
+        {std::as_bytes(std::span(std::as_const(m_table.nodes))), m_nodes},
+        {std::as_bytes(m_isAliasUploadDue ? alias : alias.first(0)), m_alias},
     };
-    copy(m_table.lights.data(), lightBytes, m_lights);
-    copy(m_table.nodes.data(), nodeBytes, m_nodes);
-    copy(m_table.alias.data(), aliasBytes, m_alias);
+    RecordCopies(commands, m_device, "light staging", copies);
 }
 
 }  // namespace raygraph

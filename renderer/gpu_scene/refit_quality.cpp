@@ -40,14 +40,16 @@ double Cost(std::span<const uint32_t> order, std::span<const glm::vec3> corners)
 
 }  // namespace
 
-void RefitQuality::NoteBuild(std::span<const glm::vec3> corners) {
-    m_order = OrderOf(corners);
+float RefitQuality::Follow(std::span<const glm::vec3> corners) {
+    m_today = OrderOf(corners);
+    m_order.reserve(m_today.size());  // for NoteBuild
+    if (m_order.empty()) return 1.0f;
+    const double rebuilt = Cost(m_today, corners);
+    return rebuilt > 0.0 ? static_cast<float>(Cost(m_order, corners) / rebuilt) : 1.0f;
 }
 
-float RefitQuality::Decay(std::span<const glm::vec3> corners) const {
-    if (m_order.empty()) return 1.0f;
-    const double rebuilt = Cost(OrderOf(corners), corners);
-    return rebuilt > 0.0 ? static_cast<float>(Cost(m_order, corners) / rebuilt) : 1.0f;
+void RefitQuality::NoteBuild() noexcept {
+    m_order = m_today;
 }
 
 }  // namespace raygraph

@@ -21,13 +21,16 @@ class RefitQuality {
     // Triangles of a group in the sample.
     static constexpr size_t kSampleCount = 128;
 
-    // Takes the order for that of a build: `corners`, three a triangle.
-    void NoteBuild(std::span<const glm::vec3> corners);
-    // Of as many corners as NoteBuild was given; 1 where that is none.
-    float Decay(std::span<const glm::vec3> corners) const;
+    // The triangles are here now: `corners`, three each, always as many. Returns the decay; 1 before the
+    // first build, and without triangles.
+    float Follow(std::span<const glm::vec3> corners);
+    // The triangles were built where they are now. Takes no memory: frames say so once they are submitted,
+    // when nothing may fail.
+    void NoteBuild() noexcept;
 
   private:
     std::vector<uint32_t> m_order;  // of the last build
+    std::vector<uint32_t> m_today;  // of the triangles where they are now
 };
 
 }  // namespace raygraph

@@ -216,6 +216,13 @@ rhi::Buffer UploadTable(rhi::Device& device, rhi::Uploader& uploader, const char
 
 }  // namespace
 
+scene::Bounds BoundsOf(const SceneResources& resources, const MeshResources& mesh) {
+    scene::Bounds bounds;
+    for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
+        bounds.Extend(resources.groups[group].bounds);
+    return bounds;
+}
+
 uint64_t TriangleCount(const SceneResources& resources) {
     uint64_t count = 0;
     for (const MeshResources& mesh : resources.meshes) count += mesh.isCopy ? 0 : mesh.triangleCount;

@@ -103,6 +103,8 @@ struct SceneResources {
     std::string textureReduction;  // says so, if there are any
 };
 
+// Of all groups of a mesh; object space.
+scene::Bounds BoundsOf(const SceneResources& resources, const MeshResources& mesh);
 // Triangles of all meshes, and of all that instances place.
 uint64_t TriangleCount(const SceneResources& resources);
 uint64_t TriangleCount(const SceneResources& resources, std::span<const scene::Instance> instances);

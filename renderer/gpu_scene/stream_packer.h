@@ -6,13 +6,14 @@
 #include <span>
 #include <vector>
 
+#include "rhi/shader_binding_table.h"
 #include "rhi/vulkan.h"
 
 namespace raygraph {
 
 inline constexpr uint64_t kStreamAlignment = 16;
 constexpr uint64_t AlignStream(uint64_t bytes) {
-    return (bytes + kStreamAlignment - 1) / kStreamAlignment * kStreamAlignment;
+    return rhi::AlignUp(bytes, kStreamAlignment);
 }
 
 // Collects the streams of one group, then uploads them into one buffer. Until then an address is an offset,

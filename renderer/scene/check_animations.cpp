@@ -5,6 +5,7 @@
 #include "renderer/scene/animated_values.h"
 #include "renderer/scene/check.h"
 #include "renderer/scene/check_subject.h"
+#include "renderer/scene/deform.h"
 
 namespace raygraph::scene {
 namespace {
@@ -85,6 +86,25 @@ void CheckDeformedMesh(const SceneData& scene, const Node& node, uint32_t mesh,
     const size_t weightCount = scene.meshes[mesh].weights.size();
     if (!node.weights.empty() && node.weights.size() != weightCount)
         subject.Fail(Text("its node has {} weights, its mesh {}", node.weights.size(), weightCount));
+}
+
+// Joint matrices go to the one object space of all instances with a skin. Those that are collapsed have
+// transforms of other times, and are not seen.
+void CheckSkinFrames(const SceneData& scene, const Subject& subject) {
+    std::vector<const Instance*> placed(scene.skins.size(), nullptr);
+    for (size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];  // whose indices are checked later
+        if (!instance.isDeformed || instance.isCollapsed || instance.node >= scene.nodes.size() ||
+            instance.mesh >= scene.meshes.size() || !HasSkin(scene, instance))
+            continue;
+        const uint32_t skin = scene.nodes[instance.node].skin;
+        if (placed[skin] && (placed[skin]->objectToWorld != instance.objectToWorld ||
+                             placed[skin]->translationRest != instance.translationRest))
+            subject.In("instances", i)
+                .Fail(Text("its transform is not that of instances[{}], which has the same skin",
+                           placed[skin] - scene.instances.data()));
+        if (!placed[skin]) placed[skin] = &instance;
+    }
 }
 
 void CheckSampler(const AnimationSampler& sampler, const Subject& subject) {
@@ -172,6 +192,7 @@ void CheckDeformation(const SceneData& scene, const Subject& subject) {
             CheckDeformedMesh(scene, scene.nodes[instance.node], instance.mesh, jointCounts,
                               subject.In("instances", i));
     }
+    CheckSkinFrames(scene, subject);
 }
 
 void CheckAnimations(const SceneData& scene, const Subject& subject) {

@@ -151,11 +151,13 @@ Bounds DeformedBounds(const Primitive& primitive, std::span<const float> weights
     for (size_t i = 0; i < influences.bounds.size(); ++i) {
         const Bounds moved = Sum(influences.bounds[i], displacement);
         if (moved.IsEmpty()) continue;
+        const Bounds placed = moved.Transformed(jointMatrices[i]);
         // A box of what is no number would be left out of the others
         constexpr float kInfinity = std::numeric_limits<float>::infinity();
-        if (!IsFinite(jointMatrices[i]) || !IsFinite(moved.min) || !IsFinite(moved.max))
+        if (!IsFinite(jointMatrices[i]) || !IsFinite(moved.min) || !IsFinite(moved.max) ||
+            !IsFinite(placed.min) || !IsFinite(placed.max))
             return {glm::vec3(-kInfinity), glm::vec3(kInfinity)};
-        bounds.Extend(moved.Transformed(jointMatrices[i]));
+        bounds.Extend(placed);
     }
     return bounds;
 }

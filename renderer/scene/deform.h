@@ -30,9 +30,9 @@ RAYGRAPH_API bool HasTargets(const SceneData& scene, const Instance& instance);
 // shape, where their nodes are.
 RAYGRAPH_API void DeformInstances(SceneData& scene);
 
-// objectToWorld of the instances with a skin. `nodeToWorld`: one per node (WorldTransforms). Mirrored in x if
-// the joints mirror the mesh, so that deformed triangles keep their winding, and the instance says that it is
-// mirrored.
+// objectToWorld of the instances with a skin, the same one for all. `nodeToWorld`: one per node
+// (WorldTransforms). Mirrored in x if the joints mirror the mesh, so that deformed triangles keep their
+// winding, and the instance says that it is mirrored.
 RAYGRAPH_API PlacedTransform SkinFrame(std::span<const PlacedTransform> nodeToWorld, const Skin& skin);
 
 // One a joint into `matrices`, from the mesh's object space to that of an instance.

@@ -42,7 +42,7 @@ class RAYGRAPH_API PoseApplier {
     explicit PoseApplier(SceneData& scene);
 
     // Takes all transforms and visibilities from the scene's nodes again: after nodes, or the lists of a
-    // scene, were changed by others. It says no changes: copies elsewhere are to take everything anew.
+    // scene, were changed by others. It says no changes: copies elsewhere are to take everything.
     void Refresh(SceneData& scene);
 
     // Sets the values of the pose, in the range of their fields, then what follows from the nodes:

@@ -94,11 +94,18 @@ void main() {
     uint vertex = (group - task.firstGroup) * kDeformGroupSize + gl_LocalInvocationIndex;
     if (vertex >= record.vertexCount) return;
 
-    ShapedVertex moved = DeformedAt(record, vertex);
+    ShapedVertex moved;
     if (record.isFlat != 0u) {
-        uint first = vertex - vertex % 3u;
-        moved.normal = FlatNormal(DeformedAt(record, first).position, DeformedAt(record, first + 1u).position,
-                                  DeformedAt(record, first + 2u).position);
+        uint corner = vertex % 3u;
+        vec3 corners[3];
+        [[unroll]] for (uint i = 0u; i < 3u; ++i) {
+            ShapedVertex at = DeformedAt(record, vertex - corner + i);
+            if (i == corner) moved = at;
+            corners[i] = at.position;
+        }
+        moved.normal = FlatNormal(corners[0], corners[1], corners[2]);
+    } else {
+        moved = DeformedAt(record, vertex);
     }
     Vec3Result(record.deformedPositions).at[vertex] = moved.position;
     if (IsPresent(record.deformedNormals)) Vec3Result(record.deformedNormals).at[vertex] = moved.normal;

@@ -16,24 +16,37 @@ inline passes::TraceSettings Front(uint32_t size = 48) {
 
 class DeformTest : public VulkanTest {
   protected:
-    // The streams on the device, as in deform_resources.h of one group with one primitive.
-    scene::DeformedStreams OnDevice(const scene::DeformedStreams& like) {
+    // The streams on the device, of each copy and of each of its groups that deforms: the positions of all
+    // parts, then normals and tangents of one part after the other.
+    using Group = std::vector<scene::DeformedStreams>;
+    std::vector<Group> OnDevice(const std::vector<Group>& like) {
         render.renderer.BeginFrame();
         const SceneIds ids = render.scene.Declare(render.renderer);
         const Readback streams = render.renderer.ReadBack(ids.deformedStreams);
         render.renderer.Execute();
         streams.Wait();
-        scene::DeformedStreams result;
         size_t offset = 0;
-        const auto take = [&](auto& into, size_t count) {
+        const auto take = [&](auto& into) {
             using Value = typename std::remove_reference_t<decltype(into)>::value_type;
-            into = As<Value>(streams.Bytes().subspan(offset, count * sizeof(Value)));
-            offset += (count * sizeof(Value) + 15) / 16 * 16;
+            into = As<Value>(streams.Bytes().subspan(offset, into.size() * sizeof(Value)));
+            offset += into.size() * sizeof(Value);
         };
-        take(result.positions, like.positions.size());
-        take(result.normals, like.normals.size());
-        take(result.tangents, like.tangents.size());
+        const auto align = [&] { offset = (offset + 15) / 16 * 16; };
+        std::vector<Group> result = like;
+        for (Group& group : result) {
+            for (scene::DeformedStreams& part : group) take(part.positions);
+            align();
+            for (scene::DeformedStreams& part : group) {
+                take(part.normals);
+                align();
+                take(part.tangents);
+                align();
+            }
+        }
         return result;
+    }
+    scene::DeformedStreams OnDevice(const scene::DeformedStreams& like) {
+        return OnDevice(std::vector<Group>{{like}})[0][0];
     }
     static void ExpectNear(const scene::DeformedStreams& actual, const scene::DeformedStreams& expected) {
         constexpr float kSize = 4.0f;

@@ -37,25 +37,7 @@ TEST_F(DeformTest, InstancesShareWhatDeformsThemAlike) {
     EXPECT_EQ(render.scene.Statistics().blasRefits + render.scene.Statistics().blasRebuilds, 1u)
         << "only the first skin has moved";
     SceneRender still(Device());
-    scene::SceneData frozen = posed.scene;
-    for (uint32_t i = 0; i < 4; ++i) {  // a mesh of its own for each
-        scene::Mesh mesh = posed.scene.meshes[0];
-        if (i < 3) {
-            scene::DeformedStreams streams = posed.Streams(i);
-            mesh.primitives[0].positions = streams.positions;
-            mesh.primitives[0].normals = streams.normals;
-            mesh.primitives[0].bounds = {};
-            for (const glm::vec3& position : streams.positions) mesh.primitives[0].bounds.Extend(position);
-        }
-        mesh.primitives[0].influences = {};
-        frozen.meshes.push_back(mesh);
-        frozen.instances[i] = {.mesh = i + 1, .objectToWorld = posed.scene.instances[i].objectToWorld};
-    }
-    frozen.nodes.clear();
-    frozen.nodeOrder.clear();
-    frozen.skins.clear();
-    frozen.animations.clear();
-    still.scene.SetScene(std::move(frozen));
+    still.scene.SetScene(posed.Frozen());
     still.scene.SetVisible(2, false);
     ExpectSameHits(hits, still.PrimaryHits(view), 2);
 }
@@ -72,7 +54,13 @@ TEST_F(DeformTest, InstancesWithoutANodeAreMorphed) {
     render.scene.SetScene(std::move(data));
     posed.scene.nodes[4].weights = {0.8f};
     render.scene.SetMorphWeights(0, posed.scene.nodes[4].weights);
-    ExpectNear(OnDevice(posed.Streams()), posed.Streams());
+    const scene::DeformedStreams first = posed.Streams();
+    posed.scene.nodes[4].weights = {-0.3f};
+    const scene::DeformedStreams second = posed.Streams();
+    render.scene.SetMorphWeights(1, posed.scene.nodes[4].weights);
+    const std::vector<Group> actual = OnDevice({{first}, {second}});
+    ExpectNear(actual[0][0], first);
+    ExpectNear(actual[1][0], second);
     EXPECT_EQ(render.scene.Statistics().deformedMeshes, 2u);
 }
 

@@ -128,18 +128,21 @@ class PosedScene {
     scene::DeformedStreams Streams(uint32_t instance = 0, uint32_t primitive = 0) const {
         scene::DeformedStreams streams;
         const scene::Instance& placed = scene.instances[instance];
+        const scene::Primitive& shape = scene.meshes[placed.mesh].primitives[primitive];
         const uint32_t skin = scene.nodes[placed.node].skin;
-        scene::DeformPrimitive(scene.meshes[placed.mesh].primitives[primitive],
-                               scene::MorphWeights(scene, placed), applier.JointMatricesOf(skin), streams);
+        std::span<const float> weights = scene::MorphWeights(scene, placed);
+        if (shape.targets.empty()) weights = {};
+        scene::DeformPrimitive(shape, weights, applier.JointMatricesOf(skin), streams);
         return streams;
     }
-    // The pose as a scene of its own that nothing deforms; for scenes with a mesh for each instance.
+    // The pose as a scene of its own that nothing deforms: each deformed instance has a mesh of its own.
     scene::SceneData Frozen() const {
         scene::SceneData frozen = scene;
         for (uint32_t i = 0; i < scene.instances.size(); ++i) {
             scene::Instance& instance = frozen.instances[i];
-            if (instance.node == scene::kNone) continue;
-            scene::Mesh& mesh = frozen.meshes[instance.mesh];
+            if (!instance.isDeformed) continue;
+            instance.mesh = static_cast<uint32_t>(frozen.meshes.size());
+            scene::Mesh& mesh = frozen.meshes.emplace_back(scene.meshes[scene.instances[i].mesh]);
             for (uint32_t p = 0; p < mesh.primitives.size(); ++p) {
                 scene::Primitive& primitive = mesh.primitives[p];
                 scene::DeformedStreams streams = Streams(i, p);
@@ -153,8 +156,9 @@ class PosedScene {
             }
             mesh.weights.clear();
             instance.isDeformed = false;
-            instance.node = scene::kNone;
         }
+        for (scene::Instance& instance : frozen.instances) instance.node = scene::kNone;
+        for (scene::Light& light : frozen.lights) light.node = scene::kNone;
         frozen.nodes.clear();
         frozen.nodeOrder.clear();
         frozen.skins.clear();

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+#include "tests/support/failing_memory.h"
+
 namespace raygraph::testing {
 namespace {
 
@@ -31,15 +33,25 @@ std::vector<vec3> Moved(std::vector<vec3> corners, Move&& move) {
     return corners;
 }
 
+// Each triangle is where another one was.
+std::vector<vec3> Scrambled(const std::vector<vec3>& corners) {
+    std::vector<vec3> scrambled = corners;
+    const size_t count = corners.size() / 3;
+    for (size_t i = 0; i < count; ++i)
+        for (size_t k = 0; k < 3; ++k) scrambled[3 * (i * 37 % count) + k] = corners[3 * i + k];
+    return scrambled;
+}
+
 }  // namespace
 
 TEST(RefitQuality, WhatMovesAsAWholeDoesNotDecay) {
     const std::vector<vec3> rest = SheetSample();
     RefitQuality quality;
-    quality.NoteBuild(rest);
-    EXPECT_EQ(quality.Decay(rest), 1.0f);
+    EXPECT_EQ(quality.Follow(rest), 1.0f);
+    quality.NoteBuild();
+    EXPECT_EQ(quality.Follow(rest), 1.0f);
     const auto expectGood = [&](const std::vector<vec3>& corners, const char* what) {
-        EXPECT_LT(quality.Decay(corners), RefitQuality::kMaxDecay) << what;
+        EXPECT_LT(quality.Follow(corners), RefitQuality::kMaxDecay) << what;
     };
     expectGood(Moved(rest, [](const vec3& p) { return p + vec3(100, -50, 7); }), "moved");
     expectGood(Moved(rest, [](const vec3& p) { return vec3(-p.y, p.x, p.z); }), "turned by a quarter");
@@ -50,27 +62,47 @@ TEST(RefitQuality, WhatMovesAsAWholeDoesNotDecay) {
 }
 
 TEST(RefitQuality, WhatIsScrambledDecaysUntilItIsBuiltAgain) {
-    const std::vector<vec3> rest = SheetSample();
+    const std::vector<vec3> rest = SheetSample(), scrambled = Scrambled(rest);
     RefitQuality quality;
-    quality.NoteBuild(rest);
-    std::vector<vec3> scrambled = rest;
-    const size_t count = rest.size() / 3;
-    for (size_t i = 0; i < count; ++i)
-        for (size_t k = 0; k < 3; ++k) scrambled[3 * (i * 37 % count) + k] = rest[3 * i + k];
-    EXPECT_GT(quality.Decay(scrambled), 2.0f);
-    quality.NoteBuild(scrambled);
-    EXPECT_EQ(quality.Decay(scrambled), 1.0f);
-    EXPECT_GT(quality.Decay(rest), 2.0f);
+    quality.Follow(rest);
+    quality.NoteBuild();
+    EXPECT_GT(quality.Follow(scrambled), 2.0f);
+    quality.NoteBuild();
+    EXPECT_EQ(quality.Follow(scrambled), 1.0f);
+    EXPECT_GT(quality.Follow(rest), 2.0f);
+    quality.NoteBuild();
+    quality.NoteBuild();  // of another structure, of the same pose
+    EXPECT_EQ(quality.Follow(rest), 1.0f);
+    EXPECT_GT(quality.Follow(scrambled), 2.0f) << "the build was that of the other pose";
+}
+
+// It is told of builds once a frame has been submitted: a failure would end the program.
+TEST(RefitQuality, BuildsAreNotedWithoutMemory) {
+    const std::vector<vec3> rest = SheetSample(), scrambled = Scrambled(rest);
+    RefitQuality quality;
+    quality.Follow(rest);
+    {
+        const FailingMemory none(0);
+        quality.NoteBuild();
+    }
+    EXPECT_GT(quality.Follow(scrambled), 2.0f);
+    {
+        const FailingMemory none(0);
+        quality.NoteBuild();
+    }
+    EXPECT_EQ(quality.Follow(scrambled), 1.0f);
 }
 
 TEST(RefitQuality, PointsAndNothingHaveNoQualityToLose) {
     RefitQuality quality;
-    EXPECT_EQ(quality.Decay({}), 1.0f);
-    quality.NoteBuild({});
-    EXPECT_EQ(quality.Decay({}), 1.0f);
+    EXPECT_EQ(quality.Follow({}), 1.0f);
+    quality.NoteBuild();
+    EXPECT_EQ(quality.Follow({}), 1.0f);
     const std::vector<vec3> point(3 * 8, vec3(1.0f));
-    quality.NoteBuild(point);
-    EXPECT_EQ(quality.Decay(point), 1.0f);
+    RefitQuality ofPoint;
+    ofPoint.Follow(point);
+    ofPoint.NoteBuild();
+    EXPECT_EQ(ofPoint.Follow(point), 1.0f);
 }
 
 }  // namespace raygraph::testing

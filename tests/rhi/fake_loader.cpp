@@ -25,6 +25,8 @@ struct State {
     PFN_vkCreateBuffer createBuffer = nullptr;
     PFN_vkResetCommandPool resetPool = nullptr;
     PFN_vkCmdPipelineBarrier2 barrier = nullptr;
+    PFN_vkGetAccelerationStructureBuildSizesKHR buildSizes = nullptr;
+    PFN_vkCmdBuildAccelerationStructuresKHR build = nullptr;
     PFN_vkGetPhysicalDeviceMemoryProperties memory = nullptr;
     PFN_vkGetPhysicalDeviceMemoryProperties2 memory2 = nullptr;
     PFN_vkGetBufferMemoryRequirements2 bufferRequirements = nullptr;
@@ -120,6 +122,22 @@ VKAPI_ATTR void VKAPI_CALL Barrier(VkCommandBuffer commands, const VkDependencyI
     seen.insert(seen.end(), info->pBufferMemoryBarriers,
                 info->pBufferMemoryBarriers + info->bufferMemoryBarrierCount);
     activeState->barrier(commands, info);
+}
+
+VKAPI_ATTR void VKAPI_CALL BuildSizes(VkDevice device, VkAccelerationStructureBuildTypeKHR type,
+                                      const VkAccelerationStructureBuildGeometryInfoKHR* info,
+                                      const uint32_t* counts,
+                                      VkAccelerationStructureBuildSizesInfoKHR* sizes) {
+    activeState->buildSizes(device, type, info, counts, sizes);
+    sizes->buildScratchSize = std::max(sizes->buildScratchSize, activeState->lies.buildScratchBytes);
+}
+
+VKAPI_ATTR void VKAPI_CALL Build(VkCommandBuffer commands, uint32_t count,
+                                 const VkAccelerationStructureBuildGeometryInfoKHR* infos,
+                                 const VkAccelerationStructureBuildRangeInfoKHR* const* ranges) {
+    std::vector<VkBuildAccelerationStructureModeKHR>& modes = activeState->lies.builds.emplace_back();
+    for (uint32_t i = 0; i < count; ++i) modes.push_back(infos[i].mode);
+    activeState->build(commands, count, infos, ranges);
 }
 
 constexpr uint32_t kAllTypes = (1u << (kCachedHostMemory + 1)) - 1;
@@ -229,6 +247,9 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDeviceProcAddr(VkDevice device, cons
         return Replaced(real, activeState->resetPool, ResetPool);
     if (std::strcmp(name, "vkCmdPipelineBarrier2") == 0) return Replaced(real, activeState->barrier, Barrier);
     const auto is = [&](const char* other) { return std::strcmp(name, other) == 0; };
+    if (is("vkGetAccelerationStructureBuildSizesKHR"))
+        return Replaced(real, activeState->buildSizes, BuildSizes);
+    if (is("vkCmdBuildAccelerationStructuresKHR")) return Replaced(real, activeState->build, Build);
     if (is("vkAllocateMemory")) return Replaced(real, activeState->allocateMemory, AllocateMemory);
     if (is("vkGetBufferMemoryRequirements2"))
         return Replaced(real, activeState->bufferRequirements, BufferRequirements);

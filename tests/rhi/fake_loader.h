@@ -25,8 +25,11 @@ struct Lies {
     int32_t buffersBeforeFailure = -1;       // not -1: vkCreateBuffer fails once after as many successes
     VkResult resetPoolResult = VK_SUCCESS;   // not VK_SUCCESS: vkResetCommandPool fails so
     std::vector<VkBufferMemoryBarrier2> bufferBarriers;  // no lie: what has been recorded
-    VkResult waitResult = VK_SUCCESS;                    // not VK_SUCCESS: vkWaitSemaphores fails so
-    uint64_t maxStorageBufferRange = 0;                  // not 0: the limit reads so
+    // No lie, either: the modes of the acceleration structures that each command has built or updated.
+    std::vector<std::vector<VkBuildAccelerationStructureModeKHR>> builds;
+    uint64_t buildScratchBytes = 0;      // not 0: what builds of structures need, unless that is less
+    VkResult waitResult = VK_SUCCESS;    // not VK_SUCCESS: vkWaitSemaphores fails so
+    uint64_t maxStorageBufferRange = 0;  // not 0: the limit reads so
     // On: the device has the memory types below instead of one for all. Set before the device is made.
     bool hasSeparateMemory = false;
     uint64_t deviceBytesLeft = ~uint64_t{0};  // of those types: what vkAllocateMemory gives of device memory

@@ -272,6 +272,25 @@ TEST(Check, InstancesFitTheSkinAndTheWeightsOfTheirNode) {
               "scene: instances[0]: its node has 1 weights, its mesh 2");
 }
 
+// Joint matrices go to one object space.
+TEST(Check, DeformedInstancesOfASkinAreAtOnePlace) {
+    SceneData scene = Moving();
+    scene.instances.push_back(scene.instances[0]);
+    DeformInstances(scene);
+    EXPECT_NO_THROW(Check(scene));
+    const char* const message =
+        "scene: instances[1]: its transform is not that of instances[0], which has the same skin";
+    scene.instances[1].objectToWorld[3].x += 1.0f;
+    EXPECT_EQ(ErrorTextOf([&] { Check(scene); }), message);
+    scene.instances[1].isCollapsed = true;  // of another time
+    EXPECT_NO_THROW(Check(scene));
+    scene.instances[1] = scene.instances[0];
+    scene.instances[1].translationRest.y = 1e-3f;
+    EXPECT_EQ(ErrorTextOf([&] { Check(scene); }), message);
+    scene.instances[1].isDeformed = false;
+    EXPECT_NO_THROW(Check(scene));
+}
+
 TEST(Check, LightsOfFlatNodesMayStay) {
     SceneData scene = Whole();
     scene.lights[0].lightToWorld = glm::mat4x3(0.0f);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "renderer/scene/check.h"
@@ -237,6 +238,22 @@ TEST(DeformedBounds, AreAroundWhatIsDeformed) {
 }
 
 // A joint that moves nothing makes the box no larger, wherever it is.
+// A host's matrix may be finite and the places that it moves to not, nor on one side of anything.
+TEST(DeformedBounds, AreEverywhereWhereAJointGoesBeyondTheNumbers) {
+    Primitive primitive;
+    primitive.positions = {{2, 2, 0}, {1, 0, 0}};
+    primitive.influences = {1, {0, 1}, {1, 1}, {}};
+    UpdateDeformationBounds(primitive);
+    std::vector<glm::mat4x3> matrices(2, glm::mat4x3(1.0f));
+    EXPECT_EQ(DeformedBounds(primitive, {}, matrices).max, vec3(2, 2, 0));
+    const float huge = std::numeric_limits<float>::max();
+    for (const float sign : {1.0f, -1.0f}) {
+        matrices[0] = {{huge, 0, 0}, {sign * huge, 0, 0}, {0, 0, 1}, {0, 0, 0}};
+        EXPECT_TRUE(std::isinf(DeformedBounds(primitive, {}, matrices).max.x));
+        EXPECT_TRUE(std::isinf(DeformedBounds(primitive, {}, matrices).min.y));
+    }
+}
+
 TEST(DeformedBounds, LeaveOutJointsThatMoveNothing) {
     Primitive primitive = OneVertex();
     Follow(primitive, {1, 0}, {1, 0});

@@ -1,9 +1,11 @@
 // A change of anything that a picture depends on restarts accumulation, and the picture is then bit for bit
 // that of a viewport that has only ever had the new state.
+#include <array>
 #include <functional>
 #include <string>
 #include <utility>
 
+#include "renderer/scene/deform.h"
 #include "tests/viewport/viewport_test.h"
 
 namespace raygraph::testing {
@@ -62,11 +64,18 @@ image::ImageF TwoColoredMap(const glm::vec3& left, const glm::vec3& right) {
     return map;
 }
 
-// As Boxes, but the outer one is open to the environment.
+// As Boxes, but the outer one is open to the environment, and the inner one has a morph target.
 scene::SceneData OpenBoxes() {
     scene::SceneData data = Boxes();
     std::vector<uint32_t>& indices = data.meshes[0].primitives[0].indices;
     indices.resize(indices.size() - 6);
+    scene::Mesh& inner = data.meshes[1];
+    inner.weights = {0.0f};
+    scene::MorphTarget& target = inner.primitives[0].targets.emplace_back();
+    for (const glm::vec3& position : inner.primitives[0].positions)
+        target.positions.push_back({0.5f * position.y, 0, 0});
+    scene::UpdateDeformationBounds(inner.primitives[0]);
+    data.instances[1].isDeformed = true;
     return data;
 }
 
@@ -140,6 +149,8 @@ std::vector<Edit> EditsThatShow() {
          [](Viewed& viewed) {
              viewed.scene.SetTransform(1, Translation({0.3f, -0.4f, 0.1f}));
          }},
+        {"shape", ResetCause::Transform,
+         [](Viewed& viewed) { viewed.scene.SetMorphWeights(1, std::array{1.0f}); }},
         OfMaterial("base color",
                    [](scene::Material& material) {
                        material.baseColorFactor = {0.8f, 0.2f, 0.2f, 1.0f};
