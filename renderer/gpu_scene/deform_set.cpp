@@ -78,12 +78,7 @@ bool DeformSet::HasWork() const {
 void DeformSet::Follow(DeformedMesh& mesh, InstanceSet& instances, LightSet& lights, DrawTable& draws) {
     m_deform.Follow(mesh, m_resources);
     mesh.isDeformDue = true;
-    for (const uint32_t instance : mesh.instances) instances.MarkDeformed(instance);
-    const MeshResources& groups = m_resources.meshes[mesh.mesh];
-    scene::Bounds bounds;
-    for (uint32_t group = groups.firstGroup; group < groups.firstGroup + groups.groupCount; ++group)
-        bounds.Extend(m_resources.groups[group].bounds);
-    lights.SetMeshBounds(mesh.mesh, bounds);
+    instances.MarkDeformed(mesh.mesh, mesh.instances);
     for (DeformedGroup& deformed : mesh.groups) {
         const GroupResources& group = m_resources.groups[deformed.group];
         lights.SetPose(deformed.group, deformed.pose);
