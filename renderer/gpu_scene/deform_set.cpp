@@ -96,8 +96,7 @@ bool DeformSet::HasWork() const {
 
 void DeformSet::Follow(DeformedMesh& mesh, LightSet& lights, DrawTable& draws) {
     m_deform.Follow(mesh, m_resources);
-    for (const uint32_t instance : mesh.instances) m_instances.MarkDeformed(instance);
-    lights.SetMeshBounds(mesh.mesh, BoundsOf(m_resources, m_resources.meshes[mesh.mesh]));
+    m_instances.MarkDeformed(mesh.mesh, mesh.instances);
     for (DeformedGroup& deformed : mesh.groups) {
         const GroupResources& group = m_resources.groups[deformed.group];
         lights.SetPose(deformed.group, deformed.pose);

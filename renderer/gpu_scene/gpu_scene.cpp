@@ -30,7 +30,8 @@ void GpuScene::SetTransform(uint32_t instance, const scene::PlacedTransform& obj
         scene::CheckTransform(objectToWorld, Text("GpuScene: SetTransform: instance {}", instance));
     ++m_impl->revisions.transforms;
     m_impl->instances->SetTransform(instance, objectToWorld);
-    m_impl->lights->SetTransform(instance, m_impl->instances->DeviceTransform(instance));
+    if (m_impl->lights->IsEmitter(instance))
+        m_impl->lights->SetTransform(instance, m_impl->instances->DeviceTransform(instance));
 }
 
 const scene::PlacedTransform& GpuScene::Transform(uint32_t instance) const {
@@ -182,7 +183,7 @@ SceneIds GpuScene::Impl::Declare(Renderer& renderer) {
     DeclareBlasWork(renderer, ids);
     DeclareMaterialUpload(renderer, ids);
     DeclareGeometryUpload(renderer, ids);
-    lights->Declare(renderer, ids);
+    lights->Declare(renderer, ids, *instances);
     instances->DeclareRefresh(renderer, ids, [&statistics = statistics](TlasWork work) {
         statistics.lastTlasWork = work;
         statistics.tlasUpdates += work == TlasWork::Update ? 1 : 0;

@@ -7,11 +7,13 @@
 //   SceneIds ids = scene.Declare(renderer);            // passes: BuildBlas, UploadInstances, RefreshTlas,
 //   ...
 //
-// The TLAS is refreshed every frame: no work when nothing moved, an update when only transforms changed, a
-// rebuild when the set of instances changed; Statistics() says which. Compaction is polled and never waited
-// for. An empty scene is legal: every ray misses. Edits come before Declare or after Execute; between the two
-// they are refused with Error{Usage} (Renderer::DropFrame drops such a frame). The work of a frame counts
-// when it has been submitted: after a dropped frame it is still due. Threads: that of the Renderer.
+// The TLAS is refreshed every frame: no work when nothing moved, an update when instances were moved, shown
+// or hidden, a rebuild when BLASes changed or updates have decayed it (tlas_quality.h); Statistics() says
+// which. The host's work for instances is in proportion to those that changed, but in frames with a rebuild.
+// Compaction is polled and never waited for. An empty scene is legal: every ray misses. Edits come before
+// Declare or after Execute; between the two they are refused with Error{Usage} (Renderer::DropFrame drops
+// such a frame). The work of a frame counts when it has been submitted: after a dropped frame it is still
+// due. Threads: that of the Renderer.
 #pragma once
 
 #include <array>
@@ -142,6 +144,9 @@ struct SceneRevisions {
     bool operator==(const SceneRevisions&) const = default;
 };
 
+// When the TLAS is built anew, where an update would do.
+enum class TlasRule : uint8_t { Decay, Never, Always };
+
 struct GpuSceneDesc {
     uint64_t scratchBudget = 64ull << 20;     // bytes of build scratch at a time
     uint64_t compactionBudget = 64ull << 20;  // bytes of compacted structures made in one frame
@@ -155,6 +160,7 @@ struct GpuSceneDesc {
     // memory and by rhi::Device::LimitMemory, and no more than is left of it when the scene is set. Where
     // they take more, levels are dropped, of the largest textures first, and a warning says so.
     uint64_t textureBudget = 0;
+    TlasRule tlasRule = TlasRule::Decay;  // the others are there to measure it by
     // Compacts also on a driver where it saves nothing, to test compaction there.
     bool compactsWithoutGain = false;
 };
@@ -227,8 +233,8 @@ class RAYGRAPH_API GpuScene {
     // The weights of the morph targets of an instance, and of all that share its copy. Errors as above.
     void SetMorphWeights(uint32_t instance, std::span<const float> weights);
 
-    // No ray hits an invisible instance. SetScene makes those of invisible nodes invisible. A change rebuilds
-    // the TLAS.
+    // No ray hits an invisible instance, and no view draws it. SetScene makes those of invisible nodes
+    // invisible. A change updates the TLAS, as SetTransform does.
     void SetVisible(uint32_t instance, bool isVisible);
     bool IsVisible(uint32_t instance) const;
     // Changes factors; textures stay. Where rays treat the surface differently after that (culling, alpha,

@@ -69,7 +69,7 @@ struct GpuScene::Impl {
         try {
             uploader.FlushAfter([&] {
                 newResources = UploadScene(device, uploader, builder, data, textures);
-                newInstances = std::make_unique<InstanceSet>(device, *newResources, data);
+                newInstances = std::make_unique<InstanceSet>(device, *newResources, data, desc.tlasRule);
                 newDraws = MakeDrawTable(device, uploader, *newResources, newInstances->Placements());
                 newLights = std::make_unique<LightSet>(device, uploader, *newResources,
                                                        newInstances->Placements(), data);

@@ -3,26 +3,13 @@
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <utility>
 
 #include "renderer/gpu_scene/device_limits.h"
 #include "renderer/gpu_scene/spatial_order.h"
+#include "rhi/command_list.h"
 
 namespace raygraph {
-
-namespace {
-
-// Calls copy(first, count) for each run of consecutive numbers in sorted `values`.
-template <typename Copy>
-void ForEachRun(std::span<const uint32_t> values, Copy&& copy) {
-    for (size_t begin = 0; begin < values.size();) {
-        size_t end = begin + 1;
-        while (end < values.size() && values[end] == values[end - 1] + 1) ++end;
-        copy(begin, end - begin);
-        begin = end;
-    }
-}
-
-}  // namespace
 
 const char* Name(TlasWork work) {
     switch (work) {
@@ -36,18 +23,18 @@ const char* Name(TlasWork work) {
     return "unknown";
 }
 
-void InstanceSet::MovedPlacements::Add(uint32_t placement) {
-    if (!m_isListed[placement]) m_list.push_back(placement);
-    m_isListed[placement] = true;
-}
-
-void InstanceSet::MovedPlacements::Clear() {
-    for (const uint32_t placement : m_list) m_isListed[placement] = false;
-    m_list.clear();
-}
-
-InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data)
-    : m_device(device), m_resources(resources) {
+InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data,
+                         TlasRule rule)
+    : m_resources(resources), m_rule(rule) {
+    for (const MeshResources& mesh : resources.meshes) m_meshBounds.push_back(MeshBounds(mesh));
+    for (const MeshResources& mesh : resources.meshes) {
+        m_lightsBefore.resize(mesh.firstGroup + mesh.groupCount);
+        for (uint32_t i = 1; i < mesh.groupCount; ++i) {
+            const uint32_t group = mesh.firstGroup + i;
+            m_lightsBefore[group] = m_lightsBefore[group - 1] +
+                                    static_cast<uint32_t>(resources.groups[group - 1].emitters.size());
+        }
+    }
     m_instances.reserve(data.instances.size());
     const std::vector<bool> isVisible = scene::VisibleNodes(data);
     uint32_t lightCount = 0;
@@ -58,6 +45,9 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, c
         m_instances.push_back({.objectToWorld = {instance.objectToWorld, instance.translationRest},
                                .mesh = placed,
                                .firstPlacement = PlacementCount(),
+                               .leaf = index,
+                               .firstSlot = PlacementCount(),
+                               .firstLight = lightCount,
                                .isVisible = scene::IsVisible(isVisible, instance)});
         for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group) {
             m_placements.push_back({.instance = index, .group = group, .firstLight = lightCount});
@@ -65,24 +55,33 @@ InstanceSet::InstanceSet(rhi::Device& device, const SceneResources& resources, c
         }
         ExtendReach(m_instances.back());
     }
-    m_slotToPlacement.resize(m_placements.size());
-    std::iota(m_slotToPlacement.begin(), m_slotToPlacement.end(), 0u);
-    m_placementToSlot = m_slotToPlacement;
-    m_movedInRecords = m_movedInTlas = MovedPlacements(m_placements.size());
+    m_order.resize(m_instances.size());
+    std::iota(m_order.begin(), m_order.end(), 0u);
+    m_movedBoxes = ChangeList(m_instances.size());
 
     RequirePlacements(device, m_placements.size());
     RequireBindable(device, "instances of groups of primitives", m_placements.size(),
                     sizeof(gpu::InstanceRecord));
-    const uint64_t capacity = std::max<uint64_t>(1, m_placements.size());
-    m_tlasInstances =
-        device.CreateBuffer({.name = "TLAS instances",
-                             .size = capacity * rhi::kTlasInstanceBytes,
-                             .usage = rhi::BufferUsage::BuildInput | rhi::BufferUsage::CopyDestination});
-    m_records = device.CreateBuffer({.name = "instances",
-                                     .size = capacity * sizeof(gpu::InstanceRecord),
-                                     .usage = rhi::BufferUsage::Storage | rhi::BufferUsage::CopySource |
-                                              rhi::BufferUsage::CopyDestination});
-    m_tlas = rhi::Tlas(device, {.name = "scene TLAS", .capacity = static_cast<uint32_t>(capacity)});
+    m_tlasInstances = RecordTable(device, {.name = "TLAS instances",
+                                           .passName = "UploadTlasInstances",
+                                           .recordBytes = rhi::kTlasInstanceBytes,
+                                           .recordCount = m_placements.size(),
+                                           .itemCount = m_instances.size(),
+                                           .usage = rhi::BufferUsage::BuildInput});
+    m_records = RecordTable(device, {.name = "instances",
+                                     .passName = "UploadInstances",
+                                     .recordBytes = sizeof(gpu::InstanceRecord),
+                                     .recordCount = m_placements.size(),
+                                     .itemCount = m_instances.size(),
+                                     .usage = rhi::BufferUsage::CopySource});
+    m_tlas = rhi::Tlas(device, {.name = "scene TLAS", .capacity = std::max(1u, PlacementCount())});
+}
+
+scene::Bounds InstanceSet::MeshBounds(const MeshResources& mesh) const {
+    scene::Bounds bounds;
+    for (uint32_t group = mesh.firstGroup; group < mesh.firstGroup + mesh.groupCount; ++group)
+        bounds.Extend(m_resources.groups[group].bounds);
+    return bounds;
 }
 
 void InstanceSet::ExtendReach(const Instance& instance) {
@@ -93,7 +92,8 @@ void InstanceSet::ExtendReach(const Instance& instance) {
 
 void InstanceSet::MoveOrigin(const glm::dvec3& origin) noexcept {
     m_origin = origin;
-    m_areRecordsDue = true;
+    m_areBoxesOld = true;
+    m_records.AddAll();
     m_needsRebuild = true;
 }
 
@@ -102,22 +102,31 @@ void InstanceSet::SetTransform(uint32_t index, const scene::PlacedTransform& obj
     if (instance.objectToWorld == objectToWorld) return;
     instance.objectToWorld = objectToWorld;
     ExtendReach(instance);
-    for (uint32_t group = 0; group < m_resources.meshes[instance.mesh].groupCount; ++group) {
-        m_movedInRecords.Add(instance.firstPlacement + group);
-        m_movedInTlas.Add(instance.firstPlacement + group);
-    }
-    m_needsUpdate = true;
-}
-
-void InstanceSet::MarkDeformed(uint32_t index) {
-    ExtendReach(m_instances[index]);
+    NoteChanged(index, instance.isVisible);
 }
 
 void InstanceSet::SetVisible(uint32_t index, bool isVisible) {
     if (m_instances[index].isVisible == isVisible) return;
     m_instances[index].isVisible = isVisible;
-    m_areRecordsDue = true;
-    m_needsRebuild = true;
+    NoteChanged(index, true);
+}
+
+// The box of a hidden instance in the TLAS stays where it was last seen, so that it widens no boxes there.
+void InstanceSet::NoteChanged(uint32_t index, bool isSeen) {
+    const uint32_t placements = m_resources.meshes[m_instances[index].mesh].groupCount;
+    m_records.Add(index, placements);
+    if (!isSeen) return;
+    m_tlasInstances.Add(index, placements);
+    m_movedBoxes.Add(index);
+    m_needsUpdate = true;
+}
+
+void InstanceSet::MarkDeformed(uint32_t mesh, std::span<const uint32_t> instances) {
+    m_meshBounds[mesh] = MeshBounds(m_resources.meshes[mesh]);
+    for (const uint32_t instance : instances) {
+        ExtendReach(m_instances[instance]);
+        m_movedBoxes.Add(instance);
+    }
 }
 
 TlasWork InstanceSet::PendingWork() const {
@@ -125,141 +134,147 @@ TlasWork InstanceSet::PendingWork() const {
     return m_needsUpdate ? TlasWork::Update : TlasWork::None;
 }
 
-rhi::TlasInstance InstanceSet::TlasInstanceOf(uint32_t placement) const {
-    const Instance& instance = m_instances[m_placements[placement].instance];
-    const GroupResources& group = m_resources.groups[m_placements[placement].group];
-    const glm::mat4x3 objectToWorld = DeviceTransform(m_placements[placement].instance);
-    rhi::TlasInstance result;
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 4; ++column)
-            result.objectToWorld[static_cast<size_t>(4 * row + column)] = objectToWorld[column][row];
-    result.customIndex = placement;
-    result.blas = instance.isVisible ? group.blas->Address() : 0;
-    // A face keeps its side under a mirroring transform, for Vulkan as for glTF: nothing to flip
-    result.isCullingDisabled = !group.kind.isBackCulled;
-    if (group.kind.isRound) {
-        result.hitSet = kHitSetCapsules;
-        result.mask &= static_cast<uint8_t>(~kMaskTriangles);
+// Instances are far apart in memory, and waiting for it would take most of the time: it is fetched ahead.
+template <typename Visit>
+void InstanceSet::ForEach(std::span<const uint32_t> instances, Visit&& visit) const {
+    constexpr size_t kAhead = 12;
+    for (size_t i = 0; i < instances.size(); ++i) {
+        if (i + kAhead < instances.size()) {
+            const Instance* const next = &m_instances[instances[i + kAhead]];
+            __builtin_prefetch(next);
+            __builtin_prefetch(&next->isVisible);
+        }
+        visit(instances[i], m_instances[instances[i]]);
     }
-    return result;
 }
 
-gpu::InstanceRecord InstanceSet::RecordOf(uint32_t placement) const {
-    const Placement& placed = m_placements[placement];
-    gpu::InstanceRecord record = m_resources.groups[placed.group].record;
-    record.objectToWorld = DeviceTransform(placed.instance);
-    record.instance = placed.instance;
-    record.firstLight = placed.firstLight;
-    if (!m_instances[placed.instance].isVisible) record.draw = gpu::kNotDrawn;
-    return record;
-}
-
-void InstanceSet::OrderSlots() {
-    std::vector<glm::vec3> centers(m_placements.size());
-    for (size_t i = 0; i < m_placements.size(); ++i) {
-        const glm::vec3 center = m_resources.groups[m_placements[i].group].bounds.Center();
-        centers[i] = DeviceTransform(m_placements[i].instance) * glm::vec4(center, 1.0f);
-    }
-    m_slotToPlacement = SpatialOrder(centers);
-    for (uint32_t slot = 0; slot < m_slotToPlacement.size(); ++slot)
-        m_placementToSlot[m_slotToPlacement[slot]] = slot;
-}
-
-void InstanceSet::RecordUpload(CommandList& commands, std::span<const uint32_t> elements, uint64_t bytes,
-                               const rhi::Buffer& target,
-                               const std::function<void(std::span<std::byte>)>& write) {
-    if (elements.empty()) return;
-    // Freed by the device once this frame has completed
-    rhi::Buffer staging = m_device.CreateBuffer({.name = "instance staging",
-                                                 .size = elements.size() * bytes,
-                                                 .usage = rhi::BufferUsage::CopySource,
-                                                 .memory = rhi::MemoryKind::Upload});
-    write(staging.Mapped());
-    ForEachRun(elements, [&](size_t begin, size_t runLength) {
-        commands.CopyBuffer(staging, begin * bytes, target, elements[begin] * bytes, runLength * bytes);
+void InstanceSet::WriteTlasInstances(std::span<const uint32_t> instances, RecordTable::Writer& writer) const {
+    ForEach(instances, [&](uint32_t index, const Instance& instance) {
+        const MeshResources& mesh = m_resources.meshes[instance.mesh];
+        const glm::mat4x3 objectToWorld = DeviceTransform(index);
+        rhi::TlasInstance written;
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 4; ++column)
+                written.objectToWorld[static_cast<size_t>(4 * row + column)] = objectToWorld[column][row];
+        for (uint32_t i = 0; i < mesh.groupCount; ++i) {
+            const GroupResources& group = m_resources.groups[mesh.firstGroup + i];
+            written.customIndex = instance.firstPlacement + i;
+            written.blas = group.blas->Address();
+            // A face keeps its side under a mirroring transform, for Vulkan as for glTF: nothing to flip
+            written.isCullingDisabled = !group.kind.isBackCulled;
+            written.hitSet = group.kind.isRound ? kHitSetCapsules : kHitSetTriangles;
+            written.mask = group.kind.isRound ? static_cast<uint8_t>(~kMaskTriangles) : uint8_t{0xff};
+            if (!instance.isVisible) written.mask = 0;
+            rhi::WriteInstances(std::span(&written, 1), writer.At(instance.firstSlot + i));
+        }
     });
 }
 
-void InstanceSet::RecordInstanceUpload(CommandList& commands) {
-    std::vector<uint32_t> placements = m_movedInRecords.List();
-    if (m_areRecordsDue || IsMany(m_movedInRecords)) {
-        placements.resize(m_placements.size());
-        std::iota(placements.begin(), placements.end(), 0u);
-    }
-    std::sort(placements.begin(), placements.end());
-    RecordUpload(commands, placements, sizeof(gpu::InstanceRecord), m_records,
-                 [&](std::span<std::byte> staging) {
-                     std::vector<gpu::InstanceRecord> records(placements.size());
-                     for (size_t i = 0; i < placements.size(); ++i) records[i] = RecordOf(placements[i]);
-                     std::memcpy(staging.data(), records.data(), staging.size());
-                 });
+void InstanceSet::WriteRecords(std::span<const uint32_t> instances, RecordTable::Writer& writer) const {
+    ForEach(instances, [&](uint32_t index, const Instance& instance) {
+        const MeshResources& mesh = m_resources.meshes[instance.mesh];
+        const glm::mat4x3 objectToWorld = DeviceTransform(index);
+        for (uint32_t i = 0; i < mesh.groupCount; ++i) {
+            gpu::InstanceRecord record = m_resources.groups[mesh.firstGroup + i].record;
+            record.objectToWorld = objectToWorld;
+            record.instance = index;
+            record.firstLight = instance.firstLight + m_lightsBefore[mesh.firstGroup + i];
+            if (!instance.isVisible) record.draw = gpu::kNotDrawn;
+            std::memcpy(writer.At(instance.firstPlacement + i).data(), &record, sizeof(record));
+        }
+    });
 }
 
-void InstanceSet::RecordTlasInstanceUpload(CommandList& commands, TlasWork work) {
-    std::vector<uint32_t> slots = m_movedInTlas.List();
-    for (uint32_t& slot : slots) slot = m_placementToSlot[slot];
-    if (work == TlasWork::Rebuild || IsMany(m_movedInTlas)) {
-        slots.resize(m_placements.size());
-        std::iota(slots.begin(), slots.end(), 0u);
-    }
-    std::sort(slots.begin(), slots.end());
-    RecordUpload(commands, slots, rhi::kTlasInstanceBytes, m_tlasInstances,
-                 [&](std::span<std::byte> staging) {
-                     std::vector<rhi::TlasInstance> instances(slots.size());
-                     for (size_t i = 0; i < slots.size(); ++i)
-                         instances[i] = TlasInstanceOf(m_slotToPlacement[slots[i]]);
-                     rhi::WriteInstances(instances, staging);
-                 });
+scene::Bounds InstanceSet::BoxOf(uint32_t index) const {
+    const Instance& instance = m_instances[index];
+    return instance.isVisible ? m_meshBounds[instance.mesh].Transformed(DeviceTransform(index))
+                              : scene::Bounds();
 }
 
-void InstanceSet::DeclareInstanceUpload(Renderer& renderer, SceneIds& ids) {
-    ids.instances = renderer.Import("instances", m_records, m_recordsState);
-    if (m_placements.empty() || (!m_areRecordsDue && m_movedInRecords.List().empty())) return;
-    renderer.AddPass(
-        "UploadInstances", PassKind::Transfer,
-        [&](PassBuilder& pass) { ids.instances = pass.CopiesTo(ids.instances); },
-        [this](CommandList& commands) {
-            RecordInstanceUpload(commands);
-            commands.OnSubmitted([this] {
-                m_movedInRecords.Clear();
-                m_areRecordsDue = false;
-            });
-        });
+void InstanceSet::AssignBoxes() {
+    std::vector<scene::Bounds> boxes(m_order.size());
+    for (size_t leaf = 0; leaf < boxes.size(); ++leaf) boxes[leaf] = BoxOf(m_order[leaf]);
+    m_boxes.Assign(std::move(boxes));
+    m_movedBoxes.Clear();
+    m_areBoxesOld = false;
+}
+
+void InstanceSet::RefreshBoxes() {
+    if (m_areBoxesOld) return AssignBoxes();
+    // The first pass waits for leaves, the second finds them
+    ForEach(m_movedBoxes.List(),
+            [&](uint32_t, const Instance& instance) { m_boxes.Prefetch(instance.leaf); });
+    ForEach(m_movedBoxes.List(),
+            [&](uint32_t index, const Instance& instance) { m_boxes.Set(instance.leaf, BoxOf(index)); });
+    m_boxes.Refresh();
+    m_movedBoxes.Clear();
+}
+
+scene::Bounds InstanceSet::VisibleBounds() {
+    RefreshBoxes();
+    return m_boxes.Root();
+}
+
+bool InstanceSet::IsRebuildWorthwhile() {
+    if (m_rule != TlasRule::Decay) return m_rule == TlasRule::Always && m_needsUpdate;
+    RefreshBoxes();
+    return m_quality.NoteFrame(m_boxes.Cost(), m_instances.size());
+}
+
+void InstanceSet::Order() {
+    std::vector<glm::vec3> centers(m_instances.size());
+    for (uint32_t i = 0; i < centers.size(); ++i)
+        centers[i] = DeviceTransform(i) * glm::vec4(m_meshBounds[m_instances[i].mesh].Center(), 1.0f);
+    m_order = SpatialOrder(centers);
+    uint32_t slot = 0;
+    for (uint32_t leaf = 0; leaf < m_order.size(); ++leaf) {
+        Instance& instance = m_instances[m_order[leaf]];
+        instance.leaf = leaf;
+        instance.firstSlot = slot;
+        slot += m_resources.meshes[instance.mesh].groupCount;
+    }
+    AssignBoxes();
+    m_quality.NoteBuild(m_boxes.Cost());
 }
 
 void InstanceSet::DeclareRefresh(Renderer& renderer, SceneIds& ids, std::function<void(TlasWork)> done) {
     ids.tlas = renderer.Import("sceneTlas", m_tlas, m_tlasState);
-    DeclareInstanceUpload(renderer, ids);
+    ids.instances = m_records.DeclareUpload(
+        renderer, m_records.Import(renderer),
+        {.write = [this](std::span<const uint32_t> items, RecordTable::Writer& writer) {
+            WriteRecords(items, writer);
+        }});
+    if (IsRebuildWorthwhile()) m_needsRebuild = true;
     const TlasWork work = PendingWork();
     if (work == TlasWork::None) {
         renderer.OnSubmitted([done = std::move(done)] { done(TlasWork::None); });
         return;
     }
 
-    BufferId tlasInstances = renderer.Import("TLAS instances", m_tlasInstances, m_tlasInstancesState);
-    if (!m_placements.empty())
-        renderer.AddPass(
-            "UploadTlasInstances", PassKind::Transfer,
-            [&](PassBuilder& pass) { tlasInstances = pass.CopiesTo(tlasInstances); },
-            [this, work](CommandList& commands) {
-                if (work == TlasWork::Rebuild) OrderSlots();
-                RecordTlasInstanceUpload(commands, work);
-                commands.OnSubmitted([this] { m_movedInTlas.Clear(); });
-            });
+    const bool isRebuild = work == TlasWork::Rebuild;
+    if (isRebuild) m_tlasInstances.AddAll();
+    const BufferId tlasInstances = m_tlasInstances.DeclareUpload(
+        renderer, m_tlasInstances.Import(renderer),
+        {.prepare =
+             [this, isRebuild] {
+                 if (isRebuild) Order();
+             },
+         .write = [this](std::span<const uint32_t> items,
+                         RecordTable::Writer& writer) { WriteTlasInstances(items, writer); }});
     renderer.AddPass(
         "RefreshTlas", PassKind::AccelerationStructure,
         [&](PassBuilder& pass) {
             pass.BuildsFrom(tlasInstances);
             pass.BuildsFrom(ids.blases);
-            ids.tlas = work == TlasWork::Update ? pass.Refits(ids.tlas) : pass.Builds(ids.tlas);
+            ids.tlas = isRebuild ? pass.Builds(ids.tlas) : pass.Refits(ids.tlas);
         },
-        [this, work, done = std::move(done)](CommandList& commands) {
-            if (work == TlasWork::Update)
-                m_tlas.Update(commands, m_tlasInstances, PlacementCount());
+        [this, work, isRebuild, done = std::move(done)](CommandList& commands) {
+            if (isRebuild)
+                m_tlas.Build(commands, m_tlasInstances.Buffer(), PlacementCount());
             else
-                m_tlas.Build(commands, m_tlasInstances, PlacementCount());
-            commands.OnSubmitted([this, work, done] {
-                if (work == TlasWork::Rebuild) m_needsRebuild = false;
+                m_tlas.Update(commands, m_tlasInstances.Buffer(), PlacementCount());
+            commands.OnSubmitted([this, work, isRebuild, done] {
+                if (isRebuild) m_needsRebuild = false;
                 m_needsUpdate = false;
                 done(work);
             });

@@ -1,5 +1,6 @@
 // InstanceSet: the placed meshes of the scene, their records on the device and the TLAS over them. It tracks
-// what has changed since the TLAS was last built and does the least work: none, an update, or a rebuild.
+// what has changed since the TLAS was last built and does the least work: none, an update, or a rebuild. What
+// is hidden stays in the TLAS, with a mask that no ray meets: an update may neither add nor remove instances.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,12 @@
 #include <span>
 #include <vector>
 
+#include "renderer/gpu_scene/box_tree.h"
+#include "renderer/gpu_scene/change_list.h"
 #include "renderer/gpu_scene/gpu_scene.h"
+#include "renderer/gpu_scene/record_table.h"
 #include "renderer/gpu_scene/scene_resources.h"
+#include "renderer/gpu_scene/tlas_quality.h"
 #include "rhi/tlas.h"
 
 namespace raygraph {
@@ -25,7 +30,8 @@ class InstanceSet {
     };
 
     // `resources` outlives the set, and still has its emitters. `data` has lost its meshes by then.
-    InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data);
+    InstanceSet(rhi::Device& device, const SceneResources& resources, const scene::SceneData& data,
+                TlasRule rule = TlasRule::Decay);
 
     std::span<const Placement> Placements() const { return m_placements; }
     uint32_t Count() const { return static_cast<uint32_t>(m_instances.size()); }
@@ -42,12 +48,18 @@ class InstanceSet {
     bool IsVisible(uint32_t index) const { return m_instances[index].isVisible; }
     // A BLAS was built or has moved: every address has to be written again.
     void MarkStructuresChanged() { m_needsRebuild = true; }
-    // The box of an instance's mesh has changed.
-    void MarkDeformed(uint32_t instance);
+    // Around what is visible, from the scene's origin. Takes time in proportion to what has changed since
+    // the last call.
+    scene::Bounds VisibleBounds();
+    // The shape of a mesh or copy has changed, and of these instances that place it.
+    void MarkDeformed(uint32_t mesh, std::span<const uint32_t> instances);
     // BLASes were refitted or rebuilt in place.
     void MarkRefitted() { m_needsUpdate = true; }
     // Kinds or draws of groups have changed: every record has to be written again as well.
-    void MarkGroupsChanged() { m_needsRebuild = m_areRecordsDue = true; }
+    void MarkGroupsChanged() {
+        m_needsRebuild = true;
+        m_records.AddAll();
+    }
 
     // What the next refresh will do.
     TlasWork PendingWork() const;
@@ -63,53 +75,50 @@ class InstanceSet {
         scene::PlacedTransform objectToWorld;
         uint32_t mesh = 0;
         uint32_t firstPlacement = 0;  // one for each group of the mesh
+        uint32_t leaf = 0;            // its number in the order of the TLAS
+        uint32_t firstSlot = 0;       // of its placements in the TLAS
+        uint32_t firstLight = 0;      // of its emitters
         bool isVisible = true;
     };
-    // Placements that have moved since they were last written to one of the buffers.
-    class MovedPlacements {
-      public:
-        explicit MovedPlacements(size_t placementCount) : m_isListed(placementCount) {}
-        void Add(uint32_t placement);
-        void Clear();
-        const std::vector<uint32_t>& List() const { return m_list; }
 
-      private:
-        std::vector<uint32_t> m_list;
-        std::vector<bool> m_isListed;
-    };
-
+    scene::Bounds MeshBounds(const MeshResources& mesh) const;
     void ExtendReach(const Instance& instance);
-    rhi::TlasInstance TlasInstanceOf(uint32_t placement) const;
-    gpu::InstanceRecord RecordOf(uint32_t placement) const;
+    // `isSeen`: the TLAS has to know.
+    void NoteChanged(uint32_t index, bool isSeen);
+    // Calls visit(index, instance) for each, some of whose memory is far from each other.
+    template <typename Visit>
+    void ForEach(std::span<const uint32_t> instances, Visit&& visit) const;
+    void WriteRecords(std::span<const uint32_t> instances, RecordTable::Writer& writer) const;
+    void WriteTlasInstances(std::span<const uint32_t> instances, RecordTable::Writer& writer) const;
     uint32_t PlacementCount() const { return static_cast<uint32_t>(m_placements.size()); }
-    void OrderSlots();
-    // Beyond a quarter of the scene one large copy is faster than many small ones.
-    bool IsMany(const MovedPlacements& moved) const { return moved.List().size() > m_placements.size() / 4; }
-    // Copies what `write` puts into staging memory for the sorted `elements` of a buffer, of `bytes` each.
-    void RecordUpload(CommandList& commands, std::span<const uint32_t> elements, uint64_t bytes,
-                      const rhi::Buffer& target, const std::function<void(std::span<std::byte>)>& write);
-    void RecordInstanceUpload(CommandList& commands);
-    void RecordTlasInstanceUpload(CommandList& commands, TlasWork work);
-    void DeclareInstanceUpload(Renderer& renderer, SceneIds& ids);
+    // Of what is visible, as on the device; empty: it is hidden.
+    scene::Bounds BoxOf(uint32_t instance) const;
+    void AssignBoxes();
+    void RefreshBoxes();
+    bool IsRebuildWorthwhile();
+    void Order();
 
-    rhi::Device& m_device;
     const SceneResources& m_resources;
+    TlasRule m_rule;
     std::vector<Instance> m_instances;
     std::vector<Placement> m_placements;
+    std::vector<scene::Bounds> m_meshBounds;  // object space, copies as well
+    std::vector<uint32_t> m_lightsBefore;     // by group: lights of the groups of its mesh before it
     glm::dvec3 m_origin{0.0};
     scene::Bounds m_reach;
-    std::vector<uint32_t> m_slotToPlacement;  // TLAS order: spatial
-    std::vector<uint32_t> m_placementToSlot;
-    MovedPlacements m_movedInRecords{0}, m_movedInTlas{0};
-    bool m_areRecordsDue = true;  // all of them
+    // The order of the TLAS: instances by space, and the placements of each side by side.
+    std::vector<uint32_t> m_order;
     bool m_needsRebuild = true;
-    bool m_needsUpdate = false;  // a transform has changed since the TLAS was built
+    bool m_needsUpdate = false;  // what is visible has changed since the TLAS was built or updated
 
-    rhi::Buffer m_tlasInstances;  // what the build reads, in slot order
-    rhi::Buffer m_records;        // gpu::InstanceRecord[], by placement
+    BoxTree m_boxes;  // in that order
+    ChangeList m_movedBoxes;
+    bool m_areBoxesOld = true;  // all of them
+    TlasQuality m_quality;
+
+    RecordTable m_tlasInstances;  // what the build reads, in the order of the TLAS
+    RecordTable m_records;        // gpu::InstanceRecord[], by placement
     rhi::Tlas m_tlas;
-    ResourceState m_tlasInstancesState;
-    ResourceState m_recordsState;
     ResourceState m_tlasState;
 };
 

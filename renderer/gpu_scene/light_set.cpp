@@ -28,8 +28,6 @@ LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources&
     : m_device(device) {
     m_isEmitterInstance.resize(data.instances.size());
     m_isEmitterMaterial.resize(data.materials.size());
-    for (const MeshResources& mesh : resources.meshes) m_meshBounds.push_back(BoundsOf(resources, mesh));
-    m_meshes = resources.meshOf;
     for (GroupResources& group : resources.groups) {
         for (const Emitter& emitter : group.emitters) m_isEmitterMaterial[emitter.material] = true;
         for (const EmitterVariant& variant : group.emitterVariants)
@@ -71,16 +69,14 @@ void LightSet::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld)
     glm::mat4x3& transform = m_scene.instances[instance].objectToWorld;
     if (transform == objectToWorld) return;
     transform = objectToWorld;
-    m_isRadiusOld = true;
-    m_isTableDue |= m_isEmitterInstance[instance];
+    m_isTableDue = true;
 }
 
 void LightSet::SetVisible(uint32_t instance, bool isVisible) {
-    bool& old = m_scene.instances[instance].isVisible;
-    if (old == isVisible) return;
-    old = isVisible;
-    m_isRadiusDue = m_isRadiusOld = true;
-    m_isTableDue |= m_isEmitterInstance[instance];
+    m_isRadiusDue = true;
+    if (!m_isEmitterInstance[instance]) return;
+    m_scene.instances[instance].isVisible = isVisible;
+    m_isTableDue = true;
 }
 
 void LightSet::SetEmission(uint32_t material, const glm::vec3& radiance) {
@@ -94,11 +90,6 @@ void LightSet::SetPose(uint32_t group, const OutlinePose& pose) {
     if (m_scene.groups[group].empty()) return;
     PlaceEmitters(pose, m_scene.groups[group]);
     m_isTableDue = true;
-}
-
-void LightSet::SetMeshBounds(uint32_t mesh, const scene::Bounds& bounds) {
-    m_meshBounds[mesh] = bounds;
-    m_isRadiusOld = true;
 }
 
 void LightSet::SetSides(uint32_t material, bool isDoubleSided) {
@@ -176,21 +167,13 @@ bool LightSet::HasInfiniteLight() const {
            });
 }
 
-float LightSet::VisibleRadius() const {
-    scene::Bounds bounds;
-    for (size_t i = 0; i < m_scene.instances.size(); ++i)
-        if (m_scene.instances[i].isVisible)
-            bounds.Extend(m_meshBounds[m_meshes[i]].Transformed(m_scene.instances[i].objectToWorld));
-    return bounds.Radius();
-}
-
-void LightSet::Declare(Renderer& renderer, SceneIds& ids) {
+void LightSet::Declare(Renderer& renderer, SceneIds& ids, InstanceSet& instances) {
     // What only moves does not make the tables due by itself: that would be every frame of an animation
-    if (m_isRadiusOld && (m_isTableDue || m_isRadiusDue) && HasInfiniteLight()) {
-        const float radius = VisibleRadius();
+    if ((m_isTableDue || m_isRadiusDue) && HasInfiniteLight()) {
+        const float radius = instances.VisibleBounds().Radius();
         m_isTableDue |= radius != m_scene.radius;
         m_scene.radius = radius;
-        m_isRadiusOld = m_isRadiusDue = false;
+        m_isRadiusDue = false;
     }
     if (m_isTableDue) {
         m_table = BuildLightTable(m_scene);

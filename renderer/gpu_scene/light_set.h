@@ -30,12 +30,12 @@ class LightSet {
 
     // Indices are those of the scene, and in range. Transforms of instances are from the scene's origin;
     // those of punctual lights in the world.
-    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);
+    void SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld);  // of an emitter
+    bool IsEmitter(uint32_t instance) const { return m_isEmitterInstance[instance]; }
     void SetVisible(uint32_t instance, bool isVisible);
     void SetEmission(uint32_t material, const glm::vec3& radiance);
-    // The emitters of a group are at other places, in their order, and a mesh has another box.
+    // The emitters of a group are at other places, in their order.
     void SetPose(uint32_t group, const OutlinePose& pose);
-    void SetMeshBounds(uint32_t mesh, const scene::Bounds& bounds);
     // Emitters get the materials that the parts of their groups have by now.
     void SetVariant(const SceneResources& resources);
     // Whether surfaces of the material emit on both sides.
@@ -54,8 +54,8 @@ class LightSet {
 
     // Builds the tables if something has changed, declares their upload, and sets the fields of `ids` that
     // have to do with lights but for environmentAlias. An upload that is culled, or whose frame is dropped,
-    // stays pending.
-    void Declare(Renderer& renderer, SceneIds& ids);
+    // stays pending. `instances` tells what infinite lights shine on.
+    void Declare(Renderer& renderer, SceneIds& ids, InstanceSet& instances);
 
     uint32_t LightCount() const { return m_table.set.activeCount; }  // those with power above 0
     uint32_t EmissiveTriangleCount() const { return m_table.emissiveTriangleCount; }
@@ -64,18 +64,13 @@ class LightSet {
 
   private:
     bool HasInfiniteLight() const;
-    // Of the sphere around all instances that are visible now.
-    float VisibleRadius() const;
     void RecordUpload(CommandList& commands);
 
     rhi::Device& m_device;
-    LightScene m_scene;                    // from the origin
+    LightScene m_scene;                    // from the origin; of instances, only emitters are kept up to date
     std::vector<scene::Light> m_punctual;  // in the world
     glm::dvec3 m_origin{0.0};
-    std::vector<scene::Bounds> m_meshBounds;  // object space
-    std::vector<uint32_t> m_meshes;           // by instance, copies as well
-    bool m_isRadiusOld = true;                // an instance has moved since it was computed
-    bool m_isRadiusDue = false;               // one has been shown or hidden
+    bool m_isRadiusDue = false;  // an instance has been shown or hidden since it was computed
     std::vector<bool> m_isEmitterInstance;
     std::vector<bool> m_isEmitterMaterial;
     LightTable m_table;

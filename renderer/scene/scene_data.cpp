@@ -55,12 +55,17 @@ void Bounds::Extend(const Bounds& other) {
 
 Bounds Bounds::Transformed(const glm::mat4x3& transform) const {
     if (IsEmpty()) return {};
+    // Each coordinate of a corner is a sum of one term an axis. Rounding keeps the order of numbers, so that
+    // the smallest terms give the smallest sum, bit for bit.
+    const auto low = [&](int axis) {
+        return glm::min(transform[axis] * min[axis], transform[axis] * max[axis]);
+    };
+    const auto high = [&](int axis) {
+        return glm::max(transform[axis] * min[axis], transform[axis] * max[axis]);
+    };
     Bounds result;
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::vec3 point(corner & 1 ? max.x : min.x, corner & 2 ? max.y : min.y,
-                              corner & 4 ? max.z : min.z);
-        result.Extend(transform * glm::vec4(point, 1.0f));
-    }
+    result.min = low(0) + low(1) + low(2) + transform[3];
+    result.max = high(0) + high(1) + high(2) + transform[3];
     return result;
 }
 

@@ -1,0 +1,34 @@
+// Which of so many things have changed, each listed once.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace raygraph {
+
+class ChangeList {
+  public:
+    explicit ChangeList(size_t count = 0) : m_isListed(count) {}
+    // Whether it was not listed before.
+    bool Add(uint32_t index) {
+        if (m_isListed[index]) return false;
+        m_list.push_back(index);
+        m_isListed[index] = true;
+        return true;
+    }
+    void Clear() {
+        for (const uint32_t index : m_list) m_isListed[index] = false;
+        m_list.clear();
+    }
+    bool IsEmpty() const { return m_list.empty(); }
+    // In the order in which they were added.
+    std::span<const uint32_t> List() const { return m_list; }
+
+  private:
+    std::vector<uint32_t> m_list;
+    std::vector<bool> m_isListed;
+};
+
+}  // namespace raygraph
