@@ -68,6 +68,7 @@ void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2
 std::optional<GizmoFrame> GizmoView::FrameOfSelection(const Workspace& work, const PictureMap& map) const {
     if (!work.selectedNode || work.view.Show().view == viewport::View::SideBySide) return std::nullopt;
     const uint32_t node = *work.selectedNode;
+    if (work.document.IsPlacedByJoints(node)) return std::nullopt;
     const glm::mat4x3& nodeToWorld = work.document.WorldTransform(node);
     std::optional<glm::vec3> pivot;
     if (m_drag && m_drag->node == node) {
