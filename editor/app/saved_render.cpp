@@ -10,6 +10,8 @@ session::RenderFile RenderOf(viewport::CaptureResult&& picture, const session::S
     settings.size = picture.extent;
     settings.view = picture.isRaster ? session::View::Raster : session::View::PathTraced;
     settings.variant = source.variant;
+    settings.at = source.at;
+    settings.clips = source.clips;
     settings.pointsAndLines = source.pointsAndLines;
     settings.camera = session::CameraText(picture.camera);
     if (picture.lens.radius > 0.0f) {
