@@ -72,7 +72,9 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
 }
 
 bool Editor::IsTimeHeld() const {
-    return m_gizmo.IsHeld() || std::ranges::any_of(m_savingRenders, std::not_fn(&SavingRender::isTaken));
+    const bool isTakingPictures = m_work.view.Show().view != viewport::View::Surface;
+    return m_gizmo.IsHeld() ||
+           (isTakingPictures && std::ranges::any_of(m_savingRenders, std::not_fn(&SavingRender::isTaken)));
 }
 
 bool Editor::Draw(Screen& screen, const FrameInput& input) {

@@ -94,6 +94,43 @@ TEST_F(EditorAnimationTest, ViewFollowsItsCameraUntilItIsMoved) {
     EXPECT_EQ(camera.View().eye.x, 1.0);
 }
 
+TEST_F(EditorAnimationTest, HandlesOfAJointBendTheMeshWhileTimeStandsStill) {
+    Play("size 640x420\nopen " + file.string() + "\nwait\nview raster\n");
+    Workspace& work = editor.Work();
+    FrameInput input;
+    input.extent = {640, 420};
+    const auto frame = [&] {
+        editor.Frame(input, screen);
+        return work.timeline.Seconds();
+    };
+    work.Select(moving::SecondJoint);
+    work.timeline.Play();
+    const double first = frame();
+    EXPECT_GT(frame(), first);
+    const Extent2D size = work.view.Size();
+    const PictureMap map(work.camera.View(), {size.width, size.height});
+    const GizmoFrame handles =
+        *FrameOf(work.document.WorldTransform(moving::SecondJoint), GizmoTool::Move, GizmoSpace::World, map);
+    input.mouse = *map.PlaceOf(handles.origin + glm::vec3(0, 0.8f * handles.size, 0)) +
+                  glm::vec2(editor.PictureOrigin());
+    frame();
+    const scene::Bounds before = work.document.BoundsOf(moving::Skinned);
+    const uint64_t deformations = work.gpu.Statistics().deformations;
+    input.buttons[static_cast<size_t>(MouseButton::Left)] = true;
+    const double held = frame();
+    input.mouse.y -= 40.0f;
+    EXPECT_EQ(frame(), held);
+    EXPECT_EQ(frame(), held);
+    EXPECT_EQ(work.document.EditCount(), 1u);
+    EXPECT_GT(work.document.BoundsOf(moving::Skinned).max.y, before.max.y);
+    EXPECT_GT(work.gpu.Statistics().deformations, deformations);
+    input.buttons = {};
+    frame();
+    EXPECT_GT(frame(), held);
+    work.Undo();
+    EXPECT_EQ(work.document.BoundsOf(moving::Skinned).max, before.max);
+}
+
 TEST_F(EditorAnimationTest, ExrNamesTheClipsAndTheTimeOfItsPose) {
     const std::filesystem::path picture = folder.Path() / "picture.exr";
     const auto save = [&](const std::string& commands) {
