@@ -25,8 +25,12 @@ enum class Action : uint8_t {
     Hide,
     Frame,
     SceneCamera,
+    Play,
+    Stop,
+    Loop,
     Hierarchy,
     Inspector,
+    Timeline,
     Statistics,
     Graph,
     Log,
@@ -52,7 +56,7 @@ struct KeyPress {
 };
 std::string KeyText(const KeyPress& press);  // "Ctrl+Shift+S"
 
-enum class Menu : uint8_t { None, FileMenu, EditMenu, CameraMenu, PanelMenu };
+enum class Menu : uint8_t { None, FileMenu, EditMenu, CameraMenu, AnimationMenu, PanelMenu };
 
 struct ActionRow {
     Action action;

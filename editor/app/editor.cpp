@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -58,6 +59,7 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
         return static_cast<uint32_t>(std::lround(static_cast<float>(pixels) / input.scale));
     };
     m_windowSize = {points(input.extent.width), points(input.extent.height)};
+    m_work.Animate(IsTimeHeld() ? 0.0 : double{input.seconds});
     const Stopwatch watch;
     m_ui.Begin(input);
     Keys(input);
@@ -67,6 +69,12 @@ bool Editor::Frame(const FrameInput& given, Screen& screen) {
     m_work.uiMs = watch.Milliseconds();
     const bool hasDrawn = Draw(screen, input);
     return !m_isLeaving || IsStillSaving(hasDrawn);
+}
+
+bool Editor::IsTimeHeld() const {
+    const bool isTakingPictures = m_work.view.Show().view != viewport::View::Surface;
+    return m_gizmo.IsHeld() ||
+           (isTakingPictures && std::ranges::any_of(m_savingRenders, std::not_fn(&SavingRender::isTaken)));
 }
 
 bool Editor::Draw(Screen& screen, const FrameInput& input) {
@@ -141,6 +149,10 @@ void Editor::MenuBar() {
         MenuEntries(Menu::CameraMenu);
         ImGui::EndMenu();
     }
+    if (ImGui::BeginMenu("Animation")) {
+        MenuEntries(Menu::AnimationMenu);
+        ImGui::EndMenu();
+    }
     if (ImGui::BeginMenu("Panels")) {
         MenuEntries(Menu::PanelMenu);
         ImGui::EndMenu();
@@ -167,6 +179,7 @@ void Editor::BuildUi(const FrameInput& input) {
         right = x;
     }
     lower = bottom - LowerPanels(left, right, bottom);
+    lower -= TimelineStrip(left, right, lower);
     ViewArea(input, left, top, right - left, lower - top);
     StatusBar(bottom, window.x, kStatus);
     if (m_work.panels.help) {
@@ -198,6 +211,19 @@ float Editor::LowerPanels(float left, float right, float bottom) {
         Panel(panel.title, {x, bottom - height}, {end - x, height}, [&] { panel.draw(m_work); });
         x = end;
     }
+    return height;
+}
+
+// Below the picture; returns its height.
+float Editor::TimelineStrip(float left, float right, float bottom) {
+    if (!m_work.panels.timeline || m_work.timeline.IsEmpty()) return 0.0f;
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float height =
+        std::ceil(2.0f * ImGui::GetFrameHeight() + style.ItemSpacing.y + 2.0f * style.WindowPadding.y);
+    ImGui::SetNextWindowPos({left, bottom - height});
+    ImGui::SetNextWindowSize({right - left, height});
+    if (ImGui::Begin("Timeline", nullptr, kFixed | ImGuiWindowFlags_NoTitleBar)) TimelinePanel(m_work);
+    ImGui::End();
     return height;
 }
 

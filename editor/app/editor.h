@@ -70,6 +70,7 @@ class Editor {
     void AskToSavePicture();
     void AskToSaveScene();
     float LowerPanels(float left, float right, float bottom);
+    float TimelineStrip(float left, float right, float bottom);
     void ViewArea(const FrameInput& input, float left, float top, float width, float height);
     void StatusBar(float top, float width, float height);
     void UseBookmark(size_t slot, bool isKept);
@@ -84,6 +85,8 @@ class Editor {
     // False: there is no frame.
     bool Draw(Screen& screen, const FrameInput& input);
     void NoteCaptured();
+    // No time passes for what is animated: a handle is held, or a picture is to be taken.
+    bool IsTimeHeld() const;
     // Hands to the worker what has arrived, and says what it has written.
     void FinishSaving();
     void WriteBeside(Worker::Task write);
@@ -125,7 +128,7 @@ class Editor {
     struct SavingRender {
         std::filesystem::path file;
         viewport::Capture capture;
-        session::SceneInput source{};  // of the captured frame, without data and hash
+        ShownScene shown{};  // in the captured frame, without data and hash
         FileContent content{};         // likewise
         bool isTaken = false;
     };

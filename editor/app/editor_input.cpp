@@ -9,9 +9,10 @@ namespace raygraph::editor {
 
 namespace {
 
-constexpr float kTurn = 0.006f;      // radians a point of the mouse's way
-constexpr float kClickReach = 4.0f;  // points that a click may move
-constexpr float kFlySpeed = 0.6f;    // of the distance to the pivot, a second
+constexpr float kTurn = 0.006f;       // radians a point of the mouse's way
+constexpr float kClickReach = 4.0f;   // points that a click may move
+constexpr float kFlySpeed = 0.6f;     // of the distance to the pivot, a second
+constexpr float kLongestStep = 0.1f;  // seconds that a frame flies on, however long it took
 
 }  // namespace
 
@@ -53,8 +54,16 @@ void Editor::Do(Action action) {
         case Action::SceneCamera:
             return m_work.UseCamera(m_work.document.Scene().cameras.empty() ? std::nullopt
                                                                             : std::optional<uint32_t>(0));
+        case Action::Play:
+            return m_work.timeline.Toggle();
+        case Action::Stop:
+            return m_work.timeline.Stop();
+        case Action::Loop:
+            m_work.timeline.isLooping ^= true;
+            return;
         case Action::Hierarchy:
         case Action::Inspector:
+        case Action::Timeline:
         case Action::Statistics:
         case Action::Graph:
         case Action::Log:
@@ -111,10 +120,13 @@ bool Editor::CanDo(Action action) const {
     if (action == Action::Undo) return m_work.document.CanUndo();
     if (action == Action::Redo) return m_work.document.CanRedo();
     if (action == Action::Hide) return m_work.selectedNode.has_value();
+    if (Row(action).menu == Menu::AnimationMenu) return !m_work.timeline.IsEmpty();
     return true;
 }
 
 bool Editor::IsOn(Action action) const {
+    if (action == Action::Play) return m_work.timeline.IsPlaying();
+    if (action == Action::Loop) return m_work.timeline.isLooping;
     bool Panels::*const panel = Row(action).panel;
     return panel && m_work.panels.*panel;
 }
@@ -138,7 +150,8 @@ void Editor::Fly(const FrameInput& input) {
     const glm::vec3 way(axis(Key::D, Key::A), axis(Key::E, Key::Q), axis(Key::W, Key::S));
     if (way == glm::vec3(0.0f)) return;
     const float hurry = (input.isShift ? 5.0f : 1.0f) * (input.isControl ? 0.2f : 1.0f);
-    m_work.camera.Fly(hurry * kFlySpeed * m_work.camera.Distance() * input.seconds * way);
+    const float seconds = std::min(input.seconds, kLongestStep);
+    m_work.camera.Fly(hurry * kFlySpeed * m_work.camera.Distance() * seconds * way);
 }
 
 void Editor::Mouse(const FrameInput& input) {

@@ -153,7 +153,7 @@ void Editor::NoteCaptured() {
     for (SavingRender& saving : m_savingRenders) {
         if (saving.isTaken || !saving.capture.IsTaken()) continue;
         saving.isTaken = true;
-        saving.source = m_work.Source();
+        saving.shown = m_work.Shown();
         saving.content = m_work.document.Content();
         saving.content.pointsAndLines = m_work.pointsAndLines;
     }
@@ -184,9 +184,9 @@ void Editor::FinishSaving() {
         WriteBeside(
             [this, saving, device = m_work.device.Info(), log = m_work.device.Log()]() -> Worker::Finish {
                 const FileContent content = WithHash(saving.content, log);
-                session::SceneInput source = saving.source;
-                source.hash = content.hash;
-                const session::RenderFile render = RenderOf(saving.capture.Result(), source, device);
+                ShownScene shown = saving.shown;
+                shown.input.hash = content.hash;
+                const session::RenderFile render = RenderOf(saving.capture.Result(), shown, device);
                 session::WriteRenderFile(saving.file, render, log);
                 return [this, content, file = saving.file, samples = SampleCount(render.samples)] {
                     m_work.document.Know(content);

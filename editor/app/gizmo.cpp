@@ -323,4 +323,10 @@ std::optional<glm::mat4x3> LocalAfter(const glm::mat4& change, const glm::mat4x3
     return glm::mat4x3(glm::inverse(parent) * change * parent * glm::mat4(local));
 }
 
+glm::mat4x3 WithoutRounding(GizmoTool tool, bool isAboutOrigin, const glm::mat4x3& before,
+                            const glm::mat4x3& after) {
+    if (tool == GizmoTool::Move) return {before[0], before[1], before[2], after[3]};
+    return {after[0], after[1], after[2], isAboutOrigin ? before[3] : after[3]};
+}
+
 }  // namespace raygraph::editor

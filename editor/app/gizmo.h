@@ -114,5 +114,9 @@ class GizmoDrag {
 // identity for a root). Nothing if the parent has no inverse.
 std::optional<glm::mat4x3> LocalAfter(const glm::mat4& change, const glm::mat4x3& parentToWorld,
                                       const glm::mat4x3& local);
+// `after` with what the tool leaves alone as it was `before`, without the rounding of LocalAfter: the axes
+// where it moves, and the place where it rotates or scales about the node's origin.
+glm::mat4x3 WithoutRounding(GizmoTool tool, bool isAboutOrigin, const glm::mat4x3& before,
+                            const glm::mat4x3& after);
 
 }  // namespace raygraph::editor

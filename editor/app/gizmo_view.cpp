@@ -68,6 +68,7 @@ void DrawShape(ImDrawList& list, const GizmoShape& shape, GizmoTool tool, ImVec2
 std::optional<GizmoFrame> GizmoView::FrameOfSelection(const Workspace& work, const PictureMap& map) const {
     if (!work.selectedNode || work.view.Show().view == viewport::View::SideBySide) return std::nullopt;
     const uint32_t node = *work.selectedNode;
+    if (work.document.IsPlacedByJoints(node)) return std::nullopt;
     const glm::mat4x3& nodeToWorld = work.document.WorldTransform(node);
     std::optional<glm::vec3> pivot;
     if (m_drag && m_drag->node == node) {
@@ -99,8 +100,10 @@ void GizmoView::Update(Workspace& work, const FrameInput& input, glm::vec2 mouse
     if (m_drag) {
         m_over = m_drag->drag.Handle();
         const glm::mat4 change = m_drag->drag.Change(map.RayAt(mouse), input.isControl);
-        const std::optional<glm::mat4x3> local = LocalAfter(change, m_drag->parentToWorld, m_drag->local);
-        if (local && *local != work.document.LocalTransform(m_drag->node))
+        std::optional<glm::mat4x3> local = LocalAfter(change, m_drag->parentToWorld, m_drag->local);
+        if (!local) return;
+        local = WithoutRounding(m_drag->tool, m_drag->isAboutOrigin, m_drag->local, *local);
+        if (*local != work.document.LocalTransform(m_drag->node))
             work.Apply(TransformEdit{m_drag->node, *local});
         return;
     }
@@ -118,6 +121,8 @@ void GizmoView::Update(Workspace& work, const FrameInput& input, glm::vec2 mouse
                   .parentToWorld = work.document.ParentTransform(node),
                   .local = work.document.LocalTransform(node),
                   .pivot = glm::vec3(glm::inverse(nodeToWorld) * glm::vec4(frame->origin, 1.0f)),
+                  .tool = work.tool,
+                  .isAboutOrigin = frame->origin == glm::vec3(nodeToWorld[3]),
                   .editsBefore = work.document.EditCount()};
 }
 

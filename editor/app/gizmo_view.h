@@ -29,6 +29,8 @@ class GizmoView {
         uint32_t node;
         glm::mat4x3 parentToWorld, local;  // at the start
         glm::vec3 pivot;                   // in the node's space
+        GizmoTool tool;
+        bool isAboutOrigin;  // of the node
         size_t editsBefore;
     };
     std::optional<GizmoFrame> FrameOfSelection(const Workspace& work, const PictureMap& map) const;

@@ -10,6 +10,8 @@ void HierarchyPanel(Workspace& work);
 void InspectorPanel(Workspace& work);
 // View, exposure and tone mapping, environment, how paths are traced.
 void SettingsPanel(Workspace& work);
+// Clips, time and speed of the animations.
+void TimelinePanel(Workspace& work);
 // Samples, times of the passes, memory, acceleration structures.
 void StatisticsPanel(Workspace& work);
 // The plan of the last frame.

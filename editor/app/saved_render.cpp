@@ -4,12 +4,16 @@
 
 namespace raygraph::editor {
 
-session::RenderFile RenderOf(viewport::CaptureResult&& picture, const session::SceneInput& source,
+session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene& shown,
                              const rhi::DeviceInfo& device) {
+    session::SceneInput source = shown.input;
+    source.isAnimated = shown.at.has_value();
     session::PictureSettings settings;
     settings.size = picture.extent;
     settings.view = picture.isRaster ? session::View::Raster : session::View::PathTraced;
     settings.variant = source.variant;
+    settings.at = shown.at;
+    if (shown.at) settings.clips = shown.clips;
     settings.pointsAndLines = source.pointsAndLines;
     settings.camera = session::CameraText(picture.camera);
     if (picture.lens.radius > 0.0f) {

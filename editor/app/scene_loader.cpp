@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "editor/session/content_hash.h"
+#include "renderer/scene/deform.h"
 #include "renderer/scene/load_gltf.h"
-#include "renderer/scene/still_scene.h"
 #include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
@@ -31,8 +31,8 @@ bool SceneLoader::Start(const std::filesystem::path& file, const std::string& va
             const std::optional<FileStamp> stamp = StampOf(file);
             scene::SceneData data = scene::LoadGltf(file, options);
             scene::SetVariant(data, scene::FindVariant(data, variant));
-            scene::FreezePose(data, {});
             std::string hash = session::HashOf(data);
+            scene::DeformInstances(data);
             m_result = LoadedScene{file, stamp, std::move(data), std::move(hash)};
         } catch (const std::exception& failure) {
             m_result = LoadFailure{file, failure.what()};

@@ -11,7 +11,7 @@
 #include <variant>
 
 #include "base/log.h"
-#include "editor/app/document.h"
+#include "editor/app/file_content.h"
 #include "renderer/scene/round_primitives.h"
 #include "renderer/scene/scene_data.h"
 
@@ -20,8 +20,8 @@ namespace raygraph::editor {
 struct LoadedScene {
     std::filesystem::path file;
     std::optional<FileStamp> stamp;  // taken before it was read
-    scene::SceneData data;
-    std::string hash;  // of data
+    scene::SceneData data;           // at rest; what skins and morph targets deform is deformed by the device
+    std::string hash;                // of what was in the file
 };
 struct LoadFailure {
     std::filesystem::path file;

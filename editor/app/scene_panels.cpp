@@ -271,7 +271,10 @@ void InspectorPanel(Workspace& work) {
     ImGui::TextUnformatted(NameOf(scene, node).c_str());
     VisibilityField(work, node);
     ImGui::PushItemWidth(-90.0f);
-    TransformFields(work, node);
+    if (work.document.IsPlacedByJoints(node))
+        ImGui::TextDisabled("moves with its joints");
+    else
+        TransformFields(work, node);
     for (const uint32_t material : MaterialsOf(work, node)) {
         ImGui::Separator();
         const std::string& name = scene.materials[material].name;

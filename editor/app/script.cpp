@@ -1,10 +1,12 @@
 #include "editor/app/script.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "base/overloaded.h"
 #include "base/read_file.h"
 #include "base/text.h"
+#include "renderer/scene/still_scene.h"
 #include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
@@ -52,6 +54,18 @@ void Script::Frame(Editor& editor, Screen& screen) {
     m_input.wheel = 0.0f;
 }
 
+void Script::PlayAnimation(double seconds, Editor& editor, Screen& screen) {
+    const float step = m_input.seconds;
+    editor.Work().timeline.Play();
+    while (seconds > 0.0) {
+        m_input.seconds = static_cast<float>(std::min(seconds, double{step}));
+        seconds -= double{m_input.seconds};
+        Frame(editor, screen);
+    }
+    m_input.seconds = step;
+    editor.Work().timeline.Pause();
+}
+
 void Script::Play(Editor& editor, Screen& screen) {
     Frame(editor, screen);
     for (const ScriptLine& line : m_lines) {
@@ -74,6 +88,16 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
             if (isDone()) return;
         }
         Fail(line, Text("still not {} after {} s; {}", what, kMaxWait.count(), editor.Work().message));
+    };
+    const auto orFail = [&](auto&& action) {
+        try {
+            action();
+        } catch (const Error& error) {
+            Fail(line, error.what());
+        }
+    };
+    const auto requireAnimations = [&] {
+        if (editor.Work().timeline.IsEmpty()) Fail(line, "the scene has no animations");
     };
     std::visit(Overloaded{[&](const SetSize& command) {
                               m_input.extent = command.extent;
@@ -165,13 +189,28 @@ void Script::Do(const ScriptLine& line, Editor& editor, Screen& screen) {
                           },
                           [&](const ShowVariant& command) {
                               Workspace& work = editor.Work();
-                              const bool isNone = command.choice == kNoVariant;
-                              try {
-                                  work.ShowVariant(scene::FindVariant(work.document.Scene(),
-                                                                      isNone ? "" : command.choice));
-                              } catch (const Error& error) {
-                                  Fail(line, error.what());
-                              }
+                              const scene::SceneData& scene = work.document.Scene();
+                              const std::string choice = command.choice == kNoVariant ? "" : command.choice;
+                              orFail([&] { work.ShowVariant(FindVariant(scene, choice)); });
+                              frame();
+                          },
+                          [&](const PlayFor& command) {
+                              requireAnimations();
+                              PlayAnimation(command.seconds, editor, screen);
+                          },
+                          [&](const ShowTime& command) {
+                              requireAnimations();
+                              editor.Work().timeline.Seek(command.seconds);
+                              frame();
+                          },
+                          [&](const StopPlaying&) {
+                              editor.Work().timeline.Stop();
+                              frame();
+                          },
+                          [&](const ChooseClips& command) {
+                              Workspace& work = editor.Work();
+                              const scene::SceneData& scene = work.document.Scene();
+                              orFail([&] { work.timeline.Choose(FindClips(scene, command.list, 0.0)); });
                               frame();
                           },
                           [&](const SetBaseColor& command) {
@@ -202,6 +241,8 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
     const std::string view = Name(work.view.Show().view);
     const std::string selected =
         work.selectedNode ? work.document.Scene().nodes[*work.selectedNode].name : "nothing";
+    const Timeline& timeline = work.timeline;
+    const std::string time = timeline.IsAtRest() ? "rest" : Text("{:.3f}", timeline.Seconds());
     const uint32_t variant = work.document.Scene().variant;
     const std::string shown = variant == scene::kNone ? std::string(kNoVariant)
                                                       : scene::VariantText(work.document.Scene(), variant);
@@ -216,6 +257,10 @@ void Script::Expect(const ScriptLine& line, const Expectation& expected, Editor&
             return require(work.message.find(expected.text) != std::string::npos, work.message);
         case Of::Edits:
             return require(edits == expected.number, std::to_string(edits));
+        case Of::Time:
+            return require(time == expected.text, time);
+        case Of::Playing:
+            return requireAnswer(timeline.IsPlaying());
         case Of::Asking:
             return requireAnswer(editor.IsAsking());
         case Of::Leaving:

@@ -13,10 +13,13 @@
 //   config FOLDER          settings are read from there, and kept there when the script ends
 //   scene FILE             saves the scene, .gltf or .glb
 //   variant NAME           shows it, by name or index; none: the materials without one
+//   clips walk:0.3,run     those of the animations that are on; all: all of them
+//   play SECONDS           plays for so long, a 60th of a second a frame, then pauses
+//   time SECONDS           shows that time           stop              back to the rest pose
 //   close                  as the window's button   expect asking yes | leaving no: the question about
 //                          unsaved edits, which key S, D or escape answers; whether the editor ends
 //   expect selected NAME | view NAME | variant NAME | message TEXT | edits N
-//   expect samples-below N | samples-above N
+//   expect samples-below N | samples-above N | playing yes | time 0.250 | time rest
 // clang-format on
 #pragma once
 
@@ -40,6 +43,7 @@ class Script {
     void Do(const ScriptLine& line, Editor& editor, Screen& screen);
     void Expect(const ScriptLine& line, const Expectation& expected, Editor& editor) const;
     void Frame(Editor& editor, Screen& screen);
+    void PlayAnimation(double seconds, Editor& editor, Screen& screen);
     [[noreturn]] void Fail(const ScriptLine& line, const std::string& why) const;
 
     std::filesystem::path m_file;

@@ -116,6 +116,10 @@ class LineReader {
         if (verb == "scene") return SaveSceneFile{Rest(1)};
         if (verb == "view") return ShowView{ViewOf(Rest(1))};
         if (verb == "variant") return ShowVariant{Rest(1)};
+        if (verb == "play") return PlayFor{Number(Word(1), 0.0f, 600.0f)};
+        if (verb == "time") return ShowTime{Number(Word(1), 0.0f, 1e6f)};
+        if (verb == "stop") return StopPlaying{};
+        if (verb == "clips") return ChooseClips{Rest(1)};
         if (verb == "material" && Word(1) == "base") return SetBaseColor{{Share(2), Share(3), Share(4)}};
         if (verb == "expect") return Expected();
         Refuse("there is no such command");
@@ -144,12 +148,14 @@ class LineReader {
         if (what == "view") return {Of::View, "", 0, ViewOf(value)};
         if (what == "variant") return {Of::Variant, value};
         if (what == "message") return {Of::Message, value};
+        if (what == "time") return {Of::Time, value};
         if (what == "edits") return {Of::Edits, "", Count(value)};
         if (what == "samples-below") return {Of::SamplesBelow, "", Count(value)};
         if (what == "samples-above") return {Of::SamplesAbove, "", Count(value)};
-        if (what != "asking" && what != "leaving") Refuse("there is nothing of that name to expect");
+        const Of answer = what == "asking" ? Of::Asking : what == "leaving" ? Of::Leaving : Of::Playing;
+        if (answer == Of::Playing && what != "playing") Refuse("there is nothing of that name to expect");
         if (value != "yes" && value != "no") Refuse("it is yes or no, not {}", Quoted(value));
-        return {what == "asking" ? Of::Asking : Of::Leaving, "", value == "yes"};
+        return {answer, "", value == "yes"};
     }
 
     const std::vector<std::string>& m_words;

@@ -71,6 +71,16 @@ struct ShowView {
 struct ShowVariant {
     std::string choice;  // name or index
 };
+struct PlayFor {
+    double seconds;
+};
+struct ShowTime {
+    double seconds;
+};
+struct StopPlaying {};
+struct ChooseClips {
+    std::string list;  // as of scene::FindClips
+};
 struct SetBaseColor {
     glm::vec3 color;
 };
@@ -81,21 +91,23 @@ struct Expectation {
         Variant,
         Message,
         Edits,
+        Time,
         Asking,
         Leaving,
+        Playing,
         SamplesBelow,
         SamplesAbove
     };
     Of of;
-    std::string text;     // of Selected, Variant and Message
-    uint32_t number = 0;  // of Edits and Samples; of Asking and Leaving 1: yes, 0: no
+    std::string text;     // of Selected, Variant, Message and Time
+    uint32_t number = 0;  // of Edits and Samples; of Asking, Leaving and Playing 1: yes, 0: no
     viewport::View view = viewport::View::PathTraced;
 };
 
-using ScriptCommand =
-    std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton, TurnWheel,
-                 TypeText, PassFrames, WaitUntilDone, WaitForSamples, SaveShown, SetBudget, UseConfigFolder,
-                 SaveSceneFile, ShowView, ShowVariant, SetBaseColor, Expectation>;
+using ScriptCommand = std::variant<SetSize, SetScale, DropFile, CloseWindow, PressKey, MoveMouse, HoldButton,
+                                   TurnWheel, TypeText, PassFrames, WaitUntilDone, WaitForSamples, SaveShown,
+                                   SetBudget, UseConfigFolder, SaveSceneFile, ShowView, ShowVariant, PlayFor,
+                                   ShowTime, StopPlaying, ChooseClips, SetBaseColor, Expectation>;
 
 struct ScriptLine {
     uint32_t number = 0;

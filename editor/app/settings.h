@@ -16,6 +16,7 @@ namespace raygraph::editor {
 struct Panels {
     bool hierarchy = true;
     bool inspector = true;
+    bool timeline = true;  // of a scene that has animations
     bool statistics = false;
     bool graph = false;
     bool log = false;
@@ -29,11 +30,9 @@ struct PanelName {
     bool Panels::*isShown;
 };
 inline constexpr PanelName kPanels[] = {
-    {"hierarchy", &Panels::hierarchy},
-    {"inspector", &Panels::inspector},
-    {"statistics", &Panels::statistics},
-    {"graph", &Panels::graph},
-    {"log", &Panels::log},
+    {"hierarchy", &Panels::hierarchy}, {"inspector", &Panels::inspector},
+    {"timeline", &Panels::timeline},   {"statistics", &Panels::statistics},
+    {"graph", &Panels::graph},         {"log", &Panels::log},
     {"help", &Panels::help},
 };
 static_assert(std::size(kPanels) * sizeof(bool) == sizeof(Panels), "each panel needs its name");

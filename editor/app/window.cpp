@@ -146,7 +146,7 @@ FrameInput Window::Poll(double seconds) {
     glfwGetWindowContentScale(window, &scaleX, &scaleY);
     input.scale = std::max(scaleX, 0.5f);
     const double now = glfwGetTime();
-    input.seconds = std::min(static_cast<float>(now - std::exchange(m_impl->lastTime, now)), 0.1f);
+    input.seconds = static_cast<float>(now - std::exchange(m_impl->lastTime, now));
     int windowWidth = 0, windowHeight = 0;
     glfwGetWindowSize(window, &windowWidth, &windowHeight);
     double x = 0.0, y = 0.0;

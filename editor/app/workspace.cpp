@@ -8,6 +8,7 @@
 #include "base/extension.h"
 #include "base/text.h"
 #include "editor/session/content_hash.h"
+#include "renderer/scene/still_scene.h"
 #include "renderer/scene/variants.h"
 
 namespace raygraph::editor {
@@ -177,12 +178,15 @@ void Workspace::RemoveEnvironmentMap() {
     m_environmentHash.clear();
 }
 
-session::SceneInput Workspace::Source() const {
-    return {.file = document.File().filename().string(),
-            .variant = scene::VariantText(document.Scene(), document.Scene().variant),
-            .pointsAndLines = pointsAndLines,
-            .environmentFile = m_environmentFile.filename().string(),
-            .environmentHash = m_environmentHash};
+ShownScene Workspace::Shown() const {
+    const std::span<const scene::ClipState> clips = document.Clips();
+    return {.input = {.file = document.File().filename().string(),
+                      .variant = scene::VariantText(document.Scene(), document.Scene().variant),
+                      .pointsAndLines = pointsAndLines,
+                      .environmentFile = m_environmentFile.filename().string(),
+                      .environmentHash = m_environmentHash},
+            .at = clips.empty() ? std::nullopt : std::optional(clips.front().seconds),
+            .clips = scene::ClipsText(document.Scene(), clips)};
 }
 
 std::optional<LoadedScene> Workspace::FinishLoading() {
@@ -205,6 +209,7 @@ bool Workspace::Show(LoadedScene loaded) {
         return false;
     }
     document = std::move(opened);
+    timeline = Timeline(document.Scene());
     NoteOpened(document.File());
     hierarchy = Hierarchy(document.Children(), document.Roots());
     nodeToReveal.reset();
@@ -238,6 +243,21 @@ void Workspace::UseCamera(std::optional<uint32_t> index) {
     const float distance =
         scene.bounds.IsEmpty() ? 1.0f : glm::dot(scene.bounds.Center() - glm::vec3(taken.eye), taken.forward);
     camera.Set(taken, distance > 0.0f ? distance : std::max(scene.bounds.Radius(), 0.01f));
+    m_lookedThrough.reset();
+    if (index) m_lookedThrough = {*index, camera.View()};
+}
+
+void Workspace::Animate(double seconds) {
+    timeline.Advance(seconds);
+    try {
+        if (!document.ShowPose(timeline.Shown(), gpu)) return;
+        m_refusedPose.clear();
+    } catch (const std::exception& error) {
+        timeline.Pause();
+        RefuseAgain(error.what(), m_refusedPose);
+        return;
+    }
+    if (m_lookedThrough && m_lookedThrough->view == camera.View()) UseCamera(m_lookedThrough->camera);
 }
 
 void Workspace::FrameSelection() {

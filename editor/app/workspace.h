@@ -16,8 +16,10 @@
 #include "editor/app/gizmo.h"
 #include "editor/app/hierarchy.h"
 #include "editor/app/log_history.h"
+#include "editor/app/saved_render.h"
 #include "editor/app/scene_loader.h"
 #include "editor/app/settings.h"
+#include "editor/app/timeline.h"
 #include "editor/session/scene_input.h"
 #include "editor/viewport/viewport.h"
 #include "renderer/graph/renderer.h"
@@ -63,7 +65,7 @@ class Workspace {
     bool HasSceneEnvironment() const { return document.Scene().environment.faceSize > 0; }
     // What is shown, as a render names it; without the data, and without the scene's hash, which
     // Document::Content has.
-    session::SceneInput Source() const;
+    ShownScene Shown() const;
     bool IsLoading() const { return loader.IsLoading() || m_environment.valid(); }
     // Takes what has been loaded, and reports what could not be. An environment map is shown at once; a scene
     // is returned.
@@ -76,8 +78,11 @@ class Workspace {
     bool SaveScene(const std::filesystem::path& file);
     // A variant of the scene's materials, in all views; scene::kNone: none. No edit: it is not saved.
     void ShowVariant(uint32_t variant);
-    // A camera of the scene, or one that frames it all.
+    // A camera of the scene, or one that frames it all. The view follows a camera that animations move until
+    // it is moved by other means.
     void UseCamera(std::optional<uint32_t> camera);
+    // Lets time pass for the timeline, and shows its pose; once a frame. Does nothing if that is shown.
+    void Animate(double seconds);
     // With the material that was picked, if one was.
     void Select(std::optional<uint32_t> node, std::optional<uint32_t> material = {});
     // Frames the selection, or the whole scene.
@@ -111,6 +116,7 @@ class Workspace {
     Document document;
     CameraController camera;
     SceneLoader loader;
+    Timeline timeline;                                 // of the document's scene
     scene::PointsAndLines pointsAndLines;              // radii of those of scenes that are opened
     std::array<std::optional<Bookmark>, 9> bookmarks;  // keys 1 to 9
     Hierarchy hierarchy;
@@ -147,6 +153,12 @@ class Workspace {
     std::optional<viewport::ErrorRequest> m_errorRequest;
     double m_errorAsked = 0.0;  // seconds
     std::string m_refusedEdit;  // why the last edit was; "": it was not
+    std::string m_refusedPose;  // likewise
+    struct LookedThrough {
+        uint32_t camera = 0;
+        scene::CameraView view;
+    };
+    std::optional<LookedThrough> m_lookedThrough;  // what UseCamera was given last, a camera of the scene
     template <typename Change>
     bool Try(Change&& change);  // false: it was refused, and the message says why
 };

@@ -13,6 +13,7 @@
 #include "renderer/scene/gltf_light_profiles.h"
 #include "renderer/scene/light_fields.h"
 #include "renderer/scene/material_fields.h"
+#include "renderer/scene/transform_parts.h"
 
 namespace raygraph::scene {
 namespace {
@@ -44,55 +45,6 @@ void Use(Json& root, const char* extension) {
 
 // --- Nodes ---
 
-struct Parts {
-    glm::vec3 translation{0.0f};
-    glm::quat rotation{1.0f, 0.0f, 0.0f, 0.0f};
-    glm::vec3 scale{1.0f};
-};
-
-// Within rounding of products of such matrices.
-bool IsNear(const glm::mat4x3& a, const glm::mat4x3& b) {
-    for (int column = 0; column < 4; ++column) {
-        const float size = glm::length(a[column]) + glm::length(b[column]);
-        if (glm::length(a[column] - b[column]) > 4e-6f * size) return false;
-    }
-    return true;
-}
-
-glm::mat4x3 Matrix(const Parts& parts) {
-    Node node;
-    node.translation = parts.translation;
-    node.rotation = parts.rotation;
-    node.scale = parts.scale;
-    return node.LocalTransform();
-}
-
-// The parts that make `local`, as many as may be the node's own; nothing if it shears.
-std::optional<Parts> PartsOf(const glm::mat4x3& local, const Node& own) {
-    Parts parts{own.translation, own.rotation, own.scale};
-    parts.translation = local[3];
-    if (IsNear(Matrix(parts), local)) return parts;
-    const auto turned = [&](const glm::vec3& scale) {
-        glm::mat3 turn(local);
-        for (int i = 0; i < 3; ++i) turn[i] /= scale[i];
-        return glm::normalize(glm::quat_cast(turn));
-    };
-    if (own.scale.x != 0.0f && own.scale.y != 0.0f && own.scale.z != 0.0f) {
-        parts.rotation = turned(own.scale);
-        if (IsNear(Matrix(parts), local)) return parts;
-    }
-    glm::vec3 scale(glm::length(local[0]), glm::length(local[1]), glm::length(local[2]));
-    if (glm::determinant(glm::mat3(local)) < 0.0f) scale.x = -scale.x;
-    for (int i = 0; i < 3; ++i)
-        if (scale[i] == 0.0f) return std::nullopt;
-    parts.scale = scale;
-    parts.rotation = own.rotation;
-    if (IsNear(Matrix(parts), local)) return parts;
-    parts.rotation = turned(scale);
-    if (IsNear(Matrix(parts), local)) return parts;
-    return std::nullopt;
-}
-
 // `isMoved`: its place is another than that of the file, whose numbers may have more digits.
 void PutMatrix(Json& node, const Node& edited, bool isMoved) {
     const glm::mat4x3 local = edited.LocalTransform();
@@ -117,7 +69,7 @@ void PatchNode(Json& node, const Node& loaded, const Node& edited) {
     const glm::mat4x3 local = edited.LocalTransform(), before = loaded.LocalTransform();
     const bool isMoved = local[3] != before[3] || edited.translationRest != loaded.translationRest;
     if (local == before && !isMoved) return;
-    const std::optional<Parts> parts = loaded.matrix ? std::nullopt : PartsOf(local, loaded);
+    const std::optional<TransformParts> parts = loaded.matrix ? std::nullopt : PartsOf(local, loaded);
     if (!parts) {
         PutMatrix(node, edited, isMoved);
         return;

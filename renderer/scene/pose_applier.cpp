@@ -114,16 +114,17 @@ void PoseApplier::Refresh(SceneData& scene) {
     Clear(m_changes);
 }
 
-const PoseChanges& PoseApplier::Apply(SceneData& scene, const Pose& pose) {
+const PoseChanges& PoseApplier::Apply(SceneData& scene, const Pose& pose, std::span<const uint32_t> edited) {
     RG_CHECK_EQ(scene.nodes.size(), m_nodeToWorld.size());
     RG_CHECK_EQ(scene.instances.size(), m_isInstanceSeen.size());
     Clear(m_changes);
     std::ranges::fill(m_isMoved, uint8_t{0});
     std::ranges::fill(m_isReweighted, uint8_t{0});
     std::ranges::fill(m_isMeshReweighted, uint8_t{0});
-    m_isVisibilityChanged = false;
+    m_isVisibilityChanged = !edited.empty();
     for (PosedSkin& skin : m_skins) skin.isMoved = skin.isDeformed = false;
-    if (SetValues(scene, pose)) {
+    for (const uint32_t node : edited) m_isMoved[node] = 1;
+    if (SetValues(scene, pose) || !edited.empty()) {
         MoveNodes(scene);
         MoveSkins(scene);
         MoveCamerasAndLights(scene);

@@ -49,9 +49,10 @@ class RAYGRAPH_API PoseApplier {
     // transforms of instances, cameras and lights as UpdateWorldTransforms sets them, joint matrices,
     // visibility and the scene's bounds, of deformed instances by DeformedBounds. An instance that is scaled
     // to nothing or flat, or deformed beyond what is finite, is not seen (Instance::isCollapsed); the former
-    // keeps its last transform. Takes time by what has changed, and a little for each node and property.
-    // Valid until the next call. No memory is allocated once the lists have grown.
-    const PoseChanges& Apply(SceneData& scene, const Pose& pose);
+    // keeps its last transform. `edited`: nodes whose local transform or visibility others have changed since
+    // the last call; what follows from that is set, too. Takes time by what has changed, and a little for
+    // each node and property. Valid until the next call. No memory is allocated once the lists have grown.
+    const PoseChanges& Apply(SceneData& scene, const Pose& pose, std::span<const uint32_t> edited = {});
 
     // One matrix a joint, from the mesh to the object space of the instances with the skin; none for a skin
     // that no deformed instance has.
@@ -59,6 +60,10 @@ class RAYGRAPH_API PoseApplier {
     // Of an instance: its nodes are visible, and it is not collapsed.
     bool IsVisible(uint32_t instance) const { return m_isInstanceSeen[instance] != 0; }
     bool IsLightVisible(uint32_t light) const { return m_isLightSeen[light] != 0; }
+    // The node and all above it are visible.
+    bool IsNodeVisible(uint32_t node) const { return m_isNodeSeen[node] != 0; }
+    // Of an instance, whether or not it is visible; world space.
+    const Bounds& BoundsOf(uint32_t instance) const { return m_instanceBounds[instance]; }
     std::span<const PlacedTransform> NodeTransforms() const { return m_nodeToWorld; }
 
   private:

@@ -16,6 +16,8 @@
 namespace raygraph::scene {
 namespace {
 
+constexpr std::string_view kAllClips = "all";
+
 uint32_t FindAnimation(const SceneData& scene, std::string_view choice) {
     return FindNamed(scene.animations, choice, "animation", " none",
                      [](const Animation& animation) -> const std::string& { return animation.name; });
@@ -34,6 +36,21 @@ ClipState FindClip(const SceneData& scene, std::string_view text, double seconds
     }
     clip.animation = FindAnimation(scene, text);
     return clip;
+}
+
+// As FindClip reads it.
+std::string TextOf(const SceneData& scene, const ClipState& clip) {
+    const std::string& name = scene.animations.at(clip.animation).name;
+    const auto first = std::ranges::find(scene.animations, name, &Animation::name);
+    const bool isFound = !name.empty() && name != kAllClips && name.find(',') == name.npos &&
+                         first == scene.animations.begin() + clip.animation;
+    std::string text = isFound ? name : std::to_string(clip.animation);
+    float number = 0.0f;
+    const size_t colon = text.rfind(':');
+    const bool seemsWeighted =
+        colon != text.npos && IsNumber(std::string_view(text).substr(colon + 1), number);
+    if (clip.weight != 1.0f || seemsWeighted) text += Text(":{}", clip.weight);
+    return text;
 }
 
 // Which vertices an instance has: of one mesh, one skin and the same weights; none: those of the mesh.
@@ -135,7 +152,7 @@ void MeasureBounds(SceneData& scene) {
 
 std::vector<ClipState> FindClips(const SceneData& scene, std::string_view list, double seconds) {
     std::vector<ClipState> clips;
-    if (list == "all" || (list.empty() && !scene.animations.empty())) {
+    if (list == kAllClips || (list.empty() && !scene.animations.empty())) {
         const size_t count = list.empty() ? 1 : scene.animations.size();
         for (uint32_t i = 0; i < count; ++i) clips.push_back({.animation = i, .seconds = seconds});
         return clips;
@@ -146,6 +163,18 @@ std::vector<ClipState> FindClips(const SceneData& scene, std::string_view list, 
         list.remove_prefix(std::min(comma + 1, list.size()));
     }
     return clips;
+}
+
+std::string ClipsText(const SceneData& scene, std::span<const ClipState> clips) {
+    const auto isWhole = [&](const ClipState& clip) {
+        return clip.weight == 1.0f && clip.animation == static_cast<size_t>(&clip - clips.data());
+    };
+    if (clips.size() > 1 && clips.size() == scene.animations.size() && std::ranges::all_of(clips, isWhole))
+        return std::string(kAllClips);
+    std::string list;
+    for (const ClipState& clip : clips)
+        if (clip.weight > 0.0f) list += Text("{}{}", list.empty() ? "" : ",", TextOf(scene, clip));
+    return list;
 }
 
 namespace {

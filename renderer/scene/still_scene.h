@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -22,6 +23,9 @@ namespace raygraph::scene {
 // the first animation, if there is one; "all": all of them. Error{BadInput} for what is none of this, naming
 // what there is.
 RAYGRAPH_API std::vector<ClipState> FindClips(const SceneData& scene, std::string_view list, double seconds);
+// The list that FindClips makes these of: names where they are unambiguous, else indices. Clips without
+// weight are left out.
+RAYGRAPH_API std::string ClipsText(const SceneData& scene, std::span<const ClipState> clips);
 
 // Gives the scene the pose of these clips; without any, its rest pose, in which skins and the default weights
 // of morph targets count, too. Deformed instances get meshes whose vertices are deformed already (those of

@@ -194,4 +194,20 @@ TEST(Gizmo, LocalTransformFollowsBelowATurnedParent) {
     EXPECT_FALSE(LocalAfter(change, flat, local));
 }
 
+// Else a joint that is turned would leave its place by rounding, which an animation may hold.
+TEST(Gizmo, WhatTheToolLeavesAloneStaysToTheBit) {
+    glm::mat4x3 before(1.0f), after(2.0f);
+    before[3] = {1, 2, 3};
+    after[3] = {4, 5, 6};
+    glm::mat4x3 moved = before, turned = after;
+    moved[3] = after[3];
+    turned[3] = before[3];
+    for (const bool isAboutOrigin : {true, false})
+        EXPECT_EQ(WithoutRounding(GizmoTool::Move, isAboutOrigin, before, after), moved);
+    for (const GizmoTool tool : {GizmoTool::Rotate, GizmoTool::Scale}) {
+        EXPECT_EQ(WithoutRounding(tool, true, before, after), turned);
+        EXPECT_EQ(WithoutRounding(tool, false, before, after), after);
+    }
+}
+
 }  // namespace raygraph::editor

@@ -50,6 +50,11 @@ TEST(ScriptCommands, AreReadWithTheirNumbersAndTexts) {
     EXPECT_FALSE(Only<HoldButton>("release left").isDown);
     EXPECT_EQ(Only<Expectation>("expect view side by side").view, viewport::View::SideBySide);
     EXPECT_EQ(Only<Expectation>("expect samples-above 7").number, 7u);
+    EXPECT_EQ(Only<PlayFor>("play 0.5").seconds, 0.5);
+    EXPECT_EQ(Only<ShowTime>("time 2").seconds, 2.0);
+    EXPECT_EQ(Only<ChooseClips>("clips walk:0.3,look left").list, "walk:0.3,look left");
+    EXPECT_EQ(Only<Expectation>("expect time 0.250").text, "0.250");
+    EXPECT_EQ(Only<Expectation>("expect playing yes").number, 1u);
 }
 
 TEST(ScriptCommands, RefusalsNameTheLine) {
@@ -71,6 +76,8 @@ TEST(ScriptCommands, NumbersAreFiniteAndInRange) {
                              "size -1x1",           "scale 0",         "scale nan",
                              "budget -1",           "budget inf",      "material base 1 nan 0",
                              "material base 2 0 0", "expect edits -1", "expect samples-below x"})
+        EXPECT_NE(Refusal(line), "") << line;
+    for (const char* line : {"play -1", "play nan", "play 1e9", "time -1", "time inf"})
         EXPECT_NE(Refusal(line), "") << line;
 }
 

@@ -283,6 +283,25 @@ TEST_F(Applied, VisibilityHidesWhatIsBelow) {
 }
 
 // Scaled to nothing there is no transform that a ray could be taken through: the instance is hidden meanwhile.
+TEST_F(Applied, WhatOthersHaveEditedIsFollowed) {
+    Add(m_scene, OfNode(AnimatedProperty::Translation, 0), {0, 0, 0}, {4, 0, 0});
+    At(0.5);
+    m_scene.nodes[1].matrix = glm::mat4x3(1.0f);
+    m_scene.nodes[1].isVisible = false;
+    const std::array clips{ClipState{0, 0.5}};
+    const std::array<uint32_t, 1> edited{1};
+    const PoseChanges& changes = m_applier->Apply(m_scene, m_evaluator->Evaluate(m_scene, clips), edited);
+    EXPECT_EQ(changes.instances, List{0});
+    EXPECT_EQ(changes.lights, List{0});
+    EXPECT_EQ(changes.shown, List{0});
+    EXPECT_EQ(changes.lightsShown, List{0});
+    EXPECT_FALSE(m_applier->IsNodeVisible(2));
+    EXPECT_TRUE(m_applier->IsNodeVisible(0));
+    EXPECT_EQ(m_scene.instances[0].objectToWorld[3], vec3(3, 0, 0));
+    EXPECT_EQ(m_applier->BoundsOf(0).min, vec3(3, 0, 0));
+    ExpectAsIfLoadedSo();
+}
+
 TEST_F(Applied, WhatIsScaledToNothingIsHidden) {
     Add(m_scene, OfNode(AnimatedProperty::Scale, 0), {2, 2, 2}, {0, 0, 0});
     At(0.5);

@@ -43,6 +43,24 @@ TEST(FindClips, NamesIndicesAndWeights) {
     EXPECT_TRUE(scene::FindClips(SceneData(), "", 1.0).empty());
 }
 
+TEST(FindClips, ReadsTheTextOfItsClips) {
+    const SceneData scene = WithAnimations({"walk", "run", "run", "a, b", "all", "half:0.5", ""});
+    const auto text = [&](const std::vector<ClipState>& clips) { return scene::ClipsText(scene, clips); };
+    EXPECT_EQ(text({{0}, {1, 0, 0.25f}}), "walk,run:0.25");
+    EXPECT_EQ(text({{2}}), "2") << "another one has the name before it";
+    EXPECT_EQ(text({{0, 0, 0}, {1}}), "run");
+    EXPECT_EQ(text({}), "");
+    std::vector<ClipState> all;
+    for (uint32_t i = 0; i < 7; ++i) {
+        const std::vector<ClipState> one{{i, 2.5}};
+        EXPECT_EQ(scene::FindClips(scene, text(one), 2.5), one) << text(one);
+        all.push_back({i, 2.5});
+    }
+    EXPECT_EQ(text(all), "all");
+    all[1].weight = 0.1f;
+    EXPECT_EQ(scene::FindClips(scene, text(all), 2.5), all) << text(all);
+}
+
 TEST(FindClips, WhatIsNotThereIsRefusedWithWhatIs) {
     const SceneData scene = WithAnimations({"walk", "run"});
     for (const std::string_view list : {"fly", "2", "-1", "walk,,run", "walk:much", ",walk"}) {
