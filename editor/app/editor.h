@@ -128,8 +128,8 @@ class Editor {
     struct SavingRender {
         std::filesystem::path file;
         viewport::Capture capture;
-        ShownScene shown{};  // in the captured frame, without data and hash
-        FileContent content{};         // likewise
+        ShownScene shown{};     // in the captured frame, without data and hash
+        FileContent content{};  // likewise
         bool isTaken = false;
     };
     std::vector<SavingRender> m_savingRenders;

@@ -16,7 +16,8 @@ struct ShownScene {
     std::string clips;          // which of them, as of scene::FindClips
 };
 
-// With the settings that the command line would need for it: the camera was moved by hand. Albedo and normals are those of the pixels' centers, and without sums.
+// With the settings that the command line would need for it: the camera was moved by hand. Albedo and normals
+// are those of the pixels' centers, and without sums.
 session::RenderFile RenderOf(viewport::CaptureResult&& picture, const ShownScene& shown,
                              const rhi::DeviceInfo& device);
 

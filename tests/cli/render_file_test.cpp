@@ -80,10 +80,10 @@ TEST(RenderFile, ChannelsAndMetadataHaveTheirPublishedNames) {
     EXPECT_EQ(words, 4u * 4 + 5 * 3 + 4 * 3 + 4 * 3);
     for (const char* name : {"sum0.R", "sum3.A", "squares4.B", "albedo.sum2.G", "N.sum0.X"})
         EXPECT_NE(file.UintChannel(name), nullptr) << name;
-    EXPECT_EQ(names, (std::vector<std::string>{"A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "albedo.B",
-                                               "albedo.G", "albedo.R", "id.instance", "id.material",
-                                               "motion.X", "motion.Y", "samples", "variance.B",
-                                               "variance.G", "variance.R"}));
+    EXPECT_EQ(names,
+              (std::vector<std::string>{"A", "B", "G", "N.X", "N.Y", "N.Z", "R", "Z", "albedo.B", "albedo.G",
+                                        "albedo.R", "id.instance", "id.material", "motion.X", "motion.Y",
+                                        "samples", "variance.B", "variance.G", "variance.R"}));
     const std::vector<uint32_t>* samples = file.UintChannel("samples");
     ASSERT_NE(samples, nullptr);
     EXPECT_EQ((*samples)[7], 48u);
