@@ -1,0 +1,133 @@
+// What a material needs of pipelines: a feature too few leaves a lobe out of the picture.
+#include "renderer/gpu_scene/material_features.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "renderer/gpu_scene/deform_resources.h"
+#include "renderer/gpu_scene/material_records.h"
+#include "renderer/gpu_scene/scene_resources.h"
+#include "shaders/shared/trace_options.h"
+
+namespace raygraph {
+namespace {
+
+using scene::Material;
+
+uint32_t FeaturesOf(const std::vector<Material>& materials) {
+    SceneResources resources;
+    resources.materialRecords = MaterialRecords(materials, {});
+    for (uint32_t i = 0; i < materials.size(); ++i) resources.usedMaterials.push_back(i);
+    return LobeFeatures(resources);
+}
+
+// Rough plastic, but for what `change` makes of it.
+uint32_t FeaturesWith(const std::function<void(Material&)>& change) {
+    Material material;
+    material.metallicFactor = 0.0f;
+    material.roughnessFactor = 0.5f;
+    change(material);
+    return FeaturesOf({material});
+}
+
+constexpr scene::TextureRef kSomeTexture{.texture = 0};
+
+TEST(MaterialFeatures, AreThoseOfTheLobesThatAMaterialMayHave) {
+    struct Row {
+        const char* what;
+        std::function<void(Material&)> change;
+        uint32_t features;
+    };
+    const auto smoothCoat = [](Material& m) {
+        m.clearcoatFactor = 0.5f;
+        m.clearcoatRoughnessFactor = 0.0f;
+    };
+    const auto film = [](Material& m) {
+        m.iridescenceFactor = 0.5f;
+        m.iridescenceThicknessMinimum = 100.0f;
+        m.iridescenceThicknessMaximum = 400.0f;
+    };
+    const Row rows[] = {
+        {"plastic", [](Material&) {}, kTraceOpaque},
+        {"unlit", [](Material& m) { m.isUnlit = true; }, 0},
+        {"metal", [](Material& m) { m.metallicFactor = 1.0f; }, kTraceMetals},
+        {"half metal", [](Material& m) { m.metallicFactor = 0.5f; }, kTraceMetals | kTraceOpaque},
+        {"metal by a texture, which may say that it is rough or smooth",
+         [](Material& m) {
+             m.metallicFactor = 1.0f;
+             m.metallicRoughnessTexture = kSomeTexture;
+         },
+         kTraceMetals | kTraceOpaque | kTraceSmooth},
+        {"smooth", [](Material& m) { m.roughnessFactor = 0.0f; }, kTraceOpaque | kTraceSmooth},
+        {"glass", [](Material& m) { m.transmissionFactor = 1.0f; }, kTraceGlass},
+        {"half glass", [](Material& m) { m.transmissionFactor = 0.5f; }, kTraceGlass | kTraceOpaque},
+        {"glass by a texture",
+         [](Material& m) {
+             m.transmissionFactor = 1.0f;
+             m.transmissionTexture = kSomeTexture;
+         },
+         kTraceGlass | kTraceOpaque},
+        {"metal, whose transmission is nothing",
+         [](Material& m) { m.metallicFactor = m.transmissionFactor = 1.0f; }, kTraceMetals},
+        {"rough coat", [](Material& m) { m.clearcoatFactor = m.clearcoatRoughnessFactor = 0.5f; },
+         kTraceOpaque | kTraceClearcoat},
+        {"smooth coat", smoothCoat, kTraceOpaque | kTraceClearcoat | kTraceSmooth},
+        {"coat whose roughness a texture scales down",
+         [](Material& m) {
+             m.clearcoatFactor = m.clearcoatRoughnessFactor = 0.5f;
+             m.clearcoatRoughnessTexture = kSomeTexture;
+         },
+         kTraceOpaque | kTraceClearcoat | kTraceSmooth},
+        {"sheen", [](Material& m) { m.sheenColorFactor.y = 0.1f; }, kTraceOpaque | kTraceSheen},
+        {"film", film, kTraceOpaque | kTraceIridescence},
+        {"film on metal",
+         [&](Material& m) {
+             film(m);
+             m.metallicFactor = 1.0f;
+         },
+         kTraceMetals | kTraceIridescence},
+        {"film without thickness",
+         [&](Material& m) {
+             film(m);
+             m.iridescenceThicknessMaximum = 0.0f;
+         },
+         kTraceOpaque},
+        {"film as thick as a texture says",
+         [&](Material& m) {
+             film(m);
+             m.iridescenceThicknessMaximum = 0.0f;
+             m.iridescenceThicknessTexture = kSomeTexture;
+         },
+         kTraceOpaque | kTraceIridescence},
+        {"stretched highlights", [](Material& m) { m.anisotropyStrength = 0.1f; },
+         kTraceOpaque | kTraceAnisotropy},
+        {"leaf", [](Material& m) { m.diffuseTransmissionFactor = 0.1f; },
+         kTraceOpaque | kTraceDiffuseTransmission},
+        {"leaf of metal",
+         [](Material& m) {
+             m.metallicFactor = 1.0f;
+             m.diffuseTransmissionFactor = 0.1f;
+         },
+         kTraceMetals},
+        {"retroreflector", [](Material& m) { m.retroreflectionFactor = 0.1f; },
+         kTraceOpaque | kTraceRetroreflection},
+        {"dispersion without a medium", [](Material& m) { m.dispersion = 1.0f; }, kTraceOpaque},
+    };
+    for (const Row& row : rows) EXPECT_EQ(FeaturesWith(row.change), row.features) << row.what;
+}
+
+TEST(MaterialFeatures, OfASceneAreThoseOfAllItsMaterials) {
+    Material metal, glass;
+    metal.metallicFactor = metal.roughnessFactor = 1.0f;
+    glass.metallicFactor = 0.0f;
+    glass.roughnessFactor = 1.0f;
+    glass.transmissionFactor = 1.0f;
+    EXPECT_EQ(FeaturesOf({metal, glass}), kTraceMetals | kTraceGlass);
+    EXPECT_EQ(FeaturesOf({}), 0u);
+}
+
+}  // namespace
+}  // namespace raygraph
