@@ -130,13 +130,15 @@ class Document {
     Edit OfRest(const Edit& shown) const;
     Edit OfRest(const TransformEdit& shown) const;
     Edit Current(const Edit& of) const;
+    // That no animation has another value in the place of one that was edited.
     void RequireShown(const Edit& edit) const;
     // A node that has an inverse keeps one, where it or a node below places something.
     void RequirePlace(const TransformEdit& edit) const;
     // An edit of rest values: here, and what follows from it on the device. On an error nothing has changed.
     void Put(const Edit& edit, GpuScene& gpu);
-    void Set(const Edit& edit);
-    void Follow(const Edit& edit, GpuScene& gpu);
+    void Set(const Edit& edit);                    // its parts: the values here,
+    void Follow(const Edit& edit, GpuScene& gpu);  // and what follows from them in the pose that is shown
+    // To the device; everything if an error has kept it from taking all.
     void Push(const scene::PoseChanges& changes, GpuScene& gpu);
     scene::PoseChanges Everything() const;
     // The node, and all below it, parents first.

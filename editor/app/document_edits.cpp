@@ -32,13 +32,13 @@ void TakeChanges(const scene::TextureRef& shown, const scene::TextureRef& wanted
             rest.transform.*field.member = wanted.transform.*field.member;
     });
 }
-[[noreturn]] void RefuseAnimated() {
-    throw Error(ErrorKind::Usage, "an animation changes this: it can be edited in the rest pose");
-}
-
 template <typename T>
 void TakeChanges(const T& shown, const T& wanted, T& rest) {
     if (wanted != shown) rest = wanted;
+}
+
+[[noreturn]] void RefuseAnimated() {
+    throw Error(ErrorKind::Usage, "an animation changes this: it can be edited in the rest pose");
 }
 
 }  // namespace
