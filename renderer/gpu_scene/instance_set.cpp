@@ -100,15 +100,15 @@ void InstanceSet::MoveOrigin(const glm::dvec3& origin) noexcept {
 void InstanceSet::SetTransform(uint32_t index, const scene::PlacedTransform& objectToWorld) {
     Instance& instance = m_instances[index];
     if (instance.objectToWorld == objectToWorld) return;
+    NoteChanged(index, instance.isVisible);  // first: memory may run out
     instance.objectToWorld = objectToWorld;
     ExtendReach(instance);
-    NoteChanged(index, instance.isVisible);
 }
 
 void InstanceSet::SetVisible(uint32_t index, bool isVisible) {
     if (m_instances[index].isVisible == isVisible) return;
-    m_instances[index].isVisible = isVisible;
     NoteChanged(index, true);
+    m_instances[index].isVisible = isVisible;
 }
 
 // The box of a hidden instance in the TLAS stays where it was last seen, so that it widens no boxes there.
