@@ -18,16 +18,33 @@ glm::vec3 Place(uint32_t cell) {
     return {float(cell % kSide) + 0.5f, float(cell / kSide) + 0.5f, 0.0f};
 }
 
-// Boxes on a square grid, seen from above: a pixel a cell.
+// A box, and beside it a leaf: of another group.
+scene::Mesh BoxWithLeaf() {
+    scene::Mesh mesh = BoxMesh(0.3f);
+    scene::Primitive leaf = QuadMesh(0.05f, 1).primitives[0];
+    leaf.bounds = {};
+    for (glm::vec3& position : leaf.positions) {
+        position += glm::vec3(0.4f, 0.4f, 0.0f);
+        leaf.bounds.Extend(position);
+    }
+    leaf.colors.assign(4, glm::vec4(1.0f));
+    leaf.colors[0].a = 0.0f;
+    mesh.primitives.insert(mesh.primitives.begin(), leaf);
+    return mesh;
+}
+
+// Boxes on a square grid, seen from above: a pixel a cell. Every other one has a leaf.
 class InstanceChanges : public VulkanTest {
   protected:
     explicit InstanceChanges(TlasRule rule = TlasRule::Decay)
         : render(Device(), {.tlasRule = rule}), cellOf(kCount), isHidden(kCount) {
         std::iota(cellOf.begin(), cellOf.end(), 0u);
-        scene::SceneData scene = SceneOf({BoxMesh(0.3f)}, {Lambert(glm::vec3(0.5f))});
+        scene::SceneData scene =
+            SceneOf({BoxMesh(0.3f), BoxWithLeaf()}, {Lambert(glm::vec3(0.5f)), Lambert(glm::vec3(0.5f))});
+        scene.materials[1].alphaMode = scene::AlphaMode::Mask;
         scene.instances.clear();
         for (uint32_t i = 0; i < kCount; ++i)
-            scene.instances.push_back({.mesh = 0, .objectToWorld = Translation(Place(i))});
+            scene.instances.push_back({.mesh = i % 2, .objectToWorld = Translation(Place(i))});
         render.scene.SetScene(std::move(scene));
         for (int frame = 0; frame < 8; ++frame) Seen();
         EXPECT_TRUE(render.scene.IsSettled());
@@ -105,11 +122,12 @@ TEST_F(UpdatesOnly, FewManyAndAllChangesAreSeen) {
         EXPECT_EQ(Seen(), Expected());
         EXPECT_EQ(LastWork(), TlasWork::Update);
         const std::vector<gpu::InstanceRecord> records = Records();
-        ASSERT_EQ(records.size(), kCount);
-        for (uint32_t i = 0; i < kCount; ++i) {
-            ASSERT_EQ(records[i].objectToWorld, Translation(Place(cellOf[i]))) << i;
-            ASSERT_EQ(records[i].draw, isHidden[i] ? gpu::kNotDrawn : 0u) << i;
-            ASSERT_EQ(records[i].instance, i);
+        ASSERT_EQ(records.size(), 3 * kCount / 2);
+        for (uint32_t i = 0; i < records.size(); ++i) {
+            const uint32_t instance = i / 3 * 2 + (i % 3 > 0);  // one group, two groups
+            ASSERT_EQ(records[i].instance, instance);
+            ASSERT_EQ(records[i].objectToWorld, Translation(Place(cellOf[instance]))) << i;
+            ASSERT_EQ(records[i].draw == gpu::kNotDrawn, isHidden[instance]) << i;
         }
     }
 }
