@@ -1,6 +1,7 @@
 // A scene that does not fit the device, or is invalid, is refused, and the open one stays as it is.
 #include <limits>
 
+#include "rhi/texture_table.h"
 #include "tests/rhi/fake_loader.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_render.h"
