@@ -266,6 +266,7 @@ TEST(PictureSettings, TextsReadBackAsTheSameSettings) {
     settings.variant = "red";
     settings.at = 0.1;
     settings.clips = "walk:0.5,2";
+    settings.shutter = session::Shutter{-0.0125, 0.1};
     settings.paths.seed = 4294967295u;
     settings.paths.sampler = SamplerKind::Tea;
     settings.raster.shadows = passes::RasterShadows::Maps;

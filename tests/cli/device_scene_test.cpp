@@ -140,8 +140,8 @@ TEST_F(DeviceSceneTest, EveryOptionOfThePictureChangesItsPartAlone) {
     for (const PictureSetting& setting : PictureSettingTable()) {
         const std::string name = setting.name;
         const bool isOfCommand = name == "view" || name == "scene" || name == "variant" || name == "at" ||
-                                 name == "clips" || name == "points" || name == "lines" ||
-                                 name == "shadows" || name == "light-group";
+                                 name == "clips" || name == "shutter" || name == "points" ||
+                                 name == "lines" || name == "shadows" || name == "light-group";
         const bool isHere = std::any_of(std::begin(kChanges), std::end(kChanges),
                                         [&](const Change& change) { return change.option == name; });
         EXPECT_NE(isHere, isOfCommand) << name;
