@@ -265,6 +265,19 @@ size_t WidthOf(const SceneData& scene, const AnimationTarget& target) {
     return 0;
 }
 
+bool IsInfiniteAtZero(const AnimationTarget& target) {
+    bool isInfinite = false;
+    const auto look = [&](const auto& fields) {
+        VisitField(fields, target.field, [&](const auto& field) {
+            if constexpr (requires { field.ZeroIsInfinite(); }) isInfinite = field.ZeroIsInfinite();
+        });
+    };
+    if (target.property == AnimatedProperty::MaterialField) look(material_fields::kAll);
+    if (target.property == AnimatedProperty::CameraField) look(camera_fields::kAll);
+    if (target.property == AnimatedProperty::LightField) look(light_fields::kAll);
+    return isInfinite;
+}
+
 void GetValue(const SceneData& scene, const AnimationTarget& target, double* value) {
     const auto getFrom = [&](const auto& fields, const auto& owner) {
         VisitField(fields, target.field, [&](const auto& field) { Get(owner.*field.member, value); });

@@ -29,6 +29,11 @@ double Dot(const double* a, const double* b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
 }
 
+// And back. Infinite is 0 on either side.
+double Reciprocal(double value) {
+    return value == 0.0 ? 0.0 : 1.0 / value;
+}
+
 }  // namespace
 
 PoseEvaluator::PoseEvaluator(const SceneData& scene) {
@@ -47,6 +52,7 @@ PoseEvaluator::PoseEvaluator(const SceneData& scene) {
         const size_t width = WidthOf(scene, target);
         m_pose.properties.push_back({target, valueCount, width});
         valueCount += width;
+        m_areReciprocals.resize(valueCount, IsInfiniteAtZero(target) ? 1 : 0);
         widest = std::max(widest, width);
     }
     m_pose.values.resize(valueCount);
@@ -104,7 +110,8 @@ void PoseEvaluator::Add(const AnimationSampler& sampler, Channel& channel, doubl
     double* const sum = &m_pose.values[channel.first];
     const bool isTurned = channel.isRotation && Dot(sum, m_sample.data()) < 0.0;
     for (size_t i = 0; i < sampler.width; ++i) {
-        sum[i] += (isTurned ? -weight : weight) * m_sample[i];
+        const double sample = m_areReciprocals[channel.first + i] ? Reciprocal(m_sample[i]) : m_sample[i];
+        sum[i] += (isTurned ? -weight : weight) * sample;
         m_totals[channel.first + i] += weight;
     }
 }
@@ -115,12 +122,17 @@ void PoseEvaluator::Finish(const PosedProperty& property) {
     const bool isRotation = property.target.property == AnimatedProperty::Rotation;
     const bool isTurned = isRotation && Dot(sum, rest) < 0.0;
     for (size_t i = 0; i < property.count; ++i) {
-        if (total[i] == 0.0)
+        const bool isReciprocal = m_areReciprocals[property.first + i] != 0;
+        if (total[i] == 0.0) {
             sum[i] = rest[i];
-        else if (total[i] < 1.0)
-            sum[i] += (isTurned ? total[i] - 1.0 : 1.0 - total[i]) * rest[i];
+            continue;
+        }
+        if (total[i] < 1.0)
+            sum[i] +=
+                (isTurned ? total[i] - 1.0 : 1.0 - total[i]) * (isReciprocal ? Reciprocal(rest[i]) : rest[i]);
         else if (total[i] > 1.0)
             sum[i] /= total[i];
+        if (isReciprocal) sum[i] = Reciprocal(sum[i]);
     }
     if (!isRotation || total[0] == 0.0) return;
     const double length = std::sqrt(Dot(sum, sum));

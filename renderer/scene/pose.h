@@ -57,9 +57,9 @@ class RAYGRAPH_API PoseEvaluator {
     // The pose of some clips, which may be none, and may name one animation several times. A property is the
     // weighted mean of the clips that have a channel for it. Where their weights sum to less than 1, the rest
     // value has the remainder; above, they count by their share. Rotations are added as quaternions, each
-    // turned to the side of the sum so far, and normalized. `scene` is that of the constructor, whose
-    // animations are as they were; its values are not read. Valid until the next call. No memory is
-    // allocated. Error{Usage} if there is no such animation.
+    // turned to the side of the sum so far, and normalized; fields whose 0 is infinite by their reciprocals.
+    // `scene` is that of the constructor, whose animations are as they were; its values are not read. Valid
+    // until the next call. No memory is allocated. Error{Usage} if there is no such animation.
     const Pose& Evaluate(const SceneData& scene, std::span<const ClipState> clips);
 
     // The scene's own, with nothing animated.
@@ -82,6 +82,7 @@ class RAYGRAPH_API PoseEvaluator {
 
     Pose m_pose;
     std::vector<double> m_rest, m_totals, m_sample;  // totals: of weights, by value
+    std::vector<uint8_t> m_areReciprocals;           // by value: what is added
     std::vector<Channel> m_channels;                 // of all animations
     std::vector<size_t> m_firstChannel;              // by animation, and the end
 };

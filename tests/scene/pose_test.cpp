@@ -116,6 +116,28 @@ TEST(Pose, BlendsClipsByTheirWeightsAndTheRemainderWithTheRest) {
     EXPECT_EQ(testing::ErrorTextOf([&] { pose({{7, 0}}); }), "there is no animation 7, the scene has 2");
 }
 
+// Half of infinite and of 10 is not 5.
+TEST(Pose, BlendsWhatIsInfiniteAtZeroByReciprocals) {
+    SceneData scene = Chain();
+    scene.lights.emplace_back();  // whose range is infinite
+    const AnimationTarget range{.property = AnimatedProperty::LightField, .field = 2};
+    const uint32_t a = Add(scene, range, {10}, {20}), b = Add(scene, range, {40}, {40});
+    PoseEvaluator evaluator(scene);
+    const auto pose = [&](std::vector<ClipState> clips) {
+        return evaluator.Evaluate(scene, clips).values[0];
+    };
+    EXPECT_DOUBLE_EQ(pose({{a, 0.5}}), 15) << "within a clip as it says";
+    EXPECT_DOUBLE_EQ(pose({{a, 0, 0.5f}}), 20);
+    EXPECT_DOUBLE_EQ(pose({{a, 0, 0.25f}}), 40);
+    EXPECT_EQ(pose({}), 0);
+    EXPECT_EQ(pose({{a, 0, 0}}), 0);
+    EXPECT_DOUBLE_EQ(pose({{a, 0, 0.5f}, {b, 0, 0.5f}}), 16);
+    EXPECT_DOUBLE_EQ(pose({{a, 0, 2}, {b, 0, 2}}), 16);
+    scene.lights[0].range = 40;
+    evaluator.ReadRest(scene);
+    EXPECT_DOUBLE_EQ(pose({{a, 0, 0.5f}}), 16);
+}
+
 // A clip that has no channel for a property takes no part in it.
 TEST(Pose, ClipsCountOnlyForWhatTheyMove) {
     SceneData scene = Chain();
