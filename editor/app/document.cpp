@@ -118,7 +118,7 @@ bool Document::IsPlacedByJoints(uint32_t node) const {
 }
 
 bool Document::ShowPose(std::span<const scene::ClipState> clips, GpuScene& gpu) {
-    if (std::ranges::equal(clips, m_clips)) return false;
+    if (!m_isDeviceBehind && std::ranges::equal(clips, m_clips)) return false;
     const scene::Pose& pose = m_evaluator.Evaluate(m_scene, clips);  // may be refused
     m_clips.assign(clips.begin(), clips.end());
     Push(m_applier.Apply(m_scene, pose), gpu);

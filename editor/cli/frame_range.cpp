@@ -25,6 +25,11 @@ uint32_t FrameRange::Count() const {
     return static_cast<uint32_t>(std::floor(Steps(*this) + kRounding)) + 1;
 }
 
+// So that a frame has the same time in whichever part of a sequence it is: 3 * 0.1 is not 0.3.
+double FrameRange::TimeOf(uint32_t frame) const {
+    return std::round((first + frame * step) * 1e9) / 1e9;
+}
+
 int64_t FrameRange::NumberOf(uint32_t frame) const {
     return std::llround(first / step) + frame;
 }
@@ -36,7 +41,7 @@ FrameRange ParseFrames(std::string_view text) {
     const FrameRange range{seconds(text.substr(0, a)), seconds(text.substr(a + 1, b - a - 1)),
                            session::ParseNumber(text.substr(b + 1), 1e-6, 1e6)};
     if (range.last < range.first) throw MakeError(ErrorKind::Usage, "{} ends before it begins", Quoted(text));
-    if (Steps(range) >= FrameRange::kMaxCount)
+    if (Steps(range) + kRounding >= FrameRange::kMaxCount)
         throw MakeError(ErrorKind::Usage, "{} has more than {} frames", Quoted(text), FrameRange::kMaxCount);
     return range;
 }

@@ -12,8 +12,8 @@ struct FrameRange {
 
     static constexpr uint32_t kMaxCount = 100'000;
 
-    uint32_t Count() const;  // `last` is one of them if it is a whole number of steps away
-    double TimeOf(uint32_t frame) const { return first + frame * step; }
+    uint32_t Count() const;               // `last` is one of them if it is a whole number of steps away
+    double TimeOf(uint32_t frame) const;  // to a billionth of a second
     // In file names: as if the animation began at 0, so that parts that are rendered each by itself fit
     // together.
     int64_t NumberOf(uint32_t frame) const;

@@ -22,6 +22,7 @@ namespace {
 
 void WarnOfDarkness(ProgramLog& log, const RenderJob& job, const SceneInput& input) {
     if (!ShowsLight(job.settings.view)) return;
+    if (input.isAnimated && !input.animations.empty()) return;  // what is dark at rest may shine
     const bool hasPunctual = scene::HasVisibleLight(input.data);
     if (job.settings.view == View::PathTraced && hasPunctual && !job.settings.paths.lights.isOn)
         log.Warn(input.file + ": --nee off finds no punctual light; they are not rendered");
@@ -73,8 +74,8 @@ class Rendering {
               Session& session, Console& console)
         : m_arguments(arguments), m_job(job), m_device(device), m_session(session), m_console(console) {}
 
-    // One picture; with a number in its files' names, if it is one of several. False: it was stopped.
-    bool RenderPicture(const std::optional<int64_t>& number, const std::string& label) {
+    // One picture; with a number in its files' names, if it is one of several.
+    void RenderPicture(const std::optional<int64_t>& number, const std::string& label) {
         const std::vector<OutputFile> pictures = PicturesOf(m_arguments, number);
         const RunSummary run = Run(label);
         if (!m_session.HasResult())
@@ -94,12 +95,13 @@ class Rendering {
             number && report ? Numbered(m_arguments.report, *number) : m_arguments.report;
         if (report) WriteTextFile(reportFile, ToJson(*report));
         Warn(run);
-        if (m_arguments.isQuiet) return !run.wasStopped;
+        if (m_arguments.isQuiet) return;
         for (const OutputFile& picture : pictures) PrintLine(picture.path.string());
         if (report) PrintLine(reportFile.string());
         PrintLine(SummaryOf(m_arguments, result, m_job, run));
-        return !run.wasStopped;
     }
+
+    bool IsInterrupted() const { return m_interrupt.IsRequested(); }
 
   private:
     RunSummary Run(const std::string& label) {
@@ -143,7 +145,8 @@ void RenderFrames(const FrameRange& frames, Session& session, Rendering& renderi
     for (uint32_t frame = 0; frame < count; ++frame) {
         if (frame > 0) session.StartPicture(frames.TimeOf(frame));
         const std::string label = Text("  frame {} of {}", frame + 1, count);
-        if (rendering.RenderPicture(frames.NumberOf(frame), label)) continue;
+        rendering.RenderPicture(frames.NumberOf(frame), label);
+        if (!rendering.IsInterrupted()) continue;
         if (frame + 1 < count) log.Warn(Text("{} of {} frames were not begun", count - frame - 1, count));
         return;
     }

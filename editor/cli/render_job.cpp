@@ -53,8 +53,6 @@ void CheckView(const RenderArguments& arguments, const PictureSettings& settings
         if (arguments.error) refuse("give --spp; --error is for path-traced renders");
         return;
     }
-    if (!IsMeanMeaningful(settings.view) && settings.shutter)
-        refuse("it is not averaged over samples, so that there is nothing for --shutter to blur");
     if (!IsMeanMeaningful(settings.view) &&
         (arguments.seconds || arguments.error || arguments.samples.value_or(1) > 1))
         refuse("it is not averaged over samples; leave out --spp, --time and --error");

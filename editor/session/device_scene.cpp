@@ -40,14 +40,16 @@ GpuSceneDesc SceneDescFor(const PictureSettings& settings) {
 DeviceScene::DeviceScene(rhi::Device& device, SceneInput& input, const PictureSettings& settings)
     : m_settings(settings), m_renderer(device), m_scene(m_renderer, SceneDescFor(settings)) {
     if (settings.at) m_motion.emplace(input.data, settings.clips);
-    const scene::CameraView view = ViewFrom(settings, input.data);
-    m_focus = settings.focusDistance > 0.0f ? settings.focusDistance : DefaultFocus(view, input.data.bounds);
-    m_traced = Traced(view);
+    m_restView = ViewFrom(settings, input.data);
+    PlaceView(m_restView, input.data.bounds);
     LightGroups groups = MatchLightGroups(settings.lightGroups, input.data);
     const bool hasMap = !input.environment.rgba.empty();
     const bool usesScene = !hasMap && !settings.background && input.data.environment.IsPresent();
     m_scene.SetScene(std::move(input.data));
-    m_scene.SetViewpoint(EyeOf(m_traced.camera));
+    if (m_motion)
+        StartPicture();
+    else
+        m_scene.SetViewpoint(EyeOf(m_traced.camera));
     m_scene.SetLightGroups(std::move(groups));
     const std::array<float, 3> radiance =
         hasMap || usesScene ? settings.environmentTint : settings.background.value_or(std::array<float, 3>{});
@@ -64,9 +66,21 @@ passes::TraceSettings DeviceScene::Traced(const scene::CameraView& view) const {
                                  {m_settings.aperture, m_focus}, m_settings.paths);
 }
 
+void DeviceScene::PlaceView(const scene::CameraView& view, const scene::Bounds& bounds) {
+    m_focus = m_settings.focusDistance > 0.0f ? m_settings.focusDistance : DefaultFocus(view, bounds);
+    m_traced = Traced(view);
+}
+
+void DeviceScene::StartPicture() {
+    m_motion->StartAt(m_scene, *m_settings.at);
+    const scene::SceneData& posed = m_motion->Posed();
+    // A scene without cameras is framed as it is at rest, so that a moving one does not carry the view along
+    PlaceView(posed.cameras.empty() ? m_restView : ViewFrom(m_settings, posed), posed.bounds);
+    m_scene.SetViewpoint(EyeOf(m_traced.camera));
+}
+
 void DeviceScene::MoveTo(double seconds) {
     const bool isCameraMoved = m_motion->MoveTo(m_scene, seconds);
-    // A scene without cameras is framed as it is at rest, so that a moving one does not carry the view along
     if (isCameraMoved) m_traced = Traced(ViewFrom(m_settings, m_motion->Posed()));
 }
 
@@ -89,6 +103,7 @@ SceneIds DeviceScene::DeclareSharp() {
 void DeviceScene::SetTime(double at) {
     RG_CHECK(m_motion.has_value());
     m_settings.at = at;
+    StartPicture();
 }
 
 passes::TraceSettings DeviceScene::SettingsFor(uint32_t sampleIndex) const {

@@ -37,6 +37,9 @@ class DeviceScene {
     void SetTime(double at);
 
   private:
+    // Poses the scene at its time, with its view, focus and origin: as nothing but that time has it.
+    void StartPicture();
+    void PlaceView(const scene::CameraView& view, const scene::Bounds& bounds);
     void MoveTo(double seconds);
     passes::TraceSettings Traced(const scene::CameraView& view) const;
 
@@ -44,7 +47,8 @@ class DeviceScene {
     Renderer m_renderer;
     GpuScene m_scene;
     std::optional<SceneMotion> m_motion;
-    float m_focus = 0.0f;
+    scene::CameraView m_restView;
+    float m_focus = 0.0f;  // of the picture, at all times of its shutter
     passes::TraceSettings m_traced;
 };
 

@@ -154,10 +154,10 @@ void SampleFrames::DeclareCenterRay(const SceneIds& ids, const passes::TraceSett
     m_ids = m_renderer.ReadBack(hits.ids);
 }
 
-void SampleFrames::TraceSharp() {
+void SampleFrames::TraceSharp(uint32_t sample) {
     m_renderer.BeginFrame();
     const SceneIds ids = m_scene.DeclareSharp();
-    const passes::TraceSettings settings = m_scene.SettingsFor(m_plan.firstSample);
+    const passes::TraceSettings settings = m_scene.SettingsFor(sample);
     if (m_isKeepingCenter) DeclareCenterRay(ids, settings);
     if (m_isKeepingMotion)
         m_renderer.Present(passes::TraceHits(m_renderer, ids, settings, MotionHits(m_renderer, settings)));
@@ -192,7 +192,7 @@ void SampleFrames::RenderSample(bool isLast, bool isMeasuring) {
         m_display = m_renderer.ReadBack(passes::Tonemap(m_renderer, mean, m_plan.tonemap));
     if (m_isKeepingCenter && isLast && !m_scene.IsBlurred()) DeclareCenterRay(ids, settings);
     m_pending.push_back(m_renderer.Execute());
-    if (isLast && m_scene.IsBlurred() && (m_isKeepingCenter || m_isKeepingMotion)) TraceSharp();
+    if (isLast && m_scene.IsBlurred() && (m_isKeepingCenter || m_isKeepingMotion)) TraceSharp(sample);
     ++m_submitted;
     m_hasPicture = isLast;
     NonFiniteSamples();

@@ -98,7 +98,7 @@ class SampleFrames {
     // Means over the samples, of what is kept.
     void DeclareAverages(const SceneIds& ids, const passes::TraceSettings& settings, bool isLast);
     void DeclareCenterRay(const SceneIds& ids, const passes::TraceSettings& settings);
-    void TraceSharp();  // what is not blurred by motion, in frames of its own
+    void TraceSharp(uint32_t sample);  // what is not blurred by motion, in frames of its own
     Readback ProjectAt(double shutterPosition, const gpu::CameraRecord& seenBy);
     void Keep(TextureId sample, Accumulated& into, bool isLast);
     void ReadBack(const passes::AccumulatedIds& ids, Accumulated& into);

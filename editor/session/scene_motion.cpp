@@ -20,10 +20,20 @@ SceneMotion::SceneMotion(scene::SceneData& scene, std::string_view clips)
       m_evaluator(m_posed),
       m_applier(m_posed) {}
 
+const scene::PoseChanges& SceneMotion::Pose(double seconds) {
+    for (scene::ClipState& clip : m_clips) clip.seconds = seconds;
+    return m_applier.Apply(m_posed, m_evaluator.Evaluate(m_posed, m_clips));
+}
+
+void SceneMotion::StartAt(GpuScene& gpu, double seconds) {
+    Pose(seconds);
+    gpu.SetPose(m_posed, m_applier);
+    m_seconds = seconds;
+}
+
 bool SceneMotion::MoveTo(GpuScene& gpu, double seconds) {
     if (m_seconds == seconds) return false;
-    for (scene::ClipState& clip : m_clips) clip.seconds = seconds;
-    const scene::PoseChanges& changes = m_applier.Apply(m_posed, m_evaluator.Evaluate(m_posed, m_clips));
+    const scene::PoseChanges& changes = Pose(seconds);
     gpu.SetPose(m_posed, m_applier, changes);
     m_seconds = seconds;
     return !changes.cameras.empty();

@@ -16,12 +16,16 @@ class SceneMotion {
     // are shown, as of scene::FindClips.
     SceneMotion(scene::SceneData& scene, std::string_view clips);
 
-    // Poses `gpu`, which has got that scene. Returns whether a camera has changed.
+    // Poses `gpu`, which has got that scene, as if it had been set at this time, whatever was shown before.
+    void StartAt(GpuScene& gpu, double seconds);
+    // Moves it on to another time. Returns whether a camera has changed.
     bool MoveTo(GpuScene& gpu, double seconds);
     // Its cameras, as they are now.
     const scene::SceneData& Posed() const { return m_posed; }
 
   private:
+    const scene::PoseChanges& Pose(double seconds);
+
     std::vector<scene::ClipState> m_clips;
     scene::SceneData m_posed;  // an outline
     scene::PoseEvaluator m_evaluator;

@@ -52,6 +52,10 @@ void RequirePossible(const SessionDesc& desc) {
     for (const Aov aov : kAovs)
         if (desc.aovs.Has(aov) && !CanHave(aov, settings))
             Refuse(Text("the view {} with these biases has no {}", Name(settings.view), Name(aov)));
+    if (settings.shutter && !passes::IsMeanMeaningful(settings.view))
+        throw SettingError(ErrorKind::Usage,
+                           Text("shutter: the view {} is not averaged over samples, so nothing is blurred",
+                                Name(settings.view)));
     if (!settings.lightGroups.empty() && settings.view != View::PathTraced)
         Refuse(Text("the view {} has no light by groups", Name(settings.view)));
     if (desc.resumed == nullptr) return;
@@ -156,7 +160,7 @@ struct Session::Impl {
           described(DescribeRender(input, desc.settings, device.Info())),
           scene(device, RequireSame(desc), desc.settings),
           plan(PlanOf(desc)) {
-        frames.emplace(scene, plan);
+        frames = std::make_unique<SampleFrames>(scene, plan);
         plan.continues = nullptr;
     }
 
@@ -227,7 +231,7 @@ struct Session::Impl {
     RenderFile described;
     DeviceScene scene;
     FramePlan plan;
-    std::optional<SampleFrames> frames;  // of the picture that is rendered
+    std::unique_ptr<SampleFrames> frames;  // of the picture that is rendered
 };
 
 Session::Session(rhi::Device& device, SceneInput input, const SessionDesc& desc)
@@ -284,9 +288,10 @@ void Session::StartPicture(double at) {
     RequireReadable(checked);
     m_impl->frames->WaitForSamples();
     std::ignore = m_impl->frames->Times();  // of the last picture
+    auto frames = std::make_unique<SampleFrames>(m_impl->scene, m_impl->plan);
     m_impl->scene.SetTime(at);
     m_impl->described.settings["at"] = AtText(at);
-    m_impl->frames.emplace(m_impl->scene, m_impl->plan);
+    m_impl->frames = std::move(frames);
 }
 
 bool Session::HasResult() const {

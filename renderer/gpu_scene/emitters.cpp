@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "base/check.h"
+#include "renderer/scene/material_fields.h"
 
 namespace raygraph {
 
@@ -25,6 +27,17 @@ float DecodeSrgb(uint8_t value) {
         return table;
     }();
     return kTable[value];
+}
+
+bool IsEmission(const scene::AnimationTarget& target) {
+    if (target.property != scene::AnimatedProperty::MaterialField) return false;
+    uint8_t index = 0;
+    bool isEmission = false;
+    scene::ForEachMaterialField([&](const auto& field) {
+        const std::string_view name = field.name;
+        isEmission |= index++ == target.field && (name == "emissiveFactor" || name == "emissiveStrength");
+    });
+    return isEmission;
 }
 
 // The texel at coordinate x of the repeated texture.
@@ -135,6 +148,13 @@ glm::vec3 EmitterFinder::Mean(const scene::Texture& texture, const glm::vec2 (&u
     return glm::max(sum / float(cuts * cuts), glm::vec3(kMinMean));
 }
 
+EmitterFinder::EmitterFinder(const scene::SceneData& scene)
+    : m_scene(scene), m_isAnimated(scene.materials.size()) {
+    for (const scene::Animation& animation : scene.animations)
+        for (const scene::AnimationChannel& channel : animation.channels)
+            if (IsEmission(channel.target)) m_isAnimated[channel.target.object] = true;
+}
+
 std::vector<EmitterFinder::Candidate> EmitterFinder::CandidatesOf(const scene::Primitive& primitive) const {
     std::vector<uint32_t> materials{primitive.material};
     for (const scene::VariantMaterial& variant : primitive.variants) materials.push_back(variant.material);
@@ -144,10 +164,10 @@ std::vector<EmitterFinder::Candidate> EmitterFinder::CandidatesOf(const scene::P
     for (const uint32_t index : materials) {
         if (!candidates.empty() && index == primitive.material) continue;
         const scene::Material& material = m_scene.materials[index];
-        candidates.push_back(
-            {.material = index,
-             .mayEmit = material.emissiveTexture.IsPresent() || material.EmittedRadiance() != glm::vec3(0.0f),
-             .toTexture = material.emissiveTexture.transform.Matrix()});
+        candidates.push_back({.material = index,
+                              .mayEmit = m_isAnimated[index] || material.emissiveTexture.IsPresent() ||
+                                         material.EmittedRadiance() != glm::vec3(0.0f),
+                              .toTexture = material.emissiveTexture.transform.Matrix()});
     }
     return candidates;
 }

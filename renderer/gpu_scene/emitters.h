@@ -38,9 +38,10 @@ struct FoundEmitters {
 class EmitterFinder {
   public:
     // Refers to the materials, textures and images of `scene`, and to no mesh.
-    explicit EmitterFinder(const scene::SceneData& scene) : m_scene(scene) {}
+    explicit EmitterFinder(const scene::SceneData& scene);
 
-    // The triangles whose material, or that of a variant, emits or has an emissive texture, except those
+    // The triangles whose material, or that of a variant, emits, has an emissive texture, or may be made to
+    // emit by an animation, except those
     // whose part of the texture is black. Positions and indices are taken from `triangles`, the rest from
     // `primitives`. Linear in triangles and, a few times over, in the texels they cover.
     FoundEmitters Find(const GroupTriangles& triangles, std::span<scene::Primitive* const> primitives,
@@ -70,6 +71,7 @@ class EmitterFinder {
     glm::vec3 Mean(const scene::Texture& texture, const glm::vec2 (&uv)[3], uint32_t maxCuts);
 
     const scene::SceneData& m_scene;
+    std::vector<bool> m_isAnimated;             // by material: an animation may make it emit
     std::map<uint32_t, LitTexels> m_litTexels;  // by image
 };
 

@@ -132,7 +132,16 @@ struct GpuScene::Impl {
 
     void SetViewpoint(const glm::dvec3& eye) {
         const glm::dvec3 wanted = ChooseSceneOrigin(origin, eye, instances->Reach());
-        if (!originTurns.Moves(origin, wanted)) return;
+        if (originTurns.Moves(origin, wanted)) MoveOrigin(wanted);
+    }
+    // As if the scene had been set as it is now.
+    void RestartOrigin() {
+        instances->RestartReach();
+        originTurns = {};
+        const glm::dvec3 wanted = ChooseSceneOrigin({}, glm::dvec3(0.0), instances->Reach());
+        if (wanted != origin) MoveOrigin(wanted);
+    }
+    void MoveOrigin(const glm::dvec3& wanted) {
         origin = wanted;
         instances->MoveOrigin(wanted);
         lights->MoveOrigin(wanted, *instances);

@@ -94,6 +94,7 @@ void GpuScene::SetPose(const scene::SceneData& posed, const scene::PoseApplier& 
             if (posed.instances[i].isDeformed) all.reweighted.push_back(i);
     });
     SetPose(posed, applier, all);
+    m_impl->RestartOrigin();
 }
 
 }  // namespace raygraph

@@ -90,6 +90,11 @@ void InstanceSet::ExtendReach(const Instance& instance) {
         m_reach.Extend(m_resources.groups[group].bounds.Transformed(instance.objectToWorld.matrix));
 }
 
+void InstanceSet::RestartReach() {
+    m_reach = {};
+    for (const Instance& instance : m_instances) ExtendReach(instance);
+}
+
 void InstanceSet::MoveOrigin(const glm::dvec3& origin) noexcept {
     m_origin = origin;
     m_areBoxesOld = true;

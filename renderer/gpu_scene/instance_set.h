@@ -44,6 +44,8 @@ class InstanceSet {
     void MoveOrigin(const glm::dvec3& origin) noexcept;
     // The bounding box of all positions that an instance has had, in world space.
     const scene::Bounds& Reach() const { return m_reach; }
+    // Forgets all positions but the present ones.
+    void RestartReach();
     void SetVisible(uint32_t index, bool isVisible);
     bool IsVisible(uint32_t index) const { return m_instances[index].isVisible; }
     // A BLAS was built or has moved: every address has to be written again.

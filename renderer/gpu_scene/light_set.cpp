@@ -21,6 +21,12 @@ void PlaceFromOrigin(scene::Light& light, const scene::Light& placed, const glm:
     light.translationRest = glm::vec3(0.0f);
 }
 
+// One of four in an octave: light sampling needs no more, and what only moves makes tables due when it crosses
+// from one to the next, not in every frame of an animation.
+float CoarseRadius(float radius) {
+    return radius > 0.0f ? std::exp2(std::round(4.0f * std::log2(radius)) / 4.0f) : 0.0f;
+}
+
 }  // namespace
 
 LightSet::LightSet(rhi::Device& device, rhi::Uploader& uploader, SceneResources& resources,
@@ -73,7 +79,6 @@ void LightSet::SetTransform(uint32_t instance, const glm::mat4x3& objectToWorld)
 }
 
 void LightSet::SetVisible(uint32_t instance, bool isVisible) {
-    m_isRadiusDue = true;
     if (!m_isEmitterInstance[instance]) return;
     m_scene.instances[instance].isVisible = isVisible;
     m_isTableDue = true;
@@ -168,12 +173,11 @@ bool LightSet::HasInfiniteLight() const {
 }
 
 void LightSet::Declare(Renderer& renderer, SceneIds& ids, InstanceSet& instances) {
-    // What only moves does not make the tables due by itself: that would be every frame of an animation
-    if ((m_isTableDue || m_isRadiusDue) && HasInfiniteLight()) {
-        const float radius = instances.VisibleBounds().Radius();
+    // Of what is now, so that pictures do not depend on what was shown before
+    if (HasInfiniteLight()) {
+        const float radius = CoarseRadius(instances.VisibleBounds().Radius());
         m_isTableDue |= radius != m_scene.radius;
         m_scene.radius = radius;
-        m_isRadiusDue = false;
     }
     if (m_isTableDue) {
         m_table = BuildLightTable(m_scene);

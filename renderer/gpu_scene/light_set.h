@@ -1,6 +1,6 @@
 // LightSet: the lights of the scene on the device. It tracks what has changed since its tables were built,
 // and rebuilds them only when an emitter's transform, visibility or emission changed, or when infinite lights
-// shine on more or less of the scene because something was shown or hidden. When the origin moves, all lights
+// shine on much more or less of the scene because something was shown, hidden or moved. When the origin moves, all lights
 // are translated.
 #pragma once
 
@@ -70,7 +70,6 @@ class LightSet {
     LightScene m_scene;                    // from the origin; of instances, only emitters are kept up to date
     std::vector<scene::Light> m_punctual;  // in the world
     glm::dvec3 m_origin{0.0};
-    bool m_isRadiusDue = false;  // an instance has been shown or hidden since it was computed
     std::vector<bool> m_isEmitterInstance;
     std::vector<bool> m_isEmitterMaterial;
     LightTable m_table;

@@ -68,8 +68,15 @@ void PutMatrix(Json& node, const Node& edited, bool isMoved) {
 void PatchNode(Json& node, const Node& loaded, const Node& edited) {
     const glm::mat4x3 local = edited.LocalTransform(), before = loaded.LocalTransform();
     const bool isMoved = local[3] != before[3] || edited.translationRest != loaded.translationRest;
-    if (local == before && !isMoved) return;
-    const std::optional<TransformParts> parts = loaded.matrix ? std::nullopt : PartsOf(local, loaded);
+    // A node that is scaled to nothing has one transform, however it is turned
+    const bool haveParts = !loaded.matrix && !edited.matrix;
+    const bool isSame = !haveParts || (edited.rotation == loaded.rotation && edited.scale == loaded.scale);
+    if (local == before && !isMoved && isSame) return;
+    std::optional<TransformParts> parts;
+    if (haveParts)
+        parts = TransformParts{edited.translation, edited.rotation, edited.scale};
+    else if (!loaded.matrix)
+        parts = PartsOf(local, loaded);
     if (!parts) {
         PutMatrix(node, edited, isMoved);
         return;

@@ -4,6 +4,7 @@
 
 #include "editor/session/session.h"
 #include "renderer/scene/deform.h"
+#include "renderer/scene/material_fields.h"
 #include "tests/cli/cli_test.h"
 #include "tests/support/vulkan_test.h"
 
@@ -61,7 +62,8 @@ void Animate(SceneData& scene, const AnimationTarget& target, std::vector<float>
 
 class MotionBlurTest : public testing::VulkanTest {
   protected:
-    static Texels Picture(SceneData scene, const Shutter& shutter, uint32_t samples, double at = 0.0) {
+    static Texels Picture(SceneData scene, const std::optional<Shutter>& shutter, uint32_t samples,
+                          double at = 0.0) {
         SceneInput input = MakeInput(std::move(scene), "ours");
         input.isAnimated = true;
         SessionDesc desc;
@@ -107,13 +109,13 @@ constexpr uint32_t kSamples = 256;
 TEST_F(MotionBlurTest, EdgeOfAMovingNodeIsARamp) {
     SceneData scene = OneMesh(LeftHalf(-0.5f));
     Animate(scene, {.property = AnimatedProperty::Translation, .object = 0}, {0, 0, 0, 1, 0, 0});
-    ExpectRamp(Picture(std::move(scene), {0.25, 0.75}, kSamples), kSamples);
+    ExpectRamp(Picture(std::move(scene), Shutter{0.25, 0.75}, kSamples), kSamples);
 }
 
 TEST_F(MotionBlurTest, EdgeBeforeAMovingCameraIsARamp) {
     SceneData scene = OneMesh(LeftHalf(-0.5f));
     Animate(scene, {.property = AnimatedProperty::Translation, .object = 1}, {0, 0, 5, -1, 0, 5});
-    ExpectRamp(Picture(std::move(scene), {0.25, 0.75}, kSamples), kSamples);
+    ExpectRamp(Picture(std::move(scene), Shutter{0.25, 0.75}, kSamples), kSamples);
 }
 
 TEST_F(MotionBlurTest, EdgeOfMovingVerticesIsARamp) {
@@ -124,13 +126,14 @@ TEST_F(MotionBlurTest, EdgeOfMovingVerticesIsARamp) {
     SceneData scene = OneMesh(std::move(half));
     scene.meshes[0].weights = {0.0f};
     Animate(scene, {.property = AnimatedProperty::MeshWeights, .object = 0}, {0, 1});
-    ExpectRamp(Picture(std::move(scene), {0.25, 0.75}, kSamples), kSamples);
+    ExpectRamp(Picture(std::move(scene), Shutter{0.25, 0.75}, kSamples), kSamples);
 }
 
 TEST_F(MotionBlurTest, ShutterIsAroundTheTimeOfThePicture) {
     SceneData scene = OneMesh(LeftHalf(-0.5f));
     Animate(scene, {.property = AnimatedProperty::Translation, .object = 0}, {0, 0, 0, 1, 0, 0});
-    const Texels from0 = Picture(scene, {0.25, 0.75}, 8), around = Picture(scene, {-0.25, 0.25}, 8, 0.5);
+    const Texels from0 = Picture(scene, Shutter{0.25, 0.75}, 8),
+                 around = Picture(scene, Shutter{-0.25, 0.25}, 8, 0.5);
     EXPECT_EQ(from0, around);
 }
 
@@ -140,7 +143,7 @@ TEST_F(MotionBlurTest, RotatingDiscIsALinearRampInTheAngle) {
     const float half = std::sqrt(0.5f);
     SceneData scene = OneMesh(Triangles({{0, 0, 0}, {1.4f, 0, 0}, {0, 1.4f, 0}}, {0, 1, 2}));
     Animate(scene, {.property = AnimatedProperty::Rotation, .object = 0}, {0, 0, 0, 1, 0, 0, half, half});
-    const Texels picture = Picture(std::move(scene), {0.0, 1.0}, kSamples);
+    const Texels picture = Picture(std::move(scene), Shutter{0.0, 1.0}, kSamples);
     double worst = 0.0, sum = 0.0;
     int count = 0;
     for (uint32_t y = 0; y < kSide; ++y)
@@ -187,7 +190,7 @@ TEST_F(MotionBlurTest, DeformingLampLightsAsItsPosesDo) {
             for (uint32_t x = 4; x < 28; ++x) sum += At(picture, x, y);
         return sum / (12 * 24);
     };
-    const double blurred = mean(Picture(scene, {0.0, 1.0}, 64));
+    const double blurred = mean(Picture(scene, Shutter{0.0, 1.0}, 64));
     SceneInput input = MakeInput(std::move(scene), "ours");
     input.isAnimated = true;
     SessionDesc desc;
@@ -276,6 +279,49 @@ TEST_F(MotionVectorTest, NeedAShutter) {
     EXPECT_FALSE(CanHave(Aov::Motion, settings));
     settings.shutter = Shutter{0.0, 1.0};
     EXPECT_TRUE(CanHave(Aov::Motion, settings));
+}
+
+// Places are relative to where the camera is at the time of the picture, and not where it is at rest.
+TEST_F(MotionBlurTest, FarWayKeepsThePrecisionOfPlaces) {
+    const auto at = [](double seconds) {
+        SceneData scene = OneMesh(LeftHalf(-0.47f));
+        scene.nodes.resize(3);
+        scene.nodes[0].parent = scene.nodes[1].parent = 2;
+        scene.nodeOrder = {2, 0, 1};
+        UpdateWorldTransforms(scene);
+        Animate(scene, {.property = AnimatedProperty::Translation, .object = 2}, {0, 0, 0, 1e7f, 0, 0});
+        return Picture(std::move(scene), std::nullopt, 4, seconds);
+    };
+    const Texels near = at(0.0), far = at(1.0);
+    double worst = 0.0;
+    for (size_t i = 0; i < near.size(); ++i) worst = std::max(worst, std::abs(double{near[i]} - far[i]));
+    EXPECT_LT(worst, 0.3) << "a sample at the edge";
+    EXPECT_EQ(At(near, 2, 9), 1.0f);
+    EXPECT_EQ(At(far, 20, 9), 0.0f);
+}
+
+TEST_F(MotionBlurTest, WhatAnAnimationMakesShineIsASampledLight) {
+    SceneData scene = OneMesh(LeftHalf(-0.5f));
+    scene.materials[0].emissiveFactor = glm::vec3(0.0f);
+    uint8_t field = 0, index = 0;
+    ForEachMaterialField([&](const auto& each) {
+        if (std::string_view(each.name) == "emissiveFactor") field = index;
+        ++index;
+    });
+    Animate(scene, {.property = AnimatedProperty::MaterialField, .field = field, .object = 0},
+            {0, 0, 0, 1, 1, 1});
+    SceneInput input = MakeInput(std::move(scene), "ours");
+    input.isAnimated = true;
+    SessionDesc desc;
+    desc.settings.size = {kSide, kSide};
+    desc.settings.at = 1.0;
+    Session session(Device(), std::move(input), desc);
+    session.Run({.samples = 1});
+    EXPECT_EQ(session.Statistics().scene.emissiveTriangleCount, 2u);
+    EXPECT_EQ(At(session.Result().render.radiance, 2, 9), 1.0f);
+    session.StartPicture(0.0);
+    session.Run({.samples = 1});
+    EXPECT_EQ(At(session.Result().render.radiance, 2, 9), 0.0f);
 }
 
 // Accumulated in one run or in two, and in whichever order times were seen before.

@@ -150,14 +150,16 @@ TEST(ProgramMotion, FramesThatCannotBeAreRefusedBeforeAnyIsRendered) {
     refused("--shutter 0:1 -o a.png", "--shutter: it is around a time, and none is given");
     refused("--at 0 --shutter 1:0 -o a.png", "--shutter: \"1:0\": a shutter closes after it opens");
     refused("--at 0 --shutter 0.5 -o a.png", "--shutter: \"0.5\" is not OPEN:CLOSE");
-    refused("--at 0 --shutter 0:1 --view material -o a.png", "there is nothing for --shutter to blur");
+    refused("--at 0 --shutter 0:1 --view material -o a.png",
+            "--shutter: the view material is not averaged over samples");
 }
 
 TEST(ProgramMotion, ShutterBlursAndIsResumed) {
     const test::TemporaryFolder folder;
     WriteBox(folder);
     const auto render = [&](const std::string& options) {
-        const ProgramResult result = RunProgram(folder, "render box.gltf --size 16x16 " + options);
+        const ProgramResult result =
+            RunProgram(folder, "render box.gltf --size 16x16 --background 1,1,1 " + options);
         EXPECT_EQ(result.exitCode, 0) << result.messages;
     };
     render("--spp 4 --at 0 --shutter 0:1 -o whole.exr");
