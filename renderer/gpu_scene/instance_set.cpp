@@ -206,7 +206,7 @@ void InstanceSet::AssignBoxes() {
 
 void InstanceSet::RefreshBoxes() {
     if (m_areBoxesOld) return AssignBoxes();
-    // The first pass waits for leaves, the second finds them
+    // Boxes are fetched ahead too, once the instances have told where they are
     ForEach(m_movedBoxes.List(),
             [&](uint32_t, const Instance& instance) { m_boxes.Prefetch(instance.leaf); });
     ForEach(m_movedBoxes.List(),
@@ -228,8 +228,11 @@ bool InstanceSet::IsRebuildWorthwhile() {
 
 void InstanceSet::Order() {
     std::vector<glm::vec3> centers(m_instances.size());
-    for (uint32_t i = 0; i < centers.size(); ++i)
-        centers[i] = DeviceTransform(i) * glm::vec4(m_meshBounds[m_instances[i].mesh].Center(), 1.0f);
+    for (uint32_t i = 0; i < centers.size(); ++i) {
+        const scene::Bounds& mesh = m_meshBounds[m_instances[i].mesh];
+        const glm::vec3 center = mesh.IsEmpty() ? glm::vec3(0.0f) : mesh.Center();
+        centers[i] = DeviceTransform(i) * glm::vec4(center, 1.0f);
+    }
     m_order = SpatialOrder(centers);
     uint32_t slot = 0;
     for (uint32_t leaf = 0; leaf < m_order.size(); ++leaf) {
