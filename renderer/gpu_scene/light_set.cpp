@@ -21,8 +21,8 @@ void PlaceFromOrigin(scene::Light& light, const scene::Light& placed, const glm:
     light.translationRest = glm::vec3(0.0f);
 }
 
-// One of four in an octave: light sampling needs no more, and what only moves makes tables due when it crosses
-// from one to the next, not in every frame of an animation.
+// One of four in an octave: light sampling needs no more, and what only moves makes tables due when it
+// crosses from one to the next, not in every frame of an animation.
 float CoarseRadius(float radius) {
     return radius > 0.0f ? std::exp2(std::round(4.0f * std::log2(radius)) / 4.0f) : 0.0f;
 }

@@ -1,7 +1,7 @@
 // LightSet: the lights of the scene on the device. It tracks what has changed since its tables were built,
 // and rebuilds them only when an emitter's transform, visibility or emission changed, or when infinite lights
-// shine on much more or less of the scene because something was shown, hidden or moved. When the origin moves, all lights
-// are translated.
+// shine on much more or less of the scene because something was shown, hidden or moved. When the origin
+// moves, all lights are translated.
 #pragma once
 
 #include <cstdint>
