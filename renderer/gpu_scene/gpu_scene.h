@@ -144,7 +144,7 @@ struct SceneRevisions {
     bool operator==(const SceneRevisions&) const = default;
 };
 
-// When the TLAS is built anew, where an update would do.
+// When the TLAS is rebuilt, where an update would do.
 enum class TlasRule : uint8_t { Decay, Never, Always };
 
 struct GpuSceneDesc {

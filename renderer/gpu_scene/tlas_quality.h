@@ -1,4 +1,4 @@
-// When a TLAS that has only been updated is built anew. An update keeps the tree and changes its boxes: where
+// When a TLAS that has only been updated is rebuilt. An update keeps the tree and changes its boxes: where
 // instances have parted from their neighbors in the tree, the boxes are large, and rays meet many of them.
 //
 // The rule: a rebuild where the tree has decayed, and has cost as much as a rebuild does.
@@ -25,7 +25,7 @@ class TlasQuality {
         m_builtCost = cost;
         m_lostFrames = 0.0;
     }
-    // A frame that traces the tree as it is now. True: it should be built anew before.
+    // A frame that traces the tree as it is now. True: it should be rebuilt before.
     bool NoteFrame(double cost, uint64_t instanceCount) {
         // Points, and what was hidden when the tree was built, have no size to compare with
         if (m_builtCost <= 0.0) return cost > 0.0;
